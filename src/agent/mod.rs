@@ -1,0 +1,1 @@
+//! DDPG: actor, critic, replay buffer, exploration noise, update. Knows vectors, not puzzles.

@@ -1,0 +1,1 @@
+//! Task-agnostic dynamics models: launches, graphs, the network, training, prediction.

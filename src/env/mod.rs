@@ -1,0 +1,1 @@
+//! The environment: reset, step, observation, reward, termination.

@@ -1,0 +1,1 @@
+//! Publication figures on plotters: pure functions from data to pixels.

@@ -1,0 +1,1 @@
+//! Model-guided exploration: rollouts, action clusters, the action prior, epsilon schedules.

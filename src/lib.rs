@@ -1,0 +1,22 @@
+//! MGE Workbench: intuitive-physics puzzles, learned dynamics models and DDPG with
+//! model-guided exploration, in the terminal and headless.
+//!
+//! The rooms, in the direction in which data flows (nothing knows what comes after it):
+//! [`physics`] → [`task`] → [`env`] → [`dynamics`] → [`guidance`] → [`trainer`] → [`workbench`]
+//! → [`tui`]; [`nn`] and [`agent`] know vectors only, [`run`] is what a run is on disk,
+//! [`stats`], [`figures`] and [`study`] turn runs into evidence.
+
+pub mod agent;
+pub mod dynamics;
+pub mod env;
+pub mod figures;
+pub mod guidance;
+pub mod nn;
+pub mod physics;
+pub mod run;
+pub mod stats;
+pub mod study;
+pub mod task;
+pub mod trainer;
+pub mod tui;
+pub mod workbench;

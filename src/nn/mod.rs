@@ -1,0 +1,1 @@
+//! Networks on dfdx: fused multilayer perceptrons, resumable optimisers, weights on disk.

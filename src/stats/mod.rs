@@ -1,0 +1,1 @@
+//! Statistics of runs: rolling success, interquartile mean, bootstrap intervals.

@@ -1,0 +1,1 @@
+//! Task files: schema, validation, regions, editing and saving.

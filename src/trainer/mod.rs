@@ -1,0 +1,1 @@
+//! The training loop on its own thread: control in, events out.

@@ -1,0 +1,1 @@
+//! The terminal: panes, widgets, key map, theme.
