@@ -7,6 +7,7 @@
 //! [`stats`], [`figures`] and [`study`] turn runs into evidence.
 
 pub mod agent;
+pub mod atomic;
 pub mod dynamics;
 pub mod env;
 pub mod figures;

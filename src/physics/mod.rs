@@ -1,1 +1,14 @@
 //! CREATE-like physics on rapier2d: units, tools, balls, the world and its step.
+//!
+//! rapier2d supplies bodies, colliders, mass properties and contact geometry; the
+//! response to a contact follows CREATE's engine step by step ([`contact`]), because
+//! the coarse step of 1/30 s decides where a ball goes as much as the laws of motion do.
+
+mod contact;
+mod tool;
+mod units;
+mod world;
+
+pub use tool::{Tool, ToolKind};
+pub use units::{ACTION_INTERVAL, GRAVITY, PHYSICS_DT, SCREEN, STEPS_PER_ACTION, to_normalised, to_units};
+pub use world::{Ball, BallState, ObjectId, Sensor, Touch, World};

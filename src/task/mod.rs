@@ -1,1 +1,15 @@
-//! Task files: schema, validation, regions, editing and saving.
+//! Task files: schema, validation with JSON paths, the shipped tasks, saving.
+//!
+//! A task is a scene (ball, tools, goal, ordered subgoals), the tool the agent may
+//! place, and the rules of an episode, in one versioned JSON file. Positions are
+//! normalised to [-1, 1]; sizes are in units of the 84 x 84 screen.
+
+mod file;
+mod schema;
+mod validate;
+
+pub use file::{TaskError, load, parse, save, shipped, shipped_names, to_json};
+pub use schema::{
+    BallSpec, Form, Goal, GoalShape, Marker, Placeable, Region, Rewards, Rules, SubgoalCheck, Task, ToolSpec, VERSION,
+};
+pub use validate::Problem;

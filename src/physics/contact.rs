@@ -1,0 +1,198 @@
+//! The response to contacts in the order and with the constants of CREATE's engine
+//! (Chipmunk 7 at a fixed step of 1/30 s): accumulated impulses, separate bias
+//! velocities for overlap, elasticity from the velocity before gravity.
+
+use rapier2d::prelude::*;
+
+use super::units::PHYSICS_DT;
+
+/// Sweeps over all contacts in one step.
+pub(super) const SWEEPS: usize = 10;
+/// Penetration that is left alone, in units.
+const SLOP: f32 = 0.1;
+/// Share of the remaining penetration that one step removes: 1 - 0.9^(60 dt).
+const BIAS_SHARE: f32 = 0.19;
+/// Steps for which a lost contact keeps its accumulated impulses.
+const PERSISTENCE: u64 = 3;
+
+/// Velocities of one ball while impulses act, with its inverse mass and inertia.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Motion {
+    pub velocity: Vector,
+    pub spin: f32,
+    pub bias_velocity: Vector,
+    pub bias_spin: f32,
+    pub inverse_mass: f32,
+    pub inverse_inertia: f32,
+}
+
+impl Motion {
+    fn at(&self, arm: Vector) -> Vector {
+        self.velocity + arm.perp() * self.spin
+    }
+
+    fn bias_at(&self, arm: Vector) -> Vector {
+        self.bias_velocity + arm.perp() * self.bias_spin
+    }
+
+    fn push(&mut self, impulse: Vector, arm: Vector) {
+        self.velocity += impulse * self.inverse_mass;
+        self.spin += arm.perp_dot(impulse) * self.inverse_inertia;
+    }
+
+    fn push_bias(&mut self, impulse: Vector, arm: Vector) {
+        self.bias_velocity += impulse * self.inverse_mass;
+        self.bias_spin += arm.perp_dot(impulse) * self.inverse_inertia;
+    }
+
+    fn inverse_effective_mass(&self, arm: Vector, direction: Vector) -> f32 {
+        self.inverse_mass + self.inverse_inertia * arm.perp_dot(direction).powi(2)
+    }
+}
+
+/// Geometry of a contact as detection found it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Geometry {
+    /// Unit normal from the first ball towards the other object.
+    pub normal: Vector,
+    /// From the first ball's centre to its surface along the normal.
+    pub arm: Vector,
+    /// From the other object's centre to its surface; zero for static objects.
+    pub other_arm: Vector,
+    /// Signed distance of the surfaces, negative when they overlap.
+    pub distance: f32,
+    /// Product of both elasticities.
+    pub elasticity: f32,
+    /// Product of both friction coefficients.
+    pub friction: f32,
+}
+
+/// A contact between a ball and another object, remembered across steps.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Contact {
+    pub ball: usize,
+    /// The second ball, or none when the other object is static.
+    pub other: Option<usize>,
+    /// Index of the static tool when `other` is none.
+    pub tool: usize,
+    geometry: Geometry,
+    last_seen: u64,
+    continued: bool,
+    normal_mass: f32,
+    tangent_mass: f32,
+    target_bias: f32,
+    target_bounce: f32,
+    normal_impulse: f32,
+    tangent_impulse: f32,
+    bias_impulse: f32,
+}
+
+impl Contact {
+    /// A contact first seen in step `step`.
+    pub fn new(ball: usize, other: Option<usize>, tool: usize, geometry: Geometry, step: u64) -> Self {
+        Self {
+            ball,
+            other,
+            tool,
+            geometry,
+            last_seen: step,
+            continued: false,
+            normal_mass: 0.0,
+            tangent_mass: 0.0,
+            target_bias: 0.0,
+            target_bounce: 0.0,
+            normal_impulse: 0.0,
+            tangent_impulse: 0.0,
+            bias_impulse: 0.0,
+        }
+    }
+
+    pub fn is_between(&self, ball: usize, other: Option<usize>, tool: usize) -> bool {
+        (self.ball, self.other, self.tool) == (ball, other, tool)
+    }
+
+    /// Whether detection found the contact in step `step`.
+    pub fn is_active(&self, step: u64) -> bool {
+        self.last_seen == step
+    }
+
+    /// Whether the accumulated impulses are too old to be kept.
+    pub fn is_forgotten(&self, step: u64) -> bool {
+        self.last_seen + PERSISTENCE < step
+    }
+
+    /// Sees the contact again in step `step`. The impulses act again at once only if
+    /// it was there in the step before.
+    pub fn refresh(&mut self, geometry: Geometry, step: u64) {
+        self.continued = self.last_seen + 1 == step;
+        self.geometry = geometry;
+        self.last_seen = step;
+    }
+
+    /// Keeps the contact of a sleeping ball alive without solving it.
+    pub fn keep(&mut self, step: u64) {
+        self.last_seen = step;
+    }
+
+    /// Effective masses, target bias velocity and target bounce, from the velocities
+    /// before this step's gravity.
+    pub fn prepare(&mut self, motions: &[Motion]) {
+        let Geometry { normal, arm, other_arm, distance, elasticity, .. } = self.geometry;
+        let inverse_mass = |direction: Vector| {
+            motions[self.ball].inverse_effective_mass(arm, direction)
+                + self.other.map_or(0.0, |other| motions[other].inverse_effective_mass(other_arm, direction))
+        };
+        self.normal_mass = 1.0 / inverse_mass(normal);
+        self.tangent_mass = 1.0 / inverse_mass(normal.perp());
+        self.target_bias = BIAS_SHARE * (-(distance + SLOP)).max(0.0) / PHYSICS_DT;
+        self.target_bounce = elasticity * self.relative_velocity(motions).dot(normal);
+        self.bias_impulse = 0.0;
+    }
+
+    /// Applies the impulses of the step before again.
+    pub fn warm_start(&self, motions: &mut [Motion]) {
+        if self.continued {
+            self.push(motions, self.normal_impulse, self.tangent_impulse);
+        }
+    }
+
+    /// One sweep: bias, normal and friction impulse towards their targets.
+    pub fn solve(&mut self, motions: &mut [Motion]) {
+        let Geometry { normal, arm, other_arm, friction, .. } = self.geometry;
+        let velocity = self.relative_velocity(motions);
+        let other_bias = self.other.map_or(Vector::ZERO, |other| motions[other].bias_at(other_arm));
+        let bias = (other_bias - motions[self.ball].bias_at(arm)).dot(normal);
+
+        let old_bias = self.bias_impulse;
+        self.bias_impulse = (old_bias + (self.target_bias - bias) * self.normal_mass).max(0.0);
+        let old_normal = self.normal_impulse;
+        let change = -(self.target_bounce + velocity.dot(normal)) * self.normal_mass;
+        self.normal_impulse = (old_normal + change).max(0.0);
+        let limit = friction * self.normal_impulse;
+        let old_tangent = self.tangent_impulse;
+        let change = -velocity.dot(normal.perp()) * self.tangent_mass;
+        self.tangent_impulse = (old_tangent + change).clamp(-limit, limit);
+
+        let impulse = normal * (self.bias_impulse - old_bias);
+        motions[self.ball].push_bias(-impulse, arm);
+        if let Some(other) = self.other {
+            motions[other].push_bias(impulse, other_arm);
+        }
+        self.push(motions, self.normal_impulse - old_normal, self.tangent_impulse - old_tangent);
+    }
+
+    fn push(&self, motions: &mut [Motion], along_normal: f32, along_tangent: f32) {
+        let Geometry { normal, arm, other_arm, .. } = self.geometry;
+        let impulse = normal * along_normal + normal.perp() * along_tangent;
+        motions[self.ball].push(-impulse, arm);
+        if let Some(other) = self.other {
+            motions[other].push(impulse, other_arm);
+        }
+    }
+
+    /// Velocity of the other object relative to the ball at the contact.
+    fn relative_velocity(&self, motions: &[Motion]) -> Vector {
+        let other = self.other.map_or(Vector::ZERO, |other| motions[other].at(self.geometry.other_arm));
+        other - motions[self.ball].at(self.geometry.arm)
+    }
+}

@@ -1,0 +1,99 @@
+//! Task files on disk and the tasks that are shipped with the program.
+
+use std::path::{Path, PathBuf};
+
+use super::schema::Task;
+use super::validate::{Problem, validate};
+
+/// The six tasks, by name, as they lie in `tasks/`.
+const SHIPPED: [(&str, &str); 6] = [
+    ("task1", include_str!("../../tasks/task1.json")),
+    ("task2", include_str!("../../tasks/task2.json")),
+    ("task3", include_str!("../../tasks/task3.json")),
+    ("task4", include_str!("../../tasks/task4.json")),
+    ("task5", include_str!("../../tasks/task5.json")),
+    ("task6", include_str!("../../tasks/task6.json")),
+];
+
+/// Why a task cannot be had.
+#[derive(Debug, thiserror::Error)]
+pub enum TaskError {
+    /// Neither a shipped name nor a readable file.
+    #[error("there is no task `{name}`: use one of {known}, or the path of a task file")]
+    Unknown { name: String, known: String },
+    /// The file cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    Io { path: PathBuf, source: std::io::Error },
+    /// The text is not a task.
+    #[error("{origin}:{line}:{column}: at `{at}`: {message}")]
+    Syntax { origin: String, at: String, line: usize, column: usize, message: String },
+    /// The numbers make no playable task.
+    #[error("{origin}: {problem}")]
+    Invalid { origin: String, problem: Problem },
+}
+
+/// Names of the shipped tasks.
+pub fn shipped_names() -> impl Iterator<Item = &'static str> {
+    SHIPPED.iter().map(|(name, _)| *name)
+}
+
+/// The shipped tasks.
+pub fn shipped() -> Vec<Task> {
+    // A test parses every shipped file.
+    SHIPPED.iter().map(|(name, text)| parse(text, name).expect("shipped tasks are valid")).collect()
+}
+
+/// The task with a shipped name, or the one in the file at that path.
+///
+/// # Errors
+/// When there is neither, or the file is not a valid task.
+pub fn load(name: &str) -> Result<Task, TaskError> {
+    if let Some((name, text)) = SHIPPED.iter().find(|(shipped, _)| *shipped == name) {
+        return parse(text, name);
+    }
+    let path = Path::new(name);
+    match std::fs::read_to_string(path) {
+        Ok(text) => parse(&text, name),
+        Err(source) if source.kind() == std::io::ErrorKind::NotFound => {
+            let known = shipped_names().collect::<Vec<_>>().join(", ");
+            Err(TaskError::Unknown { name: name.to_owned(), known })
+        }
+        Err(source) => Err(TaskError::Io { path: path.to_owned(), source }),
+    }
+}
+
+/// A task from its JSON text; `origin` names the text in errors.
+///
+/// # Errors
+/// When the text is not JSON, not a task, or a task that cannot be played.
+pub fn parse(text: &str, origin: &str) -> Result<Task, TaskError> {
+    let mut deserializer = serde_json::Deserializer::from_str(text);
+    let task: Task = serde_path_to_error::deserialize(&mut deserializer)
+        .map_err(|error| syntax(error.path().to_string(), error.inner(), origin))?;
+    deserializer.end().map_err(|error| syntax(".".to_owned(), &error, origin))?;
+    validate(&task).map_err(|problem| TaskError::Invalid { origin: origin.to_owned(), problem })?;
+    Ok(task)
+}
+
+fn syntax(at: String, error: &serde_json::Error, origin: &str) -> TaskError {
+    let (line, column) = (error.line(), error.column());
+    let message = error.to_string();
+    let message = message.strip_suffix(&format!(" at line {line} column {column}")).unwrap_or(&message).to_owned();
+    TaskError::Syntax { origin: origin.to_owned(), at, line, column, message }
+}
+
+/// The JSON text of a task, as it is saved.
+pub fn to_json(task: &Task) -> String {
+    // Plain structs of numbers and strings always serialise.
+    serde_json::to_string_pretty(task).expect("a task is plain data") + "\n"
+}
+
+/// Writes the task to `path`, atomically: the old file stays whole until the new one is.
+///
+/// # Errors
+/// When the task is invalid or the file cannot be written.
+pub fn save(task: &Task, path: &Path) -> Result<(), TaskError> {
+    validate(task).map_err(|problem| TaskError::Invalid { origin: path.display().to_string(), problem })?;
+    crate::atomic::write(path, to_json(task).as_bytes())
+        .map_err(|source| TaskError::Io { path: path.to_owned(), source })
+}

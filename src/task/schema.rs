@@ -1,0 +1,329 @@
+//! What a task file says.
+
+use serde::{Deserialize, Serialize};
+
+use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind, to_units};
+
+/// The version of the format this program writes.
+pub const VERSION: u32 = 1;
+
+/// A puzzle: scene, placeable tool, subgoals, goal and rules.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Task {
+    /// Format version, [`VERSION`].
+    pub version: u32,
+    /// Short name, as on the command line.
+    pub name: String,
+    /// One sentence for people.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub description: String,
+    /// The target ball.
+    pub ball: BallSpec,
+    /// A second ball that must set the target ball in motion (CREATE's marker levels).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub marker: Option<Marker>,
+    /// Static tools that belong to the scene.
+    #[serde(default)]
+    pub tools: Vec<ToolSpec>,
+    /// The tool the agent places.
+    pub placeable: Placeable,
+    /// Regions the ball must reach before the goal, in order.
+    #[serde(default)]
+    pub subgoals: Vec<Region>,
+    /// The final goal.
+    pub goal: Goal,
+    /// Limits, rewards and termination.
+    #[serde(default)]
+    pub rules: Rules,
+}
+
+/// A ball and its start.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BallSpec {
+    /// Normalised start of the centre.
+    pub position: [f32; 2],
+    /// Start velocity in units/s.
+    #[serde(default)]
+    pub velocity: [f32; 2],
+    /// Radius in units.
+    #[serde(default = "default_radius")]
+    pub radius: f32,
+    /// Mass.
+    #[serde(default = "default_mass")]
+    pub mass: f32,
+    /// Elasticity.
+    #[serde(default = "one")]
+    pub elasticity: f32,
+    /// Friction coefficient.
+    #[serde(default = "one")]
+    pub friction: f32,
+}
+
+/// A marker ball and when it counts.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Marker {
+    /// The marker ball.
+    pub ball: BallSpec,
+    /// The target has moved once it is farther than this from its start, normalised
+    /// and divided by the square root of 8.
+    #[serde(default = "default_move_threshold")]
+    pub move_threshold: f32,
+}
+
+/// A static tool of the scene.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ToolSpec {
+    /// Type.
+    #[serde(rename = "type")]
+    pub kind: ToolKind,
+    /// Normalised centre.
+    pub position: [f32; 2],
+    /// Shape and material.
+    #[serde(flatten)]
+    pub form: Form,
+}
+
+/// The tool the agent places, without a place.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Placeable {
+    /// Type.
+    #[serde(rename = "type")]
+    pub kind: ToolKind,
+    /// Shape and material.
+    #[serde(flatten)]
+    pub form: Form,
+}
+
+/// The optional numbers of a tool; what is missing is CREATE's value for the type.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Form {
+    /// Bucket and square: centre to vertex; box: side; wall and floor: length. Units.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub size: Option<f32>,
+    /// Rotation in radians, counter-clockwise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub angle: Option<f32>,
+    /// Half the thickness of a wall or floor, in units.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radius: Option<f32>,
+    /// Elasticity.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub elasticity: Option<f32>,
+    /// Friction coefficient.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f32>,
+}
+
+/// A circular region the ball must touch.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Region {
+    /// Normalised centre.
+    pub position: [f32; 2],
+    /// Radius in units.
+    #[serde(default = "default_radius")]
+    pub radius: f32,
+}
+
+/// The final goal.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Goal {
+    /// Normalised centre.
+    pub position: [f32; 2],
+    /// Centre to edge (circle, ball) or to vertex (star), in units.
+    #[serde(default = "default_radius")]
+    pub radius: f32,
+    /// What it is made of.
+    #[serde(default)]
+    pub shape: GoalShape,
+}
+
+/// CREATE's kinds of goal, and the circle of our tasks.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GoalShape {
+    /// A disc that notices the ball.
+    #[default]
+    Circle,
+    /// A five-pointed star; the engine keeps its convex hull, a pentagon.
+    Star,
+    /// A ball that moves.
+    Ball,
+}
+
+/// Limits, rewards and termination of an episode. The default is that of our tasks;
+/// CREATE's own levels are loaded with CREATE's rules.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Rules {
+    /// Actions after which the episode is truncated.
+    pub max_actions: u32,
+    /// Physics steps after each action.
+    pub steps_per_action: u32,
+    /// Gravity in units per second squared.
+    pub gravity: [f32; 2],
+    /// Reward terms.
+    pub rewards: Rewards,
+    /// A placement at most this far (normalised) from a tool placed earlier is blocked.
+    pub overlap_threshold: f32,
+    /// When a subgoal counts as reached.
+    pub subgoal_check: SubgoalCheck,
+    /// Subgoals count in their order only, and the goal after all of them.
+    pub in_order: bool,
+    /// Reaching the goal terminates the episode.
+    pub goal_ends_episode: bool,
+    /// A captured target ball terminates the episode like one that stands still.
+    pub capture_is_standstill: bool,
+    /// A ball slower than this (units/s) stands still.
+    pub min_speed: f32,
+    /// Actions that end in standstill after which the episode terminates.
+    pub still_actions: u32,
+    /// Half width of the uniform noise on the ball's start, normalised.
+    pub start_noise: f32,
+}
+
+/// Reward terms of one action; those that apply are added up.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Rewards {
+    /// The goal is reached.
+    pub goal: f32,
+    /// Each subgoal reached.
+    pub subgoal: f32,
+    /// Every action.
+    pub step: f32,
+    /// The placement was blocked or invalid.
+    pub blocked: f32,
+    /// The target ball was set in motion (marker levels).
+    pub target_moved: f32,
+    /// Taken off the goal's and a subgoal's reward for every tool placed so far.
+    pub cost_per_tool: f32,
+}
+
+/// When a subgoal counts as reached.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SubgoalCheck {
+    /// The ball touches it in any physics step.
+    AnyStep,
+    /// The ball touches it at the end of an action, as in CREATE.
+    ActionEnd,
+}
+
+impl Default for Rules {
+    fn default() -> Self {
+        Self {
+            max_actions: 20,
+            steps_per_action: STEPS_PER_ACTION,
+            gravity: GRAVITY,
+            rewards: Rewards::default(),
+            overlap_threshold: 0.3,
+            subgoal_check: SubgoalCheck::AnyStep,
+            in_order: true,
+            goal_ends_episode: true,
+            capture_is_standstill: true,
+            min_speed: 0.05,
+            still_actions: 2,
+            start_noise: 0.0,
+        }
+    }
+}
+
+impl Default for Rewards {
+    fn default() -> Self {
+        Self { goal: 10.0, subgoal: 2.0, step: 0.01, blocked: -0.01, target_moved: 0.0, cost_per_tool: 0.0 }
+    }
+}
+
+impl BallSpec {
+    /// A ball of CREATE's standard size and material, at rest.
+    pub fn at(position: [f32; 2]) -> Self {
+        Self { position, velocity: [0.0; 2], radius: 4.0, mass: 10.0, elasticity: 1.0, friction: 1.0 }
+    }
+
+    /// What the ball is made of.
+    pub fn material(&self) -> Ball {
+        Ball { radius: self.radius, mass: self.mass, elasticity: self.elasticity, friction: self.friction }
+    }
+
+    /// How it starts, in units.
+    pub fn start(&self) -> BallState {
+        BallState { velocity: self.velocity, ..BallState::at_rest(to_units(self.position)) }
+    }
+}
+
+impl Form {
+    fn apply(&self, mut tool: Tool) -> Tool {
+        tool.size = self.size.unwrap_or(tool.size);
+        tool.angle = self.angle.unwrap_or(tool.angle);
+        tool.radius = self.radius.unwrap_or(tool.radius);
+        tool.elasticity = self.elasticity.unwrap_or(tool.elasticity);
+        tool.friction = self.friction.unwrap_or(tool.friction);
+        tool
+    }
+}
+
+impl ToolSpec {
+    /// The tool in units.
+    pub fn tool(&self) -> Tool {
+        self.form.apply(Tool::new(self.kind, to_units(self.position)))
+    }
+}
+
+impl Placeable {
+    /// The tool, placed at a normalised position.
+    pub fn tool(&self, position: [f32; 2]) -> Tool {
+        self.form.apply(Tool::new(self.kind, to_units(position)))
+    }
+}
+
+impl Region {
+    /// Whether a ball of `ball_radius` units at `ball` (units) touches the region.
+    pub fn touches(&self, ball: [f32; 2], ball_radius: f32) -> bool {
+        let centre = to_units(self.position);
+        (ball[0] - centre[0]).hypot(ball[1] - centre[1]) <= self.radius + ball_radius
+    }
+}
+
+impl Goal {
+    /// The goal as the region a rollout must reach.
+    pub fn region(&self) -> Region {
+        Region { position: self.position, radius: self.radius }
+    }
+}
+
+impl Task {
+    /// Subgoals in order, then the goal: the stages of guidance.
+    pub fn stages(&self) -> Vec<Region> {
+        self.subgoals.iter().copied().chain([self.goal.region()]).collect()
+    }
+
+    /// The tool types of the scene and of the agent, each once, in canonical order:
+    /// the tool set a dynamics model of this task must know.
+    pub fn tool_set(&self) -> Vec<ToolKind> {
+        let used = |kind: &ToolKind| self.placeable.kind == *kind || self.tools.iter().any(|tool| tool.kind == *kind);
+        ToolKind::ALL.into_iter().filter(used).collect()
+    }
+}
+
+fn default_radius() -> f32 {
+    4.0
+}
+
+fn default_mass() -> f32 {
+    10.0
+}
+
+fn one() -> f32 {
+    1.0
+}
+
+fn default_move_threshold() -> f32 {
+    0.03
+}
