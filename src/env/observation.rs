@@ -1,0 +1,51 @@
+//! What the agent sees: the padded collection of object feature vectors (paper,
+//! section 5.1), then which stage comes next.
+
+use crate::physics::{BallState, ToolKind, World, to_normalised};
+use crate::task::Task;
+
+/// Features of one object: velocity x, y; position x, y; one-hot type (ball, then
+/// [`ToolKind::ALL`]).
+pub const OBJECT_FEATURES: usize = 4 + 1 + ToolKind::ALL.len();
+/// Objects an observation has room for. Of more, the tools placed first drop out.
+pub const OBJECT_SLOTS: usize = 16;
+/// Velocities are divided by this many units/s.
+pub const VELOCITY_SCALE: f32 = 10.0;
+
+/// Length of a task's observation vector: object slots, then a one-hot of the next
+/// stage (subgoals in order, then the goal).
+pub fn observation_len(task: &Task) -> usize {
+    OBJECT_SLOTS * OBJECT_FEATURES + task.subgoals.len() + 1
+}
+
+/// Fills `observation` with the balls, the scene's tools, the placed tools, zeros for
+/// empty slots, and the one-hot of the next stage.
+pub(super) fn observe(world: &World, fixed_tools: usize, stage: usize, stages: usize, observation: &mut Vec<f32>) {
+    observation.clear();
+    let balls = world.ball_count().min(OBJECT_SLOTS);
+    for ball in 0..balls {
+        push_ball(&world.ball(ball), observation);
+    }
+    let free = OBJECT_SLOTS - balls;
+    let placed = world.tools().len() - fixed_tools;
+    let dropped = (fixed_tools + placed).saturating_sub(free);
+    let keep = |index: &usize| *index < fixed_tools || *index >= fixed_tools + dropped;
+    for (_, tool) in world.tools().enumerate().filter(|(index, _)| keep(index)).take(free) {
+        let [x, y] = to_normalised(tool.position);
+        observation.extend([0.0, 0.0, x, y]);
+        push_type(1 + tool.kind.index(), observation);
+    }
+    observation.resize(OBJECT_SLOTS * OBJECT_FEATURES, 0.0);
+    observation.extend((0..stages).map(|index| f32::from(u8::from(index == stage))));
+}
+
+fn push_ball(ball: &BallState, observation: &mut Vec<f32>) {
+    let [x, y] = to_normalised(ball.position);
+    let [vx, vy] = ball.velocity.map(|v| v / VELOCITY_SCALE);
+    observation.extend([vx, vy, x, y]);
+    push_type(0, observation);
+}
+
+fn push_type(index: usize, observation: &mut Vec<f32>) {
+    observation.extend((0..OBJECT_FEATURES - 4).map(|slot| f32::from(u8::from(slot == index))));
+}
