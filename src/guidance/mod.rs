@@ -1,1 +1,15 @@
-//! Model-guided exploration: rollouts, action clusters, the action prior, epsilon schedules.
+//! Model-guided exploration: rollouts, action clusters, the action prior, epsilon
+//! schedules (paper, sections 4.2 and 4.3).
+//!
+//! This room knows a dynamics model only as a [`RolloutModel`]; the true physics is one
+//! too ([`TruePhysics`]), which gives the upper bound of what guidance can do.
+
+mod clusters;
+mod prior;
+mod rollout;
+mod schedule;
+
+pub use clusters::{Cluster, ClusterCount};
+pub use prior::{ActionPrior, GuidanceConfig, GuidanceError, StagePrior, StartStates, build};
+pub use rollout::{Rewarding, Rollout, RolloutAction, RolloutModel, TruePhysics};
+pub use schedule::{EpsilonSchedule, ScheduleError};

@@ -1,1 +1,3 @@
-//! Many runs: sweeps, the reproduction of the paper, reports.
+//! Many runs: exploration counts, sweeps, the reproduction of the paper, reports.
+
+pub mod hits;

@@ -1,0 +1,108 @@
+//! K-means clusters of rewarding actions and their statistics (paper, section 4.2).
+
+use linfa::DatasetBase;
+use linfa::prelude::*;
+use linfa_clustering::KMeans;
+use ndarray::{Array1, Array2, Axis};
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use serde::{Deserialize, Serialize};
+
+use crate::env::Action;
+
+/// How many clusters a stage gets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ClusterCount {
+    /// Always this many (fewer if there are fewer distinct actions).
+    Fixed(usize),
+    /// The number from 2 to this with the largest mean silhouette.
+    Silhouette(usize),
+}
+
+/// Mean and standard deviation of a cluster of rewarding actions: the normal
+/// distribution from which exploration samples.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Cluster {
+    /// Mean of x and y, normalised.
+    pub mean: [f32; 2],
+    /// Standard deviation of x and y, not below the floor.
+    pub std: [f32; 2],
+    /// Share of the stage's actions that belong to it.
+    pub weight: f32,
+    /// Number of actions that belong to it.
+    pub count: usize,
+}
+
+impl Cluster {
+    /// An action from the cluster's normal distribution, clipped to [-1, 1].
+    pub fn sample(&self, rng: &mut impl Rng) -> Action {
+        std::array::from_fn(|axis| {
+            let normal: f32 = StandardNormal.sample(rng);
+            (self.mean[axis] + self.std[axis] * normal).clamp(-1.0, 1.0)
+        })
+    }
+}
+
+/// Clusters of `actions`, the largest first. None if there are no actions.
+pub(super) fn cluster(actions: &[Action], count: ClusterCount, std_floor: f32, rng: &ChaCha8Rng) -> Vec<Cluster> {
+    let distinct = count_distinct(actions);
+    if distinct == 0 {
+        return Vec::new();
+    }
+    let points = Array2::from_shape_fn((actions.len(), 2), |(row, axis)| f64::from(actions[row][axis]));
+    let labels = match count {
+        ClusterCount::Fixed(k) => assign(&points, k.clamp(1, distinct), rng),
+        ClusterCount::Silhouette(most) => best_silhouette(&points, most.min(distinct.saturating_sub(1)), rng),
+    };
+    let clusters = 1 + labels.iter().max().copied().unwrap_or(0);
+    let mut clusters: Vec<Cluster> =
+        (0..clusters).filter_map(|label| describe(&points, &labels, label, std_floor)).collect();
+    clusters.sort_by(|a, b| b.count.cmp(&a.count).then(a.mean[0].total_cmp(&b.mean[0])));
+    clusters
+}
+
+fn count_distinct(actions: &[Action]) -> usize {
+    let mut bits: Vec<[u32; 2]> = actions.iter().map(|action| action.map(f32::to_bits)).collect();
+    bits.sort_unstable();
+    bits.dedup();
+    bits.len()
+}
+
+fn assign(points: &Array2<f64>, clusters: usize, rng: &ChaCha8Rng) -> Array1<usize> {
+    let dataset = DatasetBase::from(points.clone());
+    let fitted =
+        KMeans::params_with_rng(clusters, rng.clone()).n_runs(10).max_n_iterations(300).tolerance(1e-6).fit(&dataset);
+    match fitted {
+        Ok(model) => model.predict(points),
+        // Finite points, at least as many distinct ones as clusters: only a failure to
+        // converge is left, and one cluster of everything is then the honest answer.
+        Err(_) => Array1::zeros(points.nrows()),
+    }
+}
+
+fn best_silhouette(points: &Array2<f64>, most: usize, rng: &ChaCha8Rng) -> Array1<usize> {
+    let score = |labels: &Array1<usize>| {
+        DatasetBase::new(points.clone(), labels.clone()).silhouette_score().unwrap_or(f64::NEG_INFINITY)
+    };
+    (2..=most)
+        .map(|k| assign(points, k, rng))
+        .map(|labels| (score(&labels), labels))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or_else(|| Array1::zeros(points.nrows()), |(_, labels)| labels)
+}
+
+fn describe(points: &Array2<f64>, labels: &Array1<usize>, label: usize, std_floor: f32) -> Option<Cluster> {
+    let members: Vec<usize> = labels.iter().enumerate().filter(|(_, l)| **l == label).map(|(row, _)| row).collect();
+    let members = points.select(Axis(0), &members);
+    let mean = members.mean_axis(Axis(0))?;
+    let std = members.std_axis(Axis(0), 0.0);
+    let count = members.nrows();
+    Some(Cluster {
+        mean: [mean[0] as f32, mean[1] as f32],
+        std: [std[0], std[1]].map(|s| (s as f32).max(std_floor)),
+        weight: count as f32 / points.nrows() as f32,
+        count,
+    })
+}

@@ -1,0 +1,216 @@
+//! The epsilon threshold as a function of the episode (paper, sections 4.3 and 5.4).
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+/// How the threshold develops. Its text form is the EPSILON SPEC of the command line.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum EpsilonSchedule {
+    /// `0.1`: the same in every episode.
+    Constant(f32),
+    /// `linear:FROM:TO:EPISODES`: a straight line, then constant.
+    Linear { from: f32, to: f32, episodes: u32 },
+    /// `exp:FROM:TO:FACTOR`: the distance to TO shrinks by FACTOR every episode.
+    Exponential { from: f32, to: f32, factor: f32 },
+    /// `step:FROM:FACTOR:EPISODES`: multiplied by FACTOR every so many episodes.
+    Step { from: f32, factor: f32, episodes: u32 },
+    /// `points:0=0.8,1000=0.3,3000=0`: straight lines between points.
+    Points(Vec<(u32, f32)>),
+}
+
+/// A text that is no schedule.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "epsilon `{text}`: {problem}; write 0.1, linear:0.8:0.05:2000, exp:0.8:0.05:0.999, step:0.8:0.5:500 or points:0=0.8,1000=0.3"
+)]
+pub struct ScheduleError {
+    text: String,
+    problem: String,
+}
+
+impl EpsilonSchedule {
+    /// The threshold in an episode, counted from 0; always within [0, 1].
+    pub fn threshold(&self, episode: u32) -> f32 {
+        let value = match self {
+            Self::Constant(value) => *value,
+            Self::Linear { from, to, episodes } => {
+                let share = (episode as f32 / *episodes as f32).min(1.0);
+                from + (to - from) * share
+            }
+            Self::Exponential { from, to, factor } => to + (from - to) * factor.powf(episode as f32),
+            Self::Step { from, factor, episodes } => from * factor.powf((episode / episodes) as f32),
+            Self::Points(points) => interpolate(points, episode),
+        };
+        value.clamp(0.0, 1.0)
+    }
+
+    /// Whether guidance is never used.
+    pub fn is_zero(&self) -> bool {
+        match self {
+            Self::Constant(value) => *value == 0.0,
+            Self::Linear { from, to, .. } | Self::Exponential { from, to, .. } => *from == 0.0 && *to == 0.0,
+            Self::Step { from, .. } => *from == 0.0,
+            Self::Points(points) => points.iter().all(|(_, value)| *value == 0.0),
+        }
+    }
+
+    /// The same schedule as editable points over `episodes` episodes.
+    pub fn to_points(&self, episodes: u32, count: u32) -> Vec<(u32, f32)> {
+        if let Self::Points(points) = self {
+            return points.clone();
+        }
+        let count = count.max(2);
+        let mut points: Vec<(u32, f32)> = (0..count)
+            .map(|i| (u64::from(episodes) * u64::from(i) / u64::from(count - 1)) as u32)
+            .map(|episode| (episode, self.threshold(episode)))
+            .collect();
+        points.dedup_by_key(|point| point.0);
+        points
+    }
+}
+
+fn interpolate(points: &[(u32, f32)], episode: u32) -> f32 {
+    let after = points.partition_point(|(at, _)| *at <= episode);
+    match (after.checked_sub(1).map(|i| points[i]), points.get(after)) {
+        (Some((from, a)), Some((to, b))) => a + (b - a) * (episode - from) as f32 / (to - from) as f32,
+        (Some((_, value)), None) => value,
+        (None, Some((_, value))) => *value,
+        (None, None) => 0.0,
+    }
+}
+
+impl FromStr for EpsilonSchedule {
+    type Err = ScheduleError;
+
+    fn from_str(text: &str) -> Result<Self, ScheduleError> {
+        parse(text.trim()).map_err(|problem| ScheduleError { text: text.to_owned(), problem })
+    }
+}
+
+fn parse(text: &str) -> Result<EpsilonSchedule, String> {
+    let (kind, rest) = text.split_once(':').unwrap_or(("", text));
+    let fields: Vec<&str> = rest.split(':').collect();
+    match (kind, fields.as_slice()) {
+        ("", [value]) => Ok(EpsilonSchedule::Constant(threshold(value)?)),
+        ("linear", [from, to, episodes]) => {
+            Ok(EpsilonSchedule::Linear { from: threshold(from)?, to: threshold(to)?, episodes: count(episodes)? })
+        }
+        ("exp", [from, to, factor]) => {
+            Ok(EpsilonSchedule::Exponential { from: threshold(from)?, to: threshold(to)?, factor: threshold(factor)? })
+        }
+        ("step", [from, factor, episodes]) => {
+            Ok(EpsilonSchedule::Step { from: threshold(from)?, factor: threshold(factor)?, episodes: count(episodes)? })
+        }
+        ("points", [points]) => Ok(EpsilonSchedule::Points(parse_points(points)?)),
+        ("linear" | "exp" | "step", _) => Err(format!("`{kind}` takes three numbers")),
+        _ => Err("unknown form".to_owned()),
+    }
+}
+
+fn parse_points(text: &str) -> Result<Vec<(u32, f32)>, String> {
+    let mut points = Vec::new();
+    for point in text.split(',') {
+        let (episode, value) = point.split_once('=').ok_or_else(|| format!("`{point}` is not EPISODE=THRESHOLD"))?;
+        let episode = episode.trim().parse().map_err(|_| format!("`{episode}` is not an episode number"))?;
+        if points.last().is_some_and(|(last, _)| *last >= episode) {
+            return Err(format!("episode {episode} does not come after the one before it"));
+        }
+        points.push((episode, threshold(value)?));
+    }
+    Ok(points)
+}
+
+fn threshold(text: &str) -> Result<f32, String> {
+    let value: f32 = text.trim().parse().map_err(|_| format!("`{text}` is not a number"))?;
+    if (0.0..=1.0).contains(&value) { Ok(value) } else { Err(format!("{value} is not within 0 and 1")) }
+}
+
+fn count(text: &str) -> Result<u32, String> {
+    match text.trim().parse() {
+        Ok(0) | Err(_) => Err(format!("`{text}` is not a positive number of episodes")),
+        Ok(count) => Ok(count),
+    }
+}
+
+impl fmt::Display for EpsilonSchedule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Constant(value) => write!(f, "{value}"),
+            Self::Linear { from, to, episodes } => write!(f, "linear:{from}:{to}:{episodes}"),
+            Self::Exponential { from, to, factor } => write!(f, "exp:{from}:{to}:{factor}"),
+            Self::Step { from, factor, episodes } => write!(f, "step:{from}:{factor}:{episodes}"),
+            Self::Points(points) => {
+                let points: Vec<String> = points.iter().map(|(at, value)| format!("{at}={value}")).collect();
+                write!(f, "points:{}", points.join(","))
+            }
+        }
+    }
+}
+
+impl TryFrom<String> for EpsilonSchedule {
+    type Error = ScheduleError;
+
+    fn try_from(text: String) -> Result<Self, ScheduleError> {
+        text.parse()
+    }
+}
+
+impl From<EpsilonSchedule> for String {
+    fn from(schedule: EpsilonSchedule) -> String {
+        schedule.to_string()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(spec: &str, episode: u32) -> f32 {
+        spec.parse::<EpsilonSchedule>().unwrap().threshold(episode)
+    }
+
+    #[test]
+    fn thresholds_follow_their_formula() {
+        assert_eq!(at("0.1", 12345), 0.1);
+        assert_eq!(at("linear:0.8:0.4:100", 50), 0.6);
+        assert_eq!(at("linear:0.8:0.4:100", 5000), 0.4);
+        assert!((at("exp:0.8:0.1:0.5", 2) - (0.1 + 0.7 * 0.25)).abs() < 1e-6);
+        assert_eq!(at("step:0.8:0.5:10", 25), 0.2);
+        assert_eq!(at("points:10=0.8,20=0.4", 0), 0.8);
+        assert!((at("points:10=0.8,20=0.4", 15) - 0.6).abs() < 1e-6);
+        assert_eq!(at("points:10=0.8,20=0.4", 99), 0.4);
+    }
+
+    #[test]
+    fn text_form_round_trips() {
+        for spec in [
+            "0",
+            "0.1",
+            "linear:0.8:0.05:2000",
+            "exp:0.8:0.05:0.999",
+            "step:0.8:0.5:500",
+            "points:0=0.8,1000=0.3,3000=0",
+        ] {
+            assert_eq!(spec.parse::<EpsilonSchedule>().unwrap().to_string(), spec);
+        }
+    }
+
+    #[test]
+    fn mistakes_are_named() {
+        for (spec, problem) in [
+            ("1.5", "not within 0 and 1"),
+            ("NaN", "not within 0 and 1"),
+            ("linear:0.8:0.1", "takes three numbers"),
+            ("linear:0.8:0.1:0", "positive number"),
+            ("points:5=0.1,5=0.2", "does not come after"),
+            ("points:", "not EPISODE=THRESHOLD"),
+            ("cosine:1", "unknown form"),
+        ] {
+            let error = spec.parse::<EpsilonSchedule>().unwrap_err().to_string();
+            assert!(error.contains(problem), "{spec}: {error}");
+        }
+    }
+}

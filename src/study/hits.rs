@@ -1,0 +1,72 @@
+//! How often a way of exploring reaches each subgoal and the goal (paper, figure 5).
+
+use std::sync::Arc;
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use crate::env::{Action, Environment};
+use crate::guidance::ActionPrior;
+use crate::task::Task;
+
+/// Episodes in which each stage was reached.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Hits {
+    /// Episodes played.
+    pub episodes: u32,
+    /// Episodes that reached the goal.
+    pub goal: u32,
+    /// Episodes that reached each subgoal.
+    pub subgoals: Vec<u32>,
+}
+
+/// A way of choosing actions without learning.
+pub trait Explorer {
+    /// Called before each episode.
+    fn start_episode(&mut self, _rng: &mut ChaCha8Rng) {}
+    /// The next action.
+    fn act(&mut self, env: &Environment, rng: &mut ChaCha8Rng) -> Action;
+}
+
+/// Actions drawn uniformly.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Uniform;
+
+impl Explorer for Uniform {
+    fn act(&mut self, _: &Environment, rng: &mut ChaCha8Rng) -> Action {
+        [rng.gen_range(-1.0..=1.0), rng.gen_range(-1.0..=1.0)]
+    }
+}
+
+/// Actions drawn from the clusters of the next stage (epsilon threshold 1).
+#[derive(Debug, Clone, Copy)]
+pub struct Guided<'a>(pub &'a ActionPrior);
+
+impl Explorer for Guided<'_> {
+    fn act(&mut self, env: &Environment, rng: &mut ChaCha8Rng) -> Action {
+        self.0.sample(env.snapshot().stage(), rng)
+    }
+}
+
+/// Plays `episodes` episodes and counts the stages reached.
+pub fn count_hits(task: &Arc<Task>, explorer: &mut impl Explorer, episodes: u32, seed: u64) -> Hits {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut env = Environment::new(task.clone());
+    let mut hits = Hits { episodes, goal: 0, subgoals: vec![0; task.subgoals.len()] };
+    for _ in 0..episodes {
+        env.reset(&mut rng);
+        explorer.start_episode(&mut rng);
+        loop {
+            let action = explorer.act(&env, &mut rng);
+            if env.step(action).map_or(true, |step| step.end.is_some()) {
+                break;
+            }
+        }
+        hits.goal += u32::from(env.snapshot().goal_reached());
+        for (count, reached) in hits.subgoals.iter_mut().zip(env.snapshot().reached()) {
+            *count += u32::from(*reached);
+        }
+    }
+    hits
+}
