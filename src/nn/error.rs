@@ -1,0 +1,99 @@
+//! What can go wrong with networks, optimisers and their files.
+
+use thiserror::Error;
+
+/// A network or an optimiser cannot do what was asked.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum NnError {
+    /// The sizes do not describe a stack of layers.
+    #[error(
+        "network sizes {sizes:?} are not usable: give inputs, hidden sizes and outputs, all at least 1"
+    )]
+    Shape {
+        /// The sizes as given.
+        sizes: Vec<usize>,
+    },
+    /// A gradient is infinite or not a number; no parameter was changed.
+    #[error(
+        "the gradient is not finite (norm {norm}): the loss has diverged; use a smaller learning rate"
+    )]
+    NotFinite {
+        /// Euclidean norm over all gradients: infinite or NaN.
+        norm: f64,
+    },
+    /// An optimiser was used with other networks than it was made for.
+    #[error("the optimiser holds state for {expected} parameters, the networks have {found}")]
+    OptimiserMismatch {
+        /// Parameters the optimiser was made for.
+        expected: usize,
+        /// Parameters of the networks given.
+        found: usize,
+    },
+    /// There is no memory for gradients.
+    #[error("out of memory for gradients: use a smaller network or batch")]
+    OutOfMemory,
+}
+
+impl From<dfdx::tensor::CpuError> for NnError {
+    fn from(_: dfdx::tensor::CpuError) -> Self {
+        // The only error dfdx's CPU device gives when buffers for known shapes are made.
+        Self::OutOfMemory
+    }
+}
+
+/// A tensor file cannot be read or does not hold what is needed.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum TensorFileError {
+    /// The bytes are no safetensors file.
+    #[error("not a safetensors file: {reason}")]
+    Foreign {
+        /// What the reader found.
+        reason: String,
+    },
+    /// The file is shorter or longer than its header says.
+    #[error("the tensor file is truncated or damaged: {reason}; restore it or train again")]
+    Damaged {
+        /// What the reader found.
+        reason: String,
+    },
+    /// A tensor is not there.
+    #[error("tensor `{name}` is missing: the file belongs to another network")]
+    Missing {
+        /// Name of the tensor.
+        name: String,
+    },
+    /// A tensor has another shape.
+    #[error(
+        "tensor `{name}` has shape {found:?}, expected {expected:?}: the file belongs to another network"
+    )]
+    WrongShape {
+        /// Name of the tensor.
+        name: String,
+        /// Shape the network has.
+        expected: Vec<usize>,
+        /// Shape in the file.
+        found: Vec<usize>,
+    },
+    /// A tensor holds something else than 32-bit floating point numbers.
+    #[error("tensor `{name}` has element type {found}, expected F32")]
+    WrongType {
+        /// Name of the tensor.
+        name: String,
+        /// Element type in the file.
+        found: String,
+    },
+    /// A tensor holds an infinity or NaN.
+    #[error("tensor `{name}` holds a value that is not finite: the file cannot be used")]
+    NotFinite {
+        /// Name of the tensor.
+        name: String,
+    },
+    /// A metadata entry is missing or cannot be read.
+    #[error("metadata entry `{key}` is missing or not valid: {reason}")]
+    Metadata {
+        /// Name of the entry.
+        key: String,
+        /// What the reader found.
+        reason: String,
+    },
+}

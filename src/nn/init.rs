@@ -1,0 +1,153 @@
+//! Initial weights, drawn from a generator of the caller's.
+
+use rand::{Rng, distributions::Uniform};
+use rand_distr::StandardNormal;
+use serde::{Deserialize, Serialize};
+
+/// Distribution of initial weights. Biases start at 0 unless noted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum InitScheme {
+    /// Uniform in ±sqrt(6 / (fan_in + fan_out)) (Glorot and Bengio, 2010).
+    Xavier,
+    /// Random rows or columns of length 1 at right angles (Saxe et al., 2014): keeps the scale of
+    /// signals through deep stacks.
+    Orthogonal,
+    /// Weights and biases uniform in ±1 / sqrt(fan_in), as PyTorch's `Linear` starts and as in
+    /// DDPG (Lillicrap et al., 2016).
+    FanIn,
+}
+
+/// How a network starts.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Init {
+    /// Distribution of every layer.
+    pub scheme: InitScheme,
+    /// If given, weights and biases of the last layer are uniform in ± this bound instead
+    /// (DDPG: 3e-3, so that first outputs are near 0).
+    pub last_bound: Option<f32>,
+}
+
+impl From<InitScheme> for Init {
+    fn from(scheme: InitScheme) -> Self {
+        Self {
+            scheme,
+            last_bound: None,
+        }
+    }
+}
+
+impl Init {
+    /// `scheme` with a last layer uniform in ±`bound`.
+    pub fn with_last_bound(scheme: InitScheme, bound: f32) -> Self {
+        Self {
+            scheme,
+            last_bound: Some(bound),
+        }
+    }
+
+    /// Weight (`inputs` × `outputs`, row-major) and bias (`outputs`) of one layer.
+    pub(super) fn layer<R: Rng + ?Sized>(
+        &self,
+        inputs: usize,
+        outputs: usize,
+        is_last: bool,
+        rng: &mut R,
+    ) -> (Vec<f32>, Vec<f32>) {
+        let n = inputs * outputs;
+        if let (true, Some(bound)) = (is_last, self.last_bound) {
+            return (uniform(n, bound, rng), uniform(outputs, bound, rng));
+        }
+        match self.scheme {
+            InitScheme::Xavier => {
+                let bound = (6.0 / (inputs + outputs) as f32).sqrt();
+                (uniform(n, bound, rng), vec![0.0; outputs])
+            }
+            InitScheme::Orthogonal => (orthogonal(inputs, outputs, rng), vec![0.0; outputs]),
+            InitScheme::FanIn => {
+                let bound = 1.0 / (inputs as f32).sqrt();
+                (uniform(n, bound, rng), uniform(outputs, bound, rng))
+            }
+        }
+    }
+}
+
+fn uniform<R: Rng + ?Sized>(n: usize, bound: f32, rng: &mut R) -> Vec<f32> {
+    let distribution = Uniform::new_inclusive(-bound.abs(), bound.abs());
+    (0..n).map(|_| rng.sample(distribution)).collect()
+}
+
+/// Orthonormal rows (or columns, whichever are fewer) by Gram-Schmidt on normal vectors.
+fn orthogonal<R: Rng + ?Sized>(rows: usize, columns: usize, rng: &mut R) -> Vec<f32> {
+    let (count, length) = (rows.min(columns), rows.max(columns));
+    let mut basis: Vec<Vec<f64>> = Vec::with_capacity(count);
+    while basis.len() < count {
+        let mut v: Vec<f64> = (0..length).map(|_| rng.sample(StandardNormal)).collect();
+        // Twice: one pass of Gram-Schmidt loses orthogonality to rounding.
+        for _ in 0..2 {
+            for b in &basis {
+                let dot: f64 = v.iter().zip(b).map(|(x, y)| x * y).sum();
+                v.iter_mut().zip(b).for_each(|(x, y)| *x -= dot * y);
+            }
+        }
+        let norm = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        // A vector almost inside the span of the others is drawn again.
+        if norm > 1e-6 {
+            v.iter_mut().for_each(|x| *x /= norm);
+            basis.push(v);
+        }
+    }
+    let mut weight = Vec::with_capacity(rows * columns);
+    for r in 0..rows {
+        for c in 0..columns {
+            let (i, j) = if rows <= columns { (r, c) } else { (c, r) };
+            weight.push(basis[i][j] as f32);
+        }
+    }
+    weight
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    #[test]
+    fn orthogonal_has_orthonormal_short_side() {
+        for (rows, columns) in [(5, 9), (9, 5), (6, 6)] {
+            let w = orthogonal(rows, columns, &mut ChaCha8Rng::seed_from_u64(1));
+            let at = |i: usize, j: usize| {
+                if rows <= columns {
+                    w[i * columns + j]
+                } else {
+                    w[j * columns + i]
+                }
+            };
+            let (count, length) = (rows.min(columns), rows.max(columns));
+            for a in 0..count {
+                for b in 0..count {
+                    let dot: f32 = (0..length).map(|j| at(a, j) * at(b, j)).sum();
+                    let expected = if a == b { 1.0 } else { 0.0 };
+                    assert!((dot - expected).abs() < 1e-5, "rows {a} {b}: {dot}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn bounds_are_kept_and_reached() {
+        let mut rng = ChaCha8Rng::seed_from_u64(2);
+        let (w, b) = Init::from(InitScheme::FanIn).layer(100, 50, true, &mut rng);
+        let largest = w.iter().chain(&b).fold(0.0f32, |m, x| m.max(x.abs()));
+        assert!(largest <= 0.1 && largest > 0.099, "{largest}");
+        let (w, b) = Init::with_last_bound(InitScheme::Xavier, 3e-3).layer(100, 50, true, &mut rng);
+        let largest = w.iter().chain(&b).fold(0.0f32, |m, x| m.max(x.abs()));
+        assert!(largest <= 3e-3 && largest > 2.9e-3, "{largest}");
+        let (w, _) =
+            Init::with_last_bound(InitScheme::Xavier, 3e-3).layer(100, 50, false, &mut rng);
+        let largest = w.iter().fold(0.0f32, |m, x| m.max(x.abs()));
+        assert!(largest <= 0.2 && largest > 0.19, "{largest}");
+    }
+}

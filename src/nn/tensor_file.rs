@@ -1,0 +1,158 @@
+//! Named tensors and text metadata as safetensors bytes.
+
+use std::{
+    borrow::Cow,
+    collections::{BTreeMap, HashMap},
+};
+
+use safetensors::{Dtype, SafeTensorError, SafeTensors, View, serialize};
+
+use super::TensorFileError;
+
+/// 32-bit floating point tensors by name, with text metadata; the content of one safetensors file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TensorFile {
+    /// Text by key: what the tensors are, who made them from what.
+    pub metadata: BTreeMap<String, String>,
+    tensors: BTreeMap<String, Entry>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Entry {
+    shape: Vec<usize>,
+    values: Vec<f32>,
+}
+
+impl TensorFile {
+    /// Adds or replaces a tensor with row-major `values`.
+    ///
+    /// # Panics
+    /// If the number of values does not fit the shape.
+    pub fn insert(&mut self, name: String, shape: Vec<usize>, values: Vec<f32>) {
+        assert_eq!(
+            shape.iter().product::<usize>(),
+            values.len(),
+            "values of `{name}`"
+        );
+        self.tensors.insert(name, Entry { shape, values });
+    }
+
+    /// Values of the tensor `name`, which must have this shape.
+    ///
+    /// # Errors
+    /// When it is missing, has another shape, or holds an infinity or NaN.
+    pub fn get(&self, name: &str, shape: &[usize]) -> Result<&[f32], TensorFileError> {
+        let name_owned = || name.to_owned();
+        let entry = self
+            .tensors
+            .get(name)
+            .ok_or_else(|| TensorFileError::Missing { name: name_owned() })?;
+        if entry.shape != shape {
+            return Err(TensorFileError::WrongShape {
+                name: name_owned(),
+                expected: shape.to_vec(),
+                found: entry.shape.clone(),
+            });
+        }
+        if entry.values.iter().any(|v| !v.is_finite()) {
+            return Err(TensorFileError::NotFinite { name: name_owned() });
+        }
+        Ok(&entry.values)
+    }
+
+    /// Names of the tensors, in order.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.tensors.keys().map(String::as_str)
+    }
+
+    /// The safetensors bytes; equal content gives equal bytes.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        // One entry at most: the format's own metadata map has no order, so bytes would vary.
+        let metadata = (!self.metadata.is_empty()).then(|| {
+            let text = serde_json::json!(self.metadata).to_string();
+            HashMap::from([(METADATA_KEY.to_owned(), text)])
+        });
+        // Fails only on a header that is not JSON text or on sizes that do not fit: the names are
+        // strings and the sizes were checked by `insert`.
+        serialize(self.tensors.iter(), &metadata).expect("checked tensors")
+    }
+
+    /// Reads what [`to_bytes`](Self::to_bytes) wrote.
+    ///
+    /// # Errors
+    /// When the bytes are foreign, truncated or damaged, or a tensor is not of 32-bit floats.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, TensorFileError> {
+        let (_, header) = SafeTensors::read_metadata(bytes).map_err(read_error)?;
+        let metadata = match header.metadata().as_ref().and_then(|m| m.get(METADATA_KEY)) {
+            None => BTreeMap::new(),
+            Some(text) => serde_json::from_str(text).map_err(|e| TensorFileError::Metadata {
+                key: METADATA_KEY.to_owned(),
+                reason: e.to_string(),
+            })?,
+        };
+        let mut file = Self {
+            metadata,
+            tensors: BTreeMap::new(),
+        };
+        let content = SafeTensors::deserialize(bytes).map_err(read_error)?;
+        for (name, view) in content.tensors() {
+            if view.dtype() != Dtype::F32 {
+                let found = format!("{:?}", view.dtype());
+                return Err(TensorFileError::WrongType { name, found });
+            }
+            let values = view
+                .data()
+                .chunks_exact(4)
+                .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+                .collect();
+            file.tensors.insert(
+                name,
+                Entry {
+                    shape: view.shape().to_vec(),
+                    values,
+                },
+            );
+        }
+        Ok(file)
+    }
+}
+
+const METADATA_KEY: &str = "mge";
+
+fn read_error(error: SafeTensorError) -> TensorFileError {
+    match error {
+        SafeTensorError::MetadataIncompleteBuffer
+        | SafeTensorError::InvalidHeaderLength
+        | SafeTensorError::HeaderTooSmall => TensorFileError::Damaged {
+            reason: "its length does not fit its header".to_owned(),
+        },
+        SafeTensorError::InvalidOffset(name) => TensorFileError::Damaged {
+            reason: format!("tensor `{name}` lies outside the file"),
+        },
+        other => TensorFileError::Foreign {
+            reason: format!("{other:?}"),
+        },
+    }
+}
+
+impl View for &Entry {
+    fn dtype(&self) -> Dtype {
+        Dtype::F32
+    }
+
+    fn shape(&self) -> &[usize] {
+        &self.shape
+    }
+
+    fn data(&self) -> Cow<'_, [u8]> {
+        self.values
+            .iter()
+            .flat_map(|v| v.to_le_bytes())
+            .collect::<Vec<u8>>()
+            .into()
+    }
+
+    fn data_len(&self) -> usize {
+        self.values.len() * 4
+    }
+}
