@@ -130,6 +130,18 @@ impl ActionPrior {
     /// The version this program writes.
     pub const VERSION: u32 = 1;
 
+    /// A prior without clusters: every stage samples uniformly.
+    pub fn uniform(task: &Task, seed: u64) -> Self {
+        Self {
+            version: Self::VERSION,
+            task: task.name.clone(),
+            model: "uniform".to_owned(),
+            seed,
+            config: GuidanceConfig::default(),
+            stages: vec![StagePrior::default(); task.subgoals.len() + 1],
+        }
+    }
+
     /// An action for a stage: a cluster drawn by weight, then its normal distribution.
     /// Uniform over [-1, 1]^2 if the stage has no cluster.
     pub fn sample(&self, stage: usize, rng: &mut impl Rng) -> Action {

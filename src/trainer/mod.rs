@@ -1,1 +1,23 @@
 //! The training loop on its own thread: control in, events out.
+//!
+//! [`Training`] is the loop without threads or files. [`conduct`] runs it into a run
+//! directory, which every reader of the run reads; [`Trainer`] does so on a thread.
+//! What crosses the threads: [`Control`] values in, the run's event log out, and a
+//! latest-wins [`Watch`] for whoever looks on.
+
+mod conduct;
+mod config;
+mod prior;
+mod streams;
+mod thread;
+mod trace;
+mod training;
+mod watch;
+
+pub use conduct::{ConductError, Control, Ending, conduct};
+pub use config::{Evaluation, Granularity, Method, NoiseDecay, PriorSource, RunConfig, RunConfigError};
+pub use prior::{PriorError, build_prior, rollout_model};
+pub use thread::Trainer;
+pub use trace::{Source, Trace, TracedStep};
+pub use training::{Training, TrainingError, WINDOW};
+pub use watch::{LiveView, Phase, Watch};

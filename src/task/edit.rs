@@ -1,0 +1,193 @@
+//! Editing a task: small steps, each valid as a whole, undone and redone without limit.
+
+use super::schema::{Form, Region, Task, ToolSpec};
+use super::validate::{Problem, validate};
+use crate::physics::ToolKind;
+
+/// One change of a task. Numbers of subgoals and tools count from 0 here.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Edit {
+    /// Appends a subgoal, before the goal.
+    AddSubgoal { position: [f32; 2], radius: f32 },
+    /// Moves a subgoal.
+    MoveSubgoal { index: usize, position: [f32; 2] },
+    /// Resizes a subgoal.
+    ResizeSubgoal { index: usize, radius: f32 },
+    /// Exchanges two subgoals' places in the order.
+    SwapSubgoals { first: usize, second: usize },
+    /// Deletes a subgoal.
+    DeleteSubgoal { index: usize },
+    /// Moves the goal.
+    MoveGoal { position: [f32; 2] },
+    /// Resizes the goal.
+    ResizeGoal { radius: f32 },
+    /// Moves the ball's start.
+    MoveBall { position: [f32; 2] },
+    /// Adds a static tool to the scene.
+    AddTool { kind: ToolKind, position: [f32; 2], size: Option<f32> },
+    /// Moves a static tool.
+    MoveTool { index: usize, position: [f32; 2] },
+    /// Resizes a static tool.
+    ResizeTool { index: usize, size: f32 },
+    /// Deletes a static tool.
+    DeleteTool { index: usize },
+}
+
+impl Edit {
+    /// The task after the change.
+    ///
+    /// # Errors
+    /// When there is no such object, or the result could not be played.
+    pub fn apply(&self, task: &Task) -> Result<Task, Problem> {
+        let mut task = task.clone();
+        match *self {
+            Self::AddSubgoal { position, radius } => task.subgoals.push(Region { position, radius }),
+            Self::MoveSubgoal { index, position } => entry(&mut task.subgoals, "subgoals", index)?.position = position,
+            Self::ResizeSubgoal { index, radius } => entry(&mut task.subgoals, "subgoals", index)?.radius = radius,
+            Self::SwapSubgoals { first, second } => {
+                entry(&mut task.subgoals, "subgoals", first)?;
+                entry(&mut task.subgoals, "subgoals", second)?;
+                task.subgoals.swap(first, second);
+            }
+            Self::DeleteSubgoal { index } => {
+                entry(&mut task.subgoals, "subgoals", index)?;
+                task.subgoals.remove(index);
+            }
+            Self::MoveGoal { position } => task.goal.position = position,
+            Self::ResizeGoal { radius } => task.goal.radius = radius,
+            Self::MoveBall { position } => task.ball.position = position,
+            Self::AddTool { kind, position, size } => {
+                task.tools.push(ToolSpec { kind, position, form: Form { size, ..Form::default() } });
+            }
+            Self::MoveTool { index, position } => entry(&mut task.tools, "tools", index)?.position = position,
+            Self::ResizeTool { index, size } => entry(&mut task.tools, "tools", index)?.form.size = Some(size),
+            Self::DeleteTool { index } => {
+                entry(&mut task.tools, "tools", index)?;
+                task.tools.remove(index);
+            }
+        }
+        validate(&task)?;
+        Ok(task)
+    }
+}
+
+fn entry<'a, T>(list: &'a mut [T], name: &str, index: usize) -> Result<&'a mut T, Problem> {
+    let count = list.len();
+    list.get_mut(index).ok_or_else(|| Problem {
+        path: format!("{name}[{index}]"),
+        message: format!("there are only {count}: choose one from 0 to {}", count.saturating_sub(1)),
+    })
+}
+
+/// A task being edited, with everything that can be undone and redone.
+#[derive(Debug, Clone)]
+pub struct Editor {
+    task: Task,
+    saved: Task,
+    past: Vec<Task>,
+    future: Vec<Task>,
+}
+
+impl Editor {
+    /// Begins with a task as it was loaded.
+    pub fn new(task: Task) -> Self {
+        Self { saved: task.clone(), task, past: Vec::new(), future: Vec::new() }
+    }
+
+    /// The task as it is now.
+    pub fn task(&self) -> &Task {
+        &self.task
+    }
+
+    /// Makes a change; what was undone before is forgotten.
+    ///
+    /// # Errors
+    /// When the change makes no playable task; nothing is changed then.
+    pub fn apply(&mut self, edit: &Edit) -> Result<(), Problem> {
+        let changed = edit.apply(&self.task)?;
+        self.past.push(std::mem::replace(&mut self.task, changed));
+        self.future.clear();
+        Ok(())
+    }
+
+    /// Takes the latest change back. False if there is none.
+    pub fn undo(&mut self) -> bool {
+        let Some(before) = self.past.pop() else { return false };
+        self.future.push(std::mem::replace(&mut self.task, before));
+        true
+    }
+
+    /// Makes the change again that was undone last. False if there is none.
+    pub fn redo(&mut self) -> bool {
+        let Some(after) = self.future.pop() else { return false };
+        self.past.push(std::mem::replace(&mut self.task, after));
+        true
+    }
+
+    /// Whether there is something to undo.
+    pub fn can_undo(&self) -> bool {
+        !self.past.is_empty()
+    }
+
+    /// Whether there is something to redo.
+    pub fn can_redo(&self) -> bool {
+        !self.future.is_empty()
+    }
+
+    /// Whether the task differs from the one that was loaded or saved last.
+    pub fn is_dirty(&self) -> bool {
+        self.task != self.saved
+    }
+
+    /// Takes note that the task was saved, under a new name if `name` says so.
+    pub fn mark_saved(&mut self, name: String) {
+        self.task.name = name;
+        self.saved = self.task.clone();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task::load;
+
+    fn editor() -> Editor {
+        Editor::new(load("task2").unwrap())
+    }
+
+    #[test]
+    fn undo_and_redo_walk_through_all_versions() {
+        let mut editor = editor();
+        let mut versions = vec![editor.task().clone()];
+        for x in [0.1, 0.2, 0.3] {
+            editor.apply(&Edit::MoveSubgoal { index: 0, position: [x, 0.5] }).unwrap();
+            versions.push(editor.task().clone());
+        }
+        for version in versions.iter().rev().skip(1) {
+            assert!(editor.undo());
+            assert_eq!(editor.task(), version);
+        }
+        assert!(!editor.undo() && !editor.is_dirty());
+        for version in &versions[1..] {
+            assert!(editor.redo());
+            assert_eq!(editor.task(), version);
+        }
+        assert!(!editor.redo() && editor.is_dirty());
+    }
+
+    #[test]
+    fn a_refused_edit_changes_nothing() {
+        let mut editor = editor();
+        let before = editor.task().clone();
+        for edit in [
+            Edit::MoveSubgoal { index: 9, position: [0.0; 2] },
+            Edit::MoveBall { position: [0.6, -0.85] },
+            Edit::ResizeGoal { radius: 0.0 },
+            Edit::MoveGoal { position: [f32::NAN, 0.0] },
+        ] {
+            assert!(editor.apply(&edit).is_err(), "{edit:?}");
+            assert_eq!(editor.task(), &before);
+            assert!(!editor.can_undo());
+        }
+    }
+}

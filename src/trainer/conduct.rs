@@ -1,0 +1,252 @@
+//! A training from its directory to its end: prior, episodes, evaluations, checkpoints,
+//! and what a person asks for in between.
+
+use std::sync::Arc;
+
+use crossbeam_channel::Receiver;
+
+use super::config::RunConfig;
+use super::prior::{PriorError, build_prior};
+use super::training::{Training, TrainingError};
+use super::watch::{LiveView, Phase, Watch};
+use crate::guidance::{ActionPrior, EpsilonSchedule};
+use crate::run::{CheckpointName, Event, Moment, RunDirectory, RunError, RunWriter, what_to_keep};
+
+/// What can be asked of a running training. Each takes effect between two episodes, in
+/// the order of sending.
+#[derive(Debug, Clone)]
+pub enum Control {
+    /// Wait until [`Control::Resume`].
+    Pause,
+    /// Go on after a pause.
+    Resume,
+    /// Train so many more episodes, then pause.
+    Advance(u32),
+    /// Save a checkpoint and end; the run can be resumed later.
+    Stop { reason: String },
+    /// Another epsilon schedule.
+    SetSchedule(EpsilonSchedule),
+    /// Another action prior.
+    SetPrior(Arc<ActionPrior>),
+}
+
+/// How a training ended without an error.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Ending {
+    /// All episodes are done.
+    Finished,
+    /// Somebody asked for it.
+    Stopped,
+}
+
+/// Why a training ended early.
+#[derive(Debug, thiserror::Error)]
+pub enum ConductError {
+    /// The run's files.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// The loop.
+    #[error(transparent)]
+    Training(#[from] TrainingError),
+    /// The action prior.
+    #[error(transparent)]
+    Prior(#[from] PriorError),
+}
+
+/// Trains the run in `directory` to its end, from its newest checkpoint if it has one.
+/// Files, and with them everything that is seen of the run, depend only on its
+/// configuration and on the controls received.
+///
+/// # Errors
+/// When the run is in use, its files cannot be used, or the learner diverges; all but
+/// the first are also recorded in the run.
+pub fn conduct(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Watch) -> Result<Ending, ConductError> {
+    let config: RunConfig = directory.config()?;
+    let checkpoint = match directory.checkpoints().names()?.is_empty() {
+        true => None,
+        false => Some(directory.checkpoints().load_newest()?.0),
+    };
+    let writer = RunWriter::open(directory, checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode))?;
+    let mut conductor = Conductor { writer, controls, watch, pause_after: None };
+    let outcome = (|| {
+        let training = match &checkpoint {
+            Some(checkpoint) => Training::resume(config, checkpoint)?,
+            None => {
+                let Some(prior) = conductor.prepare(&config)? else { return Ok(Ending::Stopped) };
+                Training::new(config, prior)?
+            }
+        };
+        conductor.run(training)
+    })();
+    watch.set_phase(Phase::Ended);
+    if let Err(error) = &outcome {
+        conductor.fail(error);
+    }
+    outcome
+}
+
+/// What a control asks the loop to do.
+enum Request {
+    GoOn,
+    Stop(String),
+}
+
+struct Conductor<'a> {
+    writer: RunWriter,
+    controls: &'a Receiver<Control>,
+    watch: &'a Watch,
+    /// Pause when this many episodes are done.
+    pause_after: Option<u64>,
+}
+
+impl Conductor<'_> {
+    /// Builds the prior of a new run, if it is guided. None if the run was stopped.
+    #[allow(clippy::option_option)]
+    fn prepare(&mut self, config: &RunConfig) -> Result<Option<Option<Arc<ActionPrior>>>, ConductError> {
+        if !config.is_guided() {
+            return Ok(Some(None));
+        }
+        let stages = config.task.subgoals.len() + 1;
+        let prior = build_prior(config, |stage| {
+            self.watch.set_phase(Phase::BuildingPrior { stage, stages });
+            true
+        })?;
+        Ok(prior.map(|prior| Some(Arc::new(prior))))
+    }
+
+    fn run(&mut self, mut training: Training) -> Result<Ending, ConductError> {
+        let config = training.config();
+        let started = Event::Started {
+            mge_version: env!("CARGO_PKG_VERSION").to_owned(),
+            task: config.task.name.clone(),
+            method: config.method.name().to_owned(),
+            seed: config.seed,
+            episodes: u64::from(config.episodes),
+            episode: training.episode(),
+        };
+        self.writer.record(&started)?;
+        self.watch.set_prior(training.prior().cloned());
+        if training.episode() == 0 && let Some(prior) = training.prior() {
+            let prior = prior.clone();
+            self.record_prior(&prior, 0)?;
+        }
+        self.watch.set_phase(Phase::Training);
+        while !training.is_finished() {
+            if let Request::Stop(reason) = self.obey(&mut training)? {
+                self.keep(&training, None, true)?;
+                self.writer.record(&Event::Stopped { episode: training.episode(), reason })?;
+                return Ok(Ending::Stopped);
+            }
+            self.episode(&mut training)?;
+        }
+        self.keep(&training, None, true)?;
+        self.writer.record(&Event::Finished { episode: training.episode() })?;
+        Ok(Ending::Finished)
+    }
+
+    fn episode(&mut self, training: &mut Training) -> Result<(), ConductError> {
+        let (record, trace) = training.run_episode()?;
+        self.writer.record(&Event::EpisodeFinished(record))?;
+        self.watch.offer(|| LiveView {
+            trace: Arc::new(trace),
+            ddpg: Arc::new(training.ddpg().clone()),
+            prior: training.prior().cloned(),
+        });
+        let evaluation = training.config().evaluation;
+        let mut score = None;
+        if evaluation.every > 0 && training.episode().is_multiple_of(u64::from(evaluation.every)) {
+            let (event, _) = training.evaluate(evaluation.episodes);
+            if let Event::Evaluated { mean_return, .. } = event {
+                score = Some(mean_return);
+            }
+            self.writer.record(&event)?;
+        }
+        self.keep(training, score, false)
+    }
+
+    /// Writes the checkpoints that are due.
+    fn keep(&mut self, training: &Training, score: Option<f64>, closing: bool) -> Result<(), ConductError> {
+        let store = self.writer.directory().checkpoints();
+        let moment = Moment {
+            episode: training.episode(),
+            score,
+            best_score: store.best_score()?,
+            closing,
+            existing: &store.names()?,
+        };
+        let actions = what_to_keep(&training.config().checkpoints, &moment);
+        if !actions.is_empty() {
+            self.writer.checkpoint(&actions, &training.checkpoint()?)?;
+        }
+        Ok(())
+    }
+
+    /// Does what was asked since the last episode; blocks while paused.
+    fn obey(&mut self, training: &mut Training) -> Result<Request, ConductError> {
+        let mut paused = false;
+        loop {
+            if !paused && self.pause_after.is_some_and(|episode| training.episode() >= episode) {
+                paused = true;
+                self.pause_after = None;
+                self.pause(training)?;
+            }
+            let control = match paused {
+                // Nobody can ask for anything any more: stop instead of waiting for ever.
+                true => self.controls.recv().unwrap_or(Control::Stop { reason: "the program ended".to_owned() }),
+                false => match self.controls.try_recv() {
+                    Ok(control) => control,
+                    Err(_) => return Ok(Request::GoOn),
+                },
+            };
+            match control {
+                Control::Stop { reason } => return Ok(Request::Stop(reason)),
+                Control::Pause if !paused => {
+                    paused = true;
+                    self.pause(training)?;
+                }
+                Control::Pause => {}
+                Control::Resume | Control::Advance(_) => {
+                    if let Control::Advance(episodes) = control {
+                        self.pause_after = Some(training.episode() + u64::from(episodes.max(1)));
+                    }
+                    if std::mem::take(&mut paused) {
+                        self.writer.record(&Event::Resumed { episode: training.episode() })?;
+                        self.watch.set_phase(Phase::Training);
+                    }
+                }
+                Control::SetSchedule(schedule) => {
+                    let event = Event::ScheduleChanged { episode: training.episode(), schedule: schedule.to_string() };
+                    self.writer.record(&event)?;
+                    training.set_schedule(schedule);
+                }
+                Control::SetPrior(prior) => {
+                    self.record_prior(&prior, training.episode())?;
+                    self.watch.set_prior(Some(prior.clone()));
+                    training.set_prior(prior);
+                }
+            }
+        }
+    }
+
+    fn pause(&mut self, training: &Training) -> Result<(), ConductError> {
+        self.keep(training, None, true)?;
+        self.writer.record(&Event::Paused { episode: training.episode() })?;
+        self.watch.set_phase(Phase::Paused);
+        Ok(())
+    }
+
+    /// Saves the prior beside the log and records that it holds from now on.
+    fn record_prior(&mut self, prior: &ActionPrior, episode: u64) -> Result<(), ConductError> {
+        let path = self.writer.directory().path().join("prior.json");
+        crate::atomic::write(&path, prior.to_json().as_bytes()).map_err(RunError::io("write", &path))?;
+        let clusters = prior.stages.iter().map(|stage| stage.clusters.len() as u32).collect();
+        Ok(self.writer.record(&Event::ClustersChanged { episode, clusters })?)
+    }
+
+    /// Records the error as the run's end. If even that fails, the error itself is
+    /// what the caller gets to see.
+    fn fail(&mut self, error: &ConductError) {
+        let episode = self.writer.directory().checkpoints().load(CheckpointName::Last).map_or(0, |last| last.episode);
+        let _ = self.writer.record(&Event::Failed { episode, reason: error.to_string() });
+    }
+}

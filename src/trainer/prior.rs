@@ -1,0 +1,38 @@
+//! The action prior of a run's configuration.
+
+use crate::guidance::{self, ActionPrior, RolloutModel, TruePhysics};
+use crate::task::Task;
+
+use super::config::{PriorSource, RunConfig};
+
+/// Why there is no action prior.
+#[derive(Debug, thiserror::Error)]
+pub enum PriorError {
+    /// The dynamics model cannot be used.
+    #[error(transparent)]
+    Model(#[from] crate::dynamics::ModelError),
+}
+
+/// What predicts the rollouts of a task: a dynamics model or the true physics, and its
+/// name. None for no prediction at all.
+///
+/// # Errors
+/// When the model cannot be loaded or does not know the task's tools.
+pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<(Box<dyn RolloutModel>, String)>, PriorError> {
+    todo!()
+}
+
+/// Builds the prior of a configuration; `progress` sees each stage's number and may
+/// return false to stop, which gives none.
+///
+/// # Errors
+/// When the dynamics model cannot be used.
+pub fn build_prior(
+    config: &RunConfig,
+    progress: impl FnMut(usize) -> bool,
+) -> Result<Option<ActionPrior>, PriorError> {
+    let Some((model, name)) = rollout_model(&config.prior, &config.task)? else {
+        return Ok(Some(ActionPrior::uniform(&config.task, config.seed)));
+    };
+    Ok(guidance::build(&config.task, &*model, &name, &config.guidance, config.seed, progress))
+}

@@ -1,0 +1,95 @@
+//! A training on a thread of its own.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+
+use crossbeam_channel::{Sender, unbounded};
+
+use super::conduct::{Control, Ending, conduct};
+use super::watch::{Phase, Watch};
+use crate::run::RunDirectory;
+
+/// A handle on a training thread. Dropping it stops the training at the next episode
+/// and waits for its checkpoint.
+#[derive(Debug)]
+pub struct Trainer {
+    directory: RunDirectory,
+    controls: Sender<Control>,
+    watch: Arc<Watch>,
+    thread: Option<JoinHandle<Result<Ending, String>>>,
+}
+
+impl Trainer {
+    /// Begins, or goes on with, the run in `directory`.
+    pub fn spawn(directory: RunDirectory) -> Self {
+        let (controls, receiver) = unbounded();
+        let watch = Arc::new(Watch::default());
+        let (run, seen) = (directory.clone(), watch.clone());
+        let work = move || {
+            let outcome = catch_unwind(AssertUnwindSafe(|| conduct(&run, &receiver, &seen)));
+            seen.set_phase(Phase::Ended);
+            match outcome {
+                Ok(outcome) => outcome.map_err(|error| error.to_string()),
+                Err(panic) => Err(format!("the training panicked: {}", panic_message(&*panic))),
+            }
+        };
+        let thread = std::thread::Builder::new().name("mge-trainer".to_owned()).spawn(work);
+        // Without threads there is no workbench; the error shows as that of the training.
+        let thread = thread.unwrap_or_else(|error| {
+            let message = format!("cannot start a thread: {error}");
+            std::thread::spawn(move || Err(message))
+        });
+        Self { directory, controls, watch, thread: Some(thread) }
+    }
+
+    /// The run's directory, which all readers read.
+    pub fn directory(&self) -> &RunDirectory {
+        &self.directory
+    }
+
+    /// What onlookers see.
+    pub fn watch(&self) -> &Watch {
+        &self.watch
+    }
+
+    /// Asks for something; has no effect once the training has ended.
+    pub fn send(&self, control: Control) {
+        let _ = self.controls.send(control);
+    }
+
+    /// Whether the thread still works.
+    pub fn is_active(&self) -> bool {
+        self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
+    }
+
+    /// Waits for the end.
+    ///
+    /// # Errors
+    /// The error, or the panic, that ended the training, in one line.
+    pub fn join(mut self) -> Result<Ending, String> {
+        self.finish().unwrap_or(Ok(Ending::Stopped))
+    }
+
+    /// The outcome, once the thread has ended.
+    pub fn outcome(&mut self) -> Option<Result<Ending, String>> {
+        if self.is_active() { None } else { self.finish() }
+    }
+
+    fn finish(&mut self) -> Option<Result<Ending, String>> {
+        let thread = self.thread.take()?;
+        Some(thread.join().unwrap_or_else(|panic| Err(format!("the training panicked: {}", panic_message(&*panic)))))
+    }
+}
+
+impl Drop for Trainer {
+    fn drop(&mut self) {
+        self.send(Control::Stop { reason: "the program ended".to_owned() });
+        self.finish();
+    }
+}
+
+fn panic_message(panic: &(dyn std::any::Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("unknown reason")
+}

@@ -1,0 +1,72 @@
+//! A finished episode, step by step, for whoever wants to look at it.
+
+use serde::{Deserialize, Serialize};
+
+use crate::env::{Action, Environment, EpisodeOver, Placement, Step};
+use crate::physics::to_normalised;
+
+/// Where an action came from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// The actor, with or without noise.
+    Policy,
+    /// The action clusters.
+    Clusters,
+    /// A person.
+    Hand,
+}
+
+/// One action of an episode and what came of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TracedStep {
+    /// Where the tool was to be placed, normalised.
+    pub action: Action,
+    /// Who chose it.
+    pub source: Source,
+    /// What became of the tool.
+    pub placement: Placement,
+    /// Reward of the action.
+    pub reward: f32,
+    /// Subgoals reached.
+    pub subgoals: Vec<usize>,
+    /// The goal was reached.
+    pub goal: bool,
+    /// Normalised positions of the target ball after each physics step.
+    pub path: Vec<[f32; 2]>,
+}
+
+/// An episode, step by step.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Trace {
+    /// Number of the episode, from 1; 0 outside of training.
+    pub episode: u64,
+    /// Its actions, in order.
+    pub steps: Vec<TracedStep>,
+}
+
+impl Trace {
+    /// Takes a step in the environment and appends it.
+    ///
+    /// # Errors
+    /// When the episode is over.
+    pub fn step(&mut self, env: &mut Environment, action: Action, source: Source) -> Result<Step, EpisodeOver> {
+        let mut path = Vec::with_capacity(env.task().rules.steps_per_action as usize);
+        let step = env.step_watched(action, |world| path.push(to_normalised(world.ball(0).position)))?;
+        self.steps.push(TracedStep {
+            action,
+            source,
+            placement: step.placement,
+            reward: step.reward,
+            subgoals: step.subgoals.clone(),
+            goal: step.goal,
+            path,
+        });
+        Ok(step)
+    }
+
+    /// Sum of the rewards.
+    pub fn total_reward(&self) -> f32 {
+        self.steps.iter().map(|step| step.reward).sum()
+    }
+}

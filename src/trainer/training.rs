@@ -1,0 +1,313 @@
+//! The training loop, one episode at a time, without threads or files.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use rand::Rng;
+use serde::{Deserialize, Serialize};
+
+use super::config::{Granularity, RunConfig, RunConfigError};
+use super::streams::{self, Streams};
+use super::trace::{Source, Trace};
+use crate::agent::{self, Ddpg, Learner, Transition, UpdateMetrics};
+use crate::env::{Action, Environment, EpisodeOver, Placement, Step, observation_len};
+use crate::guidance::{ActionPrior, EpsilonSchedule};
+use crate::run::{Checkpoint, EpisodeRecord, Event, RunError};
+
+/// Episodes over which success is averaged (paper, figure 6).
+pub const WINDOW: usize = 100;
+
+/// Why training cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum TrainingError {
+    /// A setting is out of range.
+    #[error(transparent)]
+    Config(#[from] RunConfigError),
+    /// The environment was not reset.
+    #[error(transparent)]
+    Episode(#[from] EpisodeOver),
+    /// The learner diverged.
+    #[error(transparent)]
+    Update(#[from] agent::UpdateError),
+    /// The replay buffer refused a transition.
+    #[error(transparent)]
+    Replay(#[from] agent::ReplayError),
+    /// A saved learner cannot be used.
+    #[error(transparent)]
+    State(#[from] agent::StateError),
+    /// A checkpoint cannot be read or written.
+    #[error(transparent)]
+    Run(#[from] RunError),
+}
+
+/// Everything that changes during a run but the learner, which saves itself.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Progress {
+    episode: u64,
+    environment_steps: u64,
+    recent: VecDeque<bool>,
+    streams: Streams,
+    epsilon: EpsilonSchedule,
+    prior: Option<Arc<ActionPrior>>,
+}
+
+/// A run in memory: environment, learner, prior, schedule, streams and counters.
+#[derive(Debug)]
+pub struct Training {
+    config: RunConfig,
+    env: Environment,
+    learner: Learner,
+    progress: Progress,
+}
+
+/// Means over the updates of an episode.
+#[derive(Debug, Default)]
+struct UpdateMeans {
+    updates: u32,
+    sum: UpdateMetrics,
+}
+
+impl Training {
+    /// A new run. The prior is needed only if the run is guided.
+    ///
+    /// # Errors
+    /// When a setting is out of range.
+    pub fn new(config: RunConfig, prior: Option<Arc<ActionPrior>>) -> Result<Self, TrainingError> {
+        config.validate()?;
+        let mut initialisation = streams::initialisation(config.seed);
+        let observations = observation_len(&config.task);
+        let learner_streams = streams::learner(config.seed);
+        let learner = Learner::new(observations, 2, &config.ddpg, &mut initialisation, learner_streams)
+            .map_err(RunConfigError::from)?;
+        let progress = Progress {
+            episode: 0,
+            environment_steps: 0,
+            recent: VecDeque::with_capacity(WINDOW),
+            streams: Streams::new(config.seed),
+            epsilon: config.epsilon.clone(),
+            prior,
+        };
+        Ok(Self { env: Environment::new(config.task.clone()), config, learner, progress })
+    }
+
+    /// A run that goes on from a checkpoint exactly as if it had not been interrupted.
+    ///
+    /// # Errors
+    /// When the checkpoint is not one of this configuration.
+    pub fn resume(config: RunConfig, checkpoint: &Checkpoint) -> Result<Self, TrainingError> {
+        config.validate()?;
+        let learner = Learner::load(&agent::Checkpoint {
+            networks: checkpoint.section("learner.safetensors")?.to_vec(),
+            replay: checkpoint.section("replay.bin")?.to_vec(),
+        })?;
+        if learner.ddpg().observation_len() != observation_len(&config.task) {
+            return Err(agent::StateError::Foreign.into());
+        }
+        let progress = checkpoint.json("progress.json")?;
+        Ok(Self { env: Environment::new(config.task.clone()), config, learner, progress })
+    }
+
+    /// The whole state of the run, between two episodes.
+    ///
+    /// # Errors
+    /// When the progress cannot be encoded.
+    pub fn checkpoint(&self) -> Result<Checkpoint, TrainingError> {
+        let saved = self.learner.save();
+        let mut checkpoint = Checkpoint::new(self.progress.episode);
+        checkpoint.insert("learner.safetensors", saved.networks)?;
+        checkpoint.insert("replay.bin", saved.replay)?;
+        checkpoint.insert_json("progress.json", &self.progress)?;
+        Ok(checkpoint)
+    }
+
+    /// The configuration.
+    pub fn config(&self) -> &RunConfig {
+        &self.config
+    }
+
+    /// Episodes finished so far.
+    pub fn episode(&self) -> u64 {
+        self.progress.episode
+    }
+
+    /// Whether all episodes are done.
+    pub fn is_finished(&self) -> bool {
+        self.progress.episode >= u64::from(self.config.episodes)
+    }
+
+    /// Actor and critic as they are.
+    pub fn ddpg(&self) -> &Ddpg {
+        self.learner.ddpg()
+    }
+
+    /// The action prior in use.
+    pub fn prior(&self) -> Option<&Arc<ActionPrior>> {
+        self.progress.prior.as_ref()
+    }
+
+    /// Another epsilon schedule from the next episode on.
+    pub fn set_schedule(&mut self, schedule: EpsilonSchedule) {
+        self.progress.epsilon = schedule;
+    }
+
+    /// Another action prior from the next episode on.
+    pub fn set_prior(&mut self, prior: Arc<ActionPrior>) {
+        self.progress.prior = Some(prior);
+    }
+
+    /// One episode of acting and learning (paper, section 4.3): with probability epsilon
+    /// actions come from the clusters of the next stage, otherwise from the actor with
+    /// Ornstein-Uhlenbeck noise. Returns what is logged, and the episode step by step.
+    ///
+    /// # Errors
+    /// When the learner diverges.
+    pub fn run_episode(&mut self) -> Result<(EpisodeRecord, Trace), TrainingError> {
+        let episode = self.progress.episode as u32;
+        let threshold = if self.config.is_guided() || self.has_live_schedule() {
+            self.progress.epsilon.threshold(episode)
+        } else {
+            0.0
+        };
+        let noise_scale = self.config.noise_decay.scale(episode, self.config.episodes);
+        self.learner.set_noise_scale(noise_scale);
+        self.learner.start_episode();
+        let mut observation = self.env.reset(&mut self.progress.streams.environment);
+        let mut trace = Trace { episode: u64::from(episode) + 1, steps: Vec::new() };
+        let mut means = UpdateMeans::default();
+        let mut guided = self.draw(threshold);
+        loop {
+            if self.config.granularity == Granularity::Step && !trace.steps.is_empty() {
+                guided = self.draw(threshold);
+            }
+            let (action, source) = self.choose(&observation, guided);
+            let step = trace.step(&mut self.env, action, source)?;
+            self.learner.record(Transition {
+                observation: &observation,
+                action: &action,
+                reward: step.reward,
+                next_observation: &step.observation,
+                terminated: step.terminated,
+            })?;
+            if let Some(metrics) = self.learner.learn()? {
+                means.add(&metrics);
+            }
+            if step.end.is_some() {
+                let record = self.finish_episode(&trace, &step, threshold, noise_scale, &means);
+                return Ok((record, trace));
+            }
+            observation = step.observation;
+        }
+    }
+
+    /// Episodes of the greedy policy, without noise, clusters or learning.
+    pub fn evaluate(&mut self, episodes: u32) -> (Event, Trace) {
+        let mut env = Environment::new(self.config.task.clone());
+        let (mut successes, mut total) = (0u32, 0.0f64);
+        let mut last = Trace::default();
+        for _ in 0..episodes {
+            let mut observation = env.reset(&mut self.progress.streams.evaluation);
+            last = Trace { episode: self.progress.episode, steps: Vec::new() };
+            loop {
+                let action = to_action(&self.learner.ddpg().act(&observation));
+                let Ok(step) = last.step(&mut env, action, Source::Policy) else { break };
+                observation = step.observation;
+            }
+            successes += u32::from(env.snapshot().goal_reached());
+            total += f64::from(last.total_reward());
+        }
+        let count = f64::from(episodes.max(1));
+        let event = Event::Evaluated {
+            episode: self.progress.episode,
+            episodes: u64::from(episodes),
+            success: f64::from(successes) / count,
+            mean_return: total / count,
+        };
+        (event, last)
+    }
+
+    /// A person may raise the threshold of a run that began without guidance.
+    fn has_live_schedule(&self) -> bool {
+        self.progress.prior.is_some() && self.progress.epsilon != self.config.epsilon
+    }
+
+    /// Whether epsilon, drawn uniformly, is at or below the threshold. Always draws, so
+    /// that the stream does not depend on the schedule.
+    fn draw(&mut self, threshold: f32) -> bool {
+        let epsilon: f32 = self.progress.streams.guidance.r#gen();
+        epsilon < threshold
+    }
+
+    fn choose(&mut self, observation: &[f32], guided: bool) -> (Action, Source) {
+        let stage = self.env.snapshot().stage();
+        match &self.progress.prior {
+            Some(prior) if guided => (prior.sample(stage, &mut self.progress.streams.guidance), Source::Clusters),
+            _ => (to_action(&self.learner.explore(observation)), Source::Policy),
+        }
+    }
+
+    fn finish_episode(
+        &mut self,
+        trace: &Trace,
+        last: &Step,
+        threshold: f32,
+        noise_scale: f32,
+        means: &UpdateMeans,
+    ) -> EpisodeRecord {
+        let progress = &mut self.progress;
+        let snapshot = self.env.snapshot();
+        let steps = trace.steps.len() as u64;
+        progress.episode += 1;
+        progress.environment_steps += steps;
+        if progress.recent.len() == WINDOW {
+            progress.recent.pop_front();
+        }
+        progress.recent.push_back(snapshot.goal_reached());
+        let successes = progress.recent.iter().filter(|success| **success).count();
+        let placed = snapshot.placed().len() as u32;
+        let blocked = trace.steps.iter().filter(|step| step.placement != Placement::Placed).count() as u32;
+        EpisodeRecord {
+            episode: progress.episode,
+            steps,
+            environment_steps: progress.environment_steps,
+            return_: f64::from(trace.total_reward()),
+            goal: snapshot.goal_reached(),
+            subgoals: snapshot.reached().iter().filter(|reached| **reached).count() as u32,
+            subgoals_total: snapshot.reached().len() as u32,
+            guided: trace.steps.iter().any(|step| step.source == Source::Clusters),
+            epsilon: f64::from(threshold),
+            noise_sigma: f64::from(self.config.ddpg.ou.sigma * noise_scale),
+            critic_loss: means.mean(|sum| sum.critic_loss),
+            mean_q: means.mean(|sum| sum.mean_q),
+            max_q: (means.updates > 0).then_some(f64::from(means.sum.max_q)),
+            actor_loss: means.mean(|sum| sum.actor_loss),
+            action_saturation: means.mean(|sum| sum.action_saturation),
+            rolling_success: successes as f64 / progress.recent.len() as f64,
+            terminated: last.terminated,
+            truncated: last.truncated,
+            end: last.end.map_or_else(String::new, |end| end.to_string()),
+            placed,
+            blocked,
+        }
+    }
+}
+
+impl UpdateMeans {
+    fn add(&mut self, metrics: &UpdateMetrics) {
+        let first = self.updates == 0;
+        self.updates += 1;
+        self.sum.critic_loss += metrics.critic_loss;
+        self.sum.mean_q += metrics.mean_q;
+        self.sum.max_q = if first { metrics.max_q } else { self.sum.max_q.max(metrics.max_q) };
+        self.sum.actor_loss += metrics.actor_loss;
+        self.sum.action_saturation += metrics.action_saturation;
+    }
+
+    fn mean(&self, of: impl Fn(&UpdateMetrics) -> f32) -> Option<f64> {
+        (self.updates > 0).then(|| f64::from(of(&self.sum)) / f64::from(self.updates))
+    }
+}
+
+/// The actor's two numbers as an action.
+fn to_action(vector: &[f32]) -> Action {
+    [vector[0], vector[1]]
+}

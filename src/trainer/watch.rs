@@ -1,0 +1,87 @@
+//! What onlookers see of a running training: the latest state wins, and the trainer
+//! never waits for them.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::trace::Trace;
+use crate::agent::Ddpg;
+use crate::guidance::ActionPrior;
+
+/// What the trainer is doing.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum Phase {
+    /// Not begun yet.
+    #[default]
+    Waiting,
+    /// Building the action prior: stages done and stages in all.
+    BuildingPrior { stage: usize, stages: usize },
+    /// Playing and learning.
+    Training,
+    /// Waiting for a person.
+    Paused,
+    /// Done, for whatever reason.
+    Ended,
+}
+
+/// The latest finished episode, with the networks and the prior behind it.
+#[derive(Debug, Clone)]
+pub struct LiveView {
+    /// The episode, step by step.
+    pub trace: Arc<Trace>,
+    /// Actor and critic after it.
+    pub ddpg: Arc<Ddpg>,
+    /// The action prior in use.
+    pub prior: Option<Arc<ActionPrior>>,
+}
+
+/// A slot for the latest view, filled only when somebody has asked for one.
+#[derive(Debug, Default)]
+pub struct Watch {
+    wanted: AtomicBool,
+    view: Mutex<Option<LiveView>>,
+    phase: Mutex<Phase>,
+    prior: Mutex<Option<Arc<ActionPrior>>>,
+}
+
+impl Watch {
+    /// Asks for a view; the trainer fills it after the next episode.
+    pub fn request(&self) {
+        self.wanted.store(true, Ordering::Relaxed);
+    }
+
+    /// Takes the view that was asked for, if it is there.
+    pub fn take(&self) -> Option<LiveView> {
+        lock(&self.view).take()
+    }
+
+    /// What the trainer is doing.
+    pub fn phase(&self) -> Phase {
+        lock(&self.phase).clone()
+    }
+
+    /// The action prior of the run, once there is one.
+    pub fn prior(&self) -> Option<Arc<ActionPrior>> {
+        lock(&self.prior).clone()
+    }
+
+    pub(super) fn set_phase(&self, phase: Phase) {
+        *lock(&self.phase) = phase;
+    }
+
+    pub(super) fn set_prior(&self, prior: Option<Arc<ActionPrior>>) {
+        *lock(&self.prior) = prior;
+    }
+
+    /// Fills the slot if somebody asked; `view` is made only then.
+    pub(super) fn offer(&self, view: impl FnOnce() -> LiveView) {
+        if self.wanted.swap(false, Ordering::Relaxed) {
+            *lock(&self.view) = Some(view());
+        }
+    }
+}
+
+/// The values are replaced whole, so a panic elsewhere leaves them whole.
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
