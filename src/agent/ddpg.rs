@@ -1,0 +1,262 @@
+//! Deep deterministic policy gradients (paper, section 2.2) and nothing else.
+
+use dfdx::{losses::mse_loss, prelude::*};
+use rand_chacha::ChaCha8Rng;
+use thiserror::Error;
+
+use super::{Batch, ConfigError, DdpgConfig};
+use crate::nn::{Init, InitScheme, Matrix, Mlp, MlpShape, NnError, Optimiser, matrix, rows};
+
+/// Actor μ, critic Q, their targets μ' and Q', and the optimisers of the first two.
+#[derive(Clone, Debug)]
+pub struct Ddpg {
+    pub(super) config: DdpgConfig,
+    pub(super) actor: Mlp,
+    pub(super) critic: Mlp,
+    pub(super) target_actor: Mlp,
+    pub(super) target_critic: Mlp,
+    pub(super) actor_optimiser: Optimiser,
+    pub(super) critic_optimiser: Optimiser,
+    pub(super) device: Cpu,
+}
+
+/// What an update saw and did; the [room's page](super#metrics) has the formulas.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct UpdateMetrics {
+    /// Mean squared difference of the critic from its target.
+    pub critic_loss: f32,
+    /// Negative mean value of the actor's actions.
+    pub actor_loss: f32,
+    /// Mean value of the batch's actions.
+    pub mean_q: f32,
+    /// Greatest value of the batch's actions.
+    pub max_q: f32,
+    /// Fraction of the actor's action components beyond ±0.99.
+    pub action_saturation: f32,
+    /// Euclidean norm of the critic's gradient.
+    pub critic_gradient_norm: f32,
+    /// Euclidean norm of the actor's gradient.
+    pub actor_gradient_norm: f32,
+}
+
+/// Why there was no update.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum UpdateError {
+    /// The batch is empty or its vectors are not those of this agent.
+    #[error(
+        "a batch of {rows} transitions with {observations} observation and {actions} action \
+         numbers does not fit an agent with {observation_len} and {action_len} of them"
+    )]
+    Batch {
+        /// Transitions.
+        rows: usize,
+        /// Numbers in all observations.
+        observations: usize,
+        /// Numbers in all actions.
+        actions: usize,
+        /// Length of an observation of the agent.
+        observation_len: usize,
+        /// Length of an action of the agent.
+        action_len: usize,
+    },
+    /// A loss is NaN or infinite. The agent cannot learn any more.
+    #[error(
+        "the {quantity} is {value} at update {update}: learning has diverged; lower the learning \
+         rates or set `target_clamp`"
+    )]
+    Diverged {
+        /// Which number.
+        quantity: &'static str,
+        /// Its value.
+        value: f32,
+        /// The update, counted from 1.
+        update: u64,
+    },
+    /// The optimiser refused the gradients.
+    #[error(transparent)]
+    Network(#[from] NnError),
+}
+
+impl Ddpg {
+    /// An agent with networks drawn from `rng`: actor first, then critic; targets are copies.
+    ///
+    /// # Errors
+    /// If the config is not valid.
+    ///
+    /// # Panics
+    /// If a length is 0.
+    pub fn new(
+        observation_len: usize,
+        action_len: usize,
+        config: &DdpgConfig,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Self, ConfigError> {
+        config.validate()?;
+        assert!(observation_len > 0 && action_len > 0, "an agent needs vectors");
+        let init = Init::with_last_bound(InitScheme::FanIn, config.output_init_bound);
+        let [actor, critic] = Self::shapes(observation_len, action_len, config)
+            .map(|shape| Mlp::new(shape, init, rng).expect("all sizes are at least 1"));
+        Ok(Self {
+            target_actor: actor.clone(),
+            target_critic: critic.clone(),
+            actor_optimiser: Optimiser::new(config.optimiser, &[&actor]),
+            critic_optimiser: Optimiser::new(config.optimiser, &[&critic]),
+            config: config.clone(),
+            device: Cpu::default(),
+            actor,
+            critic,
+        })
+    }
+
+    /// Shapes of actor, `s` to `a`, and critic, `[s, a]` to `Q`.
+    pub(super) fn shapes(observation_len: usize, action_len: usize, config: &DdpgConfig) -> [MlpShape; 2] {
+        let shape =
+            |inputs, outputs| MlpShape::uniform(inputs, config.hidden, outputs, config.layers, config.activation);
+        [
+            shape(observation_len, action_len).with_output(crate::nn::Activation::Tanh),
+            shape(observation_len + action_len, 1),
+        ]
+    }
+
+    /// The settings.
+    pub fn config(&self) -> &DdpgConfig {
+        &self.config
+    }
+
+    /// Length of an observation.
+    pub fn observation_len(&self) -> usize {
+        self.actor.shape().inputs()
+    }
+
+    /// Length of an action.
+    pub fn action_len(&self) -> usize {
+        self.actor.shape().outputs()
+    }
+
+    /// Number of updates made.
+    pub fn updates(&self) -> u64 {
+        self.critic_optimiser.steps()
+    }
+
+    /// `μ(s)` for one or several observations, row-major; each component in [-1, 1].
+    ///
+    /// # Panics
+    /// If there is not a whole number of observations.
+    pub fn act(&self, observations: &[f32]) -> Vec<f32> {
+        let rows = observations.len() / self.observation_len();
+        let mut actions = Vec::with_capacity(rows * self.action_len());
+        self.actor.predict_into(observations, rows, &mut actions);
+        actions
+    }
+
+    /// `Q(s, a)` for several actions, in as many observations or all in a single one.
+    ///
+    /// # Panics
+    /// If the numbers of observations and actions do not fit.
+    pub fn q_values(&self, observations: &[f32], actions: &[f32]) -> Vec<f32> {
+        let rows = actions.len() / self.action_len();
+        let mut inputs = Vec::with_capacity(rows * self.critic.shape().inputs());
+        for (observation, action) in
+            observations.chunks_exact(self.observation_len()).cycle().zip(actions.chunks_exact(self.action_len()))
+        {
+            inputs.extend_from_slice(observation);
+            inputs.extend_from_slice(action);
+        }
+        let mut values = Vec::with_capacity(rows);
+        self.critic.predict_into(&inputs, rows, &mut values);
+        values
+    }
+
+    /// One step of DDPG on a minibatch of N transitions (s, a, r, s', d).
+    ///
+    /// # Errors
+    /// If the batch does not fit the agent, or a loss or gradient is not finite; then the agent
+    /// should not learn on.
+    pub fn update(&mut self, batch: &Batch) -> Result<UpdateMetrics, UpdateError> {
+        let [s, a, next_s] = self.matrices(batch)?;
+        let mut metrics = UpdateMetrics::default();
+
+        // y = r + γ (1 - d) Q'(s', μ'(s'))
+        let next_a = self.target_actor.forward(next_s.clone());
+        let next_q = self.target_critic.forward(rows::concat_columns(next_s, next_a));
+        let y = self.bellman_target(batch, next_q);
+
+        // Critic: one step down L = 1/N Σ (Q(s, a) - y)²
+        let q = self.critic.forward_data(rows::concat_columns(s.clone(), a).leaky_trace());
+        (metrics.mean_q, metrics.max_q) = mean_and_max(&q.as_vec());
+        let loss = mse_loss(q, y);
+        metrics.critic_loss = self.finite("critic loss", loss.array())?;
+        let mut gradients = loss.backward();
+        let rate = self.config.critic_learning_rate;
+        metrics.critic_gradient_norm =
+            self.critic_optimiser.update(&mut [&mut self.critic], &mut gradients, rate)? as f32;
+
+        // Actor: one step down -J = -1/N Σ Q(s, μ(s)), with Q held constant
+        let mu = self.actor.forward_data(s.clone().leaky_trace());
+        metrics.action_saturation = saturation(&mu.as_vec());
+        let (mu, tape) = mu.split_tape();
+        let q = self.critic.forward_frozen(rows::concat_columns(s.put_tape(tape), mu));
+        let loss = -q.mean();
+        metrics.actor_loss = self.finite("actor loss", loss.array())?;
+        let mut gradients = loss.backward();
+        let rate = self.config.actor_learning_rate;
+        metrics.actor_gradient_norm = self.actor_optimiser.update(&mut [&mut self.actor], &mut gradients, rate)? as f32;
+
+        // θ' ← τ θ + (1 - τ) θ'
+        self.target_critic.soft_update(&self.critic, self.config.tau);
+        self.target_actor.soft_update(&self.actor, self.config.tau);
+        Ok(metrics)
+    }
+
+    /// `r + γ (1 - d) next_q`, clamped to the configured range.
+    fn bellman_target(&self, batch: &Batch, next_q: Matrix) -> Matrix {
+        let [low, high] = self.config.target_clamp.unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
+        let rows = batch.rewards.iter().zip(&batch.terminated).zip(next_q.as_vec());
+        let y = rows.map(|((r, &d), next_q)| {
+            let future = if d { 0.0 } else { self.config.gamma * next_q };
+            (r + future).clamp(low, high)
+        });
+        matrix(&self.device, y.collect(), batch.len(), 1)
+    }
+
+    /// `s`, `a` and `s'` of the batch.
+    fn matrices(&self, batch: &Batch) -> Result<[Matrix; 3], UpdateError> {
+        let (n, observation_len, action_len) = (batch.len(), self.observation_len(), self.action_len());
+        if n == 0
+            || batch.observations.len() != n * observation_len
+            || batch.next_observations.len() != n * observation_len
+            || batch.actions.len() != n * action_len
+        {
+            return Err(UpdateError::Batch {
+                rows: n,
+                observations: batch.observations.len(),
+                actions: batch.actions.len(),
+                observation_len,
+                action_len,
+            });
+        }
+        Ok([
+            matrix(&self.device, batch.observations.clone(), n, observation_len),
+            matrix(&self.device, batch.actions.clone(), n, action_len),
+            matrix(&self.device, batch.next_observations.clone(), n, observation_len),
+        ])
+    }
+
+    fn finite(&self, quantity: &'static str, value: f32) -> Result<f32, UpdateError> {
+        if value.is_finite() {
+            return Ok(value);
+        }
+        Err(UpdateError::Diverged { quantity, value, update: self.updates() + 1 })
+    }
+}
+
+fn mean_and_max(values: &[f32]) -> (f32, f32) {
+    let sum: f32 = values.iter().sum();
+    (sum / values.len() as f32, values.iter().copied().fold(f32::NEG_INFINITY, f32::max))
+}
+
+/// Fraction of action components beyond ±0.99, where tanh hardly lets a gradient through.
+fn saturation(actions: &[f32]) -> f32 {
+    let saturated = actions.iter().filter(|a| a.abs() > 0.99).count();
+    saturated as f32 / actions.len() as f32
+}

@@ -1,0 +1,127 @@
+//! The learner: agent, replay buffer, noise and their random streams as one value.
+
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Batch, ConfigError, Ddpg, DdpgConfig, OrnsteinUhlenbeck, ReplayBuffer, ReplayError, Transition, UpdateError,
+    UpdateMetrics,
+};
+
+/// The random streams of a learner, one a purpose.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Streams {
+    /// Exploration noise.
+    pub noise: ChaCha8Rng,
+    /// Minibatches.
+    pub replay: ChaCha8Rng,
+}
+
+/// Everything that changes while an agent learns. [`save`](Self::save) and [`load`](Self::load)
+/// make a checkpoint of it, after which learning goes on to the bit.
+///
+/// An environment loop calls, for each episode, [`start_episode`](Self::start_episode) and then
+/// for each step [`explore`](Self::explore) (or chooses an action of its own),
+/// [`record`](Self::record) and [`learn`](Self::learn).
+#[derive(Clone, Debug)]
+pub struct Learner {
+    pub(super) ddpg: Ddpg,
+    pub(super) replay: ReplayBuffer,
+    pub(super) noise: OrnsteinUhlenbeck,
+    pub(super) streams: Streams,
+    /// Transitions recorded so far, those overwritten included.
+    pub(super) recorded: u64,
+    /// Memory of the minibatch; holds nothing between updates that matters.
+    pub(super) batch: Batch,
+}
+
+impl Learner {
+    /// A learner that knows nothing, its networks drawn from `initialisation`.
+    ///
+    /// # Errors
+    /// If the config is not valid.
+    ///
+    /// # Panics
+    /// If a length is 0.
+    pub fn new(
+        observation_len: usize,
+        action_len: usize,
+        config: &DdpgConfig,
+        initialisation: &mut ChaCha8Rng,
+        streams: Streams,
+    ) -> Result<Self, ConfigError> {
+        Ok(Self {
+            ddpg: Ddpg::new(observation_len, action_len, config, initialisation)?,
+            replay: ReplayBuffer::new(observation_len, action_len, config.replay_capacity),
+            noise: OrnsteinUhlenbeck::new(action_len, config.ou),
+            streams,
+            recorded: 0,
+            batch: Batch::default(),
+        })
+    }
+
+    /// The networks.
+    pub fn ddpg(&self) -> &Ddpg {
+        &self.ddpg
+    }
+
+    /// The transitions held.
+    pub fn replay(&self) -> &ReplayBuffer {
+        &self.replay
+    }
+
+    /// Transitions recorded so far, those overwritten included.
+    pub fn recorded(&self) -> u64 {
+        self.recorded
+    }
+
+    /// Multiplies the noise's sigma by `scale` from now on.
+    pub fn set_noise_scale(&mut self, scale: f32) {
+        self.noise.set_scale(scale);
+    }
+
+    /// Begins an episode: the noise starts again at its mean.
+    pub fn start_episode(&mut self) {
+        self.noise.reset();
+    }
+
+    /// `clip(μ(s) + noise, -1, 1)`: the exploratory action (paper, equation 2). The greedy one is
+    /// `self.ddpg().act(observation)`.
+    ///
+    /// # Panics
+    /// If the observation has the wrong length.
+    pub fn explore(&mut self, observation: &[f32]) -> Vec<f32> {
+        let mut action = self.ddpg.act(observation);
+        self.noise.perturb(&mut action, &mut self.streams.noise);
+        action
+    }
+
+    /// Puts a transition into the replay buffer.
+    ///
+    /// # Errors
+    /// If its vectors have wrong lengths or hold numbers that are not finite.
+    pub fn record(&mut self, transition: Transition<'_>) -> Result<(), ReplayError> {
+        self.replay.push(transition)?;
+        self.recorded += 1;
+        Ok(())
+    }
+
+    /// Makes the configured number of updates on fresh minibatches and returns the metrics of the
+    /// last one; `None` until the warm-up is over.
+    ///
+    /// # Errors
+    /// If learning has diverged.
+    pub fn learn(&mut self) -> Result<Option<UpdateMetrics>, UpdateError> {
+        let config = self.ddpg.config();
+        let (count, batch_size) = (config.updates_per_step, config.batch_size);
+        if self.replay.is_empty() || self.recorded < config.warmup_steps as u64 {
+            return Ok(None);
+        }
+        let mut metrics = None;
+        for _ in 0..count {
+            self.replay.sample(batch_size, &mut self.streams.replay, &mut self.batch);
+            metrics = Some(self.ddpg.update(&self.batch)?);
+        }
+        Ok(metrics)
+    }
+}

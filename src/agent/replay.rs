@@ -1,0 +1,325 @@
+//! The replay buffer: a ring of transitions and uniform minibatches from it.
+//!
+//! One transition is one contiguous row, so that a minibatch touches as few cache lines as it
+//! can. Storage grows with what is recorded, up to the capacity.
+
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+use thiserror::Error;
+
+mod codec;
+
+/// One step of experience, `(s, a, r, s', d)`, borrowed from whoever made it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transition<'a> {
+    /// `s`: what the agent saw.
+    pub observation: &'a [f32],
+    /// `a`: what it did, each component in [-1, 1].
+    pub action: &'a [f32],
+    /// `r`: what it got.
+    pub reward: f32,
+    /// `s'`: what it saw next. At a time limit this is the true last observation of the episode,
+    /// not the first of the next one.
+    pub next_observation: &'a [f32],
+    /// `d`: whether `s'` is a terminal state, after which nothing can be earned. An episode that
+    /// was only cut off (truncated) is stored with `false`, so that its value is still
+    /// bootstrapped from `s'`.
+    pub terminated: bool,
+}
+
+/// A minibatch of `n` transitions, row-major, filled by [`ReplayBuffer::sample`] and reused.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Batch {
+    /// `s`, shape `[n, observation_len]`.
+    pub observations: Vec<f32>,
+    /// `a`, shape `[n, action_len]`.
+    pub actions: Vec<f32>,
+    /// `r`, shape `[n]`.
+    pub rewards: Vec<f32>,
+    /// `s'`, shape `[n, observation_len]`.
+    pub next_observations: Vec<f32>,
+    /// `d`, shape `[n]`.
+    pub terminated: Vec<bool>,
+}
+
+impl Batch {
+    /// Number of transitions.
+    pub fn len(&self) -> usize {
+        self.rewards.len()
+    }
+
+    /// Whether there is no transition.
+    pub fn is_empty(&self) -> bool {
+        self.rewards.is_empty()
+    }
+
+    /// Appends one transition.
+    pub fn push(&mut self, transition: Transition<'_>) {
+        self.observations.extend_from_slice(transition.observation);
+        self.actions.extend_from_slice(transition.action);
+        self.rewards.push(transition.reward);
+        self.next_observations.extend_from_slice(transition.next_observation);
+        self.terminated.push(transition.terminated);
+    }
+
+    /// Removes all transitions and keeps the memory.
+    pub fn clear(&mut self) {
+        self.observations.clear();
+        self.actions.clear();
+        self.rewards.clear();
+        self.next_observations.clear();
+        self.terminated.clear();
+    }
+}
+
+/// Why a replay buffer refused a transition or its saved bytes.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ReplayError {
+    /// A vector of the transition has the wrong length.
+    #[error("the transition's {part} has {found} numbers, but this buffer holds {expected}")]
+    Length {
+        /// Which vector.
+        part: &'static str,
+        /// Its length.
+        found: usize,
+        /// The length it must have.
+        expected: usize,
+    },
+    /// A number of the transition is NaN or infinite and would poison the networks.
+    #[error("the transition's {part} contains {value}, but only finite numbers can be learned from")]
+    NotFinite {
+        /// Which part.
+        part: &'static str,
+        /// The number.
+        value: f32,
+    },
+    /// The bytes are not a replay buffer written by [`ReplayBuffer::to_bytes`].
+    #[error("the saved replay buffer is damaged ({0}); use an older checkpoint")]
+    Damaged(&'static str),
+}
+
+/// A ring of the latest `capacity` transitions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReplayBuffer {
+    observation_len: usize,
+    action_len: usize,
+    capacity: usize,
+    /// Slot that the next transition is written to.
+    next: usize,
+    /// Rows `[s, a, s', r]`, one a slot.
+    rows: Vec<f32>,
+    /// `d`, one a slot.
+    terminated: Vec<bool>,
+}
+
+impl ReplayBuffer {
+    /// An empty buffer for vectors of the given lengths. A `capacity` of 0 is taken as 1.
+    pub fn new(observation_len: usize, action_len: usize, capacity: usize) -> Self {
+        Self {
+            observation_len,
+            action_len,
+            capacity: capacity.max(1),
+            next: 0,
+            rows: Vec::new(),
+            terminated: Vec::new(),
+        }
+    }
+
+    /// Length of an observation.
+    pub fn observation_len(&self) -> usize {
+        self.observation_len
+    }
+
+    /// Length of an action.
+    pub fn action_len(&self) -> usize {
+        self.action_len
+    }
+
+    /// Number of transitions held.
+    pub fn len(&self) -> usize {
+        self.terminated.len()
+    }
+
+    /// Whether no transition is held.
+    pub fn is_empty(&self) -> bool {
+        self.terminated.is_empty()
+    }
+
+    /// Number of transitions after which the oldest is overwritten.
+    pub fn capacity(&self) -> usize {
+        self.capacity
+    }
+
+    /// The transition in slot `index`, or `None` if the slot is empty. Slots are in order of age
+    /// until the buffer is full; then the oldest is overwritten first.
+    pub fn get(&self, index: usize) -> Option<Transition<'_>> {
+        let terminated = *self.terminated.get(index)?;
+        let row = &self.rows[index * self.stride()..][..self.stride()];
+        let (observation, row) = row.split_at(self.observation_len);
+        let (action, row) = row.split_at(self.action_len);
+        let (next_observation, reward) = row.split_at(self.observation_len);
+        Some(Transition { observation, action, reward: reward[0], next_observation, terminated })
+    }
+
+    /// Records a transition, over the oldest one if the buffer is full.
+    ///
+    /// # Errors
+    /// If a vector has the wrong length or a number is not finite; nothing is recorded then.
+    pub fn push(&mut self, transition: Transition<'_>) -> Result<(), ReplayError> {
+        self.check(&transition)?;
+        let reward = [transition.reward];
+        let parts = [transition.observation, transition.action, transition.next_observation, &reward];
+        if self.next == self.len() {
+            parts.iter().for_each(|part| self.rows.extend_from_slice(part));
+            self.terminated.push(transition.terminated);
+        } else {
+            let mut at = self.next * self.stride();
+            for part in parts {
+                self.rows[at..at + part.len()].copy_from_slice(part);
+                at += part.len();
+            }
+            self.terminated[self.next] = transition.terminated;
+        }
+        self.next = (self.next + 1) % self.capacity;
+        Ok(())
+    }
+
+    /// Fills `batch` with `count` transitions drawn uniformly with replacement. From an empty
+    /// buffer the batch comes back empty.
+    pub fn sample(&self, count: usize, rng: &mut ChaCha8Rng, batch: &mut Batch) {
+        batch.clear();
+        for _ in 0..if self.is_empty() { 0 } else { count } {
+            // A u64 draw is the same on machines of every word size.
+            let index = rng.gen_range(0..self.len() as u64) as usize;
+            batch.push(self.get(index).expect("the index is below the length"));
+        }
+    }
+
+    fn stride(&self) -> usize {
+        2 * self.observation_len + self.action_len + 1
+    }
+
+    fn check(&self, transition: &Transition<'_>) -> Result<(), ReplayError> {
+        let reward = [transition.reward];
+        for (part, values, expected) in [
+            ("observation", transition.observation, self.observation_len),
+            ("action", transition.action, self.action_len),
+            ("next observation", transition.next_observation, self.observation_len),
+            ("reward", &reward[..], 1),
+        ] {
+            let found = values.len();
+            if found != expected {
+                return Err(ReplayError::Length { part, found, expected });
+            }
+            if let Some(&value) = values.iter().find(|value| !value.is_finite()) {
+                return Err(ReplayError::NotFinite { part, value });
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+
+    fn numbered(buffer: &mut ReplayBuffer, range: std::ops::Range<usize>) {
+        for i in range {
+            let x = i as f32;
+            buffer
+                .push(Transition {
+                    observation: &[x, 0.5],
+                    action: &[-x],
+                    reward: 10.0 * x,
+                    next_observation: &[x + 1.0, 0.5],
+                    terminated: i % 3 == 0,
+                })
+                .unwrap();
+        }
+    }
+
+    #[test]
+    fn the_oldest_transition_is_overwritten() {
+        let mut buffer = ReplayBuffer::new(2, 1, 4);
+        numbered(&mut buffer, 0..6);
+        let rewards: Vec<f32> = (0..4).map(|i| buffer.get(i).unwrap().reward).collect();
+        assert_eq!(rewards, [40.0, 50.0, 20.0, 30.0]);
+        assert_eq!((buffer.len(), buffer.get(4)), (4, None));
+        let kept = buffer.get(3).unwrap();
+        assert_eq!(
+            kept,
+            Transition {
+                observation: &[3.0, 0.5],
+                action: &[-3.0],
+                reward: 30.0,
+                next_observation: &[4.0, 0.5],
+                terminated: true
+            }
+        );
+    }
+
+    #[test]
+    fn samples_are_whole_transitions_drawn_evenly() {
+        let mut buffer = ReplayBuffer::new(2, 1, 10);
+        numbered(&mut buffer, 0..10);
+        let (mut batch, mut counts) = (Batch::default(), [0; 10]);
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        for _ in 0..100 {
+            buffer.sample(100, &mut rng, &mut batch);
+            assert_eq!(batch.len(), 100);
+            for (i, &reward) in batch.rewards.iter().enumerate() {
+                let slot = (reward / 10.0) as usize;
+                let of_batch = Transition {
+                    observation: &batch.observations[2 * i..2 * i + 2],
+                    action: &batch.actions[i..=i],
+                    reward,
+                    next_observation: &batch.next_observations[2 * i..2 * i + 2],
+                    terminated: batch.terminated[i],
+                };
+                assert_eq!(buffer.get(slot), Some(of_batch));
+                counts[slot] += 1;
+            }
+        }
+        // 1000 expected, standard deviation 30.
+        assert!(counts.iter().all(|count| (850..1150).contains(count)), "{counts:?}");
+    }
+
+    #[test]
+    fn an_empty_buffer_gives_an_empty_batch() {
+        let mut batch = Batch::default();
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        ReplayBuffer::new(2, 1, 10).sample(5, &mut rng, &mut batch);
+        assert!(batch.is_empty());
+    }
+
+    #[test]
+    fn wrong_transitions_are_refused_with_the_reason() {
+        let mut buffer = ReplayBuffer::new(2, 1, 4);
+        let good = Transition {
+            observation: &[0.0, 0.0],
+            action: &[0.0],
+            reward: 0.0,
+            next_observation: &[0.0, 0.0],
+            terminated: false,
+        };
+        for (wrong, message) in [
+            (
+                Transition { action: &[0.0, 1.0], ..good },
+                "the transition's action has 2 numbers, but this buffer holds 1",
+            ),
+            (
+                Transition { next_observation: &[0.0, f32::NAN], ..good },
+                "the transition's next observation contains NaN, but only finite numbers can be learned from",
+            ),
+            (
+                Transition { reward: f32::INFINITY, ..good },
+                "the transition's reward contains inf, but only finite numbers can be learned from",
+            ),
+        ] {
+            assert_eq!(buffer.push(wrong).unwrap_err().to_string(), message);
+        }
+        assert!(buffer.is_empty());
+        buffer.push(good).unwrap();
+    }
+}

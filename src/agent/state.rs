@@ -1,0 +1,192 @@
+//! Agents and learners on their way to a disk and back, to the bit.
+//!
+//! An agent is a safetensors file: networks as `actor.0.weight`, `target_critic.2.bias` and so
+//! on, moments as `actor_optimiser.mean`, and the rest as JSON in the metadata.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::{ConfigError, Ddpg, DdpgConfig, Learner, OrnsteinUhlenbeck, ReplayBuffer, ReplayError, learner::Streams};
+use crate::nn::{Mlp, MlpShape, Optimiser, TensorFile, TensorFileError};
+
+const VERSION: u32 = 1;
+/// Longest vectors believed of a file.
+const MAX_LEN: usize = 1 << 20;
+const AGENT_KEY: &str = "agent";
+const LEARNER_KEY: &str = "learner";
+
+/// A saved learner: two files' contents that belong together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Checkpoint {
+    /// Agent, noise, streams and counters, as safetensors. [`Ddpg::load`] reads it as well.
+    pub networks: Vec<u8>,
+    /// The replay buffer, as [`ReplayBuffer::to_bytes`] writes it.
+    pub replay: Vec<u8>,
+}
+
+/// Why a saved agent or learner could not be loaded.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum StateError {
+    /// The tensors are not those of an agent.
+    #[error("the saved agent cannot be used: {0}")]
+    Tensors(#[from] TensorFileError),
+    /// The metadata is not that of an agent or learner.
+    #[error("the saved agent cannot be used: its `{key}` metadata is wrong: {reason}")]
+    Metadata {
+        /// Which entry.
+        key: &'static str,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// It was written by another version of the program.
+    #[error("the saved agent has format {found}, but this program reads {VERSION}; train again")]
+    Version {
+        /// The version found.
+        found: u32,
+    },
+    /// Its settings are not valid.
+    #[error("the saved agent cannot be used: {0}")]
+    Config(#[from] ConfigError),
+    /// The replay buffer cannot be read.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
+    /// The replay buffer belongs to another learner.
+    #[error("the saved replay buffer does not belong to the saved agent; use an older checkpoint")]
+    Foreign,
+}
+
+/// The part of an agent that is not tensors.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AgentState {
+    version: u32,
+    observation_len: usize,
+    action_len: usize,
+    config: DdpgConfig,
+}
+
+/// The part of a learner that is neither agent nor replay buffer.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LearnerState {
+    recorded: u64,
+    noise: OrnsteinUhlenbeck,
+    streams: Streams,
+}
+
+impl Ddpg {
+    /// The whole agent as safetensors bytes; equal agents give equal bytes.
+    pub fn save(&self) -> Vec<u8> {
+        self.to_file().to_bytes()
+    }
+
+    /// The agent that [`save`](Self::save) wrote.
+    ///
+    /// # Errors
+    /// If the bytes are damaged or anything else.
+    pub fn load(bytes: &[u8]) -> Result<Self, StateError> {
+        Self::from_file(&TensorFile::from_bytes(bytes)?)
+    }
+
+    fn to_file(&self) -> TensorFile {
+        let mut file = TensorFile::default();
+        self.actor.save(&mut file, "actor");
+        self.critic.save(&mut file, "critic");
+        self.target_actor.save(&mut file, "target_actor");
+        self.target_critic.save(&mut file, "target_critic");
+        self.actor_optimiser.save(&mut file, "actor_optimiser");
+        self.critic_optimiser.save(&mut file, "critic_optimiser");
+        let state = AgentState {
+            version: VERSION,
+            observation_len: self.observation_len(),
+            action_len: self.action_len(),
+            config: self.config.clone(),
+        };
+        write_metadata(&mut file, AGENT_KEY, &state);
+        file
+    }
+
+    fn from_file(file: &TensorFile) -> Result<Self, StateError> {
+        let AgentState { observation_len, action_len, config, .. } = read_agent_state(file)?;
+        config.validate()?;
+        if !(1..=MAX_LEN).contains(&observation_len) || !(1..=MAX_LEN).contains(&action_len) {
+            let reason = format!("vectors of {observation_len} and {action_len} numbers");
+            return Err(StateError::Metadata { key: AGENT_KEY, reason });
+        }
+        let [actor, critic] = Self::shapes(observation_len, action_len, &config);
+        let network = |shape: &MlpShape, name| Mlp::load(shape.clone(), file, name);
+        Ok(Self {
+            actor: network(&actor, "actor")?,
+            critic: network(&critic, "critic")?,
+            target_actor: network(&actor, "target_actor")?,
+            target_critic: network(&critic, "target_critic")?,
+            actor_optimiser: load_optimiser(file, "actor_optimiser", &config)?,
+            critic_optimiser: load_optimiser(file, "critic_optimiser", &config)?,
+            device: Default::default(),
+            config,
+        })
+    }
+}
+
+impl Learner {
+    /// The whole learner; equal learners give equal bytes.
+    pub fn save(&self) -> Checkpoint {
+        let mut file = self.ddpg.to_file();
+        let state = LearnerState { recorded: self.recorded, noise: self.noise.clone(), streams: self.streams.clone() };
+        write_metadata(&mut file, LEARNER_KEY, &state);
+        Checkpoint { networks: file.to_bytes(), replay: self.replay.to_bytes() }
+    }
+
+    /// The learner that [`save`](Self::save) wrote. It goes on as the saved one would have.
+    ///
+    /// # Errors
+    /// If a part is damaged or the two do not belong together.
+    pub fn load(checkpoint: &Checkpoint) -> Result<Self, StateError> {
+        let file = TensorFile::from_bytes(&checkpoint.networks)?;
+        let ddpg = Ddpg::from_file(&file)?;
+        let replay = ReplayBuffer::from_bytes(&checkpoint.replay)?;
+        let LearnerState { recorded, noise, streams } = read_metadata(&file, LEARNER_KEY)?;
+        if replay.observation_len() != ddpg.observation_len()
+            || replay.action_len() != ddpg.action_len()
+            || replay.capacity() != ddpg.config.replay_capacity
+            || replay.len() as u64 != recorded.min(replay.capacity() as u64)
+            || noise.state().len() != ddpg.action_len()
+        {
+            return Err(StateError::Foreign);
+        }
+        Ok(Self { ddpg, replay, noise, streams, recorded, batch: Default::default() })
+    }
+}
+
+fn write_metadata(file: &mut TensorFile, key: &str, state: &impl Serialize) {
+    let text = serde_json::to_string(state).expect("plain numbers and text are JSON");
+    file.metadata.insert(key.to_owned(), text);
+}
+
+fn read_metadata<T: for<'a> Deserialize<'a>>(file: &TensorFile, key: &'static str) -> Result<T, StateError> {
+    let text = file.metadata.get(key).ok_or(StateError::Metadata { key, reason: "it is missing".to_owned() })?;
+    serde_json::from_str(text).map_err(|error| StateError::Metadata { key, reason: error.to_string() })
+}
+
+/// The agent's metadata, its version looked at before anything that may have changed with it.
+fn read_agent_state(file: &TensorFile) -> Result<AgentState, StateError> {
+    #[derive(Deserialize)]
+    struct Version {
+        version: u32,
+    }
+    let Version { version: found } = read_metadata(file, AGENT_KEY)?;
+    if found != VERSION {
+        return Err(StateError::Version { found });
+    }
+    read_metadata(file, AGENT_KEY)
+}
+
+/// The optimiser saved under `name`, if it is of the kind that `config` asks for.
+fn load_optimiser(file: &TensorFile, name: &'static str, config: &DdpgConfig) -> Result<Optimiser, StateError> {
+    let optimiser = Optimiser::load(file, name)?;
+    if optimiser.kind() != config.optimiser {
+        let reason = format!("{name} is of another kind than the config says");
+        return Err(StateError::Metadata { key: AGENT_KEY, reason });
+    }
+    Ok(optimiser)
+}
