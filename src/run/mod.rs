@@ -1,1 +1,62 @@
-//! What a run is on disk: config, event log, metrics, checkpoints, lock, TensorBoard.
+//! What a run is on disk: one training with one configuration and one seed.
+//!
+//! A run is a folder with one writer ([`RunWriter`], which holds the lock) and any number of
+//! readers ([`RunDirectory`]). Everything that shows a run, live or finished, in the writer's
+//! process or in another, reads these files:
+//!
+//! ```text
+//! config.json                 {"format": 1, "mge_version": "..", "config": {..}}, every default written out
+//! events.jsonl                one JSON object a line, appended and flushed as things happen: the log
+//! metrics.csv                 one row an episode, the fields of `EpisodeRecord`; no times, so one seed gives one file
+//! log.txt                     the same story in words, without the single episodes
+//! tensorboard/                TFEvents files, tags grouped as train/, loss/, eval/, time/
+//! checkpoint/last/            always the newest; `best/` and `episode-N/` beside it
+//! figures/                    for whoever draws
+//! lock                        locked while a process writes the run; its text is that process's id
+//! ```
+//!
+//! # Formats and versions
+//!
+//! `config.json` carries one number, [`FORMAT`], for the whole folder: a change in the meaning of
+//! any of its files raises it. A checkpoint is copied about on its own and carries its own number,
+//! [`checkpoint::FORMAT`]. A newer number than the program knows is refused by name; older numbers
+//! keep loading. Numbers that are not finite (a loss that diverged) are written as the words `NaN`,
+//! `inf` and `-inf`, in the log as in the table.
+//!
+//! # After an interruption
+//!
+//! Logs are synced to the disk before a checkpoint is written, so they always reach at least as
+//! far as the checkpoint. [`RunWriter::resume`] cuts them back to the checkpoint's episode and goes
+//! on from there, so that an interrupted run ends with the same `metrics.csv` as an uninterrupted
+//! one. A reader takes a half-written last line as "not yet".
+
+mod append;
+pub mod atomic;
+pub mod checkpoint;
+mod directory;
+mod error;
+mod event;
+mod log;
+mod metrics;
+mod number;
+mod retention;
+mod scalars;
+mod status;
+mod store;
+mod tensorboard;
+mod writer;
+
+pub use checkpoint::Checkpoint;
+pub use directory::{FORMAT, RunDirectory, RunLock, config_hash};
+pub use error::RunError;
+pub use event::{EpisodeRecord, Event, LoggedEvent};
+pub use log::{EventReader, Poll, read_events};
+pub use metrics::read_metrics;
+pub use retention::{Action, CheckpointName, Moment, Retention, what_to_keep};
+pub use status::{RunState, RunStatus};
+pub use store::CheckpointStore;
+pub use tensorboard::TensorBoardWriter;
+pub use writer::RunWriter;
+
+/// Result of everything that touches a run on disk.
+pub type Result<T> = std::result::Result<T, RunError>;

@@ -1,0 +1,108 @@
+//! A file that only grows, one whole piece at a time.
+
+use std::fs::{File, OpenOptions};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use super::{Result, RunError};
+
+/// An append-only file. Each piece reaches the operating system at once, so that other processes
+/// see it; a piece that could not be written whole is taken back.
+#[derive(Debug)]
+pub(super) struct AppendFile {
+    path: PathBuf,
+    file: File,
+    length: u64,
+}
+
+impl AppendFile {
+    /// Opens the file at its end; creates it if there is none.
+    pub fn open(path: &Path) -> Result<Self> {
+        let file = OpenOptions::new()
+            .create(true)
+            .append(true)
+            .open(path)
+            .map_err(RunError::io("write", path))?;
+        let length = file.metadata().map_err(RunError::io("read", path))?.len();
+        Ok(Self {
+            path: path.to_path_buf(),
+            file,
+            length,
+        })
+    }
+
+    /// Appends `bytes` as one piece.
+    pub fn append(&mut self, bytes: &[u8]) -> Result<()> {
+        match self.file.write_all(bytes) {
+            Ok(()) => {
+                self.length += bytes.len() as u64;
+                Ok(())
+            }
+            Err(source) => {
+                // Best effort: half a line would make the next one unreadable too.
+                let _ = self.file.set_len(self.length);
+                Err(RunError::Io {
+                    action: "write",
+                    path: self.path.clone(),
+                    source,
+                })
+            }
+        }
+    }
+
+    /// Cuts the file to `length` bytes.
+    pub fn cut(&mut self, length: u64) -> Result<()> {
+        self.file
+            .set_len(length)
+            .map_err(RunError::io("shorten", &self.path))?;
+        self.length = length;
+        Ok(())
+    }
+
+    /// True if nothing was written yet.
+    pub fn is_empty(&self) -> bool {
+        self.length == 0
+    }
+
+    /// Waits until everything is on the disk.
+    pub fn sync(&self) -> Result<()> {
+        self.file
+            .sync_data()
+            .map_err(RunError::io("write", &self.path))
+    }
+
+    /// Where the file is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn appends_across_openings_and_cuts() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log");
+        let mut file = AppendFile::open(&path).unwrap();
+        assert!(file.is_empty());
+        file.append(b"one\n").unwrap();
+        drop(file);
+        let mut file = AppendFile::open(&path).unwrap();
+        file.append(b"two\n").unwrap();
+        file.cut(4).unwrap();
+        file.append(b"three\n").unwrap();
+        file.sync().unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"one\nthree\n");
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_disk_is_an_error_with_the_path_and_the_remedy() {
+        let mut file = AppendFile::open(Path::new("/dev/full")).unwrap();
+        let text = file.append(b"one\n").unwrap_err().to_string();
+        assert!(text.starts_with("cannot write /dev/full: "), "{text}");
+        assert!(text.contains("free some space"), "{text}");
+    }
+}

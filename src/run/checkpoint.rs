@@ -1,0 +1,492 @@
+//! A checkpoint: named sections of bytes in one folder, with a manifest that proves them whole.
+//!
+//! ```text
+//! manifest.json       {"format": 1, "mge_version": "..", "episode": 200, "score": 0.35,
+//!                      "sections": [{"name": "actor.safetensors", "bytes": 41232, "sha256": ".."}]}
+//! actor.safetensors   one file a section, named as the section
+//! ```
+//!
+//! What the sections mean is the trainer's business. The folder appears under its name only when
+//! it is complete and on the disk.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::atomic::{folder_beside, folder_of, sync_folder, write_new};
+use super::{Result, RunError, number};
+
+/// Format of a checkpoint that this program writes, and the newest that it reads.
+pub const FORMAT: u64 = 1;
+
+const MANIFEST: &str = "manifest.json";
+
+/// Prefix of an old checkpoint's name while a new one takes its place.
+pub(super) const PREVIOUS: &str = ".previous-";
+
+/// The whole state of a training at the end of an episode, as named sections.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Checkpoint {
+    /// Episodes finished.
+    pub episode: u64,
+    /// What `best` is judged by, if the networks were evaluated at this episode.
+    pub score: Option<f64>,
+    sections: BTreeMap<String, Vec<u8>>,
+}
+
+/// `manifest.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Manifest {
+    format: u64,
+    mge_version: String,
+    /// Episodes finished.
+    pub episode: u64,
+    /// What `best` is judged by.
+    #[serde(with = "number::optional")]
+    pub score: Option<f64>,
+    sections: Vec<Section>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Section {
+    name: String,
+    bytes: u64,
+    sha256: String,
+}
+
+impl Checkpoint {
+    /// A checkpoint without sections, after `episode` episodes.
+    pub fn new(episode: u64) -> Self {
+        Self {
+            episode,
+            ..Self::default()
+        }
+    }
+
+    /// Adds or replaces a section of bytes, such as a safetensors file.
+    ///
+    /// # Errors
+    /// [`RunError::SectionName`] if `name` cannot be a file name on every system.
+    pub fn insert(&mut self, name: &str, bytes: Vec<u8>) -> Result<()> {
+        if !is_section_name(name) {
+            return Err(RunError::SectionName(name.into()));
+        }
+        self.sections.insert(name.into(), bytes);
+        Ok(())
+    }
+
+    /// Adds or replaces a section that holds a value as JSON, such as counters or random streams.
+    ///
+    /// # Errors
+    /// [`RunError::Encode`] if the value has no JSON form; [`RunError::SectionName`].
+    pub fn insert_json(&mut self, name: &str, value: &impl Serialize) -> Result<()> {
+        let bytes = serde_json::to_vec(value).map_err(|source| RunError::Encode {
+            what: format!("section \"{name}\""),
+            source,
+        })?;
+        self.insert(name, bytes)
+    }
+
+    /// The bytes of a section.
+    ///
+    /// # Errors
+    /// [`RunError::MissingSection`], which names the sections there are.
+    pub fn section(&self, name: &str) -> Result<&[u8]> {
+        self.sections
+            .get(name)
+            .map(Vec::as_slice)
+            .ok_or_else(|| RunError::MissingSection {
+                episode: self.episode,
+                section: name.into(),
+                present: self.names().collect::<Vec<_>>().join(", "),
+            })
+    }
+
+    /// The value of a section written by [`Checkpoint::insert_json`].
+    ///
+    /// # Errors
+    /// [`RunError::MissingSection`]; [`RunError::Malformed`] with the place in the JSON.
+    pub fn json<T: DeserializeOwned>(&self, name: &str) -> Result<T> {
+        parse_json(Path::new(name), self.section(name)?)
+    }
+
+    /// The names of the sections, in alphabetical order.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.sections.keys().map(String::as_str)
+    }
+
+    /// Writes the checkpoint to the folder `path`, in place of the one that may be there.
+    ///
+    /// All files are written and synced in a new folder beside it, which is then renamed. The old
+    /// one is moved out of the way just before and removed after; [`Checkpoint::load`] finds it if
+    /// the process dies between the two renames.
+    ///
+    /// # Errors
+    /// [`RunError::Io`]; the old checkpoint is still there then.
+    pub fn save(&self, path: &Path) -> Result<()> {
+        let folder = folder_beside(path)?;
+        let mut sections = Vec::new();
+        for (name, bytes) in &self.sections {
+            write_new(&folder.path().join(name), bytes)?;
+            sections.push(Section {
+                name: name.clone(),
+                bytes: bytes.len() as u64,
+                sha256: sha256(bytes),
+            });
+        }
+        let manifest = Manifest {
+            format: FORMAT,
+            mge_version: env!("CARGO_PKG_VERSION").into(),
+            episode: self.episode,
+            score: self.score,
+            sections,
+        };
+        let text = serde_json::to_vec_pretty(&manifest).map_err(|source| RunError::Encode {
+            what: "a manifest".into(),
+            source,
+        })?;
+        write_new(&folder.path().join(MANIFEST), &text)?;
+        sync_folder(folder.path())?;
+        swap_in(folder, path)
+    }
+
+    /// Reads and verifies the checkpoint in the folder `path`.
+    ///
+    /// # Errors
+    /// [`RunError::NoCheckpoint`] if there is none; [`RunError::UnknownFormat`] if it is newer than
+    /// this program; [`RunError::Truncated`], [`RunError::Damaged`] or [`RunError::Io`] naming the
+    /// file that is not what the manifest says.
+    pub fn load(path: &Path) -> Result<Self> {
+        let path = &existing(path);
+        let manifest = Manifest::read(path)?;
+        let mut checkpoint = Self::new(manifest.episode);
+        checkpoint.score = manifest.score;
+        for section in &manifest.sections {
+            let file = path.join(&section.name);
+            if !is_section_name(&section.name) {
+                return Err(RunError::SectionName(section.name.clone()));
+            }
+            let bytes = fs::read(&file).map_err(RunError::io("read", &file))?;
+            if bytes.len() as u64 != section.bytes {
+                let (expected, found) = (section.bytes, bytes.len() as u64);
+                return Err(RunError::Truncated {
+                    path: file,
+                    expected,
+                    found,
+                });
+            }
+            if sha256(&bytes) != section.sha256 {
+                return Err(RunError::Damaged(file));
+            }
+            checkpoint.sections.insert(section.name.clone(), bytes);
+        }
+        Ok(checkpoint)
+    }
+}
+
+impl Manifest {
+    /// Reads the manifest of the checkpoint in the folder `path`, and nothing else.
+    pub fn read(path: &Path) -> Result<Self> {
+        let path = &existing(path);
+        let file = path.join(MANIFEST);
+        let bytes = match fs::read(&file) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == ErrorKind::NotFound => {
+                return Err(RunError::NoCheckpoint(path.clone()));
+            }
+            Err(error) => return Err(RunError::io("read", &file)(error)),
+        };
+        check_format(&file, &bytes, FORMAT)?;
+        parse_json(&file, &bytes)
+    }
+}
+
+/// Copies a saved checkpoint to another name in the same folder. The files are shared where the
+/// file system can: no file of a checkpoint is ever changed, so one copy is enough.
+pub(super) fn duplicate(from: &Path, to: &Path) -> Result<()> {
+    let folder = folder_beside(to)?;
+    for entry in fs::read_dir(from).map_err(RunError::io("read", from))? {
+        let source = entry.map_err(RunError::io("read", from))?.path();
+        let Some(name) = source.file_name() else {
+            continue;
+        };
+        let target = folder.path().join(name);
+        if fs::hard_link(&source, &target).is_err() {
+            let bytes = fs::read(&source).map_err(RunError::io("read", &source))?;
+            write_new(&target, &bytes)?;
+        }
+    }
+    sync_folder(folder.path())?;
+    swap_in(folder, to)
+}
+
+/// Renames a complete folder to `path`; what was there is removed afterwards.
+fn swap_in(folder: tempfile::TempDir, path: &Path) -> Result<()> {
+    let previous = previous_of(path);
+    if path.exists() {
+        remove(&previous)?;
+        fs::rename(path, &previous).map_err(RunError::io("replace", path))?;
+    }
+    if let Err(error) = fs::rename(folder.path(), path) {
+        // Put the old one back; if that fails too, readers still find it under its other name.
+        let _ = fs::rename(&previous, path);
+        return Err(RunError::io("write", path)(error));
+    }
+    // The temporary folder has its final name now and is no longer to be removed.
+    let _ = folder.keep();
+    sync_folder(&folder_of(path))?;
+    remove(&previous)
+}
+
+/// Removes a checkpoint, if it is there.
+pub(super) fn remove(path: &Path) -> Result<()> {
+    match fs::remove_dir_all(path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => {
+            Err(RunError::io("remove", path)(error))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn previous_of(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!("{PREVIOUS}{name}"))
+}
+
+/// `path`, or the old checkpoint if a process died while it replaced this one.
+fn existing(path: &Path) -> PathBuf {
+    let previous = previous_of(path);
+    if !path.exists() && previous.exists() {
+        previous
+    } else {
+        path.to_path_buf()
+    }
+}
+
+fn is_section_name(name: &str) -> bool {
+    let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "_-.".contains(c);
+    (1..=64).contains(&name.len())
+        && name.chars().all(allowed)
+        && !name.starts_with('.')
+        && name != MANIFEST
+}
+
+pub(super) fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes)
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
+}
+
+/// Refuses a JSON file whose `format` is not one of 1 to `supported`, before anything else in it
+/// is looked at.
+pub(super) fn check_format(path: &Path, bytes: &[u8], supported: u64) -> Result<()> {
+    #[derive(Deserialize)]
+    struct Format {
+        format: u64,
+    }
+    let Format { format: found } = parse_json(path, bytes)?;
+    if (1..=supported).contains(&found) {
+        Ok(())
+    } else {
+        Err(RunError::UnknownFormat {
+            path: path.to_path_buf(),
+            found,
+            supported,
+        })
+    }
+}
+
+/// Parses a JSON file; the error names the place in it.
+pub(super) fn parse_json<T: DeserializeOwned>(path: &Path, bytes: &[u8]) -> Result<T> {
+    let mut deserializer = serde_json::Deserializer::from_slice(bytes);
+    serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
+        let place = error.path().to_string();
+        let line = error.inner().line() as u64;
+        let at = if place == "." {
+            String::new()
+        } else {
+            format!("{place}: ")
+        };
+        RunError::Malformed {
+            path: path.to_path_buf(),
+            line: (line > 0).then_some(line),
+            reason: format!("{at}{}", error.inner()),
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    fn sample(episode: u64) -> Checkpoint {
+        let mut checkpoint = Checkpoint::new(episode);
+        checkpoint.score = Some(0.25);
+        checkpoint
+            .insert("actor.safetensors", vec![episode as u8; 300])
+            .unwrap();
+        checkpoint
+            .insert_json("state.json", &(episode, "text"))
+            .unwrap();
+        checkpoint
+    }
+
+    #[test]
+    fn what_is_loaded_is_what_was_saved_and_replaces_the_old() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("last");
+        sample(1).save(&path).unwrap();
+        sample(2).save(&path).unwrap();
+        let loaded = Checkpoint::load(&path).unwrap();
+        assert_eq!(loaded, sample(2));
+        assert_eq!(
+            loaded.json::<(u64, String)>("state.json").unwrap(),
+            (2, "text".into())
+        );
+        assert_eq!(
+            loaded.names().collect::<Vec<_>>(),
+            ["actor.safetensors", "state.json"]
+        );
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_random_stream_goes_on_where_it_was() {
+        let mut stream = ChaCha8Rng::seed_from_u64(3);
+        let _: [u32; 5] = stream.r#gen();
+        let mut checkpoint = Checkpoint::new(0);
+        checkpoint.insert_json("streams.json", &stream).unwrap();
+        let mut restored: ChaCha8Rng = checkpoint.json("streams.json").unwrap();
+        assert_eq!(stream.r#gen::<u64>(), restored.r#gen::<u64>());
+    }
+
+    fn check_refused(damage: impl FnOnce(&Path), expected: &str) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("last");
+        sample(1).save(&path).unwrap();
+        damage(&path);
+        let error = Checkpoint::load(&path).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+
+    #[test]
+    fn damage_is_found_and_named() {
+        let edit = |path: &Path, from: &str, to: &str| {
+            let text = fs::read_to_string(path.join(MANIFEST)).unwrap();
+            assert!(text.contains(from));
+            fs::write(path.join(MANIFEST), text.replacen(from, to, 1)).unwrap();
+        };
+        let actor = "actor.safetensors";
+        check_refused(
+            |p| fs::write(p.join(actor), [1; 299]).unwrap(),
+            "299 bytes instead of 300",
+        );
+        check_refused(
+            |p| fs::write(p.join(actor), [7; 300]).unwrap(),
+            "checksum differs",
+        );
+        check_refused(|p| fs::remove_file(p.join(actor)).unwrap(), "cannot read");
+        check_refused(
+            |p| fs::remove_file(p.join(MANIFEST)).unwrap(),
+            "there is no checkpoint in",
+        );
+        check_refused(
+            |p| edit(p, "\"format\": 1", "\"format\": 2"),
+            "has format 2, and this program",
+        );
+        check_refused(
+            |p| edit(p, "\"episode\": 1", "\"episode\": \"x\""),
+            "episode: invalid type",
+        );
+        check_refused(
+            |p| edit(p, actor, "../../secret"),
+            "\"../../secret\" cannot name a section",
+        );
+        check_refused(
+            |p| fs::write(p.join(MANIFEST), "{\"format\": 1,").unwrap(),
+            "manifest.json, line 1",
+        );
+    }
+
+    #[test]
+    fn manifest_keeps_its_form() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("best");
+        let mut checkpoint = Checkpoint::new(12);
+        checkpoint.insert("a", b"abc".to_vec()).unwrap();
+        checkpoint.save(&path).unwrap();
+        let text = fs::read_to_string(path.join(MANIFEST)).unwrap();
+        let text = text.replace(env!("CARGO_PKG_VERSION"), "VERSION");
+        let golden = r#"{
+  "format": 1,
+  "mge_version": "VERSION",
+  "episode": 12,
+  "score": null,
+  "sections": [
+    {
+      "name": "a",
+      "bytes": 3,
+      "sha256": "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+    }
+  ]
+}"#;
+        assert_eq!(text, golden);
+    }
+
+    #[test]
+    fn missing_sections_and_bad_names_are_typed() {
+        let error = sample(4).section("critic").unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "the checkpoint of episode 4 has no section \"critic\"; it has actor.safetensors, state.json"
+        );
+        for name in ["", "Actor", "a/b", "..", "manifest.json"] {
+            let error = Checkpoint::new(0).insert(name, Vec::new()).unwrap_err();
+            assert!(matches!(error, RunError::SectionName(_)), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_failed_save_keeps_the_good_one_and_leaves_nothing_behind() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("last");
+        sample(1).save(&path).unwrap();
+        // A folder in the place of the old one's second name makes the swap fail even for root.
+        let previous = previous_of(&path);
+        fs::write(&previous, b"in the way").unwrap();
+        let error = sample(2).save(&path).unwrap_err();
+        assert!(error.to_string().contains(".previous-last"), "{error}");
+        assert_eq!(Checkpoint::load(&path).unwrap(), sample(1));
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+    }
+
+    #[test]
+    fn death_between_the_two_renames_loses_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("last");
+        sample(1).save(&path).unwrap();
+        fs::rename(&path, previous_of(&path)).unwrap();
+        assert_eq!(Checkpoint::load(&path).unwrap(), sample(1));
+        sample(2).save(&path).unwrap();
+        assert_eq!(Checkpoint::load(&path).unwrap(), sample(2));
+    }
+
+    #[test]
+    fn a_copy_is_a_checkpoint_of_its_own() {
+        let folder = tempfile::tempdir().unwrap();
+        let (last, best) = (folder.path().join("last"), folder.path().join("best"));
+        sample(1).save(&last).unwrap();
+        duplicate(&last, &best).unwrap();
+        sample(2).save(&last).unwrap();
+        assert_eq!(Checkpoint::load(&best).unwrap(), sample(1));
+    }
+}

@@ -1,0 +1,345 @@
+//! The folder of a run: where its files are, its configuration, its lock.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::Duration;
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use super::checkpoint::{check_format, parse_json, sha256};
+use super::log::{EventReader, read_tail};
+use super::status::RunStatus;
+use super::store::CheckpointStore;
+use super::{Result, RunError, atomic};
+
+/// Format of a run folder that this program writes, and the newest that it reads.
+pub const FORMAT: u64 = 1;
+
+/// `config.json`.
+#[derive(Serialize, Deserialize)]
+struct Saved<C> {
+    format: u64,
+    mge_version: String,
+    config: C,
+}
+
+/// The folder of a run, for reading. Writing takes a [`RunWriter`](super::RunWriter).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RunDirectory {
+    path: PathBuf,
+}
+
+impl RunDirectory {
+    /// Makes a new run in `path`, a folder that is empty or does not exist yet.
+    ///
+    /// `config` should hold every setting, defaults written out, so that the run can be repeated
+    /// by a program whose defaults have changed.
+    ///
+    /// # Errors
+    /// [`RunError::AlreadyARun`] or [`RunError::NotEmpty`], with nothing changed;
+    /// [`RunError::Io`] if the folder cannot be written.
+    pub fn create(path: impl Into<PathBuf>, config: &impl Serialize) -> Result<Self> {
+        let directory = Self { path: path.into() };
+        let path = &directory.path;
+        if directory.config_path().exists() {
+            return Err(RunError::AlreadyARun(path.clone()));
+        }
+        fs::create_dir_all(path).map_err(RunError::io("create", path))?;
+        let mut entries = fs::read_dir(path).map_err(RunError::io("read", path))?;
+        if entries.next().is_some() {
+            return Err(RunError::NotEmpty(path.clone()));
+        }
+        let saved = Saved {
+            format: FORMAT,
+            mge_version: env!("CARGO_PKG_VERSION").into(),
+            config,
+        };
+        let mut text = serde_json::to_vec_pretty(&saved).map_err(|source| RunError::Encode {
+            what: "the configuration".into(),
+            source,
+        })?;
+        text.push(b'\n');
+        atomic::write_if_new(&directory.config_path(), &text).map_err(|error| match error {
+            // Somebody else was faster.
+            RunError::Io { source, .. } if source.kind() == ErrorKind::AlreadyExists => {
+                RunError::AlreadyARun(path.clone())
+            }
+            other => other,
+        })?;
+        Ok(directory)
+    }
+
+    /// Opens the run in `path` for reading.
+    ///
+    /// # Errors
+    /// [`RunError::NotARun`] if there is no `config.json`, [`RunError::UnknownFormat`] if it is
+    /// newer than this program.
+    pub fn open(path: impl Into<PathBuf>) -> Result<Self> {
+        let directory = Self { path: path.into() };
+        directory.config_bytes()?;
+        Ok(directory)
+    }
+
+    /// The configuration with which the run was made.
+    ///
+    /// # Errors
+    /// [`RunError::Malformed`] with the place in `config.json`.
+    pub fn config<C: DeserializeOwned>(&self) -> Result<C> {
+        Ok(parse_json::<Saved<C>>(&self.config_path(), &self.config_bytes()?)?.config)
+    }
+
+    /// The version of the program that made the run.
+    ///
+    /// # Errors
+    /// As [`RunDirectory::config`].
+    pub fn mge_version(&self) -> Result<String> {
+        let bytes = self.config_bytes()?;
+        let saved: Saved<serde::de::IgnoredAny> = parse_json(&self.config_path(), &bytes)?;
+        Ok(saved.mge_version)
+    }
+
+    fn config_bytes(&self) -> Result<Vec<u8>> {
+        let path = self.config_path();
+        let bytes = fs::read(&path).map_err(|error| match error.kind() {
+            ErrorKind::NotFound | ErrorKind::NotADirectory => RunError::NotARun(self.path.clone()),
+            _ => RunError::io("read", &path)(error),
+        })?;
+        check_format(&path, &bytes, FORMAT)?;
+        Ok(bytes)
+    }
+
+    /// Whether anybody works on the run, how it ended, and how far it is. Cheap also for a long
+    /// run: usually only the end of the log is read.
+    ///
+    /// # Errors
+    /// [`RunError::Io`] if the lock or the log cannot be read.
+    pub fn status(&self) -> Result<RunStatus> {
+        const TAIL: u64 = 1 << 16;
+        let locked = self.is_locked()?;
+        let status = RunStatus::derive(&read_tail(&self.events_path(), TAIL)?, locked);
+        if status.is_decided() {
+            return Ok(status);
+        }
+        Ok(RunStatus::derive(
+            &read_tail(&self.events_path(), u64::MAX)?,
+            locked,
+        ))
+    }
+
+    /// Takes the run for writing, for as long as the lock lives.
+    ///
+    /// # Errors
+    /// [`RunError::InUse`] if another process, or another part of this one, has it.
+    pub fn lock(&self) -> Result<RunLock> {
+        let path = self.path.join("lock");
+        let mut file = OpenOptions::new()
+            .create(true)
+            .write(true)
+            .truncate(false)
+            .open(&path)
+            .map_err(RunError::io("write", &path))?;
+        // Readers that ask for the status hold the lock for a moment.
+        for _ in 0..10 {
+            match file.try_lock() {
+                Ok(()) => {
+                    file.set_len(0).map_err(RunError::io("write", &path))?;
+                    write!(file, "{}", std::process::id()).map_err(RunError::io("write", &path))?;
+                    return Ok(RunLock { _file: file });
+                }
+                Err(TryLockError::WouldBlock) => thread::sleep(Duration::from_millis(20)),
+                Err(TryLockError::Error(error)) => return Err(RunError::io("lock", &path)(error)),
+            }
+        }
+        let process = fs::read_to_string(&path)
+            .ok()
+            .and_then(|text| text.trim().parse().ok());
+        Err(RunError::InUse {
+            path: self.path.clone(),
+            process,
+        })
+    }
+
+    fn is_locked(&self) -> Result<bool> {
+        let path = self.path.join("lock");
+        let file = match File::open(&path) {
+            Ok(file) => file,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(false),
+            Err(error) => return Err(RunError::io("read", &path)(error)),
+        };
+        match file.try_lock_shared() {
+            Ok(()) => Ok(false),
+            Err(TryLockError::WouldBlock) => Ok(true),
+            Err(TryLockError::Error(error)) => Err(RunError::io("lock", &path)(error)),
+        }
+    }
+
+    /// A reader of the event log, from its beginning.
+    pub fn events(&self) -> EventReader {
+        EventReader::new(self.events_path())
+    }
+
+    /// The checkpoints.
+    pub fn checkpoints(&self) -> CheckpointStore {
+        CheckpointStore::new(self.path.join("checkpoint"))
+    }
+
+    /// The folder itself.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// `config.json`
+    pub fn config_path(&self) -> PathBuf {
+        self.path.join("config.json")
+    }
+
+    /// `events.jsonl`
+    pub fn events_path(&self) -> PathBuf {
+        self.path.join("events.jsonl")
+    }
+
+    /// `metrics.csv`
+    pub fn metrics_path(&self) -> PathBuf {
+        self.path.join("metrics.csv")
+    }
+
+    /// `log.txt`
+    pub fn log_path(&self) -> PathBuf {
+        self.path.join("log.txt")
+    }
+
+    /// `tensorboard/`
+    pub fn tensorboard_path(&self) -> PathBuf {
+        self.path.join("tensorboard")
+    }
+
+    /// `figures/`
+    pub fn figures_path(&self) -> PathBuf {
+        self.path.join("figures")
+    }
+}
+
+/// The right to write a run; given up when dropped, also by a crash.
+#[derive(Debug)]
+pub struct RunLock {
+    _file: File,
+}
+
+/// Twelve hexadecimal digits that name a configuration, for the metadata of figures and reports.
+///
+/// # Errors
+/// [`RunError::Encode`] if the configuration has no JSON form.
+pub fn config_hash(config: &impl Serialize) -> Result<String> {
+    let text = serde_json::to_vec(config).map_err(|source| RunError::Encode {
+        what: "the configuration".into(),
+        source,
+    })?;
+    Ok(sha256(&text)[..12].to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::RunState;
+
+    #[derive(Debug, PartialEq, Serialize, Deserialize)]
+    struct Config {
+        seed: u64,
+        epsilon: f64,
+    }
+
+    const CONFIG: Config = Config {
+        seed: 3,
+        epsilon: 0.1,
+    };
+
+    #[test]
+    fn config_is_complete_versioned_and_comes_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("runs/a");
+        let run = RunDirectory::create(&path, &CONFIG).unwrap();
+        let text = fs::read_to_string(run.config_path()).unwrap();
+        let golden = "{\n  \"format\": 1,\n  \"mge_version\": \"VERSION\",\n  \"config\": {\n    \
+                      \"seed\": 3,\n    \"epsilon\": 0.1\n  }\n}\n";
+        assert_eq!(text.replace(env!("CARGO_PKG_VERSION"), "VERSION"), golden);
+
+        let run = RunDirectory::open(&path).unwrap();
+        assert_eq!(run.config::<Config>().unwrap(), CONFIG);
+        assert_eq!(run.mge_version().unwrap(), env!("CARGO_PKG_VERSION"));
+        assert_eq!(run.status().unwrap().state, RunState::NotStarted);
+        assert_eq!(config_hash(&CONFIG).unwrap(), config_hash(&CONFIG).unwrap());
+        assert_ne!(
+            config_hash(&CONFIG).unwrap(),
+            config_hash(&Config { seed: 4, ..CONFIG }).unwrap()
+        );
+    }
+
+    #[test]
+    fn nothing_is_overwritten() {
+        let folder = tempfile::tempdir().unwrap();
+        RunDirectory::create(folder.path(), &CONFIG).unwrap();
+        let error = RunDirectory::create(folder.path(), &CONFIG).unwrap_err();
+        assert!(matches!(error, RunError::AlreadyARun(_)), "{error}");
+
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("thesis.tex"), "x").unwrap();
+        let error = RunDirectory::create(folder.path(), &CONFIG).unwrap_err();
+        assert!(matches!(error, RunError::NotEmpty(_)), "{error}");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+
+        let below_a_file = folder.path().join("thesis.tex/run");
+        let error = RunDirectory::create(&below_a_file, &CONFIG)
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("thesis.tex/run"), "{error}");
+    }
+
+    fn check_refused(config: &str, expected: &str) {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("config.json"), config).unwrap();
+        let error = RunDirectory::open(folder.path())
+            .and_then(|run| run.config::<Config>())
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains(expected), "{error}");
+        assert!(error.contains("config.json"), "{error}");
+    }
+
+    #[test]
+    fn what_is_not_a_run_is_refused_by_name() {
+        check_refused(
+            r#"{"format": 9, "new": 1}"#,
+            "has format 9, and this program reads formats 1 to 1",
+        );
+        check_refused(r#"{"format": 0}"#, "has format 0");
+        check_refused("{\"format\": 1,\n!", "line 2");
+        check_refused(
+            r#"{"format": 1, "mge_version": "0.1.0", "config": {"seed": 1, "epsilon": "high"}}"#,
+            "config.epsilon: invalid type",
+        );
+        let error = RunDirectory::open("nowhere/at/all")
+            .unwrap_err()
+            .to_string();
+        assert_eq!(error, "nowhere/at/all is not a run: it has no config.json");
+    }
+
+    #[test]
+    fn a_run_in_use_is_refused_and_free_again_afterwards() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = RunDirectory::create(folder.path(), &CONFIG).unwrap();
+        let lock = run.lock().unwrap();
+        assert_eq!(run.status().unwrap().state, RunState::Running);
+        let error = run.lock().unwrap_err();
+        let own = std::process::id();
+        assert!(
+            matches!(error, RunError::InUse { process: Some(id), .. } if id == own),
+            "{error}"
+        );
+        drop(lock);
+        assert_eq!(run.status().unwrap().state, RunState::NotStarted);
+        run.lock().unwrap();
+    }
+}

@@ -1,0 +1,199 @@
+//! What can go wrong with a run on disk, as one line for the person who reads it.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+/// Why a run could not be read or written. Every message names the path and what to do.
+#[derive(Debug, Error)]
+pub enum RunError {
+    /// The operating system refused.
+    #[error("cannot {action} {}: {source}{}", path.display(), remedy(source))]
+    Io {
+        /// What was tried, as a verb: "write", "read", "create".
+        action: &'static str,
+        /// The file or folder.
+        path: PathBuf,
+        /// The system's answer.
+        source: io::Error,
+    },
+    /// A new run was asked for where a run already is.
+    #[error(
+        "{} already holds a run: continue it with `mge resume`, or choose another folder with --out",
+        .0.display()
+    )]
+    AlreadyARun(PathBuf),
+    /// A new run was asked for in a folder with other things in it.
+    #[error("{} is not empty: choose another folder with --out", .0.display())]
+    NotEmpty(PathBuf),
+    /// The folder has no `config.json`.
+    #[error("{} is not a run: it has no config.json", .0.display())]
+    NotARun(PathBuf),
+    /// Another process (or another part of this one) writes the run.
+    #[error("the run {} is in use{}: stop that one first, or choose another folder", path.display(), by(.process))]
+    InUse {
+        /// The run.
+        path: PathBuf,
+        /// Process id of the writer, where it can be read.
+        process: Option<u32>,
+    },
+    /// Written by a program that knows more than this one.
+    #[error(
+        "{} has format {found}, and this program reads formats 1 to {supported}: update mge",
+        path.display()
+    )]
+    UnknownFormat {
+        /// The file that names the format.
+        path: PathBuf,
+        /// The format found.
+        found: u64,
+        /// The newest format this program reads.
+        supported: u64,
+    },
+    /// The text of a file is not what its format says.
+    #[error("{}{}: {reason}", path.display(), at_line(.line))]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// The line, counted from 1, where lines make sense.
+        line: Option<u64>,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A log ends before the checkpoint that is to be resumed.
+    #[error(
+        "{} ends at episode {found}, before the checkpoint's episode {wanted}: \
+         the file was changed, resume from an earlier checkpoint",
+        path.display()
+    )]
+    LogTooShort {
+        /// The log.
+        path: PathBuf,
+        /// Last episode in the log.
+        found: u64,
+        /// Episode of the checkpoint.
+        wanted: u64,
+    },
+    /// There is no checkpoint at all, or none of this name.
+    #[error("there is no checkpoint in {}", .0.display())]
+    NoCheckpoint(PathBuf),
+    /// A file of a checkpoint has another length than the manifest says.
+    #[error(
+        "{} has {found} bytes instead of {expected}: the checkpoint is incomplete, use another one",
+        path.display()
+    )]
+    Truncated {
+        /// The file.
+        path: PathBuf,
+        /// Length in the manifest.
+        expected: u64,
+        /// Length on disk.
+        found: u64,
+    },
+    /// A file of a checkpoint has another content than the manifest says.
+    #[error("{} is damaged (its checksum differs): use another checkpoint", .0.display())]
+    Damaged(PathBuf),
+    /// A checkpoint lacks a section its reader needs.
+    #[error("the checkpoint of episode {episode} has no section \"{section}\"; it has {present}")]
+    MissingSection {
+        /// Episode of the checkpoint.
+        episode: u64,
+        /// The section asked for.
+        section: String,
+        /// The sections there are, separated by commas.
+        present: String,
+    },
+    /// A section name that cannot be a file name.
+    #[error(
+        "\"{0}\" cannot name a section: use lower-case letters, digits, '_', '-' and '.', at most 64"
+    )]
+    SectionName(String),
+    /// A value that has no JSON form.
+    #[error("cannot write {what} as JSON: {source}")]
+    Encode {
+        /// What was to be written.
+        what: String,
+        /// Why not.
+        source: serde_json::Error,
+    },
+}
+
+impl RunError {
+    /// Turns an [`io::Error`] into a [`RunError::Io`]: `.map_err(RunError::io("read", path))`.
+    pub(crate) fn io(
+        action: &'static str,
+        path: &Path,
+    ) -> impl FnOnce(io::Error) -> RunError + use<> {
+        let path = path.to_path_buf();
+        move |source| RunError::Io {
+            action,
+            path,
+            source,
+        }
+    }
+
+    /// True if the cause is a file or folder that does not exist.
+    pub fn is_not_found(&self) -> bool {
+        matches!(self, RunError::Io { source, .. } if source.kind() == io::ErrorKind::NotFound)
+    }
+}
+
+fn remedy(error: &io::Error) -> &'static str {
+    match error.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            "; free some space, then continue with `mge resume`"
+        }
+        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
+            "; choose a folder you may write with --out"
+        }
+        io::ErrorKind::NotADirectory => "; a part of the path is a file, choose another with --out",
+        _ => "",
+    }
+}
+
+fn by(process: &Option<u32>) -> String {
+    process.map_or_else(String::new, |id| format!(" by process {id}"))
+}
+
+fn at_line(line: &Option<u64>) -> String {
+    line.map_or_else(String::new, |line| format!(", line {line}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_name_the_path_and_the_remedy() {
+        let full = RunError::Io {
+            action: "write",
+            path: "runs/a/events.jsonl".into(),
+            source: io::Error::from(io::ErrorKind::StorageFull),
+        };
+        let text = full.to_string();
+        assert!(
+            text.starts_with("cannot write runs/a/events.jsonl: "),
+            "{text}"
+        );
+        assert!(
+            text.ends_with("free some space, then continue with `mge resume`"),
+            "{text}"
+        );
+
+        let used = RunError::InUse {
+            path: "runs/a".into(),
+            process: Some(12),
+        };
+        assert_eq!(
+            used.to_string(),
+            "the run runs/a is in use by process 12: stop that one first, or choose another folder"
+        );
+        let line = RunError::Malformed {
+            path: "m.csv".into(),
+            line: Some(3),
+            reason: "no".into(),
+        };
+        assert_eq!(line.to_string(), "m.csv, line 3: no");
+    }
+}

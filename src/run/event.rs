@@ -1,0 +1,329 @@
+//! What happens in a run, in the words every reader shares.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use super::number;
+
+/// One finished episode: a row of `metrics.csv` and the body of [`Event::EpisodeFinished`].
+///
+/// Holds no time: the same seed gives the same bytes. Learning figures are means over the updates
+/// of the episode and `None` as long as there was no update.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EpisodeRecord {
+    /// Number of this episode, counted from 1.
+    pub episode: u64,
+    /// Actions in this episode.
+    pub steps: u64,
+    /// Actions in the whole run so far.
+    pub environment_steps: u64,
+    /// Sum of the rewards, undiscounted.
+    #[serde(rename = "return", with = "number::required")]
+    pub return_: f64,
+    /// The goal was reached.
+    pub goal: bool,
+    /// Subgoals reached, in order.
+    pub subgoals: u32,
+    /// Subgoals of the task.
+    pub subgoals_total: u32,
+    /// Actions were drawn from the action clusters in this episode.
+    pub guided: bool,
+    /// Value of the epsilon schedule.
+    #[serde(with = "number::required")]
+    pub epsilon: f64,
+    /// Standard deviation of the exploration noise.
+    #[serde(with = "number::required")]
+    pub noise_sigma: f64,
+    /// Mean squared Bellman error.
+    #[serde(with = "number::optional")]
+    pub critic_loss: Option<f64>,
+    /// Mean of Q over the minibatches.
+    #[serde(with = "number::optional")]
+    pub mean_q: Option<f64>,
+    /// Largest Q over the minibatches.
+    #[serde(with = "number::optional")]
+    pub max_q: Option<f64>,
+    /// Minus the mean Q of the actor's own actions.
+    #[serde(with = "number::optional")]
+    pub actor_loss: Option<f64>,
+    /// Fraction of the actor's action components at the edge of the action space.
+    #[serde(with = "number::optional")]
+    pub action_saturation: Option<f64>,
+    /// Fraction of the last 100 episodes (of all, before there are 100) that reached the goal.
+    #[serde(with = "number::required")]
+    pub rolling_success: f64,
+    /// The episode ended by the task's own rules.
+    pub terminated: bool,
+    /// The episode ended by the limit of actions.
+    pub truncated: bool,
+    /// Why it ended, in the environment's words, such as `goal` or `left the screen`.
+    pub end: String,
+    /// Tools placed.
+    pub placed: u32,
+    /// Actions that were blocked or invalid.
+    pub blocked: u32,
+}
+
+/// Something that happened in a run.
+///
+/// # Order
+///
+/// Every process that works on the run writes
+///
+/// 1. [`Started`](Event::Started), once;
+/// 2. any number of times, in the order of `episode`: [`EpisodeFinished`](Event::EpisodeFinished),
+///    then, if they apply to that episode, [`Evaluated`](Event::Evaluated), then
+///    [`Checkpointed`](Event::Checkpointed). Between these, at any place, a
+///    [`ScheduleChanged`](Event::ScheduleChanged), a [`ClustersChanged`](Event::ClustersChanged), or
+///    a [`Paused`](Event::Paused) that is followed by [`Resumed`](Event::Resumed) before the next
+///    `EpisodeFinished`;
+/// 3. exactly one of [`Finished`](Event::Finished), [`Stopped`](Event::Stopped) and
+///    [`Failed`](Event::Failed), and nothing after it. If it is missing and nobody holds the
+///    run's lock, the process died.
+///
+/// `Checkpointed` comes after the checkpoint is safely on disk. A process that continues a run
+/// first removes everything after the `Checkpointed` of its checkpoint, then begins at 1.
+///
+/// `episode` is always the number of episodes finished so far.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum Event {
+    /// A process begins to work on the run.
+    Started {
+        /// Version of the program.
+        mge_version: String,
+        /// Name of the task.
+        task: String,
+        /// Name of the method.
+        method: String,
+        /// Master seed.
+        seed: u64,
+        /// Episodes of the whole run when it is finished.
+        episodes: u64,
+        /// Episodes already there: 0 for a new run, the checkpoint's episode after a resume.
+        episode: u64,
+    },
+    /// An episode ended.
+    EpisodeFinished(EpisodeRecord),
+    /// The greedy policy was evaluated.
+    Evaluated {
+        /// Episodes finished so far.
+        episode: u64,
+        /// Evaluation episodes.
+        episodes: u64,
+        /// Fraction of them that reached the goal.
+        #[serde(with = "number::required")]
+        success: f64,
+        /// Their mean return.
+        #[serde(with = "number::required")]
+        mean_return: f64,
+    },
+    /// A checkpoint is on disk.
+    Checkpointed {
+        /// Episodes finished so far.
+        episode: u64,
+        /// Names it was saved under, such as `last` and `best`.
+        names: Vec<String>,
+    },
+    /// Training waits.
+    Paused {
+        /// Episodes finished so far.
+        episode: u64,
+    },
+    /// Training goes on after a pause.
+    Resumed {
+        /// Episodes finished so far.
+        episode: u64,
+    },
+    /// Another epsilon schedule holds from the next episode on.
+    ScheduleChanged {
+        /// Episodes finished so far.
+        episode: u64,
+        /// The schedule as a person writes it, such as `linear:0.8:0.05:2000`.
+        schedule: String,
+    },
+    /// Another action prior holds from the next episode on.
+    ClustersChanged {
+        /// Episodes finished so far.
+        episode: u64,
+        /// Number of clusters of each subgoal, the goal last.
+        clusters: Vec<u32>,
+    },
+    /// All episodes are done.
+    Finished {
+        /// Episodes finished.
+        episode: u64,
+    },
+    /// Somebody ended the run early; it can be continued.
+    Stopped {
+        /// Episodes finished so far.
+        episode: u64,
+        /// Who or what asked for it.
+        reason: String,
+    },
+    /// An error ended the run; it can be continued from its last checkpoint.
+    Failed {
+        /// Episodes finished so far.
+        episode: u64,
+        /// The error, in one line.
+        reason: String,
+    },
+}
+
+impl Event {
+    /// Number of episodes finished when this happened.
+    pub fn episode(&self) -> u64 {
+        match self {
+            Event::EpisodeFinished(record) => record.episode,
+            Event::Started { episode, .. }
+            | Event::Evaluated { episode, .. }
+            | Event::Checkpointed { episode, .. }
+            | Event::Paused { episode }
+            | Event::Resumed { episode }
+            | Event::ScheduleChanged { episode, .. }
+            | Event::ClustersChanged { episode, .. }
+            | Event::Finished { episode }
+            | Event::Stopped { episode, .. }
+            | Event::Failed { episode, .. } => *episode,
+        }
+    }
+}
+
+impl fmt::Display for Event {
+    /// One line for a person, as in `log.txt`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Event::Started {
+                mge_version,
+                task,
+                method,
+                seed,
+                episodes,
+                episode,
+            } => write!(
+                f,
+                "mge {mge_version}: {method} on {task}, seed {seed}, episodes {} to {episodes}",
+                episode + 1
+            ),
+            Event::EpisodeFinished(record) => write!(
+                f,
+                "episode {}: return {:.2}, subgoals {}/{}, {}, success {:.0} %",
+                record.episode,
+                record.return_,
+                record.subgoals,
+                record.subgoals_total,
+                record.end,
+                100.0 * record.rolling_success
+            ),
+            Event::Evaluated {
+                episode,
+                episodes,
+                success,
+                mean_return,
+            } => write!(
+                f,
+                "episode {episode}: greedy policy reaches the goal in {:.0} % of {episodes}, \
+                 mean return {mean_return:.2}",
+                100.0 * success
+            ),
+            Event::Checkpointed { episode, names } => {
+                write!(
+                    f,
+                    "episode {episode}: checkpoint saved as {}",
+                    names.join(", ")
+                )
+            }
+            Event::Paused { episode } => write!(f, "episode {episode}: paused"),
+            Event::Resumed { episode } => write!(f, "episode {episode}: going on"),
+            Event::ScheduleChanged { episode, schedule } => {
+                write!(f, "episode {episode}: epsilon is now {schedule}")
+            }
+            Event::ClustersChanged { episode, clusters } => {
+                write!(
+                    f,
+                    "episode {episode}: new action clusters, {clusters:?} by subgoal"
+                )
+            }
+            Event::Finished { episode } => write!(f, "finished after {episode} episodes"),
+            Event::Stopped { episode, reason } => {
+                write!(f, "stopped after {episode} episodes: {reason}")
+            }
+            Event::Failed { episode, reason } => {
+                write!(f, "failed after {episode} episodes: {reason}")
+            }
+        }
+    }
+}
+
+/// An event with the time it was written: a line of `events.jsonl`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LoggedEvent {
+    /// Seconds since 1970-01-01 UTC.
+    pub time: f64,
+    /// What happened.
+    #[serde(flatten)]
+    pub event: Event,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(event: Event, line: &str) {
+        let logged = LoggedEvent { time: 1.5, event };
+        let text = serde_json::to_string(&logged).unwrap();
+        assert_eq!(text, line);
+        assert_eq!(serde_json::from_str::<LoggedEvent>(&text).unwrap(), logged);
+    }
+
+    #[test]
+    fn lines_keep_their_form() {
+        check(
+            Event::Started {
+                mge_version: "0.1.0".into(),
+                task: "task1".into(),
+                method: "ddpg-mge".into(),
+                seed: 7,
+                episodes: 100,
+                episode: 0,
+            },
+            r#"{"time":1.5,"type":"started","mge_version":"0.1.0","task":"task1","method":"ddpg-mge","seed":7,"episodes":100,"episode":0}"#,
+        );
+        check(
+            Event::Evaluated {
+                episode: 10,
+                episodes: 5,
+                success: 0.4,
+                mean_return: f64::INFINITY,
+            },
+            r#"{"time":1.5,"type":"evaluated","episode":10,"episodes":5,"success":0.4,"mean_return":"inf"}"#,
+        );
+        check(
+            Event::Paused { episode: 3 },
+            r#"{"time":1.5,"type":"paused","episode":3}"#,
+        );
+        check(
+            Event::EpisodeFinished(EpisodeRecord {
+                episode: 2,
+                steps: 20,
+                environment_steps: 31,
+                return_: -0.25,
+                critic_loss: Some(0.5),
+                end: "time limit".into(),
+                truncated: true,
+                ..Default::default()
+            }),
+            r#"{"time":1.5,"type":"episode_finished","episode":2,"steps":20,"environment_steps":31,"return":-0.25,"goal":false,"subgoals":0,"subgoals_total":0,"guided":false,"epsilon":0.0,"noise_sigma":0.0,"critic_loss":0.5,"mean_q":null,"max_q":null,"actor_loss":null,"action_saturation":null,"rolling_success":0.0,"terminated":false,"truncated":true,"end":"time limit","placed":0,"blocked":0}"#,
+        );
+    }
+
+    #[test]
+    fn unknown_types_are_refused_by_name() {
+        let error = serde_json::from_str::<LoggedEvent>(r#"{"time":1.0,"type":"exploded"}"#)
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("exploded"), "{error}");
+    }
+}

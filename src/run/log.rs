@@ -1,0 +1,431 @@
+//! The event log: `events.jsonl`, written by one process and read by any, also while it grows.
+
+use std::fs::File;
+use std::io::{ErrorKind, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use super::append::AppendFile;
+use super::event::{Event, LoggedEvent};
+use super::{Result, RunError};
+
+/// The writing end of `events.jsonl`.
+#[derive(Debug)]
+pub(super) struct EventLog {
+    file: AppendFile,
+}
+
+impl EventLog {
+    /// Opens the log and removes everything that happened after `episode` episodes: what comes
+    /// after that episode's `Checkpointed`, or, without one, after the episode itself.
+    pub fn open(path: &Path, episode: u64) -> Result<Self> {
+        let mut file = AppendFile::open(path)?;
+        let bytes = std::fs::read(path).map_err(RunError::io("read", path))?;
+        file.cut(cut_point(path, &bytes, episode)?)?;
+        Ok(Self { file })
+    }
+
+    /// Appends one line.
+    pub fn append(&mut self, logged: &LoggedEvent) -> Result<()> {
+        let mut line = serde_json::to_vec(logged).map_err(|source| RunError::Encode {
+            what: "an event".into(),
+            source,
+        })?;
+        line.push(b'\n');
+        self.file.append(&line)
+    }
+
+    /// Waits until everything is on the disk.
+    pub fn sync(&self) -> Result<()> {
+        self.file.sync()
+    }
+}
+
+/// Length of the part of a log that belongs to a checkpoint of `episode`.
+///
+/// Lines behind the cut are not looked at: damage there goes away with the cut.
+fn cut_point(path: &Path, bytes: &[u8], episode: u64) -> Result<u64> {
+    let mut after_checkpoint = None;
+    let mut end = 0;
+    let mut last_episode = 0;
+    for (number, line) in complete_lines(bytes) {
+        let event = parse(path, number, line)?.event;
+        if let Event::EpisodeFinished(record) = &event {
+            if record.episode > episode {
+                break;
+            }
+            last_episode = record.episode;
+        }
+        end += line.len() as u64 + 1;
+        if matches!(event, Event::Checkpointed { episode: at, .. } if at == episode) {
+            after_checkpoint = Some(end);
+        }
+    }
+    if last_episode < episode {
+        return Err(RunError::LogTooShort {
+            path: path.to_path_buf(),
+            found: last_episode,
+            wanted: episode,
+        });
+    }
+    // Without a checkpoint the run begins again, and so does its log.
+    Ok(after_checkpoint.unwrap_or(if episode == 0 { 0 } else { end }))
+}
+
+/// Lines that end with a line feed, counted from 1; a half-written last line is left out.
+fn complete_lines(bytes: &[u8]) -> impl Iterator<Item = (u64, &[u8])> {
+    let whole = bytes.iter().rposition(|&byte| byte == b'\n').unwrap_or(0);
+    let lines = bytes[..whole].split(|&byte| byte == b'\n');
+    // Splitting nothing gives one empty line; a log without a line feed has none.
+    (1..).zip(lines).take(if bytes.contains(&b'\n') {
+        usize::MAX
+    } else {
+        0
+    })
+}
+
+fn parse(path: &Path, number: u64, line: &[u8]) -> Result<LoggedEvent> {
+    serde_json::from_slice(line).map_err(|error| RunError::Malformed {
+        path: path.to_path_buf(),
+        line: Some(number),
+        reason: format!("not an event: {error}"),
+    })
+}
+
+/// What a reader finds when it looks again.
+#[derive(Debug, Default)]
+pub struct Poll {
+    /// New events, in order.
+    pub events: Vec<LoggedEvent>,
+    /// Lines that cannot be read, each with its number; the lines around them are in `events`.
+    pub problems: Vec<RunError>,
+    /// The run was taken back to a checkpoint: forget what was read before, `events` begins anew.
+    pub restarted: bool,
+}
+
+/// Follows an `events.jsonl` that another process may still be writing.
+#[derive(Debug)]
+pub struct EventReader {
+    path: PathBuf,
+    offset: u64,
+    line: u64,
+    /// The last line read. Times make lines unique, so if it is no longer where it was, the log
+    /// was cut since, even if it is longer than before by now.
+    last: Vec<u8>,
+}
+
+impl EventReader {
+    /// A reader at the beginning of the log at `path`, which need not exist yet.
+    pub fn new(path: impl Into<PathBuf>) -> Self {
+        Self {
+            path: path.into(),
+            offset: 0,
+            line: 0,
+            last: Vec::new(),
+        }
+    }
+
+    /// Reads what came since the last call: nothing, if the log does not exist, has not grown or
+    /// ends in a half-written line.
+    ///
+    /// # Errors
+    /// [`RunError::Io`] if the file cannot be read. Lines that make no sense are in
+    /// [`Poll::problems`].
+    pub fn poll(&mut self) -> Result<Poll> {
+        let failed = RunError::io("read", &self.path);
+        self.read_on().map_err(failed)
+    }
+
+    fn read_on(&mut self) -> std::io::Result<Poll> {
+        let mut poll = Poll::default();
+        let mut file = match File::open(&self.path) {
+            Ok(file) => file,
+            Err(error) if error.kind() == ErrorKind::NotFound && self.offset == 0 => {
+                return Ok(poll);
+            }
+            Err(error) => return Err(error),
+        };
+        if !self.is_where_it_was(&mut file)? {
+            *self = Self::new(std::mem::take(&mut self.path));
+            poll.restarted = true;
+        }
+        let mut bytes = Vec::new();
+        file.seek(SeekFrom::Start(self.offset))?;
+        file.read_to_end(&mut bytes)?;
+        let first = self.line;
+        for (number, line) in complete_lines(&bytes) {
+            match parse(&self.path, first + number, line) {
+                Ok(event) => poll.events.push(event),
+                Err(problem) => poll.problems.push(problem),
+            }
+            self.offset += line.len() as u64 + 1;
+            self.line += 1;
+            self.last.clear();
+            self.last.extend_from_slice(line);
+            self.last.push(b'\n');
+        }
+        Ok(poll)
+    }
+
+    fn is_where_it_was(&self, file: &mut File) -> std::io::Result<bool> {
+        let mut found = vec![0; self.last.len()];
+        file.seek(SeekFrom::Start(self.offset - self.last.len() as u64))?;
+        match file.read_exact(&mut found) {
+            Ok(()) => Ok(found == self.last),
+            Err(error) if error.kind() == ErrorKind::UnexpectedEof => Ok(false),
+            Err(error) => Err(error),
+        }
+    }
+}
+
+/// All events of a log, strictly.
+///
+/// # Errors
+/// [`RunError::Io`] if there is no such file, [`RunError::Malformed`] with the number of the first
+/// line that is not an event. A half-written last line is left out and is no error.
+pub fn read_events(path: &Path) -> Result<Vec<LoggedEvent>> {
+    let bytes = std::fs::read(path).map_err(RunError::io("read", path))?;
+    complete_lines(&bytes)
+        .map(|(number, line)| parse(path, number, line))
+        .collect()
+}
+
+/// The events in the last `bytes` bytes of a log, oldest first, without what cannot be read.
+pub(super) fn read_tail(path: &Path, bytes: u64) -> Result<Vec<LoggedEvent>> {
+    let read = || -> std::io::Result<Vec<u8>> {
+        let mut file = File::open(path)?;
+        let start = file.metadata()?.len().saturating_sub(bytes);
+        file.seek(SeekFrom::Start(start))?;
+        let mut tail = Vec::new();
+        file.read_to_end(&mut tail)?;
+        Ok(tail)
+    };
+    match read() {
+        Ok(tail) => Ok(complete_lines(&tail)
+            .filter_map(|(_, l)| serde_json::from_slice(l).ok())
+            .collect()),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
+        Err(error) => Err(RunError::io("read", path)(error)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use super::*;
+    use crate::run::event::EpisodeRecord;
+
+    fn episode(episode: u64) -> Event {
+        Event::EpisodeFinished(EpisodeRecord {
+            episode,
+            ..Default::default()
+        })
+    }
+
+    fn checkpointed(episode: u64) -> Event {
+        Event::Checkpointed {
+            episode,
+            names: vec!["last".into()],
+        }
+    }
+
+    struct Log {
+        _folder: tempfile::TempDir,
+        path: PathBuf,
+        clock: f64,
+    }
+
+    impl Log {
+        fn new() -> Self {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("events.jsonl");
+            Self {
+                _folder: folder,
+                path,
+                clock: 0.0,
+            }
+        }
+
+        fn write(&mut self, from: u64, events: &[Event]) {
+            let mut log = EventLog::open(&self.path, from).unwrap();
+            for event in events {
+                self.clock += 1.0;
+                log.append(&LoggedEvent {
+                    time: self.clock,
+                    event: event.clone(),
+                })
+                .unwrap();
+            }
+        }
+
+        fn raw(&self, text: &str) {
+            std::fs::OpenOptions::new()
+                .append(true)
+                .create(true)
+                .open(&self.path)
+                .unwrap()
+                .write_all(text.as_bytes())
+                .unwrap();
+        }
+
+        fn events(&self) -> Vec<Event> {
+            read_events(&self.path)
+                .unwrap()
+                .into_iter()
+                .map(|logged| logged.event)
+                .collect()
+        }
+    }
+
+    #[test]
+    fn resume_cuts_after_the_checkpoint_of_its_episode() {
+        let mut log = Log::new();
+        let kept = [episode(1), checkpointed(1), episode(2), checkpointed(2)];
+        log.write(0, &kept);
+        log.write(2, &[]);
+        assert_eq!(log.events(), kept);
+
+        let schedule = Event::ScheduleChanged {
+            episode: 2,
+            schedule: "0".into(),
+        };
+        let stopped = Event::Stopped {
+            episode: 3,
+            reason: "asked".into(),
+        };
+        let mut log = Log::new();
+        log.write(0, &kept);
+        log.raw(&lines(&[schedule, episode(3), stopped]));
+        log.raw("{\"time\":9");
+        log.write(2, &[]);
+        assert_eq!(log.events(), kept);
+        log.write(1, &[]);
+        assert_eq!(log.events(), kept[..2]);
+        log.write(0, &[]);
+        assert_eq!(log.events(), []);
+    }
+
+    fn lines(events: &[Event]) -> String {
+        let line = |event: &Event| {
+            serde_json::to_string(&LoggedEvent {
+                time: 0.5,
+                event: event.clone(),
+            })
+            .unwrap()
+                + "\n"
+        };
+        events.iter().map(line).collect()
+    }
+
+    #[test]
+    fn resume_cuts_after_the_episode_when_the_checkpoint_was_not_logged() {
+        let mut log = Log::new();
+        let evaluated = Event::Evaluated {
+            episode: 1,
+            episodes: 5,
+            success: 0.0,
+            mean_return: 0.0,
+        };
+        log.raw(&lines(&[episode(1), evaluated.clone(), episode(2)]));
+        log.write(1, &[]);
+        assert_eq!(log.events(), [episode(1), evaluated]);
+    }
+
+    #[test]
+    fn resume_refuses_a_log_that_is_too_short_or_damaged_before_the_cut() {
+        let log = Log::new();
+        log.raw(&lines(&[episode(1)]));
+        let error = EventLog::open(&log.path, 5).unwrap_err();
+        assert!(
+            matches!(
+                error,
+                RunError::LogTooShort {
+                    found: 1,
+                    wanted: 5,
+                    ..
+                }
+            ),
+            "{error}"
+        );
+
+        let log = Log::new();
+        log.raw(&lines(&[episode(1)]));
+        log.raw("rubbish\n");
+        log.raw(&lines(&[episode(2), checkpointed(2)]));
+        let error = EventLog::open(&log.path, 2).unwrap_err();
+        assert!(
+            error.to_string().contains("line 2: not an event"),
+            "{error}"
+        );
+        assert_eq!(read_tail(&log.path, 1 << 16).unwrap().len(), 3);
+    }
+
+    #[test]
+    fn reader_follows_and_waits_for_the_end_of_a_line() {
+        let log = Log::new();
+        let mut reader = EventReader::new(&log.path);
+        assert!(reader.poll().unwrap().events.is_empty());
+        let line = lines(&[episode(1)]);
+        let (head, tail) = line.split_at(30);
+        log.raw(head);
+        let poll = reader.poll().unwrap();
+        assert!(poll.events.is_empty() && poll.problems.is_empty() && !poll.restarted);
+        log.raw(tail);
+        log.raw(&lines(&[episode(2)]));
+        let poll = reader.poll().unwrap();
+        let episodes: Vec<u64> = poll
+            .events
+            .iter()
+            .map(|logged| logged.event.episode())
+            .collect();
+        assert_eq!(episodes, [1, 2]);
+        assert!(reader.poll().unwrap().events.is_empty());
+    }
+
+    #[test]
+    fn reader_names_a_bad_line_and_reads_those_around_it() {
+        let log = Log::new();
+        let mut reader = EventReader::new(&log.path);
+        log.raw(&lines(&[episode(1)]));
+        reader.poll().unwrap();
+        log.raw(&lines(&[episode(2)]));
+        log.raw("\u{fffd}{]\n");
+        log.raw(&lines(&[episode(3)]));
+        let poll = reader.poll().unwrap();
+        assert_eq!(poll.events.len(), 2);
+        let [RunError::Malformed { line: Some(3), .. }] = poll.problems[..] else {
+            panic!("{:?}", poll.problems)
+        };
+    }
+
+    #[test]
+    fn reader_notices_that_the_run_was_taken_back() {
+        let mut log = Log::new();
+        log.write(0, &[episode(1), checkpointed(1), episode(2), episode(3)]);
+        let mut reader = EventReader::new(&log.path);
+        assert_eq!(reader.poll().unwrap().events.len(), 4);
+        log.write(1, &[]);
+        let poll = reader.poll().unwrap();
+        assert!(poll.restarted);
+        assert_eq!(poll.events.len(), 2);
+
+        // Cut and grown beyond the old length between two looks.
+        log.write(1, &[episode(2), episode(3)]);
+        assert_eq!(reader.poll().unwrap().events.len(), 2);
+        log.write(1, &[episode(2), episode(3), episode(4)]);
+        let poll = reader.poll().unwrap();
+        assert!(poll.restarted);
+        assert_eq!(poll.events.len(), 5);
+    }
+
+    #[test]
+    fn a_vanished_log_is_an_error_only_if_something_was_read() {
+        let log = Log::new();
+        log.raw(&lines(&[episode(1)]));
+        let mut reader = EventReader::new(&log.path);
+        reader.poll().unwrap();
+        std::fs::remove_file(&log.path).unwrap();
+        assert!(reader.poll().unwrap_err().is_not_found());
+        assert!(read_events(&log.path).unwrap_err().is_not_found());
+    }
+}

@@ -1,0 +1,209 @@
+//! `metrics.csv`: one row an episode, the fields of [`EpisodeRecord`] as columns.
+
+use std::path::Path;
+
+use super::append::AppendFile;
+use super::event::EpisodeRecord;
+use super::{Result, RunError};
+
+/// The writing end of `metrics.csv`.
+#[derive(Debug)]
+pub(super) struct MetricsLog {
+    file: AppendFile,
+}
+
+impl MetricsLog {
+    /// Opens the table and removes the rows after `episode` and a half-written last row.
+    pub fn open(path: &Path, episode: u64) -> Result<Self> {
+        let mut file = AppendFile::open(path)?;
+        let bytes = std::fs::read(path).map_err(RunError::io("read", path))?;
+        let (rows, ends) = parse(path, whole_lines(&bytes))?;
+        let kept = rows.iter().take_while(|row| row.episode <= episode).count();
+        let found = kept.checked_sub(1).map_or(0, |last| rows[last].episode);
+        if found < episode {
+            return Err(RunError::LogTooShort {
+                path: path.to_path_buf(),
+                found,
+                wanted: episode,
+            });
+        }
+        file.cut(kept.checked_sub(1).map_or(0, |last| ends[last]))?;
+        Ok(Self { file })
+    }
+
+    /// Appends one row, and the header before the first.
+    pub fn append(&mut self, record: &EpisodeRecord) -> Result<()> {
+        let mut writer = csv::WriterBuilder::new()
+            .has_headers(self.file.is_empty())
+            .from_writer(Vec::new());
+        let row = writer.serialize(record).map_err(|error| error.to_string());
+        let row = row.and_then(|()| writer.into_inner().map_err(|error| error.to_string()));
+        let row = row.map_err(|reason| RunError::Malformed {
+            path: self.file.path().to_path_buf(),
+            line: None,
+            reason,
+        })?;
+        self.file.append(&row)
+    }
+
+    /// A table on a device that is always full.
+    #[cfg(all(test, target_os = "linux"))]
+    pub fn on_a_full_disk() -> Self {
+        Self {
+            file: AppendFile::open(Path::new("/dev/full")).unwrap(),
+        }
+    }
+
+    /// Waits until everything is on the disk.
+    pub fn sync(&self) -> Result<()> {
+        self.file.sync()
+    }
+}
+
+/// All rows of a `metrics.csv`, which another process may still be writing.
+///
+/// # Errors
+/// [`RunError::Io`] if there is no such file, [`RunError::Malformed`] with the number of the first
+/// line that is not a row. A half-written last row is left out and is no error.
+pub fn read_metrics(path: &Path) -> Result<Vec<EpisodeRecord>> {
+    let bytes = std::fs::read(path).map_err(RunError::io("read", path))?;
+    Ok(parse(path, whole_lines(&bytes))?.0)
+}
+
+fn whole_lines(bytes: &[u8]) -> &[u8] {
+    let end = bytes
+        .iter()
+        .rposition(|&byte| byte == b'\n')
+        .map_or(0, |at| at + 1);
+    &bytes[..end]
+}
+
+/// The rows, and for each where it ends in `bytes`.
+fn parse(path: &Path, bytes: &[u8]) -> Result<(Vec<EpisodeRecord>, Vec<u64>)> {
+    let malformed = |line: Option<u64>, reason: String| RunError::Malformed {
+        path: path.to_path_buf(),
+        line,
+        reason,
+    };
+    let mut reader = csv::Reader::from_reader(bytes);
+    let header = match reader.headers() {
+        Ok(header) => header.clone(),
+        Err(error) => return Err(malformed(Some(1), error.to_string())),
+    };
+    let (mut rows, mut ends) = (Vec::new(), Vec::new());
+    let mut row = csv::StringRecord::new();
+    loop {
+        let line = reader.position().line();
+        match reader.read_record(&mut row) {
+            Ok(false) => return Ok((rows, ends)),
+            Ok(true) => {}
+            Err(error) => return Err(malformed(Some(line), error.to_string())),
+        }
+        match row.deserialize(Some(&header)) {
+            Ok(record) => rows.push(record),
+            Err(error) => return Err(malformed(Some(line), format!("not an episode: {error}"))),
+        }
+        ends.push(reader.position().byte());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(episode: u64) -> EpisodeRecord {
+        EpisodeRecord {
+            episode,
+            steps: 12,
+            environment_steps: 12 * episode,
+            return_: 0.1 * episode as f64,
+            goal: episode.is_multiple_of(2),
+            subgoals: 1,
+            subgoals_total: 2,
+            guided: true,
+            epsilon: 0.8,
+            noise_sigma: 0.2,
+            critic_loss: (episode > 1).then_some(f64::NAN),
+            mean_q: (episode > 1).then_some(1e-9),
+            end: "left the screen, twice".into(),
+            terminated: true,
+            placed: 3,
+            blocked: 9,
+            ..Default::default()
+        }
+    }
+
+    const GOLDEN: &str = "\
+episode,steps,environment_steps,return,goal,subgoals,subgoals_total,guided,epsilon,noise_sigma,\
+critic_loss,mean_q,max_q,actor_loss,action_saturation,rolling_success,terminated,truncated,end,placed,blocked
+1,12,12,0.1,false,1,2,true,0.8,0.2,,,,,,0.0,true,false,\"left the screen, twice\",3,9
+2,12,24,0.2,true,1,2,true,0.8,0.2,NaN,1e-9,,,,0.0,true,false,\"left the screen, twice\",3,9
+";
+
+    #[test]
+    fn table_keeps_its_form_and_reads_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("metrics.csv");
+        let mut log = MetricsLog::open(&path, 0).unwrap();
+        log.append(&record(1)).unwrap();
+        log.append(&record(2)).unwrap();
+        log.sync().unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), GOLDEN);
+
+        let rows = read_metrics(&path).unwrap();
+        assert_eq!(rows[0], record(1));
+        assert!(rows[1].critic_loss.unwrap().is_nan());
+        assert_eq!(rows[1].mean_q, Some(1e-9));
+    }
+
+    #[test]
+    fn resumed_table_equals_an_uninterrupted_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("metrics.csv");
+        let mut log = MetricsLog::open(&path, 0).unwrap();
+        (1..=3).for_each(|episode| log.append(&record(episode)).unwrap());
+        let whole = std::fs::read(&path).unwrap();
+        drop(log);
+
+        std::fs::write(&path, [&whole[..], b"4,12,4"].concat()).unwrap();
+        assert_eq!(read_metrics(&path).unwrap().len(), 3);
+        let mut log = MetricsLog::open(&path, 1).unwrap();
+        (2..=3).for_each(|episode| log.append(&record(episode)).unwrap());
+        assert_eq!(std::fs::read(&path).unwrap(), whole);
+
+        let mut log = MetricsLog::open(&path, 0).unwrap();
+        (1..=3).for_each(|episode| log.append(&record(episode)).unwrap());
+        assert_eq!(std::fs::read(&path).unwrap(), whole);
+        let error = MetricsLog::open(&path, 7).unwrap_err();
+        assert!(
+            matches!(
+                error,
+                RunError::LogTooShort {
+                    found: 3,
+                    wanted: 7,
+                    ..
+                }
+            ),
+            "{error}"
+        );
+    }
+
+    fn check_refused(text: &str, line: u64, reason: &str) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("metrics.csv");
+        std::fs::write(&path, text).unwrap();
+        let error = read_metrics(&path).unwrap_err().to_string();
+        assert!(
+            error.contains(&format!("metrics.csv, line {line}: ")),
+            "{error}"
+        );
+        assert!(error.contains(reason), "{error}");
+    }
+
+    #[test]
+    fn mistakes_are_named_with_their_line() {
+        check_refused(&GOLDEN.replacen("\n2,", "\ntwo,", 1), 3, "not an episode");
+        check_refused(&GOLDEN.replacen("0.2,NaN", "0.2", 1), 3, "fields");
+        check_refused(&GOLDEN.replacen("blocked\n", "banned\n", 1), 2, "blocked");
+    }
+}

@@ -1,0 +1,267 @@
+//! Which checkpoints to write and which to remove: a decision without a disk.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+/// Name of a checkpoint: its folder in `checkpoint/`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum CheckpointName {
+    /// `last`: the newest one, from which a run is resumed.
+    Last,
+    /// `best`: the one with the highest score.
+    Best,
+    /// `episode-N`: kept from episode N.
+    Episode(u64),
+}
+
+impl fmt::Display for CheckpointName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            CheckpointName::Last => f.write_str("last"),
+            CheckpointName::Best => f.write_str("best"),
+            CheckpointName::Episode(episode) => write!(f, "episode-{episode}"),
+        }
+    }
+}
+
+impl FromStr for CheckpointName {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "last" => Ok(CheckpointName::Last),
+            "best" => Ok(CheckpointName::Best),
+            _ => text
+                .strip_prefix("episode-")
+                .and_then(|number| number.parse().ok())
+                .map(CheckpointName::Episode)
+                .ok_or_else(|| format!("\"{text}\" is no checkpoint: use last, best or episode-N")),
+        }
+    }
+}
+
+/// How many checkpoints a run keeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Retention {
+    /// Write `last` every so many episodes; 0: only at the end, on a stop and with another one.
+    pub last_every: u64,
+    /// Write `episode-N` every so many episodes; 0: never.
+    pub periodic_every: u64,
+    /// Keep only so many of the newest `episode-N`; `None`: all of them.
+    pub periodic_kept: Option<usize>,
+}
+
+impl Default for Retention {
+    fn default() -> Self {
+        Self {
+            last_every: 100,
+            periodic_every: 0,
+            periodic_kept: None,
+        }
+    }
+}
+
+/// The situation in which [`what_to_keep`] decides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment<'a> {
+    /// Episodes finished so far.
+    pub episode: u64,
+    /// Score of the present networks, if they were evaluated just now.
+    pub score: Option<f64>,
+    /// Score of the checkpoint called `best`, if there is one.
+    pub best_score: Option<f64>,
+    /// The run is about to end or to pause: nothing may be lost.
+    pub closing: bool,
+    /// The checkpoints there are.
+    pub existing: &'a [CheckpointName],
+}
+
+/// Something to do to the checkpoints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// Write the present state under this name.
+    Save(CheckpointName),
+    /// Remove this one.
+    Delete(CheckpointName),
+}
+
+/// What to write and what to remove at a moment, in this order.
+///
+/// Whenever something is saved, `last` is saved first, so that it is never older than any other.
+/// A checkpoint becomes `best` if its score is strictly higher than that of the `best` so far; a
+/// score that is not a number never is.
+pub fn what_to_keep(policy: &Retention, moment: &Moment) -> Vec<Action> {
+    let due = |every: u64| every > 0 && moment.episode > 0 && moment.episode.is_multiple_of(every);
+    let best = match (moment.score, moment.best_score) {
+        (Some(score), Some(best)) => score > best,
+        (Some(score), None) => !score.is_nan(),
+        (None, _) => false,
+    };
+    let periodic = due(policy.periodic_every);
+    if !(best || periodic || moment.closing || due(policy.last_every)) {
+        return Vec::new();
+    }
+    let mut actions = vec![Action::Save(CheckpointName::Last)];
+    if best {
+        actions.push(Action::Save(CheckpointName::Best));
+    }
+    if periodic {
+        let new = CheckpointName::Episode(moment.episode);
+        actions.push(Action::Save(new));
+        let is_other =
+            |name: &CheckpointName| matches!(name, CheckpointName::Episode(_)) && *name != new;
+        let mut old: Vec<_> = moment.existing.iter().copied().filter(is_other).collect();
+        old.sort_unstable();
+        let kept = policy
+            .periodic_kept
+            .map_or(usize::MAX, |kept| kept.saturating_sub(1));
+        let surplus = old.len().saturating_sub(kept);
+        actions.extend(old.into_iter().take(surplus).map(Action::Delete));
+    }
+    actions
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Action::{Delete, Save};
+    use super::CheckpointName::{Best, Episode, Last};
+    use super::*;
+
+    const POLICY: Retention = Retention {
+        last_every: 10,
+        periodic_every: 100,
+        periodic_kept: Some(2),
+    };
+
+    const QUIET: Moment = Moment {
+        episode: 7,
+        score: None,
+        best_score: None,
+        closing: false,
+        existing: &[],
+    };
+
+    fn check(moment: Moment, actions: &[Action]) {
+        assert_eq!(what_to_keep(&POLICY, &moment), actions, "{moment:?}");
+    }
+
+    #[test]
+    fn last_is_written_when_due_and_when_closing() {
+        check(QUIET, &[]);
+        check(
+            Moment {
+                episode: 0,
+                ..QUIET
+            },
+            &[],
+        );
+        check(
+            Moment {
+                episode: 20,
+                ..QUIET
+            },
+            &[Save(Last)],
+        );
+        check(
+            Moment {
+                closing: true,
+                ..QUIET
+            },
+            &[Save(Last)],
+        );
+        check(
+            Moment {
+                episode: 0,
+                closing: true,
+                ..QUIET
+            },
+            &[Save(Last)],
+        );
+        let never = Retention {
+            last_every: 0,
+            periodic_every: 0,
+            periodic_kept: None,
+        };
+        assert_eq!(
+            what_to_keep(
+                &never,
+                &Moment {
+                    episode: 20,
+                    ..QUIET
+                }
+            ),
+            []
+        );
+    }
+
+    #[test]
+    fn best_must_be_strictly_better_and_a_number() {
+        let with = |score, best_score| Moment {
+            score,
+            best_score,
+            ..QUIET
+        };
+        check(with(Some(0.5), None), &[Save(Last), Save(Best)]);
+        check(with(Some(0.5), Some(0.4)), &[Save(Last), Save(Best)]);
+        check(with(Some(0.5), Some(0.5)), &[]);
+        check(with(Some(f64::NAN), None), &[]);
+        check(with(Some(f64::NAN), Some(0.1)), &[]);
+        check(with(None, Some(0.1)), &[]);
+    }
+
+    #[test]
+    fn old_periodic_ones_go_oldest_first() {
+        let existing = [Episode(300), Best, Last, Episode(100), Episode(200)];
+        check(
+            Moment {
+                episode: 400,
+                existing: &existing,
+                ..QUIET
+            },
+            &[
+                Save(Last),
+                Save(Episode(400)),
+                Delete(Episode(100)),
+                Delete(Episode(200)),
+            ],
+        );
+        check(
+            Moment {
+                episode: 300,
+                existing: &existing,
+                ..QUIET
+            },
+            &[Save(Last), Save(Episode(300)), Delete(Episode(100))],
+        );
+        let all = Retention {
+            periodic_kept: None,
+            ..POLICY
+        };
+        let actions = what_to_keep(
+            &all,
+            &Moment {
+                episode: 400,
+                existing: &existing,
+                ..QUIET
+            },
+        );
+        assert_eq!(actions, [Save(Last), Save(Episode(400))]);
+    }
+
+    #[test]
+    fn names_are_their_folders() {
+        for name in [Last, Best, Episode(12)] {
+            assert_eq!(name.to_string().parse(), Ok(name));
+        }
+        assert!(
+            "episode-x"
+                .parse::<CheckpointName>()
+                .unwrap_err()
+                .contains("episode-x")
+        );
+        assert!(".writing-abc".parse::<CheckpointName>().is_err());
+    }
+}

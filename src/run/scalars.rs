@@ -1,0 +1,117 @@
+//! What TensorBoard shows of a run: events as tagged numbers over the episode.
+
+use super::event::{EpisodeRecord, Event, LoggedEvent};
+
+type Column = (&'static str, fn(&EpisodeRecord) -> Option<f64>);
+
+/// Tags of an episode. What has no value yet is left out.
+const EPISODE: [Column; 14] = [
+    ("train/return", |r| Some(r.return_)),
+    ("train/success_rolling", |r| Some(r.rolling_success)),
+    ("train/goal", |r| Some(f64::from(u8::from(r.goal)))),
+    ("train/subgoals", |r| Some(f64::from(r.subgoals))),
+    ("train/steps", |r| Some(r.steps as f64)),
+    ("train/guided", |r| Some(f64::from(u8::from(r.guided)))),
+    ("train/epsilon", |r| Some(r.epsilon)),
+    ("train/noise_sigma", |r| Some(r.noise_sigma)),
+    ("train/blocked", |r| Some(f64::from(r.blocked))),
+    ("train/mean_q", |r| r.mean_q),
+    ("train/max_q", |r| r.max_q),
+    ("train/action_saturation", |r| r.action_saturation),
+    ("loss/critic", |r| r.critic_loss),
+    ("loss/actor", |r| r.actor_loss),
+];
+
+/// Turns the events of one process into numbers. Keeps only the clock for the `time/` tags.
+#[derive(Debug, Default)]
+pub(super) struct Scalars {
+    started: Option<f64>,
+    previous: Option<f64>,
+}
+
+impl Scalars {
+    /// Tags and values of an event; empty for one that has none. The step is `event.episode()`.
+    pub fn of(&mut self, logged: &LoggedEvent) -> Vec<(&'static str, f64)> {
+        let started = *self.started.get_or_insert(logged.time);
+        match &logged.event {
+            Event::EpisodeFinished(record) => {
+                let of_column = |(tag, value): &Column| value(record).map(|value| (*tag, value));
+                let mut values: Vec<_> = EPISODE.iter().filter_map(of_column).collect();
+                values.push(("time/seconds", logged.time - started));
+                if let Some(previous) = self.previous.filter(|&previous| previous < logged.time) {
+                    let rate = record.steps as f64 / (logged.time - previous);
+                    values.push(("time/steps_per_second", rate));
+                }
+                self.previous = Some(logged.time);
+                values
+            }
+            Event::Evaluated {
+                success,
+                mean_return,
+                ..
+            } => {
+                vec![
+                    ("eval/success", *success),
+                    ("eval/mean_return", *mean_return),
+                ]
+            }
+            Event::Started { .. } | Event::Resumed { .. } => {
+                self.previous = Some(logged.time);
+                Vec::new()
+            }
+            _ => Vec::new(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn episodes_and_evaluations_have_numbers() {
+        let mut scalars = Scalars::default();
+        let mut at = |time, event| scalars.of(&LoggedEvent { time, event });
+        assert_eq!(at(10.0, Event::Resumed { episode: 0 }), []);
+        let record = EpisodeRecord {
+            episode: 1,
+            steps: 8,
+            goal: true,
+            critic_loss: Some(0.5),
+            ..Default::default()
+        };
+        let values = at(12.0, Event::EpisodeFinished(record));
+        let value = |tag: &str| {
+            values
+                .iter()
+                .find(|(t, _)| *t == tag)
+                .map(|(_, value)| *value)
+        };
+        assert_eq!(value("train/goal"), Some(1.0));
+        assert_eq!(value("loss/critic"), Some(0.5));
+        assert_eq!(value("loss/actor"), None);
+        assert_eq!(value("time/seconds"), Some(2.0));
+        assert_eq!(value("time/steps_per_second"), Some(4.0));
+
+        let evaluated = Event::Evaluated {
+            episode: 1,
+            episodes: 4,
+            success: 0.5,
+            mean_return: 3.0,
+        };
+        assert_eq!(
+            at(13.0, evaluated),
+            [("eval/success", 0.5), ("eval/mean_return", 3.0)]
+        );
+    }
+
+    #[test]
+    fn tags_are_grouped_and_unique() {
+        let tags: std::collections::BTreeSet<_> = EPISODE.iter().map(|(tag, _)| *tag).collect();
+        assert_eq!(tags.len(), EPISODE.len());
+        assert!(
+            tags.iter()
+                .all(|tag| tag.starts_with("train/") || tag.starts_with("loss/"))
+        );
+    }
+}

@@ -1,0 +1,238 @@
+//! The checkpoints of one run: the folder `checkpoint/`.
+
+use std::cmp::Reverse;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::PathBuf;
+
+use super::checkpoint::{self, Checkpoint, Manifest};
+use super::retention::{Action, CheckpointName};
+use super::{Result, RunError};
+
+/// The folder that holds a run's checkpoints by name.
+#[derive(Clone, Debug)]
+pub struct CheckpointStore {
+    folder: PathBuf,
+}
+
+impl CheckpointStore {
+    /// The checkpoints in `folder`, which need not exist yet.
+    pub fn new(folder: impl Into<PathBuf>) -> Self {
+        Self {
+            folder: folder.into(),
+        }
+    }
+
+    /// Where a checkpoint of this name is or would be.
+    pub fn path(&self, name: CheckpointName) -> PathBuf {
+        self.folder.join(name.to_string())
+    }
+
+    /// The checkpoints there are.
+    ///
+    /// # Errors
+    /// [`RunError::Io`] if the folder cannot be read.
+    pub fn names(&self) -> Result<Vec<CheckpointName>> {
+        let mut names: Vec<_> = self
+            .entries()?
+            .iter()
+            .filter_map(|name| finished_name(name).parse().ok())
+            .collect();
+        names.sort_unstable();
+        names.dedup();
+        Ok(names)
+    }
+
+    /// Score of the checkpoint called `best`; `None` if there is none.
+    ///
+    /// # Errors
+    /// As [`Checkpoint::load`], if its manifest cannot be read.
+    pub fn best_score(&self) -> Result<Option<f64>> {
+        match Manifest::read(&self.path(CheckpointName::Best)) {
+            Ok(manifest) => Ok(manifest.score),
+            Err(RunError::NoCheckpoint(_)) => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Reads and verifies one checkpoint.
+    ///
+    /// # Errors
+    /// As [`Checkpoint::load`].
+    pub fn load(&self, name: CheckpointName) -> Result<Checkpoint> {
+        Checkpoint::load(&self.path(name))
+    }
+
+    /// The newest checkpoint that is whole, and why newer ones, if any, are not.
+    ///
+    /// # Errors
+    /// [`RunError::NoCheckpoint`] if there is none at all; the first problem if none is whole.
+    pub fn load_newest(&self) -> Result<(Checkpoint, Vec<RunError>)> {
+        let mut problems = Vec::new();
+        let mut candidates = Vec::new();
+        for name in self.names()? {
+            match Manifest::read(&self.path(name)) {
+                Ok(manifest) => candidates.push((manifest.episode, name)),
+                Err(problem) => problems.push(problem),
+            }
+        }
+        candidates.sort_by_key(|&(episode, name)| (Reverse(episode), name));
+        for (_, name) in candidates {
+            match self.load(name) {
+                Ok(checkpoint) => return Ok((checkpoint, problems)),
+                Err(problem) => problems.push(problem),
+            }
+        }
+        let none = || RunError::NoCheckpoint(self.folder.clone());
+        Err(problems.into_iter().next().unwrap_or_else(none))
+    }
+
+    /// Carries out what [`what_to_keep`](super::what_to_keep) decided: saves first, then removals.
+    ///
+    /// # Errors
+    /// [`RunError::Io`]. The checkpoint that could not be written is as it was before; nothing is
+    /// removed.
+    pub fn apply(&self, actions: &[Action], checkpoint: &Checkpoint) -> Result<()> {
+        fs::create_dir_all(&self.folder).map_err(RunError::io("create", &self.folder))?;
+        let mut saved: Option<PathBuf> = None;
+        for action in actions {
+            let Action::Save(name) = action else { continue };
+            let path = self.path(*name);
+            match &saved {
+                Some(first) => checkpoint::duplicate(first, &path)?,
+                None => {
+                    checkpoint.save(&path)?;
+                    saved = Some(path);
+                }
+            }
+        }
+        for action in actions {
+            if let Action::Delete(name) = action {
+                checkpoint::remove(&self.path(*name))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Cleans up after a process that died while it wrote. Only for the holder of the run's lock.
+    pub(super) fn tidy(&self) -> Result<()> {
+        for entry in self.entries()? {
+            let path = self.folder.join(&entry);
+            let finished = self.folder.join(finished_name(&entry));
+            if entry.starts_with(".writing-") || (finished != path && finished.exists()) {
+                checkpoint::remove(&path)?;
+            } else if finished != path {
+                fs::rename(&path, &finished).map_err(RunError::io("restore", &finished))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn entries(&self) -> Result<Vec<String>> {
+        let entries = match fs::read_dir(&self.folder) {
+            Ok(entries) => entries,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+            Err(error) => return Err(RunError::io("read", &self.folder)(error)),
+        };
+        let name = |entry: std::io::Result<fs::DirEntry>| {
+            entry.map(|entry| entry.file_name().to_string_lossy().into_owned())
+        };
+        entries
+            .map(name)
+            .collect::<std::io::Result<_>>()
+            .map_err(RunError::io("read", &self.folder))
+    }
+}
+
+/// The name under which a checkpoint is known, also while a process replaces it.
+fn finished_name(entry: &str) -> &str {
+    entry.strip_prefix(checkpoint::PREVIOUS).unwrap_or(entry)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Action::{Delete, Save};
+    use super::CheckpointName::{Best, Episode, Last};
+    use super::*;
+
+    fn sample(episode: u64, score: f64) -> Checkpoint {
+        let mut checkpoint = Checkpoint::new(episode);
+        checkpoint.score = Some(score);
+        checkpoint
+            .insert("weights", vec![episode as u8; 100])
+            .unwrap();
+        checkpoint
+    }
+
+    #[test]
+    fn actions_are_carried_out() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = CheckpointStore::new(folder.path().join("checkpoint"));
+        assert_eq!(store.names().unwrap(), []);
+        assert_eq!(store.best_score().unwrap(), None);
+        store
+            .apply(
+                &[Save(Last), Save(Best), Save(Episode(10))],
+                &sample(10, 0.5),
+            )
+            .unwrap();
+        store
+            .apply(
+                &[Save(Last), Save(Episode(20)), Delete(Episode(10))],
+                &sample(20, 0.1),
+            )
+            .unwrap();
+        assert_eq!(store.names().unwrap(), [Last, Best, Episode(20)]);
+        assert_eq!(store.best_score().unwrap(), Some(0.5));
+        assert_eq!(store.load(Best).unwrap(), sample(10, 0.5));
+        assert_eq!(store.load(Last).unwrap(), sample(20, 0.1));
+        assert_eq!(store.load(Episode(20)).unwrap(), sample(20, 0.1));
+        assert!(matches!(
+            store.load(Episode(10)).unwrap_err(),
+            RunError::NoCheckpoint(_)
+        ));
+    }
+
+    #[test]
+    fn the_newest_whole_one_is_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = CheckpointStore::new(folder.path());
+        assert!(matches!(
+            store.load_newest().unwrap_err(),
+            RunError::NoCheckpoint(_)
+        ));
+        store
+            .apply(&[Save(Last), Save(Best)], &sample(10, 0.5))
+            .unwrap();
+        store.apply(&[Save(Last)], &sample(20, 0.1)).unwrap();
+        let (newest, problems) = store.load_newest().unwrap();
+        assert_eq!((newest.episode, problems.len()), (20, 0));
+
+        fs::write(store.path(Last).join("weights"), b"short").unwrap();
+        let (newest, problems) = store.load_newest().unwrap();
+        assert_eq!(newest.episode, 10);
+        assert!(
+            matches!(problems[..], [RunError::Truncated { .. }]),
+            "{problems:?}"
+        );
+
+        fs::remove_file(store.path(Best).join("manifest.json")).unwrap();
+        assert!(store.load_newest().is_err());
+    }
+
+    #[test]
+    fn leftovers_of_a_dead_process_are_tidied() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = CheckpointStore::new(folder.path());
+        store
+            .apply(&[Save(Last), Save(Best)], &sample(10, 0.5))
+            .unwrap();
+        fs::rename(store.path(Last), folder.path().join(".previous-last")).unwrap();
+        fs::create_dir(folder.path().join(".previous-best")).unwrap();
+        fs::create_dir(folder.path().join(".writing-abc")).unwrap();
+        assert_eq!(store.names().unwrap(), [Last, Best]);
+        store.tidy().unwrap();
+        assert_eq!(store.entries().unwrap().len(), 2);
+        assert_eq!(store.load(Last).unwrap().episode, 10);
+    }
+}

@@ -1,0 +1,292 @@
+//! The one writer of a run: every event into every file that tells of it.
+
+use std::time::SystemTime;
+
+use super::append::AppendFile;
+use super::checkpoint::Checkpoint;
+use super::directory::{RunDirectory, RunLock};
+use super::event::{Event, LoggedEvent};
+use super::log::EventLog;
+use super::metrics::MetricsLog;
+use super::retention::Action;
+use super::scalars::Scalars;
+use super::tensorboard::TensorBoardWriter;
+use super::{Result, RunError};
+
+/// Holds a run's lock and writes its logs and checkpoints.
+#[derive(Debug)]
+pub struct RunWriter {
+    directory: RunDirectory,
+    events: EventLog,
+    metrics: MetricsLog,
+    tensorboard: TensorBoardWriter,
+    scalars: Scalars,
+    log: AppendFile,
+    opened: f64,
+    _lock: RunLock,
+}
+
+impl RunWriter {
+    /// Begins to write a run after `episode` episodes: 0 for a new run, the checkpoint's episode
+    /// to continue one. What the logs say of later episodes is removed.
+    ///
+    /// # Errors
+    /// [`RunError::InUse`] if somebody else writes the run; [`RunError::LogTooShort`] or
+    /// [`RunError::Malformed`] if its logs do not lead to `episode`; [`RunError::Io`].
+    pub fn open(directory: &RunDirectory, episode: u64) -> Result<Self> {
+        let lock = directory.lock()?;
+        let time = now();
+        directory.checkpoints().tidy()?;
+        let events = EventLog::open(&directory.events_path(), episode)?;
+        let metrics = MetricsLog::open(&directory.metrics_path(), episode)?;
+        let first_step = if episode == 0 { 0 } else { episode + 1 };
+        let mut tensorboard =
+            TensorBoardWriter::create(&directory.tensorboard_path(), first_step, time)?;
+        if episode == 0 {
+            let path = directory.config_path();
+            let config = std::fs::read_to_string(&path).map_err(RunError::io("read", &path))?;
+            tensorboard.text(0, time, "config", &format!("```json\n{config}```\n"))?;
+        }
+        Ok(Self {
+            directory: directory.clone(),
+            events,
+            metrics,
+            tensorboard,
+            scalars: Scalars::default(),
+            log: AppendFile::open(&directory.log_path())?,
+            opened: time,
+            _lock: lock,
+        })
+    }
+
+    /// Writes an event to the log and to whatever else shows it. The order of events is a contract:
+    /// see [`Event`].
+    ///
+    /// # Errors
+    /// [`RunError::Io`], for example on a full disk. The run should end then; the last checkpoint
+    /// is whole.
+    pub fn record(&mut self, event: &Event) -> Result<()> {
+        let logged = LoggedEvent {
+            time: now(),
+            event: event.clone(),
+        };
+        self.events.append(&logged)?;
+        match event {
+            Event::EpisodeFinished(record) => self.metrics.append(record)?,
+            other => self.note(&other.to_string())?,
+        }
+        let values = self.scalars.of(&logged);
+        if values.is_empty() {
+            return Ok(());
+        }
+        self.tensorboard
+            .scalars(event.episode(), logged.time, &values)
+    }
+
+    /// Writes a line to `log.txt`, with the seconds since this process took the run.
+    ///
+    /// # Errors
+    /// [`RunError::Io`].
+    pub fn note(&mut self, message: &str) -> Result<()> {
+        self.log
+            .append(format!("[{:10.3} s] {message}\n", now() - self.opened).as_bytes())
+    }
+
+    /// Carries out what [`what_to_keep`](super::what_to_keep) decided, then records
+    /// [`Event::Checkpointed`]. Without an action to save it does nothing but the removals.
+    ///
+    /// # Errors
+    /// [`RunError::Io`]; the checkpoints there were are still whole.
+    pub fn checkpoint(&mut self, actions: &[Action], checkpoint: &Checkpoint) -> Result<()> {
+        // First the logs: a resume needs them to reach at least as far as the checkpoint.
+        self.events.sync()?;
+        self.metrics.sync()?;
+        self.directory.checkpoints().apply(actions, checkpoint)?;
+        let saved = |action: &Action| match action {
+            Action::Save(name) => Some(name.to_string()),
+            Action::Delete(_) => None,
+        };
+        let names: Vec<_> = actions.iter().filter_map(saved).collect();
+        if names.is_empty() {
+            return Ok(());
+        }
+        self.record(&Event::Checkpointed {
+            episode: checkpoint.episode,
+            names,
+        })
+    }
+
+    /// The run that is written.
+    pub fn directory(&self) -> &RunDirectory {
+        &self.directory
+    }
+}
+
+/// Seconds since 1970-01-01 UTC.
+fn now() -> f64 {
+    SystemTime::UNIX_EPOCH
+        .elapsed()
+        .map_or(0.0, |elapsed| elapsed.as_secs_f64())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use crate::run::{
+        CheckpointName, EpisodeRecord, Moment, Retention, RunState, read_events, read_metrics,
+        what_to_keep,
+    };
+
+    fn new_run() -> (tempfile::TempDir, RunDirectory) {
+        let folder = tempfile::tempdir().unwrap();
+        let directory = RunDirectory::create(folder.path().join("run"), &"config").unwrap();
+        (folder, directory)
+    }
+
+    fn started(episode: u64) -> Event {
+        Event::Started {
+            mge_version: "0.1.0".into(),
+            task: "task1".into(),
+            method: "ddpg".into(),
+            seed: 1,
+            episodes: 20,
+            episode,
+        }
+    }
+
+    /// Writes episodes, with a checkpoint every five of them.
+    fn train(writer: &mut RunWriter, episodes: std::ops::RangeInclusive<u64>) {
+        writer.record(&started(episodes.start() - 1)).unwrap();
+        let policy = Retention {
+            last_every: 5,
+            ..Default::default()
+        };
+        for episode in episodes {
+            let return_ = (episode as f64).sin();
+            let record = EpisodeRecord {
+                episode,
+                return_,
+                steps: 3,
+                ..Default::default()
+            };
+            writer.record(&Event::EpisodeFinished(record)).unwrap();
+            let moment = Moment {
+                episode,
+                score: None,
+                best_score: None,
+                closing: false,
+                existing: &[],
+            };
+            let actions = what_to_keep(&policy, &moment);
+            if !actions.is_empty() {
+                writer
+                    .checkpoint(&actions, &Checkpoint::new(episode))
+                    .unwrap();
+            }
+        }
+    }
+
+    #[test]
+    fn an_interrupted_run_ends_with_the_same_table_as_an_uninterrupted_one() {
+        let (_folder, whole) = new_run();
+        train(&mut RunWriter::open(&whole, 0).unwrap(), 1..=20);
+
+        let (_folder, broken) = new_run();
+        train(&mut RunWriter::open(&broken, 0).unwrap(), 1..=12);
+        assert_eq!(broken.status().unwrap().state, RunState::Interrupted);
+        let checkpoint = broken.checkpoints().load(CheckpointName::Last).unwrap();
+        assert_eq!(checkpoint.episode, 10);
+        let mut writer = RunWriter::open(&broken, checkpoint.episode).unwrap();
+        train(&mut writer, 11..=20);
+        writer.record(&Event::Finished { episode: 20 }).unwrap();
+        drop(writer);
+
+        let table = |run: &RunDirectory| fs::read(run.metrics_path()).unwrap();
+        assert_eq!(table(&whole), table(&broken));
+        assert_eq!(broken.status().unwrap().state, RunState::Finished);
+        let episodes: Vec<u64> = read_events(&broken.events_path())
+            .unwrap()
+            .iter()
+            .filter(|logged| matches!(logged.event, Event::EpisodeFinished(_)))
+            .map(|logged| logged.event.episode())
+            .collect();
+        assert_eq!(episodes, Vec::from_iter(1..=20));
+        assert_eq!(fs::read_dir(broken.tensorboard_path()).unwrap().count(), 2);
+    }
+
+    #[test]
+    fn a_run_without_a_checkpoint_begins_again() {
+        let (_folder, run) = new_run();
+        train(&mut RunWriter::open(&run, 0).unwrap(), 1..=3);
+        train(&mut RunWriter::open(&run, 0).unwrap(), 1..=2);
+        assert_eq!(read_metrics(&run.metrics_path()).unwrap().len(), 2);
+        assert_eq!(run.events().poll().unwrap().events.len(), 3);
+    }
+
+    #[test]
+    fn two_writers_are_refused() {
+        let (_folder, run) = new_run();
+        let _writer = RunWriter::open(&run, 0).unwrap();
+        let error = RunWriter::open(&run, 0).unwrap_err();
+        assert!(matches!(error, RunError::InUse { .. }), "{error}");
+    }
+
+    #[test]
+    fn log_tells_the_story_in_words() {
+        let (_folder, run) = new_run();
+        let mut writer = RunWriter::open(&run, 0).unwrap();
+        train(&mut writer, 1..=5);
+        writer
+            .record(&Event::Stopped {
+                episode: 5,
+                reason: "asked".into(),
+            })
+            .unwrap();
+        let text = fs::read_to_string(run.log_path()).unwrap();
+        let lines: Vec<_> = text
+            .lines()
+            .map(|line| line.split_once("] ").unwrap().1)
+            .collect();
+        assert_eq!(
+            lines,
+            [
+                "mge 0.1.0: ddpg on task1, seed 1, episodes 1 to 20",
+                "episode 5: checkpoint saved as last",
+                "stopped after 5 episodes: asked",
+            ]
+        );
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_disk_stops_the_run_and_leaves_the_last_checkpoint() {
+        let (_folder, run) = new_run();
+        train(&mut RunWriter::open(&run, 0).unwrap(), 1..=5);
+        let mut writer = RunWriter::open(&run, 5).unwrap();
+        writer.metrics = MetricsLog::on_a_full_disk();
+        let record = EpisodeRecord {
+            episode: 6,
+            ..Default::default()
+        };
+        let error = writer
+            .record(&Event::EpisodeFinished(record))
+            .unwrap_err()
+            .to_string();
+        assert!(error.starts_with("cannot write /dev/full: "), "{error}");
+        drop(writer);
+        let (checkpoint, problems) = run.checkpoints().load_newest().unwrap();
+        assert_eq!((checkpoint.episode, problems.len()), (5, 0));
+        train(&mut RunWriter::open(&run, 5).unwrap(), 6..=7);
+        assert_eq!(read_metrics(&run.metrics_path()).unwrap().len(), 7);
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_written_is_named() {
+        let (folder, run) = new_run();
+        fs::write(folder.path().join("run/checkpoint"), b"in the way").unwrap();
+        let error = RunWriter::open(&run, 0).unwrap_err().to_string();
+        assert!(error.contains("run/checkpoint"), "{error}");
+    }
+}
