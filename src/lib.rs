@@ -8,10 +8,12 @@
 
 pub mod agent;
 pub mod atomic;
+pub mod cli;
 pub mod dynamics;
 pub mod env;
 pub mod figures;
 pub mod guidance;
+pub mod json;
 pub mod nn;
 pub mod physics;
 pub mod run;

@@ -5,6 +5,7 @@
 use rapier2d::prelude::*;
 
 use super::units::PHYSICS_DT;
+use super::world::ObjectId;
 
 /// Sweeps over all contacts in one step.
 pub(super) const SWEEPS: usize = 10;
@@ -12,7 +13,7 @@ pub(super) const SWEEPS: usize = 10;
 const SLOP: f32 = 0.1;
 /// Share of the remaining penetration that one step removes: 1 - 0.9^(60 dt).
 const BIAS_SHARE: f32 = 0.19;
-/// Steps for which a lost contact keeps its accumulated impulses.
+/// Steps after which a lost contact forgets its accumulated impulses.
 const PERSISTENCE: u64 = 3;
 
 /// Velocities of one ball while impulses act, with its inverse mass and inertia.
@@ -51,7 +52,7 @@ impl Motion {
 }
 
 /// Geometry of a contact as detection found it.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Geometry {
     /// Unit normal from the first ball towards the other object.
     pub normal: Vector,
@@ -71,10 +72,8 @@ pub(super) struct Geometry {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Contact {
     pub ball: usize,
-    /// The second ball, or none when the other object is static.
-    pub other: Option<usize>,
-    /// Index of the static tool when `other` is none.
-    pub tool: usize,
+    /// What it touches: a ball or a tool.
+    pub object: ObjectId,
     geometry: Geometry,
     last_seen: u64,
     continued: bool,
@@ -88,14 +87,13 @@ pub(super) struct Contact {
 }
 
 impl Contact {
-    /// A contact first seen in step `step`.
-    pub fn new(ball: usize, other: Option<usize>, tool: usize, geometry: Geometry, step: u64) -> Self {
+    /// A contact that has not been seen yet.
+    pub fn new(ball: usize, object: ObjectId) -> Self {
         Self {
             ball,
-            other,
-            tool,
-            geometry,
-            last_seen: step,
+            object,
+            geometry: Geometry::default(),
+            last_seen: 0,
             continued: false,
             normal_mass: 0.0,
             tangent_mass: 0.0,
@@ -107,8 +105,16 @@ impl Contact {
         }
     }
 
-    pub fn is_between(&self, ball: usize, other: Option<usize>, tool: usize) -> bool {
-        (self.ball, self.other, self.tool) == (ball, other, tool)
+    pub fn is_between(&self, ball: usize, object: ObjectId) -> bool {
+        self.ball == ball && self.object == object
+    }
+
+    /// The second ball, or none when the other object is static.
+    fn other(&self) -> Option<usize> {
+        match self.object {
+            ObjectId::Ball(other) => Some(other),
+            ObjectId::Tool(_) | ObjectId::Sensor(_) => None,
+        }
     }
 
     /// Whether detection found the contact in step `step`.
@@ -116,9 +122,10 @@ impl Contact {
         self.last_seen == step
     }
 
-    /// Whether the accumulated impulses are too old to be kept.
-    pub fn is_forgotten(&self, step: u64) -> bool {
-        self.last_seen + PERSISTENCE < step
+    /// Whether detection missed the contact in step `step`, but not for so long that its
+    /// accumulated impulses are lost.
+    pub fn is_remembered(&self, step: u64) -> bool {
+        self.last_seen < step && step < self.last_seen + PERSISTENCE
     }
 
     /// Sees the contact again in step `step`. The impulses act again at once only if
@@ -129,18 +136,14 @@ impl Contact {
         self.last_seen = step;
     }
 
-    /// Keeps the contact of a sleeping ball alive without solving it.
-    pub fn keep(&mut self, step: u64) {
-        self.last_seen = step;
-    }
-
     /// Effective masses, target bias velocity and target bounce, from the velocities
     /// before this step's gravity.
     pub fn prepare(&mut self, motions: &[Motion]) {
         let Geometry { normal, arm, other_arm, distance, elasticity, .. } = self.geometry;
+        let (ball, other) = (self.ball, self.other());
         let inverse_mass = |direction: Vector| {
-            motions[self.ball].inverse_effective_mass(arm, direction)
-                + self.other.map_or(0.0, |other| motions[other].inverse_effective_mass(other_arm, direction))
+            motions[ball].inverse_effective_mass(arm, direction)
+                + other.map_or(0.0, |other| motions[other].inverse_effective_mass(other_arm, direction))
         };
         self.normal_mass = 1.0 / inverse_mass(normal);
         self.tangent_mass = 1.0 / inverse_mass(normal.perp());
@@ -160,7 +163,7 @@ impl Contact {
     pub fn solve(&mut self, motions: &mut [Motion]) {
         let Geometry { normal, arm, other_arm, friction, .. } = self.geometry;
         let velocity = self.relative_velocity(motions);
-        let other_bias = self.other.map_or(Vector::ZERO, |other| motions[other].bias_at(other_arm));
+        let other_bias = self.other().map_or(Vector::ZERO, |other| motions[other].bias_at(other_arm));
         let bias = (other_bias - motions[self.ball].bias_at(arm)).dot(normal);
 
         let old_bias = self.bias_impulse;
@@ -175,7 +178,7 @@ impl Contact {
 
         let impulse = normal * (self.bias_impulse - old_bias);
         motions[self.ball].push_bias(-impulse, arm);
-        if let Some(other) = self.other {
+        if let Some(other) = self.other() {
             motions[other].push_bias(impulse, other_arm);
         }
         self.push(motions, self.normal_impulse - old_normal, self.tangent_impulse - old_tangent);
@@ -185,14 +188,14 @@ impl Contact {
         let Geometry { normal, arm, other_arm, .. } = self.geometry;
         let impulse = normal * along_normal + normal.perp() * along_tangent;
         motions[self.ball].push(-impulse, arm);
-        if let Some(other) = self.other {
+        if let Some(other) = self.other() {
             motions[other].push(impulse, other_arm);
         }
     }
 
     /// Velocity of the other object relative to the ball at the contact.
     fn relative_velocity(&self, motions: &[Motion]) -> Vector {
-        let other = self.other.map_or(Vector::ZERO, |other| motions[other].at(self.geometry.other_arm));
+        let other = self.other().map_or(Vector::ZERO, |other| motions[other].at(self.geometry.other_arm));
         other - motions[self.ball].at(self.geometry.arm)
     }
 }

@@ -3,6 +3,8 @@
 use rapier2d::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::json::{Problem, in_range};
+
 /// The paper's tool types (section 5.1). All are static.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -123,6 +125,21 @@ impl Tool {
         self
     }
 
+    /// Whether the numbers make a tool that can stand in a world.
+    ///
+    /// # Errors
+    /// The first field, by name, whose number is not finite or out of range.
+    pub fn check(&self) -> Result<(), Problem> {
+        for (axis, value) in self.position.iter().enumerate() {
+            in_range(*value, format_args!("position[{axis}]"), -1000.0, 1000.0)?;
+        }
+        in_range(self.size, "size", 0.1, 200.0)?;
+        in_range(self.angle, "angle", -1000.0, 1000.0)?;
+        in_range(self.radius, "radius", 0.0, if self.kind.is_segment() { 20.0 } else { 0.0 })?;
+        in_range(self.elasticity, "elasticity", 0.0, 1.0)?;
+        in_range(self.friction, "friction", 0.0, 100.0)
+    }
+
     /// World coordinates of the corners, counter-clockwise: four for polygons, the
     /// two end points for segments.
     pub fn vertices(&self) -> Vec<[f32; 2]> {
@@ -155,19 +172,14 @@ impl Tool {
 
     /// Corners in the tool's own frame.
     fn local_vertices(&self) -> Vec<Vector> {
-        let half = match self.kind {
-            ToolKind::Bucket => self.size * std::f32::consts::FRAC_1_SQRT_2,
-            _ => self.size / 2.0,
-        };
+        let half = self.half_side();
         match self.kind {
-            ToolKind::Bucket | ToolKind::Box => {
-                vec![
-                    Vector::new(-half, -half),
-                    Vector::new(half, -half),
-                    Vector::new(half, half),
-                    Vector::new(-half, half),
-                ]
-            }
+            ToolKind::Bucket | ToolKind::Box => vec![
+                Vector::new(-half, -half),
+                Vector::new(half, -half),
+                Vector::new(half, half),
+                Vector::new(-half, half),
+            ],
             ToolKind::Square => vec![
                 Vector::new(self.size, 0.0),
                 Vector::new(0.0, self.size),
@@ -179,8 +191,19 @@ impl Tool {
         }
     }
 
+    /// Half the side of a polygon, half the length of a segment.
+    fn half_side(&self) -> f32 {
+        match self.kind {
+            ToolKind::Bucket | ToolKind::Square => self.size * std::f32::consts::FRAC_1_SQRT_2,
+            ToolKind::Box | ToolKind::Wall | ToolKind::Floor => self.size / 2.0,
+        }
+    }
+
+    /// Place and rotation of [`Tool::shape`]: the rotated square is a cuboid on a corner,
+    /// which has a closed form for the nearest point.
     pub(super) fn pose(&self) -> Pose {
-        Pose::new(Vector::from(self.position), self.angle)
+        let turn = if self.kind == ToolKind::Square { std::f32::consts::FRAC_PI_4 } else { 0.0 };
+        Pose::new(Vector::from(self.position), self.angle + turn)
     }
 
     pub(super) fn shape(&self) -> SharedShape {
@@ -191,11 +214,9 @@ impl Tool {
             } else {
                 SharedShape::segment(corners[0], corners[1])
             }
-        } else if self.kind == ToolKind::Square {
-            // Four corners of a square are convex and in order.
-            SharedShape::convex_polyline(corners).expect("a square is convex")
         } else {
-            SharedShape::cuboid(corners[2].x, corners[2].y)
+            let half = self.half_side();
+            SharedShape::cuboid(half, half)
         }
     }
 

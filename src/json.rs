@@ -1,0 +1,167 @@
+//! JSON whose errors a person can act on: where in the text, at which path, what is wrong.
+
+use std::fmt::Display;
+use std::io::{self, BufRead};
+
+use serde::de::DeserializeOwned;
+
+/// A text is not JSON, or not of the expected form.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{origin}:{line}:{column}: at `{path}`: {message}")]
+pub struct SyntaxError {
+    /// Name of the file or stream.
+    pub origin: String,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column, from 1.
+    pub column: usize,
+    /// JSON path, such as `tools[1].size`; `.` is the whole text.
+    pub path: String,
+    /// What is wrong.
+    pub message: String,
+}
+
+/// Well-formed JSON says something that cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{path}: {message}")]
+pub struct Problem {
+    /// JSON path, such as `tools[1].size`.
+    pub path: String,
+    /// What is wrong and what to do.
+    pub message: String,
+}
+
+impl Problem {
+    /// A problem at a JSON path.
+    pub fn new(path: impl Display, message: impl Display) -> Self {
+        Self { path: path.to_string(), message: message.to_string() }
+    }
+
+    /// The same problem of a part, seen from the whole: `parent` goes before the path.
+    pub fn within(self, parent: impl Display) -> Self {
+        let Self { path, message } = self;
+        let path = if path.starts_with('[') { format!("{parent}{path}") } else { format!("{parent}.{path}") };
+        Self { path, message }
+    }
+}
+
+/// Whether a number is finite and in `[low, high]`.
+///
+/// # Errors
+/// When it is not.
+pub fn in_range(value: f32, path: impl Display, low: f32, high: f32) -> Result<(), Problem> {
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    Err(Problem::new(path, format_args!("is {value}, but must be a number from {low} to {high}")))
+}
+
+/// Reads one JSON value; `origin` names the text in errors.
+///
+/// # Errors
+/// When the text is not JSON or not a `T`.
+pub fn parse<T: DeserializeOwned>(text: &[u8], origin: &str) -> Result<T, SyntaxError> {
+    let mut deserializer = serde_json::Deserializer::from_slice(text);
+    let value = serde_path_to_error::deserialize(&mut deserializer)
+        .map_err(|error| syntax_error(error.path().to_string(), error.inner(), origin))?;
+    deserializer.end().map_err(|error| syntax_error(".".to_owned(), &error, origin))?;
+    Ok(value)
+}
+
+fn syntax_error(path: String, error: &serde_json::Error, origin: &str) -> SyntaxError {
+    let (line, column) = (error.line(), error.column());
+    let message = error.to_string();
+    let message = message.strip_suffix(&format!(" at line {line} column {column}")).unwrap_or(&message).to_owned();
+    SyntaxError { origin: origin.to_owned(), line, column, path, message }
+}
+
+/// Why a stream of JSON Lines cannot be worked through.
+#[derive(Debug, thiserror::Error)]
+pub enum LinesError {
+    /// A line is not JSON or not of the expected form.
+    #[error(transparent)]
+    Syntax(#[from] SyntaxError),
+    /// A line says something that cannot be used.
+    #[error("{origin}:{line}: {problem}")]
+    Invalid {
+        /// Name of the stream.
+        origin: String,
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong in it.
+        problem: Problem,
+    },
+    /// The input cannot be read.
+    #[error("cannot read {origin}: {source}")]
+    Read {
+        /// Name of the stream.
+        origin: String,
+        /// What went wrong.
+        source: io::Error,
+    },
+    /// The output cannot be written.
+    #[error("cannot write the results: {0}")]
+    Write(io::Error),
+}
+
+/// Hands every value of a stream of JSON Lines to `each`, in order, until one fails.
+/// Empty lines are skipped.
+///
+/// # Errors
+/// The first line that cannot be read, with its number, or the error of `each`.
+pub fn for_each_line<T: DeserializeOwned>(
+    mut input: impl BufRead,
+    origin: &str,
+    mut each: impl FnMut(T) -> Result<(), LineFailure>,
+) -> Result<(), LinesError> {
+    let mut text = Vec::new();
+    for line in 1.. {
+        text.clear();
+        let length = input
+            .read_until(b'\n', &mut text)
+            .map_err(|source| LinesError::Read { origin: origin.to_owned(), source })?;
+        if length == 0 {
+            break;
+        }
+        let content = text.trim_ascii_end();
+        if content.is_empty() {
+            continue;
+        }
+        let value = parse(content, origin).map_err(|error| SyntaxError { line, ..error })?;
+        each(value).map_err(|failure| match failure {
+            LineFailure::Invalid(problem) => LinesError::Invalid { origin: origin.to_owned(), line, problem },
+            LineFailure::Write(source) => LinesError::Write(source),
+        })?;
+    }
+    Ok(())
+}
+
+/// Why a well-formed line could not be worked on.
+#[derive(Debug)]
+pub enum LineFailure {
+    /// It says something that cannot be used.
+    Invalid(Problem),
+    /// The result cannot be written.
+    Write(io::Error),
+}
+
+impl From<Problem> for LineFailure {
+    fn from(problem: Problem) -> Self {
+        Self::Invalid(problem)
+    }
+}
+
+impl From<io::Error> for LineFailure {
+    fn from(error: io::Error) -> Self {
+        Self::Write(error)
+    }
+}
+
+/// Writes one value as a line of JSON.
+///
+/// # Errors
+/// When the output cannot be written.
+pub fn write_line(mut output: impl io::Write, value: &impl serde::Serialize) -> io::Result<()> {
+    serde_json::to_writer(&mut output, value)?;
+    output.write_all(b"\n")
+}
