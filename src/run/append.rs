@@ -18,17 +18,9 @@ pub(super) struct AppendFile {
 impl AppendFile {
     /// Opens the file at its end; creates it if there is none.
     pub fn open(path: &Path) -> Result<Self> {
-        let file = OpenOptions::new()
-            .create(true)
-            .append(true)
-            .open(path)
-            .map_err(RunError::io("write", path))?;
+        let file = OpenOptions::new().create(true).append(true).open(path).map_err(RunError::io("write", path))?;
         let length = file.metadata().map_err(RunError::io("read", path))?.len();
-        Ok(Self {
-            path: path.to_path_buf(),
-            file,
-            length,
-        })
+        Ok(Self { path: path.to_path_buf(), file, length })
     }
 
     /// Appends `bytes` as one piece.
@@ -41,20 +33,14 @@ impl AppendFile {
             Err(source) => {
                 // Best effort: half a line would make the next one unreadable too.
                 let _ = self.file.set_len(self.length);
-                Err(RunError::Io {
-                    action: "write",
-                    path: self.path.clone(),
-                    source,
-                })
+                Err(RunError::Io { action: "write", path: self.path.clone(), source })
             }
         }
     }
 
     /// Cuts the file to `length` bytes.
     pub fn cut(&mut self, length: u64) -> Result<()> {
-        self.file
-            .set_len(length)
-            .map_err(RunError::io("shorten", &self.path))?;
+        self.file.set_len(length).map_err(RunError::io("shorten", &self.path))?;
         self.length = length;
         Ok(())
     }
@@ -66,9 +52,7 @@ impl AppendFile {
 
     /// Waits until everything is on the disk.
     pub fn sync(&self) -> Result<()> {
-        self.file
-            .sync_data()
-            .map_err(RunError::io("write", &self.path))
+        self.file.sync_data().map_err(RunError::io("write", &self.path))
     }
 
     /// Where the file is.

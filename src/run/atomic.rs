@@ -18,16 +18,14 @@ use super::{Result, RunError};
 /// is untouched then.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     let file = written_beside(path, bytes)?;
-    file.persist(path)
-        .map_err(|error| RunError::io("write", path)(error.error))?;
+    file.persist(path).map_err(|error| RunError::io("write", path)(error.error))?;
     sync_folder(&folder_of(path))
 }
 
 /// As [`write()`], but fails with [`std::io::ErrorKind::AlreadyExists`] if there is a file.
 pub(super) fn write_if_new(path: &Path, bytes: &[u8]) -> Result<()> {
     let file = written_beside(path, bytes)?;
-    file.persist_noclobber(path)
-        .map_err(|error| RunError::io("create", path)(error.error))?;
+    file.persist_noclobber(path).map_err(|error| RunError::io("create", path)(error.error))?;
     sync_folder(&folder_of(path))
 }
 
@@ -35,13 +33,9 @@ fn written_beside(path: &Path, bytes: &[u8]) -> Result<NamedTempFile> {
     let mut builder = Builder::new();
     builder.prefix(".writing-");
     widen(&mut builder, 0o666);
-    let mut file = builder
-        .tempfile_in(folder_of(path))
-        .map_err(RunError::io("write", path))?;
+    let mut file = builder.tempfile_in(folder_of(path)).map_err(RunError::io("write", path))?;
     file.write_all(bytes).map_err(RunError::io("write", path))?;
-    file.as_file()
-        .sync_all()
-        .map_err(RunError::io("write", path))?;
+    file.as_file().sync_all().map_err(RunError::io("write", path))?;
     Ok(file)
 }
 
@@ -50,9 +44,7 @@ pub(super) fn folder_beside(path: &Path) -> Result<TempDir> {
     let mut builder = Builder::new();
     builder.prefix(".writing-");
     widen(&mut builder, 0o777);
-    builder
-        .tempdir_in(folder_of(path))
-        .map_err(RunError::io("create a folder beside", path))
+    builder.tempdir_in(folder_of(path)).map_err(RunError::io("create a folder beside", path))
 }
 
 /// Writes a new file and syncs it. Atomic only as a part of a folder that is renamed afterwards.

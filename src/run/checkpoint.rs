@@ -62,10 +62,7 @@ struct Section {
 impl Checkpoint {
     /// A checkpoint without sections, after `episode` episodes.
     pub fn new(episode: u64) -> Self {
-        Self {
-            episode,
-            ..Self::default()
-        }
+        Self { episode, ..Self::default() }
     }
 
     /// Adds or replaces a section of bytes, such as a safetensors file.
@@ -85,10 +82,8 @@ impl Checkpoint {
     /// # Errors
     /// [`RunError::Encode`] if the value has no JSON form; [`RunError::SectionName`].
     pub fn insert_json(&mut self, name: &str, value: &impl Serialize) -> Result<()> {
-        let bytes = serde_json::to_vec(value).map_err(|source| RunError::Encode {
-            what: format!("section \"{name}\""),
-            source,
-        })?;
+        let bytes = serde_json::to_vec(value)
+            .map_err(|source| RunError::Encode { what: format!("section \"{name}\""), source })?;
         self.insert(name, bytes)
     }
 
@@ -97,14 +92,11 @@ impl Checkpoint {
     /// # Errors
     /// [`RunError::MissingSection`], which names the sections there are.
     pub fn section(&self, name: &str) -> Result<&[u8]> {
-        self.sections
-            .get(name)
-            .map(Vec::as_slice)
-            .ok_or_else(|| RunError::MissingSection {
-                episode: self.episode,
-                section: name.into(),
-                present: self.names().collect::<Vec<_>>().join(", "),
-            })
+        self.sections.get(name).map(Vec::as_slice).ok_or_else(|| RunError::MissingSection {
+            episode: self.episode,
+            section: name.into(),
+            present: self.names().collect::<Vec<_>>().join(", "),
+        })
     }
 
     /// The value of a section written by [`Checkpoint::insert_json`].
@@ -133,11 +125,7 @@ impl Checkpoint {
         let mut sections = Vec::new();
         for (name, bytes) in &self.sections {
             write_new(&folder.path().join(name), bytes)?;
-            sections.push(Section {
-                name: name.clone(),
-                bytes: bytes.len() as u64,
-                sha256: sha256(bytes),
-            });
+            sections.push(Section { name: name.clone(), bytes: bytes.len() as u64, sha256: sha256(bytes) });
         }
         let manifest = Manifest {
             format: FORMAT,
@@ -146,10 +134,8 @@ impl Checkpoint {
             score: self.score,
             sections,
         };
-        let text = serde_json::to_vec_pretty(&manifest).map_err(|source| RunError::Encode {
-            what: "a manifest".into(),
-            source,
-        })?;
+        let text = serde_json::to_vec_pretty(&manifest)
+            .map_err(|source| RunError::Encode { what: "a manifest".into(), source })?;
         write_new(&folder.path().join(MANIFEST), &text)?;
         sync_folder(folder.path())?;
         swap_in(folder, path)
@@ -174,11 +160,7 @@ impl Checkpoint {
             let bytes = fs::read(&file).map_err(RunError::io("read", &file))?;
             if bytes.len() as u64 != section.bytes {
                 let (expected, found) = (section.bytes, bytes.len() as u64);
-                return Err(RunError::Truncated {
-                    path: file,
-                    expected,
-                    found,
-                });
+                return Err(RunError::Truncated { path: file, expected, found });
             }
             if sha256(&bytes) != section.sha256 {
                 return Err(RunError::Damaged(file));
@@ -246,9 +228,7 @@ fn swap_in(folder: tempfile::TempDir, path: &Path) -> Result<()> {
 /// Removes a checkpoint, if it is there.
 pub(super) fn remove(path: &Path) -> Result<()> {
     match fs::remove_dir_all(path) {
-        Err(error) if error.kind() != ErrorKind::NotFound => {
-            Err(RunError::io("remove", path)(error))
-        }
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(RunError::io("remove", path)(error)),
         _ => Ok(()),
     }
 }
@@ -261,26 +241,16 @@ fn previous_of(path: &Path) -> PathBuf {
 /// `path`, or the old checkpoint if a process died while it replaced this one.
 fn existing(path: &Path) -> PathBuf {
     let previous = previous_of(path);
-    if !path.exists() && previous.exists() {
-        previous
-    } else {
-        path.to_path_buf()
-    }
+    if !path.exists() && previous.exists() { previous } else { path.to_path_buf() }
 }
 
 fn is_section_name(name: &str) -> bool {
     let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "_-.".contains(c);
-    (1..=64).contains(&name.len())
-        && name.chars().all(allowed)
-        && !name.starts_with('.')
-        && name != MANIFEST
+    (1..=64).contains(&name.len()) && name.chars().all(allowed) && !name.starts_with('.') && name != MANIFEST
 }
 
 pub(super) fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes)
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect()
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Refuses a JSON file whose `format` is not one of 1 to `supported`, before anything else in it
@@ -294,11 +264,7 @@ pub(super) fn check_format(path: &Path, bytes: &[u8], supported: u64) -> Result<
     if (1..=supported).contains(&found) {
         Ok(())
     } else {
-        Err(RunError::UnknownFormat {
-            path: path.to_path_buf(),
-            found,
-            supported,
-        })
+        Err(RunError::UnknownFormat { path: path.to_path_buf(), found, supported })
     }
 }
 
@@ -308,11 +274,7 @@ pub(super) fn parse_json<T: DeserializeOwned>(path: &Path, bytes: &[u8]) -> Resu
     serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
         let place = error.path().to_string();
         let line = error.inner().line() as u64;
-        let at = if place == "." {
-            String::new()
-        } else {
-            format!("{place}: ")
-        };
+        let at = if place == "." { String::new() } else { format!("{place}: ") };
         RunError::Malformed {
             path: path.to_path_buf(),
             line: (line > 0).then_some(line),
@@ -331,12 +293,8 @@ mod tests {
     fn sample(episode: u64) -> Checkpoint {
         let mut checkpoint = Checkpoint::new(episode);
         checkpoint.score = Some(0.25);
-        checkpoint
-            .insert("actor.safetensors", vec![episode as u8; 300])
-            .unwrap();
-        checkpoint
-            .insert_json("state.json", &(episode, "text"))
-            .unwrap();
+        checkpoint.insert("actor.safetensors", vec![episode as u8; 300]).unwrap();
+        checkpoint.insert_json("state.json", &(episode, "text")).unwrap();
         checkpoint
     }
 
@@ -348,14 +306,8 @@ mod tests {
         sample(2).save(&path).unwrap();
         let loaded = Checkpoint::load(&path).unwrap();
         assert_eq!(loaded, sample(2));
-        assert_eq!(
-            loaded.json::<(u64, String)>("state.json").unwrap(),
-            (2, "text".into())
-        );
-        assert_eq!(
-            loaded.names().collect::<Vec<_>>(),
-            ["actor.safetensors", "state.json"]
-        );
+        assert_eq!(loaded.json::<(u64, String)>("state.json").unwrap(), (2, "text".into()));
+        assert_eq!(loaded.names().collect::<Vec<_>>(), ["actor.safetensors", "state.json"]);
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 
@@ -386,35 +338,14 @@ mod tests {
             fs::write(path.join(MANIFEST), text.replacen(from, to, 1)).unwrap();
         };
         let actor = "actor.safetensors";
-        check_refused(
-            |p| fs::write(p.join(actor), [1; 299]).unwrap(),
-            "299 bytes instead of 300",
-        );
-        check_refused(
-            |p| fs::write(p.join(actor), [7; 300]).unwrap(),
-            "checksum differs",
-        );
+        check_refused(|p| fs::write(p.join(actor), [1; 299]).unwrap(), "299 bytes instead of 300");
+        check_refused(|p| fs::write(p.join(actor), [7; 300]).unwrap(), "checksum differs");
         check_refused(|p| fs::remove_file(p.join(actor)).unwrap(), "cannot read");
-        check_refused(
-            |p| fs::remove_file(p.join(MANIFEST)).unwrap(),
-            "there is no checkpoint in",
-        );
-        check_refused(
-            |p| edit(p, "\"format\": 1", "\"format\": 2"),
-            "has format 2, and this program",
-        );
-        check_refused(
-            |p| edit(p, "\"episode\": 1", "\"episode\": \"x\""),
-            "episode: invalid type",
-        );
-        check_refused(
-            |p| edit(p, actor, "../../secret"),
-            "\"../../secret\" cannot name a section",
-        );
-        check_refused(
-            |p| fs::write(p.join(MANIFEST), "{\"format\": 1,").unwrap(),
-            "manifest.json, line 1",
-        );
+        check_refused(|p| fs::remove_file(p.join(MANIFEST)).unwrap(), "there is no checkpoint in");
+        check_refused(|p| edit(p, "\"format\": 1", "\"format\": 2"), "has format 2, and this program");
+        check_refused(|p| edit(p, "\"episode\": 1", "\"episode\": \"x\""), "episode: invalid type");
+        check_refused(|p| edit(p, actor, "../../secret"), "\"../../secret\" cannot name a section");
+        check_refused(|p| fs::write(p.join(MANIFEST), "{\"format\": 1,").unwrap(), "manifest.json, line 1");
     }
 
     #[test]

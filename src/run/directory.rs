@@ -52,15 +52,9 @@ impl RunDirectory {
         if entries.next().is_some() {
             return Err(RunError::NotEmpty(path.clone()));
         }
-        let saved = Saved {
-            format: FORMAT,
-            mge_version: env!("CARGO_PKG_VERSION").into(),
-            config,
-        };
-        let mut text = serde_json::to_vec_pretty(&saved).map_err(|source| RunError::Encode {
-            what: "the configuration".into(),
-            source,
-        })?;
+        let saved = Saved { format: FORMAT, mge_version: env!("CARGO_PKG_VERSION").into(), config };
+        let mut text = serde_json::to_vec_pretty(&saved)
+            .map_err(|source| RunError::Encode { what: "the configuration".into(), source })?;
         text.push(b'\n');
         atomic::write_if_new(&directory.config_path(), &text).map_err(|error| match error {
             // Somebody else was faster.
@@ -123,10 +117,7 @@ impl RunDirectory {
         if status.is_decided() {
             return Ok(status);
         }
-        Ok(RunStatus::derive(
-            &read_tail(&self.events_path(), u64::MAX)?,
-            locked,
-        ))
+        Ok(RunStatus::derive(&read_tail(&self.events_path(), u64::MAX)?, locked))
     }
 
     /// Takes the run for writing, for as long as the lock lives.
@@ -153,13 +144,8 @@ impl RunDirectory {
                 Err(TryLockError::Error(error)) => return Err(RunError::io("lock", &path)(error)),
             }
         }
-        let process = fs::read_to_string(&path)
-            .ok()
-            .and_then(|text| text.trim().parse().ok());
-        Err(RunError::InUse {
-            path: self.path.clone(),
-            process,
-        })
+        let process = fs::read_to_string(&path).ok().and_then(|text| text.trim().parse().ok());
+        Err(RunError::InUse { path: self.path.clone(), process })
     }
 
     fn is_locked(&self) -> Result<bool> {
@@ -233,10 +219,8 @@ pub struct RunLock {
 /// # Errors
 /// [`RunError::Encode`] if the configuration has no JSON form.
 pub fn config_hash(config: &impl Serialize) -> Result<String> {
-    let text = serde_json::to_vec(config).map_err(|source| RunError::Encode {
-        what: "the configuration".into(),
-        source,
-    })?;
+    let text =
+        serde_json::to_vec(config).map_err(|source| RunError::Encode { what: "the configuration".into(), source })?;
     Ok(sha256(&text)[..12].to_string())
 }
 
@@ -251,10 +235,7 @@ mod tests {
         epsilon: f64,
     }
 
-    const CONFIG: Config = Config {
-        seed: 3,
-        epsilon: 0.1,
-    };
+    const CONFIG: Config = Config { seed: 3, epsilon: 0.1 };
 
     #[test]
     fn config_is_complete_versioned_and_comes_back() {
@@ -271,10 +252,7 @@ mod tests {
         assert_eq!(run.mge_version().unwrap(), env!("CARGO_PKG_VERSION"));
         assert_eq!(run.status().unwrap().state, RunState::NotStarted);
         assert_eq!(config_hash(&CONFIG).unwrap(), config_hash(&CONFIG).unwrap());
-        assert_ne!(
-            config_hash(&CONFIG).unwrap(),
-            config_hash(&Config { seed: 4, ..CONFIG }).unwrap()
-        );
+        assert_ne!(config_hash(&CONFIG).unwrap(), config_hash(&Config { seed: 4, ..CONFIG }).unwrap());
     }
 
     #[test]
@@ -291,38 +269,28 @@ mod tests {
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 
         let below_a_file = folder.path().join("thesis.tex/run");
-        let error = RunDirectory::create(&below_a_file, &CONFIG)
-            .unwrap_err()
-            .to_string();
+        let error = RunDirectory::create(&below_a_file, &CONFIG).unwrap_err().to_string();
         assert!(error.contains("thesis.tex/run"), "{error}");
     }
 
     fn check_refused(config: &str, expected: &str) {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("config.json"), config).unwrap();
-        let error = RunDirectory::open(folder.path())
-            .and_then(|run| run.config::<Config>())
-            .unwrap_err()
-            .to_string();
+        let error = RunDirectory::open(folder.path()).and_then(|run| run.config::<Config>()).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
         assert!(error.contains("config.json"), "{error}");
     }
 
     #[test]
     fn what_is_not_a_run_is_refused_by_name() {
-        check_refused(
-            r#"{"format": 9, "new": 1}"#,
-            "has format 9, and this program reads formats 1 to 1",
-        );
+        check_refused(r#"{"format": 9, "new": 1}"#, "has format 9, and this program reads formats 1 to 1");
         check_refused(r#"{"format": 0}"#, "has format 0");
         check_refused("{\"format\": 1,\n!", "line 2");
         check_refused(
             r#"{"format": 1, "mge_version": "0.1.0", "config": {"seed": 1, "epsilon": "high"}}"#,
             "config.epsilon: invalid type",
         );
-        let error = RunDirectory::open("nowhere/at/all")
-            .unwrap_err()
-            .to_string();
+        let error = RunDirectory::open("nowhere/at/all").unwrap_err().to_string();
         assert_eq!(error, "nowhere/at/all is not a run: it has no config.json");
     }
 
@@ -334,10 +302,7 @@ mod tests {
         assert_eq!(run.status().unwrap().state, RunState::Running);
         let error = run.lock().unwrap_err();
         let own = std::process::id();
-        assert!(
-            matches!(error, RunError::InUse { process: Some(id), .. } if id == own),
-            "{error}"
-        );
+        assert!(matches!(error, RunError::InUse { process: Some(id), .. } if id == own), "{error}");
         drop(lock);
         assert_eq!(run.status().unwrap().state, RunState::NotStarted);
         run.lock().unwrap();

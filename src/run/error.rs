@@ -105,9 +105,7 @@ pub enum RunError {
         present: String,
     },
     /// A section name that cannot be a file name.
-    #[error(
-        "\"{0}\" cannot name a section: use lower-case letters, digits, '_', '-' and '.', at most 64"
-    )]
+    #[error("\"{0}\" cannot name a section: use lower-case letters, digits, '_', '-' and '.', at most 64")]
     SectionName(String),
     /// A value that has no JSON form.
     #[error("cannot write {what} as JSON: {source}")]
@@ -121,16 +119,9 @@ pub enum RunError {
 
 impl RunError {
     /// Turns an [`io::Error`] into a [`RunError::Io`]: `.map_err(RunError::io("read", path))`.
-    pub(crate) fn io(
-        action: &'static str,
-        path: &Path,
-    ) -> impl FnOnce(io::Error) -> RunError + use<> {
+    pub(crate) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RunError + use<> {
         let path = path.to_path_buf();
-        move |source| RunError::Io {
-            action,
-            path,
-            source,
-        }
+        move |source| RunError::Io { action, path, source }
     }
 
     /// True if the cause is a file or folder that does not exist.
@@ -172,28 +163,15 @@ mod tests {
             source: io::Error::from(io::ErrorKind::StorageFull),
         };
         let text = full.to_string();
-        assert!(
-            text.starts_with("cannot write runs/a/events.jsonl: "),
-            "{text}"
-        );
-        assert!(
-            text.ends_with("free some space, then continue with `mge resume`"),
-            "{text}"
-        );
+        assert!(text.starts_with("cannot write runs/a/events.jsonl: "), "{text}");
+        assert!(text.ends_with("free some space, then continue with `mge resume`"), "{text}");
 
-        let used = RunError::InUse {
-            path: "runs/a".into(),
-            process: Some(12),
-        };
+        let used = RunError::InUse { path: "runs/a".into(), process: Some(12) };
         assert_eq!(
             used.to_string(),
             "the run runs/a is in use by process 12: stop that one first, or choose another folder"
         );
-        let line = RunError::Malformed {
-            path: "m.csv".into(),
-            line: Some(3),
-            reason: "no".into(),
-        };
+        let line = RunError::Malformed { path: "m.csv".into(), line: Some(3), reason: "no".into() };
         assert_eq!(line.to_string(), "m.csv, line 3: no");
     }
 }

@@ -195,18 +195,9 @@ impl fmt::Display for Event {
     /// One line for a person, as in `log.txt`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Event::Started {
-                mge_version,
-                task,
-                method,
-                seed,
-                episodes,
-                episode,
-            } => write!(
-                f,
-                "mge {mge_version}: {method} on {task}, seed {seed}, episodes {} to {episodes}",
-                episode + 1
-            ),
+            Event::Started { mge_version, task, method, seed, episodes, episode } => {
+                write!(f, "mge {mge_version}: {method} on {task}, seed {seed}, episodes {} to {episodes}", episode + 1)
+            }
             Event::EpisodeFinished(record) => write!(
                 f,
                 "episode {}: return {:.2}, subgoals {}/{}, {}, success {:.0} %",
@@ -217,23 +208,14 @@ impl fmt::Display for Event {
                 record.end,
                 100.0 * record.rolling_success
             ),
-            Event::Evaluated {
-                episode,
-                episodes,
-                success,
-                mean_return,
-            } => write!(
+            Event::Evaluated { episode, episodes, success, mean_return } => write!(
                 f,
                 "episode {episode}: greedy policy reaches the goal in {:.0} % of {episodes}, \
                  mean return {mean_return:.2}",
                 100.0 * success
             ),
             Event::Checkpointed { episode, names } => {
-                write!(
-                    f,
-                    "episode {episode}: checkpoint saved as {}",
-                    names.join(", ")
-                )
+                write!(f, "episode {episode}: checkpoint saved as {}", names.join(", "))
             }
             Event::Paused { episode } => write!(f, "episode {episode}: paused"),
             Event::Resumed { episode } => write!(f, "episode {episode}: going on"),
@@ -241,10 +223,7 @@ impl fmt::Display for Event {
                 write!(f, "episode {episode}: epsilon is now {schedule}")
             }
             Event::ClustersChanged { episode, clusters } => {
-                write!(
-                    f,
-                    "episode {episode}: new action clusters, {clusters:?} by subgoal"
-                )
+                write!(f, "episode {episode}: new action clusters, {clusters:?} by subgoal")
             }
             Event::Finished { episode } => write!(f, "finished after {episode} episodes"),
             Event::Stopped { episode, reason } => {
@@ -292,18 +271,10 @@ mod tests {
             r#"{"time":1.5,"type":"started","mge_version":"0.1.0","task":"task1","method":"ddpg-mge","seed":7,"episodes":100,"episode":0}"#,
         );
         check(
-            Event::Evaluated {
-                episode: 10,
-                episodes: 5,
-                success: 0.4,
-                mean_return: f64::INFINITY,
-            },
+            Event::Evaluated { episode: 10, episodes: 5, success: 0.4, mean_return: f64::INFINITY },
             r#"{"time":1.5,"type":"evaluated","episode":10,"episodes":5,"success":0.4,"mean_return":"inf"}"#,
         );
-        check(
-            Event::Paused { episode: 3 },
-            r#"{"time":1.5,"type":"paused","episode":3}"#,
-        );
+        check(Event::Paused { episode: 3 }, r#"{"time":1.5,"type":"paused","episode":3}"#);
         check(
             Event::EpisodeFinished(EpisodeRecord {
                 episode: 2,
@@ -321,9 +292,7 @@ mod tests {
 
     #[test]
     fn unknown_types_are_refused_by_name() {
-        let error = serde_json::from_str::<LoggedEvent>(r#"{"time":1.0,"type":"exploded"}"#)
-            .unwrap_err()
-            .to_string();
+        let error = serde_json::from_str::<LoggedEvent>(r#"{"time":1.0,"type":"exploded"}"#).unwrap_err().to_string();
         assert!(error.contains("exploded"), "{error}");
     }
 }

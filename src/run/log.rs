@@ -26,10 +26,8 @@ impl EventLog {
 
     /// Appends one line.
     pub fn append(&mut self, logged: &LoggedEvent) -> Result<()> {
-        let mut line = serde_json::to_vec(logged).map_err(|source| RunError::Encode {
-            what: "an event".into(),
-            source,
-        })?;
+        let mut line =
+            serde_json::to_vec(logged).map_err(|source| RunError::Encode { what: "an event".into(), source })?;
         line.push(b'\n');
         self.file.append(&line)
     }
@@ -61,11 +59,7 @@ fn cut_point(path: &Path, bytes: &[u8], episode: u64) -> Result<u64> {
         }
     }
     if last_episode < episode {
-        return Err(RunError::LogTooShort {
-            path: path.to_path_buf(),
-            found: last_episode,
-            wanted: episode,
-        });
+        return Err(RunError::LogTooShort { path: path.to_path_buf(), found: last_episode, wanted: episode });
     }
     // Without a checkpoint the run begins again, and so does its log.
     Ok(after_checkpoint.unwrap_or(if episode == 0 { 0 } else { end }))
@@ -76,11 +70,7 @@ fn complete_lines(bytes: &[u8]) -> impl Iterator<Item = (u64, &[u8])> {
     let whole = bytes.iter().rposition(|&byte| byte == b'\n').unwrap_or(0);
     let lines = bytes[..whole].split(|&byte| byte == b'\n');
     // Splitting nothing gives one empty line; a log without a line feed has none.
-    (1..).zip(lines).take(if bytes.contains(&b'\n') {
-        usize::MAX
-    } else {
-        0
-    })
+    (1..).zip(lines).take(if bytes.contains(&b'\n') { usize::MAX } else { 0 })
 }
 
 fn parse(path: &Path, number: u64, line: &[u8]) -> Result<LoggedEvent> {
@@ -116,12 +106,7 @@ pub struct EventReader {
 impl EventReader {
     /// A reader at the beginning of the log at `path`, which need not exist yet.
     pub fn new(path: impl Into<PathBuf>) -> Self {
-        Self {
-            path: path.into(),
-            offset: 0,
-            line: 0,
-            last: Vec::new(),
-        }
+        Self { path: path.into(), offset: 0, line: 0, last: Vec::new() }
     }
 
     /// Reads what came since the last call: nothing, if the log does not exist, has not grown or
@@ -184,9 +169,7 @@ impl EventReader {
 /// line that is not an event. A half-written last line is left out and is no error.
 pub fn read_events(path: &Path) -> Result<Vec<LoggedEvent>> {
     let bytes = std::fs::read(path).map_err(RunError::io("read", path))?;
-    complete_lines(&bytes)
-        .map(|(number, line)| parse(path, number, line))
-        .collect()
+    complete_lines(&bytes).map(|(number, line)| parse(path, number, line)).collect()
 }
 
 /// The events in the last `bytes` bytes of a log, oldest first, without what cannot be read.
@@ -200,9 +183,7 @@ pub(super) fn read_tail(path: &Path, bytes: u64) -> Result<Vec<LoggedEvent>> {
         Ok(tail)
     };
     match read() {
-        Ok(tail) => Ok(complete_lines(&tail)
-            .filter_map(|(_, l)| serde_json::from_slice(l).ok())
-            .collect()),
+        Ok(tail) => Ok(complete_lines(&tail).filter_map(|(_, l)| serde_json::from_slice(l).ok()).collect()),
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
         Err(error) => Err(RunError::io("read", path)(error)),
     }
@@ -216,17 +197,11 @@ mod tests {
     use crate::run::event::EpisodeRecord;
 
     fn episode(episode: u64) -> Event {
-        Event::EpisodeFinished(EpisodeRecord {
-            episode,
-            ..Default::default()
-        })
+        Event::EpisodeFinished(EpisodeRecord { episode, ..Default::default() })
     }
 
     fn checkpointed(episode: u64) -> Event {
-        Event::Checkpointed {
-            episode,
-            names: vec!["last".into()],
-        }
+        Event::Checkpointed { episode, names: vec!["last".into()] }
     }
 
     struct Log {
@@ -239,22 +214,14 @@ mod tests {
         fn new() -> Self {
             let folder = tempfile::tempdir().unwrap();
             let path = folder.path().join("events.jsonl");
-            Self {
-                _folder: folder,
-                path,
-                clock: 0.0,
-            }
+            Self { _folder: folder, path, clock: 0.0 }
         }
 
         fn write(&mut self, from: u64, events: &[Event]) {
             let mut log = EventLog::open(&self.path, from).unwrap();
             for event in events {
                 self.clock += 1.0;
-                log.append(&LoggedEvent {
-                    time: self.clock,
-                    event: event.clone(),
-                })
-                .unwrap();
+                log.append(&LoggedEvent { time: self.clock, event: event.clone() }).unwrap();
             }
         }
 
@@ -269,11 +236,7 @@ mod tests {
         }
 
         fn events(&self) -> Vec<Event> {
-            read_events(&self.path)
-                .unwrap()
-                .into_iter()
-                .map(|logged| logged.event)
-                .collect()
+            read_events(&self.path).unwrap().into_iter().map(|logged| logged.event).collect()
         }
     }
 
@@ -285,14 +248,8 @@ mod tests {
         log.write(2, &[]);
         assert_eq!(log.events(), kept);
 
-        let schedule = Event::ScheduleChanged {
-            episode: 2,
-            schedule: "0".into(),
-        };
-        let stopped = Event::Stopped {
-            episode: 3,
-            reason: "asked".into(),
-        };
+        let schedule = Event::ScheduleChanged { episode: 2, schedule: "0".into() };
+        let stopped = Event::Stopped { episode: 3, reason: "asked".into() };
         let mut log = Log::new();
         log.write(0, &kept);
         log.raw(&lines(&[schedule, episode(3), stopped]));
@@ -306,26 +263,15 @@ mod tests {
     }
 
     fn lines(events: &[Event]) -> String {
-        let line = |event: &Event| {
-            serde_json::to_string(&LoggedEvent {
-                time: 0.5,
-                event: event.clone(),
-            })
-            .unwrap()
-                + "\n"
-        };
+        let line =
+            |event: &Event| serde_json::to_string(&LoggedEvent { time: 0.5, event: event.clone() }).unwrap() + "\n";
         events.iter().map(line).collect()
     }
 
     #[test]
     fn resume_cuts_after_the_episode_when_the_checkpoint_was_not_logged() {
         let mut log = Log::new();
-        let evaluated = Event::Evaluated {
-            episode: 1,
-            episodes: 5,
-            success: 0.0,
-            mean_return: 0.0,
-        };
+        let evaluated = Event::Evaluated { episode: 1, episodes: 5, success: 0.0, mean_return: 0.0 };
         log.raw(&lines(&[episode(1), evaluated.clone(), episode(2)]));
         log.write(1, &[]);
         assert_eq!(log.events(), [episode(1), evaluated]);
@@ -336,27 +282,14 @@ mod tests {
         let log = Log::new();
         log.raw(&lines(&[episode(1)]));
         let error = EventLog::open(&log.path, 5).unwrap_err();
-        assert!(
-            matches!(
-                error,
-                RunError::LogTooShort {
-                    found: 1,
-                    wanted: 5,
-                    ..
-                }
-            ),
-            "{error}"
-        );
+        assert!(matches!(error, RunError::LogTooShort { found: 1, wanted: 5, .. }), "{error}");
 
         let log = Log::new();
         log.raw(&lines(&[episode(1)]));
         log.raw("rubbish\n");
         log.raw(&lines(&[episode(2), checkpointed(2)]));
         let error = EventLog::open(&log.path, 2).unwrap_err();
-        assert!(
-            error.to_string().contains("line 2: not an event"),
-            "{error}"
-        );
+        assert!(error.to_string().contains("line 2: not an event"), "{error}");
         assert_eq!(read_tail(&log.path, 1 << 16).unwrap().len(), 3);
     }
 
@@ -373,11 +306,7 @@ mod tests {
         log.raw(tail);
         log.raw(&lines(&[episode(2)]));
         let poll = reader.poll().unwrap();
-        let episodes: Vec<u64> = poll
-            .events
-            .iter()
-            .map(|logged| logged.event.episode())
-            .collect();
+        let episodes: Vec<u64> = poll.events.iter().map(|logged| logged.event.episode()).collect();
         assert_eq!(episodes, [1, 2]);
         assert!(reader.poll().unwrap().events.is_empty());
     }
@@ -393,9 +322,7 @@ mod tests {
         log.raw(&lines(&[episode(3)]));
         let poll = reader.poll().unwrap();
         assert_eq!(poll.events.len(), 2);
-        let [RunError::Malformed { line: Some(3), .. }] = poll.problems[..] else {
-            panic!("{:?}", poll.problems)
-        };
+        let [RunError::Malformed { line: Some(3), .. }] = poll.problems[..] else { panic!("{:?}", poll.problems) };
     }
 
     #[test]

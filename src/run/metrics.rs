@@ -21,11 +21,7 @@ impl MetricsLog {
         let kept = rows.iter().take_while(|row| row.episode <= episode).count();
         let found = kept.checked_sub(1).map_or(0, |last| rows[last].episode);
         if found < episode {
-            return Err(RunError::LogTooShort {
-                path: path.to_path_buf(),
-                found,
-                wanted: episode,
-            });
+            return Err(RunError::LogTooShort { path: path.to_path_buf(), found, wanted: episode });
         }
         file.cut(kept.checked_sub(1).map_or(0, |last| ends[last]))?;
         Ok(Self { file })
@@ -33,25 +29,18 @@ impl MetricsLog {
 
     /// Appends one row, and the header before the first.
     pub fn append(&mut self, record: &EpisodeRecord) -> Result<()> {
-        let mut writer = csv::WriterBuilder::new()
-            .has_headers(self.file.is_empty())
-            .from_writer(Vec::new());
+        let mut writer = csv::WriterBuilder::new().has_headers(self.file.is_empty()).from_writer(Vec::new());
         let row = writer.serialize(record).map_err(|error| error.to_string());
         let row = row.and_then(|()| writer.into_inner().map_err(|error| error.to_string()));
-        let row = row.map_err(|reason| RunError::Malformed {
-            path: self.file.path().to_path_buf(),
-            line: None,
-            reason,
-        })?;
+        let row =
+            row.map_err(|reason| RunError::Malformed { path: self.file.path().to_path_buf(), line: None, reason })?;
         self.file.append(&row)
     }
 
     /// A table on a device that is always full.
     #[cfg(all(test, target_os = "linux"))]
     pub fn on_a_full_disk() -> Self {
-        Self {
-            file: AppendFile::open(Path::new("/dev/full")).unwrap(),
-        }
+        Self { file: AppendFile::open(Path::new("/dev/full")).unwrap() }
     }
 
     /// Waits until everything is on the disk.
@@ -71,20 +60,13 @@ pub fn read_metrics(path: &Path) -> Result<Vec<EpisodeRecord>> {
 }
 
 fn whole_lines(bytes: &[u8]) -> &[u8] {
-    let end = bytes
-        .iter()
-        .rposition(|&byte| byte == b'\n')
-        .map_or(0, |at| at + 1);
+    let end = bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |at| at + 1);
     &bytes[..end]
 }
 
 /// The rows, and for each where it ends in `bytes`.
 fn parse(path: &Path, bytes: &[u8]) -> Result<(Vec<EpisodeRecord>, Vec<u64>)> {
-    let malformed = |line: Option<u64>, reason: String| RunError::Malformed {
-        path: path.to_path_buf(),
-        line,
-        reason,
-    };
+    let malformed = |line: Option<u64>, reason: String| RunError::Malformed { path: path.to_path_buf(), line, reason };
     let mut reader = csv::Reader::from_reader(bytes);
     let header = match reader.headers() {
         Ok(header) => header.clone(),
@@ -175,17 +157,7 @@ critic_loss,mean_q,max_q,actor_loss,action_saturation,rolling_success,terminated
         (1..=3).for_each(|episode| log.append(&record(episode)).unwrap());
         assert_eq!(std::fs::read(&path).unwrap(), whole);
         let error = MetricsLog::open(&path, 7).unwrap_err();
-        assert!(
-            matches!(
-                error,
-                RunError::LogTooShort {
-                    found: 3,
-                    wanted: 7,
-                    ..
-                }
-            ),
-            "{error}"
-        );
+        assert!(matches!(error, RunError::LogTooShort { found: 3, wanted: 7, .. }), "{error}");
     }
 
     fn check_refused(text: &str, line: u64, reason: &str) {
@@ -193,10 +165,7 @@ critic_loss,mean_q,max_q,actor_loss,action_saturation,rolling_success,terminated
         let path = folder.path().join("metrics.csv");
         std::fs::write(&path, text).unwrap();
         let error = read_metrics(&path).unwrap_err().to_string();
-        assert!(
-            error.contains(&format!("metrics.csv, line {line}: ")),
-            "{error}"
-        );
+        assert!(error.contains(&format!("metrics.csv, line {line}: ")), "{error}");
         assert!(error.contains(reason), "{error}");
     }
 

@@ -72,9 +72,7 @@ pub(super) mod optional {
         }
     }
 
-    pub fn deserialize<'de, D: Deserializer<'de>>(
-        deserializer: D,
-    ) -> Result<Option<f64>, D::Error> {
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
         struct Maybe;
         impl<'de> Visitor<'de> for Maybe {
             type Value = Option<f64>;
@@ -119,18 +117,12 @@ mod tests {
 
     #[test]
     fn every_value_survives() {
-        let (text, back) = through_json(Pair {
-            a: f64::NAN,
-            b: Some(f64::NEG_INFINITY),
-        });
+        let (text, back) = through_json(Pair { a: f64::NAN, b: Some(f64::NEG_INFINITY) });
         assert_eq!(text, r#"{"a":"NaN","b":"-inf"}"#);
         assert!(back.a.is_nan());
         assert_eq!(back.b, Some(f64::NEG_INFINITY));
 
-        let (text, back) = through_json(Pair {
-            a: 0.1 + 0.2,
-            b: None,
-        });
+        let (text, back) = through_json(Pair { a: 0.1 + 0.2, b: None });
         assert_eq!(text, r#"{"a":0.30000000000000004,"b":null}"#);
         assert_eq!((back.a, back.b), (0.1 + 0.2, None));
     }

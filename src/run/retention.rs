@@ -56,11 +56,7 @@ pub struct Retention {
 
 impl Default for Retention {
     fn default() -> Self {
-        Self {
-            last_every: 100,
-            periodic_every: 0,
-            periodic_kept: None,
-        }
+        Self { last_every: 100, periodic_every: 0, periodic_kept: None }
     }
 }
 
@@ -111,13 +107,10 @@ pub fn what_to_keep(policy: &Retention, moment: &Moment) -> Vec<Action> {
     if periodic {
         let new = CheckpointName::Episode(moment.episode);
         actions.push(Action::Save(new));
-        let is_other =
-            |name: &CheckpointName| matches!(name, CheckpointName::Episode(_)) && *name != new;
+        let is_other = |name: &CheckpointName| matches!(name, CheckpointName::Episode(_)) && *name != new;
         let mut old: Vec<_> = moment.existing.iter().copied().filter(is_other).collect();
         old.sort_unstable();
-        let kept = policy
-            .periodic_kept
-            .map_or(usize::MAX, |kept| kept.saturating_sub(1));
+        let kept = policy.periodic_kept.map_or(usize::MAX, |kept| kept.saturating_sub(1));
         let surplus = old.len().saturating_sub(kept);
         actions.extend(old.into_iter().take(surplus).map(Action::Delete));
     }
@@ -130,19 +123,9 @@ mod tests {
     use super::CheckpointName::{Best, Episode, Last};
     use super::*;
 
-    const POLICY: Retention = Retention {
-        last_every: 10,
-        periodic_every: 100,
-        periodic_kept: Some(2),
-    };
+    const POLICY: Retention = Retention { last_every: 10, periodic_every: 100, periodic_kept: Some(2) };
 
-    const QUIET: Moment = Moment {
-        episode: 7,
-        score: None,
-        best_score: None,
-        closing: false,
-        existing: &[],
-    };
+    const QUIET: Moment = Moment { episode: 7, score: None, best_score: None, closing: false, existing: &[] };
 
     fn check(moment: Moment, actions: &[Action]) {
         assert_eq!(what_to_keep(&POLICY, &moment), actions, "{moment:?}");
@@ -151,59 +134,17 @@ mod tests {
     #[test]
     fn last_is_written_when_due_and_when_closing() {
         check(QUIET, &[]);
-        check(
-            Moment {
-                episode: 0,
-                ..QUIET
-            },
-            &[],
-        );
-        check(
-            Moment {
-                episode: 20,
-                ..QUIET
-            },
-            &[Save(Last)],
-        );
-        check(
-            Moment {
-                closing: true,
-                ..QUIET
-            },
-            &[Save(Last)],
-        );
-        check(
-            Moment {
-                episode: 0,
-                closing: true,
-                ..QUIET
-            },
-            &[Save(Last)],
-        );
-        let never = Retention {
-            last_every: 0,
-            periodic_every: 0,
-            periodic_kept: None,
-        };
-        assert_eq!(
-            what_to_keep(
-                &never,
-                &Moment {
-                    episode: 20,
-                    ..QUIET
-                }
-            ),
-            []
-        );
+        check(Moment { episode: 0, ..QUIET }, &[]);
+        check(Moment { episode: 20, ..QUIET }, &[Save(Last)]);
+        check(Moment { closing: true, ..QUIET }, &[Save(Last)]);
+        check(Moment { episode: 0, closing: true, ..QUIET }, &[Save(Last)]);
+        let never = Retention { last_every: 0, periodic_every: 0, periodic_kept: None };
+        assert_eq!(what_to_keep(&never, &Moment { episode: 20, ..QUIET }), []);
     }
 
     #[test]
     fn best_must_be_strictly_better_and_a_number() {
-        let with = |score, best_score| Moment {
-            score,
-            best_score,
-            ..QUIET
-        };
+        let with = |score, best_score| Moment { score, best_score, ..QUIET };
         check(with(Some(0.5), None), &[Save(Last), Save(Best)]);
         check(with(Some(0.5), Some(0.4)), &[Save(Last), Save(Best)]);
         check(with(Some(0.5), Some(0.5)), &[]);
@@ -216,38 +157,15 @@ mod tests {
     fn old_periodic_ones_go_oldest_first() {
         let existing = [Episode(300), Best, Last, Episode(100), Episode(200)];
         check(
-            Moment {
-                episode: 400,
-                existing: &existing,
-                ..QUIET
-            },
-            &[
-                Save(Last),
-                Save(Episode(400)),
-                Delete(Episode(100)),
-                Delete(Episode(200)),
-            ],
+            Moment { episode: 400, existing: &existing, ..QUIET },
+            &[Save(Last), Save(Episode(400)), Delete(Episode(100)), Delete(Episode(200))],
         );
         check(
-            Moment {
-                episode: 300,
-                existing: &existing,
-                ..QUIET
-            },
+            Moment { episode: 300, existing: &existing, ..QUIET },
             &[Save(Last), Save(Episode(300)), Delete(Episode(100))],
         );
-        let all = Retention {
-            periodic_kept: None,
-            ..POLICY
-        };
-        let actions = what_to_keep(
-            &all,
-            &Moment {
-                episode: 400,
-                existing: &existing,
-                ..QUIET
-            },
-        );
+        let all = Retention { periodic_kept: None, ..POLICY };
+        let actions = what_to_keep(&all, &Moment { episode: 400, existing: &existing, ..QUIET });
         assert_eq!(actions, [Save(Last), Save(Episode(400))]);
     }
 
@@ -256,12 +174,7 @@ mod tests {
         for name in [Last, Best, Episode(12)] {
             assert_eq!(name.to_string().parse(), Ok(name));
         }
-        assert!(
-            "episode-x"
-                .parse::<CheckpointName>()
-                .unwrap_err()
-                .contains("episode-x")
-        );
+        assert!("episode-x".parse::<CheckpointName>().unwrap_err().contains("episode-x"));
         assert!(".writing-abc".parse::<CheckpointName>().is_err());
     }
 }

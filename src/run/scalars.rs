@@ -45,15 +45,8 @@ impl Scalars {
                 self.previous = Some(logged.time);
                 values
             }
-            Event::Evaluated {
-                success,
-                mean_return,
-                ..
-            } => {
-                vec![
-                    ("eval/success", *success),
-                    ("eval/mean_return", *mean_return),
-                ]
+            Event::Evaluated { success, mean_return, .. } => {
+                vec![("eval/success", *success), ("eval/mean_return", *mean_return)]
             }
             Event::Started { .. } | Event::Resumed { .. } => {
                 self.previous = Some(logged.time);
@@ -73,45 +66,23 @@ mod tests {
         let mut scalars = Scalars::default();
         let mut at = |time, event| scalars.of(&LoggedEvent { time, event });
         assert_eq!(at(10.0, Event::Resumed { episode: 0 }), []);
-        let record = EpisodeRecord {
-            episode: 1,
-            steps: 8,
-            goal: true,
-            critic_loss: Some(0.5),
-            ..Default::default()
-        };
+        let record = EpisodeRecord { episode: 1, steps: 8, goal: true, critic_loss: Some(0.5), ..Default::default() };
         let values = at(12.0, Event::EpisodeFinished(record));
-        let value = |tag: &str| {
-            values
-                .iter()
-                .find(|(t, _)| *t == tag)
-                .map(|(_, value)| *value)
-        };
+        let value = |tag: &str| values.iter().find(|(t, _)| *t == tag).map(|(_, value)| *value);
         assert_eq!(value("train/goal"), Some(1.0));
         assert_eq!(value("loss/critic"), Some(0.5));
         assert_eq!(value("loss/actor"), None);
         assert_eq!(value("time/seconds"), Some(2.0));
         assert_eq!(value("time/steps_per_second"), Some(4.0));
 
-        let evaluated = Event::Evaluated {
-            episode: 1,
-            episodes: 4,
-            success: 0.5,
-            mean_return: 3.0,
-        };
-        assert_eq!(
-            at(13.0, evaluated),
-            [("eval/success", 0.5), ("eval/mean_return", 3.0)]
-        );
+        let evaluated = Event::Evaluated { episode: 1, episodes: 4, success: 0.5, mean_return: 3.0 };
+        assert_eq!(at(13.0, evaluated), [("eval/success", 0.5), ("eval/mean_return", 3.0)]);
     }
 
     #[test]
     fn tags_are_grouped_and_unique() {
         let tags: std::collections::BTreeSet<_> = EPISODE.iter().map(|(tag, _)| *tag).collect();
         assert_eq!(tags.len(), EPISODE.len());
-        assert!(
-            tags.iter()
-                .all(|tag| tag.starts_with("train/") || tag.starts_with("loss/"))
-        );
+        assert!(tags.iter().all(|tag| tag.starts_with("train/") || tag.starts_with("loss/")));
     }
 }

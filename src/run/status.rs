@@ -39,15 +39,9 @@ impl RunStatus {
             Event::EpisodeFinished(record) => Some(record.clone()),
             _ => None,
         });
-        let working = if locked {
-            RunState::Running
-        } else {
-            RunState::Interrupted
-        };
+        let working = if locked { RunState::Running } else { RunState::Interrupted };
         let state = events.iter().rev().find_map(|logged| match &logged.event {
-            Event::Started { .. } | Event::EpisodeFinished(_) | Event::Resumed { .. } => {
-                Some(working.clone())
-            }
+            Event::Started { .. } | Event::EpisodeFinished(_) | Event::Resumed { .. } => Some(working.clone()),
             Event::Paused { .. } if locked => Some(RunState::Paused),
             Event::Paused { .. } => Some(RunState::Interrupted),
             Event::Finished { .. } => Some(RunState::Finished),
@@ -58,16 +52,8 @@ impl RunStatus {
             | Event::ScheduleChanged { .. }
             | Event::ClustersChanged { .. } => None,
         });
-        let nothing_said = if locked {
-            RunState::Running
-        } else {
-            RunState::NotStarted
-        };
-        Self {
-            state: state.unwrap_or(nothing_said),
-            last_episode,
-            last_time: events.last().map(|logged| logged.time),
-        }
+        let nothing_said = if locked { RunState::Running } else { RunState::NotStarted };
+        Self { state: state.unwrap_or(nothing_said), last_episode, last_time: events.last().map(|logged| logged.time) }
     }
 
     /// True if the events were enough to tell.
@@ -81,95 +67,39 @@ mod tests {
     use super::*;
 
     fn check(events: &[Event], locked: bool, state: RunState) {
-        let log: Vec<_> = events
-            .iter()
-            .map(|event| LoggedEvent {
-                time: 2.0,
-                event: event.clone(),
-            })
-            .collect();
-        assert_eq!(
-            RunStatus::derive(&log, locked).state,
-            state,
-            "{events:?}, locked {locked}"
-        );
+        let log: Vec<_> = events.iter().map(|event| LoggedEvent { time: 2.0, event: event.clone() }).collect();
+        assert_eq!(RunStatus::derive(&log, locked).state, state, "{events:?}, locked {locked}");
     }
 
     #[test]
     fn state_follows_from_the_last_decisive_event_and_the_lock() {
-        let episode = || {
-            Event::EpisodeFinished(EpisodeRecord {
-                episode: 1,
-                ..Default::default()
-            })
-        };
+        let episode = || Event::EpisodeFinished(EpisodeRecord { episode: 1, ..Default::default() });
         let paused = || Event::Paused { episode: 1 };
-        let schedule = || Event::ScheduleChanged {
-            episode: 1,
-            schedule: "0".into(),
-        };
-        let stopped = || Event::Stopped {
-            episode: 1,
-            reason: "asked".into(),
-        };
-        let failed = || Event::Failed {
-            episode: 1,
-            reason: "disk".into(),
-        };
+        let schedule = || Event::ScheduleChanged { episode: 1, schedule: "0".into() };
+        let stopped = || Event::Stopped { episode: 1, reason: "asked".into() };
+        let failed = || Event::Failed { episode: 1, reason: "disk".into() };
 
         check(&[], false, RunState::NotStarted);
         check(&[], true, RunState::Running);
         check(&[episode()], true, RunState::Running);
         check(&[episode()], false, RunState::Interrupted);
         check(&[episode(), paused(), schedule()], true, RunState::Paused);
-        check(
-            &[episode(), paused(), schedule()],
-            false,
-            RunState::Interrupted,
-        );
-        check(
-            &[paused(), Event::Resumed { episode: 1 }],
-            true,
-            RunState::Running,
-        );
-        check(
-            &[episode(), Event::Finished { episode: 1 }],
-            false,
-            RunState::Finished,
-        );
-        check(
-            &[paused(), stopped()],
-            false,
-            RunState::Stopped("asked".into()),
-        );
-        check(
-            &[episode(), failed()],
-            false,
-            RunState::Failed("disk".into()),
-        );
+        check(&[episode(), paused(), schedule()], false, RunState::Interrupted);
+        check(&[paused(), Event::Resumed { episode: 1 }], true, RunState::Running);
+        check(&[episode(), Event::Finished { episode: 1 }], false, RunState::Finished);
+        check(&[paused(), stopped()], false, RunState::Stopped("asked".into()));
+        check(&[episode(), failed()], false, RunState::Failed("disk".into()));
         check(&[stopped(), episode()], true, RunState::Running);
     }
 
     #[test]
     fn status_tells_how_far_the_run_is() {
-        let record = EpisodeRecord {
-            episode: 5,
-            ..Default::default()
-        };
+        let record = EpisodeRecord { episode: 5, ..Default::default() };
         let log = [
-            LoggedEvent {
-                time: 1.0,
-                event: Event::EpisodeFinished(record.clone()),
-            },
-            LoggedEvent {
-                time: 3.0,
-                event: Event::Finished { episode: 5 },
-            },
+            LoggedEvent { time: 1.0, event: Event::EpisodeFinished(record.clone()) },
+            LoggedEvent { time: 3.0, event: Event::Finished { episode: 5 } },
         ];
         let status = RunStatus::derive(&log, false);
-        assert_eq!(
-            (status.last_episode, status.last_time),
-            (Some(record), Some(3.0))
-        );
+        assert_eq!((status.last_episode, status.last_time), (Some(record), Some(3.0)));
     }
 }

@@ -18,9 +18,7 @@ pub struct CheckpointStore {
 impl CheckpointStore {
     /// The checkpoints in `folder`, which need not exist yet.
     pub fn new(folder: impl Into<PathBuf>) -> Self {
-        Self {
-            folder: folder.into(),
-        }
+        Self { folder: folder.into() }
     }
 
     /// Where a checkpoint of this name is or would be.
@@ -33,11 +31,7 @@ impl CheckpointStore {
     /// # Errors
     /// [`RunError::Io`] if the folder cannot be read.
     pub fn names(&self) -> Result<Vec<CheckpointName>> {
-        let mut names: Vec<_> = self
-            .entries()?
-            .iter()
-            .filter_map(|name| finished_name(name).parse().ok())
-            .collect();
+        let mut names: Vec<_> = self.entries()?.iter().filter_map(|name| finished_name(name).parse().ok()).collect();
         names.sort_unstable();
         names.dedup();
         Ok(names)
@@ -134,13 +128,9 @@ impl CheckpointStore {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
             Err(error) => return Err(RunError::io("read", &self.folder)(error)),
         };
-        let name = |entry: std::io::Result<fs::DirEntry>| {
-            entry.map(|entry| entry.file_name().to_string_lossy().into_owned())
-        };
-        entries
-            .map(name)
-            .collect::<std::io::Result<_>>()
-            .map_err(RunError::io("read", &self.folder))
+        let name =
+            |entry: std::io::Result<fs::DirEntry>| entry.map(|entry| entry.file_name().to_string_lossy().into_owned());
+        entries.map(name).collect::<std::io::Result<_>>().map_err(RunError::io("read", &self.folder))
     }
 }
 
@@ -158,9 +148,7 @@ mod tests {
     fn sample(episode: u64, score: f64) -> Checkpoint {
         let mut checkpoint = Checkpoint::new(episode);
         checkpoint.score = Some(score);
-        checkpoint
-            .insert("weights", vec![episode as u8; 100])
-            .unwrap();
+        checkpoint.insert("weights", vec![episode as u8; 100]).unwrap();
         checkpoint
     }
 
@@ -170,40 +158,22 @@ mod tests {
         let store = CheckpointStore::new(folder.path().join("checkpoint"));
         assert_eq!(store.names().unwrap(), []);
         assert_eq!(store.best_score().unwrap(), None);
-        store
-            .apply(
-                &[Save(Last), Save(Best), Save(Episode(10))],
-                &sample(10, 0.5),
-            )
-            .unwrap();
-        store
-            .apply(
-                &[Save(Last), Save(Episode(20)), Delete(Episode(10))],
-                &sample(20, 0.1),
-            )
-            .unwrap();
+        store.apply(&[Save(Last), Save(Best), Save(Episode(10))], &sample(10, 0.5)).unwrap();
+        store.apply(&[Save(Last), Save(Episode(20)), Delete(Episode(10))], &sample(20, 0.1)).unwrap();
         assert_eq!(store.names().unwrap(), [Last, Best, Episode(20)]);
         assert_eq!(store.best_score().unwrap(), Some(0.5));
         assert_eq!(store.load(Best).unwrap(), sample(10, 0.5));
         assert_eq!(store.load(Last).unwrap(), sample(20, 0.1));
         assert_eq!(store.load(Episode(20)).unwrap(), sample(20, 0.1));
-        assert!(matches!(
-            store.load(Episode(10)).unwrap_err(),
-            RunError::NoCheckpoint(_)
-        ));
+        assert!(matches!(store.load(Episode(10)).unwrap_err(), RunError::NoCheckpoint(_)));
     }
 
     #[test]
     fn the_newest_whole_one_is_found() {
         let folder = tempfile::tempdir().unwrap();
         let store = CheckpointStore::new(folder.path());
-        assert!(matches!(
-            store.load_newest().unwrap_err(),
-            RunError::NoCheckpoint(_)
-        ));
-        store
-            .apply(&[Save(Last), Save(Best)], &sample(10, 0.5))
-            .unwrap();
+        assert!(matches!(store.load_newest().unwrap_err(), RunError::NoCheckpoint(_)));
+        store.apply(&[Save(Last), Save(Best)], &sample(10, 0.5)).unwrap();
         store.apply(&[Save(Last)], &sample(20, 0.1)).unwrap();
         let (newest, problems) = store.load_newest().unwrap();
         assert_eq!((newest.episode, problems.len()), (20, 0));
@@ -211,10 +181,7 @@ mod tests {
         fs::write(store.path(Last).join("weights"), b"short").unwrap();
         let (newest, problems) = store.load_newest().unwrap();
         assert_eq!(newest.episode, 10);
-        assert!(
-            matches!(problems[..], [RunError::Truncated { .. }]),
-            "{problems:?}"
-        );
+        assert!(matches!(problems[..], [RunError::Truncated { .. }]), "{problems:?}");
 
         fs::remove_file(store.path(Best).join("manifest.json")).unwrap();
         assert!(store.load_newest().is_err());
@@ -224,9 +191,7 @@ mod tests {
     fn leftovers_of_a_dead_process_are_tidied() {
         let folder = tempfile::tempdir().unwrap();
         let store = CheckpointStore::new(folder.path());
-        store
-            .apply(&[Save(Last), Save(Best)], &sample(10, 0.5))
-            .unwrap();
+        store.apply(&[Save(Last), Save(Best)], &sample(10, 0.5)).unwrap();
         fs::rename(store.path(Last), folder.path().join(".previous-last")).unwrap();
         fs::create_dir(folder.path().join(".previous-best")).unwrap();
         fs::create_dir(folder.path().join(".writing-abc")).unwrap();

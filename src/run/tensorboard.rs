@@ -27,21 +27,12 @@ impl TensorBoardWriter {
     pub fn create(folder: &Path, first_step: u64, wall_time: f64) -> Result<Self> {
         std::fs::create_dir_all(folder).map_err(RunError::io("create", folder))?;
         // Readers take the files in the order of their names.
-        let older = std::fs::read_dir(folder)
-            .map_err(RunError::io("read", folder))?
-            .count();
-        let name = format!(
-            "events.out.tfevents.{:010}.mge.{older:04}",
-            wall_time as u64
-        );
-        let mut writer = Self {
-            file: AppendFile::open(&folder.join(name))?,
-        };
+        let older = std::fs::read_dir(folder).map_err(RunError::io("read", folder))?.count();
+        let name = format!("events.out.tfevents.{:010}.mge.{older:04}", wall_time as u64);
+        let mut writer = Self { file: AppendFile::open(&folder.join(name))? };
         writer.event(wall_time, 0, |event| event.bytes(3, b"brain.Event:2"))?;
         // SessionLog { status: START }
-        writer.event(wall_time, first_step, |event| {
-            event.message(7, |log| log.varint(1, 1))
-        })?;
+        writer.event(wall_time, first_step, |event| event.message(7, |log| log.varint(1, 1)))?;
         Ok(writer)
     }
 
@@ -103,10 +94,7 @@ fn record(data: &[u8]) -> Vec<u8> {
 }
 
 fn masked_crc(bytes: &[u8]) -> [u8; 4] {
-    crc32c::crc32c(bytes)
-        .rotate_right(15)
-        .wrapping_add(0xa282_ead8)
-        .to_le_bytes()
+    crc32c::crc32c(bytes).rotate_right(15).wrapping_add(0xa282_ead8).to_le_bytes()
 }
 
 /// A protobuf message under construction.
@@ -162,8 +150,7 @@ mod tests {
             let (length, after) = rest.split_at(8);
             let (check, after) = after.split_at(4);
             assert_eq!(check, masked_crc(length));
-            let (data, after) =
-                after.split_at(u64::from_le_bytes(length.try_into().unwrap()) as usize);
+            let (data, after) = after.split_at(u64::from_le_bytes(length.try_into().unwrap()) as usize);
             let (check, after) = after.split_at(4);
             assert_eq!(check, masked_crc(data));
             records.push(data);
@@ -196,39 +183,15 @@ mod tests {
     fn scalar_event_has_the_bytes_of_the_protocol() {
         let folder = tempfile::tempdir().unwrap();
         let mut writer = TensorBoardWriter::create(folder.path(), 1, 2.0).unwrap();
-        writer
-            .scalars(300, 2.0, &[("a/b", 1.0), ("c", f64::NAN)])
-            .unwrap();
-        let path = folder
-            .path()
-            .join("events.out.tfevents.0000000002.mge.0000");
+        writer.scalars(300, 2.0, &[("a/b", 1.0), ("c", f64::NAN)]).unwrap();
+        let path = folder.path().join("events.out.tfevents.0000000002.mge.0000");
         let bytes = std::fs::read(path).unwrap();
-        let [version, session, scalars] = records(&bytes)[..] else {
-            panic!("three records")
-        };
+        let [version, session, scalars] = records(&bytes)[..] else { panic!("three records") };
         let wall_time = [&[0x09][..], &2f64.to_le_bytes()].concat();
-        assert_eq!(
-            version,
-            [&wall_time, &[0x10, 0, 0x1a, 13][..], b"brain.Event:2"].concat()
-        );
-        assert_eq!(
-            session,
-            [&wall_time, &[0x10, 1, 0x3a, 2, 0x08, 1][..]].concat()
-        );
-        let first = [
-            &[0x0a, 10, 0x0a, 3][..],
-            b"a/b",
-            &[0x15],
-            &1f32.to_le_bytes(),
-        ]
-        .concat();
-        let second = [
-            &[0x0a, 8, 0x0a, 1][..],
-            b"c",
-            &[0x15],
-            &f32::NAN.to_le_bytes(),
-        ]
-        .concat();
+        assert_eq!(version, [&wall_time, &[0x10, 0, 0x1a, 13][..], b"brain.Event:2"].concat());
+        assert_eq!(session, [&wall_time, &[0x10, 1, 0x3a, 2, 0x08, 1][..]].concat());
+        let first = [&[0x0a, 10, 0x0a, 3][..], b"a/b", &[0x15], &1f32.to_le_bytes()].concat();
+        let second = [&[0x0a, 8, 0x0a, 1][..], b"c", &[0x15], &f32::NAN.to_le_bytes()].concat();
         let head = [&wall_time, &[0x10, 0xac, 0x02, 0x2a, 22][..]].concat();
         assert_eq!(scalars, [head, first, second].concat());
     }
@@ -240,17 +203,8 @@ mod tests {
             let mut writer = TensorBoardWriter::create(folder.path(), first_step, 5.0).unwrap();
             writer.text(0, 5.0, "config", "```json\n{}\n```").unwrap();
         }
-        let mut names: Vec<_> = std::fs::read_dir(folder.path())
-            .unwrap()
-            .map(|e| e.unwrap().file_name())
-            .collect();
+        let mut names: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
         names.sort();
-        assert_eq!(
-            names,
-            [
-                "events.out.tfevents.0000000005.mge.0000",
-                "events.out.tfevents.0000000005.mge.0001"
-            ]
-        );
+        assert_eq!(names, ["events.out.tfevents.0000000005.mge.0000", "events.out.tfevents.0000000005.mge.0001"]);
     }
 }

@@ -40,8 +40,7 @@ impl RunWriter {
         let events = EventLog::open(&directory.events_path(), episode)?;
         let metrics = MetricsLog::open(&directory.metrics_path(), episode)?;
         let first_step = if episode == 0 { 0 } else { episode + 1 };
-        let mut tensorboard =
-            TensorBoardWriter::create(&directory.tensorboard_path(), first_step, time)?;
+        let mut tensorboard = TensorBoardWriter::create(&directory.tensorboard_path(), first_step, time)?;
         if episode == 0 {
             let path = directory.config_path();
             let config = std::fs::read_to_string(&path).map_err(RunError::io("read", &path))?;
@@ -66,10 +65,7 @@ impl RunWriter {
     /// [`RunError::Io`], for example on a full disk. The run should end then; the last checkpoint
     /// is whole.
     pub fn record(&mut self, event: &Event) -> Result<()> {
-        let logged = LoggedEvent {
-            time: now(),
-            event: event.clone(),
-        };
+        let logged = LoggedEvent { time: now(), event: event.clone() };
         self.events.append(&logged)?;
         match event {
             Event::EpisodeFinished(record) => self.metrics.append(record)?,
@@ -79,8 +75,7 @@ impl RunWriter {
         if values.is_empty() {
             return Ok(());
         }
-        self.tensorboard
-            .scalars(event.episode(), logged.time, &values)
+        self.tensorboard.scalars(event.episode(), logged.time, &values)
     }
 
     /// Writes a line to `log.txt`, with the seconds since this process took the run.
@@ -88,8 +83,7 @@ impl RunWriter {
     /// # Errors
     /// [`RunError::Io`].
     pub fn note(&mut self, message: &str) -> Result<()> {
-        self.log
-            .append(format!("[{:10.3} s] {message}\n", now() - self.opened).as_bytes())
+        self.log.append(format!("[{:10.3} s] {message}\n", now() - self.opened).as_bytes())
     }
 
     /// Carries out what [`what_to_keep`](super::what_to_keep) decided, then records
@@ -110,10 +104,7 @@ impl RunWriter {
         if names.is_empty() {
             return Ok(());
         }
-        self.record(&Event::Checkpointed {
-            episode: checkpoint.episode,
-            names,
-        })
+        self.record(&Event::Checkpointed { episode: checkpoint.episode, names })
     }
 
     /// The run that is written.
@@ -124,9 +115,7 @@ impl RunWriter {
 
 /// Seconds since 1970-01-01 UTC.
 fn now() -> f64 {
-    SystemTime::UNIX_EPOCH
-        .elapsed()
-        .map_or(0.0, |elapsed| elapsed.as_secs_f64())
+    SystemTime::UNIX_EPOCH.elapsed().map_or(0.0, |elapsed| elapsed.as_secs_f64())
 }
 
 #[cfg(test)]
@@ -135,8 +124,7 @@ mod tests {
 
     use super::*;
     use crate::run::{
-        CheckpointName, EpisodeRecord, Moment, Retention, RunState, read_events, read_metrics,
-        what_to_keep,
+        CheckpointName, EpisodeRecord, Moment, Retention, RunState, read_events, read_metrics, what_to_keep,
     };
 
     fn new_run() -> (tempfile::TempDir, RunDirectory) {
@@ -159,31 +147,15 @@ mod tests {
     /// Writes episodes, with a checkpoint every five of them.
     fn train(writer: &mut RunWriter, episodes: std::ops::RangeInclusive<u64>) {
         writer.record(&started(episodes.start() - 1)).unwrap();
-        let policy = Retention {
-            last_every: 5,
-            ..Default::default()
-        };
+        let policy = Retention { last_every: 5, ..Default::default() };
         for episode in episodes {
             let return_ = (episode as f64).sin();
-            let record = EpisodeRecord {
-                episode,
-                return_,
-                steps: 3,
-                ..Default::default()
-            };
+            let record = EpisodeRecord { episode, return_, steps: 3, ..Default::default() };
             writer.record(&Event::EpisodeFinished(record)).unwrap();
-            let moment = Moment {
-                episode,
-                score: None,
-                best_score: None,
-                closing: false,
-                existing: &[],
-            };
+            let moment = Moment { episode, score: None, best_score: None, closing: false, existing: &[] };
             let actions = what_to_keep(&policy, &moment);
             if !actions.is_empty() {
-                writer
-                    .checkpoint(&actions, &Checkpoint::new(episode))
-                    .unwrap();
+                writer.checkpoint(&actions, &Checkpoint::new(episode)).unwrap();
             }
         }
     }
@@ -238,17 +210,9 @@ mod tests {
         let (_folder, run) = new_run();
         let mut writer = RunWriter::open(&run, 0).unwrap();
         train(&mut writer, 1..=5);
-        writer
-            .record(&Event::Stopped {
-                episode: 5,
-                reason: "asked".into(),
-            })
-            .unwrap();
+        writer.record(&Event::Stopped { episode: 5, reason: "asked".into() }).unwrap();
         let text = fs::read_to_string(run.log_path()).unwrap();
-        let lines: Vec<_> = text
-            .lines()
-            .map(|line| line.split_once("] ").unwrap().1)
-            .collect();
+        let lines: Vec<_> = text.lines().map(|line| line.split_once("] ").unwrap().1).collect();
         assert_eq!(
             lines,
             [
@@ -266,14 +230,8 @@ mod tests {
         train(&mut RunWriter::open(&run, 0).unwrap(), 1..=5);
         let mut writer = RunWriter::open(&run, 5).unwrap();
         writer.metrics = MetricsLog::on_a_full_disk();
-        let record = EpisodeRecord {
-            episode: 6,
-            ..Default::default()
-        };
-        let error = writer
-            .record(&Event::EpisodeFinished(record))
-            .unwrap_err()
-            .to_string();
+        let record = EpisodeRecord { episode: 6, ..Default::default() };
+        let error = writer.record(&Event::EpisodeFinished(record)).unwrap_err().to_string();
         assert!(error.starts_with("cannot write /dev/full: "), "{error}");
         drop(writer);
         let (checkpoint, problems) = run.checkpoints().load_newest().unwrap();

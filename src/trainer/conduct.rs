@@ -126,7 +126,9 @@ impl Conductor<'_> {
         };
         self.writer.record(&started)?;
         self.watch.set_prior(training.prior().cloned());
-        if training.episode() == 0 && let Some(prior) = training.prior() {
+        if training.episode() == 0
+            && let Some(prior) = training.prior()
+        {
             let prior = prior.clone();
             self.record_prior(&prior, 0)?;
         }

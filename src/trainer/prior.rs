@@ -9,8 +9,8 @@ use super::config::{PriorSource, RunConfig};
 #[derive(Debug, thiserror::Error)]
 pub enum PriorError {
     /// The dynamics model cannot be used.
-    #[error(transparent)]
-    Model(#[from] crate::dynamics::ModelError),
+    #[error("the model `{name}` cannot be used: {reason}")]
+    Model { name: String, reason: String },
 }
 
 /// What predicts the rollouts of a task: a dynamics model or the true physics, and its
@@ -19,7 +19,14 @@ pub enum PriorError {
 /// # Errors
 /// When the model cannot be loaded or does not know the task's tools.
 pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<(Box<dyn RolloutModel>, String)>, PriorError> {
-    todo!()
+    let unavailable =
+        |name: &str| PriorError::Model { name: name.to_owned(), reason: format!("no model for {:?}", task.tool_set()) };
+    match source {
+        PriorSource::Uniform => Ok(None),
+        PriorSource::TruePhysics => Ok(Some((Box::new(TruePhysics), "true physics".to_owned()))),
+        PriorSource::Learned => Err(unavailable("learned")),
+        PriorSource::ModelFile(path) => Err(unavailable(path)),
+    }
 }
 
 /// Builds the prior of a configuration; `progress` sees each stage's number and may
@@ -27,10 +34,7 @@ pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<(Box<dy
 ///
 /// # Errors
 /// When the dynamics model cannot be used.
-pub fn build_prior(
-    config: &RunConfig,
-    progress: impl FnMut(usize) -> bool,
-) -> Result<Option<ActionPrior>, PriorError> {
+pub fn build_prior(config: &RunConfig, progress: impl FnMut(usize) -> bool) -> Result<Option<ActionPrior>, PriorError> {
     let Some((model, name)) = rollout_model(&config.prior, &config.task)? else {
         return Ok(Some(ActionPrior::uniform(&config.task, config.seed)));
     };

@@ -22,7 +22,10 @@ pub struct Trainer {
 
 impl Trainer {
     /// Begins, or goes on with, the run in `directory`.
-    pub fn spawn(directory: RunDirectory) -> Self {
+    ///
+    /// # Errors
+    /// When the system has no more threads.
+    pub fn spawn(directory: RunDirectory) -> std::io::Result<Self> {
         let (controls, receiver) = unbounded();
         let watch = Arc::new(Watch::default());
         let (run, seen) = (directory.clone(), watch.clone());
@@ -34,13 +37,8 @@ impl Trainer {
                 Err(panic) => Err(format!("the training panicked: {}", panic_message(&*panic))),
             }
         };
-        let thread = std::thread::Builder::new().name("mge-trainer".to_owned()).spawn(work);
-        // Without threads there is no workbench; the error shows as that of the training.
-        let thread = thread.unwrap_or_else(|error| {
-            let message = format!("cannot start a thread: {error}");
-            std::thread::spawn(move || Err(message))
-        });
-        Self { directory, controls, watch, thread: Some(thread) }
+        let thread = std::thread::Builder::new().name("mge-trainer".to_owned()).spawn(work)?;
+        Ok(Self { directory, controls, watch, thread: Some(thread) })
     }
 
     /// The run's directory, which all readers read.

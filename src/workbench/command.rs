@@ -328,7 +328,10 @@ impl Arguments<'_> {
     fn one_of<T: Copy>(&mut self, what: &str, all: &[T], name: fn(T) -> &'static str) -> Result<T, String> {
         let word = self.word(what)?;
         let known = || all.iter().map(|item| name(*item)).collect::<Vec<_>>().join(", ");
-        all.iter().copied().find(|item| name(*item) == word).ok_or_else(|| format!("`{word}` is not one of {}", known()))
+        all.iter()
+            .copied()
+            .find(|item| name(*item) == word)
+            .ok_or_else(|| format!("`{word}` is not one of {}", known()))
     }
 }
 

@@ -4,6 +4,5 @@
 //! line differ only in where their commands come from.
 
 mod command;
-mod session;
 
 pub use command::{Command, CommandError, VERBS, Verb};
