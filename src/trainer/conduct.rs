@@ -157,7 +157,7 @@ impl Conductor<'_> {
         let evaluation = training.config().evaluation;
         let mut score = None;
         if evaluation.every > 0 && training.episode().is_multiple_of(u64::from(evaluation.every)) {
-            let (event, _) = training.evaluate(evaluation.episodes);
+            let event = training.evaluate(evaluation.episodes);
             if let Event::Evaluated { mean_return, .. } = event {
                 score = Some(mean_return);
             }

@@ -8,6 +8,7 @@
 mod conduct;
 mod config;
 mod prior;
+mod setting;
 mod streams;
 mod thread;
 mod trace;
@@ -17,7 +18,8 @@ mod watch;
 pub use conduct::{ConductError, Control, Ending, conduct};
 pub use config::{Evaluation, Granularity, Method, NoiseDecay, PriorSource, RunConfig, RunConfigError};
 pub use prior::{PriorError, build_prior, rollout_model};
+pub use setting::{SettingError, config_keys};
 pub use thread::Trainer;
 pub use trace::{Source, Trace, TracedStep};
-pub use training::{Training, TrainingError, WINDOW};
+pub use training::{NETWORKS_SECTION, Training, TrainingError, WINDOW, greedy_episode};
 pub use watch::{LiveView, Phase, Watch};

@@ -65,6 +65,11 @@ impl Trace {
         Ok(step)
     }
 
+    /// Whether the goal was reached.
+    pub fn reached_goal(&self) -> bool {
+        self.steps.iter().any(|step| step.goal)
+    }
+
     /// Sum of the rewards.
     pub fn total_reward(&self) -> f32 {
         self.steps.iter().map(|step| step.reward).sum()

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use rand::Rng;
+use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::config::{Granularity, RunConfig, RunConfigError};
@@ -13,9 +14,15 @@ use crate::agent::{self, Ddpg, Learner, Transition, UpdateMetrics};
 use crate::env::{Action, Environment, EpisodeOver, Placement, Step, observation_len};
 use crate::guidance::{ActionPrior, EpsilonSchedule};
 use crate::run::{Checkpoint, EpisodeRecord, Event, RunError};
+use crate::task::Task;
 
 /// Episodes over which success is averaged (paper, figure 6).
 pub const WINDOW: usize = 100;
+
+/// The checkpoint section that holds the networks, as a safetensors file.
+pub const NETWORKS_SECTION: &str = "learner.safetensors";
+const REPLAY_SECTION: &str = "replay.bin";
+const PROGRESS_SECTION: &str = "progress.json";
 
 /// Why training cannot go on.
 #[derive(Debug, thiserror::Error)]
@@ -97,13 +104,13 @@ impl Training {
     pub fn resume(config: RunConfig, checkpoint: &Checkpoint) -> Result<Self, TrainingError> {
         config.validate()?;
         let learner = Learner::load(&agent::Checkpoint {
-            networks: checkpoint.section("learner.safetensors")?.to_vec(),
-            replay: checkpoint.section("replay.bin")?.to_vec(),
+            networks: checkpoint.section(NETWORKS_SECTION)?.to_vec(),
+            replay: checkpoint.section(REPLAY_SECTION)?.to_vec(),
         })?;
         if learner.ddpg().observation_len() != observation_len(&config.task) {
             return Err(agent::StateError::Foreign.into());
         }
-        let progress = checkpoint.json("progress.json")?;
+        let progress = checkpoint.json(PROGRESS_SECTION)?;
         Ok(Self { env: Environment::new(config.task.clone()), config, learner, progress })
     }
 
@@ -114,9 +121,9 @@ impl Training {
     pub fn checkpoint(&self) -> Result<Checkpoint, TrainingError> {
         let saved = self.learner.save();
         let mut checkpoint = Checkpoint::new(self.progress.episode);
-        checkpoint.insert("learner.safetensors", saved.networks)?;
-        checkpoint.insert("replay.bin", saved.replay)?;
-        checkpoint.insert_json("progress.json", &self.progress)?;
+        checkpoint.insert(NETWORKS_SECTION, saved.networks)?;
+        checkpoint.insert(REPLAY_SECTION, saved.replay)?;
+        checkpoint.insert_json(PROGRESS_SECTION, &self.progress)?;
         Ok(checkpoint)
     }
 
@@ -200,29 +207,20 @@ impl Training {
     }
 
     /// Episodes of the greedy policy, without noise, clusters or learning.
-    pub fn evaluate(&mut self, episodes: u32) -> (Event, Trace) {
-        let mut env = Environment::new(self.config.task.clone());
+    pub fn evaluate(&mut self, episodes: u32) -> Event {
         let (mut successes, mut total) = (0u32, 0.0f64);
-        let mut last = Trace::default();
         for _ in 0..episodes {
-            let mut observation = env.reset(&mut self.progress.streams.evaluation);
-            last = Trace { episode: self.progress.episode, steps: Vec::new() };
-            loop {
-                let action = to_action(&self.learner.ddpg().act(&observation));
-                let Ok(step) = last.step(&mut env, action, Source::Policy) else { break };
-                observation = step.observation;
-            }
-            successes += u32::from(env.snapshot().goal_reached());
-            total += f64::from(last.total_reward());
+            let trace = greedy_episode(&self.config.task, self.learner.ddpg(), &mut self.progress.streams.evaluation);
+            successes += u32::from(trace.reached_goal());
+            total += f64::from(trace.total_reward());
         }
         let count = f64::from(episodes.max(1));
-        let event = Event::Evaluated {
+        Event::Evaluated {
             episode: self.progress.episode,
             episodes: u64::from(episodes),
             success: f64::from(successes) / count,
             mean_return: total / count,
-        };
-        (event, last)
+        }
     }
 
     /// A person may raise the threshold of a run that began without guidance.
@@ -305,6 +303,17 @@ impl UpdateMeans {
     fn mean(&self, of: impl Fn(&UpdateMetrics) -> f32) -> Option<f64> {
         (self.updates > 0).then(|| f64::from(of(&self.sum)) / f64::from(self.updates))
     }
+}
+
+/// One episode of the actor alone; `rng` draws the start noise.
+pub fn greedy_episode(task: &Arc<Task>, ddpg: &Ddpg, rng: &mut ChaCha8Rng) -> Trace {
+    let mut env = Environment::new(task.clone());
+    let mut observation = env.reset(rng);
+    let mut trace = Trace::default();
+    while let Ok(step) = trace.step(&mut env, to_action(&ddpg.act(&observation)), Source::Policy) {
+        observation = step.observation;
+    }
+    trace
 }
 
 /// The actor's two numbers as an action.

@@ -44,6 +44,7 @@ pub const VERBS: &[Verb] = &[
     verb("set", "KEY VALUE", "set any setting of the run by its JSON path, such as ddpg.critic_learning_rate 1e-4"),
     verb("model", "learned|true|uniform|FILE", "choose what predicts the rollouts behind the clusters"),
     verb("clusters", "[FILE]", "compute the action clusters anew, and save them to a file"),
+    verb("guide", "", "give the action clusters to the running training"),
     verb("out", "FOLDER", "choose the folder for runs"),
     verb("train", "[FOLDER] [until N]", "start a run; with `until`, pause it after N episodes"),
     verb("pause", "", "pause the run"),
@@ -91,6 +92,8 @@ pub enum Command {
     Model(PriorSource),
     /// Compute the action clusters anew.
     Clusters(Option<PathBuf>),
+    /// Give the action clusters to the running training.
+    Guide,
     /// Choose the folder for runs.
     Out(PathBuf),
     /// Start a run.
@@ -352,6 +355,7 @@ fn read(verb: &str, mut arguments: Arguments<'_>) -> Result<Command, String> {
         "set" => Command::Set { key: args.word("a key")?.to_owned(), value: args.word("a value")?.to_owned() },
         "model" => Command::Model(PriorSource::from(args.word("a model")?.to_owned())),
         "clusters" => Command::Clusters(args.path()),
+        "guide" => Command::Guide,
         "out" => Command::Out(args.word("a folder")?.into()),
         "train" => {
             let first = args.optional().map(str::to_owned);
@@ -434,6 +438,7 @@ impl fmt::Display for Command {
             Self::Set { key, value } => write!(f, "set {} {}", quote(key), quote(value)),
             Self::Model(source) => write!(f, "model {}", quote(&String::from(source.clone()))),
             Self::Clusters(file) => write!(f, "clusters{}", optional(file)),
+            Self::Guide => f.write_str("guide"),
             Self::Out(folder) => write!(f, "out {}", path(folder)),
             Self::Train { folder, until: at } => write!(f, "train{}{}", optional(folder), until(at)),
             Self::Pause => f.write_str("pause"),
@@ -502,6 +507,7 @@ mod tests {
         "set ddpg.gamma 0.9",
         "model true",
         "clusters",
+        "guide",
         "out runs",
         "train runs/a until 100",
         "pause",

@@ -1,0 +1,144 @@
+//! The session's figures: what it holds, as the data of a figure, into a file.
+
+use std::path::Path;
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::command::FigureKind;
+use super::runs::RunView;
+use super::session::{Session, SessionError};
+use crate::env::Placement;
+use crate::figures::{
+    ActionSamples, Animation, Cluster, Curve, CurvePanel, DEFAULT_DPI, Dashboard, Figure, LearningCurves, Moment,
+    Provenance, StageActions, Statistics, TaskActions, TaskGrid,
+};
+use crate::guidance::ActionPrior;
+use crate::physics::PHYSICS_DT;
+use crate::run::{EpisodeRecord, config_hash};
+use crate::task::Task;
+use crate::trainer::{Trace, WINDOW};
+
+/// Actions drawn from the clusters of each stage for a figure.
+const SAMPLES_PER_STAGE: usize = 200;
+/// Physics steps between two frames of an animation.
+const STEPS_PER_FRAME: usize = 3;
+/// Width of an animation in pixels.
+const ANIMATION_WIDTH: u16 = 480;
+
+impl Session {
+    /// Writes a figure of what the session holds, with its numbers as CSV beside it.
+    pub(super) fn export(&self, kind: FigureKind, path: &Path) -> Result<String, SessionError> {
+        let command = format!("figure {} {}", kind.name(), path.display());
+        let settings = self.run().map_or(self.config(), RunView::config);
+        let provenance = Provenance::new(command, &[settings.seed], config_hash(settings)?);
+        match kind {
+            FigureKind::Scene => {
+                TaskGrid { tasks: vec![self.task().clone()] }.write(path, &provenance, DEFAULT_DPI)?;
+            }
+            FigureKind::Clusters => {
+                let prior = self.prior().ok_or(SessionError::NoClusters)?;
+                let tasks = vec![sampled_actions(self.task(), prior, settings.seed)];
+                ActionSamples { tasks }.write(path, &provenance, DEFAULT_DPI)?;
+            }
+            FigureKind::Learning => learning_curves(self.runs()).write(path, &provenance, DEFAULT_DPI)?,
+            FigureKind::Dashboard => {
+                let run = self.run().ok_or(SessionError::NoRun)?;
+                dashboard(run).write(path, &provenance, DEFAULT_DPI)?;
+            }
+            FigureKind::Episode => {
+                let (task, trace) = self.episode_to_show()?;
+                animation(task, &trace).write_gif(path, &provenance, ANIMATION_WIDTH)?;
+            }
+        }
+        Ok(format!("wrote {}", path.display()))
+    }
+
+    /// The greedy episode of the current run, or the one played by hand.
+    fn episode_to_show(&self) -> Result<(&Task, Trace), SessionError> {
+        if !self.hand().trace().steps.is_empty() {
+            return Ok((self.hand().task(), self.hand().trace().clone()));
+        }
+        let run = self.run().ok_or(SessionError::NoRun)?;
+        Ok((&run.config().task, run.greedy_episode(run.config().seed)?))
+    }
+}
+
+/// The clusters of a prior and actions sampled from them, as figure 4 shows them.
+pub fn sampled_actions(task: &Task, prior: &ActionPrior, seed: u64) -> TaskActions {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let stages = prior.stages.iter().enumerate().map(|(number, stage)| StageActions {
+        samples: match stage.clusters.is_empty() {
+            true => Vec::new(),
+            false => (0..SAMPLES_PER_STAGE).map(|_| prior.sample(number, &mut rng)).collect(),
+        },
+        clusters: stage.clusters.iter().map(|c| Cluster { mean: c.mean, std: c.std, weight: c.weight }).collect(),
+    });
+    TaskActions { task: task.clone(), stages: stages.collect() }
+}
+
+/// Rolling success of each run, one panel a task.
+fn learning_curves(runs: &[RunView]) -> LearningCurves {
+    let mut panels: Vec<CurvePanel> = Vec::new();
+    for run in runs {
+        let config = run.config();
+        let curve = Curve {
+            label: format!("{}, epsilon {}, seed {}", config.method, config.epsilon, config.seed),
+            x: run.records().iter().map(|record| record.episode as f64).collect(),
+            y: run.records().iter().map(|record| record.rolling_success).collect(),
+            ..Curve::default()
+        };
+        match panels.iter_mut().find(|panel| panel.task == config.task.name) {
+            Some(panel) => panel.curves.push(curve),
+            None => panels.push(CurvePanel { task: config.task.name.clone(), curves: vec![curve] }),
+        }
+    }
+    let statistics = Statistics { centre: "single runs".to_owned(), interval: String::new(), seeds: 1 };
+    LearningCurves { greedy: false, window: WINDOW, statistics, panels }
+}
+
+fn dashboard(run: &RunView) -> Dashboard {
+    let config = run.config();
+    let column = |of: &dyn Fn(&EpisodeRecord) -> f64| run.records().iter().map(of).collect::<Vec<f64>>();
+    let optional = |of: fn(&EpisodeRecord) -> Option<f64>| column(&|record| of(record).unwrap_or(f64::NAN));
+    let greedy = |record: &EpisodeRecord| {
+        let evaluation = run.evaluations().iter().find(|evaluation| evaluation.episode == record.episode);
+        evaluation.map_or(f64::NAN, |evaluation| evaluation.success)
+    };
+    Dashboard {
+        title: format!("{} on {}, seed {}", config.method, config.task.name, config.seed),
+        window: WINDOW,
+        episode: column(&|record| record.episode as f64),
+        success: column(&|record| record.rolling_success),
+        greedy_success: column(&greedy),
+        episode_return: column(&|record| record.return_),
+        critic_loss: optional(|record| record.critic_loss),
+        actor_loss: optional(|record| record.actor_loss),
+        q_mean: optional(|record| record.mean_q),
+        saturation: optional(|record| record.action_saturation),
+        epsilon: column(&|record| record.epsilon),
+    }
+}
+
+fn animation(task: &Task, trace: &Trace) -> Animation {
+    let mut moments = Vec::new();
+    let mut placed = Vec::new();
+    let (mut reached, mut steps) = (0, 0);
+    for step in &trace.steps {
+        if step.placement == Placement::Placed {
+            placed.push(step.action);
+        }
+        for (i, ball) in step.path.iter().enumerate() {
+            if i + 1 == step.path.len() {
+                reached += step.subgoals.len() + usize::from(step.goal);
+            }
+            if (steps + i).is_multiple_of(STEPS_PER_FRAME) {
+                let time = (steps + i) as f32 * PHYSICS_DT;
+                moments.push(Moment { time, ball: *ball, placed: placed.clone(), reached });
+            }
+        }
+        steps += step.path.len();
+    }
+    let frame_ms = (STEPS_PER_FRAME as f32 * PHYSICS_DT * 1000.0) as u32;
+    Animation { task: task.clone(), moments, frame_ms, trail: 30 }
+}

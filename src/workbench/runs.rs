@@ -1,0 +1,225 @@
+//! A run as the workbench shows it: its log so far, and the trainer if it is ours.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::agent::Ddpg;
+use crate::run::{CheckpointName, EpisodeRecord, Event, EventReader, RunDirectory, RunError, RunState};
+use crate::trainer::{Control, LiveView, NETWORKS_SECTION, Phase, RunConfig, Trace, Trainer, greedy_episode};
+
+use super::SessionError;
+
+/// A greedy evaluation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EvaluationRecord {
+    /// Episodes finished before it.
+    pub episode: u64,
+    /// Fraction of its episodes that reached the goal.
+    pub success: f64,
+    /// Mean return of its episodes.
+    pub mean_return: f64,
+}
+
+/// A run, live or finished, ours or another process's: a reader of its log.
+#[derive(Debug)]
+pub struct RunView {
+    directory: RunDirectory,
+    config: RunConfig,
+    reader: EventReader,
+    records: Vec<EpisodeRecord>,
+    evaluations: Vec<EvaluationRecord>,
+    last: Option<Event>,
+    trainer: Option<Trainer>,
+    live: Option<LiveView>,
+    failure: Option<String>,
+}
+
+impl RunView {
+    /// Opens the run in a folder, to look at.
+    ///
+    /// # Errors
+    /// When there is no run, or one that cannot be read.
+    pub fn open(path: &Path) -> Result<Self, RunError> {
+        Self::new(RunDirectory::open(path)?)
+    }
+
+    pub(super) fn new(directory: RunDirectory) -> Result<Self, RunError> {
+        let config = directory.config()?;
+        let reader = directory.events();
+        Ok(Self {
+            directory,
+            config,
+            reader,
+            records: Vec::new(),
+            evaluations: Vec::new(),
+            last: None,
+            trainer: None,
+            live: None,
+            failure: None,
+        })
+    }
+
+    /// Begins to train it in this process.
+    pub(super) fn start(&mut self) -> Result<(), SessionError> {
+        self.failure = None;
+        self.trainer = Some(Trainer::spawn(self.directory.clone()).map_err(SessionError::Thread)?);
+        Ok(())
+    }
+
+    /// Reads what is new. Returns the new events, and whether anything changed.
+    pub(super) fn poll(&mut self) -> (Vec<Event>, bool) {
+        let mut changed = false;
+        let mut events = Vec::new();
+        match self.reader.poll() {
+            Ok(poll) => {
+                if poll.restarted {
+                    self.records.clear();
+                    self.evaluations.clear();
+                    changed = true;
+                }
+                self.failure = poll.problems.first().map(ToString::to_string).or(self.failure.take());
+                events.extend(poll.events.into_iter().map(|logged| logged.event));
+            }
+            Err(error) => self.failure = Some(error.to_string()),
+        }
+        for event in &events {
+            self.note(event);
+        }
+        if let Some(trainer) = &mut self.trainer {
+            if let Some(view) = trainer.watch().take() {
+                self.live = Some(view);
+                changed = true;
+            }
+            if let Some(outcome) = trainer.outcome() {
+                self.failure = outcome.err();
+                self.trainer = None;
+                changed = true;
+            }
+        }
+        changed |= !events.is_empty();
+        (events, changed)
+    }
+
+    fn note(&mut self, event: &Event) {
+        match event {
+            // A run that goes on after an interruption repeats the episodes after its checkpoint.
+            Event::Started { episode, .. } => {
+                self.records.truncate(*episode as usize);
+                self.evaluations.retain(|evaluation| evaluation.episode <= *episode);
+            }
+            Event::EpisodeFinished(record) => self.records.push(record.clone()),
+            Event::Evaluated { episode, success, mean_return, .. } => self.evaluations.push(EvaluationRecord {
+                episode: *episode,
+                success: *success,
+                mean_return: *mean_return,
+            }),
+            _ => {}
+        }
+        self.last = Some(event.clone());
+    }
+
+    /// Asks the trainer for something, if the run is ours and active.
+    pub(super) fn send(&self, control: Control) -> Result<(), SessionError> {
+        match &self.trainer {
+            Some(trainer) if trainer.is_active() => {
+                trainer.send(control);
+                Ok(())
+            }
+            _ => Err(SessionError::NotActive),
+        }
+    }
+
+    /// The run's files.
+    pub fn directory(&self) -> &RunDirectory {
+        &self.directory
+    }
+
+    /// The name of its folder.
+    pub fn name(&self) -> String {
+        self.directory.path().file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+    }
+
+    /// Its configuration.
+    pub fn config(&self) -> &RunConfig {
+        &self.config
+    }
+
+    /// The finished episodes, in order.
+    pub fn records(&self) -> &[EpisodeRecord] {
+        &self.records
+    }
+
+    /// The greedy evaluations, in order.
+    pub fn evaluations(&self) -> &[EvaluationRecord] {
+        &self.evaluations
+    }
+
+    /// The latest finished episode that was asked for, with its networks.
+    pub fn live(&self) -> Option<&LiveView> {
+        self.live.as_ref()
+    }
+
+    /// Asks for a [`LiveView`] of the next episode.
+    pub fn request_live(&self) {
+        if let Some(trainer) = &self.trainer {
+            trainer.watch().request();
+        }
+    }
+
+    /// What the trainer is doing, if the run is ours and active.
+    pub fn phase(&self) -> Option<Phase> {
+        self.trainer.as_ref().map(|trainer| trainer.watch().phase())
+    }
+
+    /// The action prior of the run, if the run is ours and has one.
+    pub fn prior(&self) -> Option<Arc<crate::guidance::ActionPrior>> {
+        self.trainer.as_ref().and_then(|trainer| trainer.watch().prior())
+    }
+
+    /// Whether this process trains it now.
+    pub fn is_active(&self) -> bool {
+        self.trainer.is_some()
+    }
+
+    /// What went wrong with it here, if anything.
+    pub fn failure(&self) -> Option<&str> {
+        self.failure.as_deref()
+    }
+
+    /// Whether somebody works on it, or how it ended.
+    pub fn state(&self) -> RunState {
+        let working = self.is_active();
+        match &self.last {
+            Some(Event::Finished { .. }) => RunState::Finished,
+            Some(Event::Stopped { reason, .. }) if !working => RunState::Stopped(reason.clone()),
+            Some(Event::Failed { reason, .. }) => RunState::Failed(reason.clone()),
+            Some(Event::Paused { .. }) if working => RunState::Paused,
+            _ if working => RunState::Running,
+            _ => match &self.failure {
+                Some(failure) => RunState::Failed(failure.clone()),
+                None => self.directory.status().map_or(RunState::Interrupted, |status| status.state),
+            },
+        }
+    }
+
+    /// The agent of the newest checkpoint.
+    ///
+    /// # Errors
+    /// When there is no checkpoint yet, or one that cannot be read.
+    pub fn saved_agent(&self) -> Result<Ddpg, SessionError> {
+        let checkpoint = self.directory.checkpoints().load(CheckpointName::Last)?;
+        Ok(Ddpg::load(checkpoint.section(NETWORKS_SECTION)?)?)
+    }
+
+    /// An episode of the greedy policy of the newest checkpoint.
+    ///
+    /// # Errors
+    /// As [`RunView::saved_agent`].
+    pub fn greedy_episode(&self, seed: u64) -> Result<Trace, SessionError> {
+        let agent = self.saved_agent()?;
+        Ok(greedy_episode(&self.config.task, &agent, &mut ChaCha8Rng::seed_from_u64(seed)))
+    }
+}

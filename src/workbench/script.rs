@@ -1,0 +1,150 @@
+//! Scripts: the command language in a file, one command a line.
+
+use std::path::{Path, PathBuf};
+
+use super::command::{Command, CommandError};
+use super::session::{Notice, Session, SessionError};
+
+/// Variables of a script, replaced where `${NAME}` stands.
+pub type Variables = [(String, String)];
+
+/// What is wrong with a script.
+#[derive(Debug, thiserror::Error)]
+pub enum ScriptError {
+    /// It cannot be read.
+    #[error("{}: {source}", path.display())]
+    Io { path: PathBuf, source: std::io::Error },
+    /// A line is no command.
+    #[error("{origin}:{line}: {error}")]
+    Syntax { origin: String, line: usize, error: CommandError },
+    /// A variable has no value.
+    #[error("{origin}:{line}: `${{{name}}}` has no value: give it with `--define {name}=VALUE`")]
+    Undefined { origin: String, line: usize, name: String },
+    /// A command could not be carried out.
+    #[error("{origin}:{line}: {error}")]
+    Command { origin: String, line: usize, error: SessionError },
+}
+
+/// A script that has been read whole: every line is known to be a command.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Script {
+    origin: String,
+    commands: Vec<(usize, Command)>,
+}
+
+impl Script {
+    /// Reads the script in a file.
+    ///
+    /// # Errors
+    /// As [`Script::parse`], and when the file cannot be read.
+    pub fn load(path: &Path, variables: &Variables) -> Result<Self, ScriptError> {
+        let text =
+            std::fs::read_to_string(path).map_err(|source| ScriptError::Io { path: path.to_owned(), source })?;
+        Self::parse(&text, &path.display().to_string(), variables)
+    }
+
+    /// Reads a script; `origin` names it in errors.
+    ///
+    /// # Errors
+    /// With the number of the first line that is no command or uses an unknown variable.
+    pub fn parse(text: &str, origin: &str, variables: &Variables) -> Result<Self, ScriptError> {
+        let mut commands = Vec::new();
+        for (index, line) in text.lines().enumerate() {
+            let (origin, number) = (origin.to_owned(), index + 1);
+            let line = substitute(line, variables)
+                .map_err(|name| ScriptError::Undefined { origin: origin.clone(), line: number, name })?;
+            match Command::parse(&line) {
+                Ok(Some(command)) => commands.push((number, command)),
+                Ok(None) => {}
+                Err(error) => return Err(ScriptError::Syntax { origin, line: number, error }),
+            }
+        }
+        Ok(Self { origin: origin.to_owned(), commands })
+    }
+
+    /// Carries the commands out, one after the other; `tell` sees each command with its
+    /// answer and what happens while the script waits. Ends at `quit`.
+    ///
+    /// # Errors
+    /// With the line of the first command that fails.
+    pub fn run(&self, session: &mut Session, mut tell: impl FnMut(Told<'_>)) -> Result<(), ScriptError> {
+        for (line, command) in &self.commands {
+            let outcome = match command {
+                Command::Wait => session.wait(|notice| tell(Told::Notice(notice))),
+                other => session.apply(other.clone()),
+            };
+            let failed = |error| ScriptError::Command { origin: self.origin.clone(), line: *line, error };
+            tell(Told::Answer(command, &outcome.map_err(failed)?));
+            if session.has_quit() {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What a running script tells.
+#[derive(Debug)]
+pub enum Told<'a> {
+    /// A command was carried out, with this answer.
+    Answer(&'a Command, &'a str),
+    /// Something happened in the background.
+    Notice(&'a Notice),
+}
+
+/// Replaces `${NAME}`; the error is the name that has no value.
+fn substitute(line: &str, variables: &Variables) -> Result<String, String> {
+    let mut result = String::new();
+    let mut rest = line;
+    while let Some(start) = rest.find("${") {
+        let Some(length) = rest[start..].find('}') else { break };
+        let name = &rest[start + 2..start + length];
+        let value = variables.iter().find(|(known, _)| known == name).ok_or_else(|| name.to_owned())?;
+        result.push_str(&rest[..start]);
+        result.push_str(&value.1);
+        rest = &rest[start + length + 1..];
+    }
+    Ok(result + rest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task;
+
+    fn session(folder: &Path) -> Session {
+        Session::new(task::load("task1").unwrap(), folder.to_owned())
+    }
+
+    #[test]
+    fn a_mistake_is_found_before_anything_runs() {
+        let error = Script::parse("task task1\n\n# fine\ntrian\n", "tour.mge", &[]).unwrap_err().to_string();
+        assert_eq!(error, "tour.mge:4: unknown command `trian`: did you mean `train`?");
+    }
+
+    #[test]
+    fn variables_are_replaced() {
+        let variables = [("seed".to_owned(), "7".to_owned())];
+        let script = Script::parse("seed ${seed}", "s", &variables).unwrap();
+        assert_eq!(script.commands, [(1, Command::Seed(7))]);
+        let error = Script::parse("seed ${sed}", "s", &variables).unwrap_err().to_string();
+        assert!(error.starts_with("s:1: `${sed}` has no value"), "{error}");
+    }
+
+    #[test]
+    fn an_expectation_that_fails_names_its_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let script = Script::parse("expect subgoals = 1\nsubgoal add 0 0\nexpect subgoals = 1", "s", &[]).unwrap();
+        let error = script.run(&mut session(folder.path()), |_| {}).unwrap_err().to_string();
+        assert_eq!(error, "s:3: expected subgoals = 1, but it is 2");
+    }
+
+    #[test]
+    fn a_run_waits_at_the_episode_it_was_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let text = "method ddpg\nepisodes 6\ntrain until 3\nwait\nexpect episodes = 3\nresume\nwait\nexpect episodes = 6";
+        let mut session = session(folder.path());
+        Script::parse(text, "s", &[]).unwrap().run(&mut session, |_| {}).unwrap();
+        assert_eq!(session.run().unwrap().state(), crate::run::RunState::Finished);
+    }
+}

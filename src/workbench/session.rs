@@ -1,0 +1,529 @@
+//! The session: the one place where the state of the workbench lives.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::command::{Command, Expectation, Quantity};
+use super::hand::HandPlay;
+use super::prior_job::{PriorJob, PriorKey};
+use super::runs::RunView;
+use crate::env::EpisodeOver;
+use crate::guidance::{ActionPrior, EpsilonSchedule};
+use crate::run::{Event, RunDirectory, RunError, RunState};
+use crate::task::{Editor, Problem, Task, TaskError, load, save};
+use crate::trainer::{Control, RunConfig, RunConfigError, SettingError};
+
+/// A command that could not be carried out.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// The task file.
+    #[error(transparent)]
+    Task(#[from] TaskError),
+    /// An edit.
+    #[error(transparent)]
+    Edit(#[from] Problem),
+    /// A setting.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
+    /// The configuration.
+    #[error(transparent)]
+    Config(#[from] RunConfigError),
+    /// A run's files.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// A saved agent.
+    #[error(transparent)]
+    Agent(#[from] crate::agent::StateError),
+    /// Hand play.
+    #[error("the episode is over: `reset` begins another")]
+    Episode(#[from] EpisodeOver),
+    /// No run to act on.
+    #[error("there is no run: `train` begins one, `open FOLDER` opens one")]
+    NoRun,
+    /// The run is not being trained here.
+    #[error("the run is not being trained by this program: `continue` goes on with it")]
+    NotActive,
+    /// A run is being trained already.
+    #[error("{0} is being trained: `stop` it, or wait for its end, before the next")]
+    Busy(String),
+    /// Nothing to undo or redo.
+    #[error("there is nothing to {0}")]
+    Nothing(&'static str),
+    /// The task was not loaded from a file.
+    #[error("{0} is a shipped task: name the file to save to, such as `save my-task.json`")]
+    NoFile(String),
+    /// No clusters yet.
+    #[error("there are no action clusters: `clusters` computes them")]
+    NoClusters,
+    /// A computation failed.
+    #[error("{0}")]
+    Failed(String),
+    /// A file could not be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Write { path: PathBuf, source: std::io::Error },
+    /// The system has no more threads.
+    #[error("cannot start a thread: {0}")]
+    Thread(std::io::Error),
+    /// An expectation does not hold.
+    #[error("expected {} {} {}, but it is {found}", expected.quantity.name(), expected.comparison.sign(), expected.value)]
+    Expectation { expected: Expectation, found: f64 },
+}
+
+/// Something worth telling that happened in the background.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Notice {
+    /// The clusters' build reached a stage.
+    PriorStage { stage: usize, stages: usize },
+    /// The clusters are there.
+    PriorReady,
+    /// The clusters could not be computed.
+    PriorFailed(String),
+    /// Something happened in a run.
+    Run { index: usize, event: Event },
+    /// Something else that is seen changed.
+    Changed,
+}
+
+/// How the clusters stand to the present task and settings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PriorState {
+    /// There are none.
+    Absent,
+    /// They are being computed: the stage, from 0, of so many.
+    Building { stage: usize, stages: usize },
+    /// They belong to the task and settings as they are.
+    Fresh,
+    /// Task or settings have changed since.
+    Stale,
+}
+
+/// Everything the workbench knows. Changed by commands, and by [`Session::poll`], which
+/// takes in what the background threads have done.
+#[derive(Debug)]
+pub struct Session {
+    editor: Editor,
+    file: Option<PathBuf>,
+    settings: RunConfig,
+    prior: Option<(PriorKey, Arc<ActionPrior>)>,
+    job: Option<PriorJob>,
+    job_stage: Option<usize>,
+    runs: Vec<RunView>,
+    current: Option<usize>,
+    folder: PathBuf,
+    hand: HandPlay,
+    journal: Vec<Command>,
+    quit: bool,
+}
+
+impl Session {
+    /// A session on a task, with `folder` for its runs.
+    pub fn new(task: Task, folder: PathBuf) -> Self {
+        let settings = RunConfig::new(Arc::new(task.clone()));
+        Self {
+            hand: HandPlay::new(settings.task.clone(), settings.seed),
+            editor: Editor::new(task),
+            file: None,
+            settings,
+            prior: None,
+            job: None,
+            job_stage: None,
+            runs: Vec::new(),
+            current: None,
+            folder,
+            journal: Vec::new(),
+            quit: false,
+        }
+    }
+
+    /// Carries out a command and returns what to tell the person.
+    ///
+    /// # Errors
+    /// When the command cannot be carried out; nothing has changed then.
+    pub fn apply(&mut self, command: Command) -> Result<String, SessionError> {
+        let told = self.carry_out(&command)?;
+        self.journal.push(command);
+        Ok(told)
+    }
+
+    fn carry_out(&mut self, command: &Command) -> Result<String, SessionError> {
+        match command {
+            Command::Task(name) => self.load_task(name),
+            Command::Save(path) => self.save_task(path.as_deref()),
+            Command::Undo => self.step_history(Editor::undo, "undo"),
+            Command::Redo => self.step_history(Editor::redo, "redo"),
+            Command::Edit(edit) => {
+                self.editor.apply(edit)?;
+                self.task_changed();
+                Ok("task edited".to_owned())
+            }
+            Command::Seed(seed) => {
+                self.settings.seed = *seed;
+                Ok(format!("seed {seed}"))
+            }
+            Command::Method(method) => {
+                self.settings.method = *method;
+                Ok(format!("method {method}"))
+            }
+            Command::Episodes(episodes) => self.set("episodes", &episodes.to_string()),
+            Command::Epsilon(schedule) => self.set_schedule(schedule),
+            Command::Set { key, value } => self.set(key, value),
+            Command::Model(source) => {
+                self.settings.prior = source.clone();
+                Ok(format!("model {}", String::from(source.clone())))
+            }
+            Command::Clusters(file) => self.compute_clusters(file.as_deref()),
+            Command::Guide => self.guide(),
+            Command::Out(folder) => {
+                self.folder.clone_from(folder);
+                Ok(format!("runs go to {}", folder.display()))
+            }
+            Command::Train { folder, until } => self.train(folder.as_deref(), *until),
+            Command::Pause => self.send(Control::Pause, "pausing after this episode"),
+            Command::Resume { until } => self.resume(*until),
+            Command::Stop => {
+                self.send(Control::Stop { reason: "asked to".to_owned() }, "stopping after this episode")
+            }
+            Command::Wait => self.wait(|_| {}),
+            Command::Open(folder) => self.open(folder),
+            Command::Continue(folder) => self.continue_run(folder.as_deref()),
+            Command::Evaluate => self.evaluate(),
+            Command::Place(action) => self.place(*action),
+            Command::Reset => {
+                self.hand = HandPlay::new(self.settings.task.clone(), self.settings.seed);
+                Ok("a new episode".to_owned())
+            }
+            Command::Figure { kind, path } => self.export(*kind, path),
+            Command::Expect(expectation) => self.expect(expectation),
+            Command::Quit => {
+                self.quit = true;
+                Ok(String::new())
+            }
+        }
+    }
+
+    /// Takes in what happened in the background since the last call.
+    pub fn poll(&mut self) -> Vec<Notice> {
+        let mut notices = Vec::new();
+        self.poll_job(&mut notices);
+        for (index, run) in self.runs.iter_mut().enumerate() {
+            let (events, changed) = run.poll();
+            if changed && events.is_empty() {
+                notices.push(Notice::Changed);
+            }
+            notices.extend(events.into_iter().map(|event| Notice::Run { index, event }));
+        }
+        notices
+    }
+
+    fn poll_job(&mut self, notices: &mut Vec<Notice>) {
+        let Some(job) = &mut self.job else { return };
+        let stage = job.stage();
+        if self.job_stage != Some(stage) {
+            self.job_stage = Some(stage);
+            notices.push(Notice::PriorStage { stage, stages: job.stages });
+        }
+        if let Some(outcome) = job.outcome() {
+            let key = job.key.clone();
+            self.job = None;
+            self.job_stage = None;
+            notices.push(match outcome {
+                Ok(prior) => {
+                    self.prior = Some((key, Arc::new(prior)));
+                    Notice::PriorReady
+                }
+                Err(reason) => Notice::PriorFailed(reason),
+            });
+        }
+    }
+
+    /// Waits until no run is being trained and no clusters are being computed; `tell`
+    /// sees what happens meanwhile.
+    ///
+    /// # Errors
+    /// When the clusters or a run failed.
+    pub fn wait(&mut self, mut tell: impl FnMut(&Notice)) -> Result<String, SessionError> {
+        loop {
+            let idle = self.is_idle();
+            for notice in self.poll() {
+                tell(&notice);
+                match notice {
+                    Notice::PriorFailed(reason) => return Err(SessionError::Failed(reason)),
+                    Notice::Run { index, event: Event::Failed { reason, .. } } if Some(index) == self.current => {
+                        return Err(SessionError::Failed(reason));
+                    }
+                    _ => {}
+                }
+            }
+            if idle {
+                break;
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        match self.run().and_then(RunView::failure) {
+            Some(reason) => Err(SessionError::Failed(reason.to_owned())),
+            None => Ok("nothing is under way".to_owned()),
+        }
+    }
+
+    /// Whether nothing is under way but what is paused.
+    pub fn is_idle(&self) -> bool {
+        self.job.is_none() && self.runs.iter().all(|run| !run.is_active() || run.state() == RunState::Paused)
+    }
+
+    fn load_task(&mut self, name: &str) -> Result<String, SessionError> {
+        let task = load(name)?;
+        self.file = Path::new(name).is_file().then(|| PathBuf::from(name));
+        self.editor = Editor::new(task);
+        self.job = None;
+        self.task_changed();
+        Ok(format!("task {}: {}", self.task().name, self.task().description))
+    }
+
+    fn save_task(&mut self, path: Option<&Path>) -> Result<String, SessionError> {
+        let path = path.or(self.file.as_deref()).ok_or_else(|| SessionError::NoFile(self.task().name.clone()))?.to_owned();
+        let mut task = self.task().clone();
+        if let Some(stem) = path.file_stem() {
+            task.name = stem.to_string_lossy().into_owned();
+        }
+        save(&task, &path)?;
+        self.editor.mark_saved(task.name);
+        self.file = Some(path.clone());
+        self.task_changed();
+        Ok(format!("saved to {}", path.display()))
+    }
+
+    fn step_history(&mut self, step: fn(&mut Editor) -> bool, name: &'static str) -> Result<String, SessionError> {
+        if !step(&mut self.editor) {
+            return Err(SessionError::Nothing(name));
+        }
+        self.task_changed();
+        Ok(name.to_owned())
+    }
+
+    fn task_changed(&mut self) {
+        self.settings.task = Arc::new(self.editor.task().clone());
+        self.hand = HandPlay::new(self.settings.task.clone(), self.settings.seed);
+    }
+
+    fn set(&mut self, key: &str, value: &str) -> Result<String, SessionError> {
+        self.settings = self.settings.with_setting(key, value)?;
+        Ok(format!("{key} = {value}"))
+    }
+
+    fn set_schedule(&mut self, schedule: &EpsilonSchedule) -> Result<String, SessionError> {
+        self.settings.epsilon = schedule.clone();
+        match self.run().map(|run| run.send(Control::SetSchedule(schedule.clone()))) {
+            Some(Ok(())) => Ok(format!("epsilon {schedule}, from the next episode on")),
+            _ => Ok(format!("epsilon {schedule}")),
+        }
+    }
+
+    fn compute_clusters(&mut self, file: Option<&Path>) -> Result<String, SessionError> {
+        self.settings.validate()?;
+        self.job = Some(PriorJob::spawn(&self.settings).map_err(SessionError::Thread)?);
+        let Some(path) = file else { return Ok("computing the action clusters".to_owned()) };
+        self.wait(|_| {})?;
+        let prior = self.prior().ok_or(SessionError::NoClusters)?;
+        crate::atomic::write(path, prior.to_json().as_bytes())
+            .map_err(|source| SessionError::Write { path: path.to_owned(), source })?;
+        Ok(format!("saved the action clusters to {}", path.display()))
+    }
+
+    /// Gives the present clusters to the running training.
+    fn guide(&mut self) -> Result<String, SessionError> {
+        let prior = self.prior().ok_or(SessionError::NoClusters)?.clone();
+        let run = self.run().ok_or(SessionError::NoRun)?;
+        let (there, here) = (run.config().task.subgoals.len(), prior.stages.len() - 1);
+        if there != here {
+            let message = format!("the clusters are for {here} subgoals, but the run's task has {there}");
+            return Err(SessionError::Failed(message));
+        }
+        run.send(Control::SetPrior(prior))?;
+        Ok("the training takes the clusters at its next episode".to_owned())
+    }
+
+    fn train(&mut self, folder: Option<&Path>, until: Option<u32>) -> Result<String, SessionError> {
+        self.refuse_if_busy()?;
+        self.settings.validate()?;
+        let path = folder.map_or_else(|| self.free_folder(), Path::to_owned);
+        let directory = RunDirectory::create(&path, &self.settings)?;
+        self.start(RunView::new(directory)?, until)?;
+        Ok(format!("training in {}", path.display()))
+    }
+
+    fn continue_run(&mut self, folder: Option<&Path>) -> Result<String, SessionError> {
+        self.refuse_if_busy()?;
+        let path = match folder {
+            Some(folder) => folder.to_owned(),
+            None => self.run().ok_or(SessionError::NoRun)?.directory().path().to_owned(),
+        };
+        let view = RunView::open(&path)?;
+        self.runs.retain(|run| run.directory().path() != path);
+        self.start(view, None)?;
+        Ok(format!("going on with {}", path.display()))
+    }
+
+    fn start(&mut self, mut view: RunView, until: Option<u32>) -> Result<(), SessionError> {
+        view.start()?;
+        if let Some(episodes) = until {
+            view.send(Control::Advance(episodes))?;
+        }
+        self.runs.push(view);
+        self.current = Some(self.runs.len() - 1);
+        Ok(())
+    }
+
+    fn refuse_if_busy(&self) -> Result<(), SessionError> {
+        match self.run().filter(|run| run.is_active()) {
+            Some(run) => Err(SessionError::Busy(run.name())),
+            None => Ok(()),
+        }
+    }
+
+    /// A folder for a new run that does not exist yet.
+    fn free_folder(&self) -> PathBuf {
+        let RunConfig { task, method, seed, .. } = &self.settings;
+        let base = format!("{}-{method}-seed{seed}", task.name);
+        let candidates = std::iter::once(base.clone()).chain((2..).map(|n| format!("{base}-{n}")));
+        let mut paths = candidates.map(|name| self.folder.join(name));
+        // The second iterator does not end.
+        paths.find(|path| !path.exists()).unwrap_or_else(|| self.folder.join(base))
+    }
+
+    fn resume(&mut self, until: Option<u32>) -> Result<String, SessionError> {
+        let done = self.run().ok_or(SessionError::NoRun)?.records().len() as u32;
+        match until {
+            Some(episode) => self.send(Control::Advance(episode.saturating_sub(done)), "going on"),
+            None => self.send(Control::Resume, "going on"),
+        }
+    }
+
+    fn send(&self, control: Control, told: &str) -> Result<String, SessionError> {
+        self.run().ok_or(SessionError::NoRun)?.send(control)?;
+        Ok(told.to_owned())
+    }
+
+    fn open(&mut self, folder: &Path) -> Result<String, SessionError> {
+        let known = self.runs.iter().position(|run| run.directory().path() == folder);
+        let index = match known {
+            Some(index) => index,
+            None => {
+                let mut view = RunView::open(folder)?;
+                view.poll();
+                self.runs.push(view);
+                self.runs.len() - 1
+            }
+        };
+        self.current = Some(index);
+        Ok(format!("opened {}", folder.display()))
+    }
+
+    fn evaluate(&mut self) -> Result<String, SessionError> {
+        let trace = self.run().ok_or(SessionError::NoRun)?.greedy_episode(self.settings.seed)?;
+        let outcome = if trace.reached_goal() { "reaches the goal" } else { "does not reach the goal" };
+        Ok(format!("the greedy policy {outcome} in {} actions, return {:.2}", trace.steps.len(), trace.total_reward()))
+    }
+
+    fn place(&mut self, action: [f32; 2]) -> Result<String, SessionError> {
+        let step = self.hand.place(action)?;
+        let end = step.end.map(|end| format!("; the episode is over: {end}")).unwrap_or_default();
+        Ok(format!("{:?}, reward {:.2}{end}", step.placement, step.reward).to_lowercase())
+    }
+
+    fn expect(&mut self, expected: &Expectation) -> Result<String, SessionError> {
+        self.poll();
+        let run = || self.run().ok_or(SessionError::NoRun);
+        let found = match expected.quantity {
+            Quantity::Episodes => run()?.records().len() as f64,
+            Quantity::Success => run()?.records().last().map_or(0.0, |record| record.rolling_success),
+            Quantity::Greedy => run()?.evaluations().last().map_or(0.0, |evaluation| evaluation.success),
+            Quantity::Clusters => {
+                let prior = self.prior().ok_or(SessionError::NoClusters)?;
+                prior.stages.iter().map(|stage| stage.clusters.len()).sum::<usize>() as f64
+            }
+            Quantity::Subgoals => self.task().subgoals.len() as f64,
+        };
+        let Expectation { comparison, value, .. } = *expected;
+        if comparison.holds(found, value) {
+            Ok(format!("{} is {found}", expected.quantity.name()))
+        } else {
+            Err(SessionError::Expectation { expected: *expected, found })
+        }
+    }
+
+    /// The task as edited.
+    pub fn task(&self) -> &Task {
+        self.editor.task()
+    }
+
+    /// Whether the task has edits that are not saved.
+    pub fn is_dirty(&self) -> bool {
+        self.editor.is_dirty()
+    }
+
+    /// Whether there is an edit to undo.
+    pub fn can_undo(&self) -> bool {
+        self.editor.can_undo()
+    }
+
+    /// Whether there is an edit to redo.
+    pub fn can_redo(&self) -> bool {
+        self.editor.can_redo()
+    }
+
+    /// The file of the task, if it is not a shipped one.
+    pub fn file(&self) -> Option<&Path> {
+        self.file.as_deref()
+    }
+
+    /// The settings of the next run.
+    pub fn config(&self) -> &RunConfig {
+        &self.settings
+    }
+
+    /// The action clusters, fresh or stale.
+    pub fn prior(&self) -> Option<&Arc<ActionPrior>> {
+        self.prior.as_ref().map(|(_, prior)| prior)
+    }
+
+    /// How the clusters stand to the present task and settings.
+    pub fn prior_state(&self) -> PriorState {
+        match (&self.job, &self.prior) {
+            (Some(job), _) => PriorState::Building { stage: job.stage(), stages: job.stages },
+            (None, None) => PriorState::Absent,
+            (None, Some((key, _))) if *key == PriorKey::of(&self.settings) => PriorState::Fresh,
+            (None, Some(_)) => PriorState::Stale,
+        }
+    }
+
+    /// All runs of the session.
+    pub fn runs(&self) -> &[RunView] {
+        &self.runs
+    }
+
+    /// The run that commands act on.
+    pub fn run(&self) -> Option<&RunView> {
+        self.current.map(|index| &self.runs[index])
+    }
+
+    /// The folder for new runs.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The episode played by hand.
+    pub fn hand(&self) -> &HandPlay {
+        &self.hand
+    }
+
+    /// The commands carried out so far.
+    pub fn journal(&self) -> &[Command] {
+        &self.journal
+    }
+
+    /// Whether `quit` was given.
+    pub fn has_quit(&self) -> bool {
+        self.quit
+    }
+}
