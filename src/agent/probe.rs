@@ -155,7 +155,8 @@ fn push_to_the_middle(x: f32, a: f32) -> (f32, f32) {
 
 #[test]
 fn a_small_task_is_solved_close_to_its_optimum() {
-    let config = DdpgConfig { warmup_steps: 200, ..config() };
+    let config =
+        DdpgConfig { warmup_steps: 200, tau: 0.01, actor_learning_rate: 3e-4, critic_learning_rate: 1e-3, ..config() };
     let streams = Streams { noise: rng(4), replay: rng(5) };
     let mut learner = Learner::new(1, 1, &config, &mut rng(3), streams).unwrap();
     let mut starts = rng(6);
@@ -172,7 +173,7 @@ fn a_small_task_is_solved_close_to_its_optimum() {
         regret / 21.0
     };
     let before = regret(&learner);
-    for _ in 0..200 {
+    for _ in 0..600 {
         learner.start_episode();
         let mut x: f32 = starts.gen_range(-1.0..1.0);
         for _ in 0..10 {

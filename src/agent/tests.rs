@@ -1,0 +1,253 @@
+//! Promises of the agent: the target update, equal runs, resuming to the bit, clear errors.
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::{Batch, Checkpoint, Ddpg, DdpgConfig, Learner, ReplayError, StateError, Streams, Transition, UpdateError};
+use crate::nn::{OptimiserKind, TensorFile};
+
+const OBSERVATION: usize = 5;
+const ACTION: usize = 2;
+
+fn rng(seed: u64) -> ChaCha8Rng {
+    ChaCha8Rng::seed_from_u64(seed)
+}
+
+fn small() -> DdpgConfig {
+    DdpgConfig { hidden: 16, batch_size: 32, replay_capacity: 100, warmup_steps: 20, ..DdpgConfig::default() }
+}
+
+fn learner(config: &DdpgConfig, seed: u64) -> Learner {
+    let streams = Streams { noise: rng(seed + 1), replay: rng(seed + 2) };
+    Learner::new(OBSERVATION, ACTION, config, &mut rng(seed), streams).unwrap()
+}
+
+/// Lets the learner live through steps number `steps` of a made-up world, in which everything
+/// follows from its actions.
+fn live(learner: &mut Learner, steps: std::ops::Range<usize>) {
+    for step in steps {
+        if step % 10 == 0 {
+            learner.start_episode();
+        }
+        let observation: [f32; OBSERVATION] = std::array::from_fn(|i| ((step * OBSERVATION + i) as f32).sin());
+        let action = learner.explore(&observation);
+        let next_observation = observation.map(|x| x + action[0]);
+        let transition = Transition {
+            observation: &observation,
+            action: &action,
+            reward: action[1] - observation[0],
+            next_observation: &next_observation,
+            terminated: step % 10 == 9,
+        };
+        learner.record(transition).unwrap();
+        learner.learn().unwrap();
+    }
+}
+
+fn any_batch(seed: u64) -> Batch {
+    let mut rng = rng(seed);
+    let mut numbers = |n: usize| (0..n).map(|_| rng.gen_range(-1.0..1.0)).collect::<Vec<f32>>();
+    Batch {
+        observations: numbers(8 * OBSERVATION),
+        actions: numbers(8 * ACTION),
+        rewards: numbers(8),
+        next_observations: numbers(8 * OBSERVATION),
+        terminated: vec![false; 8],
+    }
+}
+
+/// All tensors of the agent by name.
+fn tensors(ddpg: &Ddpg) -> Vec<(String, Vec<f32>)> {
+    let bytes = ddpg.save();
+    let file = safetensors::SafeTensors::deserialize(&bytes).unwrap();
+    let mut tensors: Vec<_> = file.tensors();
+    tensors.sort_by(|a, b| a.0.cmp(&b.0));
+    let values = |data: &[u8]| data.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
+    tensors.into_iter().map(|(name, view)| (name, values(view.data()))).collect()
+}
+
+#[test]
+fn targets_start_equal_and_follow_by_tau() {
+    let tau = 0.25;
+    let mut ddpg = Ddpg::new(OBSERVATION, ACTION, &DdpgConfig { tau, ..small() }, &mut rng(1)).unwrap();
+    let before = tensors(&ddpg);
+    ddpg.update(&any_batch(2)).unwrap();
+    let after = tensors(&ddpg);
+    let find = |all: &[(String, Vec<f32>)], name: &str| all.iter().find(|(found, _)| found == name).unwrap().1.clone();
+    for network in ["actor", "critic"] {
+        for tensor in (0..3).flat_map(|i| [format!("{i}.weight"), format!("{i}.bias")]) {
+            let online = format!("{network}.{tensor}");
+            let target = format!("target_{online}");
+            assert_eq!(find(&before, &online), find(&before, &target));
+            assert_ne!(find(&before, &online), find(&after, &online), "{online} did not learn");
+            let old = find(&before, &target);
+            let new = find(&after, &online);
+            for ((old, new), found) in old.iter().zip(&new).zip(find(&after, &target)) {
+                let expected = tau * new + (1.0 - tau) * old;
+                assert!((found - expected).abs() < 1e-6, "{target}: {found}, not {expected}");
+            }
+        }
+    }
+}
+
+#[test]
+fn metrics_are_those_of_the_batch() {
+    let mut ddpg = Ddpg::new(OBSERVATION, ACTION, &small(), &mut rng(1)).unwrap();
+    let batch = any_batch(2);
+    let q = ddpg.q_values(&batch.observations, &batch.actions);
+    // Before the first update the targets are the networks themselves.
+    let next_q = ddpg.q_values(&batch.next_observations, &ddpg.act(&batch.next_observations));
+    let loss = (0..8).map(|i| (batch.rewards[i] + 0.99 * next_q[i]).clamp(-1.0, 16.0) - q[i]);
+    let loss = loss.map(|error| error * error).sum::<f32>() / 8.0;
+    let metrics = ddpg.update(&batch).unwrap();
+    assert!((metrics.critic_loss - loss).abs() < 1e-5, "{metrics:?}, expected {loss}");
+    assert!((metrics.mean_q - q.iter().sum::<f32>() / 8.0).abs() < 1e-5, "{metrics:?}");
+    assert!((metrics.max_q - q.iter().copied().fold(f32::MIN, f32::max)).abs() < 1e-5);
+    assert!(metrics.critic_gradient_norm > 0.0 && metrics.actor_gradient_norm > 0.0);
+    assert_eq!(ddpg.updates(), 1);
+}
+
+#[test]
+fn one_observation_serves_many_actions() {
+    let ddpg = Ddpg::new(OBSERVATION, ACTION, &small(), &mut rng(1)).unwrap();
+    let (observation, actions) = ([0.5; OBSERVATION], [0.1, 0.2, 0.3, 0.4]);
+    assert_eq!(ddpg.q_values(&observation, &actions), ddpg.q_values(&[0.5; 2 * OBSERVATION], &actions));
+}
+
+#[test]
+fn updates_start_after_the_warm_up() {
+    let config = DdpgConfig { updates_per_step: 3, ..small() };
+    let mut learner = learner(&config, 1);
+    assert_eq!(learner.learn().unwrap(), None);
+    live(&mut learner, 0..19);
+    assert_eq!((learner.recorded(), learner.ddpg().updates()), (19, 0));
+    live(&mut learner, 19..30);
+    assert_eq!((learner.recorded(), learner.ddpg().updates()), (30, 33));
+}
+
+#[test]
+fn equal_seeds_give_equal_bytes() {
+    let run = |seed| {
+        let mut learner = learner(&small(), seed);
+        live(&mut learner, 0..150);
+        learner.save()
+    };
+    assert_eq!(run(1), run(1));
+    assert_ne!(run(1), run(2));
+}
+
+#[test]
+fn threads_change_nothing() {
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            // Full width: small products are not worth sharing out.
+            let config = DdpgConfig { hidden: 64, batch_size: 256, ..small() };
+            let mut learner = learner(&config, 1);
+            live(&mut learner, 0..60);
+            learner.save()
+        })
+    };
+    assert_eq!(run(1), run(4));
+}
+
+#[test]
+fn a_loaded_learner_goes_on_to_the_bit() {
+    for optimiser in [OptimiserKind::Adam, OptimiserKind::Sgd, OptimiserKind::RmsProp] {
+        let config = DdpgConfig { optimiser, ..small() };
+        let mut whole = learner(&config, 1);
+        live(&mut whole, 0..240);
+        // Stopped within an episode, with the ring once around.
+        let mut first = learner(&config, 1);
+        first.set_noise_scale(1.0);
+        live(&mut first, 0..125);
+        let mut second = Learner::load(&first.save()).unwrap();
+        assert_eq!(second.save(), first.save());
+        live(&mut second, 125..240);
+        assert!(second.save() == whole.save(), "{optimiser:?} went another way");
+    }
+}
+
+#[test]
+fn an_agent_is_loaded_from_its_own_bytes_and_from_a_checkpoint() {
+    let mut learner = learner(&small(), 1);
+    live(&mut learner, 0..50);
+    let checkpoint = learner.save();
+    for bytes in [learner.ddpg().save(), checkpoint.networks] {
+        let ddpg = Ddpg::load(&bytes).unwrap();
+        assert_eq!(ddpg.save(), learner.ddpg().save());
+        assert_eq!(ddpg.act(&[0.1; OBSERVATION]), learner.ddpg().act(&[0.1; OBSERVATION]));
+    }
+}
+
+#[test]
+fn damaged_checkpoints_are_refused() {
+    let mut one = learner(&small(), 1);
+    live(&mut one, 0..30);
+    let good = one.save();
+    let cut = Checkpoint { networks: good.networks[..100].to_vec(), ..good.clone() };
+    assert!(matches!(Learner::load(&cut), Err(StateError::Tensors(_))));
+    let cut = Checkpoint { replay: good.replay[..100].to_vec(), ..good.clone() };
+    assert!(matches!(Learner::load(&cut), Err(StateError::Replay(ReplayError::Damaged(_)))));
+    let other = Checkpoint { replay: learner(&small(), 1).save().replay, ..good.clone() };
+    assert_eq!(Learner::load(&other).unwrap_err(), StateError::Foreign);
+    let no_learner = Checkpoint { networks: one.ddpg().save(), ..good };
+    assert!(matches!(Learner::load(&no_learner), Err(StateError::Metadata { .. })));
+}
+
+#[test]
+fn wrong_metadata_is_refused_with_the_reason() {
+    let good = learner(&small(), 1).save();
+    let changed = |change: &dyn Fn(&str) -> String| {
+        let mut file = TensorFile::from_bytes(&good.networks).unwrap();
+        let text = change(&file.metadata["agent"]);
+        file.metadata.insert("agent".to_owned(), text);
+        Ddpg::load(&file.to_bytes()).unwrap_err().to_string()
+    };
+    for (from, to, message) in [
+        (r#""version":1"#, r#""version":2"#, "has format 2, but this program reads 1"),
+        (r#""tau":0.005"#, r#""tau":7"#, "`tau` is 7, but must be above 0 and at most 1"),
+        (r#""tau""#, r#""tao""#, "unknown field `tao`"),
+        (r#""optimiser":"adam""#, r#""optimiser":"sgd""#, "another kind than the config says"),
+        (r#""hidden":16"#, r#""hidden":17"#, "has shape"),
+        (r#""observation_len":5"#, r#""observation_len":0"#, "vectors of 0 and 2 numbers"),
+        (r#""action_len":2"#, r#""action_len":18446744073709551615"#, "vectors of 5 and 18446744073709551615 numbers"),
+    ] {
+        let found = changed(&|text| {
+            assert!(text.contains(from), "{text}");
+            text.replace(from, to)
+        });
+        assert!(found.contains(message), "{found}");
+    }
+}
+
+#[test]
+fn batches_that_do_not_fit_are_refused() {
+    let mut ddpg = Ddpg::new(OBSERVATION, ACTION, &small(), &mut rng(1)).unwrap();
+    let before = ddpg.save();
+    let mut batch = any_batch(2);
+    batch.actions.pop();
+    let error = ddpg.update(&batch).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "a batch of 8 transitions with 40 observation and 15 action numbers does not fit an agent \
+         with 5 and 2 of them"
+    );
+    assert!(matches!(ddpg.update(&Batch::default()), Err(UpdateError::Batch { rows: 0, .. })));
+    assert_eq!(ddpg.save(), before);
+}
+
+#[test]
+fn divergence_is_an_error_and_changes_nothing() {
+    let config = DdpgConfig { target_clamp: None, ..small() };
+    let mut ddpg = Ddpg::new(OBSERVATION, ACTION, &config, &mut rng(1)).unwrap();
+    let before = ddpg.save();
+    let mut batch = any_batch(2);
+    batch.rewards[3] = 1e30;
+    assert_eq!(
+        ddpg.update(&batch).unwrap_err().to_string(),
+        "the critic loss is inf at update 1: learning has diverged; lower the learning rates or \
+         set `target_clamp`"
+    );
+    assert_eq!(ddpg.save(), before);
+}
