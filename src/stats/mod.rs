@@ -1,1 +1,30 @@
-//! Statistics of runs: rolling success, interquartile mean, bootstrap intervals.
+//! Statistics of runs: pure functions from scores to numbers one can defend.
+//!
+//! - [`rolling`]: rolling success rate and mean over the last episodes;
+//! - [`efficiency`]: episodes to a threshold, area under the learning curve;
+//! - [`scores`], [`aggregate`]: scores of runs by task; mean, median, interquartile mean;
+//! - [`bootstrap`]: confidence intervals from resampling the runs within each task;
+//! - [`comparison`], [`profile`]: probability of improvement, performance profiles;
+//! - [`proportion`]: Wilson's interval of hit counts.
+//!
+//! The definitions are those of Agarwal et al. 2021, "Deep Reinforcement Learning at the Edge of
+//! the Statistical Precipice", and agree with their library rliable on the same data. An interval
+//! depends on the data and the [`Bootstrap`] settings alone: not on threads, nor on what was
+//! computed before. Input that is empty or not finite is a [`StatsError`], never a NaN in a table.
+
+pub mod aggregate;
+pub mod bootstrap;
+pub mod comparison;
+pub mod efficiency;
+mod error;
+pub mod profile;
+pub mod proportion;
+pub mod rolling;
+pub mod scores;
+
+pub use bootstrap::{Bootstrap, Estimate};
+pub use error::StatsError;
+pub use scores::TaskScores;
+
+/// Result of a statistic on input that may be wrong.
+pub type Result<T> = std::result::Result<T, StatsError>;

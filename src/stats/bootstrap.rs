@@ -1,0 +1,355 @@
+//! Confidence intervals by resampling: the stratified percentile bootstrap.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use super::aggregate;
+use super::scores::{TaskScores, draw};
+use super::{Result, StatsError};
+
+/// How an interval is computed. State these numbers beside it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Bootstrap {
+    /// Number of resamples.
+    pub resamples: u32,
+    /// Confidence level, such as 0.95.
+    pub confidence: f64,
+    /// Seed of the resampling; every interval starts its own stream from it.
+    pub seed: u64,
+}
+
+impl Default for Bootstrap {
+    fn default() -> Self {
+        Self {
+            resamples: 2000,
+            confidence: 0.95,
+            seed: 0,
+        }
+    }
+}
+
+/// A value with its confidence interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// The statistic of the data as it is.
+    pub value: f64,
+    /// Lower end of the interval.
+    pub lower: f64,
+    /// Upper end of the interval.
+    pub upper: f64,
+}
+
+impl Bootstrap {
+    /// A statistic of all runs, such as [`aggregate::iqm`], with its interval: the runs are drawn
+    /// with replacement within each task, and the interval lies between two percentiles
+    /// (interpolated linearly) of the statistic of the resamples.
+    ///
+    /// # Errors
+    /// [`StatsError::Confidence`] or [`StatsError::Resamples`], as everywhere below.
+    pub fn stratified(
+        &self,
+        scores: &TaskScores,
+        statistic: impl Fn(&TaskScores) -> f64,
+    ) -> Result<Estimate> {
+        self.only(self.pointwise(scores, |scores| vec![statistic(scores)])?)
+    }
+
+    /// A statistic of two methods that are resampled independently of each other.
+    ///
+    /// # Errors
+    /// As [`Bootstrap::stratified`].
+    pub fn stratified_pair(
+        &self,
+        x: &TaskScores,
+        y: &TaskScores,
+        statistic: impl Fn(&TaskScores, &TaskScores) -> f64,
+    ) -> Result<Estimate> {
+        let (mut drawn_x, mut drawn_y) = (x.clone(), y.clone());
+        self.only(self.percentiles(vec![statistic(x, y)], |stream| {
+            x.resample_into(&mut drawn_x, stream);
+            y.resample_into(&mut drawn_y, stream);
+            vec![statistic(&drawn_x, &drawn_y)]
+        })?)
+    }
+
+    /// Several statistics of the same runs, each with its own (pointwise) interval.
+    ///
+    /// # Errors
+    /// As [`Bootstrap::stratified`].
+    pub fn pointwise(
+        &self,
+        scores: &TaskScores,
+        statistic: impl Fn(&TaskScores) -> Vec<f64>,
+    ) -> Result<Vec<Estimate>> {
+        let mut drawn = scores.clone();
+        self.percentiles(statistic(scores), |stream| {
+            scores.resample_into(&mut drawn, stream);
+            statistic(&drawn)
+        })
+    }
+
+    /// Mean of plain values, such as hit counts of several seeds.
+    ///
+    /// # Errors
+    /// As [`Bootstrap::stratified`], and as [`TaskScores::new`] for the values.
+    pub fn mean(&self, values: &[f64]) -> Result<Estimate> {
+        if values.is_empty() {
+            return Err(StatsError::Empty("values"));
+        }
+        self.stratified(&TaskScores::of_one_task(values)?, aggregate::mean)
+    }
+
+    /// Mean learning curve of several runs with a pointwise interval. Whole runs are resampled;
+    /// `curves[run][point]`.
+    ///
+    /// # Errors
+    /// As [`Bootstrap::stratified`]; [`StatsError::Empty`] without curves or points,
+    /// [`StatsError::Lengths`] if the curves differ in length, [`StatsError::NotFinite`] with the
+    /// point as the run and the run as the task.
+    pub fn mean_curve(&self, curves: &[Vec<f64>]) -> Result<Vec<Estimate>> {
+        let first = curves.first().ok_or(StatsError::Empty("learning curves"))?;
+        for (run, curve) in curves.iter().enumerate() {
+            if curve.len() != first.len() {
+                let (found, expected) = (curve.len(), first.len());
+                return Err(StatsError::Lengths {
+                    run,
+                    found,
+                    expected,
+                });
+            }
+            if let Some(point) = curve.iter().position(|value| !value.is_finite()) {
+                return Err(StatsError::NotFinite {
+                    task: run,
+                    run: point,
+                    value: curve[point],
+                });
+            }
+        }
+        if first.is_empty() {
+            return Err(StatsError::Empty("points of learning curves"));
+        }
+        let mean_of = |runs: &[usize]| -> Vec<f64> {
+            let at = |point: usize| runs.iter().map(|&run| curves[run][point]).sum::<f64>();
+            (0..first.len())
+                .map(|point| at(point) / runs.len() as f64)
+                .collect()
+        };
+        let mut runs: Vec<usize> = (0..curves.len()).collect();
+        self.percentiles(mean_of(&runs), |stream| {
+            runs.fill_with(|| draw(curves.len(), stream));
+            mean_of(&runs)
+        })
+    }
+
+    /// The interval of each of `values` from what `resample` gives in its place.
+    fn percentiles(
+        &self,
+        values: Vec<f64>,
+        mut resample: impl FnMut(&mut ChaCha8Rng) -> Vec<f64>,
+    ) -> Result<Vec<Estimate>> {
+        check_confidence(self.confidence)?;
+        if self.resamples == 0 {
+            return Err(StatsError::Resamples);
+        }
+        let mut stream = ChaCha8Rng::seed_from_u64(self.seed);
+        let mut columns = vec![Vec::with_capacity(self.resamples as usize); values.len()];
+        for _ in 0..self.resamples {
+            for (column, value) in columns.iter_mut().zip(resample(&mut stream)) {
+                column.push(value);
+            }
+        }
+        let tail = (1.0 - self.confidence) / 2.0;
+        let interval = |(value, mut column): (f64, Vec<f64>)| {
+            column.sort_unstable_by(f64::total_cmp);
+            Estimate {
+                value,
+                lower: quantile(&column, tail),
+                upper: quantile(&column, 1.0 - tail),
+            }
+        };
+        Ok(values.into_iter().zip(columns).map(interval).collect())
+    }
+
+    /// The estimate of a single statistic.
+    fn only(&self, estimates: Vec<Estimate>) -> Result<Estimate> {
+        estimates
+            .into_iter()
+            .next()
+            .ok_or(StatsError::Empty("statistics"))
+    }
+}
+
+/// Refuses what is not strictly between 0 and 1, NaN included.
+pub(super) fn check_confidence(level: f64) -> Result<()> {
+    if level > 0.0 && level < 1.0 {
+        Ok(())
+    } else {
+        Err(StatsError::Confidence(level))
+    }
+}
+
+/// Quantile of sorted values, interpolated linearly between the two nearest, as numpy does.
+fn quantile(sorted: &[f64], q: f64) -> f64 {
+    let place = q * (sorted.len() - 1) as f64;
+    let below = place.floor() as usize;
+    let above = (below + 1).min(sorted.len() - 1);
+    sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::aggregate::tests::{check, two_methods};
+    use super::*;
+
+    #[test]
+    fn quantiles_are_interpolated() {
+        // numpy.percentile([1, 2, 4, 8], [2.5, 97.5])
+        check(quantile(&[1.0, 2.0, 4.0, 8.0], 0.025), 1.075);
+        check(quantile(&[1.0, 2.0, 4.0, 8.0], 0.975), 7.7);
+        check(quantile(&[3.0], 0.975), 3.0);
+    }
+
+    #[test]
+    fn intervals_agree_with_rliable_within_resampling_error() {
+        let (x, _) = two_methods();
+        let bootstrap = Bootstrap {
+            resamples: 20_000,
+            ..Default::default()
+        };
+        let near = |statistic: fn(&TaskScores) -> f64, lower: f64, upper: f64| {
+            let estimate = bootstrap.stratified(&x, statistic).unwrap();
+            assert_eq!(estimate.value, statistic(&x));
+            // rliable's own ends, of 50 000 resamples, differ by 0.001 from seed to seed.
+            assert!(
+                (estimate.lower - lower).abs() < 0.004,
+                "{estimate:?} {lower}"
+            );
+            assert!(
+                (estimate.upper - upper).abs() < 0.004,
+                "{estimate:?} {upper}"
+            );
+        };
+        near(aggregate::mean, 0.5486, 0.6876);
+        near(aggregate::median, 0.5071, 0.7100);
+        near(aggregate::iqm, 0.5382, 0.7091);
+    }
+
+    #[test]
+    fn an_interval_depends_on_the_seed_alone() {
+        let (x, _) = two_methods();
+        let with = |seed| {
+            Bootstrap {
+                resamples: 100,
+                seed,
+                ..Default::default()
+            }
+            .stratified(&x, aggregate::iqm)
+        };
+        assert_eq!(with(1), with(1));
+        assert_ne!(with(1), with(2));
+    }
+
+    #[test]
+    fn identical_scores_have_an_interval_of_no_width() {
+        let same = TaskScores::new(vec![vec![0.1; 6], vec![0.1; 3]]).unwrap();
+        for statistic in [aggregate::mean, aggregate::median, aggregate::iqm] {
+            let estimate = Bootstrap::default().stratified(&same, statistic).unwrap();
+            assert_eq!(
+                (estimate.lower, estimate.upper),
+                (estimate.value, estimate.value)
+            );
+        }
+        let hits = Bootstrap::default().mean(&[7.0]).unwrap();
+        assert_eq!(
+            hits,
+            Estimate {
+                value: 7.0,
+                lower: 7.0,
+                upper: 7.0
+            }
+        );
+    }
+
+    #[test]
+    fn curves_are_resampled_as_wholes() {
+        let curves = [vec![0.0, 1.0, 0.5], vec![1.0, 0.0, 0.5]];
+        let mean = Bootstrap::default().mean_curve(&curves).unwrap();
+        assert_eq!(
+            mean[0],
+            Estimate {
+                value: 0.5,
+                lower: 0.0,
+                upper: 1.0
+            }
+        );
+        assert_eq!(mean[1], mean[0]);
+        assert_eq!(
+            mean[2],
+            Estimate {
+                value: 0.5,
+                lower: 0.5,
+                upper: 0.5
+            }
+        );
+        // The second point is one minus the first in every resample, so their sum never varies.
+        let single = Bootstrap {
+            resamples: 1,
+            ..Default::default()
+        };
+        let one = single.mean_curve(&curves).unwrap();
+        assert_eq!(one[0].lower + one[1].lower, 1.0);
+    }
+
+    #[test]
+    fn wrong_input_is_refused() {
+        let bootstrap = Bootstrap::default();
+        assert_eq!(bootstrap.mean(&[]), Err(StatsError::Empty("values")));
+        assert!(matches!(
+            bootstrap.mean(&[f64::NAN]),
+            Err(StatsError::NotFinite { .. })
+        ));
+        assert_eq!(
+            bootstrap.mean_curve(&[]),
+            Err(StatsError::Empty("learning curves"))
+        );
+        assert!(matches!(
+            bootstrap.mean_curve(&[vec![]]),
+            Err(StatsError::Empty(_))
+        ));
+        let uneven = bootstrap.mean_curve(&[vec![1.0], vec![1.0, 2.0]]);
+        assert_eq!(
+            uneven,
+            Err(StatsError::Lengths {
+                run: 1,
+                found: 2,
+                expected: 1
+            })
+        );
+        assert!(matches!(
+            bootstrap.mean_curve(&[vec![1.0], vec![f64::INFINITY]]),
+            Err(StatsError::NotFinite {
+                task: 1,
+                run: 0,
+                ..
+            })
+        ));
+        for confidence in [0.0, 1.0, 95.0, f64::NAN] {
+            let result = Bootstrap {
+                confidence,
+                ..bootstrap
+            }
+            .mean(&[1.0]);
+            assert!(
+                matches!(result, Err(StatsError::Confidence(_))),
+                "{confidence}"
+            );
+        }
+        let none = Bootstrap {
+            resamples: 0,
+            ..bootstrap
+        };
+        assert_eq!(none.mean(&[1.0]), Err(StatsError::Resamples));
+    }
+}

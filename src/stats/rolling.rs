@@ -1,0 +1,99 @@
+//! Means over the last episodes.
+
+use std::collections::VecDeque;
+use std::num::NonZeroUsize;
+
+use serde::{Deserialize, Serialize};
+
+/// Window of the paper's learning curves (figure 6): 100 episodes.
+pub const WINDOW: NonZeroUsize = NonZeroUsize::new(100).unwrap();
+
+/// Success rate over the last episodes, one episode at a time. Serialisable, as a part of a
+/// training's state.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RollingRate {
+    window: NonZeroUsize,
+    recent: VecDeque<bool>,
+}
+
+impl RollingRate {
+    /// No episodes yet.
+    pub fn new(window: NonZeroUsize) -> Self {
+        Self {
+            window,
+            recent: VecDeque::new(),
+        }
+    }
+
+    /// Adds an episode and gives the rate over the last `window` episodes, or over all of them as
+    /// long as they are fewer.
+    pub fn push(&mut self, success: bool) -> f64 {
+        self.recent.push_back(success);
+        if self.recent.len() > self.window.get() {
+            self.recent.pop_front();
+        }
+        let hits = self.recent.iter().filter(|&&success| success).count();
+        hits as f64 / self.recent.len() as f64
+    }
+}
+
+/// Success rate over the last `window` episodes, after each episode; over all of them at the start.
+pub fn rolling_success(successes: &[bool], window: NonZeroUsize) -> Vec<f64> {
+    let mut rate = RollingRate::new(window);
+    successes
+        .iter()
+        .map(|&success| rate.push(success))
+        .collect()
+}
+
+/// Mean of the last `window` values, after each value; of all of them at the start. A value that is
+/// not a number makes exactly those means not a number that it is a part of.
+pub fn rolling_mean(values: &[f64], window: NonZeroUsize) -> Vec<f64> {
+    let mean_to = |end: usize| {
+        let recent = &values[end.saturating_sub(window.get())..end];
+        recent.iter().sum::<f64>() / recent.len() as f64
+    };
+    (1..=values.len()).map(mean_to).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn window(episodes: usize) -> NonZeroUsize {
+        NonZeroUsize::new(episodes).unwrap()
+    }
+
+    #[test]
+    fn the_window_grows_and_then_moves() {
+        let successes = [true, false, false, true, true];
+        let rates = rolling_success(&successes, window(2));
+        assert_eq!(rates, [1.0, 0.5, 0.0, 0.5, 1.0]);
+        let values: Vec<f64> = successes.iter().map(|&s| f64::from(u8::from(s))).collect();
+        assert_eq!(rolling_mean(&values, window(2)), rates);
+        assert_eq!(rolling_success(&successes, window(9))[4], 0.6);
+        assert!(rolling_success(&[], WINDOW).is_empty() && rolling_mean(&[], WINDOW).is_empty());
+    }
+
+    #[test]
+    fn not_a_number_leaves_with_the_window() {
+        let means = rolling_mean(&[1.0, f64::NAN, 3.0, 5.0], window(2));
+        assert_eq!(
+            means.iter().map(|mean| mean.is_nan()).collect::<Vec<_>>(),
+            [false, true, true, false]
+        );
+        assert_eq!(means[3], 4.0);
+    }
+
+    #[test]
+    fn a_saved_rate_goes_on() {
+        let mut rate = RollingRate::new(window(3));
+        for success in [true, true, false] {
+            rate.push(success);
+        }
+        let text = serde_json::to_string(&rate).unwrap();
+        let mut restored: RollingRate = serde_json::from_str(&text).unwrap();
+        assert_eq!(restored.push(false), rate.push(false));
+        assert_eq!(restored, rate);
+    }
+}
