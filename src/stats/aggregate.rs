@@ -13,11 +13,7 @@ pub fn median(scores: &TaskScores) -> f64 {
     let mut means = task_means(scores);
     means.sort_unstable_by(f64::total_cmp);
     let middle = means.len() / 2;
-    if means.len() % 2 == 1 {
-        means[middle]
-    } else {
-        (means[middle - 1] + means[middle]) / 2.0
-    }
+    if means.len() % 2 == 1 { means[middle] } else { (means[middle - 1] + means[middle]) / 2.0 }
 }
 
 /// Interquartile mean: the mean of the middle half of all scores of all tasks together. As robust
@@ -85,10 +81,7 @@ pub(super) mod tests {
 
     #[track_caller]
     pub fn check(found: f64, expected: f64) {
-        assert!(
-            (found - expected).abs() < 1e-12,
-            "{found} instead of {expected}"
-        );
+        assert!((found - expected).abs() < 1e-12, "{found} instead of {expected}");
     }
 
     #[test]

@@ -22,11 +22,7 @@ pub struct Bootstrap {
 
 impl Default for Bootstrap {
     fn default() -> Self {
-        Self {
-            resamples: 2000,
-            confidence: 0.95,
-            seed: 0,
-        }
+        Self { resamples: 2000, confidence: 0.95, seed: 0 }
     }
 }
 
@@ -48,11 +44,7 @@ impl Bootstrap {
     ///
     /// # Errors
     /// [`StatsError::Confidence`] or [`StatsError::Resamples`], as everywhere below.
-    pub fn stratified(
-        &self,
-        scores: &TaskScores,
-        statistic: impl Fn(&TaskScores) -> f64,
-    ) -> Result<Estimate> {
+    pub fn stratified(&self, scores: &TaskScores, statistic: impl Fn(&TaskScores) -> f64) -> Result<Estimate> {
         self.only(self.pointwise(scores, |scores| vec![statistic(scores)])?)
     }
 
@@ -78,11 +70,7 @@ impl Bootstrap {
     ///
     /// # Errors
     /// As [`Bootstrap::stratified`].
-    pub fn pointwise(
-        &self,
-        scores: &TaskScores,
-        statistic: impl Fn(&TaskScores) -> Vec<f64>,
-    ) -> Result<Vec<Estimate>> {
+    pub fn pointwise(&self, scores: &TaskScores, statistic: impl Fn(&TaskScores) -> Vec<f64>) -> Result<Vec<Estimate>> {
         let mut drawn = scores.clone();
         self.percentiles(statistic(scores), |stream| {
             scores.resample_into(&mut drawn, stream);
@@ -113,18 +101,10 @@ impl Bootstrap {
         for (run, curve) in curves.iter().enumerate() {
             if curve.len() != first.len() {
                 let (found, expected) = (curve.len(), first.len());
-                return Err(StatsError::Lengths {
-                    run,
-                    found,
-                    expected,
-                });
+                return Err(StatsError::Lengths { run, found, expected });
             }
             if let Some(point) = curve.iter().position(|value| !value.is_finite()) {
-                return Err(StatsError::NotFinite {
-                    task: run,
-                    run: point,
-                    value: curve[point],
-                });
+                return Err(StatsError::NotFinite { task: run, run: point, value: curve[point] });
             }
         }
         if first.is_empty() {
@@ -132,9 +112,7 @@ impl Bootstrap {
         }
         let mean_of = |runs: &[usize]| -> Vec<f64> {
             let at = |point: usize| runs.iter().map(|&run| curves[run][point]).sum::<f64>();
-            (0..first.len())
-                .map(|point| at(point) / runs.len() as f64)
-                .collect()
+            (0..first.len()).map(|point| at(point) / runs.len() as f64).collect()
         };
         let mut runs: Vec<usize> = (0..curves.len()).collect();
         self.percentiles(mean_of(&runs), |stream| {
@@ -163,31 +141,20 @@ impl Bootstrap {
         let tail = (1.0 - self.confidence) / 2.0;
         let interval = |(value, mut column): (f64, Vec<f64>)| {
             column.sort_unstable_by(f64::total_cmp);
-            Estimate {
-                value,
-                lower: quantile(&column, tail),
-                upper: quantile(&column, 1.0 - tail),
-            }
+            Estimate { value, lower: quantile(&column, tail), upper: quantile(&column, 1.0 - tail) }
         };
         Ok(values.into_iter().zip(columns).map(interval).collect())
     }
 
     /// The estimate of a single statistic.
     fn only(&self, estimates: Vec<Estimate>) -> Result<Estimate> {
-        estimates
-            .into_iter()
-            .next()
-            .ok_or(StatsError::Empty("statistics"))
+        estimates.into_iter().next().ok_or(StatsError::Empty("statistics"))
     }
 }
 
 /// Refuses what is not strictly between 0 and 1, NaN included.
 pub(super) fn check_confidence(level: f64) -> Result<()> {
-    if level > 0.0 && level < 1.0 {
-        Ok(())
-    } else {
-        Err(StatsError::Confidence(level))
-    }
+    if level > 0.0 && level < 1.0 { Ok(()) } else { Err(StatsError::Confidence(level)) }
 }
 
 /// Quantile of sorted values, interpolated linearly between the two nearest, as numpy does.
@@ -214,22 +181,13 @@ mod tests {
     #[test]
     fn intervals_agree_with_rliable_within_resampling_error() {
         let (x, _) = two_methods();
-        let bootstrap = Bootstrap {
-            resamples: 20_000,
-            ..Default::default()
-        };
+        let bootstrap = Bootstrap { resamples: 20_000, ..Default::default() };
         let near = |statistic: fn(&TaskScores) -> f64, lower: f64, upper: f64| {
             let estimate = bootstrap.stratified(&x, statistic).unwrap();
             assert_eq!(estimate.value, statistic(&x));
             // rliable's own ends, of 50 000 resamples, differ by 0.001 from seed to seed.
-            assert!(
-                (estimate.lower - lower).abs() < 0.004,
-                "{estimate:?} {lower}"
-            );
-            assert!(
-                (estimate.upper - upper).abs() < 0.004,
-                "{estimate:?} {upper}"
-            );
+            assert!((estimate.lower - lower).abs() < 0.004, "{estimate:?} {lower}");
+            assert!((estimate.upper - upper).abs() < 0.004, "{estimate:?} {upper}");
         };
         near(aggregate::mean, 0.5486, 0.6876);
         near(aggregate::median, 0.5071, 0.7100);
@@ -239,14 +197,7 @@ mod tests {
     #[test]
     fn an_interval_depends_on_the_seed_alone() {
         let (x, _) = two_methods();
-        let with = |seed| {
-            Bootstrap {
-                resamples: 100,
-                seed,
-                ..Default::default()
-            }
-            .stratified(&x, aggregate::iqm)
-        };
+        let with = |seed| Bootstrap { resamples: 100, seed, ..Default::default() }.stratified(&x, aggregate::iqm);
         assert_eq!(with(1), with(1));
         assert_ne!(with(1), with(2));
     }
@@ -256,48 +207,21 @@ mod tests {
         let same = TaskScores::new(vec![vec![0.1; 6], vec![0.1; 3]]).unwrap();
         for statistic in [aggregate::mean, aggregate::median, aggregate::iqm] {
             let estimate = Bootstrap::default().stratified(&same, statistic).unwrap();
-            assert_eq!(
-                (estimate.lower, estimate.upper),
-                (estimate.value, estimate.value)
-            );
+            assert_eq!((estimate.lower, estimate.upper), (estimate.value, estimate.value));
         }
         let hits = Bootstrap::default().mean(&[7.0]).unwrap();
-        assert_eq!(
-            hits,
-            Estimate {
-                value: 7.0,
-                lower: 7.0,
-                upper: 7.0
-            }
-        );
+        assert_eq!(hits, Estimate { value: 7.0, lower: 7.0, upper: 7.0 });
     }
 
     #[test]
     fn curves_are_resampled_as_wholes() {
         let curves = [vec![0.0, 1.0, 0.5], vec![1.0, 0.0, 0.5]];
         let mean = Bootstrap::default().mean_curve(&curves).unwrap();
-        assert_eq!(
-            mean[0],
-            Estimate {
-                value: 0.5,
-                lower: 0.0,
-                upper: 1.0
-            }
-        );
+        assert_eq!(mean[0], Estimate { value: 0.5, lower: 0.0, upper: 1.0 });
         assert_eq!(mean[1], mean[0]);
-        assert_eq!(
-            mean[2],
-            Estimate {
-                value: 0.5,
-                lower: 0.5,
-                upper: 0.5
-            }
-        );
+        assert_eq!(mean[2], Estimate { value: 0.5, lower: 0.5, upper: 0.5 });
         // The second point is one minus the first in every resample, so their sum never varies.
-        let single = Bootstrap {
-            resamples: 1,
-            ..Default::default()
-        };
+        let single = Bootstrap { resamples: 1, ..Default::default() };
         let one = single.mean_curve(&curves).unwrap();
         assert_eq!(one[0].lower + one[1].lower, 1.0);
     }
@@ -306,50 +230,20 @@ mod tests {
     fn wrong_input_is_refused() {
         let bootstrap = Bootstrap::default();
         assert_eq!(bootstrap.mean(&[]), Err(StatsError::Empty("values")));
-        assert!(matches!(
-            bootstrap.mean(&[f64::NAN]),
-            Err(StatsError::NotFinite { .. })
-        ));
-        assert_eq!(
-            bootstrap.mean_curve(&[]),
-            Err(StatsError::Empty("learning curves"))
-        );
-        assert!(matches!(
-            bootstrap.mean_curve(&[vec![]]),
-            Err(StatsError::Empty(_))
-        ));
+        assert!(matches!(bootstrap.mean(&[f64::NAN]), Err(StatsError::NotFinite { .. })));
+        assert_eq!(bootstrap.mean_curve(&[]), Err(StatsError::Empty("learning curves")));
+        assert!(matches!(bootstrap.mean_curve(&[vec![]]), Err(StatsError::Empty(_))));
         let uneven = bootstrap.mean_curve(&[vec![1.0], vec![1.0, 2.0]]);
-        assert_eq!(
-            uneven,
-            Err(StatsError::Lengths {
-                run: 1,
-                found: 2,
-                expected: 1
-            })
-        );
+        assert_eq!(uneven, Err(StatsError::Lengths { run: 1, found: 2, expected: 1 }));
         assert!(matches!(
             bootstrap.mean_curve(&[vec![1.0], vec![f64::INFINITY]]),
-            Err(StatsError::NotFinite {
-                task: 1,
-                run: 0,
-                ..
-            })
+            Err(StatsError::NotFinite { task: 1, run: 0, .. })
         ));
         for confidence in [0.0, 1.0, 95.0, f64::NAN] {
-            let result = Bootstrap {
-                confidence,
-                ..bootstrap
-            }
-            .mean(&[1.0]);
-            assert!(
-                matches!(result, Err(StatsError::Confidence(_))),
-                "{confidence}"
-            );
+            let result = Bootstrap { confidence, ..bootstrap }.mean(&[1.0]);
+            assert!(matches!(result, Err(StatsError::Confidence(_))), "{confidence}");
         }
-        let none = Bootstrap {
-            resamples: 0,
-            ..bootstrap
-        };
+        let none = Bootstrap { resamples: 0, ..bootstrap };
         assert_eq!(none.mean(&[1.0]), Err(StatsError::Resamples));
     }
 }

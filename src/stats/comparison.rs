@@ -18,22 +18,14 @@ pub fn probability_of_improvement(x: &TaskScores, y: &TaskScores) -> Result<f64>
 ///
 /// # Errors
 /// As [`probability_of_improvement`] and [`Bootstrap::stratified`].
-pub fn improvement_interval(
-    x: &TaskScores,
-    y: &TaskScores,
-    bootstrap: &Bootstrap,
-) -> Result<Estimate> {
+pub fn improvement_interval(x: &TaskScores, y: &TaskScores, bootstrap: &Bootstrap) -> Result<Estimate> {
     check_tasks(x, y)?;
     bootstrap.stratified_pair(x, y, mean_win_rate)
 }
 
 fn check_tasks(x: &TaskScores, y: &TaskScores) -> Result<()> {
     let (x, y) = (x.tasks().len(), y.tasks().len());
-    if x == y {
-        Ok(())
-    } else {
-        Err(StatsError::Tasks(x, y))
-    }
+    if x == y { Ok(()) } else { Err(StatsError::Tasks(x, y)) }
 }
 
 fn mean_win_rate(x: &TaskScores, y: &TaskScores) -> f64 {
@@ -48,10 +40,7 @@ fn win_rate(x: &[f64], y: &[f64]) -> f64 {
         std::cmp::Ordering::Greater => 1.0,
         _ => 0.0,
     };
-    let wins: f64 = x
-        .iter()
-        .map(|x| y.iter().map(|y| score(x, y)).sum::<f64>())
-        .sum();
+    let wins: f64 = x.iter().map(|x| y.iter().map(|y| score(x, y)).sum::<f64>()).sum();
     wins / (x.len() * y.len()) as f64
 }
 
@@ -63,19 +52,10 @@ mod tests {
     #[test]
     fn agrees_with_rliable() {
         let (x, y) = two_methods();
-        check(
-            probability_of_improvement(&x, &y).unwrap(),
-            0.6904761904761904,
-        );
-        check(
-            probability_of_improvement(&y, &x).unwrap(),
-            0.30952380952380953,
-        );
+        check(probability_of_improvement(&x, &y).unwrap(), 0.6904761904761904);
+        check(probability_of_improvement(&y, &x).unwrap(), 0.30952380952380953);
         check(probability_of_improvement(&x, &x).unwrap(), 0.5);
-        let bootstrap = Bootstrap {
-            resamples: 5000,
-            ..Default::default()
-        };
+        let bootstrap = Bootstrap { resamples: 5000, ..Default::default() };
         let estimate = improvement_interval(&x, &y, &bootstrap).unwrap();
         // rliable, 5000 resamples: 0.5238 to 0.8429 and 0.8476 with two seeds.
         assert!((estimate.lower - 0.5238).abs() < 0.015, "{estimate:?}");
@@ -89,10 +69,7 @@ mod tests {
         assert_eq!(probability_of_improvement(&one(0.0), &one(1.0)), Ok(0.0));
         assert_eq!(probability_of_improvement(&one(0.0), &one(-0.0)), Ok(0.5));
         let (x, _) = two_methods();
-        assert_eq!(
-            probability_of_improvement(&x, &one(0.0)),
-            Err(StatsError::Tasks(3, 1))
-        );
+        assert_eq!(probability_of_improvement(&x, &one(0.0)), Err(StatsError::Tasks(3, 1)));
         let same = improvement_interval(&one(1.0), &one(1.0), &Bootstrap::default()).unwrap();
         assert_eq!((same.lower, same.value, same.upper), (0.5, 0.5, 0.5));
     }

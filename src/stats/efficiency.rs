@@ -32,17 +32,10 @@ pub fn efficiency(successes: &[bool], window: NonZeroUsize) -> Efficiency {
 
 /// Number of episodes after which the rolling success rate first is at least `threshold`; `None` if
 /// it never is. Counts from the first full window on, or one lucky first episode would be 100 %.
-pub fn episodes_to_threshold(
-    successes: &[bool],
-    window: NonZeroUsize,
-    threshold: f64,
-) -> Option<u64> {
+pub fn episodes_to_threshold(successes: &[bool], window: NonZeroUsize, threshold: f64) -> Option<u64> {
     let full = window.get() - 1;
     let curve = rolling_success(successes, window);
-    let after = curve
-        .iter()
-        .skip(full)
-        .position(|&rate| rate >= threshold)?;
+    let after = curve.iter().skip(full).position(|&rate| rate >= threshold)?;
     Some((full + after + 1) as u64)
 }
 
@@ -85,9 +78,6 @@ mod tests {
     fn no_episodes_have_no_numbers() {
         let none = efficiency(&[], WINDOW);
         let text = serde_json::to_string(&none).unwrap();
-        assert_eq!(
-            text,
-            r#"{"episodes_to_50":null,"episodes_to_80":null,"auc":null,"final_success":null}"#
-        );
+        assert_eq!(text, r#"{"episodes_to_50":null,"episodes_to_80":null,"auc":null,"final_success":null}"#);
     }
 }

@@ -28,11 +28,7 @@ pub fn wilson_interval(hits: u64, trials: u64, confidence: f64) -> Result<Estima
     // At the two ends the interval touches p exactly; rounding must not move it.
     let lower = if hits == 0 { 0.0 } else { centre - half };
     let upper = if hits == trials { 1.0 } else { centre + half };
-    Ok(Estimate {
-        value: p,
-        lower,
-        upper,
-    })
+    Ok(Estimate { value: p, lower, upper })
 }
 
 /// The z with a probability of `confidence` between -z and z of the standard normal distribution.
@@ -84,26 +80,14 @@ mod tests {
             (0.999998, 4.753424308817087),
         ];
         for (confidence, z) in pairs {
-            assert!(
-                (normal_deviate(confidence) - z).abs() < 1e-9,
-                "{confidence}"
-            );
+            assert!((normal_deviate(confidence) - z).abs() < 1e-9, "{confidence}");
         }
     }
 
     #[test]
     fn wrong_counts_are_refused() {
-        assert_eq!(
-            wilson_interval(0, 0, 0.95),
-            Err(StatsError::Empty("trials"))
-        );
-        assert_eq!(
-            wilson_interval(2, 1, 0.95),
-            Err(StatsError::Hits { hits: 2, trials: 1 })
-        );
-        assert_eq!(
-            wilson_interval(1, 1, 95.0),
-            Err(StatsError::Confidence(95.0))
-        );
+        assert_eq!(wilson_interval(0, 0, 0.95), Err(StatsError::Empty("trials")));
+        assert_eq!(wilson_interval(2, 1, 0.95), Err(StatsError::Hits { hits: 2, trials: 1 }));
+        assert_eq!(wilson_interval(1, 1, 95.0), Err(StatsError::Confidence(95.0)));
     }
 }

@@ -19,10 +19,7 @@ pub struct RollingRate {
 impl RollingRate {
     /// No episodes yet.
     pub fn new(window: NonZeroUsize) -> Self {
-        Self {
-            window,
-            recent: VecDeque::new(),
-        }
+        Self { window, recent: VecDeque::new() }
     }
 
     /// Adds an episode and gives the rate over the last `window` episodes, or over all of them as
@@ -40,10 +37,7 @@ impl RollingRate {
 /// Success rate over the last `window` episodes, after each episode; over all of them at the start.
 pub fn rolling_success(successes: &[bool], window: NonZeroUsize) -> Vec<f64> {
     let mut rate = RollingRate::new(window);
-    successes
-        .iter()
-        .map(|&success| rate.push(success))
-        .collect()
+    successes.iter().map(|&success| rate.push(success)).collect()
 }
 
 /// Mean of the last `window` values, after each value; of all of them at the start. A value that is
@@ -78,10 +72,7 @@ mod tests {
     #[test]
     fn not_a_number_leaves_with_the_window() {
         let means = rolling_mean(&[1.0, f64::NAN, 3.0, 5.0], window(2));
-        assert_eq!(
-            means.iter().map(|mean| mean.is_nan()).collect::<Vec<_>>(),
-            [false, true, true, false]
-        );
+        assert_eq!(means.iter().map(|mean| mean.is_nan()).collect::<Vec<_>>(), [false, true, true, false]);
         assert_eq!(means[3], 4.0);
     }
 

@@ -26,11 +26,7 @@ impl TaskScores {
                 return Err(StatsError::EmptyTask(task));
             }
             if let Some(run) = runs.iter().position(|score| !score.is_finite()) {
-                return Err(StatsError::NotFinite {
-                    task,
-                    run,
-                    value: runs[run],
-                });
+                return Err(StatsError::NotFinite { task, run, value: runs[run] });
             }
         }
         Ok(Self { tasks })
@@ -75,17 +71,11 @@ mod tests {
 
     #[test]
     fn wrong_scores_are_refused_with_their_place() {
-        assert_eq!(
-            TaskScores::new(vec![]).unwrap_err(),
-            StatsError::Empty("tasks")
-        );
+        assert_eq!(TaskScores::new(vec![]).unwrap_err(), StatsError::Empty("tasks"));
         let error = TaskScores::new(vec![vec![1.0], vec![]]).unwrap_err();
         assert_eq!(error, StatsError::EmptyTask(1));
         let error = TaskScores::new(vec![vec![1.0], vec![2.0, f64::NAN]]).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "the score of run 1 of task 1 is NaN, not a finite number"
-        );
+        assert_eq!(error.to_string(), "the score of run 1 of task 1 is NaN, not a finite number");
         assert!(TaskScores::of_one_task(&[f64::INFINITY]).is_err());
     }
 
@@ -99,10 +89,7 @@ mod tests {
             scores.resample_into(&mut drawn, &mut stream);
             for (task, runs) in drawn.tasks().iter().enumerate() {
                 assert_eq!(runs.len(), scores.tasks()[task].len());
-                assert!(
-                    runs.iter()
-                        .all(|score| scores.tasks()[task].contains(score))
-                );
+                assert!(runs.iter().all(|score| scores.tasks()[task].contains(score)));
                 seen.extend(runs.iter().map(|score| *score as u64));
             }
         }

@@ -4,12 +4,16 @@
 //! line differ only in where their commands come from.
 
 mod command;
+mod export;
 mod hand;
 mod prior_job;
 mod runs;
+mod script;
 mod session;
 
 pub use command::{Command, CommandError, Comparison, Expectation, FigureKind, Quantity, VERBS, Verb};
+pub use export::sampled_actions;
 pub use hand::HandPlay;
 pub use runs::{EvaluationRecord, RunView};
+pub use script::{Script, ScriptError, Told, Variables};
 pub use session::{Notice, PriorState, Session, SessionError};

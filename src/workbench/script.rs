@@ -38,8 +38,7 @@ impl Script {
     /// # Errors
     /// As [`Script::parse`], and when the file cannot be read.
     pub fn load(path: &Path, variables: &Variables) -> Result<Self, ScriptError> {
-        let text =
-            std::fs::read_to_string(path).map_err(|source| ScriptError::Io { path: path.to_owned(), source })?;
+        let text = std::fs::read_to_string(path).map_err(|source| ScriptError::Io { path: path.to_owned(), source })?;
         Self::parse(&text, &path.display().to_string(), variables)
     }
 
@@ -51,8 +50,11 @@ impl Script {
         let mut commands = Vec::new();
         for (index, line) in text.lines().enumerate() {
             let (origin, number) = (origin.to_owned(), index + 1);
-            let line = substitute(line, variables)
-                .map_err(|name| ScriptError::Undefined { origin: origin.clone(), line: number, name })?;
+            let line = substitute(line, variables).map_err(|name| ScriptError::Undefined {
+                origin: origin.clone(),
+                line: number,
+                name,
+            })?;
             match Command::parse(&line) {
                 Ok(Some(command)) => commands.push((number, command)),
                 Ok(None) => {}
@@ -142,7 +144,8 @@ mod tests {
     #[test]
     fn a_run_waits_at_the_episode_it_was_told() {
         let folder = tempfile::tempdir().unwrap();
-        let text = "method ddpg\nepisodes 6\ntrain until 3\nwait\nexpect episodes = 3\nresume\nwait\nexpect episodes = 6";
+        let text =
+            "method ddpg\nepisodes 6\ntrain until 3\nwait\nexpect episodes = 3\nresume\nwait\nexpect episodes = 6";
         let mut session = session(folder.path());
         Script::parse(text, "s", &[]).unwrap().run(&mut session, |_| {}).unwrap();
         assert_eq!(session.run().unwrap().state(), crate::run::RunState::Finished);

@@ -59,6 +59,9 @@ pub enum SessionError {
     /// A computation failed.
     #[error("{0}")]
     Failed(String),
+    /// A figure.
+    #[error(transparent)]
+    Figure(#[from] crate::figures::FigureError),
     /// A file could not be written.
     #[error("cannot write {}: {source}", path.display())]
     Write { path: PathBuf, source: std::io::Error },
@@ -181,9 +184,7 @@ impl Session {
             Command::Train { folder, until } => self.train(folder.as_deref(), *until),
             Command::Pause => self.send(Control::Pause, "pausing after this episode"),
             Command::Resume { until } => self.resume(*until),
-            Command::Stop => {
-                self.send(Control::Stop { reason: "asked to".to_owned() }, "stopping after this episode")
-            }
+            Command::Stop => self.send(Control::Stop { reason: "asked to".to_owned() }, "stopping after this episode"),
             Command::Wait => self.wait(|_| {}),
             Command::Open(folder) => self.open(folder),
             Command::Continue(folder) => self.continue_run(folder.as_deref()),
@@ -281,7 +282,8 @@ impl Session {
     }
 
     fn save_task(&mut self, path: Option<&Path>) -> Result<String, SessionError> {
-        let path = path.or(self.file.as_deref()).ok_or_else(|| SessionError::NoFile(self.task().name.clone()))?.to_owned();
+        let path =
+            path.or(self.file.as_deref()).ok_or_else(|| SessionError::NoFile(self.task().name.clone()))?.to_owned();
         let mut task = self.task().clone();
         if let Some(stem) = path.file_stem() {
             task.name = stem.to_string_lossy().into_owned();
