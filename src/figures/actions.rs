@@ -1,0 +1,143 @@
+//! Figure 4: actions sampled from the clusters, over each scene.
+
+use serde::{Deserialize, Serialize};
+
+use super::canvas::{Canvas, Pen};
+use super::geometry::ellipse;
+use super::layout::{Mark, legend, note};
+use super::scene::{Position, SceneView};
+use super::style::{DOUBLE_COLUMN, GREEN, INK, MARGIN, WHITE, faded, stage_color};
+use super::table::{Table, cell32};
+use super::tasks::{cells, heading, height, rows};
+use super::{Figure, FigureError};
+use crate::task::Task;
+
+/// Sampled actions over the scenes of the tasks.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ActionSamples {
+    /// One panel a task.
+    pub tasks: Vec<TaskActions>,
+}
+
+/// A task, and the actions for each of its stages.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TaskActions {
+    /// The scene.
+    pub task: Task,
+    /// Subgoals in order, then the goal.
+    pub stages: Vec<StageActions>,
+}
+
+/// The clusters of one stage and actions sampled from them.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct StageActions {
+    /// Sampled actions: normalised places of the tool.
+    pub samples: Vec<Position>,
+    /// The clusters they come from.
+    pub clusters: Vec<Cluster>,
+}
+
+/// A cluster of rewarding actions.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Cluster {
+    /// Mean, normalised.
+    pub mean: Position,
+    /// Standard deviation in x and y.
+    pub std: [f32; 2],
+    /// Share of the stage's actions.
+    pub weight: f32,
+}
+
+impl TaskActions {
+    fn draw(&self, view: &SceneView<'_>, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+        view.task(&self.task)?;
+        for (n, stage) in self.stages.iter().enumerate() {
+            let color = stage_color(n, self.stages.len());
+            for sample in stage.samples.iter().filter(|sample| view.shows(**sample)) {
+                canvas.dot(view.at(*sample), 1.1, faded(color, 0.45))?;
+            }
+        }
+        for (n, stage) in self.stages.iter().enumerate() {
+            for cluster in &stage.clusters {
+                draw_cluster(view, canvas, cluster, stage_color(n, self.stages.len()))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A cross at the mean, ellipses at one and two standard deviations.
+fn draw_cluster(
+    view: &SceneView<'_>,
+    canvas: &Canvas<'_>,
+    cluster: &Cluster,
+    color: super::style::Color,
+) -> Result<(), FigureError> {
+    let center = view.at(cluster.mean);
+    let edge = view.at([cluster.mean[0] + cluster.std[0], cluster.mean[1] + cluster.std[1]]);
+    let radii = [edge[0] - center[0], center[1] - edge[1]];
+    if !radii.iter().chain(&center).all(|value| value.is_finite()) {
+        return Ok(());
+    }
+    let clear = faded(WHITE, 0.0);
+    view.shape(&ellipse(center, radii), clear, Pen::new(color, 1.0))?;
+    view.shape(&ellipse(center, radii.map(|r| 2.0 * r)), clear, Pen::new(color, 0.7).dashed(2.0, 1.4))?;
+    if view.shows(cluster.mean) {
+        let [x, y] = center;
+        for (width, color) in [(2.2, WHITE), (1.0, INK)] {
+            canvas.line(&[[x - 2.4, y], [x + 2.4, y]], Pen::new(color, width))?;
+            canvas.line(&[[x, y - 2.4], [x, y + 2.4]], Pen::new(color, width))?;
+        }
+    }
+    Ok(())
+}
+
+impl Figure for ActionSamples {
+    fn name(&self) -> &'static str {
+        "figure4_sampled_actions"
+    }
+
+    fn size(&self) -> [f64; 2] {
+        [DOUBLE_COLUMN, height(rows(self.tasks.len()), 34.0)]
+    }
+
+    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+        let page = canvas.page().inset(MARGIN);
+        if self.tasks.is_empty() {
+            return canvas.nothing(page, "no sampled actions");
+        }
+        let text = "Dots: tool placements sampled from the action clusters of the stage of their colour. Crosses: cluster means; ellipses: one \
+                    (solid) and two (dashed) standard deviations.";
+        let rect = note(canvas, page, text)?;
+        let most = self.tasks.iter().map(|task| task.stages.len()).max().unwrap_or(0);
+        let mut marks: Vec<(Mark, String)> = (0..most.saturating_sub(1))
+            .map(|n| (Mark::Dot(stage_color(n, most)), format!("subgoal {}", n + 1)))
+            .collect();
+        marks.push((Mark::Dot(GREEN), "goal (G)".to_owned()));
+        let rect = legend(canvas, rect, &marks)?;
+        for (actions, (cell, window)) in self.tasks.iter().zip(cells(rect, self.tasks.len())) {
+            let title = format!("{}: {}", heading(&actions.task.name), actions.task.placeable.kind);
+            let view = SceneView::new(canvas, cell, &title, window)?;
+            actions.draw(&view, canvas)?;
+        }
+        Ok(())
+    }
+
+    fn table(&self) -> Table {
+        let mut table = Table::new(["task", "stage", "kind", "x", "y", "std_x", "std_y", "weight"]);
+        for actions in &self.tasks {
+            for (n, stage) in actions.stages.iter().enumerate() {
+                let (task, order) = (&actions.task.name, (n + 1).to_string());
+                for Cluster { mean, std, weight } in &stage.clusters {
+                    let [x, y, sx, sy] = [mean[0], mean[1], std[0], std[1]].map(cell32);
+                    table.push([task.clone(), order.clone(), "cluster".to_owned(), x, y, sx, sy, cell32(*weight)]);
+                }
+                for sample in &stage.samples {
+                    let [x, y] = sample.map(cell32);
+                    table.push([task.clone(), order.clone(), "sample".to_owned(), x, y]);
+                }
+            }
+        }
+        table
+    }
+}

@@ -1,0 +1,142 @@
+//! An episode as an animated GIF.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::canvas::{Canvas, Pen};
+use super::layout::note;
+use super::output::{rasterise, write_with_table};
+use super::provenance::Provenance;
+use super::scene::{PLACED_TOOL, Position, SceneView, Window};
+use super::style::{BLUE, MARGIN, SINGLE_COLUMN, faded};
+use super::table::{Table, cell32};
+use super::tasks::heading;
+use super::{Figure, FigureError};
+use crate::task::Task;
+
+/// The moments of an episode on its task. As a figure it is its last moment, with the
+/// whole way of the ball.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Animation {
+    /// The task.
+    pub task: Task,
+    /// The moments in order, one a frame.
+    pub moments: Vec<Moment>,
+    /// Milliseconds a frame is shown.
+    pub frame_ms: u32,
+    /// Number of earlier moments whose positions trail the ball.
+    pub trail: usize,
+}
+
+/// The scene at one moment.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Moment {
+    /// Time in seconds.
+    pub time: f32,
+    /// Normalised position of the ball.
+    pub ball: Position,
+    /// Normalised positions of the tools placed so far.
+    pub placed: Vec<Position>,
+    /// Stages (subgoals in order, then the goal) reached so far.
+    pub reached: usize,
+}
+
+impl Animation {
+    fn draw_moment(&self, canvas: &Canvas<'_>, index: usize, trail: usize) -> Result<(), FigureError> {
+        let page = canvas.page().inset(MARGIN);
+        let Some(moment) = self.moments.get(index) else { return canvas.nothing(page, "nothing happened") };
+        let stages = self.task.stages().len();
+        let reached = if moment.reached >= stages {
+            "goal reached".to_owned()
+        } else {
+            format!("subgoals reached: {} of {}", moment.reached, stages - 1)
+        };
+        let text = format!("t = {:.2} s, tools placed: {}, {reached}", moment.time, moment.placed.len());
+        let rect = note(canvas, page, &text)?;
+        let view = SceneView::new(canvas, rect, &heading(&self.task.name), Window::SCREEN)?;
+        view.surroundings(&self.task)?;
+        for position in &moment.placed {
+            view.tool(&self.task.placeable.tool(*position), PLACED_TOOL)?;
+        }
+        let past: Vec<Position> =
+            self.moments[index.saturating_sub(trail)..=index].iter().map(|past| past.ball).collect();
+        view.path(&past, Pen::new(faded(BLUE, 0.7), 1.2))?;
+        view.ball(moment.ball, self.task.ball.radius)
+    }
+
+    /// The animation as a GIF, `width` pixels wide, that repeats for ever and carries
+    /// its provenance as a comment.
+    ///
+    /// # Errors
+    /// When there is no moment, or the width is 0 or too large for a GIF.
+    pub fn to_gif(&self, provenance: &Provenance, width: u16) -> Result<Vec<u8>, FigureError> {
+        let [page_width, page_height] = self.size();
+        let height = f64::from(width) * page_height / page_width;
+        if height > f64::from(u16::MAX) {
+            return Err(FigureError::Size { width: u32::from(width), height: height as u32 });
+        }
+        let height = height.round() as u16;
+        let failed = |error: gif::EncodingError| FigureError::Backend(error.to_string());
+        let mut bytes = Vec::new();
+        let mut encoder = gif::Encoder::new(&mut bytes, width, height, &[]).map_err(failed)?;
+        encoder.set_repeat(gif::Repeat::Infinite).map_err(failed)?;
+        let comment = provenance.to_comment();
+        let blocks: Vec<&[u8]> = comment.as_bytes().chunks(255).collect();
+        encoder
+            .write_raw_extension(gif::Extension::Comment.into(), &blocks)
+            .map_err(|error| FigureError::Backend(error.to_string()))?;
+        for index in 0..self.moments.len().max(1) {
+            let draw = |canvas: &Canvas<'_>| self.draw_moment(canvas, index, self.trail);
+            let pixels = rasterise(u32::from(width), u32::from(height), self.size(), draw)?;
+            let mut frame = gif::Frame::from_rgb_speed(width, height, &pixels, QUANTISER_SPEED);
+            // GIF counts hundredths of a second.
+            frame.delay = u16::try_from(self.frame_ms.div_ceil(10)).unwrap_or(u16::MAX);
+            encoder.write_frame(&frame).map_err(failed)?;
+        }
+        drop(encoder);
+        Ok(bytes)
+    }
+
+    /// Writes the GIF to `path` and its numbers beside it with the ending `.csv`.
+    ///
+    /// # Errors
+    /// When the ending is not `.gif`, as [`Self::to_gif`], or when a file cannot be written.
+    pub fn write_gif(&self, path: &Path, provenance: &Provenance, width: u16) -> Result<(), FigureError> {
+        if path.extension().is_none_or(|ending| ending != "gif") {
+            return Err(FigureError::Format { path: path.to_owned(), known: "`.gif`" });
+        }
+        write_with_table(path, &self.to_gif(provenance, width)?, &self.table())
+    }
+}
+
+/// From 1 (best colours) to 30 (fastest).
+const QUANTISER_SPEED: i32 = 10;
+
+impl Figure for Animation {
+    fn name(&self) -> &'static str {
+        "episode"
+    }
+
+    fn size(&self) -> [f64; 2] {
+        [SINGLE_COLUMN, 1.05 * SINGLE_COLUMN]
+    }
+
+    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+        self.draw_moment(canvas, self.moments.len().saturating_sub(1), self.moments.len())
+    }
+
+    fn table(&self) -> Table {
+        let mut table = Table::new(["time_s", "ball_x", "ball_y", "tools_placed", "stages_reached"]);
+        for moment in &self.moments {
+            table.push([
+                cell32(moment.time),
+                cell32(moment.ball[0]),
+                cell32(moment.ball[1]),
+                moment.placed.len().to_string(),
+                moment.reached.to_string(),
+            ]);
+        }
+        table
+    }
+}

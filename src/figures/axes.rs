@@ -1,0 +1,312 @@
+//! A plot: frame, ticks, labels, and data drawn inside.
+
+use plotters::coord::ranged1d::{KeyPointHint, KeyPointWeight, Ranged};
+use plotters::coord::types::RangedCoordf64;
+
+use super::FigureError;
+use super::canvas::{Canvas, Pen, Type};
+use super::data::Estimate;
+use super::geometry::{Point, Rect, clip_polygon, clip_polyline};
+use super::style::{
+    BAND_OPACITY, Color, FRAME_WIDTH, GRID, INK, LABEL_SIZE, SMALL_SIZE, THIN_WIDTH, TICK_LENGTH, TITLE_SIZE, faded,
+};
+
+type Drawn = Result<(), FigureError>;
+
+/// One axis: what it measures, its range and its ticks.
+#[derive(Debug, Clone)]
+pub struct Axis {
+    label: String,
+    low: f64,
+    high: f64,
+    ticks: Vec<(f64, String)>,
+    logarithmic: bool,
+}
+
+impl Axis {
+    /// An axis from `low` to `high` with about `count` round ticks.
+    pub fn linear(label: &str, low: f64, high: f64, count: usize) -> Self {
+        let range = RangedCoordf64::from(low..high);
+        let places = range.key_points(RoundTicks(count));
+        let step = places.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+        let decimals =
+            if step.is_finite() && step > 0.0 { (-(step.log10() + 1e-9).floor()).max(0.0) as usize } else { 2 };
+        let ticks = places.into_iter().map(|value| (value, number(value, decimals))).collect();
+        Self { label: label.to_owned(), low, high, ticks, logarithmic: false }
+    }
+
+    /// An axis with these ticks only.
+    pub fn with_ticks(label: &str, low: f64, high: f64, ticks: Vec<(f64, String)>) -> Self {
+        Self { label: label.to_owned(), low, high, ticks, logarithmic: false }
+    }
+
+    /// A linear axis over the finite `values`, widened a little; [0, 1] when there are none.
+    pub fn around(label: &str, values: impl IntoIterator<Item = f64>, count: usize) -> Self {
+        let (low, high) = extent(values).unwrap_or((0.0, 1.0));
+        let margin = if high > low { 0.06 * (high - low) } else { 0.5 * high.abs().max(1.0) };
+        Self::linear(label, low - margin, high + margin, count)
+    }
+
+    /// A linear axis from 0 over the finite `values`, with room above; [0, 1] when there are none.
+    pub fn from_zero(label: &str, values: impl IntoIterator<Item = f64>, count: usize) -> Self {
+        let high = extent(values).map_or(1.0, |(_, high)| if high > 0.0 { 1.12 * high } else { 1.0 });
+        Self::linear(label, 0.0, high, count)
+    }
+
+    /// A logarithmic axis over the positive `values`, with ticks at powers of ten.
+    pub fn logarithmic(label: &str, values: impl IntoIterator<Item = f64>) -> Self {
+        let (low, high) = extent(values.into_iter().filter(|value| *value > 0.0)).unwrap_or((0.1, 1.0));
+        let (low, high) = (low.log10().floor() as i32, (high.log10() + 1e-9).ceil() as i32);
+        let high = high.max(low + 1);
+        let every = ((high - low) / 5 + 1) as usize;
+        let ticks = (low..=high).step_by(every).map(|power| (10f64.powi(power), power_of_ten(power))).collect();
+        let (low, high) = (10f64.powi(low), 10f64.powi(high));
+        Self { label: label.to_owned(), low, high, ticks, logarithmic: true }
+    }
+
+    /// The same axis without its label (inner panels of a grid).
+    pub fn unlabelled(mut self) -> Self {
+        self.label.clear();
+        self
+    }
+
+    /// Place of `value` between the ends, 0 to 1.
+    fn fraction(&self, value: f64) -> f64 {
+        if self.logarithmic {
+            (value.log10() - self.low.log10()) / (self.high.log10() - self.low.log10())
+        } else {
+            (value - self.low) / (self.high - self.low)
+        }
+    }
+}
+
+/// Smallest and largest finite value.
+fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
+    values.into_iter().filter(|value| value.is_finite()).fold(None, |extent, value| {
+        let (low, high) = extent.unwrap_or((value, value));
+        Some((low.min(value), high.max(value)))
+    })
+}
+
+/// Asks plotters for at most this many round ticks.
+struct RoundTicks(usize);
+
+impl KeyPointHint for RoundTicks {
+    fn max_num_points(&self) -> usize {
+        self.0
+    }
+
+    fn weight(&self) -> KeyPointWeight {
+        KeyPointWeight::Bold
+    }
+}
+
+/// A number with a true minus sign and thin spaces between thousands.
+pub fn number(value: f64, decimals: usize) -> String {
+    let text = format!("{:.*}", decimals, value.abs());
+    let (whole, rest) = text.find('.').map_or((text.as_str(), ""), |dot| text.split_at(dot));
+    let mut grouped = String::new();
+    for (n, digit) in whole.chars().enumerate() {
+        if whole.len() > 4 && n > 0 && (whole.len() - n) % 3 == 0 {
+            grouped.push('\u{2009}');
+        }
+        grouped.push(digit);
+    }
+    let negative = value < 0.0 && text.chars().any(|digit| ('1'..='9').contains(&digit));
+    format!("{}{grouped}{rest}", if negative { "\u{2212}" } else { "" })
+}
+
+fn power_of_ten(power: i32) -> String {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let digits =
+        power.unsigned_abs().to_string().bytes().map(|digit| DIGITS[usize::from(digit - b'0')]).collect::<String>();
+    format!("10{}{digits}", if power < 0 { "⁻" } else { "" })
+}
+
+/// A framed plot whose inside maps data to the page.
+pub struct Plot<'c> {
+    canvas: &'c Canvas<'c>,
+    /// The inside of the frame.
+    pub rect: Rect,
+    x: Axis,
+    y: Axis,
+}
+
+/// How a plot is framed.
+pub struct Frame<'t> {
+    /// Bold text above the plot, at its left edge.
+    pub title: &'t str,
+    /// Whether horizontal grid lines are drawn at the ticks.
+    pub grid: bool,
+    /// Whether the inside is a square (scenes, where both axes have one scale).
+    pub square: bool,
+}
+
+impl<'c> Plot<'c> {
+    /// Draws frame, ticks and labels into `outer`.
+    ///
+    /// # Errors
+    /// When the backend fails.
+    pub fn new(canvas: &'c Canvas<'c>, outer: Rect, frame: &Frame<'_>, x: Axis, y: Axis) -> Result<Self, FigureError> {
+        let widest = y.ticks.iter().map(|(_, text)| Type::SMALL.width(text)).fold(0.0, f64::max);
+        let left = TICK_LENGTH + 2.0 + widest + if y.label.is_empty() { 0.0 } else { 1.5 * LABEL_SIZE };
+        let below = TICK_LENGTH + 1.4 * SMALL_SIZE + if x.label.is_empty() { 0.0 } else { 1.4 * LABEL_SIZE };
+        let above = if frame.title.is_empty() { 0.4 * SMALL_SIZE } else { 1.6 * TITLE_SIZE };
+        let mut rect = outer.cut(left, above, 0.4 * SMALL_SIZE, below);
+        if frame.square {
+            rect = rect.square();
+        }
+        let plot = Self { canvas, rect, x, y };
+        plot.ticks(frame.grid)?;
+        canvas.outline(&rect.corners(), Pen::new(INK, FRAME_WIDTH))?;
+        let baseline = rect.top - 0.8 * TITLE_SIZE;
+        canvas.text([rect.left, baseline], frame.title, Type::TITLE)?;
+        canvas.text(
+            [rect.center()[0], rect.bottom + below - 0.7 * LABEL_SIZE],
+            &plot.x.label,
+            Type::LABEL.centered(),
+        )?;
+        canvas.text(
+            [rect.left - left + 0.6 * LABEL_SIZE, rect.center()[1]],
+            &plot.y.label,
+            Type::LABEL.centered().upright(),
+        )?;
+        Ok(plot)
+    }
+
+    fn ticks(&self, grid: bool) -> Drawn {
+        let (canvas, rect, pen) = (self.canvas, self.rect, Pen::new(INK, FRAME_WIDTH));
+        for (value, text) in &self.x.ticks {
+            let x = self.at(*value, self.y.low)[0];
+            canvas.line(&[[x, rect.bottom], [x, rect.bottom + TICK_LENGTH]], pen)?;
+            canvas.text([x, rect.bottom + TICK_LENGTH + 0.8 * SMALL_SIZE], text, Type::SMALL.centered())?;
+        }
+        for (value, text) in &self.y.ticks {
+            let y = self.at(self.x.low, *value)[1];
+            if grid {
+                canvas.line(&[[rect.left, y], [rect.right, y]], Pen::new(GRID, FRAME_WIDTH))?;
+            }
+            canvas.line(&[[rect.left - TICK_LENGTH, y], [rect.left, y]], pen)?;
+            canvas.text([rect.left - TICK_LENGTH - 2.0, y], text, Type::SMALL.right())?;
+        }
+        Ok(())
+    }
+
+    /// The place of a value pair on the page; not finite when a value is not.
+    pub fn at(&self, x: f64, y: f64) -> Point {
+        [
+            self.rect.left + self.x.fraction(x) * self.rect.width(),
+            self.rect.bottom - self.y.fraction(y) * self.rect.height(),
+        ]
+    }
+
+    /// A line through the points; values that are not finite leave gaps, a lone value is a dot.
+    ///
+    /// # Errors
+    /// When the backend fails.
+    pub fn line(&self, xs: &[f64], ys: &[f64], pen: Pen) -> Drawn {
+        for run in finite_runs(xs, &[ys]) {
+            let points: Vec<Point> = run.map(|n| self.at(xs[n], ys[n])).collect();
+            match points[..] {
+                [lone] if self.rect.contains(lone) => self.canvas.dot(lone, pen.width, pen.color)?,
+                _ => {
+                    for part in clip_polyline(&points, &self.rect) {
+                        self.canvas.line(&part, pen)?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The band between two lines, with gaps where either is not finite.
+    ///
+    /// # Errors
+    /// When the backend fails.
+    pub fn band(&self, xs: &[f64], low: &[f64], high: &[f64], color: Color) -> Drawn {
+        for run in finite_runs(xs, &[low, high]) {
+            // One polygon a run: translucent slices would show their seams.
+            let (mut upper, mut lower) = (Vec::new(), Vec::new());
+            for n in run {
+                let clamp = |p: Point| {
+                    [p[0].clamp(self.rect.left, self.rect.right), p[1].clamp(self.rect.top, self.rect.bottom)]
+                };
+                upper.push(clamp(self.at(xs[n], high[n])));
+                lower.push(clamp(self.at(xs[n], low[n])));
+            }
+            upper.extend(lower.into_iter().rev());
+            self.canvas.fill(&upper, faded(color, BAND_OPACITY))?;
+        }
+        Ok(())
+    }
+
+    /// A bar of `width` (data units) from zero, with its interval as an error bar.
+    ///
+    /// # Errors
+    /// When the backend fails.
+    pub fn bar(&self, x: f64, width: f64, estimate: Estimate, color: Color) -> Drawn {
+        if !estimate.value.is_finite() {
+            return Ok(());
+        }
+        let bar = |y: f64| [self.at(x - width / 2.0, y), self.at(x + width / 2.0, y)];
+        let ([a, b], [c, d]) = (bar(0.0), bar(estimate.value));
+        self.canvas.fill(&clip_polygon(&[a, b, d, c], &self.rect), color)?;
+        self.error_bar(x, estimate)
+    }
+
+    /// A vertical interval with caps.
+    ///
+    /// # Errors
+    /// When the backend fails.
+    pub fn error_bar(&self, x: f64, estimate: Estimate) -> Drawn {
+        if !estimate.has_interval() {
+            return Ok(());
+        }
+        let pen = Pen::new(INK, THIN_WIDTH);
+        let (low, high) = (self.at(x, estimate.low), self.at(x, estimate.high));
+        self.canvas.line(&[low, high], pen)?;
+        for [x, y] in [low, high] {
+            self.canvas.line(&[[x - 1.5, y], [x + 1.5, y]], pen)?;
+        }
+        Ok(())
+    }
+}
+
+/// Ranges of indices in which all columns are finite.
+fn finite_runs(xs: &[f64], columns: &[&[f64]]) -> Vec<std::ops::Range<usize>> {
+    let count = columns.iter().map(|column| column.len()).fold(xs.len(), usize::min);
+    let mut runs: Vec<std::ops::Range<usize>> = Vec::new();
+    for n in (0..count).filter(|&n| xs[n].is_finite() && columns.iter().all(|column| column[n].is_finite())) {
+        match runs.last_mut() {
+            Some(run) if run.end == n => run.end = n + 1,
+            _ => runs.push(n..n + 1),
+        }
+    }
+    runs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gaps_split_runs() {
+        let xs = [0.0, 1.0, 2.0, 3.0, 4.0];
+        assert_eq!(finite_runs(&xs, &[&[1.0, f64::NAN, 2.0, 3.0, f64::INFINITY]]), [0..1, 2..4]);
+    }
+
+    #[test]
+    fn numbers_read_well() {
+        assert_eq!(number(-0.25, 2), "\u{2212}0.25");
+        assert_eq!(number(-0.001, 1), "0.0");
+        assert_eq!(number(12_500.0, 0), "12\u{2009}500");
+        assert_eq!(power_of_ten(-12), "10⁻¹²");
+    }
+
+    #[test]
+    fn ticks_are_round_and_inside() {
+        let axis = Axis::linear("", 0.0, 103.0, 6);
+        assert!(axis.ticks.iter().all(|(value, _)| (0.0..=103.0).contains(value) && value % 20.0 == 0.0), "{axis:?}");
+        assert!(axis.ticks.len() >= 4);
+    }
+}

@@ -1,0 +1,91 @@
+//! Grouped bars with intervals.
+
+use super::FigureError;
+use super::axes::{Axis, Frame, Plot, number};
+use super::canvas::{Canvas, Type};
+use super::data::Estimate;
+use super::geometry::Rect;
+use super::style::{LABEL_SIZE, SMALL_SIZE, TICK_LENGTH, series_color};
+
+/// Bars that belong together: one group a member, one bar a series.
+pub struct BarCluster {
+    /// Name below the members.
+    pub label: String,
+    /// Name of each member (may be empty), and its bars in the order of the series.
+    pub members: Vec<(String, Vec<Estimate>)>,
+}
+
+/// Gap between clusters and between members, in widths of a bar.
+const CLUSTER_GAP: f64 = 1.2;
+const MEMBER_GAP: f64 = 0.5;
+
+/// A member of a cluster with the place of its left edge and its width, in bars.
+struct Placed<'b> {
+    name: &'b str,
+    bars: &'b [Estimate],
+    left: f64,
+}
+
+/// Draws clusters of bars side by side, with `integers` above the bars when they are counts.
+///
+/// # Errors
+/// When the backend fails.
+pub fn grouped_bars(
+    canvas: &Canvas<'_>,
+    rect: Rect,
+    title: &str,
+    label: &str,
+    clusters: &[BarCluster],
+    counts: bool,
+) -> Result<(), FigureError> {
+    let mut x = CLUSTER_GAP / 2.0;
+    let (mut placed, mut names) = (Vec::new(), Vec::new());
+    for cluster in clusters {
+        let start = x;
+        for (n, (name, bars)) in cluster.members.iter().enumerate() {
+            x += if n > 0 { MEMBER_GAP } else { 0.0 };
+            placed.push(Placed { name, bars, left: x });
+            x += bars.len() as f64;
+        }
+        names.push(((start + x) / 2.0, cluster.label.as_str()));
+        x += CLUSTER_GAP;
+    }
+    let end = (x - CLUSTER_GAP / 2.0).max(1.0);
+    let values = placed.iter().flat_map(|member| member.bars).flat_map(Estimate::values);
+    let named = placed.iter().any(|member| !member.name.is_empty());
+    let below = if named { 2.6 } else { 1.5 } * SMALL_SIZE + TICK_LENGTH;
+    let (rect, _) = rect.split_bottom(below - 1.4 * SMALL_SIZE);
+    let frame = Frame { title, grid: true, square: false };
+    let axes = [Axis::with_ticks("", 0.0, end, Vec::new()), Axis::from_zero(label, values, 6)];
+    let [horizontal, vertical] = axes;
+    let plot = Plot::new(canvas, rect, &frame, horizontal, vertical)?;
+    for member in &placed {
+        for (n, bar) in member.bars.iter().enumerate() {
+            let x = member.left + n as f64 + 0.5;
+            plot.bar(x, 0.92, *bar, series_color(n))?;
+            if counts {
+                write_count(canvas, &plot, x, *bar)?;
+            }
+        }
+        let [x, y] =
+            [plot.at(member.left + member.bars.len() as f64 / 2.0, 0.0)[0], plot.rect.bottom + 0.9 * SMALL_SIZE];
+        canvas.text([x, y], member.name, Type::SMALL.centered())?;
+    }
+    let line = plot.rect.bottom + if named { 0.9 * SMALL_SIZE + 1.3 * LABEL_SIZE } else { LABEL_SIZE };
+    names.into_iter().try_for_each(|(x, name)| canvas.text([plot.at(x, 0.0)[0], line], name, Type::SMALL.centered()))
+}
+
+/// The count above its bar, where it fits: bars too low to be seen are still read.
+fn write_count(canvas: &Canvas<'_>, plot: &Plot<'_>, x: f64, bar: Estimate) -> Result<(), FigureError> {
+    if !bar.value.is_finite() {
+        return Ok(());
+    }
+    let look = Type { size: 0.85 * SMALL_SIZE, ..Type::SMALL.centered() };
+    let text = number(bar.value, 0);
+    let room = plot.at(1.0, 0.0)[0] - plot.at(0.0, 0.0)[0];
+    if look.width(&text) > 1.1 * room {
+        return Ok(());
+    }
+    let [x, y] = plot.at(x, if bar.has_interval() { bar.high } else { bar.value });
+    canvas.text([x, y - 0.7 * SMALL_SIZE], &text, look)
+}

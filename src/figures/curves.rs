@@ -1,0 +1,169 @@
+//! Figure 6, rolling success against episodes, and performance profiles.
+
+use serde::{Deserialize, Serialize};
+
+use super::axes::{Axis, Frame, Plot};
+use super::canvas::{Canvas, Pen};
+use super::data::{Curve, Statistics, labels};
+use super::geometry::Rect;
+use super::layout::{Mark, legend, note};
+use super::style::{DOUBLE_COLUMN, GAP, GREY, LINE_WIDTH, MARGIN, SINGLE_COLUMN, series_color};
+use super::table::{Table, cell};
+use super::tasks::{COLUMNS, heading, rows};
+use super::{Figure, FigureError};
+
+/// Success against episodes, one panel a task.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct LearningCurves {
+    /// What was counted: the episodes of training, or greedy evaluations.
+    pub greedy: bool,
+    /// Number of episodes the success rate is averaged over.
+    pub window: usize,
+    /// How runs were summarised.
+    pub statistics: Statistics,
+    /// The panels in order.
+    pub panels: Vec<CurvePanel>,
+}
+
+/// Curves of one task: x in episodes, y the share of successes, 0 to 1.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct CurvePanel {
+    /// Name of the task.
+    pub task: String,
+    /// One curve a method.
+    pub curves: Vec<Curve>,
+}
+
+/// Share of runs that score better than a threshold, against the threshold.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct PerformanceProfile {
+    /// What is scored, with its unit.
+    pub measure: String,
+    /// How intervals were computed.
+    pub statistics: Statistics,
+    /// One curve a method: x the threshold, y the share of runs above it.
+    pub curves: Vec<Curve>,
+}
+
+/// Draws curves as percentages, coloured by the place of their label in `order`.
+fn draw_curves(canvas: &Canvas<'_>, plot: &Plot<'_>, curves: &[Curve], order: &[&str]) -> Result<(), FigureError> {
+    let percent = |values: &[f64]| values.iter().map(|value| 100.0 * value).collect::<Vec<_>>();
+    let color = |curve: &Curve| series_color(order.iter().position(|label| *label == curve.label).unwrap_or(0));
+    for curve in curves {
+        plot.band(&curve.x, &percent(&curve.low), &percent(&curve.high), color(curve))?;
+    }
+    for curve in curves {
+        plot.line(&curve.x, &percent(&curve.y), Pen::new(color(curve), LINE_WIDTH))?;
+    }
+    if curves.iter().all(Curve::is_empty) {
+        let look = super::canvas::Type::SMALL.centered().color(GREY);
+        canvas.text(plot.rect.center(), "no finished episodes", look)?;
+    }
+    Ok(())
+}
+
+fn marks(order: &[&str]) -> Vec<(Mark, String)> {
+    order.iter().enumerate().map(|(n, label)| (Mark::Line(series_color(n)), (*label).to_owned())).collect()
+}
+
+fn rate_axis(label: &str) -> Axis {
+    Axis::linear(label, 0.0, 103.0, 6)
+}
+
+impl Figure for LearningCurves {
+    fn name(&self) -> &'static str {
+        if self.greedy { "figure6_greedy_success" } else { "figure6_learning_curves" }
+    }
+
+    fn size(&self) -> [f64; 2] {
+        [DOUBLE_COLUMN, rows(self.panels.len()) as f64 * 138.0 + 36.0]
+    }
+
+    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+        let page = canvas.page().inset(MARGIN);
+        if self.panels.is_empty() {
+            return canvas.nothing(page, "no learning curves");
+        }
+        let what = if self.greedy {
+            format!("Success of the actor without noise in the last {} evaluation episodes.", self.window)
+        } else {
+            format!("Share of the last {} training episodes that reached the goal.", self.window)
+        };
+        let rect = note(canvas, page, &format!("{what} {}.", self.statistics.caption("band")))?;
+        let order = labels(self.panels.iter().flat_map(|panel| &panel.curves).map(|curve| curve.label.as_str()));
+        let rect = legend(canvas, rect, &marks(&order))?;
+        let columns = COLUMNS.min(self.panels.len());
+        let cells: Vec<Rect> = rect.grid(rows(self.panels.len()), columns, GAP);
+        for (n, (panel, cell)) in self.panels.iter().zip(cells).enumerate() {
+            let last =
+                panel.curves.iter().flat_map(|curve| &curve.x).copied().filter(|x| x.is_finite()).fold(1.0, f64::max);
+            let x = Axis::linear("episode", 0.0, last, 5);
+            let x = if n + columns >= self.panels.len() { x } else { x.unlabelled() };
+            let y = rate_axis("success rate (%)");
+            let y = if n % columns == 0 { y } else { y.unlabelled() };
+            let frame = Frame { title: &heading(&panel.task), grid: true, square: false };
+            let plot = Plot::new(canvas, cell, &frame, x, y)?;
+            draw_curves(canvas, &plot, &panel.curves, &order)?;
+        }
+        Ok(())
+    }
+
+    fn table(&self) -> Table {
+        let mut table = Table::new(["task", "method", "episode", "success", "low", "high"]);
+        for panel in &self.panels {
+            for curve in &panel.curves {
+                push_curve(&mut table, &panel.task, curve);
+            }
+        }
+        table
+    }
+}
+
+impl Figure for PerformanceProfile {
+    fn name(&self) -> &'static str {
+        "performance_profile"
+    }
+
+    fn size(&self) -> [f64; 2] {
+        [SINGLE_COLUMN, 190.0]
+    }
+
+    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+        let page = canvas.page().inset(MARGIN);
+        if self.curves.iter().all(Curve::is_empty) {
+            return canvas.nothing(page, "no scores");
+        }
+        let rect = note(canvas, page, &format!("{}.", self.statistics.caption("band")))?;
+        let order = labels(self.curves.iter().map(|curve| curve.label.as_str()));
+        let rect = legend(canvas, rect, &marks(&order))?;
+        let thresholds = || self.curves.iter().flat_map(|curve| curve.x.iter().copied()).filter(|x| x.is_finite());
+        let (low, high) = (thresholds().fold(f64::INFINITY, f64::min), thresholds().fold(f64::NEG_INFINITY, f64::max));
+        let x = Axis::linear(&format!("threshold \u{3c4}: {}", self.measure), low, high.max(low + 1e-9), 6);
+        let frame = Frame { title: "", grid: true, square: false };
+        let plot = Plot::new(canvas, rect, &frame, x, rate_axis("runs above \u{3c4} (%)"))?;
+        draw_curves(canvas, &plot, &self.curves, &order)
+    }
+
+    fn table(&self) -> Table {
+        let mut table = Table::new(["measure", "method", "threshold", "fraction", "low", "high"]);
+        for curve in &self.curves {
+            push_curve(&mut table, &self.measure, curve);
+        }
+        table
+    }
+}
+
+/// A row for each point of a curve.
+fn push_curve(table: &mut Table, name: &str, curve: &Curve) {
+    let of = |values: &[f64], n: usize| values.get(n).copied().map_or(String::new(), cell);
+    for n in 0..curve.x.len().min(curve.y.len()) {
+        table.push([
+            name.to_owned(),
+            curve.label.clone(),
+            cell(curve.x[n]),
+            cell(curve.y[n]),
+            of(&curve.low, n),
+            of(&curve.high, n),
+        ]);
+    }
+}

@@ -1,0 +1,99 @@
+//! The numbers figures are made of. JSON has no NaN: it is written as null and read back.
+
+use serde::{Deserialize, Deserializer, Serialize};
+
+/// A measured value with its interval. A value or bound that is not finite is missing.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// The point estimate.
+    #[serde(deserialize_with = "number")]
+    pub value: f64,
+    /// Lower end of the interval.
+    #[serde(deserialize_with = "number")]
+    pub low: f64,
+    /// Upper end of the interval.
+    #[serde(deserialize_with = "number")]
+    pub high: f64,
+}
+
+impl Estimate {
+    /// A value without an interval.
+    pub fn exact(value: f64) -> Self {
+        Self { value, low: f64::NAN, high: f64::NAN }
+    }
+
+    pub(super) fn has_interval(&self) -> bool {
+        self.low.is_finite() && self.high.is_finite()
+    }
+
+    /// Everything an axis must cover.
+    pub(super) fn values(&self) -> [f64; 3] {
+        [self.value, self.low, self.high]
+    }
+}
+
+/// How intervals and centres were computed, as said in captions.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Statistics {
+    /// The centre, such as "interquartile mean".
+    pub centre: String,
+    /// The interval, such as "95 % stratified bootstrap interval"; empty when there is none.
+    pub interval: String,
+    /// Number of seeds behind each estimate.
+    pub seeds: usize,
+}
+
+impl Statistics {
+    /// One line for the foot of a figure, such as "Interquartile mean of 5 seeds; bars: 95 % ...".
+    pub(super) fn caption(&self, mark: &str) -> String {
+        let seeds = if self.seeds == 1 { "1 seed".to_owned() } else { format!("{} seeds", self.seeds) };
+        let centre =
+            if self.centre.is_empty() { format!("n = {seeds}") } else { format!("{} of {seeds}", self.centre) };
+        if self.interval.is_empty() { centre } else { format!("{centre}; {mark}: {}", self.interval) }
+    }
+}
+
+/// A line with a band: values by position on the x axis. Not finite means missing.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Curve {
+    /// What it shows, as in the legend. Equal labels have equal colours in all panels.
+    pub label: String,
+    /// Positions on the x axis, increasing.
+    #[serde(deserialize_with = "numbers")]
+    pub x: Vec<f64>,
+    /// Values.
+    #[serde(deserialize_with = "numbers")]
+    pub y: Vec<f64>,
+    /// Lower ends of the intervals; empty when there are none.
+    #[serde(default, deserialize_with = "numbers")]
+    pub low: Vec<f64>,
+    /// Upper ends of the intervals; empty when there are none.
+    #[serde(default, deserialize_with = "numbers")]
+    pub high: Vec<f64>,
+}
+
+impl Curve {
+    pub(super) fn is_empty(&self) -> bool {
+        !self.x.iter().zip(&self.y).any(|(x, y)| x.is_finite() && y.is_finite())
+    }
+}
+
+/// Labels of the curves, each once, in order of appearance.
+pub(super) fn labels<'c>(curves: impl IntoIterator<Item = &'c str>) -> Vec<&'c str> {
+    let mut labels = Vec::new();
+    for label in curves {
+        if !labels.contains(&label) {
+            labels.push(label);
+        }
+    }
+    labels
+}
+
+fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
+}
+
+pub(super) fn numbers<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<f64>, D::Error> {
+    let values: Vec<Option<f64>> = Vec::deserialize(deserializer)?;
+    Ok(values.into_iter().map(|value| value.unwrap_or(f64::NAN)).collect())
+}

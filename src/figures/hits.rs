@@ -1,0 +1,125 @@
+//! Figure 5: how often guided and random exploration reach goals and subgoals.
+
+use serde::{Deserialize, Serialize};
+
+use super::axes::number;
+use super::bars::{BarCluster, grouped_bars};
+use super::canvas::Canvas;
+use super::data::{Estimate, Statistics, labels};
+use super::geometry::Rect;
+use super::layout::{Mark, legend, note};
+use super::style::{DOUBLE_COLUMN, GAP, MARGIN, series_color};
+use super::table::{Table, cell};
+use super::tasks::heading;
+use super::{Figure, FigureError};
+
+/// Hits of each policy on each task.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Hits {
+    /// Episodes behind each count.
+    pub episodes: usize,
+    /// How the counts were summarised over seeds.
+    pub statistics: Statistics,
+    /// The tasks in order.
+    pub tasks: Vec<TaskHits>,
+}
+
+/// Hits on one task.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TaskHits {
+    /// Name of the task.
+    pub task: String,
+    /// The policies, in the same order for every task.
+    pub policies: Vec<PolicyHits>,
+}
+
+/// Numbers of episodes in which a policy reached the stages of a task.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PolicyHits {
+    /// Name of the policy, as in the legend.
+    pub policy: String,
+    /// Episodes that reached the final goal.
+    pub goal: Estimate,
+    /// Episodes that reached each subgoal, in order.
+    pub subgoals: Vec<Estimate>,
+}
+
+impl Hits {
+    fn policies(&self) -> Vec<&str> {
+        labels(self.tasks.iter().flat_map(|task| &task.policies).map(|hits| hits.policy.as_str()))
+    }
+
+    /// Bars of a task in the order of the legend; a policy that was not run has none.
+    fn bars(&self, task: &TaskHits, stage: impl Fn(&PolicyHits) -> Option<Estimate>) -> Vec<Estimate> {
+        let of = |name: &str| task.policies.iter().find(|hits| hits.policy == name).and_then(&stage);
+        self.policies().into_iter().map(|name| of(name).unwrap_or(Estimate::exact(f64::NAN))).collect()
+    }
+
+    fn goals(&self) -> Vec<BarCluster> {
+        let members = |task| vec![(String::new(), self.bars(task, |hits| Some(hits.goal)))];
+        self.tasks.iter().map(|task| BarCluster { label: short(&task.task), members: members(task) }).collect()
+    }
+
+    fn subgoals(&self) -> Vec<BarCluster> {
+        let members = |task: &TaskHits| {
+            let count = task.policies.iter().map(|hits| hits.subgoals.len()).max().unwrap_or(0);
+            (0..count).map(|n| ((n + 1).to_string(), self.bars(task, |hits| hits.subgoals.get(n).copied()))).collect()
+        };
+        self.tasks.iter().map(|task| BarCluster { label: short(&task.task), members: members(task) }).collect()
+    }
+}
+
+/// "T1" for `task1`.
+fn short(name: &str) -> String {
+    heading(name).replace("Task ", "T")
+}
+
+impl Figure for Hits {
+    fn name(&self) -> &'static str {
+        "figure5_hits"
+    }
+
+    fn size(&self) -> [f64; 2] {
+        [DOUBLE_COLUMN, 200.0]
+    }
+
+    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+        let page = canvas.page().inset(MARGIN);
+        if self.tasks.is_empty() {
+            return canvas.nothing(page, "no hits were counted");
+        }
+        let episodes = number(self.episodes as f64, 0);
+        let text = format!(
+            "Counts in {episodes} episodes of each policy. {}. Numbers below the bars in (b): subgoals in order of reach.",
+            self.statistics.caption("bars")
+        );
+        let rect = note(canvas, page, &text)?;
+        let marks: Vec<(Mark, String)> = self
+            .policies()
+            .into_iter()
+            .enumerate()
+            .map(|(n, name)| (Mark::Patch(series_color(n)), name.to_owned()))
+            .collect();
+        let rect = legend(canvas, rect, &marks)?;
+        let middle = rect.left + 0.36 * rect.width();
+        let left = Rect { right: middle - GAP / 2.0, ..rect };
+        let right = Rect { left: middle + GAP / 2.0, ..rect };
+        grouped_bars(canvas, left, "(a) Final goal hit", &format!("episodes of {episodes}"), &self.goals(), true)?;
+        grouped_bars(canvas, right, "(b) Subgoal hit", &format!("episodes of {episodes}"), &self.subgoals(), true)
+    }
+
+    fn table(&self) -> Table {
+        let mut table = Table::new(["task", "policy", "stage", "hits", "low", "high", "episodes", "seeds"]);
+        for task in &self.tasks {
+            for hits in &task.policies {
+                let stages = (1..).map(|n: usize| format!("subgoal {n}")).zip(&hits.subgoals);
+                for (stage, estimate) in stages.chain([("goal".to_owned(), &hits.goal)]) {
+                    let [value, low, high] = estimate.values().map(cell);
+                    let (episodes, seeds) = (self.episodes.to_string(), self.statistics.seeds.to_string());
+                    table.push([task.task.clone(), hits.policy.clone(), stage, value, low, high, episodes, seeds]);
+                }
+            }
+        }
+        table
+    }
+}

@@ -1,0 +1,145 @@
+//! Figure 1: launches of the ball at single tools.
+
+use serde::{Deserialize, Serialize};
+
+use super::axes::number;
+use super::canvas::{Canvas, Pen};
+use super::layout::{Mark, legend, note};
+use super::scene::{Position, SCENE_TOOL, SceneView, Window};
+use super::style::{BLUE, DOUBLE_COLUMN, GAP, GREY, MARGIN, VERMILLION, faded};
+use super::table::{Table, cell32};
+use super::{Figure, FigureError};
+use crate::physics::to_units;
+use crate::task::ToolSpec;
+
+/// The tools and a sample of the launches at each.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Launches {
+    /// One panel a tool.
+    pub tools: Vec<ToolLaunches>,
+}
+
+/// A tool and the ball's ways around it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ToolLaunches {
+    /// The tool in its place.
+    pub tool: ToolSpec,
+    /// Radius of the ball in units.
+    pub ball_radius: f32,
+    /// Normalised positions of the ball, step by step, of the launches to show.
+    pub trajectories: Vec<Vec<Position>>,
+    /// Number of one-step observations of this tool in the whole data set.
+    pub observations: usize,
+}
+
+/// A ball this close (units) to the tool's surface has met it: what it covers in a step.
+const CONTACT_MARGIN: f32 = 1.0;
+
+impl ToolLaunches {
+    /// Index of the first position in contact with the tool; the length when there is none.
+    fn contact(&self, trajectory: &[Position]) -> usize {
+        let tool = self.tool.tool();
+        let touches = |position: &Position| {
+            position.iter().all(|p| p.is_finite())
+                && tool.surface(to_units(*position)).0 <= self.ball_radius + CONTACT_MARGIN
+        };
+        trajectory.iter().position(touches).unwrap_or(trajectory.len())
+    }
+
+    fn draw(&self, view: &SceneView<'_>, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+        for trajectory in &self.trajectories {
+            let contact = self.contact(trajectory);
+            view.path(&trajectory[..trajectory.len().min(contact + 1)], Pen::new(faded(BLUE, 0.55), 0.6))?;
+            view.path(&trajectory[contact.min(trajectory.len())..], Pen::new(faded(VERMILLION, 0.55), 0.6))?;
+        }
+        for start in self.trajectories.iter().filter_map(|trajectory| trajectory.first()) {
+            if view.shows(*start) {
+                canvas.dot(view.at(*start), 1.0, BLUE)?;
+            }
+        }
+        view.tool(&self.tool.tool(), SCENE_TOOL)?;
+        // One ball to scale, in the corner nobody is launched from.
+        match self.trajectories.first().and_then(|trajectory| trajectory.first()) {
+            Some(start) => view.ring(*start, self.ball_radius, GREY),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Launches {
+    /// Half the width of a panel: every start is visible.
+    fn reach(&self) -> f64 {
+        let distance = |tool: &ToolLaunches, start: &Position| {
+            f32::max((start[0] - tool.tool.position[0]).abs(), (start[1] - tool.tool.position[1]).abs())
+        };
+        let starts = self.tools.iter().flat_map(|tool| {
+            tool.trajectories.iter().filter_map(|trajectory| trajectory.first()).map(move |start| distance(tool, start))
+        });
+        f64::from(starts.filter(|reach| reach.is_finite()).fold(0.4, f32::max) + 0.12).min(1.0)
+    }
+}
+
+impl Figure for Launches {
+    fn name(&self) -> &'static str {
+        "figure1_launches"
+    }
+
+    fn size(&self) -> [f64; 2] {
+        let panels = self.tools.len().clamp(3, 5) as f64;
+        [DOUBLE_COLUMN, DOUBLE_COLUMN / panels + 52.0]
+    }
+
+    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+        let page = canvas.page().inset(MARGIN);
+        if self.tools.is_empty() {
+            return canvas.nothing(page, "no launches");
+        }
+        let shown: usize = self.tools.iter().map(|tool| tool.trajectories.len()).sum();
+        let counts: Vec<String> = self
+            .tools
+            .iter()
+            .map(|tool| format!("{} {}", tool.tool.kind, number(tool.observations as f64, 0)))
+            .collect();
+        let text = format!(
+            "{shown} of the launches are shown. One-step observations in the data: {}. Grey ring: the ball to scale.",
+            counts.join(", ")
+        );
+        let rect = note(canvas, page, &text)?;
+        let marks = [
+            (Mark::Dot(BLUE), "launch".to_owned()),
+            (Mark::Line(BLUE), "until the ball meets the tool".to_owned()),
+            (Mark::Line(VERMILLION), "afterwards".to_owned()),
+        ];
+        let rect = legend(canvas, rect, &marks)?;
+        let half = self.reach();
+        for (n, (tool, cell)) in self.tools.iter().zip(rect.grid(1, self.tools.len(), GAP / 2.0)).enumerate() {
+            let origin = tool.tool.position.map(f64::from);
+            let names = ["\u{394}x from the tool", "\u{394}y from the tool (normalised)"];
+            let window = Window { center: origin, half, origin, names, labels: [true, n == 0] };
+            let view = SceneView::new(canvas, cell, tool.tool.kind.name(), window)?;
+            tool.draw(&view, canvas)?;
+        }
+        Ok(())
+    }
+
+    fn table(&self) -> Table {
+        let mut table = Table::new(["tool", "observations", "launch", "step", "x", "y", "after_contact"]);
+        for tool in &self.tools {
+            for (launch, trajectory) in tool.trajectories.iter().enumerate() {
+                let contact = tool.contact(trajectory);
+                for (step, [x, y]) in trajectory.iter().enumerate() {
+                    table.push([
+                        tool.tool.kind.name().to_owned(),
+                        tool.observations.to_string(),
+                        launch.to_string(),
+                        step.to_string(),
+                        cell32(*x),
+                        cell32(*y),
+                        (step >= contact).to_string(),
+                    ]);
+                }
+            }
+        }
+        table
+    }
+}

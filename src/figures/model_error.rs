@@ -1,0 +1,126 @@
+//! Prediction error of the dynamics models: one step, and rollouts.
+
+use serde::{Deserialize, Serialize};
+
+use super::axes::{Axis, Frame, Plot, number};
+use super::bars::{BarCluster, grouped_bars};
+use super::canvas::{Canvas, Pen};
+use super::data::{Estimate, Statistics};
+use super::layout::{Mark, legend, note};
+use super::style::{DOUBLE_COLUMN, GAP, LINE_WIDTH, MARGIN, series_color};
+use super::table::{Table, cell};
+use super::{Figure, FigureError};
+
+/// Errors of several predictors on several tools (or tool sets).
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ModelError {
+    /// Names of the tools, one group and one panel each.
+    pub tools: Vec<String>,
+    /// Seconds one prediction spans.
+    pub step_seconds: f64,
+    /// How errors were summarised.
+    pub statistics: Statistics,
+    /// The model and its baselines, in the order of the legend.
+    pub predictors: Vec<Predictor>,
+}
+
+/// Errors of one predictor, in normalised units.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Predictor {
+    /// Name, as in the legend.
+    pub label: String,
+    /// One-step error on each tool.
+    pub one_step: Vec<Estimate>,
+    /// On each tool, the error after 1, 2, ... steps of a rollout.
+    pub rollout: Vec<Vec<Estimate>>,
+}
+
+impl ModelError {
+    fn one_step(&self) -> Vec<BarCluster> {
+        let bars = |tool: usize| {
+            let of = |predictor: &Predictor| predictor.one_step.get(tool).copied();
+            self.predictors.iter().map(|predictor| of(predictor).unwrap_or(Estimate::exact(f64::NAN))).collect()
+        };
+        let cluster =
+            |(n, label): (usize, &String)| BarCluster { label: label.clone(), members: vec![(String::new(), bars(n))] };
+        self.tools.iter().enumerate().map(cluster).collect()
+    }
+
+    fn rollouts(&self, tool: usize) -> impl Iterator<Item = &[Estimate]> {
+        self.predictors.iter().map(move |predictor| predictor.rollout.get(tool).map_or(&[][..], Vec::as_slice))
+    }
+
+    fn draw_rollouts(&self, canvas: &Canvas<'_>, rect: super::geometry::Rect) -> Result<(), FigureError> {
+        let all = || (0..self.tools.len()).flat_map(|tool| self.rollouts(tool));
+        let longest = all().map(<[Estimate]>::len).max().unwrap_or(0).max(2);
+        let values: Vec<f64> = all().flatten().flat_map(Estimate::values).collect();
+        for (tool, cell) in rect.grid(1, self.tools.len(), GAP / 2.0).into_iter().enumerate() {
+            let ticks = (1..=longest).step_by(longest.div_ceil(6)).map(|k| (k as f64, k.to_string())).collect();
+            let x = Axis::with_ticks("steps", 0.7, longest as f64 + 0.3, ticks);
+            let y = Axis::from_zero("rollout error (normalised)", values.iter().copied(), 5);
+            let y = if tool == 0 { y } else { y.unlabelled() };
+            let title = if tool == 0 { format!("(b) {}", self.tools[tool]) } else { self.tools[tool].clone() };
+            let plot = Plot::new(canvas, cell, &Frame { title: &title, grid: true, square: false }, x, y)?;
+            for (n, errors) in self.rollouts(tool).enumerate() {
+                let column = |of: fn(&Estimate) -> f64| errors.iter().map(of).collect::<Vec<f64>>();
+                let steps: Vec<f64> = (1..=errors.len()).map(|k| k as f64).collect();
+                plot.band(&steps, &column(|e| e.low), &column(|e| e.high), series_color(n))?;
+                plot.line(&steps, &column(|e| e.value), Pen::new(series_color(n), LINE_WIDTH))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Figure for ModelError {
+    fn name(&self) -> &'static str {
+        "model_error"
+    }
+
+    fn size(&self) -> [f64; 2] {
+        [DOUBLE_COLUMN, 300.0]
+    }
+
+    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+        let page = canvas.page().inset(MARGIN);
+        if self.tools.is_empty() || self.predictors.is_empty() {
+            return canvas.nothing(page, "no model was evaluated");
+        }
+        let text = format!(
+            "Distance between predicted and true position of the ball; 1 normalised = 42 units = half the screen. One step spans {} s. {}.",
+            number(self.step_seconds, 2),
+            self.statistics.caption("bars and bands")
+        );
+        let rect = note(canvas, page, &text)?;
+        let marks: Vec<(Mark, String)> = self
+            .predictors
+            .iter()
+            .enumerate()
+            .map(|(n, predictor)| (Mark::Patch(series_color(n)), predictor.label.clone()))
+            .collect();
+        let rect = legend(canvas, rect, &marks)?;
+        let (above, below) = rect.split_top(0.5 * rect.height());
+        grouped_bars(canvas, above, "(a) One step", "error (normalised)", &self.one_step(), false)?;
+        self.draw_rollouts(canvas, below)
+    }
+
+    fn table(&self) -> Table {
+        let mut table = Table::new(["tools", "predictor", "measure", "steps", "error", "low", "high"]);
+        for (n, tool) in self.tools.iter().enumerate() {
+            for predictor in &self.predictors {
+                let mut row = |measure: &str, steps: usize, estimate: &Estimate| {
+                    let [value, low, high] = estimate.values().map(cell);
+                    let (tool, label) = (tool.clone(), predictor.label.clone());
+                    table.push([tool, label, measure.to_owned(), steps.to_string(), value, low, high]);
+                };
+                if let Some(estimate) = predictor.one_step.get(n) {
+                    row("one step", 1, estimate);
+                }
+                for (k, estimate) in predictor.rollout.get(n).into_iter().flatten().enumerate() {
+                    row("rollout", k + 1, estimate);
+                }
+            }
+        }
+        table
+    }
+}

@@ -1,0 +1,166 @@
+//! Figure 2: the dynamic relative coordinate system, with the moving ball as its origin.
+
+use serde::{Deserialize, Serialize};
+
+use super::axes::number;
+use super::canvas::{Canvas, Pen, Type};
+use super::geometry::circle;
+use super::layout::{Mark, legend, note};
+use super::scene::{PLACED_TOOL, Position, SceneView, Window};
+use super::style::{BLUE, DOUBLE_COLUMN, GAP, GREY, MARGIN, VERMILLION, WHITE, faded};
+use super::table::{Table, cell32};
+use super::{Figure, FigureError};
+use crate::task::Task;
+
+/// One scene at a few instants, above in the screen's coordinates, below in the ball's.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RelativeFrames {
+    /// The scene.
+    pub task: Task,
+    /// Normalised positions of the tools the agent placed.
+    pub placed: Vec<Position>,
+    /// Surface distance in units up to which an edge is active.
+    pub cutoff: f32,
+    /// The instants in order of time; two or three are legible.
+    pub instants: Vec<Instant>,
+}
+
+/// The scene at one time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Instant {
+    /// Time in seconds.
+    pub time: f32,
+    /// Normalised position of the ball: the origin.
+    pub ball: Position,
+    /// Normalised positions of the ball before.
+    pub trail: Vec<Position>,
+    /// The ball's edges to tools.
+    pub edges: Vec<Edge>,
+}
+
+/// An edge of the graph, from a tool to the ball.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Edge {
+    /// Normalised position of the tool.
+    pub object: Position,
+    /// Whether it is within the cutoff and so sends a message.
+    pub active: bool,
+}
+
+impl Edge {
+    fn relative(&self, ball: Position) -> Position {
+        [self.object[0] - ball[0], self.object[1] - ball[1]]
+    }
+}
+
+impl RelativeFrames {
+    fn scene(&self, view: &SceneView<'_>, canvas: &Canvas<'_>, instant: &Instant) -> Result<(), FigureError> {
+        view.surroundings(&self.task)?;
+        for position in &self.placed {
+            view.tool(&self.task.placeable.tool(*position), PLACED_TOOL)?;
+        }
+        let (rect, [x, y]) = (view.rect(), view.at(instant.ball));
+        let axis = Pen::new(BLUE, 0.8);
+        if rect.contains([x, y]) {
+            canvas.arrow([rect.left, y], [rect.right, y], axis)?;
+            canvas.arrow([x, rect.bottom], [x, rect.top], axis)?;
+        }
+        let reach = circle([x, y], view.length(self.cutoff));
+        view.shape(&reach, faded(BLUE, 0.06), Pen::new(BLUE, 0.6).dashed(1.0, 1.6))?;
+        view.path(&instant.trail, Pen::new(GREY, 0.8).dashed(1.6, 1.6))?;
+        view.ball(instant.ball, self.task.ball.radius)?;
+        for edge in instant.edges.iter().filter(|edge| view.shows(edge.object) && view.shows(instant.ball)) {
+            let pen = if edge.active { Pen::new(VERMILLION, 1.3) } else { Pen::new(GREY, 0.7).dashed(2.2, 1.6) };
+            canvas.arrow([x, y], view.at(edge.object), pen)?;
+        }
+        Ok(())
+    }
+
+    /// Writes the relative vectors of active edges beside their tools.
+    fn vectors(&self, view: &SceneView<'_>, canvas: &Canvas<'_>, instant: &Instant) -> Result<(), FigureError> {
+        for edge in instant.edges.iter().filter(|edge| edge.active && view.shows(edge.object)) {
+            let [dx, dy] = edge.relative(instant.ball).map(|value| number(f64::from(value), 2));
+            let (text, look) = (format!("({dx}, {dy})"), Type::SMALL.centered().color(VERMILLION));
+            let half = [look.width(&text) / 2.0 + 1.0, 4.0];
+            let (rect, [x, y]) = (view.rect(), view.at(edge.object));
+            let x = x.clamp(rect.left + half[0], rect.right - half[0]);
+            let below = y + 12.0 + half[1];
+            let y = if below + half[1] < rect.bottom { below } else { y - 12.0 - half[1] };
+            let plate = [
+                [x - half[0], y - half[1]],
+                [x + half[0], y - half[1]],
+                [x + half[0], y + half[1]],
+                [x - half[0], y + half[1]],
+            ];
+            canvas.fill(&plate, faded(WHITE, 0.8))?;
+            canvas.text([x, y], &text, look)?;
+        }
+        Ok(())
+    }
+}
+
+impl Figure for RelativeFrames {
+    fn name(&self) -> &'static str {
+        "figure2_relative_coordinates"
+    }
+
+    fn size(&self) -> [f64; 2] {
+        let columns = self.instants.len().clamp(2, 4) as f64;
+        [DOUBLE_COLUMN, 2.0 * DOUBLE_COLUMN / columns + 50.0]
+    }
+
+    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+        let page = canvas.page().inset(MARGIN);
+        if self.instants.is_empty() {
+            return canvas.nothing(page, "no instants");
+        }
+        let text = format!(
+            "Above: the screen's coordinates. Below: the same instants with the ball as origin; numbers are the relative vectors of \
+             active edges. Dotted circle: cutoff of {} units from the ball to a tool's surface.",
+            self.cutoff
+        );
+        let rect = note(canvas, page, &text)?;
+        let marks = [
+            (Mark::Line(BLUE), "axes of the ball".to_owned()),
+            (Mark::Line(VERMILLION), "active edge".to_owned()),
+            (Mark::Dashed(GREY), "inactive edge".to_owned()),
+            (Mark::Patch(PLACED_TOOL), "placed by the agent".to_owned()),
+        ];
+        let rect = legend(canvas, rect, &marks)?;
+        let cells = rect.grid(2, self.instants.len(), GAP);
+        let (above, below) = cells.split_at(self.instants.len());
+        for (n, (instant, (upper, lower))) in self.instants.iter().zip(above.iter().zip(below)).enumerate() {
+            let window = Window { labels: [true, n == 0], ..Window::SCREEN };
+            let title = format!("t = {} s", number(f64::from(instant.time), 2));
+            self.scene(&SceneView::new(canvas, *upper, &title, window)?, canvas, instant)?;
+            let origin = instant.ball.map(f64::from);
+            let names = ["x relative to the ball", "y relative to the ball"];
+            let view = SceneView::new(canvas, *lower, "", Window { center: origin, origin, names, ..window })?;
+            self.scene(&view, canvas, instant)?;
+            self.vectors(&view, canvas, instant)?;
+        }
+        Ok(())
+    }
+
+    fn table(&self) -> Table {
+        let mut table =
+            Table::new(["time_s", "ball_x", "ball_y", "object", "x", "y", "relative_x", "relative_y", "active"]);
+        for instant in &self.instants {
+            for (n, edge) in instant.edges.iter().enumerate() {
+                let [dx, dy] = edge.relative(instant.ball);
+                table.push([
+                    cell32(instant.time),
+                    cell32(instant.ball[0]),
+                    cell32(instant.ball[1]),
+                    n.to_string(),
+                    cell32(edge.object[0]),
+                    cell32(edge.object[1]),
+                    cell32(dx),
+                    cell32(dy),
+                    edge.active.to_string(),
+                ]);
+            }
+        }
+        table
+    }
+}

@@ -1,0 +1,214 @@
+//! A scene as people see it: tools with their true geometry, subgoals numbered in the
+//! order of reach, goal, ball.
+
+use super::FigureError;
+use super::axes::{Axis, Frame, Plot};
+use super::canvas::{Canvas, Pen, Type};
+use super::geometry::{Point, Rect, circle, clip_polygon, clip_polyline};
+use super::style::{BLACK, Color, GREEN, GREY, INK, LIGHT_GREY, THIN_WIDTH, WHITE, YELLOW, faded, stage_color};
+use crate::physics::{SCREEN, Tool, ToolKind, to_normalised};
+use crate::task::{Goal, GoalShape, Region, Task};
+
+type Drawn = Result<(), FigureError>;
+
+/// Fills: tools of the scene, and tools placed by the agent.
+pub const SCENE_TOOL: Color = LIGHT_GREY;
+/// See [`SCENE_TOOL`].
+pub const PLACED_TOOL: Color = YELLOW;
+/// The ball.
+pub const BALL: Color = BLACK;
+
+/// A normalised position.
+pub type Position = [f32; 2];
+
+/// What a view of the plane shows.
+#[derive(Debug, Clone, Copy)]
+pub struct Window {
+    /// Normalised centre.
+    pub center: [f64; 2],
+    /// Half the width and height, normalised.
+    pub half: f64,
+    /// Normalised position that is the origin of the axes.
+    pub origin: [f64; 2],
+    /// Names of the axes.
+    pub names: [&'static str; 2],
+    /// Whether the axes are labelled (they always have ticks).
+    pub labels: [bool; 2],
+}
+
+impl Window {
+    /// The whole screen, [-1, 1] in both directions.
+    pub const SCREEN: Self = Self {
+        center: [0.0, 0.0],
+        half: 1.0,
+        origin: [0.0, 0.0],
+        names: ["x (normalised)", "y (normalised)"],
+        labels: [true, true],
+    };
+}
+
+/// A framed square onto the plane, on which objects are drawn.
+pub struct SceneView<'c> {
+    canvas: &'c Canvas<'c>,
+    plot: Plot<'c>,
+    origin: [f64; 2],
+    per_unit: f64,
+}
+
+impl<'c> SceneView<'c> {
+    /// Frames `window` in `outer`, with x and y as axes.
+    pub fn new(canvas: &'c Canvas<'c>, outer: Rect, title: &str, window: Window) -> Result<Self, FigureError> {
+        let axis = |n: usize| {
+            let center = window.center[n] - window.origin[n];
+            let axis = Axis::linear(window.names[n], center - window.half, center + window.half, 5);
+            if window.labels[n] { axis } else { axis.unlabelled() }
+        };
+        let frame = Frame { title, grid: false, square: true };
+        let plot = Plot::new(canvas, outer, &frame, axis(0), axis(1))?;
+        let per_unit = plot.rect.width() / (window.half * f64::from(SCREEN));
+        Ok(Self { canvas, plot, origin: window.origin, per_unit })
+    }
+
+    /// The frame's inside.
+    pub fn rect(&self) -> Rect {
+        self.plot.rect
+    }
+
+    /// The place of a normalised position on the page.
+    pub fn at(&self, [x, y]: Position) -> Point {
+        self.plot.at(f64::from(x) - self.origin[0], f64::from(y) - self.origin[1])
+    }
+
+    /// A length in units, on the page.
+    pub fn length(&self, units: f32) -> f64 {
+        f64::from(units) * self.per_unit
+    }
+
+    /// Whether a position is finite and visible.
+    pub fn shows(&self, position: Position) -> bool {
+        self.plot.rect.contains(self.at(position))
+    }
+
+    /// A filled convex polygon with an outline, cut at the frame.
+    pub fn shape(&self, corners: &[Point], fill: Color, pen: Pen) -> Drawn {
+        let rect = self.plot.rect;
+        self.canvas.fill(&clip_polygon(corners, &rect), fill)?;
+        let closed: Vec<Point> = corners.iter().chain(corners.first()).copied().collect();
+        clip_polyline(&closed, &rect).iter().try_for_each(|part| self.canvas.line(part, pen))
+    }
+
+    /// A line through positions, cut at the frame; what is not finite leaves a gap.
+    pub fn path(&self, positions: &[Position], pen: Pen) -> Drawn {
+        let points: Vec<Point> = positions.iter().map(|position| self.at(*position)).collect();
+        clip_polyline(&points, &self.plot.rect).iter().try_for_each(|part| self.canvas.line(part, pen))
+    }
+
+    /// Everything of the task at its start, without the agent's tools.
+    pub fn task(&self, task: &Task) -> Drawn {
+        self.surroundings(task)?;
+        if let Some(marker) = &task.marker {
+            self.ring(marker.ball.position, marker.ball.radius, GREY)?;
+        }
+        self.ball(task.ball.position, task.ball.radius)
+    }
+
+    /// Everything of the task that does not move: tools, subgoals, goal.
+    pub fn surroundings(&self, task: &Task) -> Drawn {
+        let stages = task.stages().len();
+        for (n, region) in task.subgoals.iter().enumerate() {
+            self.subgoal(region, n, stages)?;
+        }
+        self.goal(&task.goal)?;
+        task.tools.iter().try_for_each(|tool| self.tool(&tool.tool(), SCENE_TOOL))
+    }
+
+    /// A tool with its true geometry.
+    pub fn tool(&self, tool: &Tool, fill: Color) -> Drawn {
+        let corners: Vec<Point> = tool.vertices().into_iter().map(|vertex| self.at(to_normalised(vertex))).collect();
+        draw_tool(self, tool.kind, &corners, self.length(tool.radius), fill)
+    }
+
+    /// The ball, as a disc of its true size.
+    pub fn ball(&self, position: Position, radius: f32) -> Drawn {
+        self.disc(position, radius, BALL)
+    }
+
+    /// A disc of `radius` units.
+    pub fn disc(&self, position: Position, radius: f32, color: Color) -> Drawn {
+        let corners = circle(self.at(position), self.length(radius));
+        self.canvas.fill(&clip_polygon(&corners, &self.plot.rect), color)
+    }
+
+    /// An empty circle of `radius` units.
+    pub fn ring(&self, position: Position, radius: f32, color: Color) -> Drawn {
+        self.shape(&circle(self.at(position), self.length(radius)), faded(WHITE, 0.0), Pen::new(color, THIN_WIDTH))
+    }
+
+    fn subgoal(&self, region: &Region, index: usize, stages: usize) -> Drawn {
+        let color = stage_color(index, stages);
+        let corners = circle(self.at(region.position), self.length(region.radius));
+        self.shape(&corners, faded(color, 0.12), Pen::new(color, THIN_WIDTH).dashed(2.4, 1.6))?;
+        self.name(region.position, &(index + 1).to_string(), color)
+    }
+
+    fn goal(&self, goal: &Goal) -> Drawn {
+        let (center, radius) = (self.at(goal.position), self.length(goal.radius));
+        let pen = Pen::new(GREEN, 1.5 * THIN_WIDTH);
+        self.shape(&circle(center, radius), faded(GREEN, 0.25), pen)?;
+        if goal.shape == GoalShape::Star {
+            self.shape(&star(center, radius), faded(GREEN, 0.0), Pen::new(GREEN, THIN_WIDTH))?;
+        }
+        self.name(goal.position, "G", GREEN)
+    }
+
+    fn name(&self, position: Position, name: &str, color: Color) -> Drawn {
+        let center = self.at(position);
+        if !self.plot.rect.contains(center) {
+            return Ok(());
+        }
+        self.canvas.text(center, name, Type::SMALL.bold().centered().color(color))
+    }
+}
+
+/// The visible lines of a five-pointed star; its inner corners lie on the pentagram.
+fn star([x, y]: Point, radius: f64) -> Vec<Point> {
+    const INNER: f64 = 0.381_966;
+    (0..10)
+        .map(|n| {
+            let (sin, cos) = (std::f64::consts::PI * (f64::from(n) / 5.0 - 0.5)).sin_cos();
+            let r = if n % 2 == 0 { radius } else { INNER * radius };
+            [x + r * cos, y + r * sin]
+        })
+        .collect()
+}
+
+/// Polygons as they are; a bucket shows its rim, segments their rounded ends.
+fn draw_tool(view: &SceneView<'_>, kind: ToolKind, corners: &[Point], radius: f64, fill: Color) -> Drawn {
+    let pen = Pen::new(INK, THIN_WIDTH);
+    match (kind, corners) {
+        (ToolKind::Wall | ToolKind::Floor, [from, to]) => {
+            view.shape(&capsule(*from, *to, radius.max(THIN_WIDTH)), fill, pen)
+        }
+        (ToolKind::Bucket, [a, b, c, d]) => {
+            view.shape(corners, faded(fill, 0.45), Pen::new(INK, THIN_WIDTH).dashed(1.2, 1.2))?;
+            let sides = [*d, *a, *b, *c];
+            let parts = clip_polyline(&sides, &view.plot.rect);
+            parts.iter().try_for_each(|part| view.canvas.line(part, Pen::new(INK, 2.4 * THIN_WIDTH)))
+        }
+        _ => view.shape(corners, fill, pen),
+    }
+}
+
+/// A segment with round ends.
+fn capsule(from: Point, to: Point, radius: f64) -> Vec<Point> {
+    const STEPS: u32 = 16;
+    let along = (to[1] - from[1]).atan2(to[0] - from[0]);
+    let end = |center: Point, start: f64| {
+        (0..=STEPS).map(move |n| {
+            let (sin, cos) = (start + std::f64::consts::PI * f64::from(n) / f64::from(STEPS)).sin_cos();
+            [center[0] + radius * cos, center[1] + radius * sin]
+        })
+    };
+    let quarter = std::f64::consts::FRAC_PI_2;
+    end(to, along - quarter).chain(end(from, along + quarter)).collect()
+}

@@ -1,0 +1,103 @@
+//! Figure 3: the tasks.
+
+use serde::{Deserialize, Serialize};
+
+use super::canvas::Canvas;
+use super::geometry::Rect;
+use super::layout::note;
+use super::scene::{SceneView, Window};
+use super::style::{DOUBLE_COLUMN, GAP, MARGIN};
+use super::table::{Table, cell32};
+use super::{Figure, FigureError};
+use crate::task::Task;
+
+/// Tasks side by side, three in a row.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct TaskGrid {
+    /// The tasks in order.
+    pub tasks: Vec<Task>,
+}
+
+/// Columns of a grid of scenes.
+pub(super) const COLUMNS: usize = 3;
+
+/// Rows of a grid of `count` scenes; an empty grid has room for a message.
+pub(super) fn rows(count: usize) -> usize {
+    count.div_ceil(COLUMNS).max(1)
+}
+
+/// Height of a page with `rows` rows of scenes and `extra` points around them.
+pub(super) fn height(rows: usize, extra: f64) -> f64 {
+    rows as f64 * 182.0 + extra
+}
+
+/// Cells of a grid of `count` scenes, and the window of each: outer axes are labelled.
+pub(super) fn cells(rect: Rect, count: usize) -> Vec<(Rect, Window)> {
+    let grid = rect.grid(rows(count), COLUMNS, GAP);
+    let window = |n: usize| Window { labels: [n + COLUMNS >= count, n % COLUMNS == 0], ..Window::SCREEN };
+    grid.into_iter().enumerate().take(count).map(|(n, cell)| (cell, window(n))).collect()
+}
+
+/// A task's name for people: "Task 1" for `task1`.
+pub(super) fn heading(name: &str) -> String {
+    match name.strip_prefix("task") {
+        Some(number) if !number.is_empty() && number.bytes().all(|digit| digit.is_ascii_digit()) => {
+            format!("Task {number}")
+        }
+        _ => name.to_owned(),
+    }
+}
+
+impl Figure for TaskGrid {
+    fn name(&self) -> &'static str {
+        "figure3_tasks"
+    }
+
+    fn size(&self) -> [f64; 2] {
+        [DOUBLE_COLUMN, height(rows(self.tasks.len()), 20.0)]
+    }
+
+    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+        let page = canvas.page().inset(MARGIN);
+        if self.tasks.is_empty() {
+            return canvas.nothing(page, "no tasks");
+        }
+        let legend = "Black disc: ball at its start. Grey: tools of the scene (a thick rim marks a bucket). Dashed: subgoals in order of reach. \
+                      G: goal.";
+        let rect = note(canvas, page, legend)?;
+        for (task, (cell, window)) in self.tasks.iter().zip(cells(rect, self.tasks.len())) {
+            let title = format!("{}: place a {}", heading(&task.name), task.placeable.kind);
+            SceneView::new(canvas, cell, &title, window)?.task(task)?;
+        }
+        Ok(())
+    }
+
+    fn table(&self) -> Table {
+        let mut table = Table::new(["task", "object", "type", "order", "x", "y", "size_units"]);
+        for task in &self.tasks {
+            let mut row = |object: &str, kind: &str, order: String, [x, y]: [f32; 2], size: f32| {
+                table.push([
+                    task.name.clone(),
+                    object.to_owned(),
+                    kind.to_owned(),
+                    order,
+                    cell32(x),
+                    cell32(y),
+                    cell32(size),
+                ]);
+            };
+            row("ball", "", String::new(), task.ball.position, task.ball.radius);
+            if let Some(marker) = &task.marker {
+                row("marker", "", String::new(), marker.ball.position, marker.ball.radius);
+            }
+            for tool in &task.tools {
+                row("tool", tool.kind.name(), String::new(), tool.position, tool.tool().size);
+            }
+            for (n, region) in task.subgoals.iter().enumerate() {
+                row("subgoal", "", (n + 1).to_string(), region.position, region.radius);
+            }
+            row("goal", "", (task.subgoals.len() + 1).to_string(), task.goal.position, task.goal.radius);
+        }
+        table
+    }
+}
