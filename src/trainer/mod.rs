@@ -17,7 +17,7 @@ mod watch;
 
 pub use conduct::{ConductError, Control, Ending, conduct};
 pub use config::{Evaluation, Granularity, Method, NoiseDecay, PriorSource, RunConfig, RunConfigError};
-pub use prior::{PriorError, build_prior, rollout_model};
+pub use prior::{NamedModel, PriorError, build_prior, rollout_model};
 pub use setting::{SettingError, config_keys};
 pub use thread::Trainer;
 pub use trace::{Source, Trace, TracedStep};

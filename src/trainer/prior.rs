@@ -13,12 +13,15 @@ pub enum PriorError {
     Model { name: String, reason: String },
 }
 
+/// A rollout model and its name, as a prior records it.
+pub type NamedModel = (Box<dyn RolloutModel>, String);
+
 /// What predicts the rollouts of a task: a dynamics model or the true physics, and its
 /// name. None for no prediction at all.
 ///
 /// # Errors
 /// When the model cannot be loaded or does not know the task's tools.
-pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<(Box<dyn RolloutModel>, String)>, PriorError> {
+pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<NamedModel>, PriorError> {
     let unavailable =
         |name: &str| PriorError::Model { name: name.to_owned(), reason: format!("no model for {:?}", task.tool_set()) };
     match source {

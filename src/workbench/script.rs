@@ -22,7 +22,7 @@ pub enum ScriptError {
     Undefined { origin: String, line: usize, name: String },
     /// A command could not be carried out.
     #[error("{origin}:{line}: {error}")]
-    Command { origin: String, line: usize, error: SessionError },
+    Command { origin: String, line: usize, error: Box<SessionError> },
 }
 
 /// A script that has been read whole: every line is known to be a command.
@@ -75,7 +75,8 @@ impl Script {
                 Command::Wait => session.wait(|notice| tell(Told::Notice(notice))),
                 other => session.apply(other.clone()),
             };
-            let failed = |error| ScriptError::Command { origin: self.origin.clone(), line: *line, error };
+            let failed =
+                |error| ScriptError::Command { origin: self.origin.clone(), line: *line, error: Box::new(error) };
             tell(Told::Answer(command, &outcome.map_err(failed)?));
             if session.has_quit() {
                 break;
