@@ -6,7 +6,8 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::env::{Action, Environment};
+use crate::agent::{ConfigError, Ddpg, DdpgConfig, OrnsteinUhlenbeck};
+use crate::env::{Action, Environment, observation_len};
 use crate::guidance::ActionPrior;
 use crate::task::Task;
 
@@ -46,6 +47,37 @@ pub struct Guided<'a>(pub &'a ActionPrior);
 impl Explorer for Guided<'_> {
     fn act(&mut self, env: &Environment, rng: &mut ChaCha8Rng) -> Action {
         self.0.sample(env.snapshot().stage(), rng)
+    }
+}
+
+/// An untrained actor with Ornstein-Uhlenbeck noise: how standard DDPG explores before
+/// its first reward (epsilon threshold 0).
+#[derive(Debug)]
+pub struct ActorNoise {
+    agent: Ddpg,
+    noise: OrnsteinUhlenbeck,
+}
+
+impl ActorNoise {
+    /// Draws the actor's weights from `rng`.
+    ///
+    /// # Errors
+    /// When the configuration is not valid.
+    pub fn untrained(task: &Task, config: &DdpgConfig, rng: &mut ChaCha8Rng) -> Result<Self, ConfigError> {
+        let agent = Ddpg::new(observation_len(task), 2, config, rng)?;
+        Ok(Self { agent, noise: OrnsteinUhlenbeck::new(2, config.ou) })
+    }
+}
+
+impl Explorer for ActorNoise {
+    fn start_episode(&mut self, _: &mut ChaCha8Rng) {
+        self.noise.reset();
+    }
+
+    fn act(&mut self, env: &Environment, rng: &mut ChaCha8Rng) -> Action {
+        let mut action = self.agent.act(&env.observation());
+        self.noise.perturb(&mut action, rng);
+        [action[0], action[1]]
     }
 }
 

@@ -1,3 +1,4 @@
-//! Many runs: exploration counts, sweeps, the reproduction of the paper, reports.
+//! Many runs: exploration counts, audits, the reproduction of the paper, reports.
 
+pub mod audit;
 pub mod hits;

@@ -1,0 +1,286 @@
+//! What can be typed.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::guidance::EpsilonSchedule;
+use crate::physics::ToolKind;
+use crate::trainer::{Method, PriorSource};
+
+/// Intuitive-physics puzzles, learned dynamics models and model-guided exploration.
+///
+/// Without a command it opens the workbench in the terminal.
+#[derive(Debug, Parser)]
+#[command(name = "mge", version, max_term_width = 100)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    #[command(flatten)]
+    pub workbench: Workbench,
+}
+
+/// How the workbench opens.
+#[derive(Debug, Args)]
+pub struct Workbench {
+    /// Task to open: the name of a shipped task, or a file
+    #[arg(long, default_value = "task1")]
+    pub task: String,
+    /// Folder for runs
+    #[arg(long, env = "MGE_RUNS", default_value = "runs")]
+    pub runs: PathBuf,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// List, check and audit tasks
+    Tasks(Tasks),
+    /// Simulate scenes: JSON Lines in, one trajectory a line out
+    Simulate,
+    /// Train and evaluate dynamics models
+    Dynamics {
+        #[command(subcommand)]
+        command: Dynamics,
+    },
+    /// Compute the action clusters of a task, as JSON
+    Clusters(Clusters),
+    /// Train an agent
+    Train(Train),
+    /// Go on with a run from its newest checkpoint
+    Resume(Resume),
+    /// Play the greedy policy of a run
+    Evaluate(Evaluate),
+    /// Draw the learning curves of runs
+    Figures(Figures),
+    /// Carry out a workbench script
+    Script(Script),
+    /// The whole study of the paper, into one folder with a report
+    Reproduce(Reproduce),
+    /// Time the project's own work, one JSON line each
+    Bench(Bench),
+}
+
+#[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true)]
+pub struct Tasks {
+    #[command(subcommand)]
+    pub command: Option<TasksCommand>,
+    /// As JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum TasksCommand {
+    /// Check task files, and play them under the environment's contract
+    Check {
+        /// Task files, or names of shipped tasks
+        #[arg(required = true)]
+        files: Vec<String>,
+    },
+    /// Count how often random and truly guided exploration reach each stage
+    Audit {
+        /// Tasks; all shipped ones if none is named
+        tasks: Vec<String>,
+        /// Episodes for each seed and way of exploring
+        #[arg(long, default_value_t = 1000)]
+        episodes: u32,
+        /// Number of seeds, counted from 0
+        #[arg(long, default_value_t = 3)]
+        seeds: u64,
+        /// As JSON
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Dynamics {
+    /// Collect launches and train one model
+    Train(DynamicsTrain),
+    /// Measure the errors of a model on fresh launches and unseen scenes, as JSON
+    Evaluate(DynamicsEvaluate),
+}
+
+#[derive(Debug, Args)]
+pub struct DynamicsTrain {
+    /// The tool set, such as box,bucket
+    #[arg(long, value_delimiter = ',', required = true)]
+    pub tools: Vec<ToolKind>,
+    /// Model file to write; an unfinished training beside it is resumed
+    #[arg(long)]
+    pub out: PathBuf,
+    /// Seed of launches, weights and batches
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Passes over the observations (paper: 5000 of 1000, 2500, 5000, 10000)
+    #[arg(long)]
+    pub epochs: Option<u32>,
+    /// Linear layers of each function (paper: 17 of 5, 8, 12, 17)
+    #[arg(long)]
+    pub layers: Option<usize>,
+    /// Learning rate (paper: 1e-4 of 1e-3, 1e-4, 1e-5)
+    #[arg(long)]
+    pub learning_rate: Option<f32>,
+    /// Observations in a batch (paper: 128 of 32, 64, 128, 256)
+    #[arg(long)]
+    pub batch: Option<usize>,
+    /// Optimiser (paper: adam of adam, sgd, rmsprop)
+    #[arg(long)]
+    pub optimiser: Option<String>,
+    /// One-step observations of each tool
+    #[arg(long)]
+    pub observations: Option<usize>,
+    /// The paper's literal reading: one prediction for a whole action, positions only
+    #[arg(long)]
+    pub literal: bool,
+    /// No progress on stderr
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct DynamicsEvaluate {
+    /// Model file, or the name of a shipped model
+    pub model: String,
+    /// Seed of the fresh launches
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Fresh launches of each tool
+    #[arg(long, default_value_t = 300)]
+    pub launches: usize,
+    /// Also draw the errors into this PNG or SVG
+    #[arg(long)]
+    pub figure: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct Clusters {
+    /// Name of a shipped task, or a task file
+    pub task: String,
+    /// What predicts the rollouts: learned, true, uniform, or a model file
+    #[arg(long, default_value = "learned")]
+    pub model: String,
+    /// Seed of rollouts and clusters
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Write to this file instead of stdout
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct Train {
+    /// Name of a shipped task, or a task file
+    pub task: String,
+    /// Algorithm: ddpg or ddpg-mge
+    #[arg(long, default_value_t = Method::default())]
+    pub method: Method,
+    /// Episodes to train
+    #[arg(long, default_value_t = 2000)]
+    pub episodes: u32,
+    /// Master seed
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Epsilon threshold: 0.1, linear:0.8:0.05:2000, exp:0.8:0.05:0.999, step:0.8:0.5:500,
+    /// points:0=0.8,1000=0.3,3000=0 [default: linear:0.5:0:1000]
+    #[arg(long)]
+    pub epsilon: Option<EpsilonSchedule>,
+    /// What predicts the rollouts: learned, true, uniform, or a model file
+    #[arg(long)]
+    pub model: Option<String>,
+    /// Any other setting by its JSON path, such as ddpg.gamma=0.95
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub settings: Vec<String>,
+    /// The run's folder [default: a new one in ./runs or $MGE_RUNS]
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// No progress on stderr
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+impl Train {
+    /// The source of the clusters, if one was named.
+    pub fn source(&self) -> Option<PriorSource> {
+        self.model.clone().map(PriorSource::from)
+    }
+}
+
+#[derive(Debug, Args)]
+pub struct Resume {
+    /// The run's folder
+    pub run: PathBuf,
+    /// No progress on stderr
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Evaluate {
+    /// The run's folder
+    pub run: PathBuf,
+    /// Episodes to play
+    #[arg(long, default_value_t = 1)]
+    pub episodes: u32,
+    /// Seed of the start noise
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+}
+
+#[derive(Debug, Args)]
+pub struct Figures {
+    /// Run folders
+    #[arg(required = true)]
+    pub runs: Vec<PathBuf>,
+    /// Folder for the figures [default: the first run's own]
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// SVG instead of PNG
+    #[arg(long)]
+    pub svg: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Script {
+    /// The script, one command a line
+    pub file: PathBuf,
+    /// Value of a variable that stands as ${NAME} in the script
+    #[arg(long = "define", value_name = "NAME=VALUE")]
+    pub variables: Vec<String>,
+    /// Folder for runs
+    #[arg(long, env = "MGE_RUNS", default_value = "runs")]
+    pub runs: PathBuf,
+    /// Only errors on stderr
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Reproduce {
+    /// Small: few seeds and short trainings, in minutes
+    #[arg(long)]
+    pub quick: bool,
+    /// The study's folder; what is done there already is not done again
+    #[arg(long, default_value = "study")]
+    pub out: PathBuf,
+    /// First seed
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Threads [default: all cores]
+    #[arg(long)]
+    pub threads: Option<usize>,
+    /// No progress on stderr
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Bench {
+    /// Work items, comma-separated; all if none is named
+    #[arg(long, value_delimiter = ',')]
+    pub only: Vec<String>,
+    /// Threads
+    #[arg(long, default_value_t = 1)]
+    pub threads: usize,
+}

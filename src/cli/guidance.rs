@@ -1,0 +1,23 @@
+//! `mge clusters`: the action prior of a task.
+
+use std::sync::Arc;
+
+use super::Outcome;
+use super::arguments::Clusters;
+use crate::task;
+use crate::trainer::{PriorSource, RunConfig, build_prior};
+
+pub fn clusters(arguments: &Clusters) -> Outcome {
+    let mut config = RunConfig::new(Arc::new(task::load(&arguments.task)?));
+    config.prior = PriorSource::from(arguments.model.clone());
+    config.seed = arguments.seed;
+    let prior = build_prior(&config, |_| true)?.ok_or("the computation was cancelled")?;
+    match &arguments.out {
+        Some(path) => {
+            crate::atomic::write(path, prior.to_json().as_bytes())
+                .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+        }
+        None => print!("{}", prior.to_json()),
+    }
+    Ok(())
+}

@@ -1,0 +1,62 @@
+//! The command line: arguments to commands. Machine-readable results go to stdout,
+//! progress and messages to stderr.
+
+mod arguments;
+mod dynamics;
+mod guidance;
+mod physics;
+mod progress;
+mod runs;
+mod studies;
+mod tasks;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use arguments::{Arguments, Command};
+
+/// What a command returns: nothing, or one line for the person.
+pub(crate) type Outcome = Result<(), Box<dyn std::error::Error>>;
+
+/// Runs the program. Status 0: done, 1: it failed (one line on stderr), 2: wrong usage.
+pub fn run() -> ExitCode {
+    let arguments = Arguments::parse();
+    match dispatch(arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) if is_broken_pipe(&*error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn dispatch(arguments: Arguments) -> Outcome {
+    let Some(command) = arguments.command else { return runs::workbench(&arguments.workbench) };
+    match command {
+        Command::Tasks(tasks) => tasks::run(tasks),
+        Command::Simulate => physics::simulate(),
+        Command::Dynamics { command } => dynamics::run(command),
+        Command::Clusters(clusters) => guidance::clusters(&clusters),
+        Command::Train(train) => runs::train(&train),
+        Command::Resume(resume) => runs::resume(&resume),
+        Command::Evaluate(evaluate) => runs::evaluate(&evaluate),
+        Command::Figures(figures) => runs::figures(&figures),
+        Command::Script(script) => runs::script(&script),
+        Command::Reproduce(reproduce) => studies::reproduce(&reproduce),
+        Command::Bench(bench) => studies::bench(&bench),
+    }
+}
+
+/// Whoever read our output has seen enough: that is no error.
+fn is_broken_pipe(error: &(dyn std::error::Error + 'static)) -> bool {
+    let mut cause = Some(error);
+    while let Some(error) = cause {
+        if error.downcast_ref::<std::io::Error>().is_some_and(|io| io.kind() == std::io::ErrorKind::BrokenPipe) {
+            return true;
+        }
+        cause = error.source();
+    }
+    false
+}

@@ -1,0 +1,91 @@
+//! `mge tasks`: list, check and audit.
+
+use std::sync::Arc;
+
+use serde_json::json;
+
+use super::Outcome;
+use super::arguments::{Tasks, TasksCommand};
+use crate::study::audit::{AuditRow, audit};
+use crate::task::{self, Task};
+
+pub fn run(arguments: Tasks) -> Outcome {
+    match arguments.command {
+        None => list(arguments.json),
+        Some(TasksCommand::Check { files }) => check(&files),
+        Some(TasksCommand::Audit { tasks, episodes, seeds, json }) => run_audit(&tasks, episodes, seeds, json),
+    }
+}
+
+fn list(as_json: bool) -> Outcome {
+    let tasks = task::shipped();
+    if as_json {
+        let rows: Vec<_> = tasks
+            .iter()
+            .map(|task| {
+                json!({
+                    "name": task.name,
+                    "path": format!("tasks/{}.json", task.name),
+                    "tools": task.tool_set(),
+                    "placeable": task.placeable.kind,
+                    "subgoals": task.subgoals.len(),
+                    "description": task.description,
+                })
+            })
+            .collect();
+        println!("{}", serde_json::to_string_pretty(&rows)?);
+        return Ok(());
+    }
+    for task in &tasks {
+        let tools = task.tool_set().iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+        let (placeable, count) = (task.placeable.kind, task.subgoals.len());
+        println!("{}  {tools}; places a {placeable}; {count} subgoal(s)\n       {}", task.name, task.description);
+    }
+    Ok(())
+}
+
+fn check(files: &[String]) -> Outcome {
+    let mut wrong = 0;
+    for file in files {
+        match task::load(file) {
+            Ok(task) => println!("{file}: ok ({} subgoals, {} tools)", task.subgoals.len(), task.tools.len()),
+            Err(error) => {
+                wrong += 1;
+                eprintln!("{error}");
+            }
+        }
+    }
+    if wrong > 0 { Err(format!("{wrong} of {} tasks cannot be used", files.len()).into()) } else { Ok(()) }
+}
+
+fn run_audit(names: &[String], episodes: u32, seeds: u64, as_json: bool) -> Outcome {
+    let tasks = match names {
+        [] => task::shipped(),
+        names => names.iter().map(|name| task::load(name)).collect::<Result<Vec<Task>, _>>()?,
+    };
+    let mut rows = Vec::new();
+    for task in tasks {
+        rows.extend(audit(&Arc::new(task), episodes, seeds)?);
+    }
+    if as_json {
+        println!("{}", serde_json::to_string_pretty(&rows)?);
+    } else {
+        print_table(&rows, episodes);
+    }
+    Ok(())
+}
+
+/// A Markdown table: tasks down, ways of exploring across; one number a seed.
+fn print_table(rows: &[AuditRow], episodes: u32) {
+    println!("Episodes of {episodes} that reached each subgoal, and the goal (bold), one entry a seed.\n");
+    println!("| task | exploration | subgoals | goal |\n|---|---|---|---|");
+    for row in rows {
+        let subgoals: Vec<String> = row
+            .hits
+            .iter()
+            .map(|hits| hits.subgoals.iter().map(u32::to_string).collect::<Vec<_>>().join("/"))
+            .collect();
+        let goals: Vec<String> = row.hits.iter().map(|hits| hits.goal.to_string()).collect();
+        println!("| {} | {} | {} | **{}** |", row.task, row.exploration, subgoals.join(", "), goals.join(", "));
+    }
+}
