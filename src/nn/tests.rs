@@ -4,19 +4,20 @@ use dfdx::prelude::*;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::mlp::take_gradients;
 use super::{Activation, InitScheme, Matrix, Mlp, MlpShape, TensorFile, matrix};
 
 const ACTIVATIONS: [Activation; 3] = [Activation::Identity, Activation::Relu, Activation::Tanh];
 
 fn random(rows: usize, columns: usize, rng: &mut ChaCha8Rng) -> Matrix {
-    let values = (0..rows * columns)
-        .map(|_| rng.gen_range(-1.0..1.0))
-        .collect();
+    let values = (0..rows * columns).map(|_| rng.gen_range(-1.0..1.0)).collect();
     matrix(&Cpu::default(), values, rows, columns)
 }
 
+type Parameters = Vec<(Matrix, Tensor<(usize,), f32, Cpu>)>;
+
 /// The parameters of a network as plain dfdx tensors: weight, bias, weight, ...
-fn parameters(mlp: &Mlp) -> Vec<(Matrix, Tensor<(usize,), f32, Cpu>)> {
+fn parameters(mlp: &Mlp) -> Parameters {
     let mut file = TensorFile::default();
     mlp.save(&mut file, "net");
     let device = Cpu::default();
@@ -27,26 +28,17 @@ fn parameters(mlp: &Mlp) -> Vec<(Matrix, Tensor<(usize,), f32, Cpu>)> {
         .map(|(i, s)| {
             let w = file.get(&format!("net.{i}.weight"), &[s[0], s[1]]).unwrap();
             let b = file.get(&format!("net.{i}.bias"), &[s[1]]).unwrap();
-            (
-                matrix(&device, w.to_vec(), s[0], s[1]),
-                device.tensor_from_vec(b.to_vec(), (s[1],)),
-            )
+            (matrix(&device, w.to_vec(), s[0], s[1]), device.tensor_from_vec(b.to_vec(), (s[1],)))
         })
         .collect()
 }
 
 /// The same network out of dfdx's own operations.
-fn plain<T: Tape<f32, Cpu>>(
-    shape: &MlpShape,
-    parameters: &[(Matrix, Tensor<(usize,), f32, Cpu>)],
-    mut x: Matrix<T>,
-) -> Matrix<T> {
+fn plain<T: Tape<f32, Cpu>>(shape: &MlpShape, parameters: &Parameters, mut x: Matrix<T>) -> Matrix<T> {
     for (i, (w, b)) in parameters.iter().enumerate() {
         let z = x.matmul(w.clone());
         let rows = z.shape().0;
-        let b = b
-            .retaped::<T>()
-            .broadcast_like::<_, Axis<0>>(&(rows, b.shape().0));
+        let b = b.retaped::<T>().broadcast_like::<_, Axis<0>>(&(rows, b.shape().0));
         let z = z + b;
         x = match shape.activation(i) {
             Activation::Identity => z,
@@ -61,10 +53,7 @@ fn close(a: &[f32], b: &[f32], tolerance: f32, what: &str) {
     assert_eq!(a.len(), b.len(), "{what}");
     for (i, (a, b)) in a.iter().zip(b).enumerate() {
         let scale = 1.0f32.max(b.abs());
-        assert!(
-            (a - b).abs() <= tolerance * scale,
-            "{what}[{i}]: {a} and {b}"
-        );
+        assert!((a - b).abs() <= tolerance * scale, "{what}[{i}]: {a} and {b}");
     }
 }
 
@@ -79,12 +68,8 @@ fn fused_network_agrees_with_plain_dfdx() {
                 (vec![162, 64, 64, 1], 128),
                 (vec![5, 100, 33, 17], 13),
             ] {
-                let shape = MlpShape {
-                    sizes,
-                    hidden,
-                    output,
-                };
-                let mut net = Mlp::new(shape.clone(), InitScheme::FanIn, &mut rng).unwrap();
+                let shape = MlpShape { sizes, hidden, output };
+                let net = Mlp::new(shape.clone(), InitScheme::FanIn, &mut rng).unwrap();
                 let plain_parameters = parameters(&net);
                 let x = random(rows, shape.inputs(), &mut rng);
                 let what = format!("{shape:?}");
@@ -99,15 +84,12 @@ fn fused_network_agrees_with_plain_dfdx() {
 
                 let mut grads = y.square().mean().backward();
                 let plain_grads = plain_y.square().mean().backward();
-                close(
-                    &grads.get(&x).as_vec(),
-                    &plain_grads.get(&x).as_vec(),
-                    1e-5,
-                    &what,
-                );
+                close(&grads.get(&x).as_vec(), &plain_grads.get(&x).as_vec(), 1e-5, &what);
                 let mut mine = Vec::new();
-                net.change_parameters(&mut grads, |_, g| mine.extend_from_slice(g))
-                    .unwrap();
+                for (w, b) in take_gradients(net.layers(), &mut grads).unwrap() {
+                    mine.extend(w);
+                    mine.extend(b);
+                }
                 let mut theirs = Vec::new();
                 for (w, b) in &plain_parameters {
                     theirs.extend(plain_grads.get(w).as_vec());
