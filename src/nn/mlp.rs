@@ -1,34 +1,19 @@
 //! The multilayer perceptron: parameters as dfdx tensors, the whole stack as one operation.
 
+use std::{
+    mem,
+    sync::{Arc, Mutex, PoisonError},
+};
+
 use dfdx::prelude::*;
 use rand::Rng;
 
-use super::{Activation, Init, Matrix, MlpShape, NnError, TensorFile, TensorFileError, dense};
-
-/// One dense layer `y = f(x · weight + bias)`.
-#[derive(Clone, Debug)]
-struct Layer {
-    /// inputs × outputs
-    weight: Matrix,
-    /// outputs
-    bias: Tensor<(usize,), f32, Cpu>,
-    activation: Activation,
-}
-
-impl Layer {
-    fn sizes(&self) -> (usize, usize) {
-        *self.weight.shape()
-    }
-
-    /// Copies of weight and bias.
-    fn values(&self) -> (Vec<f32>, Vec<f32>) {
-        let (inputs, outputs) = self.sizes();
-        let (mut w, mut b) = (vec![0.0; inputs * outputs], vec![0.0; outputs]);
-        self.weight.copy_into(&mut w);
-        self.bias.copy_into(&mut b);
-        (w, b)
-    }
-}
+use super::{
+    Init, Matrix, MlpShape, NnError, TensorFile, TensorFileError,
+    kernel::Buffer,
+    layer::Layer,
+    stack::{LayerGradients, PredictWorkspace, Workspace},
+};
 
 /// A stack of dense layers whose parameters are dfdx tensors.
 ///
@@ -36,7 +21,36 @@ impl Layer {
 #[derive(Debug)]
 pub struct Mlp {
     shape: MlpShape,
+    /// The device of the parameters, our own: it keeps the memory of their gradients for the next
+    /// step, which no other tensors may fill up.
+    device: Cpu,
     layers: Vec<Layer>,
+    blending: [Buffer; 2],
+    training: Pool<Workspace>,
+    prediction: Pool<PredictWorkspace>,
+}
+
+/// Memory of passes that are done, for the next ones.
+#[derive(Debug, Default)]
+struct Pool<W>(Arc<Mutex<Vec<W>>>);
+
+impl<W> Clone for Pool<W> {
+    /// The same pool.
+    fn clone(&self) -> Self {
+        Self(Arc::clone(&self.0))
+    }
+}
+
+impl<W: Default> Pool<W> {
+    fn take(&self) -> W {
+        // A poisoned lock is fine: a workspace has no state that a panic could leave half done.
+        let mut free = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        free.pop().unwrap_or_default()
+    }
+
+    fn give_back(&self, workspace: W) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(workspace);
+    }
 }
 
 /// What a forward pass on a tape is differentiated with respect to.
@@ -62,19 +76,25 @@ impl Mlp {
 
     fn from_values(shape: MlpShape, values: Vec<(Vec<f32>, Vec<f32>)>) -> Self {
         let device = Cpu::default();
+        device.enable_cache();
         let layers = values
             .into_iter()
             .enumerate()
-            .map(|(i, (w, b))| {
-                let (inputs, outputs) = (shape.sizes[i], shape.sizes[i + 1]);
-                Layer {
-                    weight: device.tensor_from_vec(w, (inputs, outputs)),
-                    bias: device.tensor_from_vec(b, (outputs,)),
-                    activation: shape.activation(i),
-                }
+            .map(|(i, (weight, bias))| {
+                let sizes = (shape.sizes[i], shape.sizes[i + 1]);
+                let mut layer = Layer::new(&device, sizes, shape.activation(i));
+                layer.set(&weight, &bias);
+                layer
             })
             .collect();
-        Self { shape, layers }
+        Self {
+            shape,
+            device,
+            layers,
+            blending: Default::default(),
+            training: Pool::default(),
+            prediction: Pool::default(),
+        }
     }
 
     /// Sizes and activations.
@@ -102,62 +122,59 @@ impl Mlp {
     }
 
     fn run<T: Tape<f32, Cpu>>(&self, x: Matrix<T>, wanted: Wanted) -> Matrix<T> {
-        let (x, mut tape) = x.split_tape();
         let (rows, columns) = *x.shape();
         assert_eq!(columns, self.shape.inputs(), "input columns of the network");
-        let mut values = vec![x.as_vec()];
-        for layer in &self.layers {
-            let (inputs, outputs) = layer.sizes();
-            let (w, b) = layer.values();
-            let mut y = vec![0.0; rows * outputs];
-            let x = &values[values.len() - 1];
-            dense::forward((rows, inputs, outputs), x, &w, &b, layer.activation, &mut y);
-            values.push(y);
+        let (x, mut tape) = dense(x).split_tape();
+        let mut y: Matrix = x.device().zeros_like(&(rows, self.shape.outputs()));
+        let mut values = vec![0.0; rows * self.shape.outputs()];
+        if !T::OWNS_TAPE {
+            self.predict(&x.as_vec(), rows, &mut values);
+            y.copy_from(&values);
+            return y.put_tape(tape);
         }
-        let y = x.device().tensor_from_vec(values[self.layers.len()].clone(), (rows, self.shape.outputs()));
-        let (layers, out) = (self.layers.clone(), y.clone());
+        let mut workspace = self.training.take();
+        x.copy_into(workspace.input(rows, &self.layers));
+        workspace.forward(&self.layers);
+        workspace.output(&self.layers, &mut values);
+        y.copy_from(&values);
+
+        let (layers, pool, out) = (self.layers.clone(), self.training.clone(), y.clone());
         tape.add_backward_op(move |grads| {
-            let mut dy = grads.get_or_alloc_mut(&out)?.to_vec();
-            for (i, layer) in layers.iter().enumerate().rev() {
-                let (inputs, outputs) = layer.sizes();
-                let sizes = (rows, inputs, outputs);
-                dense::activation_backward(layer.activation, &values[i + 1], &mut dy);
-                if wanted.parameters {
-                    let dw = grads.get_or_alloc_mut(&layer.weight)?;
-                    dense::weight_gradient(sizes, &values[i], &dy, dw);
-                    dense::bias_gradient(outputs, &dy, grads.get_or_alloc_mut(&layer.bias)?);
-                }
-                if i > 0 || wanted.input {
-                    let mut dx = vec![0.0; rows * inputs];
-                    dense::input_gradient(sizes, &dy, &layer.values().0, &mut dx);
-                    dy = dx;
-                }
+            let dy = mem::take(&mut **grads.get_or_alloc_mut(&out)?);
+            if wanted.parameters {
+                let mut parameters = take_gradients(&layers, grads)?;
+                workspace.backward(&layers, &dy, Some(&mut parameters), wanted.input);
+                put_gradients(&layers, parameters, grads)?;
+            } else {
+                workspace.backward(&layers, &dy, None, wanted.input);
             }
+            **grads.get_or_alloc_mut(&out)? = dy;
             if wanted.input {
-                let dx = grads.get_or_alloc_mut(&x)?;
-                dx.iter_mut().zip(&dy).for_each(|(d, g)| *d += g);
+                workspace.add_input_gradient(columns, grads.get_or_alloc_mut(&x)?);
             }
+            pool.give_back(workspace);
             Ok(())
         });
         y.put_tape(tape)
     }
 
-    /// Outputs for `rows` samples without a tape: `x` holds `rows` × inputs values, `out` is
-    /// overwritten with `rows` × outputs. Row `i` of the result depends on row `i` of `x` only.
+    /// Outputs for `rows` samples without a tape: `x` holds `rows` × inputs values, `out` becomes
+    /// `rows` × outputs. Row `i` of the result depends on row `i` of `x` only. Large batches use
+    /// all threads of the current rayon pool; nothing is allocated once `out` and the network's
+    /// own workspace have grown to the batch.
     ///
     /// # Panics
     /// If `x.len()` is not `rows` × inputs.
     pub fn predict_into(&self, x: &[f32], rows: usize, out: &mut Vec<f32>) {
+        out.resize(rows * self.shape.outputs(), 0.0);
+        self.predict(x, rows, out);
+    }
+
+    fn predict(&self, x: &[f32], rows: usize, out: &mut [f32]) {
         assert_eq!(x.len(), rows * self.shape.inputs(), "input of the network");
-        out.clear();
-        out.extend_from_slice(x);
-        for layer in &self.layers {
-            let (inputs, outputs) = layer.sizes();
-            let (w, b) = layer.values();
-            let mut y = vec![0.0; rows * outputs];
-            dense::forward((rows, inputs, outputs), out, &w, &b, layer.activation, &mut y);
-            *out = y;
-        }
+        let mut workspace = self.prediction.take();
+        workspace.predict(&self.layers, x, rows, out);
+        self.prediction.give_back(workspace);
     }
 
     /// Moves the parameters towards those of `online`:
@@ -168,36 +185,25 @@ impl Mlp {
     pub fn soft_update(&mut self, online: &Mlp, tau: f32) {
         assert_eq!(self.shape, online.shape, "target and online network");
         for (target, online) in self.layers.iter_mut().zip(&online.layers) {
-            let ((mut w, mut b), (ow, ob)) = (target.values(), online.values());
-            for (t, o) in w.iter_mut().zip(&ow).chain(b.iter_mut().zip(&ob)) {
-                *t = (1.0 - tau) * *t + tau * o;
-            }
-            target.weight.copy_from(&w);
-            target.bias.copy_from(&b);
+            target.blend(online, tau, &mut self.blending);
         }
     }
 
-    /// Calls `change` with the values and gradients of every parameter tensor, in order.
-    pub(super) fn change_parameters(
-        &mut self,
-        grads: &mut Gradients<f32, Cpu>,
-        mut change: impl FnMut(&mut [f32], &[f32]),
-    ) -> Result<(), CpuError> {
-        for layer in &mut self.layers {
-            let (mut w, mut b) = layer.values();
-            change(&mut w, grads.get_or_alloc_mut(&layer.weight)?);
-            change(&mut b, grads.get_or_alloc_mut(&layer.bias)?);
-            layer.weight.copy_from(&w);
-            layer.bias.copy_from(&b);
-        }
-        Ok(())
+    /// The layers, for the optimiser.
+    pub(super) fn layers(&self) -> &[Layer] {
+        &self.layers
+    }
+
+    /// The layers, for the optimiser.
+    pub(super) fn layers_mut(&mut self) -> &mut [Layer] {
+        &mut self.layers
     }
 
     /// Adds weights and biases to `file` as `prefix.0.weight` (inputs × outputs), `prefix.0.bias`
     /// and so on.
     pub fn save(&self, file: &mut TensorFile, prefix: &str) {
         for (i, layer) in self.layers.iter().enumerate() {
-            let (inputs, outputs) = layer.sizes();
+            let (inputs, outputs) = (layer.inputs(), layer.outputs());
             let (w, b) = layer.values();
             file.insert(format!("{prefix}.{i}.weight"), vec![inputs, outputs], w);
             file.insert(format!("{prefix}.{i}.bias"), vec![outputs], b);
@@ -232,4 +238,48 @@ impl Clone for Mlp {
         let values = self.layers.iter().map(Layer::values).collect();
         Self::from_values(self.shape.clone(), values)
     }
+}
+
+impl Drop for Mlp {
+    fn drop(&mut self) {
+        // dfdx does not free the memory a device has kept.
+        self.device.disable_cache();
+    }
+}
+
+/// Takes the gradients of all parameters out of `grads`; 0 where there are none.
+pub(super) fn take_gradients(
+    layers: &[Layer],
+    grads: &mut Gradients<f32, Cpu>,
+) -> Result<Vec<LayerGradients>, CpuError> {
+    let take = |layer: &Layer| {
+        let weight = mem::take(&mut **grads.get_or_alloc_mut(&layer.weight)?);
+        Ok((weight, mem::take(&mut **grads.get_or_alloc_mut(&layer.bias)?)))
+    };
+    layers.iter().map(take).collect()
+}
+
+/// Puts back what [`take_gradients`] took.
+pub(super) fn put_gradients(
+    layers: &[Layer],
+    taken: Vec<LayerGradients>,
+    grads: &mut Gradients<f32, Cpu>,
+) -> Result<(), CpuError> {
+    for (layer, (weight, bias)) in layers.iter().zip(taken) {
+        **grads.get_or_alloc_mut(&layer.weight)? = weight;
+        **grads.get_or_alloc_mut(&layer.bias)? = bias;
+    }
+    Ok(())
+}
+
+/// `x` with its rows one after the other in memory, as copies out of dfdx need it.
+fn dense<T: Tape<f32, Cpu>>(x: Matrix<T>) -> Matrix<T> {
+    let (rows, columns) = *x.shape();
+    // dfdx does not tell strides; addresses do.
+    let at = |i: usize, j: usize| &raw const x[[i, j]] as usize;
+    let is_dense = rows == 0
+        || columns == 0
+        || ((columns == 1 || at(0, 1) - at(0, 0) == size_of::<f32>())
+            && (rows == 1 || at(1, 0) - at(0, 0) == columns * size_of::<f32>()));
+    if is_dense { x } else { x.reshape_like(&(rows, columns)) }
 }

@@ -9,13 +9,15 @@
 //! The room knows vectors only: a batch is a matrix with one sample a row. Nothing here draws
 //! from dfdx's device generator, whose state cannot be saved.
 
-mod dense;
 mod error;
 mod init;
+mod kernel;
+mod layer;
 mod mlp;
 mod optimiser;
 pub mod rows;
 mod shape;
+mod stack;
 mod tensor_file;
 #[cfg(test)]
 mod tests;

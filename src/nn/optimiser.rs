@@ -1,9 +1,16 @@
 //! Optimisers whose whole state can be saved: the paper's sweep set of Adam, SGD and RMSprop.
 
 use dfdx::prelude::{Cpu, Gradients};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{Mlp, NnError, TensorFile, TensorFileError};
+use super::{
+    Mlp, NnError, TensorFile, TensorFileError,
+    kernel::{Adam, Buffer, Kernel, RmsProp, Sgd, SumOfSquares, Update},
+    layer::{Layer, edit},
+    mlp::{put_gradients, take_gradients},
+    stack::LayerGradients,
+};
 
 /// The optimisers of the paper's hyperparameter sweeps (tables 1 and 2), with the constants that
 /// PyTorch uses by default.
@@ -73,44 +80,38 @@ impl Optimiser {
         if found != self.parameters {
             return Err(NnError::OptimiserMismatch { expected: self.parameters, found });
         }
-        let mut sum = 0.0;
-        for network in networks.iter_mut() {
-            network.change_parameters(grads, |_, g| {
-                sum += g.iter().map(|g| f64::from(*g).powi(2)).sum::<f64>();
-            })?;
+        let mut gradients = Vec::with_capacity(networks.len());
+        for network in networks.iter() {
+            gradients.push(take_gradients(network.layers(), grads)?);
         }
-        let norm = sum.sqrt();
-        if !norm.is_finite() {
-            return Err(NnError::NotFinite { norm });
+        let norm = norm(&gradients);
+        if norm.is_finite() {
+            self.steps += 1;
+            self.step(networks, &gradients, rate);
         }
-        self.steps += 1;
-        let steps = self.steps as f64;
-        let correct1 = (1.0 / (1.0 - f64::from(BETA1).powf(steps))) as f32;
-        let correct2 = (1.0 / (1.0 - f64::from(BETA2).powf(steps))) as f32;
-        let (kind, mean, square) = (self.kind, &mut self.mean, &mut self.square);
-        let mut at = 0;
-        for network in networks.iter_mut() {
-            network.change_parameters(grads, |p, g| {
-                for (i, (p, &g)) in p.iter_mut().zip(g).enumerate() {
-                    match kind {
-                        OptimiserKind::Adam => {
-                            let (m, v) = (&mut mean[at + i], &mut square[at + i]);
-                            *m = BETA1 * *m + (1.0 - BETA1) * g;
-                            *v = BETA2 * *v + (1.0 - BETA2) * g * g;
-                            *p -= rate * (*m * correct1) / ((*v * correct2).sqrt() + EPSILON);
-                        }
-                        OptimiserKind::RmsProp => {
-                            let v = &mut square[at + i];
-                            *v = ALPHA * *v + (1.0 - ALPHA) * g * g;
-                            *p -= rate * g / (v.sqrt() + EPSILON);
-                        }
-                        OptimiserKind::Sgd => *p -= rate * g,
-                    }
-                }
-                at += p.len();
-            })?;
+        for (network, gradients) in networks.iter().zip(gradients) {
+            put_gradients(network.layers(), gradients, grads)?;
         }
-        Ok(norm)
+        if norm.is_finite() { Ok(norm) } else { Err(NnError::NotFinite { norm }) }
+    }
+
+    fn step(&mut self, networks: &mut [&mut Mlp], gradients: &[Vec<LayerGradients>], rate: f32) {
+        let rule = AnyRule::new(self.kind, self.steps, rate);
+        let (mut mean, mut square) = (&mut self.mean[..], &mut self.square[..]);
+        let mut work = Vec::new();
+        for (network, gradients) in networks.iter_mut().zip(gradients) {
+            for (layer, (weight, bias)) in network.layers_mut().iter_mut().zip(gradients) {
+                let n = weight.len() + bias.len();
+                let (mean, square) = (split_front(&mut mean, n), split_front(&mut square, n));
+                work.push(LayerStep { layer, weight, bias, mean, square });
+            }
+        }
+        if self.parameters < WORTH_A_THREAD || rayon::current_num_threads() == 1 {
+            let mut copy = Buffer::default();
+            work.into_iter().for_each(|layer| layer.run(rule, &mut copy));
+        } else {
+            work.into_par_iter().for_each_init(Buffer::default, |copy, layer| layer.run(rule, copy));
+        }
     }
 
     /// Adds moments to `file` as `prefix.mean` and `prefix.square`, kind and step count to its
@@ -151,4 +152,73 @@ struct State {
     kind: OptimiserKind,
     steps: u64,
     parameters: usize,
+}
+
+/// Parameters below which a second thread costs more than it brings.
+const WORTH_A_THREAD: usize = 50_000;
+
+/// Euclidean norm; infinite or NaN if any gradient is (or if the squares exceed the range of
+/// `f32`, which is divergence as well).
+fn norm(gradients: &[Vec<LayerGradients>]) -> f64 {
+    let square = |g: &[f32]| f64::from(SumOfSquares(g).go());
+    let layers = gradients.iter().flatten();
+    layers.map(|(weight, bias)| square(weight) + square(bias)).sum::<f64>().sqrt()
+}
+
+/// The first `n` elements of `rest`, which loses them; nothing if it is empty.
+fn split_front<'a>(rest: &mut &'a mut [f32], n: usize) -> &'a mut [f32] {
+    let slice = std::mem::take(rest);
+    let (front, back) = slice.split_at_mut(n.min(slice.len()));
+    *rest = back;
+    front
+}
+
+#[derive(Clone, Copy)]
+enum AnyRule {
+    Adam(Adam),
+    Sgd(Sgd),
+    RmsProp(RmsProp),
+}
+
+impl AnyRule {
+    fn new(kind: OptimiserKind, steps: u64, rate: f32) -> Self {
+        let correction = |beta: f32| 1.0 / (1.0 - f64::from(beta).powf(steps as f64));
+        match kind {
+            OptimiserKind::Adam => Self::Adam(Adam {
+                beta1: BETA1,
+                beta2: BETA2,
+                epsilon: EPSILON,
+                rate: (f64::from(rate) * correction(BETA1)) as f32,
+                square_correction: correction(BETA2) as f32,
+            }),
+            OptimiserKind::RmsProp => Self::RmsProp(RmsProp { alpha: ALPHA, epsilon: EPSILON, rate }),
+            OptimiserKind::Sgd => Self::Sgd(Sgd { rate }),
+        }
+    }
+
+    fn apply(self, parameters: &mut [f32], g: &[f32], mean: &mut [f32], square: &mut [f32]) {
+        match self {
+            Self::Adam(rule) => Update { rule, state: [parameters, mean, square], input: g }.go(),
+            Self::RmsProp(rule) => Update { rule, state: [parameters, square], input: g }.go(),
+            Self::Sgd(rule) => Update { rule, state: [parameters], input: g }.go(),
+        }
+    }
+}
+
+/// One layer's part of a step.
+struct LayerStep<'a> {
+    layer: &'a mut Layer,
+    weight: &'a [f32],
+    bias: &'a [f32],
+    mean: &'a mut [f32],
+    square: &'a mut [f32],
+}
+
+impl LayerStep<'_> {
+    fn run(mut self, rule: AnyRule, copy: &mut Buffer) {
+        let n = self.weight.len();
+        let (mean, square) = (split_front(&mut self.mean, n), split_front(&mut self.square, n));
+        edit(&mut self.layer.weight, copy, |p| rule.apply(p, self.weight, mean, square));
+        edit(&mut self.layer.bias, copy, |p| rule.apply(p, self.bias, self.mean, self.square));
+    }
 }

@@ -6,7 +6,8 @@ use dfdx::prelude::*;
 
 use super::Matrix;
 
-/// `a` and `b` side by side: the rows of `a`, each followed by the same row of `b`.
+/// `a` and `b` side by side: the rows of `a`, each followed by the same row of `b`. No gradient is
+/// computed for a `b` without a tape.
 ///
 /// # Panics
 /// If the numbers of rows differ.
@@ -17,11 +18,23 @@ where
 {
     let (a, tape) = a.split_tape();
     let (b, other) = b.split_tape();
-    let mut tape = tape.merge(other);
+    join(a, b, tape.merge(other), [true, R::OWNS_TAPE])
+}
+
+/// `data` and `x` side by side, as [`concat_columns`]; no gradient is computed for `data`.
+///
+/// # Panics
+/// If the numbers of rows differ.
+pub fn prepend_columns<T: Tape<f32, Cpu>>(data: &Matrix, x: Matrix<T>) -> Matrix<T> {
+    let (x, tape) = x.split_tape();
+    join(data.clone(), x, tape, [false, true])
+}
+
+fn join<T: Tape<f32, Cpu>>(a: Matrix, b: Matrix, mut tape: T, wanted: [bool; 2]) -> Matrix<T> {
     let ((rows, left), (rows_b, right)) = (*a.shape(), *b.shape());
     assert_eq!(rows, rows_b, "rows of the concatenated matrices");
-    let mut joined = Vec::with_capacity(rows * (left + right));
     let (av, bv) = (a.as_vec(), b.as_vec());
+    let mut joined = Vec::with_capacity(rows * (left + right));
     for r in 0..rows {
         joined.extend_from_slice(&av[r * left..(r + 1) * left]);
         joined.extend_from_slice(&bv[r * right..(r + 1) * right]);
@@ -30,15 +43,12 @@ where
     let ghost = out.clone();
     tape.add_backward_op(move |grads| {
         let g = grads.get_or_alloc_mut(&ghost)?.to_vec();
-        let da = grads.get_or_alloc_mut(&a)?;
-        for (r, row) in da.chunks_exact_mut(left).enumerate() {
-            let from = &g[r * (left + right)..][..left];
-            row.iter_mut().zip(from).for_each(|(d, g)| *d += g);
-        }
-        let db = grads.get_or_alloc_mut(&b)?;
-        for (r, row) in db.chunks_exact_mut(right).enumerate() {
-            let from = &g[r * (left + right) + left..][..right];
-            row.iter_mut().zip(from).for_each(|(d, g)| *d += g);
+        let parts = [(&a, 0, left), (&b, left, right)];
+        for ((part, offset, width), _) in parts.into_iter().zip(wanted).filter(|(_, w)| *w) {
+            let rows = grads.get_or_alloc_mut(part)?.chunks_exact_mut(width);
+            for (to, from) in rows.zip(g.chunks_exact(left + right)) {
+                to.iter_mut().zip(&from[offset..]).for_each(|(d, g)| *d += g);
+            }
         }
         Ok(())
     });

@@ -4,6 +4,7 @@ use dfdx::prelude::*;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::mlp::take_gradients;
 use super::{Activation, InitScheme, Matrix, Mlp, MlpShape, TensorFile, matrix};
 
 const ACTIVATIONS: [Activation; 3] = [Activation::Identity, Activation::Relu, Activation::Tanh];
@@ -13,8 +14,10 @@ fn random(rows: usize, columns: usize, rng: &mut ChaCha8Rng) -> Matrix {
     matrix(&Cpu::default(), values, rows, columns)
 }
 
+type Parameters = Vec<(Matrix, Tensor<(usize,), f32, Cpu>)>;
+
 /// The parameters of a network as plain dfdx tensors: weight, bias, weight, ...
-fn parameters(mlp: &Mlp) -> Vec<(Matrix, Tensor<(usize,), f32, Cpu>)> {
+fn parameters(mlp: &Mlp) -> Parameters {
     let mut file = TensorFile::default();
     mlp.save(&mut file, "net");
     let device = Cpu::default();
@@ -31,11 +34,7 @@ fn parameters(mlp: &Mlp) -> Vec<(Matrix, Tensor<(usize,), f32, Cpu>)> {
 }
 
 /// The same network out of dfdx's own operations.
-fn plain<T: Tape<f32, Cpu>>(
-    shape: &MlpShape,
-    parameters: &[(Matrix, Tensor<(usize,), f32, Cpu>)],
-    mut x: Matrix<T>,
-) -> Matrix<T> {
+fn plain<T: Tape<f32, Cpu>>(shape: &MlpShape, parameters: &Parameters, mut x: Matrix<T>) -> Matrix<T> {
     for (i, (w, b)) in parameters.iter().enumerate() {
         let z = x.matmul(w.clone());
         let rows = z.shape().0;
@@ -70,7 +69,7 @@ fn fused_network_agrees_with_plain_dfdx() {
                 (vec![5, 100, 33, 17], 13),
             ] {
                 let shape = MlpShape { sizes, hidden, output };
-                let mut net = Mlp::new(shape.clone(), InitScheme::FanIn, &mut rng).unwrap();
+                let net = Mlp::new(shape.clone(), InitScheme::FanIn, &mut rng).unwrap();
                 let plain_parameters = parameters(&net);
                 let x = random(rows, shape.inputs(), &mut rng);
                 let what = format!("{shape:?}");
@@ -87,7 +86,10 @@ fn fused_network_agrees_with_plain_dfdx() {
                 let plain_grads = plain_y.square().mean().backward();
                 close(&grads.get(&x).as_vec(), &plain_grads.get(&x).as_vec(), 1e-5, &what);
                 let mut mine = Vec::new();
-                net.change_parameters(&mut grads, |_, g| mine.extend_from_slice(g)).unwrap();
+                for (w, b) in take_gradients(net.layers(), &mut grads).unwrap() {
+                    mine.extend(w);
+                    mine.extend(b);
+                }
                 let mut theirs = Vec::new();
                 for (w, b) in &plain_parameters {
                     theirs.extend(plain_grads.get(w).as_vec());
