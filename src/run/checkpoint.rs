@@ -18,7 +18,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::atomic::{folder_beside, folder_of, sync_folder, write_new};
+use super::folder::{self, write_new};
 use super::{Result, RunError, number};
 
 /// Format of a checkpoint that this program writes, and the newest that it reads.
@@ -121,10 +121,10 @@ impl Checkpoint {
     /// # Errors
     /// [`RunError::Io`]; the old checkpoint is still there then.
     pub fn save(&self, path: &Path) -> Result<()> {
-        let folder = folder_beside(path)?;
+        let new = folder::new_beside(path)?;
         let mut sections = Vec::new();
         for (name, bytes) in &self.sections {
-            write_new(&folder.path().join(name), bytes)?;
+            write_new(&new.path().join(name), bytes)?;
             sections.push(Section { name: name.clone(), bytes: bytes.len() as u64, sha256: sha256(bytes) });
         }
         let manifest = Manifest {
@@ -136,9 +136,9 @@ impl Checkpoint {
         };
         let text = serde_json::to_vec_pretty(&manifest)
             .map_err(|source| RunError::Encode { what: "a manifest".into(), source })?;
-        write_new(&folder.path().join(MANIFEST), &text)?;
-        sync_folder(folder.path())?;
-        swap_in(folder, path)
+        write_new(&new.path().join(MANIFEST), &text)?;
+        folder::sync(new.path())?;
+        swap_in(new, path)
     }
 
     /// Reads and verifies the checkpoint in the folder `path`.
@@ -191,37 +191,37 @@ impl Manifest {
 /// Copies a saved checkpoint to another name in the same folder. The files are shared where the
 /// file system can: no file of a checkpoint is ever changed, so one copy is enough.
 pub(super) fn duplicate(from: &Path, to: &Path) -> Result<()> {
-    let folder = folder_beside(to)?;
+    let new = folder::new_beside(to)?;
     for entry in fs::read_dir(from).map_err(RunError::io("read", from))? {
         let source = entry.map_err(RunError::io("read", from))?.path();
         let Some(name) = source.file_name() else {
             continue;
         };
-        let target = folder.path().join(name);
+        let target = new.path().join(name);
         if fs::hard_link(&source, &target).is_err() {
             let bytes = fs::read(&source).map_err(RunError::io("read", &source))?;
             write_new(&target, &bytes)?;
         }
     }
-    sync_folder(folder.path())?;
-    swap_in(folder, to)
+    folder::sync(new.path())?;
+    swap_in(new, to)
 }
 
 /// Renames a complete folder to `path`; what was there is removed afterwards.
-fn swap_in(folder: tempfile::TempDir, path: &Path) -> Result<()> {
+fn swap_in(new: tempfile::TempDir, path: &Path) -> Result<()> {
     let previous = previous_of(path);
     if path.exists() {
         remove(&previous)?;
         fs::rename(path, &previous).map_err(RunError::io("replace", path))?;
     }
-    if let Err(error) = fs::rename(folder.path(), path) {
+    if let Err(error) = fs::rename(new.path(), path) {
         // Put the old one back; if that fails too, readers still find it under its other name.
         let _ = fs::rename(&previous, path);
         return Err(RunError::io("write", path)(error));
     }
     // The temporary folder has its final name now and is no longer to be removed.
-    let _ = folder.keep();
-    sync_folder(&folder_of(path))?;
+    let _ = new.keep();
+    folder::sync(&folder::parent_of(path))?;
     remove(&previous)
 }
 

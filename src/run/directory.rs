@@ -13,10 +13,13 @@ use super::checkpoint::{check_format, parse_json, sha256};
 use super::log::{EventReader, read_tail};
 use super::status::RunStatus;
 use super::store::CheckpointStore;
-use super::{Result, RunError, atomic};
+use super::{Result, RunError};
+use crate::atomic;
 
 /// Format of a run folder that this program writes, and the newest that it reads.
 pub const FORMAT: u64 = 1;
+
+const LOCK: &str = "lock";
 
 /// `config.json`.
 #[derive(Serialize, Deserialize)]
@@ -44,26 +47,27 @@ impl RunDirectory {
     pub fn create(path: impl Into<PathBuf>, config: &impl Serialize) -> Result<Self> {
         let directory = Self { path: path.into() };
         let path = &directory.path;
-        if directory.config_path().exists() {
-            return Err(RunError::AlreadyARun(path.clone()));
-        }
+        directory.refuse_if_made()?;
         fs::create_dir_all(path).map_err(RunError::io("create", path))?;
-        let mut entries = fs::read_dir(path).map_err(RunError::io("read", path))?;
-        if entries.next().is_some() {
-            return Err(RunError::NotEmpty(path.clone()));
+        for entry in fs::read_dir(path).map_err(RunError::io("read", path))? {
+            if entry.map_err(RunError::io("read", path))?.file_name() != LOCK {
+                return Err(RunError::NotEmpty(path.clone()));
+            }
         }
         let saved = Saved { format: FORMAT, mge_version: env!("CARGO_PKG_VERSION").into(), config };
         let mut text = serde_json::to_vec_pretty(&saved)
             .map_err(|source| RunError::Encode { what: "the configuration".into(), source })?;
         text.push(b'\n');
-        atomic::write_if_new(&directory.config_path(), &text).map_err(|error| match error {
-            // Somebody else was faster.
-            RunError::Io { source, .. } if source.kind() == ErrorKind::AlreadyExists => {
-                RunError::AlreadyARun(path.clone())
-            }
-            other => other,
-        })?;
+        let _lock = directory.lock()?;
+        // Somebody may have been faster until here.
+        directory.refuse_if_made()?;
+        let file = directory.config_path();
+        atomic::write(&file, &text).map_err(RunError::io("write", &file))?;
         Ok(directory)
+    }
+
+    fn refuse_if_made(&self) -> Result<()> {
+        if self.config_path().exists() { Err(RunError::AlreadyARun(self.path.clone())) } else { Ok(()) }
     }
 
     /// Opens the run in `path` for reading.
@@ -125,7 +129,7 @@ impl RunDirectory {
     /// # Errors
     /// [`RunError::InUse`] if another process, or another part of this one, has it.
     pub fn lock(&self) -> Result<RunLock> {
-        let path = self.path.join("lock");
+        let path = self.path.join(LOCK);
         let mut file = OpenOptions::new()
             .create(true)
             .write(true)
@@ -149,7 +153,7 @@ impl RunDirectory {
     }
 
     fn is_locked(&self) -> Result<bool> {
-        let path = self.path.join("lock");
+        let path = self.path.join(LOCK);
         let file = match File::open(&path) {
             Ok(file) => file,
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(false),

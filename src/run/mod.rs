@@ -26,16 +26,16 @@
 //! # After an interruption
 //!
 //! Logs are synced to the disk before a checkpoint is written, so they always reach at least as
-//! far as the checkpoint. [`RunWriter::resume`] cuts them back to the checkpoint's episode and goes
+//! far as the checkpoint. [`RunWriter::open`] cuts them back to the checkpoint's episode and goes
 //! on from there, so that an interrupted run ends with the same `metrics.csv` as an uninterrupted
 //! one. A reader takes a half-written last line as "not yet".
 
 mod append;
-pub mod atomic;
 pub mod checkpoint;
 mod directory;
 mod error;
 mod event;
+mod folder;
 mod log;
 mod metrics;
 mod number;

@@ -6,6 +6,7 @@ use std::io::ErrorKind;
 use std::path::PathBuf;
 
 use super::checkpoint::{self, Checkpoint, Manifest};
+use super::folder::TEMPORARY;
 use super::retention::{Action, CheckpointName};
 use super::{Result, RunError};
 
@@ -113,7 +114,7 @@ impl CheckpointStore {
         for entry in self.entries()? {
             let path = self.folder.join(&entry);
             let finished = self.folder.join(finished_name(&entry));
-            if entry.starts_with(".writing-") || (finished != path && finished.exists()) {
+            if entry.starts_with(TEMPORARY) || (finished != path && finished.exists()) {
                 checkpoint::remove(&path)?;
             } else if finished != path {
                 fs::rename(&path, &finished).map_err(RunError::io("restore", &finished))?;

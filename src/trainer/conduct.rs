@@ -178,7 +178,10 @@ impl Conductor<'_> {
         };
         let actions = what_to_keep(&training.config().checkpoints, &moment);
         if !actions.is_empty() {
-            self.writer.checkpoint(&actions, &training.checkpoint()?)?;
+            let mut checkpoint = training.checkpoint()?;
+            // Without it the next `best` would have nothing to be better than.
+            checkpoint.score = score;
+            self.writer.checkpoint(&actions, &checkpoint)?;
         }
         Ok(())
     }
