@@ -55,15 +55,7 @@ pub(super) fn forward(
     for row in y.chunks_exact_mut(outputs) {
         row.copy_from_slice(bias);
     }
-    multiply(
-        (rows, inputs, outputs),
-        x,
-        (inputs as isize, 1),
-        weight,
-        (outputs as isize, 1),
-        y,
-        true,
-    );
+    multiply((rows, inputs, outputs), x, (inputs as isize, 1), weight, (outputs as isize, 1), y, true);
     match activation {
         Activation::Identity => {}
         // `z.max(0.0)` would turn NaN into 0 and hide a diverged network.
@@ -90,21 +82,8 @@ pub(super) fn activation_backward(activation: Activation, y: &[f32], dy: &mut [f
 }
 
 /// `dw += xᵀ dz`.
-pub(super) fn weight_gradient(
-    (rows, inputs, outputs): (usize, usize, usize),
-    x: &[f32],
-    dz: &[f32],
-    dw: &mut [f32],
-) {
-    multiply(
-        (inputs, rows, outputs),
-        x,
-        (1, inputs as isize),
-        dz,
-        (outputs as isize, 1),
-        dw,
-        true,
-    );
+pub(super) fn weight_gradient((rows, inputs, outputs): (usize, usize, usize), x: &[f32], dz: &[f32], dw: &mut [f32]) {
+    multiply((inputs, rows, outputs), x, (1, inputs as isize), dz, (outputs as isize, 1), dw, true);
 }
 
 /// `db += column sums of dz`.
@@ -121,13 +100,5 @@ pub(super) fn input_gradient(
     weight: &[f32],
     dx: &mut [f32],
 ) {
-    multiply(
-        (rows, outputs, inputs),
-        dz,
-        (outputs as isize, 1),
-        weight,
-        (1, outputs as isize),
-        dx,
-        false,
-    );
+    multiply((rows, outputs, inputs), dz, (outputs as isize, 1), weight, (1, outputs as isize), dx, false);
 }

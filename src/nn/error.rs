@@ -6,17 +6,13 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum NnError {
     /// The sizes do not describe a stack of layers.
-    #[error(
-        "network sizes {sizes:?} are not usable: give inputs, hidden sizes and outputs, all at least 1"
-    )]
+    #[error("network sizes {sizes:?} are not usable: give inputs, hidden sizes and outputs, all at least 1")]
     Shape {
         /// The sizes as given.
         sizes: Vec<usize>,
     },
     /// A gradient is infinite or not a number; no parameter was changed.
-    #[error(
-        "the gradient is not finite (norm {norm}): the loss has diverged; use a smaller learning rate"
-    )]
+    #[error("the gradient is not finite (norm {norm}): the loss has diverged; use a smaller learning rate")]
     NotFinite {
         /// Euclidean norm over all gradients: infinite or NaN.
         norm: f64,
@@ -63,9 +59,7 @@ pub enum TensorFileError {
         name: String,
     },
     /// A tensor has another shape.
-    #[error(
-        "tensor `{name}` has shape {found:?}, expected {expected:?}: the file belongs to another network"
-    )]
+    #[error("tensor `{name}` has shape {found:?}, expected {expected:?}: the file belongs to another network")]
     WrongShape {
         /// Name of the tensor.
         name: String,

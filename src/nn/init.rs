@@ -30,20 +30,14 @@ pub struct Init {
 
 impl From<InitScheme> for Init {
     fn from(scheme: InitScheme) -> Self {
-        Self {
-            scheme,
-            last_bound: None,
-        }
+        Self { scheme, last_bound: None }
     }
 }
 
 impl Init {
     /// `scheme` with a last layer uniform in ±`bound`.
     pub fn with_last_bound(scheme: InitScheme, bound: f32) -> Self {
-        Self {
-            scheme,
-            last_bound: Some(bound),
-        }
+        Self { scheme, last_bound: Some(bound) }
     }
 
     /// Weight (`inputs` × `outputs`, row-major) and bias (`outputs`) of one layer.
@@ -119,11 +113,7 @@ mod tests {
         for (rows, columns) in [(5, 9), (9, 5), (6, 6)] {
             let w = orthogonal(rows, columns, &mut ChaCha8Rng::seed_from_u64(1));
             let at = |i: usize, j: usize| {
-                if rows <= columns {
-                    w[i * columns + j]
-                } else {
-                    w[j * columns + i]
-                }
+                if rows <= columns { w[i * columns + j] } else { w[j * columns + i] }
             };
             let (count, length) = (rows.min(columns), rows.max(columns));
             for a in 0..count {
@@ -145,8 +135,7 @@ mod tests {
         let (w, b) = Init::with_last_bound(InitScheme::Xavier, 3e-3).layer(100, 50, true, &mut rng);
         let largest = w.iter().chain(&b).fold(0.0f32, |m, x| m.max(x.abs()));
         assert!(largest <= 3e-3 && largest > 2.9e-3, "{largest}");
-        let (w, _) =
-            Init::with_last_bound(InitScheme::Xavier, 3e-3).layer(100, 50, false, &mut rng);
+        let (w, _) = Init::with_last_bound(InitScheme::Xavier, 3e-3).layer(100, 50, false, &mut rng);
         let largest = w.iter().fold(0.0f32, |m, x| m.max(x.abs()));
         assert!(largest <= 0.2 && largest > 0.19, "{largest}");
     }

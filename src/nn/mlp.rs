@@ -51,20 +51,12 @@ impl Mlp {
     ///
     /// # Errors
     /// [`NnError::Shape`] when `shape` has no layer or a size 0.
-    pub fn new<R: Rng + ?Sized>(
-        shape: MlpShape,
-        init: impl Into<Init>,
-        rng: &mut R,
-    ) -> Result<Self, NnError> {
+    pub fn new<R: Rng + ?Sized>(shape: MlpShape, init: impl Into<Init>, rng: &mut R) -> Result<Self, NnError> {
         shape.check()?;
         let init = init.into();
         let last = shape.layers() - 1;
-        let values: Vec<_> = shape
-            .sizes
-            .windows(2)
-            .enumerate()
-            .map(|(i, s)| init.layer(s[0], s[1], i == last, rng))
-            .collect();
+        let values: Vec<_> =
+            shape.sizes.windows(2).enumerate().map(|(i, s)| init.layer(s[0], s[1], i == last, rng)).collect();
         Ok(Self::from_values(shape, values))
     }
 
@@ -95,36 +87,18 @@ impl Mlp {
     /// # Panics
     /// If `x` has another number of columns than the network has inputs.
     pub fn forward<T: Tape<f32, Cpu>>(&self, x: Matrix<T>) -> Matrix<T> {
-        self.run(
-            x,
-            Wanted {
-                parameters: true,
-                input: true,
-            },
-        )
+        self.run(x, Wanted { parameters: true, input: true })
     }
 
     /// As [`forward`](Self::forward) for an `x` that is data: no gradient is computed for it.
     pub fn forward_data<T: Tape<f32, Cpu>>(&self, x: Matrix<T>) -> Matrix<T> {
-        self.run(
-            x,
-            Wanted {
-                parameters: true,
-                input: false,
-            },
-        )
+        self.run(x, Wanted { parameters: true, input: false })
     }
 
     /// As [`forward`](Self::forward) with the parameters held constant: gradients flow to `x`
     /// only, as from a critic to an actor.
     pub fn forward_frozen<T: Tape<f32, Cpu>>(&self, x: Matrix<T>) -> Matrix<T> {
-        self.run(
-            x,
-            Wanted {
-                parameters: false,
-                input: true,
-            },
-        )
+        self.run(x, Wanted { parameters: false, input: true })
     }
 
     fn run<T: Tape<f32, Cpu>>(&self, x: Matrix<T>, wanted: Wanted) -> Matrix<T> {
@@ -140,10 +114,7 @@ impl Mlp {
             dense::forward((rows, inputs, outputs), x, &w, &b, layer.activation, &mut y);
             values.push(y);
         }
-        let y = x.device().tensor_from_vec(
-            values[self.layers.len()].clone(),
-            (rows, self.shape.outputs()),
-        );
+        let y = x.device().tensor_from_vec(values[self.layers.len()].clone(), (rows, self.shape.outputs()));
         let (layers, out) = (self.layers.clone(), y.clone());
         tape.add_backward_op(move |grads| {
             let mut dy = grads.get_or_alloc_mut(&out)?.to_vec();
@@ -184,14 +155,7 @@ impl Mlp {
             let (inputs, outputs) = layer.sizes();
             let (w, b) = layer.values();
             let mut y = vec![0.0; rows * outputs];
-            dense::forward(
-                (rows, inputs, outputs),
-                out,
-                &w,
-                &b,
-                layer.activation,
-                &mut y,
-            );
+            dense::forward((rows, inputs, outputs), out, &w, &b, layer.activation, &mut y);
             *out = y;
         }
     }
@@ -245,18 +209,14 @@ impl Mlp {
     /// # Errors
     /// When a tensor is missing, has another shape or a value that is not finite.
     pub fn load(shape: MlpShape, file: &TensorFile, prefix: &str) -> Result<Self, TensorFileError> {
-        shape.check().map_err(|e| TensorFileError::Metadata {
-            key: prefix.to_owned(),
-            reason: e.to_string(),
-        })?;
+        shape.check().map_err(|e| TensorFileError::Metadata { key: prefix.to_owned(), reason: e.to_string() })?;
         let values = shape
             .sizes
             .windows(2)
             .enumerate()
             .map(|(i, s)| {
                 Ok((
-                    file.get(&format!("{prefix}.{i}.weight"), &[s[0], s[1]])?
-                        .to_vec(),
+                    file.get(&format!("{prefix}.{i}.weight"), &[s[0], s[1]])?.to_vec(),
                     file.get(&format!("{prefix}.{i}.bias"), &[s[1]])?.to_vec(),
                 ))
             })

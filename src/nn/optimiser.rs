@@ -44,13 +44,7 @@ impl Optimiser {
             OptimiserKind::RmsProp => (0, n),
             OptimiserKind::Sgd => (0, 0),
         };
-        Self {
-            kind,
-            steps: 0,
-            mean: vec![0.0; mean],
-            square: vec![0.0; square],
-            parameters: n,
-        }
+        Self { kind, steps: 0, mean: vec![0.0; mean], square: vec![0.0; square], parameters: n }
     }
 
     /// Which optimiser this is.
@@ -77,10 +71,7 @@ impl Optimiser {
     ) -> Result<f64, NnError> {
         let found = networks.iter().map(|m| m.shape().parameters()).sum();
         if found != self.parameters {
-            return Err(NnError::OptimiserMismatch {
-                expected: self.parameters,
-                found,
-            });
+            return Err(NnError::OptimiserMismatch { expected: self.parameters, found });
         }
         let mut sum = 0.0;
         for network in networks.iter_mut() {
@@ -125,20 +116,12 @@ impl Optimiser {
     /// Adds moments to `file` as `prefix.mean` and `prefix.square`, kind and step count to its
     /// metadata.
     pub fn save(&self, file: &mut TensorFile, prefix: &str) {
-        let state = State {
-            kind: self.kind,
-            steps: self.steps,
-            parameters: self.parameters,
-        };
+        let state = State { kind: self.kind, steps: self.steps, parameters: self.parameters };
         let text = serde_json::json!(state).to_string();
         file.metadata.insert(format!("{prefix}.state"), text);
         for (name, values) in [("mean", &self.mean), ("square", &self.square)] {
             if !values.is_empty() {
-                file.insert(
-                    format!("{prefix}.{name}"),
-                    vec![values.len()],
-                    values.clone(),
-                );
+                file.insert(format!("{prefix}.{name}"), vec![values.len()], values.clone());
             }
         }
     }
@@ -149,36 +132,16 @@ impl Optimiser {
     /// When the metadata or a moment is missing or does not fit.
     pub fn load(file: &TensorFile, prefix: &str) -> Result<Self, TensorFileError> {
         let key = format!("{prefix}.state");
-        let invalid = |reason: String| TensorFileError::Metadata {
-            key: key.clone(),
-            reason,
-        };
-        let text = file
-            .metadata
-            .get(&key)
-            .ok_or_else(|| invalid("not there".into()))?;
-        let State {
-            kind,
-            steps,
-            parameters,
-        } = serde_json::from_str(text).map_err(|e| invalid(e.to_string()))?;
-        let moment = |name: &str| {
-            Ok(file
-                .get(&format!("{prefix}.{name}"), &[parameters])?
-                .to_vec())
-        };
+        let invalid = |reason: String| TensorFileError::Metadata { key: key.clone(), reason };
+        let text = file.metadata.get(&key).ok_or_else(|| invalid("not there".into()))?;
+        let State { kind, steps, parameters } = serde_json::from_str(text).map_err(|e| invalid(e.to_string()))?;
+        let moment = |name: &str| Ok(file.get(&format!("{prefix}.{name}"), &[parameters])?.to_vec());
         let (mean, square) = match kind {
             OptimiserKind::Adam => (moment("mean")?, moment("square")?),
             OptimiserKind::RmsProp => (Vec::new(), moment("square")?),
             OptimiserKind::Sgd => (Vec::new(), Vec::new()),
         };
-        Ok(Self {
-            kind,
-            steps,
-            mean,
-            square,
-            parameters,
-        })
+        Ok(Self { kind, steps, mean, square, parameters })
     }
 }
 

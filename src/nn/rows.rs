@@ -51,11 +51,7 @@ where
 ///
 /// # Panics
 /// If `target` has not one entry a row of `x`, or an entry is not below `rows`.
-pub fn scatter_sum<T: Tape<f32, Cpu>>(
-    x: Matrix<T>,
-    target: Arc<[usize]>,
-    rows: usize,
-) -> Matrix<T> {
+pub fn scatter_sum<T: Tape<f32, Cpu>>(x: Matrix<T>, target: Arc<[usize]>, rows: usize) -> Matrix<T> {
     let (x, mut tape) = x.split_tape();
     let (count, columns) = *x.shape();
     assert_eq!(count, target.len(), "one target a row");

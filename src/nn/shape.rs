@@ -31,21 +31,11 @@ impl MlpShape {
     /// A stack of `layers` dense layers with equal hidden sizes, `hidden` between them and a
     /// linear output. The paper's "17-layer neural network with hidden size 64" (A.1) from 21 to
     /// 20 is `MlpShape::uniform(21, 64, 20, 17, Activation::Tanh)`.
-    pub fn uniform(
-        inputs: usize,
-        width: usize,
-        outputs: usize,
-        layers: usize,
-        hidden: Activation,
-    ) -> Self {
+    pub fn uniform(inputs: usize, width: usize, outputs: usize, layers: usize, hidden: Activation) -> Self {
         let mut sizes = vec![inputs];
         sizes.extend(std::iter::repeat_n(width, layers.saturating_sub(1)));
         sizes.push(outputs);
-        Self {
-            sizes,
-            hidden,
-            output: Activation::Identity,
-        }
+        Self { sizes, hidden, output: Activation::Identity }
     }
 
     /// The same stack with another activation of the last layer.
@@ -76,20 +66,14 @@ impl MlpShape {
 
     /// Activation of layer `layer`, counted from 0.
     pub fn activation(&self, layer: usize) -> Activation {
-        if layer + 1 == self.layers() {
-            self.output
-        } else {
-            self.hidden
-        }
+        if layer + 1 == self.layers() { self.output } else { self.hidden }
     }
 
     /// # Errors
     /// [`NnError::Shape`] when there is no layer or a size is 0.
     pub fn check(&self) -> Result<(), NnError> {
         if self.layers() == 0 || self.sizes.contains(&0) {
-            return Err(NnError::Shape {
-                sizes: self.sizes.clone(),
-            });
+            return Err(NnError::Shape { sizes: self.sizes.clone() });
         }
         Ok(())
     }

@@ -29,11 +29,7 @@ impl TensorFile {
     /// # Panics
     /// If the number of values does not fit the shape.
     pub fn insert(&mut self, name: String, shape: Vec<usize>, values: Vec<f32>) {
-        assert_eq!(
-            shape.iter().product::<usize>(),
-            values.len(),
-            "values of `{name}`"
-        );
+        assert_eq!(shape.iter().product::<usize>(), values.len(), "values of `{name}`");
         self.tensors.insert(name, Entry { shape, values });
     }
 
@@ -43,10 +39,7 @@ impl TensorFile {
     /// When it is missing, has another shape, or holds an infinity or NaN.
     pub fn get(&self, name: &str, shape: &[usize]) -> Result<&[f32], TensorFileError> {
         let name_owned = || name.to_owned();
-        let entry = self
-            .tensors
-            .get(name)
-            .ok_or_else(|| TensorFileError::Missing { name: name_owned() })?;
+        let entry = self.tensors.get(name).ok_or_else(|| TensorFileError::Missing { name: name_owned() })?;
         if entry.shape != shape {
             return Err(TensorFileError::WrongShape {
                 name: name_owned(),
@@ -85,33 +78,18 @@ impl TensorFile {
         let (_, header) = SafeTensors::read_metadata(bytes).map_err(read_error)?;
         let metadata = match header.metadata().as_ref().and_then(|m| m.get(METADATA_KEY)) {
             None => BTreeMap::new(),
-            Some(text) => serde_json::from_str(text).map_err(|e| TensorFileError::Metadata {
-                key: METADATA_KEY.to_owned(),
-                reason: e.to_string(),
-            })?,
+            Some(text) => serde_json::from_str(text)
+                .map_err(|e| TensorFileError::Metadata { key: METADATA_KEY.to_owned(), reason: e.to_string() })?,
         };
-        let mut file = Self {
-            metadata,
-            tensors: BTreeMap::new(),
-        };
+        let mut file = Self { metadata, tensors: BTreeMap::new() };
         let content = SafeTensors::deserialize(bytes).map_err(read_error)?;
         for (name, view) in content.tensors() {
             if view.dtype() != Dtype::F32 {
                 let found = format!("{:?}", view.dtype());
                 return Err(TensorFileError::WrongType { name, found });
             }
-            let values = view
-                .data()
-                .chunks_exact(4)
-                .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
-                .collect();
-            file.tensors.insert(
-                name,
-                Entry {
-                    shape: view.shape().to_vec(),
-                    values,
-                },
-            );
+            let values = view.data().chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
+            file.tensors.insert(name, Entry { shape: view.shape().to_vec(), values });
         }
         Ok(file)
     }
@@ -123,15 +101,13 @@ fn read_error(error: SafeTensorError) -> TensorFileError {
     match error {
         SafeTensorError::MetadataIncompleteBuffer
         | SafeTensorError::InvalidHeaderLength
-        | SafeTensorError::HeaderTooSmall => TensorFileError::Damaged {
-            reason: "its length does not fit its header".to_owned(),
-        },
-        SafeTensorError::InvalidOffset(name) => TensorFileError::Damaged {
-            reason: format!("tensor `{name}` lies outside the file"),
-        },
-        other => TensorFileError::Foreign {
-            reason: format!("{other:?}"),
-        },
+        | SafeTensorError::HeaderTooSmall => {
+            TensorFileError::Damaged { reason: "its length does not fit its header".to_owned() }
+        }
+        SafeTensorError::InvalidOffset(name) => {
+            TensorFileError::Damaged { reason: format!("tensor `{name}` lies outside the file") }
+        }
+        other => TensorFileError::Foreign { reason: format!("{other:?}") },
     }
 }
 
@@ -145,11 +121,7 @@ impl View for &Entry {
     }
 
     fn data(&self) -> Cow<'_, [u8]> {
-        self.values
-            .iter()
-            .flat_map(|v| v.to_le_bytes())
-            .collect::<Vec<u8>>()
-            .into()
+        self.values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>().into()
     }
 
     fn data_len(&self) -> usize {

@@ -9,9 +9,7 @@ use super::{Activation, InitScheme, Matrix, Mlp, MlpShape, TensorFile, matrix};
 const ACTIVATIONS: [Activation; 3] = [Activation::Identity, Activation::Relu, Activation::Tanh];
 
 fn random(rows: usize, columns: usize, rng: &mut ChaCha8Rng) -> Matrix {
-    let values = (0..rows * columns)
-        .map(|_| rng.gen_range(-1.0..1.0))
-        .collect();
+    let values = (0..rows * columns).map(|_| rng.gen_range(-1.0..1.0)).collect();
     matrix(&Cpu::default(), values, rows, columns)
 }
 
@@ -27,10 +25,7 @@ fn parameters(mlp: &Mlp) -> Vec<(Matrix, Tensor<(usize,), f32, Cpu>)> {
         .map(|(i, s)| {
             let w = file.get(&format!("net.{i}.weight"), &[s[0], s[1]]).unwrap();
             let b = file.get(&format!("net.{i}.bias"), &[s[1]]).unwrap();
-            (
-                matrix(&device, w.to_vec(), s[0], s[1]),
-                device.tensor_from_vec(b.to_vec(), (s[1],)),
-            )
+            (matrix(&device, w.to_vec(), s[0], s[1]), device.tensor_from_vec(b.to_vec(), (s[1],)))
         })
         .collect()
 }
@@ -44,9 +39,7 @@ fn plain<T: Tape<f32, Cpu>>(
     for (i, (w, b)) in parameters.iter().enumerate() {
         let z = x.matmul(w.clone());
         let rows = z.shape().0;
-        let b = b
-            .retaped::<T>()
-            .broadcast_like::<_, Axis<0>>(&(rows, b.shape().0));
+        let b = b.retaped::<T>().broadcast_like::<_, Axis<0>>(&(rows, b.shape().0));
         let z = z + b;
         x = match shape.activation(i) {
             Activation::Identity => z,
@@ -61,10 +54,7 @@ fn close(a: &[f32], b: &[f32], tolerance: f32, what: &str) {
     assert_eq!(a.len(), b.len(), "{what}");
     for (i, (a, b)) in a.iter().zip(b).enumerate() {
         let scale = 1.0f32.max(b.abs());
-        assert!(
-            (a - b).abs() <= tolerance * scale,
-            "{what}[{i}]: {a} and {b}"
-        );
+        assert!((a - b).abs() <= tolerance * scale, "{what}[{i}]: {a} and {b}");
     }
 }
 
@@ -79,11 +69,7 @@ fn fused_network_agrees_with_plain_dfdx() {
                 (vec![162, 64, 64, 1], 128),
                 (vec![5, 100, 33, 17], 13),
             ] {
-                let shape = MlpShape {
-                    sizes,
-                    hidden,
-                    output,
-                };
+                let shape = MlpShape { sizes, hidden, output };
                 let mut net = Mlp::new(shape.clone(), InitScheme::FanIn, &mut rng).unwrap();
                 let plain_parameters = parameters(&net);
                 let x = random(rows, shape.inputs(), &mut rng);
@@ -99,15 +85,9 @@ fn fused_network_agrees_with_plain_dfdx() {
 
                 let mut grads = y.square().mean().backward();
                 let plain_grads = plain_y.square().mean().backward();
-                close(
-                    &grads.get(&x).as_vec(),
-                    &plain_grads.get(&x).as_vec(),
-                    1e-5,
-                    &what,
-                );
+                close(&grads.get(&x).as_vec(), &plain_grads.get(&x).as_vec(), 1e-5, &what);
                 let mut mine = Vec::new();
-                net.change_parameters(&mut grads, |_, g| mine.extend_from_slice(g))
-                    .unwrap();
+                net.change_parameters(&mut grads, |_, g| mine.extend_from_slice(g)).unwrap();
                 let mut theirs = Vec::new();
                 for (w, b) in &plain_parameters {
                     theirs.extend(plain_grads.get(w).as_vec());
