@@ -1,1 +1,27 @@
 //! Task-agnostic dynamics models: launches, graphs, the network, training, prediction.
+
+mod codec;
+mod config;
+mod error;
+mod graph;
+mod launch;
+mod model;
+mod network;
+mod normaliser;
+mod rollout;
+mod samples;
+mod train;
+
+pub use codec::Codec;
+pub use config::{
+    Coordinates, EdgeActivation, EdgeFunctions, Geometry, Loss, ModelConfig, RateSchedule, Targets, TrainConfig,
+};
+pub use error::{DynamicsError, canonical_tool_set, tool_set_name};
+pub use graph::{EdgeType, Edges, GraphBuilder, Graphs, Layout, NODE_FEATURES, ObjectType};
+pub use launch::{Launch, Split, collect, data_hash};
+pub use model::{Model, Provenance, VERSION};
+pub use network::Network;
+pub use normaliser::{Columns, Normaliser};
+pub use rollout::Predicted;
+pub use samples::Samples;
+pub use train::{Ended, Progress, Training};

@@ -291,7 +291,13 @@ impl Snapshot {
         }
     }
 
-    fn place(&mut self, task: &Task, action: Action) -> Placement {
+    /// Puts the target ball into another state of motion, as a model predicts it.
+    pub fn set_ball(&mut self, state: BallState) {
+        self.world.set_ball(TARGET, state);
+    }
+
+    /// Places a tool at `action` if it may be placed there.
+    pub fn place(&mut self, task: &Task, action: Action) -> Placement {
         let placement = self.check_placement(task, action);
         if placement == Placement::Placed {
             let action = action.map(|value| value.clamp(-1.0, 1.0));

@@ -5,11 +5,13 @@
 //! too ([`TruePhysics`]), which gives the upper bound of what guidance can do.
 
 mod clusters;
+mod model;
 mod prior;
 mod rollout;
 mod schedule;
 
 pub use clusters::{Cluster, ClusterCount};
+pub use model::LearnedModel;
 pub use prior::{ActionPrior, GuidanceConfig, GuidanceError, StagePrior, StartStates, build};
 pub use rollout::{Rewarding, Rollout, RolloutAction, RolloutModel, TruePhysics};
 pub use schedule::{EpsilonSchedule, ScheduleError};

@@ -128,6 +128,21 @@ impl World {
         self.balls[index].state()
     }
 
+    /// Puts a ball into another state of motion, awake and with its old contacts forgotten.
+    pub fn set_ball(&mut self, index: usize, state: BallState) {
+        self.contacts.retain(|contact| contact.ball != index && contact.other != Some(index));
+        let body = &mut self.balls[index];
+        body.rigid.set_translation(state.position.into(), false);
+        body.rigid.set_linvel(state.velocity.into(), false);
+        body.rigid.set_angvel(state.angular_velocity, false);
+        body.angle = state.angle;
+        body.bias_velocity = Vector::ZERO;
+        body.bias_spin = 0.0;
+        body.idle = 0.0;
+        body.asleep = false;
+        body.captured = false;
+    }
+
     /// What a ball is made of.
     pub fn ball_material(&self, index: usize) -> Ball {
         self.balls[index].ball

@@ -1,0 +1,255 @@
+//! Settings of a dynamics model, of its training and of the launches it learns from.
+
+use serde::{Deserialize, Serialize};
+
+use super::error::DynamicsError;
+use crate::nn::OptimiserKind;
+use crate::physics::STEPS_PER_ACTION;
+
+/// Structure, inputs and targets of a dynamics model (paper, sections 4.1 and A.1). The
+/// three structural assumptions of section 4.1 are the first three fields.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ModelConfig {
+    /// Assumption 1: an edge function for each pair of object types, or one for all.
+    pub edge_functions: EdgeFunctions,
+    /// Assumption 2: edges only between near objects, or between all.
+    pub edges: EdgeActivation,
+    /// Assumption 3: positions relative to the ball, or on the screen.
+    pub coordinates: Coordinates,
+    /// Which distance edges carry.
+    pub geometry: Geometry,
+    /// Largest distance of an active edge, in units.
+    pub cutoff: f32,
+    /// Physics steps from one prediction to the next.
+    pub interval: u32,
+    /// What the decoder predicts.
+    pub targets: Targets,
+    /// The ball's spin is part of its state.
+    pub spin: bool,
+    /// Dense layers of every edge function and of the node function (table 1).
+    pub layers: usize,
+    /// Hidden size of all networks.
+    pub width: usize,
+    /// Size of messages and of the node embedding.
+    pub embedding: usize,
+}
+
+/// Whether each pair of object types has an edge function of its own.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EdgeFunctions {
+    /// One for each edge type.
+    #[default]
+    Distinct,
+    /// One for all; the one-hot types in its input tell them apart.
+    Shared,
+}
+
+/// Which edges are active.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EdgeActivation {
+    /// Those no longer than the cutoff.
+    #[default]
+    Dynamic,
+    /// All.
+    FullyConnected,
+}
+
+/// The origin of positions.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Coordinates {
+    /// The ball, the reference object.
+    #[default]
+    Relative,
+    /// The middle of the screen.
+    Absolute,
+}
+
+/// The distance between ball and tool.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Geometry {
+    /// Between the centres: the paper's literal reading.
+    Centre,
+    /// From the ball's centre to the tool's surface, with the nearest point of the
+    /// surface and the tool's half extents.
+    #[default]
+    Surface,
+}
+
+/// What the decoder's outputs mean.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Targets {
+    /// The next position only: the paper's literal reading.
+    Position,
+    /// Displacement beyond that of the present velocity, and change of velocity.
+    #[default]
+    Residual,
+}
+
+impl Default for ModelConfig {
+    fn default() -> Self {
+        Self {
+            edge_functions: EdgeFunctions::default(),
+            edges: EdgeActivation::default(),
+            coordinates: Coordinates::default(),
+            geometry: Geometry::default(),
+            cutoff: 9.0,
+            interval: 5,
+            targets: Targets::default(),
+            spin: true,
+            layers: 17,
+            width: 64,
+            embedding: 20,
+        }
+    }
+}
+
+impl ModelConfig {
+    /// The paper's literal reading: the next position after a whole action interval from
+    /// centre distances. The cutoff covers the way of a fast ball in that time.
+    pub fn literal() -> Self {
+        Self {
+            geometry: Geometry::Centre,
+            cutoff: 40.0,
+            interval: STEPS_PER_ACTION,
+            targets: Targets::Position,
+            spin: false,
+            ..Self::default()
+        }
+    }
+
+    /// Predictions in one action interval.
+    pub fn predictions_per_action(&self) -> u32 {
+        STEPS_PER_ACTION / self.interval
+    }
+
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// Names the first setting that is out of range.
+    pub fn validate(&self) -> Result<(), DynamicsError> {
+        let error = |field, message| Err(DynamicsError::Config { field, message });
+        if self.interval == 0 || !STEPS_PER_ACTION.is_multiple_of(self.interval) {
+            return error("interval", "must divide the 40 physics steps of an action");
+        }
+        if !(self.cutoff > 0.0 && self.cutoff.is_finite()) {
+            return error("cutoff", "must be a positive distance in units");
+        }
+        if !(1..=64).contains(&self.layers) {
+            return error("layers", "must be from 1 to 64");
+        }
+        if !(1..=1024).contains(&self.width) || !(1..=1024).contains(&self.embedding) {
+            return error("width", "width and embedding must be from 1 to 1024");
+        }
+        if self.spin && self.targets == Targets::Position {
+            return error("spin", "cannot be predicted when the targets are positions only");
+        }
+        Ok(())
+    }
+}
+
+/// How a model is trained (paper, table 1).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TrainConfig {
+    /// One-step observations (launches) for each tool type.
+    pub observations: usize,
+    /// Launches for each tool type that measure the error and are never trained on.
+    pub validation: usize,
+    /// Passes over the observations, each taking one row of every observation.
+    pub epochs: u32,
+    /// Rows in a batch.
+    pub batch: usize,
+    /// Learning rate at the start.
+    pub learning_rate: f32,
+    /// How the learning rate goes on.
+    pub schedule: RateSchedule,
+    /// Optimiser.
+    pub optimiser: OptimiserKind,
+    /// Loss of the normalised outputs.
+    pub loss: Loss,
+    /// Also train on the mirror image of every launch (left and right exchanged).
+    pub mirror: bool,
+    /// Share of rows drawn from those close to a contact; the rest is drawn from all.
+    pub contact_share: f32,
+    /// Seed of launches, initial weights and batches.
+    pub seed: u64,
+}
+
+/// The learning rate as a function of training's progress.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RateSchedule {
+    /// The same throughout.
+    Constant,
+    /// Half a cosine from the full rate to 0.
+    #[default]
+    Cosine,
+}
+
+/// The loss of one normalised output.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Loss {
+    /// Squared error.
+    #[default]
+    Squared,
+    /// Huber's loss with a width of 0.1: squared near 0, absolute beyond.
+    Huber,
+}
+
+impl Default for TrainConfig {
+    fn default() -> Self {
+        Self {
+            observations: 1000,
+            validation: 100,
+            epochs: 5000,
+            batch: 128,
+            learning_rate: 1e-4,
+            schedule: RateSchedule::default(),
+            optimiser: OptimiserKind::Adam,
+            loss: Loss::default(),
+            mirror: true,
+            contact_share: 0.5,
+            seed: 0,
+        }
+    }
+}
+
+impl TrainConfig {
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// Names the first setting that is out of range.
+    pub fn validate(&self) -> Result<(), DynamicsError> {
+        let error = |field, message| Err(DynamicsError::Config { field, message });
+        match self {
+            Self { observations: 0, .. } => error("observations", "must be at least 1"),
+            Self { validation: 0, .. } => error("validation", "must be at least 1"),
+            Self { epochs: 0, .. } => error("epochs", "must be at least 1"),
+            Self { batch: 0, .. } => error("batch", "must be at least 1"),
+            Self { learning_rate, .. } if !(*learning_rate > 0.0 && learning_rate.is_finite()) => {
+                error("learning_rate", "must be positive")
+            }
+            Self { contact_share, .. } if !(0.0..=1.0).contains(contact_share) => {
+                error("contact_share", "must be from 0 to 1")
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The learning rate when `progress` of all updates, from 0 to 1, is done.
+    pub fn rate(&self, progress: f64) -> f32 {
+        match self.schedule {
+            RateSchedule::Constant => self.learning_rate,
+            RateSchedule::Cosine => {
+                (f64::from(self.learning_rate) * 0.5 * (1.0 + (std::f64::consts::PI * progress).cos())) as f32
+            }
+        }
+    }
+}

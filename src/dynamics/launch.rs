@@ -1,0 +1,146 @@
+//! Task-agnostic launches: one tool, and a ball launched at it at various angles and
+//! velocities (paper, section 5.2 and figure 1).
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use sha2::{Digest, Sha256};
+
+use crate::physics::{Ball, BallState, GRAVITY, SCREEN, STEPS_PER_ACTION, Tool, ToolKind, World};
+
+/// One observation of a tool's dynamics: one interaction with the environment of 40
+/// physics steps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Launch {
+    /// The only tool of the scene.
+    pub tool: Tool,
+    /// The ball before the first and after each of the 40 physics steps, in units.
+    pub states: Vec<BallState>,
+}
+
+/// Which part of a seed's launches: no launch is in two of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Split {
+    /// Those a model learns from.
+    Training,
+    /// Those that measure its error during training.
+    Validation,
+    /// Those that measure it afterwards.
+    Test,
+}
+
+/// Fastest launch, in units/s: a ball that falls through the screen has 18.
+const MAX_SPEED: f32 = 16.0;
+/// Latest first contact aimed at, in seconds: within the interval that is observed.
+const MAX_LEAD: f32 = 1.0;
+
+/// `count` launches at tools of one type, each from a random stream of its own.
+pub fn collect(kind: ToolKind, count: usize, split: Split, seed: u64) -> Vec<Launch> {
+    let launch = |index: usize| {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream((split as u64) << 48 | (kind.index() as u64) << 40 | index as u64);
+        launch(kind, &mut rng)
+    };
+    (0..count).into_par_iter().map(launch).collect()
+}
+
+/// SHA-256 of all numbers of the launches, as hexadecimal digits.
+pub fn data_hash<'a>(launches: impl IntoIterator<Item = &'a Launch>) -> String {
+    let mut hash = Sha256::new();
+    for launch in launches {
+        let tool = &launch.tool;
+        hash.update([tool.kind.index() as u8]);
+        hash.update(tool.position[0].to_le_bytes());
+        hash.update(tool.position[1].to_le_bytes());
+        hash.update(tool.size.to_le_bytes());
+        for state in &launch.states {
+            let [x, y] = state.position;
+            let [vx, vy] = state.velocity;
+            for number in [x, y, vx, vy, state.angular_velocity] {
+                hash.update(number.to_le_bytes());
+            }
+        }
+    }
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn launch(kind: ToolKind, rng: &mut ChaCha8Rng) -> Launch {
+    let centre = SCREEN / 2.0;
+    loop {
+        let tool = Tool::new(kind, [centre; 2]).with_size(size(kind, rng));
+        let start = start(&tool, rng);
+        let (distance, _) = tool.surface(start.position);
+        if distance > Ball::default().radius {
+            return Launch { tool, states: watch(tool, start) };
+        }
+    }
+}
+
+/// Sizes around those in use, so that models generalise.
+fn size(kind: ToolKind, rng: &mut impl Rng) -> f32 {
+    let range = match kind {
+        ToolKind::Bucket => 4.0..8.0,
+        ToolKind::Square | ToolKind::Box => 6.0..10.0,
+        ToolKind::Wall | ToolKind::Floor => 10.0..45.0,
+    };
+    rng.gen_range(range)
+}
+
+/// A ball on its way to a point around the tool: half of them fall or are thrown down at
+/// it, some come from anywhere, some roll or slide along its surface. Those aimed past the tool graze
+/// it or fall free.
+fn start(tool: &Tool, rng: &mut impl Rng) -> BallState {
+    let radius = Ball::default().radius;
+    let reach = tool.half_extents().map(|half| half + 1.1 * radius);
+    let aim: [f32; 2] = std::array::from_fn(|axis| tool.position[axis] + rng.gen_range(-reach[axis]..reach[axis]));
+    let spin = if rng.gen_bool(0.5) { 0.0 } else { rng.gen_range(-MAX_SPEED..MAX_SPEED) / 2.0 / radius };
+    let from_above =
+        |spread: f32, rng: &mut dyn rand::RngCore| -std::f32::consts::FRAC_PI_2 + rng.gen_range(-spread..spread);
+    let way: f32 = rng.r#gen();
+    let (angle, speed) = match way {
+        _ if way < 0.2 => (from_above(0.1, rng), rng.gen_range(0.0..MAX_SPEED)),
+        _ if way < 0.6 => (from_above(1.3, rng), rng.gen_range(0.0..MAX_SPEED)),
+        _ if way < 0.85 => (rng.gen_range(0.0..std::f32::consts::TAU), rng.gen_range(0.0..MAX_SPEED)),
+        _ => return rolling(tool, aim, spin, rng),
+    };
+    let velocity = [angle.cos() * speed, angle.sin() * speed];
+    let lead = rng.gen_range(0.0..MAX_LEAD);
+    // Back in time from the aim under gravity.
+    BallState {
+        position: std::array::from_fn(|axis| aim[axis] - velocity[axis] * lead + GRAVITY[axis] * lead * lead / 2.0),
+        velocity: std::array::from_fn(|axis| velocity[axis] - GRAVITY[axis] * lead),
+        angle: 0.0,
+        angular_velocity: spin,
+    }
+}
+
+/// A slow ball at the surface nearest to `aim`.
+fn rolling(tool: &Tool, aim: [f32; 2], spin: f32, rng: &mut impl Rng) -> BallState {
+    let radius = Ball::default().radius;
+    let (distance, normal) = tool.surface(aim);
+    let gap = rng.gen_range(0.0..0.5);
+    let (along, into) = (rng.gen_range(-8.0..8.0), rng.gen_range(-1.5..0.5));
+    BallState {
+        position: std::array::from_fn(|axis| aim[axis] + (radius + gap - distance) * normal[axis]),
+        velocity: [normal[0] * into - normal[1] * along, normal[1] * into + normal[0] * along],
+        angle: 0.0,
+        angular_velocity: if rng.gen_bool(0.5) { -along / radius } else { spin },
+    }
+}
+
+fn watch(tool: Tool, start: BallState) -> Vec<BallState> {
+    let mut world = World::new(GRAVITY);
+    world.add_tool(tool);
+    let ball = world.add_ball(Ball::default(), start);
+    let mut states = vec![start];
+    for _ in 0..STEPS_PER_ACTION {
+        world.step();
+        states.push(world.ball(ball));
+    }
+    states
+}
+
+/// Gap between the ball's surface and the tool's, in units.
+pub(super) fn gap(tool: &Tool, ball: &BallState) -> f32 {
+    tool.surface(ball.position).0 - Ball::default().radius
+}

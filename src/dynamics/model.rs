@@ -1,0 +1,205 @@
+//! A trained dynamics model, in memory and as a safetensors file.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::codec::Codec;
+use super::config::{ModelConfig, TrainConfig};
+use super::error::{DynamicsError, canonical_tool_set, tool_set_name};
+use super::graph::{EdgeType, GraphBuilder, Graphs, ObjectType};
+use super::network::Network;
+use super::normaliser::Normaliser;
+use crate::nn::{TensorFile, TensorFileError};
+use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, ToolKind};
+use crate::task::{GoalShape, Task};
+
+/// Version of the file format this program writes and reads.
+pub const VERSION: u32 = 1;
+
+/// A dynamics model of one tool set.
+#[derive(Debug, Clone)]
+pub struct Model {
+    pub(super) config: ModelConfig,
+    pub(super) tools: Vec<ToolKind>,
+    pub(super) provenance: Provenance,
+    pub(super) builder: GraphBuilder,
+    pub(super) codec: Codec,
+    pub(super) normaliser: Normaliser,
+    pub(super) network: Network,
+}
+
+/// Where a model comes from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Provenance {
+    /// How it was trained.
+    pub training: TrainConfig,
+    /// Epochs done.
+    pub epoch: u32,
+    /// SHA-256 of the launches it was trained on.
+    pub data_hash: String,
+    /// Version of the program that made it.
+    pub crate_version: String,
+    /// The command that makes it again.
+    pub command: String,
+}
+
+impl Model {
+    pub(super) fn assemble(
+        config: ModelConfig,
+        tools: Vec<ToolKind>,
+        provenance: Provenance,
+        normaliser: Normaliser,
+        network: Network,
+    ) -> Self {
+        let builder = GraphBuilder::new(config.clone(), tools.clone());
+        let codec = Codec::new(&config);
+        Self { config, tools, provenance, builder, codec, normaliser, network }
+    }
+
+    /// Structure, inputs and targets.
+    pub fn config(&self) -> &ModelConfig {
+        &self.config
+    }
+
+    /// The tool types it knows, in canonical order.
+    pub fn tools(&self) -> &[ToolKind] {
+        &self.tools
+    }
+
+    /// The names of its tools, joined by hyphens.
+    pub fn name(&self) -> String {
+        tool_set_name(&self.tools)
+    }
+
+    /// Where it comes from.
+    pub fn provenance(&self) -> &Provenance {
+        &self.provenance
+    }
+
+    /// Builds the graphs that [`predict`](Self::predict) takes.
+    pub fn builder(&self) -> &GraphBuilder {
+        &self.builder
+    }
+
+    /// The states of the balls one prediction interval later. `graphs` holds one scene for
+    /// each of `balls`, in order, as [`builder`](Self::builder) made them; their features
+    /// are normalised in place.
+    pub fn predict(&self, graphs: &mut Graphs, balls: &[BallState]) -> Vec<BallState> {
+        assert_eq!(graphs.scenes, balls.len(), "one ball a scene");
+        self.normaliser.normalise(graphs);
+        let mut outputs = self.network.predict(graphs);
+        self.normaliser.targets.restore(&mut outputs);
+        let outputs = outputs.chunks_exact(self.codec.outputs());
+        balls.iter().zip(outputs).map(|(ball, output)| self.codec.decode(ball, output)).collect()
+    }
+
+    /// Checks that the model can predict a task's scenes.
+    ///
+    /// # Errors
+    /// [`DynamicsError::UnseenEdge`] for a pair of objects it was never trained on,
+    /// [`DynamicsError::OtherPhysics`] for other rules or another ball than the launches had.
+    pub fn check_task(&self, task: &Task) -> Result<(), DynamicsError> {
+        let unseen = task.tool_set().into_iter().find(|kind| !self.tools.contains(kind)).map(ObjectType::Tool);
+        let second_ball = task.marker.is_some() || task.goal.shape == GoalShape::Ball;
+        if let Some(sender) = unseen.or(second_ball.then_some(ObjectType::Ball)) {
+            let edge = EdgeType { receiver: ObjectType::Ball, sender };
+            return Err(DynamicsError::UnseenEdge { edge, known: self.name() });
+        }
+        let other = |what| Err(DynamicsError::OtherPhysics { task: task.name.clone(), what });
+        if task.rules.gravity != GRAVITY {
+            return other("gravity");
+        }
+        if task.rules.steps_per_action != STEPS_PER_ACTION {
+            return other("the length of an action");
+        }
+        if task.ball.material() != Ball::default() {
+            return other("the ball");
+        }
+        Ok(())
+    }
+
+    /// The model as a tensor file: weights, statistics and metadata.
+    pub fn to_file(&self) -> TensorFile {
+        let mut file = TensorFile::default();
+        self.network.save(&mut file);
+        self.normaliser.save(&mut file);
+        let json = |value: serde_json::Value| value.to_string();
+        let entries = [
+            ("format", FORMAT.to_owned()),
+            ("version", VERSION.to_string()),
+            ("config", json(serde_json::json!(self.config))),
+            ("tools", json(serde_json::json!(self.tools))),
+            ("provenance", json(serde_json::json!(self.provenance))),
+        ];
+        file.metadata.extend(entries.map(|(key, value)| (key.to_owned(), value)));
+        file
+    }
+
+    /// The model in a tensor file; `origin` names it in errors.
+    ///
+    /// # Errors
+    /// When the file is of another kind or version, or a part is missing or does not fit.
+    pub fn from_file(file: &TensorFile, origin: &str) -> Result<Self, DynamicsError> {
+        let wrong = |source| DynamicsError::File { origin: origin.to_owned(), source };
+        let content = |reason: &str| DynamicsError::Content { origin: origin.to_owned(), reason: reason.to_owned() };
+        if file.metadata.get("format").map(String::as_str) != Some(FORMAT) {
+            return Err(content("the file holds tensors, but not those of a dynamics model"));
+        }
+        let found = file.metadata.get("version").cloned().unwrap_or_default();
+        if found != VERSION.to_string() {
+            return Err(DynamicsError::Version { origin: origin.to_owned(), found, wanted: VERSION });
+        }
+        let config: ModelConfig = entry(file, "config").map_err(wrong)?;
+        config.validate()?;
+        let tools: Vec<ToolKind> = entry(file, "tools").map_err(wrong)?;
+        let provenance = entry(file, "provenance").map_err(wrong)?;
+        if canonical_tool_set(&tools)? != tools {
+            return Err(content("its tool set is not in canonical order"));
+        }
+        let layout = GraphBuilder::new(config.clone(), tools.clone()).layout();
+        let outputs = Codec::new(&config).outputs();
+        let network = Network::load(&config, layout, outputs, file).map_err(wrong)?;
+        let normaliser =
+            Normaliser::load(file, (layout.functions, layout.edge, layout.node, outputs)).map_err(wrong)?;
+        Ok(Self::assemble(config, tools, provenance, normaliser, network))
+    }
+
+    /// Reads a model from the bytes of a file; `origin` names it in errors.
+    ///
+    /// # Errors
+    /// When the bytes are truncated, foreign, of another version, or do not fit.
+    pub fn from_bytes(bytes: &[u8], origin: &str) -> Result<Self, DynamicsError> {
+        let file = TensorFile::from_bytes(bytes)
+            .map_err(|source| DynamicsError::File { origin: origin.to_owned(), source })?;
+        Self::from_file(&file, origin)
+    }
+
+    /// Reads a model file.
+    ///
+    /// # Errors
+    /// As [`from_bytes`](Self::from_bytes), and when the file cannot be read.
+    pub fn load(path: &Path) -> Result<Self, DynamicsError> {
+        let origin = path.display().to_string();
+        let bytes = std::fs::read(path).map_err(|source| DynamicsError::Io { origin: origin.clone(), source })?;
+        Self::from_bytes(&bytes, &origin)
+    }
+
+    /// Writes the model file, whole or not at all.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn save(&self, path: &Path) -> Result<(), DynamicsError> {
+        crate::atomic::write(path, &self.to_file().to_bytes())
+            .map_err(|source| DynamicsError::Io { origin: path.display().to_string(), source })
+    }
+}
+
+const FORMAT: &str = "mge dynamics model";
+
+/// A metadata entry that holds JSON.
+pub(super) fn entry<T: serde::de::DeserializeOwned>(file: &TensorFile, key: &str) -> Result<T, TensorFileError> {
+    let invalid = |reason: String| TensorFileError::Metadata { key: key.to_owned(), reason };
+    let text = file.metadata.get(key).ok_or_else(|| invalid("it is missing".to_owned()))?;
+    serde_json::from_str(text).map_err(|error| invalid(error.to_string()))
+}

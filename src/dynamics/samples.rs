@@ -1,0 +1,102 @@
+//! Launches as rows to learn from: a graph and a target for every stretch of one
+//! prediction interval.
+
+use rand::Rng;
+
+use super::codec::Codec;
+use super::config::ModelConfig;
+use super::error::DynamicsError;
+use super::graph::{GraphBuilder, Graphs};
+use super::launch::{Launch, gap};
+use crate::physics::{BallState, STEPS_PER_ACTION, Tool};
+
+/// Gap in units at either end of a stretch below which it counts as close to a contact.
+const CLOSE: f32 = 1.0;
+
+/// Graphs and targets of launches. An observation gives one row for each physics step at
+/// which a prediction interval can start within it; its mirror image as many more.
+#[derive(Debug, Clone)]
+pub struct Samples {
+    /// One scene a row; the rows of an observation follow each other.
+    pub graphs: Graphs,
+    /// Targets, rows × outputs.
+    pub targets: Vec<f32>,
+    rows_per_observation: usize,
+    /// Rows close to a contact, of each observation.
+    close: Vec<Vec<u32>>,
+}
+
+impl Samples {
+    /// The rows of `launches`, with those of their mirror images if `mirror`.
+    ///
+    /// # Errors
+    /// When a launch's tool is not in the builder's tool set.
+    pub fn new<'a>(
+        config: &ModelConfig,
+        builder: &GraphBuilder,
+        launches: impl IntoIterator<Item = &'a Launch>,
+        mirror: bool,
+    ) -> Result<Self, DynamicsError> {
+        let interval = config.interval as usize;
+        let stretches = STEPS_PER_ACTION as usize + 1 - interval;
+        let codec = Codec::new(config);
+        let mut samples = Self {
+            graphs: builder.empty(),
+            targets: Vec::new(),
+            rows_per_observation: stretches * if mirror { 2 } else { 1 },
+            close: Vec::new(),
+        };
+        for launch in launches {
+            let mut close = Vec::new();
+            for image in [false, true].into_iter().take(1 + usize::from(mirror)) {
+                for start in 0..stretches {
+                    let [before, after] = [start, start + interval].map(|step| reflect(launch.states[step], image));
+                    let tool = reflect_tool(launch.tool, image);
+                    let near = |state| gap(&tool, state) < CLOSE;
+                    if near(&before) || near(&after) {
+                        close.push((start + usize::from(image) * stretches) as u32);
+                    }
+                    builder.push(&mut samples.graphs, &before, [&tool])?;
+                    codec.encode(&before, &after, &mut samples.targets);
+                }
+            }
+            samples.close.push(close);
+        }
+        Ok(samples)
+    }
+
+    /// Observations.
+    pub fn observations(&self) -> usize {
+        self.close.len()
+    }
+
+    /// A row of an observation: with probability `contact_share` one close to a contact,
+    /// if it has any, else any.
+    pub fn draw(&self, observation: usize, contact_share: f32, rng: &mut impl Rng) -> usize {
+        let close = &self.close[observation];
+        let row = if !close.is_empty() && rng.r#gen::<f32>() < contact_share {
+            close[rng.gen_range(0..close.len())] as usize
+        } else {
+            rng.gen_range(0..self.rows_per_observation)
+        };
+        observation * self.rows_per_observation + row
+    }
+}
+
+/// Left and right exchanged about the middle of the screen.
+fn reflect(mut state: BallState, image: bool) -> BallState {
+    if image {
+        state.position[0] = crate::physics::SCREEN - state.position[0];
+        state.velocity[0] = -state.velocity[0];
+        state.angular_velocity = -state.angular_velocity;
+    }
+    state
+}
+
+/// All tool types are their own mirror images.
+fn reflect_tool(mut tool: Tool, image: bool) -> Tool {
+    if image {
+        tool.position[0] = crate::physics::SCREEN - tool.position[0];
+    }
+    tool
+}

@@ -1,0 +1,262 @@
+//! Training of a dynamics model (paper, section 5.2 and table 1).
+//!
+//! An epoch takes one row of every observation in a random order, so the number of
+//! updates is the paper's: epochs × observations of the tool set / batch. Launches,
+//! initial weights and every epoch's draws have random streams of their own, which is why
+//! a training that is resumed after any epoch goes on to the same bits.
+
+use std::time::Instant;
+
+use dfdx::losses::{huber_loss, mse_loss};
+use dfdx::prelude::*;
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+
+use super::codec::Codec;
+use super::config::{Loss, ModelConfig, TrainConfig};
+use super::error::{DynamicsError, canonical_tool_set};
+use super::graph::GraphBuilder;
+use super::launch::{Launch, Split, collect, data_hash};
+use super::model::{Model, Provenance, entry};
+use super::network::Network;
+use super::normaliser::Normaliser;
+use super::samples::Samples;
+use crate::nn::{NnError, Optimiser, TensorFile, matrix};
+use crate::physics::ToolKind;
+
+/// A training under way: the model, the optimiser and the data.
+#[derive(Debug)]
+pub struct Training {
+    model: Model,
+    optimiser: Optimiser,
+    samples: Samples,
+    validation: Samples,
+    device: Cpu,
+}
+
+/// How far a training is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Epochs done.
+    pub epoch: u32,
+    /// Epochs in all.
+    pub epochs: u32,
+    /// Mean loss of the latest epoch, of normalised outputs.
+    pub loss: f32,
+    /// Mean loss on the validation launches, every hundredth of the training.
+    pub validation: Option<f32>,
+    /// Seconds left at the present speed.
+    pub seconds_left: f64,
+}
+
+/// Why [`Training::run`] came back.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Ended {
+    /// All epochs are done.
+    Done,
+    /// The callback asked to stop; the training can go on later.
+    Stopped,
+    /// The loss or a gradient was not finite. The model is that of the epoch before.
+    Diverged {
+        /// The epoch that failed, counted from 1.
+        epoch: u32,
+        /// What was found.
+        reason: String,
+    },
+}
+
+impl Training {
+    /// A new training: collects the launches of `tools` and draws initial weights.
+    /// `command` is kept in the model as the way to make it again.
+    ///
+    /// # Errors
+    /// When a setting is out of range or the tool set is not usable.
+    pub fn new(
+        config: ModelConfig,
+        training: TrainConfig,
+        tools: &[ToolKind],
+        command: &str,
+    ) -> Result<Self, DynamicsError> {
+        config.validate()?;
+        training.validate()?;
+        let tools = canonical_tool_set(tools)?;
+        let mut data = Data::collect(&config, &training, &tools)?;
+        let builder = GraphBuilder::new(config.clone(), tools.clone());
+        let layout = builder.layout();
+        let normaliser = Normaliser::of(&data.samples.graphs, layout.edge, &data.samples.targets);
+        data.normalise(&normaliser);
+        let outputs = Codec::new(&config).outputs();
+        let network = Network::new(&config, layout, outputs, &mut stream(training.seed, 0))?;
+        let optimiser = Optimiser::new(training.optimiser, &network.networks());
+        let provenance = Provenance {
+            training,
+            epoch: 0,
+            data_hash: data.hash,
+            crate_version: env!("CARGO_PKG_VERSION").to_owned(),
+            command: command.to_owned(),
+        };
+        let model = Model::assemble(config, tools, provenance, normaliser, network);
+        Ok(Self { model, optimiser, samples: data.samples, validation: data.validation, device: Cpu::default() })
+    }
+
+    /// The model as it is now.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// Epochs done.
+    pub fn epoch(&self) -> u32 {
+        self.model.provenance.epoch
+    }
+
+    /// Trains until all epochs are done, `watch` returns false, or the loss diverges.
+    /// `watch` is called after every epoch.
+    pub fn run(&mut self, mut watch: impl FnMut(&Self, &Progress) -> bool) -> Ended {
+        let epochs = self.model.provenance.training.epochs;
+        let (started, first) = (Instant::now(), self.epoch());
+        while self.epoch() < epochs {
+            let good = (self.model.network.clone(), self.optimiser.clone());
+            let loss = match self.train_epoch() {
+                Ok(loss) => loss,
+                Err(reason) => {
+                    (self.model.network, self.optimiser) = good;
+                    return Ended::Diverged { epoch: self.epoch() + 1, reason: reason.to_string() };
+                }
+            };
+            self.model.provenance.epoch += 1;
+            let epoch = self.epoch();
+            let each = started.elapsed().as_secs_f64() / f64::from(epoch - first);
+            let validate = epoch.is_multiple_of(epochs.div_ceil(100)) || epoch == epochs;
+            let progress = Progress {
+                epoch,
+                epochs,
+                loss,
+                validation: validate.then(|| self.validation_loss()),
+                seconds_left: each * f64::from(epochs - epoch),
+            };
+            if !watch(self, &progress) && epoch < epochs {
+                return Ended::Stopped;
+            }
+        }
+        Ended::Done
+    }
+
+    /// One pass over the observations. Returns the mean loss.
+    fn train_epoch(&mut self) -> Result<f32, NnError> {
+        let config = &self.model.provenance.training;
+        let mut rng = stream(config.seed, 1 + u64::from(self.epoch()));
+        let mut order: Vec<usize> = (0..self.samples.observations()).collect();
+        order.shuffle(&mut rng);
+        let (batch, share, loss_kind) = (config.batch, config.contact_share, config.loss);
+        let outputs = self.model.codec.outputs();
+        let updates = (order.len().div_ceil(batch) * config.epochs as usize) as f64;
+        let mut graphs = self.model.builder.empty();
+        let mut sum = 0.0;
+        for chosen in order.chunks(batch) {
+            graphs.clear();
+            let mut targets = Vec::with_capacity(chosen.len() * outputs);
+            for &observation in chosen {
+                let row = self.samples.draw(observation, share, &mut rng);
+                graphs.push_from(&self.samples.graphs, row);
+                targets.extend_from_slice(&self.samples.targets[row * outputs..(row + 1) * outputs]);
+            }
+            let targets = matrix(&self.device, targets, chosen.len(), outputs);
+            let predicted = self.model.network.forward(&graphs, &self.device);
+            let loss = match loss_kind {
+                Loss::Squared => mse_loss(predicted, targets),
+                Loss::Huber => huber_loss(predicted, targets, HUBER_WIDTH),
+            };
+            let value = loss.array();
+            if !value.is_finite() {
+                return Err(NnError::NotFinite { norm: f64::from(value) });
+            }
+            sum += f64::from(value) * chosen.len() as f64;
+            let rate = self.model.provenance.training.rate(self.optimiser.steps() as f64 / updates);
+            self.optimiser.update(&mut self.model.network.networks_mut(), &mut loss.backward(), rate)?;
+        }
+        Ok((sum / order.len() as f64) as f32)
+    }
+
+    /// Mean loss on the launches that are kept for validation.
+    pub fn validation_loss(&self) -> f32 {
+        let outputs = self.model.network.predict(&self.validation.graphs);
+        let errors = outputs.iter().zip(&self.validation.targets).map(|(output, target)| f64::from(output - target));
+        let sum: f64 = match self.model.provenance.training.loss {
+            Loss::Squared => errors.map(|error| error * error).sum(),
+            Loss::Huber => errors
+                .map(f64::abs)
+                .map(|e| if e < HUBER_WIDTH { e * e / 2.0 } else { HUBER_WIDTH * (e - HUBER_WIDTH / 2.0) })
+                .sum(),
+        };
+        (sum / outputs.len().max(1) as f64) as f32
+    }
+
+    /// Everything needed to go on: the model and the optimiser's state.
+    pub fn checkpoint(&self) -> TensorFile {
+        let mut file = self.model.to_file();
+        self.optimiser.save(&mut file, OPTIMISER);
+        file
+    }
+
+    /// Goes on from a checkpoint; `origin` names it in errors. The launches are collected
+    /// again from the seed and must be the same.
+    ///
+    /// # Errors
+    /// When the file is no checkpoint, does not fit, or the launches differ.
+    pub fn resume(file: &TensorFile, origin: &str) -> Result<Self, DynamicsError> {
+        let model = Model::from_file(file, origin)?;
+        let wrong = |source| DynamicsError::File { origin: origin.to_owned(), source };
+        let optimiser = Optimiser::load(file, OPTIMISER).map_err(wrong)?;
+        let provenance: Provenance = entry(file, "provenance").map_err(wrong)?;
+        provenance.training.validate()?;
+        let mut data = Data::collect(&model.config, &provenance.training, &model.tools)?;
+        if data.hash != provenance.data_hash {
+            return Err(DynamicsError::Content {
+                origin: origin.to_owned(),
+                reason: "its launches cannot be collected again by this version: start a new training".to_owned(),
+            });
+        }
+        data.normalise(&model.normaliser);
+        Ok(Self { model, optimiser, samples: data.samples, validation: data.validation, device: Cpu::default() })
+    }
+}
+
+const OPTIMISER: &str = "optimiser";
+const HUBER_WIDTH: f64 = 0.1;
+
+struct Data {
+    samples: Samples,
+    validation: Samples,
+    hash: String,
+}
+
+impl Data {
+    fn collect(config: &ModelConfig, training: &TrainConfig, tools: &[ToolKind]) -> Result<Self, DynamicsError> {
+        let builder = GraphBuilder::new(config.clone(), tools.to_vec());
+        let of = |split, count| -> Vec<Launch> {
+            tools.iter().flat_map(|&kind| collect(kind, count, split, training.seed)).collect()
+        };
+        let launches = of(Split::Training, training.observations);
+        let validation = of(Split::Validation, training.validation);
+        Ok(Self {
+            hash: data_hash(&launches),
+            samples: Samples::new(config, &builder, &launches, training.mirror)?,
+            validation: Samples::new(config, &builder, &validation, false)?,
+        })
+    }
+
+    fn normalise(&mut self, normaliser: &Normaliser) {
+        for samples in [&mut self.samples, &mut self.validation] {
+            normaliser.normalise(&mut samples.graphs);
+            normaliser.targets.normalise(&mut samples.targets);
+        }
+    }
+}
+
+fn stream(seed: u64, number: u64) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    // Launches use the streams with other upper bits.
+    rng.set_stream(1 << 63 | number);
+    rng
+}
