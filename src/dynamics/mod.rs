@@ -10,6 +10,7 @@ mod network;
 mod normaliser;
 mod rollout;
 mod samples;
+mod shipped;
 mod train;
 
 pub use codec::Codec;
@@ -24,4 +25,5 @@ pub use network::Network;
 pub use normaliser::{Columns, Normaliser};
 pub use rollout::Predicted;
 pub use samples::Samples;
+pub use shipped::{shipped, shipped_for, shipped_names};
 pub use train::{Ended, Progress, Training};

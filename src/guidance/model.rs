@@ -8,21 +8,21 @@ use crate::env::{Action, Snapshot};
 use crate::task::Task;
 
 /// A dynamics model that was found to fit a task.
-#[derive(Debug, Clone, Copy)]
-pub struct LearnedModel<'a>(&'a Model);
+#[derive(Debug, Clone)]
+pub struct LearnedModel(Arc<Model>);
 
-impl<'a> LearnedModel<'a> {
+impl LearnedModel {
     /// The model for rollouts of `task`.
     ///
     /// # Errors
     /// When the task has objects the model was never trained on, or other physics.
-    pub fn for_task(model: &'a Model, task: &Task) -> Result<Self, DynamicsError> {
+    pub fn for_task(model: Arc<Model>, task: &Task) -> Result<Self, DynamicsError> {
         model.check_task(task)?;
         Ok(Self(model))
     }
 }
 
-impl RolloutModel for LearnedModel<'_> {
+impl RolloutModel for LearnedModel {
     /// # Panics
     /// If `task` is not one the model was found to fit.
     fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Vec<Rollout> {

@@ -130,7 +130,7 @@ impl World {
 
     /// Puts a ball into another state of motion, awake and with its old contacts forgotten.
     pub fn set_ball(&mut self, index: usize, state: BallState) {
-        self.contacts.retain(|contact| contact.ball != index && contact.other != Some(index));
+        self.contacts.retain(|contact| contact.ball != index && contact.object != ObjectId::Ball(index));
         let body = &mut self.balls[index];
         body.rigid.set_translation(state.position.into(), false);
         body.rigid.set_linvel(state.velocity.into(), false);
@@ -138,7 +138,7 @@ impl World {
         body.angle = state.angle;
         body.bias_velocity = Vector::ZERO;
         body.bias_spin = 0.0;
-        body.idle = 0.0;
+        body.idle = 0;
         body.asleep = false;
         body.captured = false;
     }

@@ -1,6 +1,10 @@
 //! The action prior of a run's configuration.
 
-use crate::guidance::{self, ActionPrior, RolloutModel, TruePhysics};
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::dynamics::{self, DynamicsError, Model};
+use crate::guidance::{self, ActionPrior, LearnedModel, RolloutModel, TruePhysics};
 use crate::task::Task;
 
 use super::config::{PriorSource, RunConfig};
@@ -9,8 +13,13 @@ use super::config::{PriorSource, RunConfig};
 #[derive(Debug, thiserror::Error)]
 pub enum PriorError {
     /// The dynamics model cannot be used.
-    #[error("the model `{name}` cannot be used: {reason}")]
-    Model { name: String, reason: String },
+    #[error(transparent)]
+    Model(#[from] DynamicsError),
+    /// No shipped model knows the task's tools.
+    #[error(
+        "no shipped dynamics model knows the tools {tools}: train one with `mge dynamics train --tools {tools} --out FILE` and name its file as the model"
+    )]
+    NoModel { tools: String },
 }
 
 /// A rollout model and its name, as a prior records it.
@@ -22,14 +31,18 @@ pub type NamedModel = (Box<dyn RolloutModel>, String);
 /// # Errors
 /// When the model cannot be loaded or does not know the task's tools.
 pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<NamedModel>, PriorError> {
-    let unavailable =
-        |name: &str| PriorError::Model { name: name.to_owned(), reason: format!("no model for {:?}", task.tool_set()) };
-    match source {
-        PriorSource::Uniform => Ok(None),
-        PriorSource::TruePhysics => Ok(Some((Box::new(TruePhysics), "true physics".to_owned()))),
-        PriorSource::Learned => Err(unavailable("learned")),
-        PriorSource::ModelFile(path) => Err(unavailable(path)),
-    }
+    let model = match source {
+        PriorSource::Uniform => return Ok(None),
+        PriorSource::TruePhysics => return Ok(Some((Box::new(TruePhysics), "true physics".to_owned()))),
+        PriorSource::Learned => {
+            let tools = task.tool_set();
+            let names = || tools.iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
+            dynamics::shipped_for(&tools)?.ok_or_else(|| PriorError::NoModel { tools: names() })?
+        }
+        PriorSource::ModelFile(path) => Model::load(Path::new(path))?,
+    };
+    let name = model.name();
+    Ok(Some((Box::new(LearnedModel::for_task(Arc::new(model), task)?), name)))
 }
 
 /// Builds the prior of a configuration; `progress` sees each stage's number and may

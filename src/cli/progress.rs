@@ -1,0 +1,70 @@
+//! Progress for a person: a bar on a terminal, lines elsewhere, nothing if quiet.
+
+use std::io::{IsTerminal, stderr};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// Time between two lines where there is no terminal.
+const LINE_EVERY: Duration = Duration::from_secs(10);
+
+/// A bar or its substitute, on stderr.
+pub struct Progress {
+    bar: Option<ProgressBar>,
+    quiet: bool,
+    started: Instant,
+    last_line: Option<Instant>,
+}
+
+impl Progress {
+    /// Progress over `length` steps.
+    pub fn new(length: u64, quiet: bool) -> Self {
+        let on_terminal = !quiet && stderr().is_terminal();
+        let bar = on_terminal.then(|| {
+            let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
+            // The template is a constant that a test draws.
+            let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg} ({eta} left)");
+            bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+        });
+        Self { bar, quiet, started: Instant::now(), last_line: None }
+    }
+
+    /// Shows `done` of `length` steps and a message.
+    pub fn set(&mut self, done: u64, length: u64, message: &str) {
+        if let Some(bar) = &self.bar {
+            bar.set_length(length);
+            bar.set_position(done);
+            bar.set_message(message.to_owned());
+        } else if !self.quiet && self.last_line.is_none_or(|last| last.elapsed() >= LINE_EVERY) {
+            self.last_line = Some(Instant::now());
+            eprintln!("{done}/{length} {message}{}", self.time_left(done, length));
+        }
+    }
+
+    fn time_left(&self, done: u64, length: u64) -> String {
+        let elapsed = self.started.elapsed().as_secs_f64();
+        // The first seconds say little about the rest.
+        if done == 0 || elapsed < 5.0 {
+            return String::new();
+        }
+        let seconds = elapsed / done as f64 * length.saturating_sub(done) as f64;
+        format!(" (about {} left)", indicatif::HumanDuration(Duration::from_secs_f64(seconds)))
+    }
+
+    /// Prints a line that stays.
+    pub fn say(&self, line: &str) {
+        match &self.bar {
+            Some(bar) => bar.println(line),
+            None if self.quiet => {}
+            None => eprintln!("{line}"),
+        }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! Runs from the command line: `train`, `resume`, `evaluate`, `figures`, `script`, and
+//! the workbench itself.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::json;
+
+use super::Outcome;
+use super::arguments::{Evaluate, Figures, Resume, Script, Train, Workbench};
+use super::progress::Progress;
+use crate::run::Event;
+use crate::task;
+use crate::workbench::{self, Command, FigureKind, Notice, RunView, Session, Told};
+
+pub fn workbench(arguments: &Workbench) -> Outcome {
+    let session = Session::new(task::load(&arguments.task)?, arguments.runs.clone());
+    drop(session);
+    Err("the workbench needs a terminal".into())
+}
+
+pub fn train(arguments: &Train) -> Outcome {
+    let runs = std::env::var_os("MGE_RUNS").map_or_else(|| PathBuf::from("runs"), PathBuf::from);
+    let mut session = Session::new(task::load("task1")?, runs);
+    let mut commands = vec![
+        Command::Task(arguments.task.clone()),
+        Command::Method(arguments.method),
+        Command::Seed(arguments.seed),
+        Command::Episodes(arguments.episodes),
+    ];
+    commands.extend(arguments.epsilon.clone().map(Command::Epsilon));
+    commands.extend(arguments.source().map(Command::Model));
+    for setting in &arguments.settings {
+        let (key, value) = split_definition(setting, "--set")?;
+        commands.push(Command::Set { key, value });
+    }
+    commands.push(Command::Train { folder: arguments.out.clone(), until: None });
+    for command in commands {
+        session.apply(command)?;
+    }
+    follow(&mut session, arguments.quiet)
+}
+
+pub fn resume(arguments: &Resume) -> Outcome {
+    let mut session = Session::new(task::load("task1")?, PathBuf::from("runs"));
+    session.apply(Command::Continue(Some(arguments.run.clone())))?;
+    follow(&mut session, arguments.quiet)
+}
+
+/// Shows the current run on stderr until it ends, then its result on stdout.
+fn follow(session: &mut Session, quiet: bool) -> Outcome {
+    let episodes = u64::from(session.run().map_or(0, |run| run.config().episodes));
+    let mut progress = Progress::new(episodes, quiet);
+    session.wait(|notice| show(notice, episodes, &mut progress))?;
+    drop(progress);
+    let run = session.run().ok_or("there is no run")?;
+    let last = run.records().last();
+    let result = json!({
+        "run": run.directory().path(),
+        "episodes": run.records().len(),
+        "rolling_success": last.map(|record| record.rolling_success),
+        "greedy_success": run.evaluations().last().map(|evaluation| evaluation.success),
+    });
+    println!("{result}");
+    Ok(())
+}
+
+fn show(notice: &Notice, episodes: u64, progress: &mut Progress) {
+    match notice {
+        Notice::PriorStage { stage, stages } => progress.set(0, episodes, &format!("clusters {stage}/{stages}")),
+        Notice::Run { event: Event::EpisodeFinished(record), .. } => {
+            let message = format!("success {:.0} %, return {:.2}", 100.0 * record.rolling_success, record.return_);
+            progress.set(record.episode, episodes, &message);
+        }
+        Notice::Run { event: Event::Evaluated { .. } | Event::Checkpointed { .. }, .. } | Notice::Changed => {}
+        Notice::Run { event, .. } => progress.say(&event.to_string()),
+        Notice::PriorReady => progress.say("the action clusters are ready"),
+        Notice::PriorFailed(reason) => progress.say(reason),
+    }
+}
+
+pub fn evaluate(arguments: &Evaluate) -> Outcome {
+    let run = RunView::open(&arguments.run)?;
+    for episode in 0..arguments.episodes {
+        let trace = run.greedy_episode(arguments.seed + u64::from(episode))?;
+        let actions: Vec<_> = trace.steps.iter().map(|step| step.action).collect();
+        let line = json!({
+            "episode": episode + 1,
+            "goal": trace.reached_goal(),
+            "subgoals": trace.steps.iter().map(|step| step.subgoals.len()).sum::<usize>(),
+            "return": trace.total_reward(),
+            "steps": trace.steps.len(),
+            "actions": actions,
+        });
+        println!("{line}");
+    }
+    Ok(())
+}
+
+pub fn figures(arguments: &Figures) -> Outcome {
+    let mut session = Session::new(task::load("task1")?, PathBuf::from("runs"));
+    for run in &arguments.runs {
+        session.apply(Command::Open(run.clone()))?;
+    }
+    let ending = if arguments.svg { "svg" } else { "png" };
+    let shared = arguments.out.clone().unwrap_or_else(|| arguments.runs[0].join("figures"));
+    export(&mut session, FigureKind::Learning, shared.join(format!("learning.{ending}")))?;
+    for run in &arguments.runs {
+        session.apply(Command::Open(run.clone()))?;
+        export(&mut session, FigureKind::Dashboard, dashboard_path(arguments.out.as_deref(), run, ending))?;
+    }
+    Ok(())
+}
+
+/// Writes a figure, and the name of its file to stdout.
+fn export(session: &mut Session, kind: FigureKind, path: PathBuf) -> Outcome {
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
+    }
+    session.apply(Command::Figure { kind, path: path.clone() })?;
+    println!("{}", path.display());
+    Ok(())
+}
+
+fn dashboard_path(out: Option<&Path>, run: &Path, ending: &str) -> PathBuf {
+    let name = run.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    match out {
+        Some(folder) => folder.join(format!("dashboard-{name}.{ending}")),
+        None => run.join("figures").join(format!("dashboard.{ending}")),
+    }
+}
+
+pub fn script(arguments: &Script) -> Outcome {
+    let variables: Vec<(String, String)> =
+        arguments.variables.iter().map(|text| split_definition(text, "--define")).collect::<Result<_, _>>()?;
+    let script = workbench::Script::load(&arguments.file, &variables)?;
+    let mut session = Session::new(task::load("task1")?, arguments.runs.clone());
+    let mut progress = Progress::new(0, arguments.quiet);
+    script.run(&mut session, |told| match told {
+        Told::Answer(command, answer) => progress.say(&format!("> {command}\n  {answer}")),
+        Told::Notice(notice) => show(notice, 0, &mut progress),
+    })?;
+    Ok(())
+}
+
+fn split_definition(text: &str, flag: &str) -> Result<(String, String), String> {
+    let (name, value) = text.split_once('=').ok_or_else(|| format!("{flag} {text}: write NAME=VALUE"))?;
+    Ok((name.to_owned(), value.to_owned()))
+}
