@@ -35,6 +35,8 @@ pub struct RunView {
     trainer: Option<Trainer>,
     live: Option<LiveView>,
     failure: Option<String>,
+    /// It was asked to go on and has not said so yet.
+    resuming: bool,
 }
 
 impl RunView {
@@ -59,6 +61,7 @@ impl RunView {
             trainer: None,
             live: None,
             failure: None,
+            resuming: false,
         })
     }
 
@@ -111,6 +114,7 @@ impl RunView {
                 self.evaluations.retain(|evaluation| evaluation.episode <= *episode);
             }
             Event::EpisodeFinished(record) => self.records.push(record.clone()),
+            Event::Resumed { .. } => self.resuming = false,
             Event::Evaluated { episode, success, mean_return, .. } => self.evaluations.push(EvaluationRecord {
                 episode: *episode,
                 success: *success,
@@ -122,9 +126,11 @@ impl RunView {
     }
 
     /// Asks the trainer for something, if the run is ours and active.
-    pub(super) fn send(&self, control: Control) -> Result<(), SessionError> {
+    pub(super) fn send(&mut self, control: Control) -> Result<(), SessionError> {
         match &self.trainer {
             Some(trainer) if trainer.is_active() => {
+                let goes_on = matches!(control, Control::Resume | Control::Advance(_));
+                self.resuming = goes_on && matches!(self.last, Some(Event::Paused { .. }));
                 trainer.send(control);
                 Ok(())
             }
@@ -196,7 +202,7 @@ impl RunView {
             Some(Event::Finished { .. }) => RunState::Finished,
             Some(Event::Stopped { reason, .. }) if !working => RunState::Stopped(reason.clone()),
             Some(Event::Failed { reason, .. }) => RunState::Failed(reason.clone()),
-            Some(Event::Paused { .. }) if working => RunState::Paused,
+            Some(Event::Paused { .. }) if working && !self.resuming => RunState::Paused,
             _ if working => RunState::Running,
             _ => match &self.failure {
                 Some(failure) => RunState::Failed(failure.clone()),

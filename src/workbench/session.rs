@@ -315,7 +315,7 @@ impl Session {
 
     fn set_schedule(&mut self, schedule: &EpsilonSchedule) -> Result<String, SessionError> {
         self.settings.epsilon = schedule.clone();
-        match self.run().map(|run| run.send(Control::SetSchedule(schedule.clone()))) {
+        match self.run_mut().map(|run| run.send(Control::SetSchedule(schedule.clone()))) {
             Some(Ok(())) => Ok(format!("epsilon {schedule}, from the next episode on")),
             _ => Ok(format!("epsilon {schedule}")),
         }
@@ -335,7 +335,7 @@ impl Session {
     /// Gives the present clusters to the running training.
     fn guide(&mut self) -> Result<String, SessionError> {
         let prior = self.prior().ok_or(SessionError::NoClusters)?.clone();
-        let run = self.run().ok_or(SessionError::NoRun)?;
+        let run = self.run_mut().ok_or(SessionError::NoRun)?;
         let (there, here) = (run.config().task.subgoals.len(), prior.stages.len() - 1);
         if there != here {
             let message = format!("the clusters are for {here} subgoals, but the run's task has {there}");
@@ -401,8 +401,8 @@ impl Session {
         }
     }
 
-    fn send(&self, control: Control, told: &str) -> Result<String, SessionError> {
-        self.run().ok_or(SessionError::NoRun)?.send(control)?;
+    fn send(&mut self, control: Control, told: &str) -> Result<String, SessionError> {
+        self.run_mut().ok_or(SessionError::NoRun)?.send(control)?;
         Ok(told.to_owned())
     }
 
@@ -507,6 +507,10 @@ impl Session {
     /// The run that commands act on.
     pub fn run(&self) -> Option<&RunView> {
         self.current.map(|index| &self.runs[index])
+    }
+
+    fn run_mut(&mut self) -> Option<&mut RunView> {
+        self.current.map(|index| &mut self.runs[index])
     }
 
     /// The folder for new runs.
