@@ -2,10 +2,7 @@
 
 use super::schema::{BallSpec, Form, GoalShape, Region, Task, VERSION};
 use crate::json::{Problem, in_range};
-use crate::physics::{START_OVERLAP, Tool, ToolKind, to_units};
-
-/// More objects than this in a scene are refused.
-const MAX_OBJECTS: usize = 64;
+use crate::physics::{MAX_OBJECTS, START_OVERLAP, Tool, ToolKind, to_units};
 
 /// The first reason why the task cannot be played.
 pub(super) fn validate(task: &Task) -> Result<(), Problem> {
