@@ -101,7 +101,7 @@ pub enum LinesError {
     },
     /// The output cannot be written.
     #[error("cannot write the results: {0}")]
-    Write(io::Error),
+    Write(#[source] io::Error),
 }
 
 /// Hands every value of a stream of JSON Lines to `each`, in order, until one fails.

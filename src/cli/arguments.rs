@@ -22,6 +22,19 @@ pub struct Arguments {
 
 /// How the workbench opens.
 #[derive(Debug, Args)]
+pub struct Play {
+    /// Name of a shipped task, or path of a task file
+    #[arg(required_unless_present = "levels", conflicts_with = "levels", requires = "actions")]
+    pub task: Option<String>,
+    /// JSON file of actions, [[x, y], ...], normalised to [-1, 1]
+    #[arg(long, value_name = "FILE", conflicts_with = "levels")]
+    pub actions: Option<PathBuf>,
+    /// JSON Lines file of recorded levels; episodes are read from standard input
+    #[arg(long, value_name = "FILE")]
+    pub levels: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
 pub struct Workbench {
     /// Task to open: the name of a shipped task, or a file
     #[arg(long, default_value = "task1")]
@@ -37,6 +50,8 @@ pub enum Command {
     Tasks(Tasks),
     /// Simulate scenes: JSON Lines in, one trajectory a line out
     Simulate,
+    /// Replay actions in a task, or recorded CREATE episodes (JSON Lines in and out)
+    Play(Play),
     /// Train and evaluate dynamics models
     Dynamics {
         #[command(subcommand)]

@@ -37,6 +37,7 @@ fn dispatch(arguments: Arguments) -> Outcome {
     match command {
         Command::Tasks(tasks) => tasks::run(tasks),
         Command::Simulate => physics::simulate(),
+        Command::Play(play) => physics::play(&play),
         Command::Dynamics { command } => dynamics::run(command),
         Command::Clusters(clusters) => guidance::clusters(&clusters),
         Command::Train(train) => runs::train(&train),

@@ -1,9 +1,45 @@
-//! `mge simulate`: physics without tasks.
+//! `mge simulate` and `mge play`: physics without tasks, and actions replayed in them.
 
-use std::io;
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter};
+use std::path::Path;
+use std::sync::Arc;
 
 use super::Outcome;
+use super::arguments::Play;
+use crate::env::{self, Action};
+use crate::{json, physics, task};
 
 pub fn simulate() -> Outcome {
-    Ok(crate::physics::simulate(io::stdin().lock(), io::BufWriter::new(io::stdout().lock()))?)
+    Ok(physics::simulate(io::stdin().lock(), results())?)
+}
+
+pub fn play(arguments: &Play) -> Outcome {
+    match (&arguments.levels, &arguments.task, &arguments.actions) {
+        (Some(levels), _, _) => play_episodes(levels),
+        (None, Some(task), Some(actions)) => play_actions(task, actions),
+        _ => Err("give a TASK with --actions FILE, or --levels FILE".into()),
+    }
+}
+
+fn results() -> impl io::Write {
+    BufWriter::new(io::stdout().lock())
+}
+
+fn play_episodes(levels: &Path) -> Outcome {
+    let name = levels.display().to_string();
+    let file = File::open(levels).map_err(|error| format!("{name}: {error}"))?;
+    Ok(env::play_episodes(BufReader::new(file), &name, io::stdin().lock(), results())?)
+}
+
+fn play_actions(task: &str, actions: &Path) -> Outcome {
+    let task = Arc::new(task::load(task)?);
+    let name = actions.display().to_string();
+    let text = std::fs::read(actions).map_err(|error| format!("{name}: {error}"))?;
+    let actions: Vec<Action> = json::parse(&text, &name)?;
+    let played = env::play_actions(task, &actions, results())?;
+    if played < actions.len() {
+        eprintln!("the episode was over after {played} of {} actions", actions.len());
+    }
+    Ok(())
 }

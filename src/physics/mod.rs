@@ -13,7 +13,7 @@ mod units;
 mod world;
 
 pub use body::{Ball, BallState};
-pub use scene::{MAX_TOOLS, Row, START_OVERLAP, Scene, Trajectory, simulate};
+pub use scene::{MAX_OBJECTS, Row, START_OVERLAP, Scene, Trajectory, simulate};
 pub use tool::{Tool, ToolKind};
 pub use units::{ACTION_INTERVAL, GRAVITY, PHYSICS_DT, SCREEN, STEPS_PER_ACTION, to_normalised, to_units};
 pub use world::{ObjectId, Sensor, Touch, World};

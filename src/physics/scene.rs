@@ -12,8 +12,8 @@ use super::units::{GRAVITY, to_units};
 use super::world::{ObjectId, World};
 use crate::json::{self, LinesError, Problem, in_range};
 
-/// More static objects than this in a scene are refused.
-pub const MAX_TOOLS: usize = 64;
+/// More objects of one kind than this are refused.
+pub const MAX_OBJECTS: usize = 64;
 /// A resting ball may sink this far into what it lies on, in units; a start deeper
 /// inside a tool is refused.
 pub const START_OVERLAP: f32 = 0.5;
@@ -106,8 +106,8 @@ impl Scene {
     /// # Errors
     /// When a number is out of range or the ball starts inside a tool.
     pub fn world(&self) -> Result<World, Problem> {
-        if self.tools.len() > MAX_TOOLS {
-            let message = format_args!("has {} entries; at most {MAX_TOOLS} are allowed", self.tools.len());
+        if self.tools.len() > MAX_OBJECTS {
+            let message = format_args!("has {} entries; at most {MAX_OBJECTS} are allowed", self.tools.len());
             return Err(Problem::new("tools", message));
         }
         let (ball, state) = self.ball()?;
@@ -135,13 +135,13 @@ impl Scene {
         let mut world = self.world()?;
         let mut trajectory = Trajectory {
             id: self.id.clone(),
-            traj: vec![row(&world.ball(0))],
+            traj: vec![world.ball(0).into()],
             first_contact: None,
             captured_step: None,
         };
         for step in 1..=self.steps {
             world.step();
-            trajectory.traj.push(row(&world.ball(0)));
+            trajectory.traj.push(world.ball(0).into());
             if world.touches().iter().any(|touch| matches!(touch.object, ObjectId::Tool(_))) {
                 trajectory.first_contact.get_or_insert(step);
             }
@@ -185,9 +185,11 @@ impl SceneTool {
     }
 }
 
-fn row(state: &BallState) -> Row {
-    let BallState { position: [x, y], velocity: [vx, vy], angle, angular_velocity } = *state;
-    [x, y, vx, vy, angle, angular_velocity]
+impl From<BallState> for Row {
+    fn from(state: BallState) -> Row {
+        let BallState { position: [x, y], velocity: [vx, vy], angle, angular_velocity } = state;
+        [x, y, vx, vy, angle, angular_velocity]
+    }
 }
 
 /// The first row of a trajectory; the others are skipped.

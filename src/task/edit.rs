@@ -1,7 +1,8 @@
 //! Editing a task: small steps, each valid as a whole, undone and redone without limit.
 
 use super::schema::{Form, Region, Task, ToolSpec};
-use super::validate::{Problem, validate};
+use super::validate::validate;
+use crate::json::Problem;
 use crate::physics::ToolKind;
 
 /// One change of a task. Numbers of subgoals and tools count from 0 here.

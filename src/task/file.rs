@@ -2,8 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+
+use super::create;
 use super::schema::Task;
-use super::validate::{Problem, validate};
+use super::validate::validate;
+use crate::json::{self, Problem, SyntaxError};
 
 /// The six tasks, by name, as they lie in `tasks/`.
 const SHIPPED: [(&str, &str); 6] = [
@@ -25,8 +30,8 @@ pub enum TaskError {
     #[error("{}: {source}", path.display())]
     Io { path: PathBuf, source: std::io::Error },
     /// The text is not a task.
-    #[error("{origin}:{line}:{column}: at `{at}`: {message}")]
-    Syntax { origin: String, at: String, line: usize, column: usize, message: String },
+    #[error(transparent)]
+    Syntax(#[from] SyntaxError),
     /// The numbers make no playable task.
     #[error("{origin}: {problem}")]
     Invalid { origin: String, problem: Problem },
@@ -62,24 +67,30 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
     }
 }
 
-/// A task from its JSON text; `origin` names the text in errors.
+/// A task from its JSON text, in our format or in that of CREATE's level files; `origin`
+/// names the text in errors.
 ///
 /// # Errors
 /// When the text is not JSON, not a task, or a task that cannot be played.
 pub fn parse(text: &str, origin: &str) -> Result<Task, TaskError> {
-    let mut deserializer = serde_json::Deserializer::from_str(text);
-    let task: Task = serde_path_to_error::deserialize(&mut deserializer)
-        .map_err(|error| syntax(error.path().to_string(), error.inner(), origin))?;
-    deserializer.end().map_err(|error| syntax(".".to_owned(), &error, origin))?;
-    validate(&task).map_err(|problem| TaskError::Invalid { origin: origin.to_owned(), problem })?;
+    let invalid = |problem| TaskError::Invalid { origin: origin.to_owned(), problem };
+    let task: Task = if is_create_level(text) {
+        create::level_task(json::parse(text.as_bytes(), origin)?).map_err(invalid)?
+    } else {
+        json::parse(text.as_bytes(), origin)?
+    };
+    validate(&task).map_err(invalid)?;
     Ok(task)
 }
 
-fn syntax(at: String, error: &serde_json::Error, origin: &str) -> TaskError {
-    let (line, column) = (error.line(), error.column());
-    let message = error.to_string();
-    let message = message.strip_suffix(&format!(" at line {line} column {column}")).unwrap_or(&message).to_owned();
-    TaskError::Syntax { origin: origin.to_owned(), at, line, column, message }
+/// CREATE's level files list their objects in `env` and have no version.
+fn is_create_level(text: &str) -> bool {
+    #[derive(Deserialize)]
+    struct Marks {
+        version: Option<IgnoredAny>,
+        env: Option<IgnoredAny>,
+    }
+    serde_json::from_str(text).is_ok_and(|Marks { version, env }| version.is_none() && env.is_some())
 }
 
 /// The JSON text of a task, as it is saved.

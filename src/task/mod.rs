@@ -4,14 +4,17 @@
 //! place, and the rules of an episode, in one versioned JSON file. Positions are
 //! normalised to [-1, 1]; sizes are in units of the 84 x 84 screen.
 
+mod create;
 mod edit;
 mod file;
 mod schema;
 mod validate;
 
+pub use create::{RecordedLevel, RecordedTool};
 pub use edit::{Edit, Editor};
 pub use file::{TaskError, load, parse, save, shipped, shipped_names, to_json};
 pub use schema::{
     BallSpec, Form, Goal, GoalShape, Marker, Placeable, Region, Rewards, Rules, SubgoalCheck, Task, ToolSpec, VERSION,
 };
-pub use validate::Problem;
+
+pub use crate::json::Problem;

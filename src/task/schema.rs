@@ -23,6 +23,9 @@ pub struct Task {
     /// A second ball that must set the target ball in motion (CREATE's marker levels).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub marker: Option<Marker>,
+    /// Other balls that move.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub balls: Vec<BallSpec>,
     /// Static tools that belong to the scene.
     #[serde(default)]
     pub tools: Vec<ToolSpec>,
@@ -62,7 +65,7 @@ pub struct BallSpec {
 }
 
 /// A marker ball and when it counts.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Marker {
     /// The marker ball.
@@ -71,11 +74,18 @@ pub struct Marker {
     /// and divided by the square root of 8.
     #[serde(default = "default_move_threshold")]
     pub move_threshold: f32,
+    /// The move counts only once the marker has touched the target.
+    #[serde(default)]
+    pub must_hit: bool,
+    /// Regions the marker ball is rewarded for touching at the end of an action, each
+    /// once, in any order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub subgoals: Vec<Region>,
 }
 
 /// A static tool of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(from = "ToolFields")]
 pub struct ToolSpec {
     /// Type.
     #[serde(rename = "type")]
@@ -89,7 +99,7 @@ pub struct ToolSpec {
 
 /// The tool the agent places, without a place.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(from = "PlaceableFields")]
 pub struct Placeable {
     /// Type.
     #[serde(rename = "type")]
@@ -100,23 +110,65 @@ pub struct Placeable {
 }
 
 /// The optional numbers of a tool; what is missing is CREATE's value for the type.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Form {
     /// Bucket and square: centre to vertex; box: side; wall and floor: length. Units.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub size: Option<f32>,
     /// Rotation in radians, counter-clockwise.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub angle: Option<f32>,
     /// Half the thickness of a wall or floor, in units.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub radius: Option<f32>,
     /// Elasticity.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub elasticity: Option<f32>,
     /// Friction coefficient.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<f32>,
+}
+
+/// [`ToolSpec`] as it is read. Reading a flattened [`Form`] would lose the path and the
+/// line of a mistake.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ToolFields {
+    #[serde(rename = "type")]
+    kind: ToolKind,
+    position: [f32; 2],
+    size: Option<f32>,
+    angle: Option<f32>,
+    radius: Option<f32>,
+    elasticity: Option<f32>,
+    friction: Option<f32>,
+}
+
+impl From<ToolFields> for ToolSpec {
+    fn from(fields: ToolFields) -> Self {
+        let ToolFields { kind, position, size, angle, radius, elasticity, friction } = fields;
+        Self { kind, position, form: Form { size, angle, radius, elasticity, friction } }
+    }
+}
+
+/// [`Placeable`] as it is read.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PlaceableFields {
+    #[serde(rename = "type")]
+    kind: ToolKind,
+    size: Option<f32>,
+    angle: Option<f32>,
+    radius: Option<f32>,
+    elasticity: Option<f32>,
+    friction: Option<f32>,
+}
+
+impl From<PlaceableFields> for Placeable {
+    fn from(fields: PlaceableFields) -> Self {
+        let PlaceableFields { kind, size, angle, radius, elasticity, friction } = fields;
+        Self { kind, form: Form { size, angle, radius, elasticity, friction } }
+    }
 }
 
 /// A circular region the ball must touch.
@@ -136,7 +188,7 @@ pub struct Region {
 pub struct Goal {
     /// Normalised centre.
     pub position: [f32; 2],
-    /// Centre to edge (circle, ball) or to vertex (star), in units.
+    /// Centre to edge (circle, ball), to vertex (star) or to side (basket), in units.
     #[serde(default = "default_radius")]
     pub radius: f32,
     /// What it is made of.
@@ -155,6 +207,8 @@ pub enum GoalShape {
     Star,
     /// A ball that moves.
     Ball,
+    /// An axis-aligned square that notices the ball.
+    Basket,
 }
 
 /// Limits, rewards and termination of an episode. The default is that of our tasks;
@@ -241,6 +295,22 @@ impl Default for Rewards {
     }
 }
 
+impl Rules {
+    /// The rules of CREATE's own levels. The action after the last allowed one ends the
+    /// episode there, hence 31 actions.
+    pub fn of_create() -> Self {
+        Self {
+            max_actions: 31,
+            rewards: Rewards { target_moved: 1.0, cost_per_tool: 0.1, ..Rewards::default() },
+            subgoal_check: SubgoalCheck::ActionEnd,
+            in_order: false,
+            goal_ends_episode: false,
+            capture_is_standstill: false,
+            ..Self::default()
+        }
+    }
+}
+
 impl BallSpec {
     /// A ball of CREATE's standard size and material, at rest.
     pub fn at(position: [f32; 2]) -> Self {
@@ -259,7 +329,7 @@ impl BallSpec {
 }
 
 impl Form {
-    fn apply(&self, mut tool: Tool) -> Tool {
+    pub(super) fn apply(&self, mut tool: Tool) -> Tool {
         tool.size = self.size.unwrap_or(tool.size);
         tool.angle = self.angle.unwrap_or(tool.angle);
         tool.radius = self.radius.unwrap_or(tool.radius);

@@ -1,0 +1,180 @@
+//! Replaying actions: given ones in a task, and episodes that were recorded in CREATE.
+
+use std::collections::BTreeMap;
+use std::io::{self, BufRead, Write};
+use std::sync::Arc;
+
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Serialize};
+
+use super::environment::{Action, Environment, Placement};
+use super::episode::ball_names;
+use crate::json::{self, LinesError, Problem};
+use crate::physics::{MAX_OBJECTS, Row};
+use crate::task::{RecordedLevel, RecordedTool, Task};
+
+/// How far a recorded start may be from the level's, in units: recordings are rounded.
+const START_TOLERANCE: f32 = 1e-3;
+
+/// What one action brought, as a line of JSON.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StepLine {
+    /// The normalised position asked for.
+    pub action: Action,
+    /// What became of the tool.
+    pub outcome: Placement,
+    /// Reward of this action.
+    pub reward: f32,
+    /// The task ended the episode.
+    pub terminated: bool,
+    /// The limit of actions ended the episode.
+    pub truncated: bool,
+    /// The goal has been reached in this episode.
+    pub goal_hit: bool,
+    /// Indices of the subgoals reached so far.
+    pub subgoals_hit: Vec<usize>,
+    /// Number of tools placed so far.
+    pub placed_tools: usize,
+    /// The balls' motion after the action, by name.
+    pub balls: BTreeMap<String, Row>,
+}
+
+/// A recorded episode: the level, the tool and the actions. The rest is what the
+/// recording found out, and is ignored.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RecordedEpisode {
+    id: String,
+    level: String,
+    tool: RecordedTool,
+    steps: Vec<RecordedStep>,
+    #[serde(default)]
+    start: BTreeMap<String, Row>,
+    #[serde(default, rename = "kind")]
+    _kind: IgnoredAny,
+    #[serde(default, rename = "policy")]
+    _policy: IgnoredAny,
+    #[serde(default, rename = "length")]
+    _length: IgnoredAny,
+    #[serde(default, rename = "total_reward")]
+    _total_reward: IgnoredAny,
+    #[serde(default, rename = "goal_hit")]
+    _goal_hit: IgnoredAny,
+}
+
+#[derive(Debug, Deserialize)]
+struct RecordedStep {
+    action: Action,
+}
+
+/// A replayed episode, as a line of JSON.
+#[derive(Debug, Serialize)]
+struct EpisodeLine {
+    id: String,
+    steps: Vec<StepLine>,
+}
+
+/// Plays actions from the start of a task, without start noise, until they or the
+/// episode are over.
+pub fn replay(task: Arc<Task>, actions: impl IntoIterator<Item = Action>) -> impl Iterator<Item = StepLine> {
+    let names = ball_names(&task);
+    let mut environment = Environment::new(task);
+    // After the end of the episode `step` refuses to go on.
+    actions.into_iter().map_while(move |action| {
+        let step = environment.step(action).ok()?;
+        let now = environment.snapshot();
+        let hit = |(index, reached): (usize, &bool)| reached.then_some(index);
+        Some(StepLine {
+            action,
+            outcome: step.placement,
+            reward: step.reward,
+            terminated: step.terminated,
+            truncated: step.truncated,
+            goal_hit: now.goal_reached(),
+            subgoals_hit: now.reached().iter().enumerate().filter_map(hit).collect(),
+            placed_tools: now.placed().len(),
+            balls: balls(&environment, &names),
+        })
+    })
+}
+
+fn balls(environment: &Environment, names: &[String]) -> BTreeMap<String, Row> {
+    let world = environment.snapshot().world();
+    names.iter().enumerate().map(|(index, name)| (name.clone(), world.ball(index).into())).collect()
+}
+
+/// Plays actions in a task and writes one line of JSON per action. Returns how many
+/// were played: fewer than there are if the episode ended before.
+///
+/// # Errors
+/// When the output cannot be written.
+pub fn play_actions(task: Arc<Task>, actions: &[Action], mut output: impl Write) -> io::Result<usize> {
+    let mut played = 0;
+    for line in replay(task, actions.iter().copied()) {
+        json::write_line(&mut output, &line)?;
+        played += 1;
+    }
+    output.flush()?;
+    Ok(played)
+}
+
+/// Replays recorded episodes, one a line, in recorded levels, and writes one line each.
+///
+/// # Errors
+/// At the first line that cannot be read or played, with its number.
+pub fn play_episodes(
+    levels: impl BufRead,
+    levels_origin: &str,
+    episodes: impl BufRead,
+    mut output: impl Write,
+) -> Result<(), LinesError> {
+    let mut known: Vec<RecordedLevel> = Vec::new();
+    json::for_each_line(levels, levels_origin, |level: RecordedLevel| {
+        if known.iter().any(|other| other.name == level.name) {
+            return Err(Problem::new("level", format_args!("`{}` is there twice", level.name)).into());
+        }
+        if known.len() == MAX_OBJECTS {
+            return Err(Problem::new("level", format_args!("is one of more than {MAX_OBJECTS} levels")).into());
+        }
+        known.push(level);
+        Ok(())
+    })?;
+    json::for_each_line(episodes, "stdin", |episode: RecordedEpisode| {
+        let task = Arc::new(episode.task(&known)?);
+        let actions = episode.steps.iter().map(|step| step.action);
+        let line = EpisodeLine { id: episode.id, steps: replay(task, actions).collect() };
+        json::write_line(&mut output, &line)?;
+        Ok(())
+    })?;
+    output.flush().map_err(LinesError::Write)
+}
+
+impl RecordedEpisode {
+    fn task(&self, levels: &[RecordedLevel]) -> Result<Task, Problem> {
+        let Some(level) = levels.iter().find(|level| level.name == self.level) else {
+            let names = levels.iter().map(|level| level.name.as_str()).collect::<Vec<_>>().join(", ");
+            let message = format_args!("`{}` is not among the levels ({names})", self.level);
+            return Err(Problem::new("level", message));
+        };
+        let task = level.task(&self.tool).map_err(|problem| match problem.path.split('.').next() {
+            Some("tool" | "placeable") => problem,
+            _ => problem.within(format_args!("level `{}`", self.level)),
+        })?;
+        self.check_start(&task)?;
+        Ok(task)
+    }
+
+    /// A recording that starts elsewhere cannot be compared.
+    fn check_start(&self, task: &Task) -> Result<(), Problem> {
+        let environment = Environment::new(Arc::new(task.clone()));
+        let balls = balls(&environment, &ball_names(task));
+        for (name, row) in &self.start {
+            let same = |ours: &Row| ours.iter().zip(row).all(|(a, b)| (a - b).abs() <= START_TOLERANCE);
+            if !balls.get(name).is_some_and(same) {
+                let message = format_args!("is not how level `{}` starts", self.level);
+                return Err(Problem::new(format_args!("start.{name}"), message));
+            }
+        }
+        Ok(())
+    }
+}

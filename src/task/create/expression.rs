@@ -1,0 +1,200 @@
+//! The small arithmetic that CREATE's level files write into strings.
+
+/// What an expression is worth.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Value {
+    Number(f64),
+    Truth(bool),
+    List(Vec<Value>),
+}
+
+/// Longer expressions are refused, which bounds their nesting too.
+const MAX_LENGTH: usize = 200;
+
+/// Names that level files use in expressions, with CREATE's values.
+const CONSTANTS: [(&str, f64); 4] = [
+    // A ball's centre above the middle of the floor it lies on, normalised.
+    ("OFFSET", 0.11),
+    ("GOAL_RADIUS", super::GOAL_RADIUS as f64),
+    ("LINE_THICKNESS", 2.0),
+    ("np.pi", std::f64::consts::PI),
+];
+
+/// Evaluates numbers, `True`, `False`, CREATE's constants, `+ - * /`, parentheses and
+/// lists. Nothing else is understood: no calls, no other names.
+///
+/// # Errors
+/// One sentence that names the first thing that is not understood.
+pub(super) fn evaluate(text: &str) -> Result<Value, String> {
+    if text.len() > MAX_LENGTH {
+        return Err(format!("is an expression of more than {MAX_LENGTH} characters"));
+    }
+    let mut reader = Reader { text, rest: text.trim_start() };
+    let value = reader.sum()?;
+    if !reader.rest.is_empty() {
+        return Err(reader.unexpected());
+    }
+    Ok(value)
+}
+
+struct Reader<'a> {
+    text: &'a str,
+    rest: &'a str,
+}
+
+impl<'a> Reader<'a> {
+    fn sum(&mut self) -> Result<Value, String> {
+        let mut value = self.product()?;
+        loop {
+            let sign = if self.take("+") {
+                1.0
+            } else if self.take("-") {
+                -1.0
+            } else {
+                return Ok(value);
+            };
+            value = Value::Number(number(&value)? + sign * number(&self.product()?)?);
+        }
+    }
+
+    fn product(&mut self) -> Result<Value, String> {
+        let mut value = self.factor()?;
+        loop {
+            if self.take("*") {
+                value = Value::Number(number(&value)? * number(&self.factor()?)?);
+            } else if self.take("/") {
+                let divisor = number(&self.factor()?)?;
+                if divisor == 0.0 {
+                    return Err(format!("`{}` divides by zero", self.text));
+                }
+                value = Value::Number(number(&value)? / divisor);
+            } else {
+                return Ok(value);
+            }
+        }
+    }
+
+    fn factor(&mut self) -> Result<Value, String> {
+        if self.take("-") {
+            return Ok(Value::Number(-number(&self.factor()?)?));
+        }
+        if self.take("+") {
+            return self.factor();
+        }
+        if self.take("(") {
+            let value = self.sum()?;
+            return if self.take(")") { Ok(value) } else { Err(self.unexpected()) };
+        }
+        if self.take("[") {
+            return self.list();
+        }
+        self.atom()
+    }
+
+    fn list(&mut self) -> Result<Value, String> {
+        let mut values = Vec::new();
+        while !self.take("]") {
+            values.push(self.sum()?);
+            if !self.take(",") && !self.rest.starts_with(']') {
+                return Err(self.unexpected());
+            }
+        }
+        Ok(Value::List(values))
+    }
+
+    fn atom(&mut self) -> Result<Value, String> {
+        let is_part = |c: char| c.is_ascii_alphanumeric() || c == '.' || c == '_';
+        let length = self.rest.find(|c| !is_part(c)).unwrap_or(self.rest.len());
+        let word = &self.rest[..length];
+        let value = match word {
+            "True" => Value::Truth(true),
+            "False" => Value::Truth(false),
+            _ if word.starts_with(|c: char| c.is_ascii_digit() || c == '.') => {
+                let number = word.parse().ok().filter(|number: &f64| number.is_finite());
+                Value::Number(number.ok_or_else(|| format!("`{word}` is not a number"))?)
+            }
+            _ => {
+                let constant = CONSTANTS.iter().find(|(name, _)| *name == word);
+                Value::Number(constant.ok_or_else(|| self.unexpected())?.1)
+            }
+        };
+        self.advance(length);
+        Ok(value)
+    }
+
+    fn take(&mut self, token: &str) -> bool {
+        let found = self.rest.starts_with(token);
+        if found {
+            self.advance(token.len());
+        }
+        found
+    }
+
+    fn advance(&mut self, length: usize) {
+        self.rest = self.rest[length..].trim_start();
+    }
+
+    fn unexpected(&self) -> String {
+        let known = CONSTANTS.map(|(name, _)| name).join(", ");
+        let what = match self.rest.chars().next() {
+            Some(_) => format!("`{}` is not understood in", self.rest),
+            None => "something is missing at the end of".to_owned(),
+        };
+        format!("{what} `{}`: use numbers, + - * /, parentheses, lists and {known}", self.text)
+    }
+}
+
+fn number(value: &Value) -> Result<f64, String> {
+    match value {
+        Value::Number(number) => Ok(*number),
+        Value::Truth(_) | Value::List(_) => Err("only numbers can be calculated with".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arithmetic() {
+        let number = |text: &str, expected: f64| {
+            let Value::Number(value) = evaluate(text).unwrap() else { panic!("{text} is not a number") };
+            assert!((value - expected).abs() < 1e-12, "{text} = {value}");
+        };
+        number("1", 1.0);
+        number(" -0.25 + OFFSET ", -0.14);
+        number("110 * np.pi / 180", 110f64.to_radians());
+        number("-(2 - -3) * 4 / (1 + 1)", -10.0);
+        number("2 - 3 - 4", -5.0);
+        number("8 / 4 / 2", 1.0);
+        assert_eq!(evaluate("True"), Ok(Value::Truth(true)));
+        let list = [Value::Number(1.0), Value::List(vec![Value::Number(0.5)])];
+        assert_eq!(evaluate("[1, [.5],]"), Ok(Value::List(list.to_vec())));
+    }
+
+    #[test]
+    fn what_is_not_understood_is_named() {
+        let long = "(".repeat(100_000);
+        let deep = "(".repeat(MAX_LENGTH);
+        for (text, part) in [
+            ("", "missing at the end"),
+            ("1 +", "missing at the end"),
+            ("uniform(-1, 1)", "`uniform(-1, 1)`"),
+            ("__import__('os')", "`__import__('os')`"),
+            ("1 ** 2", "`* 2`"),
+            ("1 2", "`2`"),
+            ("(1", "missing at the end"),
+            ("[1, 2", "missing at the end"),
+            ("[1] + 2", "only numbers"),
+            ("1 / 0", "divides by zero"),
+            ("1.2.3", "`1.2.3` is not a number"),
+            ("1e400", "`1e400` is not a number"),
+            ("π", "`π`"),
+            (&long, "more than 200"),
+            (&deep, "missing at the end"),
+        ] {
+            let error = evaluate(text).unwrap_err();
+            assert!(error.contains(part), "{text:.20}: {error:.200}");
+        }
+    }
+}
