@@ -146,12 +146,16 @@ impl Ddpg {
         predict(&self.actor, observations)
     }
 
-    /// `Q(s, a)` for as many actions as observations, row-major.
+    /// `Q(s, a)` for several actions, in as many observations or all in a single one; row-major.
     ///
     /// # Panics
-    /// If their numbers differ.
+    /// If the numbers of observations and actions do not fit.
     pub fn q_values(&self, observations: &[f32], actions: &[f32]) -> Vec<f32> {
-        predict(&self.critic, &join(observations, actions, self.action_len()))
+        let n = actions.len() / self.action_len();
+        if observations.len() == self.observation_len() {
+            return predict(&self.critic, &join(n, &observations.repeat(n), actions));
+        }
+        predict(&self.critic, &join(n, observations, actions))
     }
 
     /// One step of DDPG on a minibatch of N transitions (s, a, r, s', d).
@@ -162,16 +166,16 @@ impl Ddpg {
     pub fn update(&mut self, batch: &Batch) -> Result<UpdateMetrics, UpdateError> {
         self.check(batch)?;
         let Batch { observations: s, actions: a, next_observations: next_s, .. } = batch;
-        let (n, action_len) = (batch.len(), self.action_len());
+        let n = batch.len();
         let mut metrics = UpdateMetrics::default();
 
         // y = r + γ (1 - d) Q'(s', μ'(s'))
         let next_a = predict(&self.target_actor, next_s);
-        let next_q = predict(&self.target_critic, &join(next_s, &next_a, action_len));
+        let next_q = predict(&self.target_critic, &join(n, next_s, &next_a));
         let y = self.bellman_target(&batch.rewards, &batch.terminated, &next_q);
 
         // Critic: one step down L = 1/N Σ (Q(s, a) - y)²
-        let q = self.critic.forward_data(self.rows(n, join(s, a, action_len)).leaky_trace());
+        let q = self.critic.forward_data(self.rows(n, join(n, s, a)).leaky_trace());
         (metrics.mean_q, metrics.max_q) = mean_and_max(&q.as_vec());
         let loss = mse_loss(q, self.rows(n, y));
         metrics.critic_loss = self.finite("critic loss", loss.array())?;

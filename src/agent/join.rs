@@ -4,14 +4,21 @@ use dfdx::prelude::*;
 
 use crate::nn::{Matrix, matrix};
 
-/// Row `i` of `observations` followed by row `i` of `actions`, for all rows.
-pub(super) fn join(observations: &[f32], actions: &[f32], action_len: usize) -> Vec<f32> {
-    let rows = actions.len() / action_len;
-    let observation_len = observations.len() / rows;
+/// Row `i` of `observations` followed by row `i` of `actions`, for all `rows`.
+///
+/// # Panics
+/// If the values do not make as many whole rows.
+pub(super) fn join(rows: usize, observations: &[f32], actions: &[f32]) -> Vec<f32> {
+    if rows == 0 {
+        return Vec::new();
+    }
+    let (observation_len, action_len) = (observations.len() / rows, actions.len() / rows);
+    assert_eq!(observations.len(), rows * observation_len, "{rows} observations");
+    assert_eq!(actions.len(), rows * action_len, "{rows} actions");
     let mut joined = Vec::with_capacity(observations.len() + actions.len());
-    for (observation, action) in observations.chunks_exact(observation_len).zip(actions.chunks_exact(action_len)) {
-        joined.extend_from_slice(observation);
-        joined.extend_from_slice(action);
+    for row in 0..rows {
+        joined.extend_from_slice(&observations[row * observation_len..][..observation_len]);
+        joined.extend_from_slice(&actions[row * action_len..][..action_len]);
     }
     joined
 }
@@ -21,7 +28,7 @@ pub(super) fn join(observations: &[f32], actions: &[f32], action_len: usize) -> 
 pub(super) fn join_on_tape<T: Tape<f32, Cpu>>(observations: &[f32], actions: Matrix<T>) -> Matrix<T> {
     let (actions, mut tape) = actions.split_tape();
     let (rows, action_len) = *actions.shape();
-    let joined = join(observations, &actions.as_vec(), action_len);
+    let joined = join(rows, observations, &actions.as_vec());
     let columns = joined.len() / rows;
     let out = matrix(actions.device(), joined, rows, columns);
     let joined = out.clone();
@@ -43,7 +50,7 @@ mod tests {
 
     #[test]
     fn rows_stand_side_by_side() {
-        let joined = join(&[1.0, 2.0, 3.0, 4.0], &[0.1, 0.2], 1);
+        let joined = join(2, &[1.0, 2.0, 3.0, 4.0], &[0.1, 0.2]);
         assert_eq!(joined, [1.0, 2.0, 0.1, 3.0, 4.0, 0.2]);
     }
 
