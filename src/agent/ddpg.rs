@@ -4,8 +4,11 @@ use dfdx::{losses::mse_loss, prelude::*};
 use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
 
-use super::{Batch, ConfigError, DdpgConfig};
-use crate::nn::{Init, InitScheme, Matrix, Mlp, MlpShape, NnError, Optimiser, matrix, rows};
+use super::{
+    Batch, ConfigError, DdpgConfig,
+    join::{join, join_on_tape},
+};
+use crate::nn::{Activation, Init, InitScheme, Matrix, Mlp, MlpShape, NnError, Optimiser, matrix};
 
 /// Actor μ, critic Q, their targets μ' and Q', and the optimisers of the first two.
 #[derive(Clone, Debug)]
@@ -112,10 +115,7 @@ impl Ddpg {
     pub(super) fn shapes(observation_len: usize, action_len: usize, config: &DdpgConfig) -> [MlpShape; 2] {
         let shape =
             |inputs, outputs| MlpShape::uniform(inputs, config.hidden, outputs, config.layers, config.activation);
-        [
-            shape(observation_len, action_len).with_output(crate::nn::Activation::Tanh),
-            shape(observation_len + action_len, 1),
-        ]
+        [shape(observation_len, action_len).with_output(Activation::Tanh), shape(observation_len + action_len, 1)]
     }
 
     /// The settings.
@@ -143,28 +143,19 @@ impl Ddpg {
     /// # Panics
     /// If there is not a whole number of observations.
     pub fn act(&self, observations: &[f32]) -> Vec<f32> {
-        let rows = observations.len() / self.observation_len();
-        let mut actions = Vec::with_capacity(rows * self.action_len());
-        self.actor.predict_into(observations, rows, &mut actions);
-        actions
+        predict(&self.actor, observations)
     }
 
-    /// `Q(s, a)` for several actions, in as many observations or all in a single one.
+    /// `Q(s, a)` for several actions, in as many observations or all in a single one; row-major.
     ///
     /// # Panics
     /// If the numbers of observations and actions do not fit.
     pub fn q_values(&self, observations: &[f32], actions: &[f32]) -> Vec<f32> {
-        let rows = actions.len() / self.action_len();
-        let mut inputs = Vec::with_capacity(rows * self.critic.shape().inputs());
-        for (observation, action) in
-            observations.chunks_exact(self.observation_len()).cycle().zip(actions.chunks_exact(self.action_len()))
-        {
-            inputs.extend_from_slice(observation);
-            inputs.extend_from_slice(action);
+        let n = actions.len() / self.action_len();
+        if observations.len() == self.observation_len() {
+            return predict(&self.critic, &join(n, &observations.repeat(n), actions));
         }
-        let mut values = Vec::with_capacity(rows);
-        self.critic.predict_into(&inputs, rows, &mut values);
-        values
+        predict(&self.critic, &join(n, observations, actions))
     }
 
     /// One step of DDPG on a minibatch of N transitions (s, a, r, s', d).
@@ -173,34 +164,37 @@ impl Ddpg {
     /// If the batch does not fit the agent, or a loss or gradient is not finite; then the agent
     /// should not learn on.
     pub fn update(&mut self, batch: &Batch) -> Result<UpdateMetrics, UpdateError> {
-        let [s, a, next_s] = self.matrices(batch)?;
+        self.check(batch)?;
+        let Batch { observations: s, actions: a, next_observations: next_s, .. } = batch;
+        let n = batch.len();
         let mut metrics = UpdateMetrics::default();
 
         // y = r + γ (1 - d) Q'(s', μ'(s'))
-        let next_a = self.target_actor.forward(next_s.clone());
-        let next_q = self.target_critic.forward(rows::concat_columns(next_s, next_a));
-        let y = self.bellman_target(batch, next_q);
+        let next_a = predict(&self.target_actor, next_s);
+        let next_q = predict(&self.target_critic, &join(n, next_s, &next_a));
+        let y = self.bellman_target(&batch.rewards, &batch.terminated, &next_q);
 
         // Critic: one step down L = 1/N Σ (Q(s, a) - y)²
-        let q = self.critic.forward_data(rows::concat_columns(s.clone(), a).leaky_trace());
+        let q = self.critic.forward_data(self.rows(n, join(n, s, a)).leaky_trace());
         (metrics.mean_q, metrics.max_q) = mean_and_max(&q.as_vec());
-        let loss = mse_loss(q, y);
+        let loss = mse_loss(q, self.rows(n, y));
         metrics.critic_loss = self.finite("critic loss", loss.array())?;
-        let mut gradients = loss.backward();
-        let rate = self.config.critic_learning_rate;
-        metrics.critic_gradient_norm =
-            self.critic_optimiser.update(&mut [&mut self.critic], &mut gradients, rate)? as f32;
+        metrics.critic_gradient_norm = self.critic_optimiser.update(
+            &mut [&mut self.critic],
+            &mut loss.backward(),
+            self.config.critic_learning_rate,
+        )? as f32;
 
         // Actor: one step down -J = -1/N Σ Q(s, μ(s)), with Q held constant
-        let mu = self.actor.forward_data(s.clone().leaky_trace());
+        let mu = self.actor.forward_data(self.rows(n, s.clone()).leaky_trace());
         metrics.action_saturation = saturation(&mu.as_vec());
-        let (mu, tape) = mu.split_tape();
-        let q = self.critic.forward_frozen(rows::concat_columns(s.put_tape(tape), mu));
-        let loss = -q.mean();
+        let loss = -self.critic.forward_frozen(join_on_tape(s, mu)).mean();
         metrics.actor_loss = self.finite("actor loss", loss.array())?;
-        let mut gradients = loss.backward();
-        let rate = self.config.actor_learning_rate;
-        metrics.actor_gradient_norm = self.actor_optimiser.update(&mut [&mut self.actor], &mut gradients, rate)? as f32;
+        metrics.actor_gradient_norm = self.actor_optimiser.update(
+            &mut [&mut self.actor],
+            &mut loss.backward(),
+            self.config.actor_learning_rate,
+        )? as f32;
 
         // θ' ← τ θ + (1 - τ) θ'
         self.target_critic.soft_update(&self.critic, self.config.tau);
@@ -209,37 +203,39 @@ impl Ddpg {
     }
 
     /// `r + γ (1 - d) next_q`, clamped to the configured range.
-    fn bellman_target(&self, batch: &Batch, next_q: Matrix) -> Matrix {
+    fn bellman_target(&self, rewards: &[f32], terminated: &[bool], next_q: &[f32]) -> Vec<f32> {
         let [low, high] = self.config.target_clamp.unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
-        let rows = batch.rewards.iter().zip(&batch.terminated).zip(next_q.as_vec());
-        let y = rows.map(|((r, &d), next_q)| {
+        let rows = rewards.iter().zip(terminated).zip(next_q);
+        rows.map(|((r, &d), next_q)| {
             let future = if d { 0.0 } else { self.config.gamma * next_q };
             (r + future).clamp(low, high)
-        });
-        matrix(&self.device, y.collect(), batch.len(), 1)
+        })
+        .collect()
     }
 
-    /// `s`, `a` and `s'` of the batch.
-    fn matrices(&self, batch: &Batch) -> Result<[Matrix; 3], UpdateError> {
+    /// `values` as a matrix of `n` rows.
+    fn rows(&self, n: usize, values: Vec<f32>) -> Matrix {
+        let columns = values.len() / n;
+        matrix(&self.device, values, n, columns)
+    }
+
+    fn check(&self, batch: &Batch) -> Result<(), UpdateError> {
         let (n, observation_len, action_len) = (batch.len(), self.observation_len(), self.action_len());
-        if n == 0
-            || batch.observations.len() != n * observation_len
-            || batch.next_observations.len() != n * observation_len
-            || batch.actions.len() != n * action_len
+        if n > 0
+            && batch.observations.len() == n * observation_len
+            && batch.actions.len() == n * action_len
+            && batch.next_observations.len() == n * observation_len
+            && batch.terminated.len() == n
         {
-            return Err(UpdateError::Batch {
-                rows: n,
-                observations: batch.observations.len(),
-                actions: batch.actions.len(),
-                observation_len,
-                action_len,
-            });
+            return Ok(());
         }
-        Ok([
-            matrix(&self.device, batch.observations.clone(), n, observation_len),
-            matrix(&self.device, batch.actions.clone(), n, action_len),
-            matrix(&self.device, batch.next_observations.clone(), n, observation_len),
-        ])
+        Err(UpdateError::Batch {
+            rows: n,
+            observations: batch.observations.len(),
+            actions: batch.actions.len(),
+            observation_len,
+            action_len,
+        })
     }
 
     fn finite(&self, quantity: &'static str, value: f32) -> Result<f32, UpdateError> {
@@ -248,6 +244,14 @@ impl Ddpg {
         }
         Err(UpdateError::Diverged { quantity, value, update: self.updates() + 1 })
     }
+}
+
+/// Outputs of the network for all rows of `inputs`.
+fn predict(network: &Mlp, inputs: &[f32]) -> Vec<f32> {
+    let rows = inputs.len() / network.shape().inputs();
+    let mut outputs = Vec::with_capacity(rows * network.shape().outputs());
+    network.predict_into(inputs, rows, &mut outputs);
+    outputs
 }
 
 fn mean_and_max(values: &[f32]) -> (f32, f32) {

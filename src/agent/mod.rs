@@ -53,6 +53,7 @@
 
 mod config;
 mod ddpg;
+mod join;
 mod learner;
 mod noise;
 #[cfg(test)]
