@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
-use crate::physics::{Ball, BallState, GRAVITY, SCREEN, STEPS_PER_ACTION, Tool, ToolKind, World};
+use crate::physics::{Ball, BallState, GRAVITY, PHYSICS_DT, SCREEN, STEPS_PER_ACTION, Tool, ToolKind, World};
 
 /// One observation of a tool's dynamics: one interaction with the environment of 40
 /// physics steps.
@@ -143,4 +143,14 @@ fn watch(tool: Tool, start: BallState) -> Vec<BallState> {
 /// Gap between the ball's surface and the tool's, in units.
 pub(super) fn gap(tool: &Tool, ball: &BallState) -> f32 {
     tool.surface(ball.position).0 - Ball::default().radius
+}
+
+/// Whether anything but gravity acted on the ball between the first and the last state.
+pub(super) fn is_deflected(states: &[BallState]) -> bool {
+    states.windows(2).any(|pair| {
+        (0..2).any(|axis| {
+            let change = pair[1].velocity[axis] - pair[0].velocity[axis] - GRAVITY[axis] * PHYSICS_DT;
+            change.abs() > 1e-3
+        })
+    })
 }

@@ -1,9 +1,8 @@
 //! Model rollouts: thousands of action sequences as one batch for every prediction.
 
-use std::sync::Arc;
-
 use super::error::DynamicsError;
 use super::model::Model;
+use super::predictor::Predictor;
 use crate::env::{Action, Placement, Snapshot};
 use crate::physics::{Ball, BallState, SCREEN, Tool, to_normalised, to_units};
 use crate::task::{Region, Task};
@@ -40,49 +39,61 @@ struct Scene {
 }
 
 impl Model {
-    /// Rolls out `sequences[i]` from `starts[i]`, each until the next stage of its start is
-    /// predicted to be reached, the ball leaves the screen, or the sequence ends.
+    /// Rolls out `sequences[i]` from `starts[i]` as [`rollouts`] does.
     ///
     /// # Errors
     /// When the model does not fit the task, see [`check_task`](Self::check_task), or a
     /// start has an object that is not finite.
     pub fn rollouts(
         &self,
-        task: &Arc<Task>,
+        task: &Task,
         starts: &[&Snapshot],
         sequences: &[Vec<Action>],
     ) -> Result<Vec<Predicted>, DynamicsError> {
         self.check_task(task)?;
-        let stages = task.stages();
-        let mut scenes: Vec<Scene> = starts.iter().map(|start| Scene::new(task, &stages, start)).collect();
-        let horizon = sequences.iter().map(Vec::len).max().unwrap_or(0);
-        for index in 0..horizon {
-            for (scene, sequence) in scenes.iter_mut().zip(sequences) {
-                match sequence.get(index) {
-                    Some(&action) if !scene.over && index < scene.actions_left => scene.place(task, action),
-                    _ => scene.over = true,
-                }
-            }
-            for _ in 0..self.config().predictions_per_action() {
-                self.advance(&mut scenes)?;
-            }
-        }
-        Ok(scenes.into_iter().map(|scene| scene.predicted).collect())
+        rollouts(self, task, starts, sequences)
     }
+}
 
-    /// One prediction for all rollouts that are not over.
-    fn advance(&self, scenes: &mut [Scene]) -> Result<(), DynamicsError> {
-        let mut running: Vec<&mut Scene> = scenes.iter_mut().filter(|scene| !scene.over).collect();
-        let mut graphs = self.builder().empty();
-        for scene in &running {
-            self.builder().push(&mut graphs, &scene.ball, &scene.tools)?;
+/// Rolls out `sequences[i]` from `starts[i]`, each until the next stage of its start is
+/// predicted to be reached, the ball leaves the screen, the episode's limit of actions or
+/// the end of the sequence.
+///
+/// # Errors
+/// When the predictor cannot predict a scene of the task.
+pub fn rollouts(
+    predictor: &dyn Predictor,
+    task: &Task,
+    starts: &[&Snapshot],
+    sequences: &[Vec<Action>],
+) -> Result<Vec<Predicted>, DynamicsError> {
+    let stages = task.stages();
+    let mut scenes: Vec<Scene> = starts.iter().map(|start| Scene::new(task, &stages, start)).collect();
+    let horizon = sequences.iter().map(Vec::len).max().unwrap_or(0);
+    for index in 0..horizon {
+        for (scene, sequence) in scenes.iter_mut().zip(sequences) {
+            match sequence.get(index) {
+                Some(&action) if !scene.over && index < scene.actions_left => scene.place(task, action),
+                _ => scene.over = true,
+            }
         }
-        let balls: Vec<BallState> = running.iter().map(|scene| scene.ball).collect();
-        for (scene, next) in running.iter_mut().zip(self.predict(&mut graphs, &balls)) {
-            scene.go_to(next);
+        for _ in 0..task.rules.steps_per_action / predictor.interval() {
+            advance(predictor, &mut scenes)?;
         }
-        Ok(())
     }
+    Ok(scenes.into_iter().map(|scene| scene.predicted).collect())
+}
+
+/// One prediction for all rollouts that are not over.
+fn advance(predictor: &dyn Predictor, scenes: &mut [Scene]) -> Result<(), DynamicsError> {
+    let mut running: Vec<&mut Scene> = scenes.iter_mut().filter(|scene| !scene.over).collect();
+    let balls: Vec<BallState> = running.iter().map(|scene| scene.ball).collect();
+    let tools: Vec<&[Tool]> = running.iter().map(|scene| scene.tools.as_slice()).collect();
+    let next = predictor.advance(&balls, &tools)?;
+    for (scene, next) in running.iter_mut().zip(next) {
+        scene.go_to(next);
+    }
+    Ok(())
 }
 
 impl Scene {

@@ -1,0 +1,324 @@
+//! How well a model predicts what it never saw: fresh launches and whole scenes of tasks,
+//! next to two baselines that learn nothing.
+
+use std::sync::Arc;
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use super::baseline::{ConstantVelocity, NearestSample};
+use super::error::DynamicsError;
+use super::launch::{Launch, Split, collect, is_deflected};
+use super::model::Model;
+use super::predictor::Predictor;
+use super::rollout::rollouts;
+use crate::env::{Action, Environment, Snapshot};
+use crate::physics::{BallState, STEPS_PER_ACTION, Tool, ToolKind, to_normalised};
+use crate::task::Task;
+
+/// What is evaluated.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EvaluationConfig {
+    /// Fresh launches for each tool type.
+    pub launches: usize,
+    /// Random episodes of each task, whose states start the scene rollouts.
+    pub episodes: usize,
+    /// Actions of a scene rollout.
+    pub horizon: usize,
+    /// Rollouts of each task that compare predicted with real hits of the next stage.
+    pub hit_rollouts: usize,
+    /// Seed of launches, episodes and actions.
+    pub seed: u64,
+}
+
+impl Default for EvaluationConfig {
+    fn default() -> Self {
+        Self { launches: 300, episodes: 50, horizon: 4, hit_rollouts: 2000, seed: 1 }
+    }
+}
+
+/// The evaluation of one model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Evaluation {
+    /// The model's tool set.
+    pub model: String,
+    /// Its data hash.
+    pub data_hash: String,
+    /// What was evaluated.
+    pub config: EvaluationConfig,
+    /// Fresh launches, by tool type.
+    pub launches: Vec<LaunchErrors>,
+    /// Whole scenes, by task.
+    pub scenes: Vec<SceneErrors>,
+}
+
+/// One value for the model and each baseline.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Compared<T> {
+    /// The model.
+    pub model: T,
+    /// Constant velocity with gravity.
+    pub constant_velocity: T,
+    /// The nearest stored sample.
+    pub nearest_sample: T,
+}
+
+/// Distances between predicted and true positions, normalised.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Errors {
+    /// Predictions.
+    pub count: usize,
+    /// Mean distance.
+    pub mean: f64,
+    /// Median distance.
+    pub median: f64,
+}
+
+/// Errors on fresh launches at one tool type.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LaunchErrors {
+    /// The tool type.
+    pub tool: ToolKind,
+    /// Errors of each predictor.
+    pub errors: Compared<OneTool>,
+}
+
+/// Errors on single-tool scenes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OneTool {
+    /// After one prediction interval.
+    pub one_step: Errors,
+    /// The same, of those in which the ball was deflected.
+    pub one_step_contact: Errors,
+    /// After each prediction of a rollout over one action.
+    pub rollout: Vec<Errors>,
+    /// After the whole action, of launches in which the ball was deflected.
+    pub action_contact: Errors,
+}
+
+/// Errors on scenes of one task.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SceneErrors {
+    /// The task.
+    pub task: String,
+    /// After 1, 2, ... actions.
+    pub rollout: Compared<Vec<Errors>>,
+    /// Predicted against real hits of the next stage.
+    pub hits: Compared<Hits>,
+}
+
+/// Predicted against real hits.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Hits {
+    /// Rollouts compared.
+    pub rollouts: usize,
+    /// Predicted and real.
+    pub true_positives: usize,
+    /// Predicted only.
+    pub false_positives: usize,
+    /// Real only.
+    pub false_negatives: usize,
+    /// Real among the predicted; none if none was predicted.
+    pub precision: Option<f64>,
+    /// Predicted among the real; none if there was none.
+    pub recall: Option<f64>,
+}
+
+/// Evaluates a model on fresh launches of its tools, and on scenes of those of `tasks`
+/// whose tools it knows.
+///
+/// # Errors
+/// When the model cannot predict a scene of such a task.
+pub fn evaluate(model: &Model, tasks: &[Task], config: &EvaluationConfig) -> Result<Evaluation, DynamicsError> {
+    let constant = ConstantVelocity { interval: model.config().interval };
+    let nearest = NearestSample::of(model)?;
+    let predictors = Compared::<&dyn Predictor> { model, constant_velocity: &constant, nearest_sample: &nearest };
+    let launches = model.tools().iter().map(|&tool| {
+        let launches = collect(tool, config.launches, Split::Test, config.seed);
+        Ok(LaunchErrors { tool, errors: predictors.map(|predictor| one_tool(predictor, &launches))? })
+    });
+    let scenes = tasks.iter().filter(|task| model.check_task(task).is_ok()).map(|task| {
+        let task = Arc::new(task.clone());
+        let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
+        let starts = random_states(&task, config.episodes, &mut rng);
+        let actions = |rng: &mut ChaCha8Rng, horizon| (0..horizon).map(|_| random_action(rng)).collect();
+        let sequences: Vec<Vec<Action>> = starts.iter().map(|_| actions(&mut rng, config.horizon)).collect();
+        let truth = TrueScenes::play(&task, &starts, &sequences);
+        let (hit_starts, hit_sequences): (Vec<&Snapshot>, Vec<Vec<Action>>) = (0..config.hit_rollouts)
+            .map(|_| (&starts[rng.gen_range(0..starts.len())], actions(&mut rng, HIT_HORIZON)))
+            .unzip();
+        let real: Vec<bool> =
+            hit_starts.iter().zip(&hit_sequences).map(|(start, actions)| really_hits(&task, start, actions)).collect();
+        Ok(SceneErrors {
+            task: task.name.clone(),
+            rollout: predictors.map(|predictor| truth.errors(predictor, config.horizon))?,
+            hits: predictors.map(|predictor| {
+                let predicted = rollouts(predictor, &task, &hit_starts, &hit_sequences)?;
+                Ok(Hits::count(predicted.iter().map(|rollout| rollout.hit).zip(real.iter().copied())))
+            })?,
+        })
+    });
+    Ok(Evaluation {
+        model: model.name(),
+        data_hash: model.provenance().data_hash.clone(),
+        config: config.clone(),
+        launches: launches.collect::<Result<_, DynamicsError>>()?,
+        scenes: scenes.collect::<Result<_, DynamicsError>>()?,
+    })
+}
+
+/// Actions of a rollout that compares hits: the horizon of guidance.
+const HIT_HORIZON: usize = 8;
+
+impl<'a> Compared<&'a dyn Predictor> {
+    fn map<T>(
+        &self,
+        mut value: impl FnMut(&'a dyn Predictor) -> Result<T, DynamicsError>,
+    ) -> Result<Compared<T>, DynamicsError> {
+        Ok(Compared {
+            model: value(self.model)?,
+            constant_velocity: value(self.constant_velocity)?,
+            nearest_sample: value(self.nearest_sample)?,
+        })
+    }
+}
+
+impl Errors {
+    fn of(mut distances: Vec<f64>) -> Self {
+        let count = distances.len();
+        if count == 0 {
+            return Self::default();
+        }
+        distances.sort_by(f64::total_cmp);
+        let median = (distances[(count - 1) / 2] + distances[count / 2]) / 2.0;
+        Self { count, mean: distances.iter().sum::<f64>() / count as f64, median }
+    }
+
+    fn between<'a>(pairs: impl Iterator<Item = (&'a BallState, &'a BallState)>) -> Self {
+        Self::of(pairs.map(|(predicted, real)| distance(predicted, real)).collect())
+    }
+}
+
+fn distance(predicted: &BallState, real: &BallState) -> f64 {
+    let [a, b] = [predicted, real].map(|ball| to_normalised(ball.position));
+    f64::from(a[0] - b[0]).hypot(f64::from(a[1] - b[1]))
+}
+
+fn one_tool(predictor: &dyn Predictor, launches: &[Launch]) -> Result<OneTool, DynamicsError> {
+    let interval = predictor.interval() as usize;
+    let tools: Vec<&[Tool]> = launches.iter().map(|launch| std::slice::from_ref(&launch.tool)).collect();
+    let mut balls: Vec<BallState> = launches.iter().map(|launch| launch.states[0]).collect();
+    let (mut rollout, mut one_step, mut one_step_contact) = (Vec::new(), Vec::new(), Vec::new());
+    for start in (0..STEPS_PER_ACTION as usize).step_by(interval) {
+        let (before, after) = (states(launches, start), states(launches, start + interval));
+        let predicted = predictor.advance(&before, &tools)?;
+        for ((launch, predicted), after) in launches.iter().zip(&predicted).zip(&after) {
+            let error = distance(predicted, after);
+            one_step.push(error);
+            if is_deflected(&launch.states[start..=start + interval]) {
+                one_step_contact.push(error);
+            }
+        }
+        balls = predictor.advance(&balls, &tools)?;
+        rollout.push(Errors::between(balls.iter().zip(&after)));
+    }
+    let last = STEPS_PER_ACTION as usize;
+    let deflected = launches.iter().zip(&balls).filter(|(launch, _)| is_deflected(&launch.states));
+    Ok(OneTool {
+        one_step: Errors::of(one_step),
+        one_step_contact: Errors::of(one_step_contact),
+        rollout,
+        action_contact: Errors::of(deflected.map(|(launch, ball)| distance(ball, &launch.states[last])).collect()),
+    })
+}
+
+fn states(launches: &[Launch], step: usize) -> Vec<BallState> {
+    launches.iter().map(|launch| launch.states[step]).collect()
+}
+
+fn random_action(rng: &mut ChaCha8Rng) -> Action {
+    [rng.gen_range(-1.0..=1.0), rng.gen_range(-1.0..=1.0)]
+}
+
+/// The states before every action of random episodes.
+fn random_states(task: &Arc<Task>, episodes: usize, rng: &mut ChaCha8Rng) -> Vec<Snapshot> {
+    let mut states = Vec::new();
+    let mut env = Environment::new(task.clone());
+    for _ in 0..episodes.max(1) {
+        env.reset(rng);
+        while env.snapshot().end().is_none() {
+            states.push(env.snapshot().clone());
+            if env.step(random_action(rng)).is_err() {
+                break;
+            }
+        }
+    }
+    states
+}
+
+fn really_hits(task: &Arc<Task>, start: &Snapshot, actions: &[Action]) -> bool {
+    let mut env = Environment::new(task.clone());
+    env.restore(start);
+    let reached = |env: &Environment| env.snapshot().stage() > start.stage() || env.snapshot().goal_reached();
+    actions.iter().any(|&action| env.step(action).is_ok() && reached(&env))
+}
+
+/// Real rollouts: for each start the ball before every action and at the end, and the
+/// tools that stood during every action.
+struct TrueScenes(Vec<(Vec<BallState>, Vec<Vec<Tool>>)>);
+
+impl TrueScenes {
+    fn play(task: &Arc<Task>, starts: &[Snapshot], sequences: &[Vec<Action>]) -> Self {
+        let mut env = Environment::new(task.clone());
+        let play = |(start, actions): (&Snapshot, &Vec<Action>)| {
+            env.restore(start);
+            let (mut balls, mut tools) = (vec![start.ball()], Vec::new());
+            for &action in actions {
+                if env.step(action).is_err() {
+                    break;
+                }
+                balls.push(env.snapshot().ball());
+                tools.push(env.snapshot().world().tools().copied().collect());
+            }
+            (balls, tools)
+        };
+        Self(starts.iter().zip(sequences).map(play).collect())
+    }
+
+    /// Errors after 1, 2, ... actions, of the rollouts that lasted so long.
+    fn errors(&self, predictor: &dyn Predictor, horizon: usize) -> Result<Vec<Errors>, DynamicsError> {
+        let mut balls: Vec<BallState> = self.0.iter().map(|(balls, _)| balls[0]).collect();
+        let mut errors = Vec::new();
+        for action in 0..horizon {
+            let lasting: Vec<usize> = (0..self.0.len()).filter(|&scene| self.0[scene].1.len() > action).collect();
+            let tools: Vec<&[Tool]> = lasting.iter().map(|&scene| self.0[scene].1[action].as_slice()).collect();
+            let mut now: Vec<BallState> = lasting.iter().map(|&scene| balls[scene]).collect();
+            for _ in 0..STEPS_PER_ACTION / predictor.interval() {
+                now = predictor.advance(&now, &tools)?;
+            }
+            let real = lasting.iter().map(|&scene| &self.0[scene].0[action + 1]);
+            errors.push(Errors::between(now.iter().zip(real)));
+            lasting.iter().zip(&now).for_each(|(&scene, ball)| balls[scene] = *ball);
+        }
+        Ok(errors)
+    }
+}
+
+impl Hits {
+    fn count(pairs: impl Iterator<Item = (bool, bool)>) -> Self {
+        let mut hits = Self::default();
+        for (predicted, real) in pairs {
+            hits.rollouts += 1;
+            hits.true_positives += usize::from(predicted && real);
+            hits.false_positives += usize::from(predicted && !real);
+            hits.false_negatives += usize::from(!predicted && real);
+        }
+        let share = |others: usize| {
+            let all = hits.true_positives + others;
+            (all > 0).then(|| hits.true_positives as f64 / all as f64)
+        };
+        Self { precision: share(hits.false_positives), recall: share(hits.false_negatives), ..hits }
+    }
+}
