@@ -1,1 +1,16 @@
 //! The terminal: panes, widgets, key map, theme.
+
+mod action;
+mod chart;
+mod facts;
+mod key;
+mod keymap;
+mod metric;
+mod playback;
+mod raster;
+mod scene;
+#[cfg(unix)]
+mod signals;
+mod terminal;
+mod text_input;
+mod theme;

@@ -1,0 +1,198 @@
+//! Axes: scales, ticks, labels, and the way between values and cells.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+
+use super::range::Window;
+use crate::tui::raster::Dot;
+use crate::tui::theme::{Marker, Theme};
+
+/// How values become heights.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Scale {
+    /// In proportion.
+    #[default]
+    Linear,
+    /// By their decimal logarithm; values of 0 and below are gaps.
+    Log,
+}
+
+impl Scale {
+    /// The value on the scale; NaN if it has none there.
+    pub fn apply(self, value: f32) -> f32 {
+        match self {
+            Self::Linear => value,
+            Self::Log if value > 0.0 => value.log10(),
+            Self::Log => f32::NAN,
+        }
+    }
+
+    fn invert(self, scaled: f32) -> f32 {
+        match self {
+            Self::Linear => scaled,
+            Self::Log => 10f32.powf(scaled),
+        }
+    }
+}
+
+/// A plot area with its ranges; `y` is on the scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axes {
+    /// Cells of the plot, without labels.
+    pub plot: Rect,
+    /// Values at the left and the right edge.
+    pub x: Window,
+    /// Scaled values at the lower and the upper edge.
+    pub y: [f32; 2],
+    /// How values become heights.
+    pub scale: Scale,
+}
+
+/// Columns of the labels at the left.
+const GUTTER: u16 = 6;
+
+impl Axes {
+    /// Draws frame and labels into `area`; None if it is too small for a plot.
+    pub fn draw(area: Rect, x: Window, y: [f32; 2], scale: Scale, theme: &Theme, buffer: &mut Buffer) -> Option<Self> {
+        if area.width < GUTTER + 4 || area.height < 3 {
+            return None;
+        }
+        let plot = Rect { x: area.x + GUTTER, y: area.y, width: area.width - GUTTER, height: area.height - 1 };
+        let y = if y[1] > y[0] { y } else { [y[0] - 0.5, y[0] + 0.5] };
+        let axes = Self { plot, x, y, scale };
+        axes.draw_y(theme, buffer);
+        axes.draw_x(theme, buffer);
+        Some(axes)
+    }
+
+    fn draw_y(&self, theme: &Theme, buffer: &mut Buffer) {
+        let bar = if theme.marker == Marker::Ascii { "|" } else { "│" };
+        for row in self.plot.top()..self.plot.bottom() {
+            buffer.set_string(self.plot.x - 1, row, bar, theme.frame(false));
+        }
+        let rows = usize::from(self.plot.height);
+        let labels = if rows >= 9 {
+            5
+        } else if rows >= 5 {
+            3
+        } else {
+            2
+        };
+        for label in 0..labels {
+            let share = label as f32 / (labels - 1) as f32;
+            let row = self.plot.bottom() - 1 - (share * (rows - 1) as f32).round() as u16;
+            let value = self.scale.invert(self.y[0] + share * (self.y[1] - self.y[0]));
+            let text = format!("{:>width$}", number(value), width = usize::from(GUTTER) - 1);
+            buffer.set_stringn(self.plot.x - GUTTER, row, text, usize::from(GUTTER) - 1, theme.faint());
+        }
+    }
+
+    fn draw_x(&self, theme: &Theme, buffer: &mut Buffer) {
+        let y = self.plot.bottom();
+        let labels = (self.plot.width / 14).clamp(2, 6);
+        for label in 0..labels {
+            let share = f32::from(label) / f32::from(labels - 1);
+            let text = number((self.x.from + share * (self.x.to - self.x.from)).round());
+            let middle = f32::from(self.plot.x) + share * f32::from(self.plot.width - 1);
+            let start = (middle - text.len() as f32 / 2.0).round() as u16;
+            let start = start.clamp(self.plot.x, self.plot.right() - text.len() as u16);
+            buffer.set_string(start, y, text, theme.faint());
+        }
+    }
+
+    /// The dot of a value in a raster of `size` dots over the plot.
+    pub fn dot(&self, size: [f32; 2], x: f32, y: f32) -> Dot {
+        let across = (x - self.x.from) / (self.x.to - self.x.from).max(f32::EPSILON);
+        let up = (self.scale.apply(y) - self.y[0]) / (self.y[1] - self.y[0]);
+        [across * (size[0] - 1.0) + 0.5, (1.0 - up) * (size[1] - 1.0) + 0.5]
+    }
+
+    /// The x value in the middle of a column.
+    pub fn x_at(&self, column: u16) -> f32 {
+        let inside = column.clamp(self.plot.x, self.plot.right() - 1) - self.plot.x;
+        let share = (f32::from(inside) + 0.5) / f32::from(self.plot.width);
+        self.x.from + share * (self.x.to - self.x.from)
+    }
+
+    /// The y value in the middle of a row.
+    pub fn y_at(&self, row: u16) -> f32 {
+        let inside = row.clamp(self.plot.y, self.plot.bottom() - 1) - self.plot.y;
+        let share = 1.0 - (f32::from(inside) + 0.5) / f32::from(self.plot.height);
+        self.scale.invert(self.y[0] + share * (self.y[1] - self.y[0]))
+    }
+
+    /// The column of an x value, if it is shown.
+    pub fn column(&self, x: f32) -> Option<u16> {
+        let share = (x - self.x.from) / (self.x.to - self.x.from).max(f32::EPSILON);
+        let column = (share * f32::from(self.plot.width - 1)).round();
+        (0.0..f32::from(self.plot.width)).contains(&column).then(|| self.plot.x + column as u16)
+    }
+}
+
+/// A number in at most five characters.
+pub fn number(value: f32) -> String {
+    let size = value.abs();
+    if !value.is_finite() {
+        "-".to_owned()
+    } else if size == 0.0 {
+        "0".to_owned()
+    } else if size >= 1e6 || size < 1e-3 {
+        format!("{value:.0e}")
+    } else if size >= 1e4 {
+        format!("{:.0}k", value / 1e3)
+    } else {
+        let decimals = if size >= 100.0 || value.fract() == 0.0 {
+            0
+        } else if size >= 10.0 {
+            1
+        } else {
+            2
+        };
+        let decimals = if size < 0.1 { 3 } else { decimals };
+        let text = format!("{value:.decimals$}");
+        if text.len() > 5 { format!("{value:.0e}") } else { text }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        for (value, text) in [
+            (0.0, "0"),
+            (0.25, "0.25"),
+            (-0.05, "-5e-2"),
+            (0.012, "0.012"),
+            (12.34, "12.3"),
+            (1234.0, "1234"),
+            (12_345.0, "12k"),
+            (0.0001, "1e-4"),
+            (3.2e7, "3e7"),
+            (f32::NAN, "-"),
+        ] {
+            assert_eq!(number(value), text);
+            assert!(number(value).len() <= 5);
+        }
+    }
+
+    #[test]
+    fn values_and_cells_belong_together() {
+        let plot = Rect::new(10, 5, 50, 20);
+        let axes = Axes { plot, x: Window { from: 1.0, to: 100.0 }, y: [0.0, 1.0], scale: Scale::Linear };
+        for column in [10, 30, 59] {
+            assert_eq!(axes.column(axes.x_at(column)), Some(column));
+        }
+        assert!(axes.y_at(5) > 0.95 && axes.y_at(24) < 0.05);
+        assert_eq!(axes.column(200.0), None);
+        let dot = axes.dot([100.0, 80.0], 1.0, 1.0);
+        assert_eq!(dot, [0.5, 0.5]);
+    }
+
+    #[test]
+    fn logarithms_have_gaps_at_zero_and_below() {
+        assert!(Scale::Log.apply(0.0).is_nan() && Scale::Log.apply(-1.0).is_nan());
+        assert_eq!(Scale::Log.apply(100.0), 2.0);
+    }
+}

@@ -1,0 +1,130 @@
+//! Keys as people write them: `q`, `ctrl-s`, `shift-left`, `space`, `f2`.
+
+use std::fmt;
+use std::str::FromStr;
+
+use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+
+/// A key with its modifiers, in one canonical form.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd)]
+pub struct Key {
+    code: KeyCode,
+    modifiers: KeyModifiers,
+}
+
+/// A text that is no key.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "unknown key `{0}`: write a character, or space, enter, esc, tab, left, f1 and so on, with ctrl-, alt- or shift- before it"
+)]
+pub struct KeyError(String);
+
+const NAMED: [(&str, KeyCode); 15] = [
+    ("space", KeyCode::Char(' ')),
+    ("enter", KeyCode::Enter),
+    ("esc", KeyCode::Esc),
+    ("tab", KeyCode::Tab),
+    ("backtab", KeyCode::BackTab),
+    ("backspace", KeyCode::Backspace),
+    ("delete", KeyCode::Delete),
+    ("left", KeyCode::Left),
+    ("right", KeyCode::Right),
+    ("up", KeyCode::Up),
+    ("down", KeyCode::Down),
+    ("home", KeyCode::Home),
+    ("end", KeyCode::End),
+    ("pageup", KeyCode::PageUp),
+    ("pagedown", KeyCode::PageDown),
+];
+
+impl Key {
+    /// The canonical form: a character already says whether shift was held.
+    pub fn new(code: KeyCode, modifiers: KeyModifiers) -> Self {
+        let kept = match code {
+            KeyCode::Char(_) | KeyCode::BackTab => KeyModifiers::CONTROL | KeyModifiers::ALT,
+            _ => KeyModifiers::CONTROL | KeyModifiers::ALT | KeyModifiers::SHIFT,
+        };
+        Self { code, modifiers: modifiers & kept }
+    }
+
+    /// The key as an event.
+    pub fn event(self) -> KeyEvent {
+        KeyEvent::new(self.code, self.modifiers)
+    }
+}
+
+impl From<KeyEvent> for Key {
+    fn from(event: KeyEvent) -> Self {
+        Self::new(event.code, event.modifiers)
+    }
+}
+
+impl FromStr for Key {
+    type Err = KeyError;
+
+    fn from_str(text: &str) -> Result<Self, KeyError> {
+        let mut modifiers = KeyModifiers::NONE;
+        let mut rest = text;
+        while let Some((modifier, after)) =
+            [("ctrl-", KeyModifiers::CONTROL), ("alt-", KeyModifiers::ALT), ("shift-", KeyModifiers::SHIFT)]
+                .into_iter()
+                .find_map(|(prefix, modifier)| Some((modifier, rest.strip_prefix(prefix)?)))
+                .filter(|(_, after)| !after.is_empty())
+        {
+            modifiers |= modifier;
+            rest = after;
+        }
+        let mut characters = rest.chars();
+        let code = match (characters.next(), characters.next()) {
+            (Some(c), None) => Some(KeyCode::Char(c)),
+            (Some('f'), Some('0'..='9')) => rest[1..].parse().ok().filter(|n| (1..=12).contains(n)).map(KeyCode::F),
+            _ => NAMED.into_iter().find(|(name, _)| *name == rest).map(|(_, code)| code),
+        };
+        code.map(|code| Self::new(code, modifiers)).ok_or_else(|| KeyError(text.to_owned()))
+    }
+}
+
+impl fmt::Display for Key {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (modifier, prefix) in
+            [(KeyModifiers::CONTROL, "ctrl-"), (KeyModifiers::ALT, "alt-"), (KeyModifiers::SHIFT, "shift-")]
+        {
+            if self.modifiers.contains(modifier) {
+                f.write_str(prefix)?;
+            }
+        }
+        match (NAMED.iter().find(|(_, code)| *code == self.code), self.code) {
+            (Some((name, _)), _) => f.write_str(name),
+            (None, KeyCode::Char(c)) => write!(f, "{c}"),
+            (None, KeyCode::F(n)) => write!(f, "f{n}"),
+            (None, other) => write!(f, "{other:?}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_form_round_trips() {
+        for text in ["q", "Q", ":", "+", "-", "ctrl--", "ctrl-s", "shift-left", "alt-enter", "space", "f12", "backtab"]
+        {
+            assert_eq!(text.parse::<Key>().unwrap().to_string(), text);
+        }
+    }
+
+    #[test]
+    fn a_shifted_character_is_that_character() {
+        let typed = KeyEvent::new(KeyCode::Char('?'), KeyModifiers::SHIFT);
+        assert_eq!(Key::from(typed), "?".parse().unwrap());
+    }
+
+    #[test]
+    fn mistakes_are_named() {
+        for text in ["", "f13", "f0", "ctrl-", "hyper-x", "enterr"] {
+            let error = text.parse::<Key>().unwrap_err().to_string();
+            assert!(error.contains(&format!("unknown key `{text}`")), "{error}");
+        }
+    }
+}

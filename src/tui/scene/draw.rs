@@ -1,0 +1,383 @@
+//! Drawing the scene, from the back to the front.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::{Color, Modifier, Style};
+
+use super::object::{Object, corners};
+use super::view::View;
+use crate::env::{Action, Placement};
+use crate::guidance::ActionPrior;
+use crate::task::Task;
+use crate::trainer::Source;
+use crate::tui::playback::Moment;
+use crate::tui::raster::{Dot, Raster};
+use crate::tui::theme::{Depth, Marker, Theme};
+
+/// What to show over the scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Overlays {
+    /// Means and one- and two-sigma ellipses of the action clusters.
+    pub clusters: bool,
+    /// The rewarding actions behind the clusters.
+    pub samples: bool,
+    /// The critic's value of every action.
+    pub critic: bool,
+    /// Where the actor would place the tool.
+    pub actor: bool,
+    /// Only this stage's clusters; None for those of all stages.
+    pub stage: Option<usize>,
+}
+
+impl Default for Overlays {
+    fn default() -> Self {
+        Self { clusters: true, samples: false, critic: false, actor: false, stage: None }
+    }
+}
+
+/// Values of a function of actions on a square grid, the first row at the top.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Heat {
+    /// Rows and columns.
+    pub side: usize,
+    /// One value a grid cell, row by row.
+    pub values: Vec<f32>,
+}
+
+/// A tool held over the scene, not placed yet.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ghost {
+    /// Where, normalised.
+    pub action: Action,
+    /// What would become of it.
+    pub placement: Placement,
+    /// What the chosen model predicts for the ball, normalised.
+    pub predicted: Vec<[f32; 2]>,
+}
+
+/// Everything to be drawn.
+pub struct Content<'a> {
+    /// The task.
+    pub task: &'a Task,
+    /// What happens in it.
+    pub moment: &'a Moment,
+    /// What to show over it.
+    pub overlays: Overlays,
+    /// The action clusters; true if they no longer fit the task.
+    pub prior: Option<(&'a ActionPrior, bool)>,
+    /// The critic's value of every action.
+    pub heat: Option<&'a Heat>,
+    /// Where the actor would place the tool.
+    pub choice: Option<Action>,
+    /// The selected object.
+    pub selected: Option<Object>,
+    /// The tool in the person's hand.
+    pub ghost: Option<&'a Ghost>,
+}
+
+/// Draws the scene into the largest square of `area` and returns where it is.
+pub fn draw(content: &Content, area: Rect, theme: &Theme, buffer: &mut Buffer) -> View {
+    let view = View::fit(area);
+    let mut raster = Raster::new(view.area, theme.marker);
+    let mut painter = Painter { size: raster.size(), raster: &mut raster, theme };
+    painter.trail(content);
+    painter.clusters(content);
+    painter.tools(content);
+    painter.regions(content);
+    painter.ball(content);
+    painter.ghost(content);
+    raster.render(buffer);
+    if let Some(heat) = content.heat.filter(|_| content.overlays.critic) {
+        shade(heat, view, theme, buffer);
+    }
+    Labels { view, theme, buffer }.all(content);
+    view
+}
+
+struct Painter<'a> {
+    raster: &'a mut Raster,
+    size: [f32; 2],
+    theme: &'a Theme,
+}
+
+impl Painter<'_> {
+    fn dot(&self, position: [f32; 2]) -> Dot {
+        View::dot(self.size, position)
+    }
+
+    fn path(&mut self, path: &[[f32; 2]], colour: Color, every: usize) {
+        for position in path.iter().step_by(every) {
+            let dot = self.dot(*position);
+            self.raster.point(dot, colour);
+        }
+    }
+
+    fn trail(&mut self, content: &Content) {
+        self.path(&content.moment.trail, self.theme.trail, 2);
+    }
+
+    fn clusters(&mut self, content: &Content) {
+        let Some((prior, stale)) = content.prior else { return };
+        let shown = |stage: &usize| content.overlays.stage.is_none_or(|only| only == *stage);
+        for (index, stage) in prior.stages.iter().enumerate().filter(|(index, _)| shown(index)) {
+            let colour = if stale { self.theme.dim } else { self.theme.stage(index) };
+            if content.overlays.samples {
+                self.path(&stage.actions, colour, 1);
+            }
+            for cluster in stage.clusters.iter().filter(|_| content.overlays.clusters) {
+                let centre = self.dot(cluster.mean);
+                for sigmas in [1.0, 2.0] {
+                    let radii = [0, 1].map(|axis| sigmas * cluster.std[axis] / 2.0 * self.size[axis]);
+                    self.raster.ellipse(centre, radii, colour);
+                }
+            }
+        }
+    }
+
+    fn tool(&mut self, tool: &crate::physics::Tool, colour: Color, filled: bool) {
+        let corners: Vec<Dot> = corners(tool).into_iter().map(|corner| self.dot(corner)).collect();
+        if filled { self.raster.fill(&corners, colour) } else { self.raster.outline(&corners, colour) }
+    }
+
+    fn tools(&mut self, content: &Content) {
+        for tool in &content.task.tools {
+            self.tool(&tool.tool(), self.theme.tool, true);
+        }
+        for (action, source) in &content.moment.placed {
+            let colour = if *source == Source::Clusters { self.theme.stage(0) } else { self.theme.placed };
+            self.tool(&content.task.placeable.tool(*action), colour, true);
+        }
+        if let Some(action) = content.moment.blocked {
+            self.tool(&content.task.placeable.tool(action), self.theme.bad, false);
+        }
+    }
+
+    fn circle(&mut self, position: [f32; 2], radius: f32, colour: Color) {
+        let (centre, radii) = (self.dot(position), View::radii(self.size, radius));
+        self.raster.ellipse(centre, radii, colour);
+    }
+
+    fn regions(&mut self, content: &Content) {
+        for (index, subgoal) in content.task.subgoals.iter().enumerate() {
+            let reached = content.moment.reached.contains(&index);
+            let colour = if reached { self.theme.dim } else { self.theme.stage(index) };
+            self.circle(subgoal.position, subgoal.radius, colour);
+        }
+        let goal = content.task.goal;
+        self.circle(goal.position, goal.radius, self.theme.goal);
+        self.circle(goal.position, goal.radius * 0.75, self.theme.goal);
+    }
+
+    fn ball(&mut self, content: &Content) {
+        if let Some(marker) = &content.task.marker {
+            self.circle(marker.ball.position, marker.ball.radius, self.theme.ball);
+        }
+        let (centre, radii) = (self.dot(content.moment.ball), View::radii(self.size, content.task.ball.radius));
+        self.raster.disc(centre, radii, self.theme.ball);
+    }
+
+    fn ghost(&mut self, content: &Content) {
+        if let Some(choice) = content.choice.filter(|_| content.overlays.actor) {
+            self.tool(&content.task.placeable.tool(choice), self.theme.warn, false);
+        }
+        let Some(ghost) = content.ghost else { return };
+        self.path(&ghost.predicted, self.theme.accent, 1);
+        let free = ghost.placement == Placement::Placed;
+        let colour = if free { self.theme.good } else { self.theme.bad };
+        self.tool(&content.task.placeable.tool(ghost.action), colour, false);
+    }
+}
+
+/// Colours the background of every cell by the value of placing the tool there.
+fn shade(heat: &Heat, view: View, theme: &Theme, buffer: &mut Buffer) {
+    let finite = || heat.values.iter().copied().filter(|value| value.is_finite());
+    let (low, high) = (finite().fold(f32::MAX, f32::min), finite().fold(f32::MIN, f32::max));
+    let share = |value: f32| (value - low) / (high - low).max(f32::EPSILON);
+    for row in 0..view.area.height {
+        for column in 0..view.area.width {
+            let index = |at: u16, length: u16| usize::from(at) * heat.side / usize::from(length);
+            let at = index(row, view.area.height) * heat.side + index(column, view.area.width);
+            let (Some(value), Some(cell)) =
+                (heat.values.get(at), buffer.cell_mut((view.area.x + column, view.area.y + row)))
+            else {
+                continue;
+            };
+            if theme.depth == Depth::None || theme.marker == Marker::Ascii {
+                if cell.symbol() == " " {
+                    cell.set_char([' ', '.', ':', '+', '#'][(share(*value) * 4.0).clamp(0.0, 4.0) as usize]);
+                }
+            } else {
+                cell.set_bg(theme.heat(share(*value)));
+            }
+        }
+    }
+}
+
+struct Labels<'a> {
+    view: View,
+    theme: &'a Theme,
+    buffer: &'a mut Buffer,
+}
+
+impl Labels<'_> {
+    fn put(&mut self, position: [f32; 2], text: &str, style: Style) {
+        if let Some((x, y)) = self.view.cell(position) {
+            let room = usize::from(self.view.area.right() - x);
+            self.buffer.set_stringn(x, y, text, room, style);
+        }
+    }
+
+    fn all(&mut self, content: &Content) {
+        let unicode = self.theme.marker != Marker::Ascii;
+        let bold = |colour: Color| Style::new().fg(colour).add_modifier(Modifier::BOLD);
+        for (index, subgoal) in content.task.subgoals.iter().enumerate() {
+            let reached = content.moment.reached.contains(&index);
+            let mark = if unicode { "✓".to_owned() } else { "v".to_owned() };
+            let text = if reached { mark } else { (index + 1).to_string() };
+            let colour = if reached { self.theme.good } else { self.theme.stage(index) };
+            self.put(subgoal.position, &text, bold(colour));
+        }
+        let goal = match (content.moment.goal, unicode) {
+            (true, true) => "★",
+            (true, false) => "*",
+            (false, _) => "G",
+        };
+        self.put(content.task.goal.position, goal, bold(self.theme.goal));
+        self.means(content, if unicode { "+" } else { "x" });
+        if self.theme.marker == Marker::Ascii || self.view.area.height < 12 {
+            self.put(content.moment.ball, "o", bold(self.theme.ball));
+        }
+        self.selection(content);
+    }
+
+    fn means(&mut self, content: &Content, mark: &str) {
+        let Some((prior, stale)) = content.prior.filter(|_| content.overlays.clusters) else { return };
+        for (index, stage) in prior.stages.iter().enumerate() {
+            if content.overlays.stage.is_none_or(|only| only == index) {
+                let colour = if stale { self.theme.dim } else { self.theme.stage(index) };
+                for cluster in &stage.clusters {
+                    self.put(cluster.mean, mark, Style::new().fg(colour));
+                }
+            }
+        }
+    }
+
+    /// Brackets around the selected object, and its name.
+    fn selection(&mut self, content: &Content) {
+        let Some(object) = content.selected.filter(|object| object.is_in(content.task)) else { return };
+        let Some((x, y)) = object.position(content.task).and_then(|position| self.view.cell(position)) else { return };
+        let style = self.theme.strong().add_modifier(Modifier::REVERSED);
+        let area = self.view.area;
+        let name = object.name(content.task);
+        let reach = 1 + (object.size(content.task).unwrap_or(0.0) / 42.0 * f32::from(area.height) / 1.0) as u16;
+        if x >= area.x + reach {
+            self.buffer.set_string(x - reach, y, "[", style);
+        }
+        if x + reach < area.right() {
+            self.buffer.set_string(x + reach, y, "]", style);
+        }
+        let below = y + reach / 2 + 1;
+        let row = if below < area.bottom() { below } else { y.saturating_sub(reach / 2 + 1).max(area.y) };
+        let start = (x + 1).saturating_sub(name.len() as u16 / 2).clamp(area.x, area.right().max(1) - 1);
+        self.buffer.set_stringn(start, row, &name, usize::from(area.right() - start), style);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::guidance::{Cluster, GuidanceConfig, StagePrior};
+    use crate::tui::theme::Palette;
+
+    fn theme() -> Theme {
+        Theme::new(Palette::Dark, Depth::True, Marker::Braille)
+    }
+
+    fn drawn<'a>(change: impl FnOnce(&mut Content<'a>)) -> (Buffer, View) {
+        let task: &Task = Box::leak(Box::new(crate::task::load("task1").unwrap()));
+        let moment: &Moment = Box::leak(Box::new(Moment { ball: task.ball.position, ..Moment::default() }));
+        let mut content = Content {
+            task,
+            moment,
+            overlays: Overlays::default(),
+            prior: None,
+            heat: None,
+            choice: None,
+            selected: None,
+            ghost: None,
+        };
+        change(&mut content);
+        let area = Rect::new(0, 0, 80, 40);
+        let mut buffer = Buffer::empty(area);
+        let view = draw(&content, area, &theme(), &mut buffer);
+        (buffer, view)
+    }
+
+    fn colour_at(buffer: &Buffer, view: View, position: [f32; 2]) -> Color {
+        buffer[view.cell(position).unwrap()].fg
+    }
+
+    #[test]
+    fn things_are_where_they_are_in_their_colour() {
+        let (buffer, view) = drawn(|_| {});
+        assert_eq!(colour_at(&buffer, view, [0.25, 0.8]), theme().ball);
+        assert_eq!(colour_at(&buffer, view, [0.25, -0.85]), theme().tool);
+        assert_eq!(buffer[view.cell([0.0, 0.2]).unwrap()].symbol(), "1");
+        assert_eq!(buffer[view.cell([-0.6, -0.2]).unwrap()].symbol(), "G");
+        assert_eq!(colour_at(&buffer, view, [-0.9, 0.9]), Color::Reset);
+    }
+
+    #[test]
+    fn clusters_have_their_stages_colour_and_are_greyed_when_stale() {
+        let cluster = Cluster { mean: [-0.5, 0.5], std: [0.1, 0.1], weight: 1.0, count: 3 };
+        let stage = StagePrior { clusters: vec![cluster], ..StagePrior::default() };
+        let config = GuidanceConfig::default();
+        let prior = ActionPrior {
+            version: 1,
+            task: "task1".into(),
+            model: "true".into(),
+            seed: 0,
+            config,
+            stages: vec![stage],
+        };
+        let edge = [-0.4, 0.5];
+        let (buffer, view) = drawn(|content| content.prior = Some((&prior, false)));
+        assert_eq!(colour_at(&buffer, view, edge), theme().stage(0));
+        let (buffer, view) = drawn(|content| content.prior = Some((&prior, true)));
+        assert_eq!(colour_at(&buffer, view, edge), theme().dim);
+        let (buffer, view) = drawn(|content| {
+            content.prior = Some((&prior, false));
+            content.overlays.stage = Some(1);
+        });
+        assert_eq!(colour_at(&buffer, view, edge), Color::Reset);
+    }
+
+    #[test]
+    fn the_heat_map_colours_the_background_from_low_to_high() {
+        let heat = Heat { side: 2, values: vec![0.0, 1.0, 2.0, f32::NAN] };
+        let (buffer, view) = drawn(|content| {
+            content.heat = Some(&heat);
+            content.overlays.critic = true;
+        });
+        let background = |position| buffer[view.cell(position).unwrap()].bg;
+        assert_eq!(background([-0.5, 0.5]), theme().heat(0.0));
+        assert_eq!(background([0.5, 0.5]), theme().heat(0.5));
+        assert_eq!(background([-0.5, -0.5]), theme().heat(1.0));
+    }
+
+    #[test]
+    fn the_selected_object_is_named() {
+        let (buffer, _) = drawn(|content| content.selected = Some(Object::Subgoal(0)));
+        let text: String = buffer.content.iter().map(|cell| cell.symbol()).collect();
+        assert!(text.contains("subgoal 1"));
+    }
+
+    #[test]
+    fn a_tool_in_hand_says_whether_it_fits() {
+        for (placement, colour) in [(Placement::Placed, theme().good), (Placement::Collision, theme().bad)] {
+            let ghost = Ghost { action: [0.6, 0.0], placement, predicted: vec![] };
+            let (buffer, view) = drawn(|content| content.ghost = Some(&ghost));
+            assert_eq!(colour_at(&buffer, view, [0.6 - 4.0 / 42.0 + 0.01, 0.0]), colour);
+        }
+    }
+}

@@ -1,0 +1,9 @@
+//! The scene in cells: the task to scale, what happens in it and what lies over it.
+
+mod draw;
+mod object;
+mod view;
+
+pub use draw::{Content, Ghost, Heat, Overlays, draw};
+pub use object::Object;
+pub use view::View;

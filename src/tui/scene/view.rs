@@ -1,0 +1,86 @@
+//! From normalised positions to dots and from cells back.
+
+use ratatui::layout::Rect;
+
+use crate::physics::SCREEN;
+use crate::tui::raster::Dot;
+
+/// The square part of an area in which the scene is drawn: a cell is about twice as
+/// high as wide, so it has twice as many columns as rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct View {
+    /// Cells of the scene.
+    pub area: Rect,
+}
+
+impl View {
+    /// The largest square in the middle of `within`.
+    pub fn fit(within: Rect) -> Self {
+        let rows = within.height.min(within.width / 2);
+        let columns = 2 * rows;
+        let area = Rect {
+            x: within.x + (within.width - columns) / 2,
+            y: within.y + (within.height - rows) / 2,
+            width: columns,
+            height: rows,
+        };
+        Self { area }
+    }
+
+    /// The dot of a normalised position, of a raster with `size` dots over the area.
+    pub fn dot(size: [f32; 2], position: [f32; 2]) -> Dot {
+        [(position[0] + 1.0) / 2.0 * size[0], (1.0 - position[1]) / 2.0 * size[1]]
+    }
+
+    /// Radii in dots of a circle with a radius in units.
+    pub fn radii(size: [f32; 2], radius: f32) -> [f32; 2] {
+        size.map(|dots| radius / SCREEN * dots)
+    }
+
+    /// The cell of a normalised position, if it is inside.
+    pub fn cell(&self, position: [f32; 2]) -> Option<(u16, u16)> {
+        let [x, y] = Self::dot([f32::from(self.area.width), f32::from(self.area.height)], position);
+        let inside = x >= 0.0 && y >= 0.0 && x < f32::from(self.area.width) && y < f32::from(self.area.height);
+        inside.then(|| (self.area.x + x as u16, self.area.y + y as u16))
+    }
+
+    /// The normalised position of a cell's middle, if the cell is inside.
+    pub fn position(&self, column: u16, row: u16) -> Option<[f32; 2]> {
+        self.area.contains((column, row).into()).then(|| self.nearest(column, row))
+    }
+
+    /// The normalised position of a cell's middle; cells outside count as the nearest.
+    pub fn nearest(&self, column: u16, row: u16) -> [f32; 2] {
+        let share = |at: u16, start: u16, length: u16| {
+            let inside = at.clamp(start, start + length.saturating_sub(1)) - start;
+            (f32::from(inside) + 0.5) / f32::from(length.max(1))
+        };
+        let x = share(column, self.area.x, self.area.width);
+        let y = share(row, self.area.y, self.area.height);
+        [2.0 * x - 1.0, 1.0 - 2.0 * y]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_scene_is_square_and_in_the_middle() {
+        assert_eq!(View::fit(Rect::new(0, 0, 100, 20)).area, Rect::new(30, 0, 40, 20));
+        assert_eq!(View::fit(Rect::new(2, 3, 40, 50)).area, Rect::new(2, 18, 40, 20));
+        assert_eq!(View::fit(Rect::new(0, 0, 0, 0)).area.area(), 0);
+    }
+
+    #[test]
+    fn a_cell_and_its_position_belong_together() {
+        let view = View::fit(Rect::new(5, 7, 60, 30));
+        for (column, row) in [(5, 7), (64, 36), (30, 20)] {
+            let position = view.position(column, row).unwrap();
+            assert_eq!(view.cell(position), Some((column, row)));
+        }
+        assert_eq!(view.position(4, 7), None);
+        assert_eq!(view.nearest(0, 0), view.position(5, 7).unwrap());
+        assert!(view.position(5, 7).unwrap()[1] > 0.9, "the first row is at the top");
+    }
+}

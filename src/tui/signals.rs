@@ -1,0 +1,79 @@
+//! Signals as values that the event loop reads.
+
+use std::io;
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+
+use signal_hook::consts::{SIGCONT, SIGHUP, SIGINT, SIGTERM, SIGTSTP};
+use signal_hook::iterator::{Handle, Signals};
+
+use super::terminal;
+
+/// What a signal asks of the workbench.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Request {
+    /// Leave in good order; the number of the signal.
+    Quit(i32),
+    /// Give the terminal back and stop.
+    Suspend,
+    /// The process goes on after a stop: take the terminal again.
+    Continue,
+}
+
+/// Listens for signals until it is dropped.
+pub struct Listener {
+    requests: Receiver<Request>,
+    handle: Handle,
+}
+
+impl Listener {
+    /// Starts to listen. A second request to quit does not wait for the first: it
+    /// restores the terminal and ends the process at once.
+    ///
+    /// # Errors
+    /// When the system refuses the handlers.
+    pub fn start() -> io::Result<Self> {
+        let mut signals = Signals::new([SIGTERM, SIGINT, SIGHUP, SIGTSTP, SIGCONT])?;
+        let handle = signals.handle();
+        let (sender, requests) = channel();
+        thread::Builder::new().name("signals".to_owned()).spawn(move || {
+            let mut asked_to_quit = false;
+            for signal in signals.forever() {
+                let request = match signal {
+                    SIGTSTP => Request::Suspend,
+                    SIGCONT => Request::Continue,
+                    _ if asked_to_quit => {
+                        terminal::leave();
+                        std::process::exit(128 + signal);
+                    }
+                    _ => Request::Quit(signal),
+                };
+                asked_to_quit |= matches!(request, Request::Quit(_));
+                if sender.send(request).is_err() {
+                    return;
+                }
+            }
+        })?;
+        Ok(Self { requests, handle })
+    }
+
+    /// The next request, if there is one.
+    pub fn next(&self) -> Option<Request> {
+        self.requests.try_recv().ok()
+    }
+}
+
+impl Drop for Listener {
+    fn drop(&mut self) {
+        self.handle.close();
+    }
+}
+
+/// Stops the whole foreground job, as the terminal's own Ctrl-Z would: a program that
+/// waits for this one stops too, and the shell gets its prompt back.
+///
+/// # Errors
+/// When the system refuses.
+pub fn stop_job() -> io::Result<()> {
+    rustix::process::kill_current_process_group(rustix::process::Signal::TSTP).map_err(io::Error::from)
+}

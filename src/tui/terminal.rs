@@ -1,0 +1,193 @@
+//! Taking over the terminal and giving it back, on every way out.
+//!
+//! Raw mode, alternate screen, mouse capture, bracketed paste and cursor are one state:
+//! all on or all off. [`leave`] may be called any number of times, from any thread.
+
+use std::io::{self, BufWriter, IsTerminal, Stdout, Write};
+use std::panic;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, Once, PoisonError};
+use std::thread;
+
+use crossterm::cursor::{Hide, Show};
+use crossterm::event::{DisableBracketedPaste, DisableMouseCapture, EnableBracketedPaste, EnableMouseCapture};
+use crossterm::terminal::{
+    BeginSynchronizedUpdate, EndSynchronizedUpdate, EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode,
+    enable_raw_mode,
+};
+use crossterm::{execute, queue};
+use ratatui::backend::CrosstermBackend;
+use ratatui::{Frame, Terminal};
+
+/// Whether the terminal is ours at the moment.
+static ACTIVE: AtomicBool = AtomicBool::new(false);
+/// Panics of other threads, held back while the screen is ours.
+static PANICS: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+/// The terminal cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum TerminalError {
+    /// Standard output or input goes elsewhere.
+    #[error(
+        "the workbench needs a terminal: without one use `mge script FILE`, `mge train TASK`, `mge reproduce --quick` or another command of `mge help`"
+    )]
+    NotATerminal,
+    /// Reading or writing failed.
+    #[error("the terminal: {0}")]
+    Io(#[from] io::Error),
+}
+
+/// The terminal while it shows the workbench; dropping it restores the terminal.
+pub struct Screen {
+    terminal: Terminal<CrosstermBackend<BufWriter<Stdout>>>,
+    mouse: bool,
+}
+
+impl Screen {
+    /// Takes over the terminal.
+    ///
+    /// # Errors
+    /// When standard input or output is no terminal, or it refuses.
+    pub fn open(mouse: bool) -> Result<Self, TerminalError> {
+        if !io::stdout().is_terminal() || !io::stdin().is_terminal() {
+            return Err(TerminalError::NotATerminal);
+        }
+        restore_on_panic();
+        enter(mouse)?;
+        // From here on a failure must not keep the terminal.
+        let guard = Restore;
+        let backend = CrosstermBackend::new(BufWriter::with_capacity(1 << 16, io::stdout()));
+        let terminal = Terminal::new(backend)?;
+        std::mem::forget(guard);
+        Ok(Self { terminal, mouse })
+    }
+
+    /// Draws a frame in one synchronised update.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn draw(&mut self, render: impl FnOnce(&mut Frame)) -> io::Result<()> {
+        queue!(self.terminal.backend_mut(), BeginSynchronizedUpdate)?;
+        self.terminal.draw(render)?;
+        execute!(self.terminal.backend_mut(), EndSynchronizedUpdate)
+    }
+
+    /// Switches mouse capture, so that the terminal's own selection works without it.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn set_mouse(&mut self, mouse: bool) -> io::Result<()> {
+        self.mouse = mouse;
+        if mouse { execute!(io::stdout(), EnableMouseCapture) } else { execute!(io::stdout(), DisableMouseCapture) }
+    }
+
+    /// Asks the terminal to put `text` on the clipboard (OSC 52).
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn copy(&mut self, text: &str) -> io::Result<()> {
+        execute!(io::stdout(), crossterm::clipboard::CopyToClipboard::to_clipboard_from(text))
+    }
+
+    /// Writes bytes past the cell buffer: pictures of terminals that can show them.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn write_raw(&mut self, bytes: &[u8]) -> io::Result<()> {
+        let writer = self.terminal.backend_mut();
+        writer.write_all(bytes)?;
+        Write::flush(writer)
+    }
+
+    /// Gives the terminal back and stops the process until the shell continues it.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    #[cfg(unix)]
+    pub fn suspend(&mut self) -> io::Result<()> {
+        leave();
+        signal_hook::low_level::emulate_default_handler(signal_hook::consts::SIGTSTP)?;
+        self.reenter()
+    }
+
+    /// Takes the terminal over again and draws everything anew.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn reenter(&mut self) -> io::Result<()> {
+        leave();
+        enter(self.mouse)?;
+        self.terminal.clear()
+    }
+}
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        leave();
+        for panic in take_panics() {
+            eprintln!("{panic}");
+        }
+    }
+}
+
+struct Restore;
+
+impl Drop for Restore {
+    fn drop(&mut self) {
+        leave();
+    }
+}
+
+fn enter(mouse: bool) -> io::Result<()> {
+    ACTIVE.store(true, Ordering::SeqCst);
+    let entered = enable_raw_mode().and_then(|()| {
+        execute!(io::stdout(), EnterAlternateScreen, EnableBracketedPaste, Hide)?;
+        if mouse { execute!(io::stdout(), EnableMouseCapture) } else { Ok(()) }
+    });
+    if entered.is_err() {
+        leave();
+    }
+    entered
+}
+
+/// Restores the terminal if it is ours; otherwise does nothing.
+pub fn leave() {
+    if ACTIVE.swap(false, Ordering::SeqCst) {
+        // Each part is tried even if another fails; there is nobody left to tell.
+        let _ = execute!(
+            io::stdout(),
+            EndSynchronizedUpdate,
+            DisableMouseCapture,
+            DisableBracketedPaste,
+            LeaveAlternateScreen,
+            Show
+        );
+        let _ = disable_raw_mode();
+    }
+}
+
+/// Panics of other threads since the last call, one line each.
+pub fn take_panics() -> Vec<String> {
+    std::mem::take(&mut *PANICS.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
+/// A panic of the screen's own thread restores the terminal before its message is
+/// printed. One of another thread fails that thread's work only: its message waits,
+/// so that it does not tear the screen.
+fn restore_on_panic() {
+    static ONCE: Once = Once::new();
+    let screen_thread = thread::current().id();
+    ONCE.call_once(|| {
+        let previous = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            if thread::current().id() == screen_thread || !ACTIVE.load(Ordering::SeqCst) {
+                leave();
+                previous(info);
+            } else {
+                let name = thread::current().name().unwrap_or("unnamed").to_owned();
+                let line = format!("thread `{name}` {info}").replace('\n', " ");
+                PANICS.lock().unwrap_or_else(PoisonError::into_inner).push(line);
+            }
+        }));
+    });
+}
