@@ -72,8 +72,11 @@ impl Figure for Ablation {
         if self.variants.is_empty() {
             return canvas.nothing(page, "no variants");
         }
-        let rect =
-            note(canvas, page, &format!("{}. Dashed: {}.", self.statistics.caption("bars"), self.variants[0].label))?;
+        let rect = note(
+            canvas,
+            page,
+            &format!("{}. Dashed: {}.", self.statistics.caption("error bars"), self.variants[0].label),
+        )?;
         let rows = self.variants.len();
         let ticks = self.variants.iter().enumerate().map(|(n, variant)| ((rows - n) as f64, variant.label.clone()));
         let y = Axis::with_ticks("", 0.4, rows as f64 + 0.6, ticks.collect());

@@ -4,11 +4,11 @@ use serde::{Deserialize, Serialize};
 
 use super::canvas::{Canvas, Pen};
 use super::geometry::ellipse;
-use super::layout::{Mark, legend, note};
+use super::layout::{LEGEND, Mark, NOTE, legend, note, squares_height};
 use super::scene::{Position, SceneView};
-use super::style::{DOUBLE_COLUMN, GREEN, INK, MARGIN, WHITE, faded, stage_color};
+use super::style::{Color, DOUBLE_COLUMN, GREEN, INK, MARGIN, WHITE, faded, stage_color};
 use super::table::{Table, cell32};
-use super::tasks::{cells, heading, height, rows};
+use super::tasks::{COLUMNS, cells, heading};
 use super::{Figure, FigureError};
 use crate::task::Task;
 
@@ -62,17 +62,12 @@ impl TaskActions {
                 draw_cluster(view, canvas, cluster, stage_color(n, self.stages.len()))?;
             }
         }
-        Ok(())
+        view.names(&self.task)
     }
 }
 
 /// A cross at the mean, ellipses at one and two standard deviations.
-fn draw_cluster(
-    view: &SceneView<'_>,
-    canvas: &Canvas<'_>,
-    cluster: &Cluster,
-    color: super::style::Color,
-) -> Result<(), FigureError> {
+fn draw_cluster(view: &SceneView<'_>, canvas: &Canvas<'_>, cluster: &Cluster, color: Color) -> Result<(), FigureError> {
     let center = view.at(cluster.mean);
     let edge = view.at([cluster.mean[0] + cluster.std[0], cluster.mean[1] + cluster.std[1]]);
     let radii = [edge[0] - center[0], center[1] - edge[1]];
@@ -98,7 +93,7 @@ impl Figure for ActionSamples {
     }
 
     fn size(&self) -> [f64; 2] {
-        [DOUBLE_COLUMN, height(rows(self.tasks.len()), 34.0)]
+        [DOUBLE_COLUMN, squares_height(self.tasks.len(), COLUMNS, LEGEND + 2.0 * NOTE)]
     }
 
     fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {

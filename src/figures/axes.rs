@@ -13,6 +13,11 @@ use super::style::{
 
 type Drawn = Result<(), FigureError>;
 
+/// Width of an upright label left of a plot.
+pub const Y_LABEL: f64 = 1.5 * LABEL_SIZE;
+/// Height of a label below a plot.
+pub const X_LABEL: f64 = 1.4 * LABEL_SIZE;
+
 /// One axis: what it measures, its range and its ticks.
 #[derive(Debug, Clone)]
 pub struct Axis {
@@ -148,9 +153,9 @@ impl<'c> Plot<'c> {
     /// # Errors
     /// When the backend fails.
     pub fn new(canvas: &'c Canvas<'c>, outer: Rect, frame: &Frame<'_>, x: Axis, y: Axis) -> Result<Self, FigureError> {
-        let widest = y.ticks.iter().map(|(_, text)| Type::SMALL.width(text)).fold(0.0, f64::max);
-        let left = TICK_LENGTH + 2.0 + widest + if y.label.is_empty() { 0.0 } else { 1.5 * LABEL_SIZE };
-        let below = TICK_LENGTH + 1.4 * SMALL_SIZE + if x.label.is_empty() { 0.0 } else { 1.4 * LABEL_SIZE };
+        let widest = y.ticks.iter().map(|(_, text)| Type::SMALL.width(text)).fold(Type::SMALL.width("0.00"), f64::max);
+        let left = TICK_LENGTH + 2.0 + widest + if y.label.is_empty() { 0.0 } else { Y_LABEL };
+        let below = TICK_LENGTH + 1.4 * SMALL_SIZE + if x.label.is_empty() { 0.0 } else { X_LABEL };
         let above = if frame.title.is_empty() { 0.4 * SMALL_SIZE } else { 1.6 * TITLE_SIZE };
         let mut rect = outer.cut(left, above, 0.4 * SMALL_SIZE, below);
         if frame.square {
@@ -219,12 +224,12 @@ impl<'c> Plot<'c> {
         Ok(())
     }
 
-    /// The band between two lines, with gaps where either is not finite.
+    /// The band around a line, with gaps where the line or either end is not finite.
     ///
     /// # Errors
     /// When the backend fails.
-    pub fn band(&self, xs: &[f64], low: &[f64], high: &[f64], color: Color) -> Drawn {
-        for run in finite_runs(xs, &[low, high]) {
+    pub fn band(&self, xs: &[f64], [ys, low, high]: [&[f64]; 3], color: Color) -> Drawn {
+        for run in finite_runs(xs, &[ys, low, high]) {
             // One polygon a run: translucent slices would show their seams.
             let (mut upper, mut lower) = (Vec::new(), Vec::new());
             for n in run {

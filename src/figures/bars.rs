@@ -26,7 +26,7 @@ struct Placed<'b> {
     left: f64,
 }
 
-/// Draws clusters of bars side by side, with `integers` above the bars when they are counts.
+/// Draws clusters of bars side by side, with the numbers above the bars when they are `counts`.
 ///
 /// # Errors
 /// When the backend fails.
@@ -59,12 +59,13 @@ pub fn grouped_bars(
     let axes = [Axis::with_ticks("", 0.0, end, Vec::new()), Axis::from_zero(label, values, 6)];
     let [horizontal, vertical] = axes;
     let plot = Plot::new(canvas, rect, &frame, horizontal, vertical)?;
+    let mut taken = Vec::new();
     for member in &placed {
         for (n, bar) in member.bars.iter().enumerate() {
             let x = member.left + n as f64 + 0.5;
             plot.bar(x, 0.92, *bar, series_color(n))?;
             if counts {
-                write_count(canvas, &plot, x, *bar)?;
+                write_count(canvas, &plot, x, *bar, &mut taken)?;
             }
         }
         let [x, y] =
@@ -75,17 +76,25 @@ pub fn grouped_bars(
     names.into_iter().try_for_each(|(x, name)| canvas.text([plot.at(x, 0.0)[0], line], name, Type::SMALL.centered()))
 }
 
-/// The count above its bar, where it fits: bars too low to be seen are still read.
-fn write_count(canvas: &Canvas<'_>, plot: &Plot<'_>, x: f64, bar: Estimate) -> Result<(), FigureError> {
+/// The count above its bar, unless it would cover one written before.
+fn write_count(
+    canvas: &Canvas<'_>,
+    plot: &Plot<'_>,
+    x: f64,
+    bar: Estimate,
+    taken: &mut Vec<Rect>,
+) -> Result<(), FigureError> {
     if !bar.value.is_finite() {
         return Ok(());
     }
     let look = Type { size: 0.85 * SMALL_SIZE, ..Type::SMALL.centered() };
     let text = number(bar.value, 0);
-    let room = plot.at(1.0, 0.0)[0] - plot.at(0.0, 0.0)[0];
-    if look.width(&text) > 1.1 * room {
+    let [x, y] = plot.at(x, if bar.has_interval() { bar.high } else { bar.value });
+    let (half, y) = (look.width(&text) / 2.0, y - 0.7 * SMALL_SIZE);
+    let place = Rect::new(x - half, y - 0.4 * look.size, x + half, y + 0.4 * look.size);
+    if taken.iter().any(|other| other.overlaps(&place)) {
         return Ok(());
     }
-    let [x, y] = plot.at(x, if bar.has_interval() { bar.high } else { bar.value });
-    canvas.text([x, y - 0.7 * SMALL_SIZE], &text, look)
+    taken.push(place);
+    canvas.text([x, y], &text, look)
 }

@@ -5,14 +5,14 @@ use std::fmt::Display;
 
 use plotters::coord::Shift;
 use plotters::drawing::DrawingArea;
-use plotters::element::{PathElement, Polygon, Text as TextElement};
+use plotters::element::{Circle, PathElement, Polygon, Text as TextElement};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color as _, FontDesc, FontFamily, FontStyle, FontTransform, ShapeStyle, TextStyle};
 use plotters_backend::DrawingBackend;
 
 use super::FigureError;
 use super::font;
-use super::geometry::{Point, Rect, circle, dashes};
+use super::geometry::{Point, Rect, dashes};
 use super::raster::PLOTTERS_EM;
 use super::style::{Color, GREY, GRID, INK, LABEL_SIZE, SMALL_SIZE, TITLE_SIZE};
 
@@ -24,6 +24,7 @@ pub trait Surface {
     fn extent(&self) -> (u32, u32);
     fn path(&self, points: Vec<(i32, i32)>, style: ShapeStyle) -> Drawn;
     fn polygon(&self, points: Vec<(i32, i32)>, style: ShapeStyle) -> Drawn;
+    fn disc(&self, center: (i32, i32), radius: u32, style: ShapeStyle) -> Drawn;
     fn text(&self, text: &str, at: (i32, i32), style: TextStyle<'_>) -> Drawn;
 }
 
@@ -38,6 +39,10 @@ impl<DB: DrawingBackend> Surface for DrawingArea<DB, Shift> {
 
     fn polygon(&self, points: Vec<(i32, i32)>, style: ShapeStyle) -> Drawn {
         self.draw(&Polygon::new(points, style)).map_err(backend)
+    }
+
+    fn disc(&self, center: (i32, i32), radius: u32, style: ShapeStyle) -> Drawn {
+        self.draw(&Circle::new(center, radius, style)).map_err(backend)
     }
 
     fn text(&self, text: &str, at: (i32, i32), style: TextStyle<'_>) -> Drawn {
@@ -177,7 +182,8 @@ impl<'a> Canvas<'a> {
 
     /// A filled dot.
     pub fn dot(&self, center: Point, radius: f64, color: Color) -> Drawn {
-        self.fill(&circle(center, radius), color)
+        let radius = (radius * self.scale).round().max(1.0) as u32;
+        self.surface.disc(self.map(&[center])[0], radius, color.filled())
     }
 
     /// A line with a head at its end.

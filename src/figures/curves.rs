@@ -3,13 +3,12 @@
 use serde::{Deserialize, Serialize};
 
 use super::axes::{Axis, Frame, Plot};
-use super::canvas::{Canvas, Pen};
+use super::canvas::{Canvas, Pen, Type};
 use super::data::{Curve, Statistics, labels};
-use super::geometry::Rect;
-use super::layout::{Mark, legend, note};
-use super::style::{DOUBLE_COLUMN, GAP, GREY, LINE_WIDTH, MARGIN, SINGLE_COLUMN, series_color};
+use super::layout::{Mark, legend, note, panels};
+use super::style::{DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, SINGLE_COLUMN, series_color};
 use super::table::{Table, cell};
-use super::tasks::{COLUMNS, heading, rows};
+use super::tasks::{COLUMNS, heading};
 use super::{Figure, FigureError};
 
 /// Success against episodes, one panel a task.
@@ -50,20 +49,20 @@ fn draw_curves(canvas: &Canvas<'_>, plot: &Plot<'_>, curves: &[Curve], order: &[
     let percent = |values: &[f64]| values.iter().map(|value| 100.0 * value).collect::<Vec<_>>();
     let color = |curve: &Curve| series_color(order.iter().position(|label| *label == curve.label).unwrap_or(0));
     for curve in curves {
-        plot.band(&curve.x, &percent(&curve.low), &percent(&curve.high), color(curve))?;
+        plot.band(&curve.x, [&percent(&curve.y), &percent(&curve.low), &percent(&curve.high)], color(curve))?;
     }
     for curve in curves {
         plot.line(&curve.x, &percent(&curve.y), Pen::new(color(curve), LINE_WIDTH))?;
     }
     if curves.iter().all(Curve::is_empty) {
-        let look = super::canvas::Type::SMALL.centered().color(GREY);
+        let look = Type::SMALL.centered().color(GREY);
         canvas.text(plot.rect.center(), "no finished episodes", look)?;
     }
     Ok(())
 }
 
 fn marks(order: &[&str]) -> Vec<(Mark, String)> {
-    order.iter().enumerate().map(|(n, label)| (Mark::Line(series_color(n)), (*label).to_owned())).collect()
+    order.iter().enumerate().map(|(n, label)| (Mark::Band(series_color(n)), (*label).to_owned())).collect()
 }
 
 fn rate_axis(label: &str) -> Axis {
@@ -76,7 +75,7 @@ impl Figure for LearningCurves {
     }
 
     fn size(&self) -> [f64; 2] {
-        [DOUBLE_COLUMN, rows(self.panels.len()) as f64 * 138.0 + 36.0]
+        [DOUBLE_COLUMN, self.panels.len().div_ceil(COLUMNS).max(1) as f64 * 138.0 + 36.0]
     }
 
     fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
@@ -93,16 +92,15 @@ impl Figure for LearningCurves {
         let order = labels(self.panels.iter().flat_map(|panel| &panel.curves).map(|curve| curve.label.as_str()));
         let rect = legend(canvas, rect, &marks(&order))?;
         let columns = COLUMNS.min(self.panels.len());
-        let cells: Vec<Rect> = rect.grid(rows(self.panels.len()), columns, GAP);
-        for (n, (panel, cell)) in self.panels.iter().zip(cells).enumerate() {
+        for (panel, place) in self.panels.iter().zip(panels(rect, self.panels.len(), columns)) {
             let last =
                 panel.curves.iter().flat_map(|curve| &curve.x).copied().filter(|x| x.is_finite()).fold(1.0, f64::max);
             let x = Axis::linear("episode", 0.0, last, 5);
-            let x = if n + columns >= self.panels.len() { x } else { x.unlabelled() };
+            let x = if place.x_label { x } else { x.unlabelled() };
             let y = rate_axis("success rate (%)");
-            let y = if n % columns == 0 { y } else { y.unlabelled() };
+            let y = if place.y_label { y } else { y.unlabelled() };
             let frame = Frame { title: &heading(&panel.task), grid: true, square: false };
-            let plot = Plot::new(canvas, cell, &frame, x, y)?;
+            let plot = Plot::new(canvas, place.cell, &frame, x, y)?;
             draw_curves(canvas, &plot, &panel.curves, &order)?;
         }
         Ok(())

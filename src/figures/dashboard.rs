@@ -2,12 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::axes::{Axis, Frame, Plot, number};
+use super::axes::{Axis, Frame, Plot, Y_LABEL, number};
 use super::canvas::{Canvas, Pen, Type};
 use super::data::numbers;
-use super::geometry::Rect;
-use super::layout::{Mark, legend, note};
-use super::style::{BLUE, DOUBLE_COLUMN, GAP, GREY, LINE_WIDTH, MARGIN, TITLE_SIZE, VERMILLION};
+use super::layout::{Panel, note, panels};
+use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, TITLE_SIZE, VERMILLION};
 use super::table::{Table, cell};
 use super::{Figure, FigureError};
 
@@ -61,39 +60,55 @@ impl Dashboard {
         ]
     }
 
-    /// The panels in order: title, y axis, lines.
-    fn panels(&self) -> [(&'static str, Axis, Vec<&[f64]>); 6] {
-        let share = |label| Axis::linear(label, 0.0, 1.03, 6);
-        let around = |label, values: &[f64]| Axis::around(label, values.iter().copied(), 5);
+    /// The panels in order.
+    fn panels(&self) -> [RunPanel<'_>; 6] {
+        let share = || Axis::linear("", 0.0, 1.03, 6);
+        let around = |values: &[f64]| Axis::around("", values.iter().copied(), 5);
+        let panel = |title, y, lines| RunPanel { title, y, lines };
         [
-            ("Success", share("share of episodes"), vec![&self.success, &self.greedy_success]),
-            ("Return", around("return", &self.episode_return), vec![&self.episode_return]),
-            (
+            panel("Success rate", share(), vec![("training", &*self.success), ("greedy", &*self.greedy_success)]),
+            panel("Return", around(&self.episode_return), vec![("", &*self.episode_return)]),
+            panel(
                 "Critic loss",
-                Axis::logarithmic("mean squared error", self.critic_loss.iter().copied()),
-                vec![&self.critic_loss],
+                Axis::logarithmic("", self.critic_loss.iter().copied()),
+                vec![("", &*self.critic_loss)],
             ),
-            ("Actor loss", around("\u{2212}mean Q", &self.actor_loss), vec![&self.actor_loss]),
-            ("Action value", around("mean Q", &self.q_mean), vec![&self.q_mean]),
-            ("Exploration and saturation", share("share"), vec![&self.epsilon, &self.saturation]),
+            panel("Actor loss", around(&self.actor_loss), vec![("", &*self.actor_loss)]),
+            panel("Mean action value Q", around(&self.q_mean), vec![("", &*self.q_mean)]),
+            panel(
+                "Exploration",
+                share(),
+                vec![("threshold \u{3b5}", &*self.epsilon), ("saturated", &*self.saturation)],
+            ),
         ]
     }
 
-    fn panel(&self, canvas: &Canvas<'_>, cell: Rect, n: usize) -> Result<(), FigureError> {
-        let [panels @ ..] = self.panels();
-        let (title, y, lines) = &panels[n];
+    fn draw_panel(&self, canvas: &Canvas<'_>, panel: RunPanel<'_>, place: Panel) -> Result<(), FigureError> {
         let last = self.episode.iter().copied().filter(|x| x.is_finite()).fold(1.0, f64::max);
         let x = Axis::linear("episode", 0.0, last, 5);
-        let x = if n >= 3 { x } else { x.unlabelled() };
-        let plot = Plot::new(canvas, cell, &Frame { title, grid: true, square: false }, x, y.clone())?;
-        for (values, color) in lines.iter().zip([BLUE, VERMILLION]) {
-            plot.line(&self.episode, values, Pen::new(color, LINE_WIDTH))?;
+        let x = if place.x_label { x } else { x.unlabelled() };
+        // Titles name the y axes; the space of their labels stays free in every column.
+        let cell = if place.y_label { place.cell.cut(Y_LABEL, 0.0, 0.0, 0.0) } else { place.cell };
+        let plot = Plot::new(canvas, cell, &Frame { title: panel.title, grid: true, square: false }, x, panel.y)?;
+        let mut right = plot.rect.right;
+        for ((label, values), color) in panel.lines.iter().zip([BLUE, VERMILLION]).rev() {
+            plot.line(&self.episode, values, Pen::new(color, 0.8 * LINE_WIDTH))?;
+            let look = Type::SMALL.right().color(color);
+            canvas.text([right, plot.rect.top - 0.7 * TITLE_SIZE], label, look)?;
+            right -= look.width(label) + 6.0;
         }
-        if lines.iter().all(|values| !values.iter().any(|value| value.is_finite())) {
+        if panel.lines.iter().all(|(_, values)| !values.iter().any(|value| value.is_finite())) {
             canvas.text(plot.rect.center(), "nothing recorded", Type::SMALL.centered().color(GREY))?;
         }
         Ok(())
     }
+}
+
+/// What one panel shows: labelled lines.
+struct RunPanel<'d> {
+    title: &'static str,
+    y: Axis,
+    lines: Vec<(&'static str, &'d [f64])>,
 }
 
 impl Figure for Dashboard {
@@ -111,19 +126,17 @@ impl Figure for Dashboard {
             return canvas.nothing(page, "no finished episodes");
         }
         let text = format!(
-            "One run, n = 1 seed, {} episodes; success is averaged over {} episodes. Gaps: nothing was measured.",
+            "One run (n = 1 seed), {} points; success is the share of the last {} episodes that reached the goal, greedy: of the \
+             evaluations without noise. Losses and Q: means over the updates of an episode. Saturated: share of action components at \
+             their limits. Gaps: nothing was measured.",
             number(self.episode.len() as f64, 0),
             self.window
         );
         let rect = note(canvas, page, &text)?;
         let (head, rect) = rect.split_top(1.7 * TITLE_SIZE);
         canvas.text(head.center(), &self.title, Type { size: 1.15 * TITLE_SIZE, ..Type::TITLE.centered() })?;
-        let marks = [
-            (Mark::Line(BLUE), "training; threshold \u{3b5}".to_owned()),
-            (Mark::Line(VERMILLION), "greedy evaluation; saturated actions".to_owned()),
-        ];
-        let rect = legend(canvas, rect, &marks)?;
-        rect.grid(2, 3, GAP).into_iter().enumerate().try_for_each(|(n, cell)| self.panel(canvas, cell, n))
+        let places = panels(rect, 6, 3);
+        self.panels().into_iter().zip(places).try_for_each(|(panel, place)| self.draw_panel(canvas, panel, place))
     }
 
     fn table(&self) -> Table {

@@ -90,8 +90,8 @@ impl Figure for Hits {
         }
         let episodes = number(self.episodes as f64, 0);
         let text = format!(
-            "Counts in {episodes} episodes of each policy. {}. Numbers below the bars in (b): subgoals in order of reach.",
-            self.statistics.caption("bars")
+            "Counts in {episodes} episodes of each policy. {}. T1: Task 1; below the bars in (b): subgoals in order of reach.",
+            self.statistics.caption("error bars")
         );
         let rect = note(canvas, page, &text)?;
         let marks: Vec<(Mark, String)> = self
@@ -101,7 +101,7 @@ impl Figure for Hits {
             .map(|(n, name)| (Mark::Patch(series_color(n)), name.to_owned()))
             .collect();
         let rect = legend(canvas, rect, &marks)?;
-        let middle = rect.left + 0.36 * rect.width();
+        let middle = rect.left + 0.4 * rect.width();
         let left = Rect { right: middle - GAP / 2.0, ..rect };
         let right = Rect { left: middle + GAP / 2.0, ..rect };
         grouped_bars(canvas, left, "(a) Final goal hit", &format!("episodes of {episodes}"), &self.goals(), true)?;

@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::axes::number;
 use super::canvas::{Canvas, Pen};
-use super::layout::{Mark, legend, note};
+use super::layout::{LEGEND, Mark, NOTE, legend, note, panels, squares_height};
 use super::scene::{Position, SCENE_TOOL, SceneView, Window};
-use super::style::{BLUE, DOUBLE_COLUMN, GAP, GREY, MARGIN, VERMILLION, faded};
+use super::style::{BLUE, DOUBLE_COLUMN, GREY, MARGIN, VERMILLION, faded};
 use super::table::{Table, cell32};
 use super::{Figure, FigureError};
 use crate::physics::to_units;
@@ -58,7 +58,7 @@ impl ToolLaunches {
             }
         }
         view.tool(&self.tool.tool(), SCENE_TOOL)?;
-        // One ball to scale, in the corner nobody is launched from.
+        // The ball of the first launch, to scale.
         match self.trajectories.first().and_then(|trajectory| trajectory.first()) {
             Some(start) => view.ring(*start, self.ball_radius, GREY),
             None => Ok(()),
@@ -85,8 +85,8 @@ impl Figure for Launches {
     }
 
     fn size(&self) -> [f64; 2] {
-        let panels = self.tools.len().clamp(3, 5) as f64;
-        [DOUBLE_COLUMN, DOUBLE_COLUMN / panels + 52.0]
+        let panels = self.tools.len().clamp(3, 5);
+        [DOUBLE_COLUMN, squares_height(panels, panels, LEGEND + 2.0 * NOTE)]
     }
 
     fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
@@ -101,7 +101,8 @@ impl Figure for Launches {
             .map(|tool| format!("{} {}", tool.tool.kind, number(tool.observations as f64, 0)))
             .collect();
         let text = format!(
-            "{shown} of the launches are shown. One-step observations in the data: {}. Grey ring: the ball to scale.",
+            "Normalised positions relative to the tool (1 = 42 units = half the screen). {shown} launches are shown; one-step \
+             observations in the data: {}. Grey ring: a ball to scale.",
             counts.join(", ")
         );
         let rect = note(canvas, page, &text)?;
@@ -112,11 +113,11 @@ impl Figure for Launches {
         ];
         let rect = legend(canvas, rect, &marks)?;
         let half = self.reach();
-        for (n, (tool, cell)) in self.tools.iter().zip(rect.grid(1, self.tools.len(), GAP / 2.0)).enumerate() {
+        for (tool, place) in self.tools.iter().zip(panels(rect, self.tools.len(), self.tools.len())) {
             let origin = tool.tool.position.map(f64::from);
-            let names = ["\u{394}x from the tool", "\u{394}y from the tool (normalised)"];
-            let window = Window { center: origin, half, origin, names, labels: [true, n == 0] };
-            let view = SceneView::new(canvas, cell, tool.tool.kind.name(), window)?;
+            let names = ["\u{394}x to the tool", "\u{394}y to the tool"];
+            let window = Window { center: origin, half, origin, names, labels: [place.x_label, place.y_label] };
+            let view = SceneView::new(canvas, place.cell, tool.tool.kind.name(), window)?;
             tool.draw(&view, canvas)?;
         }
         Ok(())

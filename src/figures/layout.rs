@@ -1,15 +1,59 @@
-//! Parts of a page around the plots: legend and note.
+//! A page: panels of equal plots, legend above, note below.
 
 use super::FigureError;
+use super::axes::{X_LABEL, Y_LABEL};
 use super::canvas::{Canvas, Pen, Type};
 use super::geometry::Rect;
-use super::style::{Color, GREY, LABEL_SIZE, LINE_WIDTH, SMALL_SIZE, faded};
+use super::style::{BAND_OPACITY, Color, DOUBLE_COLUMN, GAP, GREY, LABEL_SIZE, LINE_WIDTH, MARGIN, SMALL_SIZE, faded};
+
+/// A cell of a grid of plots whose insides are equal: the outer cells are larger by the
+/// axis labels that only they have.
+#[derive(Debug, Clone, Copy)]
+pub struct Panel {
+    /// Where the plot goes, labels included.
+    pub cell: Rect,
+    /// Whether the y axis is labelled (first column).
+    pub y_label: bool,
+    /// Whether the x axis is labelled (last cell of its column).
+    pub x_label: bool,
+}
+
+/// `count` panels, row by row in `columns`.
+pub fn panels(rect: Rect, count: usize, columns: usize) -> Vec<Panel> {
+    let inner = rect.cut(Y_LABEL, 0.0, 0.0, X_LABEL);
+    let cells = inner.grid(count.div_ceil(columns), columns, GAP);
+    let panel = |(n, cell): (usize, Rect)| {
+        let (y_label, x_label) = (n % columns == 0, n + columns >= count);
+        let (left, below) = (if y_label { Y_LABEL } else { 0.0 }, if x_label { X_LABEL } else { 0.0 });
+        Panel { cell: cell.cut(-left, 0.0, 0.0, -below), y_label, x_label }
+    };
+    cells.into_iter().enumerate().take(count).map(panel).collect()
+}
+
+/// Height of a page over both columns on which [`panels`] are squares, with `extra` for
+/// legend and note.
+pub fn squares_height(count: usize, columns: usize, extra: f64) -> f64 {
+    /// Ticks left of and below a plot, its title above.
+    const BESIDE: f64 = 25.0;
+    const AROUND: f64 = 25.0;
+    let gaps = |n: usize| GAP * (n - 1) as f64;
+    let side = (DOUBLE_COLUMN - 2.0 * MARGIN - Y_LABEL - gaps(columns)) / columns as f64 - BESIDE;
+    let rows = count.div_ceil(columns).max(1);
+    rows as f64 * (side + AROUND) + gaps(rows) + X_LABEL + 2.0 * MARGIN + extra
+}
+
+/// Height of a legend of one row.
+pub const LEGEND: f64 = ROW + 2.0;
+/// Height of a line of a note.
+pub const NOTE: f64 = 1.35 * SMALL_SIZE;
 
 /// What stands before a label in a legend.
 #[derive(Debug, Clone, Copy)]
 pub enum Mark {
-    /// A line with a band.
+    /// A line.
     Line(Color),
+    /// A line with a band.
+    Band(Color),
     /// A dashed line.
     Dashed(Color),
     /// A filled patch.
@@ -60,8 +104,9 @@ fn draw_mark(canvas: &Canvas<'_>, mark: Mark, x: f64, y: f64) -> Result<(), Figu
     let bar = |half: f64| Rect::new(x, y - half, x + MARK, y + half).corners();
     let line = [[x, y], [x + MARK, y]];
     match mark {
-        Mark::Line(color) => {
-            canvas.fill(&bar(3.0), faded(color, super::style::BAND_OPACITY))?;
+        Mark::Line(color) => canvas.line(&line, Pen::new(color, 1.4 * LINE_WIDTH)),
+        Mark::Band(color) => {
+            canvas.fill(&bar(3.0), faded(color, BAND_OPACITY))?;
             canvas.line(&line, Pen::new(color, 1.4 * LINE_WIDTH))
         }
         Mark::Dashed(color) => canvas.line(&line, Pen::new(color, LINE_WIDTH).dashed(2.5, 1.8)),
@@ -87,10 +132,9 @@ pub fn note(canvas: &Canvas<'_>, rect: Rect, text: &str) -> Result<Rect, FigureE
             _ => lines.push(word.to_owned()),
         }
     }
-    let row = 1.35 * SMALL_SIZE;
-    let (rest, foot) = rect.split_bottom(row * lines.len() as f64);
+    let (rest, foot) = rect.split_bottom(NOTE * lines.len() as f64);
     for (n, line) in lines.iter().enumerate() {
-        canvas.text([foot.left, foot.top + (n as f64 + 0.6) * row], line, look)?;
+        canvas.text([foot.left, foot.top + (n as f64 + 0.6) * NOTE], line, look)?;
     }
     Ok(rest)
 }

@@ -6,8 +6,9 @@ use super::axes::{Axis, Frame, Plot, number};
 use super::bars::{BarCluster, grouped_bars};
 use super::canvas::{Canvas, Pen};
 use super::data::{Estimate, Statistics};
-use super::layout::{Mark, legend, note};
-use super::style::{DOUBLE_COLUMN, GAP, LINE_WIDTH, MARGIN, series_color};
+use super::geometry::Rect;
+use super::layout::{Mark, legend, note, panels};
+use super::style::{DOUBLE_COLUMN, LINE_WIDTH, MARGIN, series_color};
 use super::table::{Table, cell};
 use super::{Figure, FigureError};
 
@@ -50,22 +51,23 @@ impl ModelError {
         self.predictors.iter().map(move |predictor| predictor.rollout.get(tool).map_or(&[][..], Vec::as_slice))
     }
 
-    fn draw_rollouts(&self, canvas: &Canvas<'_>, rect: super::geometry::Rect) -> Result<(), FigureError> {
+    fn draw_rollouts(&self, canvas: &Canvas<'_>, rect: Rect) -> Result<(), FigureError> {
         let all = || (0..self.tools.len()).flat_map(|tool| self.rollouts(tool));
         let longest = all().map(<[Estimate]>::len).max().unwrap_or(0).max(2);
         let values: Vec<f64> = all().flatten().flat_map(Estimate::values).collect();
-        for (tool, cell) in rect.grid(1, self.tools.len(), GAP / 2.0).into_iter().enumerate() {
+        for (tool, place) in panels(rect, self.tools.len(), self.tools.len()).into_iter().enumerate() {
             let ticks = (1..=longest).step_by(longest.div_ceil(6)).map(|k| (k as f64, k.to_string())).collect();
             let x = Axis::with_ticks("steps", 0.7, longest as f64 + 0.3, ticks);
             let y = Axis::from_zero("rollout error (normalised)", values.iter().copied(), 5);
-            let y = if tool == 0 { y } else { y.unlabelled() };
+            let y = if place.y_label { y } else { y.unlabelled() };
             let title = if tool == 0 { format!("(b) {}", self.tools[tool]) } else { self.tools[tool].clone() };
-            let plot = Plot::new(canvas, cell, &Frame { title: &title, grid: true, square: false }, x, y)?;
+            let plot = Plot::new(canvas, place.cell, &Frame { title: &title, grid: true, square: false }, x, y)?;
             for (n, errors) in self.rollouts(tool).enumerate() {
                 let column = |of: fn(&Estimate) -> f64| errors.iter().map(of).collect::<Vec<f64>>();
                 let steps: Vec<f64> = (1..=errors.len()).map(|k| k as f64).collect();
-                plot.band(&steps, &column(|e| e.low), &column(|e| e.high), series_color(n))?;
-                plot.line(&steps, &column(|e| e.value), Pen::new(series_color(n), LINE_WIDTH))?;
+                let values = column(|e| e.value);
+                plot.band(&steps, [&values, &column(|e| e.low), &column(|e| e.high)], series_color(n))?;
+                plot.line(&steps, &values, Pen::new(series_color(n), LINE_WIDTH))?;
             }
         }
         Ok(())
@@ -89,7 +91,7 @@ impl Figure for ModelError {
         let text = format!(
             "Distance between predicted and true position of the ball; 1 normalised = 42 units = half the screen. One step spans {} s. {}.",
             number(self.step_seconds, 2),
-            self.statistics.caption("bars and bands")
+            self.statistics.caption("error bars and bands")
         );
         let rect = note(canvas, page, &text)?;
         let marks: Vec<(Mark, String)> = self

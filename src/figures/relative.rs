@@ -2,12 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::axes::number;
+use super::axes::{X_LABEL, number};
 use super::canvas::{Canvas, Pen, Type};
-use super::geometry::circle;
-use super::layout::{Mark, legend, note};
+use super::geometry::{Rect, circle};
+use super::layout::{LEGEND, Mark, NOTE, legend, note, panels, squares_height};
 use super::scene::{PLACED_TOOL, Position, SceneView, Window};
-use super::style::{BLUE, DOUBLE_COLUMN, GAP, GREY, MARGIN, VERMILLION, WHITE, faded};
+use super::style::{BLUE, DOUBLE_COLUMN, GREY, MARGIN, VERMILLION, WHITE, faded};
 use super::table::{Table, cell32};
 use super::{Figure, FigureError};
 use crate::task::Task;
@@ -53,6 +53,9 @@ impl Edge {
     }
 }
 
+/// Half the width of a view around the ball: most of the screen from anywhere on it.
+const RELATIVE_REACH: f64 = 1.4;
+
 impl RelativeFrames {
     fn scene(&self, view: &SceneView<'_>, canvas: &Canvas<'_>, instant: &Instant) -> Result<(), FigureError> {
         view.surroundings(&self.task)?;
@@ -76,23 +79,22 @@ impl RelativeFrames {
         Ok(())
     }
 
-    /// Writes the relative vectors of active edges beside their tools.
+    /// Writes the relative vectors of active edges beside their tools, clear of each other.
     fn vectors(&self, view: &SceneView<'_>, canvas: &Canvas<'_>, instant: &Instant) -> Result<(), FigureError> {
+        let look = Type::SMALL.centered().color(VERMILLION);
+        let mut taken: Vec<Rect> = Vec::new();
         for edge in instant.edges.iter().filter(|edge| edge.active && view.shows(edge.object)) {
             let [dx, dy] = edge.relative(instant.ball).map(|value| number(f64::from(value), 2));
-            let (text, look) = (format!("({dx}, {dy})"), Type::SMALL.centered().color(VERMILLION));
-            let half = [look.width(&text) / 2.0 + 1.0, 4.0];
-            let (rect, [x, y]) = (view.rect(), view.at(edge.object));
-            let x = x.clamp(rect.left + half[0], rect.right - half[0]);
-            let below = y + 12.0 + half[1];
-            let y = if below + half[1] < rect.bottom { below } else { y - 12.0 - half[1] };
-            let plate = [
-                [x - half[0], y - half[1]],
-                [x + half[0], y - half[1]],
-                [x + half[0], y + half[1]],
-                [x - half[0], y + half[1]],
-            ];
-            canvas.fill(&plate, faded(WHITE, 0.8))?;
+            let text = format!("({dx}, {dy})");
+            let (half, rect, [x, y]) = (look.width(&text) / 2.0 + 1.0, view.rect(), view.at(edge.object));
+            let x = x.clamp(rect.left + half, rect.right - half);
+            let plate = |y: f64| Rect::new(x - half, y - 4.0, x + half, y + 4.0);
+            let mut y = y + 16.0;
+            while let Some(other) = taken.iter().find(|other| other.overlaps(&plate(y))) {
+                y = other.bottom + 4.5;
+            }
+            taken.push(plate(y));
+            canvas.fill(&plate(y).corners(), faded(WHITE, 0.8))?;
             canvas.text([x, y], &text, look)?;
         }
         Ok(())
@@ -105,8 +107,8 @@ impl Figure for RelativeFrames {
     }
 
     fn size(&self) -> [f64; 2] {
-        let columns = self.instants.len().clamp(2, 4) as f64;
-        [DOUBLE_COLUMN, 2.0 * DOUBLE_COLUMN / columns + 50.0]
+        let columns = self.instants.len().clamp(2, 4);
+        [DOUBLE_COLUMN, squares_height(2 * columns, columns, X_LABEL + LEGEND + 2.0 * NOTE)]
     }
 
     fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
@@ -127,15 +129,21 @@ impl Figure for RelativeFrames {
             (Mark::Patch(PLACED_TOOL), "placed by the agent".to_owned()),
         ];
         let rect = legend(canvas, rect, &marks)?;
-        let cells = rect.grid(2, self.instants.len(), GAP);
-        let (above, below) = cells.split_at(self.instants.len());
-        for (n, (instant, (upper, lower))) in self.instants.iter().zip(above.iter().zip(below)).enumerate() {
-            let window = Window { labels: [true, n == 0], ..Window::SCREEN };
+        let count = self.instants.len();
+        let (above, below) = rect.split_top(rect.height() / 2.0);
+        let places = panels(above, count, count).into_iter().zip(panels(below, count, count));
+        for (instant, (upper, lower)) in self.instants.iter().zip(places) {
+            let window = Window { labels: [upper.x_label, upper.y_label], ..Window::SCREEN };
             let title = format!("t = {} s", number(f64::from(instant.time), 2));
-            self.scene(&SceneView::new(canvas, *upper, &title, window)?, canvas, instant)?;
+            self.scene(&SceneView::new(canvas, upper.cell, &title, window)?, canvas, instant)?;
             let origin = instant.ball.map(f64::from);
             let names = ["x relative to the ball", "y relative to the ball"];
-            let view = SceneView::new(canvas, *lower, "", Window { center: origin, origin, names, ..window })?;
+            let view = SceneView::new(
+                canvas,
+                lower.cell,
+                "",
+                Window { center: origin, half: RELATIVE_REACH, origin, names, ..window },
+            )?;
             self.scene(&view, canvas, instant)?;
             self.vectors(&view, canvas, instant)?;
         }

@@ -5,7 +5,9 @@ use super::FigureError;
 use super::axes::{Axis, Frame, Plot};
 use super::canvas::{Canvas, Pen, Type};
 use super::geometry::{Point, Rect, circle, clip_polygon, clip_polyline};
-use super::style::{BLACK, Color, GREEN, GREY, INK, LIGHT_GREY, THIN_WIDTH, WHITE, YELLOW, faded, stage_color};
+use super::style::{
+    BLACK, Color, GREEN, GREY, INK, LIGHT_GREY, SMALL_SIZE, THIN_WIDTH, WHITE, YELLOW, faded, stage_color,
+};
 use crate::physics::{SCREEN, Tool, ToolKind, to_normalised};
 use crate::task::{Goal, GoalShape, Region, Task};
 
@@ -119,7 +121,8 @@ impl<'c> SceneView<'c> {
             self.subgoal(region, n, stages)?;
         }
         self.goal(&task.goal)?;
-        task.tools.iter().try_for_each(|tool| self.tool(&tool.tool(), SCENE_TOOL))
+        task.tools.iter().try_for_each(|tool| self.tool(&tool.tool(), SCENE_TOOL))?;
+        self.names(task)
     }
 
     /// A tool with its true geometry.
@@ -147,8 +150,7 @@ impl<'c> SceneView<'c> {
     fn subgoal(&self, region: &Region, index: usize, stages: usize) -> Drawn {
         let color = stage_color(index, stages);
         let corners = circle(self.at(region.position), self.length(region.radius));
-        self.shape(&corners, faded(color, 0.12), Pen::new(color, THIN_WIDTH).dashed(2.4, 1.6))?;
-        self.name(region.position, &(index + 1).to_string(), color)
+        self.shape(&corners, faded(color, 0.12), Pen::new(color, THIN_WIDTH).dashed(2.4, 1.6))
     }
 
     fn goal(&self, goal: &Goal) -> Drawn {
@@ -158,7 +160,16 @@ impl<'c> SceneView<'c> {
         if goal.shape == GoalShape::Star {
             self.shape(&star(center, radius), faded(GREEN, 0.0), Pen::new(GREEN, THIN_WIDTH))?;
         }
-        self.name(goal.position, "G", GREEN)
+        Ok(())
+    }
+
+    /// The numbers of the subgoals and the goal's G: last, so that nothing hides them.
+    pub fn names(&self, task: &Task) -> Drawn {
+        let stages = task.stages().len();
+        for (n, region) in task.subgoals.iter().enumerate() {
+            self.name(region.position, &(n + 1).to_string(), stage_color(n, stages))?;
+        }
+        self.name(task.goal.position, "G", GREEN)
     }
 
     fn name(&self, position: Position, name: &str, color: Color) -> Drawn {
@@ -166,6 +177,7 @@ impl<'c> SceneView<'c> {
         if !self.plot.rect.contains(center) {
             return Ok(());
         }
+        self.canvas.dot(center, 0.62 * SMALL_SIZE, faded(WHITE, 0.75))?;
         self.canvas.text(center, name, Type::SMALL.bold().centered().color(color))
     }
 }

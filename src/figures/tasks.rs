@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::canvas::Canvas;
 use super::geometry::Rect;
-use super::layout::note;
+use super::layout::{NOTE, Panel, note, panels, squares_height};
 use super::scene::{SceneView, Window};
-use super::style::{DOUBLE_COLUMN, GAP, MARGIN};
+use super::style::{DOUBLE_COLUMN, MARGIN};
 use super::table::{Table, cell32};
 use super::{Figure, FigureError};
 use crate::task::Task;
@@ -21,21 +21,10 @@ pub struct TaskGrid {
 /// Columns of a grid of scenes.
 pub(super) const COLUMNS: usize = 3;
 
-/// Rows of a grid of `count` scenes; an empty grid has room for a message.
-pub(super) fn rows(count: usize) -> usize {
-    count.div_ceil(COLUMNS).max(1)
-}
-
-/// Height of a page with `rows` rows of scenes and `extra` points around them.
-pub(super) fn height(rows: usize, extra: f64) -> f64 {
-    rows as f64 * 182.0 + extra
-}
-
-/// Cells of a grid of `count` scenes, and the window of each: outer axes are labelled.
+/// Cells of a grid of `count` scenes, and the window of each.
 pub(super) fn cells(rect: Rect, count: usize) -> Vec<(Rect, Window)> {
-    let grid = rect.grid(rows(count), COLUMNS, GAP);
-    let window = |n: usize| Window { labels: [n + COLUMNS >= count, n % COLUMNS == 0], ..Window::SCREEN };
-    grid.into_iter().enumerate().take(count).map(|(n, cell)| (cell, window(n))).collect()
+    let window = |panel: &Panel| Window { labels: [panel.x_label, panel.y_label], ..Window::SCREEN };
+    panels(rect, count, COLUMNS).into_iter().map(|panel| (panel.cell, window(&panel))).collect()
 }
 
 /// A task's name for people: "Task 1" for `task1`.
@@ -54,7 +43,7 @@ impl Figure for TaskGrid {
     }
 
     fn size(&self) -> [f64; 2] {
-        [DOUBLE_COLUMN, height(rows(self.tasks.len()), 20.0)]
+        [DOUBLE_COLUMN, squares_height(self.tasks.len(), COLUMNS, NOTE)]
     }
 
     fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {

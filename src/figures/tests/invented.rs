@@ -64,7 +64,7 @@ pub fn relative() -> RelativeFrames {
     let task = shipped().swap_remove(5);
     let placed = vec![[-0.3, 0.2]];
     let start = task.ball.position;
-    let ball = |t: f32| [start[0] - 0.12 * t * t, start[1] - 0.22 * t * t];
+    let ball = |t: f32| [start[0] + 0.25 * t, start[1] - 0.12 * t * t];
     let instant = |time: f32| {
         let origin = ball(time);
         let objects = task.tools.iter().map(|tool| tool.position).chain(placed.clone());
@@ -145,8 +145,8 @@ fn curve(label: &str, episodes: usize, top: f64, slope: f64, rng: &mut ChaCha8Rn
             if *x < 99.0 { f64::NAN } else { (top / (1.0 + (-(x - slope) / 250.0).exp()) + noise).clamp(0.0, 1.0) }
         })
         .collect();
-    let low = y.iter().map(|y| (y - 0.12).max(0.0)).collect();
-    let high = y.iter().map(|y| (y + 0.1).min(1.0)).collect();
+    let low = y.iter().map(|y| (y - 0.12_f64).clamp(0.0, 1.0)).collect();
+    let high = y.iter().map(|y| (y + 0.1_f64).clamp(0.0, 1.0)).collect();
     Curve { label: label.to_owned(), x, y, low, high }
 }
 
@@ -173,7 +173,7 @@ pub fn profile() -> PerformanceProfile {
     };
     PerformanceProfile {
         measure: "final success rate".to_owned(),
-        statistics: Statistics { centre: "All runs".to_owned(), ..statistics() },
+        statistics: Statistics { centre: "6 tasks".to_owned(), ..statistics() },
         curves: vec![curve("DDPG", 0.4), curve("DDPG-MGE", 3.0)],
     }
 }
@@ -220,7 +220,8 @@ pub fn ablation() -> Ablation {
 pub fn dashboard() -> Dashboard {
     let mut rng = stream(40);
     let success = curve("", 3000, 0.8, 1200.0, &mut rng);
-    let greedy = success.y.iter().enumerate().map(|(n, y)| if n % 10 == 0 { (y + 0.1).min(1.0) } else { f64::NAN });
+    let greedy =
+        success.y.iter().enumerate().map(|(n, y)| if n % 10 == 0 { (y + 0.1).clamp(0.0, 1.0) } else { f64::NAN });
     let count = success.x.len();
     let mut series = |f: &dyn Fn(f64) -> f64, spread: f64| -> Vec<f64> {
         (0..count).map(|n| f(n as f64 / count as f64) * (1.0 + rng.gen_range(-spread..spread))).collect()

@@ -18,6 +18,32 @@ fn decode(path: &Path) -> (u32, u32, Vec<u8>) {
     (info.width, info.height, pixels)
 }
 
+/// Rows of the CSV beside `path`, by column name.
+fn rows(path: &Path) -> Vec<std::collections::HashMap<String, String>> {
+    csv::Reader::from_path(path.with_extension("csv")).unwrap().deserialize().collect::<Result<_, _>>().unwrap()
+}
+
+/// Figures that have nothing to show.
+fn empty() -> Vec<Box<dyn Figure>> {
+    let task = || crate::task::shipped().swap_remove(0);
+    vec![
+        Box::new(Launches::default()),
+        Box::new(RelativeFrames { task: task(), placed: vec![], cutoff: 12.0, instants: vec![] }),
+        Box::new(TaskGrid::default()),
+        Box::new(ActionSamples::default()),
+        Box::new(Hits::default()),
+        Box::new(LearningCurves::default()),
+        Box::new(LearningCurves { panels: vec![CurvePanel::default()], ..LearningCurves::default() }),
+        Box::new(PerformanceProfile::default()),
+        Box::new(ModelError::default()),
+        Box::new(ModelError { tools: vec!["box".to_owned()], ..ModelError::default() }),
+        Box::new(Ablation::default()),
+        Box::new(Dashboard::default()),
+        Box::new(Dashboard { episode: vec![1.0, 2.0], ..Dashboard::default() }),
+        Box::new(Animation { task: task(), moments: vec![], frame_ms: 100, trail: 5 }),
+    ]
+}
+
 #[test]
 fn every_figure_is_written_with_its_numbers() {
     let temporary = tempfile::tempdir().unwrap();
@@ -32,9 +58,205 @@ fn every_figure_is_written_with_its_numbers() {
         assert_eq!([width, height], expected, "{}", figure.name());
         assert!(pixels.iter().any(|byte| *byte < 100), "{} is blank", figure.name());
         assert_eq!(Provenance::read(&path).unwrap(), provenance());
-        let rows = csv::Reader::from_path(path.with_extension("csv")).unwrap().into_records().count();
-        assert_eq!(rows, figure.table().rows().len());
-        assert!(rows > 0, "{} has no numbers", figure.name());
+        assert_eq!(rows(&path).len(), figure.table().rows().len());
+        assert!(!rows(&path).is_empty(), "{} has no numbers", figure.name());
         figure.write(&folder.join(figure.name()).with_extension("svg"), &provenance(), dpi).unwrap();
     }
+    invented::animation().write_gif(&folder.join("episode.gif"), &provenance(), 300).unwrap();
+}
+
+#[test]
+fn nothing_is_drawn_outside_the_page() {
+    for figure in invented::all() {
+        let [width, height] = figure.size().map(|points| points.round() as u32);
+        let pixels = figure.to_rgb(width, height).unwrap();
+        let row = 3 * width as usize;
+        let edges = pixels[..row].iter().chain(&pixels[pixels.len() - row..]);
+        let sides = pixels.chunks(row).flat_map(|line| line[..3].iter().chain(&line[row - 3..]));
+        assert!(edges.chain(sides).all(|byte| *byte == 255), "{} reaches the edge of its page", figure.name());
+    }
+}
+
+#[test]
+fn equal_data_gives_equal_bytes() {
+    for (a, b) in invented::all().into_iter().zip(invented::all()) {
+        assert_eq!(a.to_png(&provenance(), 100).unwrap(), b.to_png(&provenance(), 100).unwrap(), "{}", a.name());
+        assert_eq!(a.to_svg(&provenance()).unwrap(), b.to_svg(&provenance()).unwrap(), "{}", a.name());
+        assert_eq!(a.table(), b.table());
+    }
+    let gif = || invented::animation().to_gif(&provenance(), 120).unwrap();
+    assert_eq!(gif(), gif());
+}
+
+#[test]
+fn different_data_gives_different_pixels() {
+    let mut changed = invented::hits();
+    changed.tasks[0].policies[0].goal.value += 100.0;
+    let [before, after] = [invented::hits(), changed].map(|hits| hits.to_rgb(600, 240).unwrap());
+    assert_ne!(before, after);
+}
+
+#[test]
+fn tables_hold_the_data_exactly() {
+    let folder = tempfile::tempdir().unwrap();
+    let (hits, curves) = (invented::hits(), invented::curves());
+    let path = folder.path().join("hits.png");
+    hits.write(&path, &provenance(), 72).unwrap();
+    let number = |text: &String| if text.is_empty() { f64::NAN } else { text.parse().unwrap() };
+    for task in &hits.tasks {
+        for policy in &task.policies {
+            let mine = |row: &&std::collections::HashMap<String, String>| {
+                row["task"] == task.task && row["policy"] == policy.policy
+            };
+            let found: Vec<f64> = rows(&path).iter().filter(mine).map(|row| number(&row["hits"])).collect();
+            let expected: Vec<f64> = policy.subgoals.iter().chain([&policy.goal]).map(|e| e.value).collect();
+            assert_eq!(found, expected);
+        }
+    }
+    let path = folder.path().join("curves.png");
+    curves.write(&path, &provenance(), 72).unwrap();
+    let expected = curves.panels.iter().flat_map(|panel| &panel.curves).flat_map(|curve| &curve.y);
+    let found: Vec<f64> = rows(&path).iter().map(|row| number(&row["success"])).collect();
+    assert!(found.iter().zip(expected.clone()).all(|(a, b)| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan())));
+    assert_eq!(found.len(), expected.count());
+}
+
+#[test]
+fn empty_figures_say_so() {
+    for figure in empty() {
+        let pixels = figure.to_rgb(500, 300).unwrap();
+        assert!(pixels.iter().any(|byte| *byte < 160), "{} is blank", figure.name());
+        let svg = figure.to_svg(&provenance()).unwrap();
+        assert!(svg.contains("no ") || svg.contains("nothing "), "{} says nothing: {svg}", figure.name());
+    }
+    assert!(invented::animation().to_gif(&provenance(), 80).is_ok());
+}
+
+#[test]
+fn missing_values_leave_gaps() {
+    let panel = |y: Vec<f64>| LearningCurves {
+        panels: vec![CurvePanel {
+            task: "task1".to_owned(),
+            curves: vec![Curve { label: "DDPG".to_owned(), x: vec![0.0, 1.0, 2.0, 3.0, 4.0], y, ..Curve::default() }],
+        }],
+        ..LearningCurves::default()
+    };
+    let count = |figure: &LearningCurves| figure.to_svg(&provenance()).unwrap().matches("<polyline").count();
+    let whole = count(&panel(vec![0.5; 5]));
+    assert_eq!(count(&panel(vec![0.5, 0.5, f64::NAN, 0.5, 0.5])), whole + 1);
+    assert_eq!(count(&panel(vec![0.5, 0.5, f64::INFINITY, f64::NEG_INFINITY, f64::NAN])), whole);
+    assert_eq!(count(&panel(vec![f64::NAN; 5])), whole - 1);
+}
+
+#[test]
+fn broken_numbers_break_no_figure() {
+    let wild = [f64::NAN, f64::INFINITY, -1e300, 1e300, 0.0];
+    let curve =
+        Curve { label: "x".to_owned(), x: wild.to_vec(), y: wild.to_vec(), low: wild.to_vec(), high: vec![1.0] };
+    let estimate = Estimate { value: f64::INFINITY, low: f64::NAN, high: -1e300 };
+    let series = wild.to_vec();
+    let figures: Vec<Box<dyn Figure>> = vec![
+        Box::new(LearningCurves {
+            panels: vec![CurvePanel { task: String::new(), curves: vec![curve.clone()] }],
+            ..LearningCurves::default()
+        }),
+        Box::new(PerformanceProfile { curves: vec![curve], ..PerformanceProfile::default() }),
+        Box::new(Ablation {
+            variants: vec![
+                Variant { label: String::new(), estimate },
+                Variant { label: String::new(), estimate: Estimate::exact(-3.0) },
+            ],
+            ..Ablation::default()
+        }),
+        Box::new(Dashboard {
+            episode: series.clone(),
+            success: series.clone(),
+            critic_loss: series.clone(),
+            q_mean: series,
+            ..Dashboard::default()
+        }),
+    ];
+    for figure in figures {
+        figure.to_rgb(400, 300).unwrap();
+    }
+}
+
+#[test]
+fn svg_is_well_formed_and_carries_its_provenance() {
+    for figure in invented::all().into_iter().chain(empty()) {
+        let svg = figure.to_svg(&provenance()).unwrap();
+        assert!(svg.contains("Command: mge figures --note \"a &lt; b &amp; c\""));
+        assert_eq!(open_tags(&svg), Vec::<&str>::new(), "{}", figure.name());
+    }
+}
+
+/// Names of the elements left open, after checking that every tag closes the last opened.
+fn open_tags(svg: &str) -> Vec<&str> {
+    let mut open = Vec::new();
+    for tag in svg.split('<').skip(1).map(|rest| rest.split_once('>').expect("a tag ends").0) {
+        assert_eq!(tag.matches('"').count() % 2, 0, "unbalanced quotes in <{tag}>");
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(name));
+        } else if !tag.ends_with('/') && !tag.starts_with(['?', '!']) {
+            open.push(tag.split_whitespace().next().expect("a name"));
+        }
+    }
+    open
+}
+
+#[test]
+fn provenance_survives_any_text() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tasks.png");
+    let ours = Provenance::new("mge figures läufe/ε-0.5 日本", &[], "");
+    invented::tasks().write(&path, &ours, 50).unwrap();
+    assert_eq!(Provenance::read(&path).unwrap(), ours);
+    std::fs::write(&path, b"not a png").unwrap();
+    assert!(matches!(Provenance::read(&path), Err(FigureError::Unreadable { .. })));
+}
+
+#[test]
+fn impossible_requests_are_refused_and_spoil_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let figure = invented::tasks();
+    let path = folder.path().join("tasks.jpeg");
+    assert!(
+        figure.write(&path, &provenance(), 72).unwrap_err().to_string().ends_with("give the file one of these endings")
+    );
+    assert!(matches!(figure.to_rgb(0, 10), Err(FigureError::Size { .. })));
+    assert!(matches!(figure.to_png(&provenance(), 1_000_000), Err(FigureError::Size { .. })));
+    assert!(matches!(invented::animation().to_gif(&provenance(), 0), Err(FigureError::Size { .. })));
+    assert!(matches!(
+        figure.write(&folder.path().join("absent/tasks.png"), &provenance(), 72),
+        Err(FigureError::Io { .. })
+    ));
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn the_gif_has_every_moment_and_its_provenance() {
+    let animation = invented::animation();
+    let bytes = animation.to_gif(&provenance(), 100).unwrap();
+    assert!(bytes.windows(9).any(|part| part == b"Seed: 0 1"));
+    let mut options = gif::DecodeOptions::new();
+    options.set_color_output(gif::ColorOutput::RGBA);
+    let mut decoder = options.read_info(&bytes[..]).unwrap();
+    let mut frames = Vec::new();
+    while let Some(frame) = decoder.read_next_frame().unwrap() {
+        assert_eq!(frame.delay, 10);
+        frames.push(frame.buffer.to_vec());
+    }
+    assert_eq!(frames.len(), animation.moments.len());
+    assert_ne!(frames[0], frames[30]);
+}
+
+#[test]
+fn data_survives_json_with_gaps() {
+    let curves = invented::curves();
+    let text = serde_json::to_string(&curves).unwrap();
+    let back: LearningCurves = serde_json::from_str(&text).unwrap();
+    assert_eq!(serde_json::to_string(&back).unwrap(), text);
+    assert!(back.panels[0].curves[0].y[0].is_nan());
+    let hits = invented::hits();
+    assert_eq!(serde_json::from_str::<Hits>(&serde_json::to_string(&hits).unwrap()).unwrap(), hits);
 }
