@@ -1,10 +1,135 @@
 //! `mge dynamics`: train and evaluate dynamics models.
+
+use std::path::{Path, PathBuf};
+
 use super::Outcome;
-use super::arguments::Dynamics;
+use super::arguments::{Dynamics, DynamicsEvaluate, DynamicsTrain};
+use super::progress::Progress;
+use crate::dynamics::{
+    self, DynamicsError, Ended, EvaluationConfig, Model, ModelConfig, TrainConfig, Training, evaluate,
+};
+use crate::figures::{DEFAULT_DPI, Figure, Provenance};
+use crate::nn::TensorFile;
+use crate::study::model_error_figure;
+use crate::task;
+
+/// Epochs between two checkpoints of a training.
+const CHECKPOINT_EVERY: u32 = 100;
 
 pub fn run(command: Dynamics) -> Outcome {
     match command {
-        Dynamics::Train(_) => Err("x".into()),
-        Dynamics::Evaluate(_) => Err("x".into()),
+        Dynamics::Train(arguments) => train(&arguments),
+        Dynamics::Evaluate(arguments) => run_evaluation(&arguments),
     }
+}
+
+fn train(arguments: &DynamicsTrain) -> Outcome {
+    let (config, settings) = settings(arguments)?;
+    let checkpoint = arguments.out.with_extension("checkpoint");
+    let command = command_line(arguments);
+    let mut training = match std::fs::read(&checkpoint) {
+        Ok(bytes) => resume(&bytes, &checkpoint, &config, &settings)?,
+        Err(_) => Training::new(config, settings, &arguments.tools, &command)?,
+    };
+    let mut progress = Progress::new(1, arguments.quiet);
+    let mut write_error = None;
+    let ended = training.run(|training, now| {
+        let message = format!("loss {:.5}", now.loss);
+        progress.set(u64::from(now.epoch), u64::from(now.epochs), &message);
+        if now.epoch.is_multiple_of(CHECKPOINT_EVERY) && now.epoch < now.epochs {
+            write_error = write(&checkpoint, &training.checkpoint()).err();
+        }
+        write_error.is_none()
+    });
+    if let Some(error) = write_error {
+        return Err(error.into());
+    }
+    let diverged = match ended {
+        Ended::Diverged { epoch, reason } => {
+            Some(format!("epoch {epoch}: {reason}; the model is that of the epoch before"))
+        }
+        Ended::Done | Ended::Stopped => None,
+    };
+    training.model().save(&arguments.out)?;
+    if let Some(reason) = diverged {
+        return Err(reason.into());
+    }
+    // The model is whole: what is left of the training is only in the way.
+    let _ = std::fs::remove_file(&checkpoint);
+    println!("{}", arguments.out.display());
+    Ok(())
+}
+
+fn settings(arguments: &DynamicsTrain) -> Result<(ModelConfig, TrainConfig), Box<dyn std::error::Error>> {
+    let mut config = if arguments.literal { ModelConfig::literal() } else { ModelConfig::default() };
+    let mut training = TrainConfig { seed: arguments.seed, ..TrainConfig::default() };
+    config.layers = arguments.layers.unwrap_or(config.layers);
+    training.epochs = arguments.epochs.unwrap_or(training.epochs);
+    training.learning_rate = arguments.learning_rate.unwrap_or(training.learning_rate);
+    training.batch = arguments.batch.unwrap_or(training.batch);
+    training.observations = arguments.observations.unwrap_or(training.observations);
+    if let Some(name) = &arguments.optimiser {
+        training.optimiser = serde_json::from_value(name.as_str().into())
+            .map_err(|_| format!("--optimiser {name}: use adam, sgd or rms_prop"))?;
+    }
+    Ok((config, training))
+}
+
+fn resume(
+    bytes: &[u8],
+    path: &Path,
+    config: &ModelConfig,
+    settings: &TrainConfig,
+) -> Result<Training, Box<dyn std::error::Error>> {
+    let origin = path.display().to_string();
+    let file =
+        TensorFile::from_bytes(bytes).map_err(|source| DynamicsError::File { origin: origin.clone(), source })?;
+    let training = Training::resume(&file, &origin)?;
+    let model = training.model();
+    if model.config() != config || model.provenance().training != *settings {
+        return Err(format!("{origin} is of a training with other settings: use them, or remove the file").into());
+    }
+    Ok(training)
+}
+
+/// The command that makes the model again, for its provenance.
+fn command_line(arguments: &DynamicsTrain) -> String {
+    let tools = arguments.tools.iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
+    let mut command = format!("mge dynamics train --tools {tools} --seed {}", arguments.seed);
+    let options = [
+        ("epochs", arguments.epochs.map(|value| value.to_string())),
+        ("layers", arguments.layers.map(|value| value.to_string())),
+        ("learning-rate", arguments.learning_rate.map(|value| value.to_string())),
+        ("batch", arguments.batch.map(|value| value.to_string())),
+        ("optimiser", arguments.optimiser.clone()),
+        ("observations", arguments.observations.map(|value| value.to_string())),
+    ];
+    for (name, value) in options {
+        if let Some(value) = value {
+            command += &format!(" --{name} {value}");
+        }
+    }
+    let name = arguments.out.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    command + if arguments.literal { " --literal" } else { "" } + " --out " + &name
+}
+
+fn write(path: &PathBuf, file: &TensorFile) -> Result<(), String> {
+    crate::atomic::write(path, &file.to_bytes()).map_err(|error| format!("cannot write {}: {error}", path.display()))
+}
+
+fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
+    let model = match dynamics::shipped(&arguments.model)? {
+        Some(model) => model,
+        None => Model::load(Path::new(&arguments.model))?,
+    };
+    let tasks: Vec<_> = task::shipped().into_iter().filter(|task| model.check_task(task).is_ok()).collect();
+    let config = EvaluationConfig { launches: arguments.launches, seed: arguments.seed, ..EvaluationConfig::default() };
+    let evaluation = evaluate(&model, &tasks, &config)?;
+    if let Some(path) = &arguments.figure {
+        let command = format!("mge dynamics evaluate {} --seed {}", arguments.model, arguments.seed);
+        let provenance = Provenance::new(command, &[arguments.seed], &model.provenance().data_hash);
+        model_error_figure(&evaluation, &model).write(path, &provenance, DEFAULT_DPI)?;
+    }
+    println!("{}", serde_json::to_string_pretty(&evaluation)?);
+    Ok(())
 }

@@ -1,9 +1,26 @@
 //! `mge reproduce` and `mge bench`.
+
+use std::sync::Mutex;
+
 use super::Outcome;
 use super::arguments::{Bench, Reproduce};
+use super::progress::Progress;
+use crate::study::{self, StudyPlan, StudyProgress};
 
-pub fn reproduce(_: &Reproduce) -> Outcome {
-    Err("x".into())
+pub fn reproduce(arguments: &Reproduce) -> Outcome {
+    let plan = if arguments.quick { StudyPlan::quick(arguments.seed) } else { StudyPlan::full(arguments.seed) };
+    let command = format!("mge reproduce{} --seed {}", if arguments.quick { " --quick" } else { "" }, arguments.seed);
+    let progress = Mutex::new(Progress::new(1, arguments.quiet));
+    let tell = |now: &StudyProgress| {
+        // A panic elsewhere leaves the bar as it is.
+        let mut progress = progress.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        progress.set(now.done, now.total, &now.message);
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads.unwrap_or(0)).build()?;
+    pool.install(|| study::reproduce(&plan, &arguments.out, &command, &tell))?;
+    drop(progress);
+    println!("{}", arguments.out.join("report.md").display());
+    Ok(())
 }
 
 pub fn bench(_: &Bench) -> Outcome {

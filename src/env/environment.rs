@@ -55,18 +55,6 @@ impl std::fmt::Display for EndReason {
     }
 }
 
-impl std::fmt::Display for EndReason {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Goal => "goal",
-            Self::OutOfBounds => "left the screen",
-            Self::MarkerOut => "marker left the screen",
-            Self::Standstill => "standstill",
-            Self::MaxActions => "out of actions",
-        })
-    }
-}
-
 /// The outcome of one action.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {

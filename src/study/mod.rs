@@ -1,4 +1,17 @@
 //! Many runs: exploration counts, audits, the reproduction of the paper, reports.
+//!
+//! [`reproduce`] does the whole study of the paper into one folder. Every piece of it
+//! (a model, a count, a training) is a file or run of its own, so that a study that was
+//! interrupted goes on where it was, and one that is finished is only reported again.
 
 pub mod audit;
+mod figures;
 pub mod hits;
+mod plan;
+mod report;
+mod reproduce;
+
+pub use figures::model_error_figure;
+pub use plan::StudyPlan;
+pub use report::{HitsRow, LearningRow, ModelRow, Report};
+pub use reproduce::{StudyError, StudyProgress, reproduce};

@@ -48,6 +48,16 @@ impl RunView {
         Self::new(RunDirectory::open(path)?)
     }
 
+    /// Opens the run in a folder and reads all there is of its log.
+    ///
+    /// # Errors
+    /// As [`RunView::open`].
+    pub fn read(path: &Path) -> Result<Self, RunError> {
+        let mut view = Self::open(path)?;
+        view.poll();
+        Ok(view)
+    }
+
     pub(super) fn new(directory: RunDirectory) -> Result<Self, RunError> {
         let config = directory.config()?;
         let reader = directory.events();

@@ -411,9 +411,7 @@ impl Session {
         let index = match known {
             Some(index) => index,
             None => {
-                let mut view = RunView::open(folder)?;
-                view.poll();
-                self.runs.push(view);
+                self.runs.push(RunView::read(folder)?);
                 self.runs.len() - 1
             }
         };

@@ -1,0 +1,225 @@
+//! The data of a study as the data of the paper's figures.
+
+use std::sync::Arc;
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::hits::{Explorer, Guided};
+use super::plan::StudyPlan;
+use super::report::{HitsRow, Report, method_label};
+use crate::dynamics::{Errors, Evaluation, Launch, Model, Split, collect};
+use crate::env::Environment;
+use crate::figures::{
+    Curve, CurvePanel, Edge, Estimate, Hits, Instant, Launches, LearningCurves, ModelError, PolicyHits, Predictor,
+    RelativeFrames, Statistics, TaskHits, ToolLaunches,
+};
+use crate::guidance::ActionPrior;
+use crate::physics::{Ball, PHYSICS_DT, ToolKind, to_normalised};
+use crate::run::EpisodeRecord;
+use crate::stats::aggregate::iqm;
+use crate::stats::{Bootstrap, StatsError, TaskScores};
+use crate::task::{Form, Task, ToolSpec};
+use crate::trainer::WINDOW;
+use crate::workbench::EvaluationRecord;
+
+/// Launches drawn for each tool in figure 1.
+const SHOWN_LAUNCHES: usize = 24;
+/// Points of a learning curve in figure 6.
+const CURVE_POINTS: usize = 100;
+
+const INTERVAL: &str = "95 % bootstrap interval over seeds";
+
+/// Figure 1: launches at a tool of the usual size.
+pub(super) fn launches(plan: &StudyPlan) -> Launches {
+    let tool = |kind: ToolKind| {
+        let launches = collect(kind, plan.model_training.observations, Split::Training, plan.model_training.seed);
+        // One tool stands for all: the launches are drawn relative to theirs.
+        let shown: Vec<&Launch> = nearest_in_size(&launches, kind.default_size());
+        let trajectory = |launch: &&Launch| {
+            let [x, y] = launch.tool.position;
+            let at_centre = |state: &crate::physics::BallState| {
+                to_normalised([state.position[0] - x + 42.0, state.position[1] - y + 42.0])
+            };
+            launch.states.iter().map(at_centre).collect()
+        };
+        let form = Form { size: shown.first().map(|launch| launch.tool.size), ..Form::default() };
+        ToolLaunches {
+            tool: ToolSpec { kind, position: [0.0, 0.0], form },
+            ball_radius: Ball::default().radius,
+            trajectories: shown.iter().map(trajectory).collect(),
+            observations: launches.len(),
+        }
+    };
+    Launches { tools: ToolKind::ALL.into_iter().map(tool).collect() }
+}
+
+/// The launches whose tools are closest to `size`.
+fn nearest_in_size(launches: &[Launch], size: f32) -> Vec<&Launch> {
+    let mut sorted: Vec<&Launch> = launches.iter().collect();
+    sorted.sort_by(|a, b| (a.tool.size - size).abs().total_cmp(&(b.tool.size - size).abs()));
+    sorted.truncate(SHOWN_LAUNCHES);
+    sorted
+}
+
+/// Figure 2: an episode of guided play, at three instants.
+pub(super) fn relative_frames(task: &Task, prior: &ActionPrior, cutoff: f32, seed: u64) -> RelativeFrames {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut env = Environment::new(Arc::new(task.clone()));
+    env.reset(&mut rng);
+    let mut explorer = Guided(prior);
+    let mut path = vec![to_normalised(env.snapshot().ball().position)];
+    for _ in 0..6 {
+        let action = explorer.act(&env, &mut rng);
+        if env.step_watched(action, |world| path.push(to_normalised(world.ball(0).position))).is_err() {
+            break;
+        }
+    }
+    let tools: Vec<_> = env.snapshot().world().tools().copied().collect();
+    let instant = |share: usize| {
+        let step = (path.len() - 1) * share / 3;
+        let ball = path[step];
+        let edges = tools.iter().map(|tool| Edge {
+            object: to_normalised(tool.position),
+            active: tool.surface(crate::physics::to_units(ball)).0 <= cutoff,
+        });
+        let time = step as f32 * PHYSICS_DT;
+        Instant { time, ball, trail: path[..step].to_vec(), edges: edges.collect() }
+    };
+    RelativeFrames {
+        task: task.clone(),
+        placed: env.snapshot().placed().to_vec(),
+        cutoff,
+        instants: (1..=3).map(instant).collect(),
+    }
+}
+
+/// Figure 5: hit counts with intervals over seeds.
+pub(super) fn hits(report: &Report, plan: &StudyPlan, bootstrap: &Bootstrap) -> Result<Hits, StatsError> {
+    let tasks = plan.tasks.iter().map(|task| {
+        let policies = ["guided", "random"].into_iter().map(|policy| {
+            let rows: Vec<&HitsRow> =
+                report.hits.iter().filter(|row| row.task == task.name && row.policy == policy).collect();
+            let count = |of: &dyn Fn(&HitsRow) -> u32| {
+                bootstrap.mean(&rows.iter().map(|row| f64::from(of(row))).collect::<Vec<_>>()).map(estimate)
+            };
+            let subgoals = (0..task.subgoals.len()).map(|n| count(&|row: &HitsRow| row.subgoals[n]));
+            let label = if policy == "guided" { "model-guided exploration" } else { "random exploration (actor + OU)" };
+            Ok(PolicyHits {
+                policy: label.to_owned(),
+                goal: count(&|row| row.goal)?,
+                subgoals: subgoals.collect::<Result<_, StatsError>>()?,
+            })
+        });
+        Ok(TaskHits { task: task.name.clone(), policies: policies.collect::<Result<_, StatsError>>()? })
+    });
+    Ok(Hits {
+        episodes: plan.hit_episodes as usize,
+        statistics: Statistics {
+            centre: "mean".to_owned(),
+            interval: INTERVAL.to_owned(),
+            seeds: plan.hit_seeds as usize,
+        },
+        tasks: tasks.collect::<Result<_, StatsError>>()?,
+    })
+}
+
+/// What the curves of one training are made of.
+pub(super) struct RunCurves {
+    /// Name of the task.
+    pub task: String,
+    /// `ddpg` or `ddpg-mge`.
+    pub method: String,
+    /// The epsilon schedule.
+    pub epsilon: String,
+    /// Its episodes.
+    pub records: Vec<EpisodeRecord>,
+    /// Its greedy evaluations.
+    pub evaluations: Vec<EvaluationRecord>,
+}
+
+/// Figure 6: interquartile mean of the rolling success over seeds, of training or of
+/// the greedy evaluations.
+pub(super) fn learning_curves(
+    runs: &[RunCurves],
+    plan: &StudyPlan,
+    bootstrap: &Bootstrap,
+    greedy: bool,
+) -> Result<LearningCurves, StatsError> {
+    let mut panels = Vec::new();
+    for task in &plan.tasks {
+        let mut panel = CurvePanel { task: task.name.clone(), curves: Vec::new() };
+        let of_task: Vec<&RunCurves> = runs.iter().filter(|run| run.task == task.name).collect();
+        let mut labels: Vec<String> = of_task.iter().map(|run| method_label(&run.method, &run.epsilon)).collect();
+        labels.dedup();
+        for label in labels {
+            let seeds: Vec<Vec<[f64; 2]>> = of_task
+                .iter()
+                .filter(|run| method_label(&run.method, &run.epsilon) == label)
+                .map(|run| if greedy { greedy_points(run) } else { training_points(run) })
+                .collect();
+            panel.curves.push(summary_curve(label, &seeds, bootstrap)?);
+        }
+        panels.push(panel);
+    }
+    let statistics = Statistics {
+        centre: "interquartile mean".to_owned(),
+        interval: INTERVAL.to_owned(),
+        seeds: plan.learning_seeds as usize,
+    };
+    Ok(LearningCurves { greedy, window: WINDOW, statistics, panels })
+}
+
+fn training_points(run: &RunCurves) -> Vec<[f64; 2]> {
+    let every = run.records.len().div_ceil(CURVE_POINTS).max(1);
+    let chosen = run.records.iter().skip(every - 1).step_by(every);
+    chosen.map(|record| [record.episode as f64, record.rolling_success]).collect()
+}
+
+fn greedy_points(run: &RunCurves) -> Vec<[f64; 2]> {
+    run.evaluations.iter().map(|evaluation| [evaluation.episode as f64, evaluation.success]).collect()
+}
+
+fn summary_curve(label: String, seeds: &[Vec<[f64; 2]>], bootstrap: &Bootstrap) -> Result<Curve, StatsError> {
+    let mut curve = Curve { label, ..Curve::default() };
+    let points = seeds.iter().map(Vec::len).min().unwrap_or(0);
+    for point in 0..points {
+        let values: Vec<f64> = seeds.iter().map(|seed| seed[point][1]).collect();
+        let summary = bootstrap.stratified(&TaskScores::of_one_task(&values)?, iqm)?;
+        curve.x.push(seeds[0][point][0]);
+        curve.y.push(summary.value);
+        curve.low.push(summary.lower);
+        curve.high.push(summary.upper);
+    }
+    Ok(curve)
+}
+
+/// Errors of a model and its baselines on fresh launches.
+pub fn model_error_figure(evaluation: &Evaluation, model: &Model) -> ModelError {
+    type Of = fn(&crate::dynamics::Compared<crate::dynamics::OneTool>) -> &crate::dynamics::OneTool;
+    let predictors: [(&str, Of); 3] = [
+        ("graph network", |compared| &compared.model),
+        ("constant velocity", |compared| &compared.constant_velocity),
+        ("nearest sample", |compared| &compared.nearest_sample),
+    ];
+    let exact = |errors: &Errors| Estimate::exact(errors.mean);
+    let predictors = predictors.map(|(label, of)| Predictor {
+        label: label.to_owned(),
+        one_step: evaluation.launches.iter().map(|tool| exact(&of(&tool.errors).one_step)).collect(),
+        rollout: evaluation.launches.iter().map(|tool| of(&tool.errors).rollout.iter().map(exact).collect()).collect(),
+    });
+    ModelError {
+        tools: evaluation.launches.iter().map(|tool| tool.tool.to_string()).collect(),
+        step_seconds: f64::from(model.config().interval as f32 * PHYSICS_DT),
+        statistics: Statistics {
+            centre: format!("mean of {} launches", evaluation.config.launches),
+            interval: String::new(),
+            seeds: 1,
+        },
+        predictors: predictors.into(),
+    }
+}
+
+fn estimate(estimate: crate::stats::Estimate) -> Estimate {
+    Estimate { value: estimate.value, low: estimate.lower, high: estimate.upper }
+}

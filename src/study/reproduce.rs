@@ -1,0 +1,395 @@
+//! The whole study of the paper, into one folder.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::figures::{RunCurves, hits as hits_figure, launches, learning_curves, relative_frames};
+use super::hits::{ActorNoise, Guided, Hits, count_hits};
+use super::plan::StudyPlan;
+use super::report::{HitsRow, LearningRow, ModelRow, Report, run_efficiency};
+use crate::agent::{ConfigError, DdpgConfig};
+use crate::dynamics::{DynamicsError, Ended, Evaluation, Model, Training, evaluate, tool_set_name};
+use crate::figures::{ActionSamples, DEFAULT_DPI, Figure, FigureError, Provenance, TaskGrid};
+use crate::guidance::{ActionPrior, GuidanceError};
+use crate::physics::ToolKind;
+use crate::run::{RunDirectory, RunError, RunState, config_hash};
+use crate::stats::{Bootstrap, StatsError};
+use crate::task::Task;
+use crate::trainer::{ConductError, PriorError, PriorSource, RunConfig, Watch, build_prior, conduct};
+use crate::workbench::{RunView, sampled_actions};
+
+/// Why a study could not be finished. What it has done so far stays.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// The folder holds another study.
+    #[error("{}: this folder holds a study with other numbers: choose another with --out", path.display())]
+    OtherStudy { path: PathBuf },
+    /// A file cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    Io { path: PathBuf, source: std::io::Error },
+    /// A file is not what it should be.
+    #[error("{}: {message}: remove it, and the study makes it again", path.display())]
+    Content { path: PathBuf, message: String },
+    /// A dynamics model.
+    #[error(transparent)]
+    Dynamics(#[from] DynamicsError),
+    /// A model's training diverged.
+    #[error("the training of the {tools} model diverged in epoch {epoch}: {reason}")]
+    Diverged { tools: String, epoch: u32, reason: String },
+    /// An action prior.
+    #[error(transparent)]
+    Prior(#[from] PriorError),
+    /// A saved action prior.
+    #[error(transparent)]
+    Guidance(#[from] GuidanceError),
+    /// The untrained agent.
+    #[error(transparent)]
+    Agent(#[from] ConfigError),
+    /// A run's files.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// A training.
+    #[error("{run}: {source}")]
+    Training { run: String, source: ConductError },
+    /// A statistic.
+    #[error(transparent)]
+    Stats(#[from] StatsError),
+    /// A figure.
+    #[error(transparent)]
+    Figure(#[from] FigureError),
+}
+
+/// How far a study is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StudyProgress {
+    /// Pieces of work done.
+    pub done: u64,
+    /// Pieces in all, weighted by how long they take.
+    pub total: u64,
+    /// What is being done.
+    pub message: String,
+}
+
+/// Seconds one core takes for the pieces of a study, roughly: weights of progress.
+const SECONDS_PER_EPOCH: f64 = 0.03;
+const SECONDS_PER_PRIOR: f64 = 2.0;
+const SECONDS_PER_EPISODE: f64 = 0.008;
+
+/// Does the study of `plan` in `folder`, or what is missing of it, on all threads of
+/// the current rayon pool. `command` is what makes it again; `tell` hears of progress,
+/// from any thread.
+///
+/// # Errors
+/// At the first piece that fails; what is done stays, and the next call goes on.
+pub fn reproduce(
+    plan: &StudyPlan,
+    folder: &Path,
+    command: &str,
+    tell: &(dyn Fn(&StudyProgress) + Sync),
+) -> Result<Report, StudyError> {
+    for name in ["models", "priors", "hits", "runs", "figures"] {
+        let path = folder.join(name);
+        std::fs::create_dir_all(&path).map_err(|source| StudyError::Io { path, source })?;
+    }
+    claim(plan, folder)?;
+    let study = Study { plan, folder, command, tell, done: AtomicU64::new(0), total: total_work(plan) };
+    let models = study.models()?;
+    let priors = study.priors()?;
+    let hits = study.hits(&priors)?;
+    let (learning, curves) = study.learning()?;
+    let report = Report { version: Report::VERSION, hits, learning, models };
+    study.figures(&report, &priors, &curves)?;
+    study.write_json("report.json", &report)?;
+    let text = report.to_markdown(plan, command)?;
+    study.write("report.md", text.as_bytes())?;
+    Ok(report)
+}
+
+/// A folder belongs to one plan.
+fn claim(plan: &StudyPlan, folder: &Path) -> Result<(), StudyError> {
+    let path = folder.join("plan.json");
+    // Plain data always serialises.
+    let text = serde_json::to_string_pretty(plan).expect("a plan is plain data") + "\n";
+    match std::fs::read_to_string(&path) {
+        Ok(found) if found == text => Ok(()),
+        Ok(_) => Err(StudyError::OtherStudy { path: folder.to_owned() }),
+        Err(_) => crate::atomic::write(&path, text.as_bytes()).map_err(|source| StudyError::Io { path, source }),
+    }
+}
+
+fn total_work(plan: &StudyPlan) -> u64 {
+    let models = plan.tool_sets().iter().map(|tools| model_work(plan, tools)).sum::<u64>();
+    let priors = plan.tasks.len() as u64 * plan.builds * work(SECONDS_PER_PRIOR);
+    models + priors + plan.runs().iter().map(run_work).sum::<u64>()
+}
+
+fn model_work(plan: &StudyPlan, tools: &[ToolKind]) -> u64 {
+    work(SECONDS_PER_EPOCH * f64::from(plan.model_training.epochs) * tools.len() as f64 / 2.0)
+}
+
+fn run_work(config: &RunConfig) -> u64 {
+    work(SECONDS_PER_EPISODE * f64::from(config.episodes))
+}
+
+/// Milliseconds of work.
+fn work(seconds: f64) -> u64 {
+    (1000.0 * seconds) as u64
+}
+
+struct Study<'a> {
+    plan: &'a StudyPlan,
+    folder: &'a Path,
+    command: &'a str,
+    tell: &'a (dyn Fn(&StudyProgress) + Sync),
+    done: AtomicU64,
+    total: u64,
+}
+
+/// A prior for hit counts.
+type TaskPrior = (Arc<Task>, Arc<ActionPrior>);
+
+impl Study<'_> {
+    fn advance(&self, work: u64, message: String) {
+        let done = self.done.fetch_add(work, Ordering::Relaxed) + work;
+        (self.tell)(&StudyProgress { done, total: self.total, message });
+    }
+
+    fn model_path(&self, tools: &[ToolKind]) -> PathBuf {
+        self.folder.join("models").join(format!("{}.safetensors", tool_set_name(tools)))
+    }
+
+    /// Trains and evaluates the dynamics model of each tool set.
+    fn models(&self) -> Result<Vec<ModelRow>, StudyError> {
+        self.plan.tool_sets().par_iter().map(|tools| self.model(tools)).collect()
+    }
+
+    fn model(&self, tools: &[ToolKind]) -> Result<ModelRow, StudyError> {
+        let path = self.model_path(tools);
+        let whole = model_work(self.plan, tools);
+        let model = if path.exists() {
+            self.advance(whole, format!("{} model is there", tool_set_name(tools)));
+            Model::load(&path)?
+        } else {
+            let model = self.train_model(tools, whole)?;
+            model.save(&path)?;
+            model
+        };
+        let evaluation: Evaluation = self.cached(&format!("models/{}.json", tool_set_name(tools)), || {
+            Ok(evaluate(&model, &self.plan.tasks, &self.plan.model_evaluation)?)
+        })?;
+        Ok(model_row(&evaluation))
+    }
+
+    fn train_model(&self, tools: &[ToolKind], whole: u64) -> Result<Model, StudyError> {
+        let name = tool_set_name(tools);
+        let (config, settings) = (self.plan.model.clone(), self.plan.model_training.clone());
+        let mut training = Training::new(config, settings, tools, self.command)?;
+        let mut told = 0;
+        let ended = training.run(|_, now| {
+            let until_now = whole * u64::from(now.epoch) / u64::from(now.epochs);
+            if until_now > told + whole / 100 || now.epoch == now.epochs {
+                self.advance(until_now - told, format!("{name} model, epoch {}, loss {:.4}", now.epoch, now.loss));
+                told = until_now;
+            }
+            true
+        });
+        match ended {
+            Ended::Diverged { epoch, reason } => Err(StudyError::Diverged { tools: name, epoch, reason }),
+            Ended::Done | Ended::Stopped => Ok(training.model().clone()),
+        }
+    }
+
+    /// The action priors of the hit counts: several builds for each task.
+    fn priors(&self) -> Result<Vec<TaskPrior>, StudyError> {
+        let tasks = self.plan.tasks.iter().map(|task| Arc::new(task.clone()));
+        let builds: Vec<(Arc<Task>, u64)> =
+            tasks.flat_map(|task| (0..self.plan.builds).map(move |build| (task.clone(), build))).collect();
+        builds
+            .into_par_iter()
+            .map(|(task, build)| {
+                let mut config = RunConfig::new(task.clone());
+                config.prior = PriorSource::ModelFile(self.model_path(&task.tool_set()).display().to_string());
+                config.seed = self.plan.seed + build;
+                let name = format!("priors/{}-{}.json", task.name, config.seed);
+                let prior: ActionPrior = self.cached(&name, || {
+                    // The build is never asked to stop.
+                    Ok(build_prior(&config, |_| true)?.unwrap_or_else(|| ActionPrior::uniform(&task, config.seed)))
+                })?;
+                self.advance(work(SECONDS_PER_PRIOR), format!("clusters of {}", task.name));
+                Ok((task, Arc::new(prior)))
+            })
+            .collect()
+    }
+
+    /// Figure 5's counts: guided play, seeds spread over the builds, and random play.
+    fn hits(&self, priors: &[TaskPrior]) -> Result<Vec<HitsRow>, StudyError> {
+        let mut counts: Vec<(Arc<Task>, Option<Arc<ActionPrior>>, u64)> = Vec::new();
+        for task in &self.plan.tasks {
+            let own: Vec<&TaskPrior> = priors.iter().filter(|(of, _)| **of == *task).collect();
+            for n in 0..self.plan.hit_seeds {
+                let (task, prior) = own[n as usize % own.len()];
+                counts.push((task.clone(), Some(prior.clone()), self.plan.seed + n));
+                counts.push((task.clone(), None, self.plan.seed + n));
+            }
+        }
+        counts.into_par_iter().map(|(task, prior, seed)| self.count(&task, prior.as_deref(), seed)).collect()
+    }
+
+    fn count(&self, task: &Arc<Task>, prior: Option<&ActionPrior>, seed: u64) -> Result<HitsRow, StudyError> {
+        let policy = if prior.is_some() { "guided" } else { "random" };
+        let hits: Hits = self.cached(&format!("hits/{}-{policy}-{seed}.json", task.name), || {
+            Ok(match prior {
+                Some(prior) => count_hits(task, &mut Guided(prior), self.plan.hit_episodes, seed),
+                None => {
+                    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+                    let mut actor = ActorNoise::untrained(task, &DdpgConfig::default(), &mut rng)?;
+                    count_hits(task, &mut actor, self.plan.hit_episodes, seed)
+                }
+            })
+        })?;
+        Ok(HitsRow {
+            task: task.name.clone(),
+            policy: policy.to_owned(),
+            seed,
+            episodes: hits.episodes,
+            goal: hits.goal,
+            subgoals: hits.subgoals,
+        })
+    }
+
+    /// Figure 6's trainings, each a run of its own.
+    fn learning(&self) -> Result<(Vec<LearningRow>, Vec<RunCurves>), StudyError> {
+        let failed: Mutex<Option<StudyError>> = Mutex::new(None);
+        let done: Vec<Option<(LearningRow, RunCurves)>> = self
+            .plan
+            .runs()
+            .into_par_iter()
+            .map(|config| match self.train(config) {
+                Ok(done) => Some(done),
+                // One failed training does not stop the others.
+                Err(error) => {
+                    failed.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+                    None
+                }
+            })
+            .collect();
+        match failed.into_inner().unwrap_or_else(PoisonError::into_inner) {
+            Some(error) => Err(error),
+            None => Ok(done.into_iter().flatten().unzip()),
+        }
+    }
+
+    fn train(&self, mut config: RunConfig) -> Result<(LearningRow, RunCurves), StudyError> {
+        config.prior = PriorSource::ModelFile(self.model_path(&config.task.tool_set()).display().to_string());
+        let epsilon = config.epsilon.to_string();
+        let name = format!("{}-{}-{}-{}", config.task.name, config.method, epsilon.replace(':', "_"), config.seed);
+        let path = self.folder.join("runs").join(&name);
+        let directory = match path.exists() {
+            true => RunDirectory::open(&path)?,
+            false => RunDirectory::create(&path, &config)?,
+        };
+        if directory.status()?.state != RunState::Finished {
+            let (_nobody, controls) = crossbeam_channel::unbounded();
+            conduct(&directory, &controls, &Watch::default())
+                .map_err(|source| StudyError::Training { run: name.clone(), source })?;
+        }
+        self.advance(run_work(&config), name);
+        let run = RunView::read(&path)?;
+        let successes: Vec<bool> = run.records().iter().map(|record| record.goal).collect();
+        let last_tenth = u64::from(config.episodes) * 9 / 10;
+        let greedy: Vec<f64> = run.evaluations().iter().filter(|e| e.episode > last_tenth).map(|e| e.success).collect();
+        let row = LearningRow {
+            task: config.task.name.clone(),
+            method: config.method.name().to_owned(),
+            epsilon: epsilon.clone(),
+            seed: config.seed,
+            episodes: successes.len() as u64,
+            efficiency: run_efficiency(&successes),
+            greedy_success: (!greedy.is_empty()).then(|| greedy.iter().sum::<f64>() / greedy.len() as f64),
+        };
+        let curves = RunCurves {
+            task: row.task.clone(),
+            method: row.method.clone(),
+            epsilon,
+            records: run.records().to_vec(),
+            evaluations: run.evaluations().to_vec(),
+        };
+        Ok((row, curves))
+    }
+
+    fn figures(&self, report: &Report, priors: &[TaskPrior], curves: &[RunCurves]) -> Result<(), StudyError> {
+        let plan = self.plan;
+        let bootstrap = Bootstrap { resamples: plan.resamples, ..Bootstrap::default() };
+        let first_prior = |task: &Task| priors.iter().find(|(of, _)| **of == *task).map(|(_, prior)| prior.clone());
+        self.figure("figure1", &launches(plan))?;
+        if let Some(task) = plan.tasks.first()
+            && let Some(prior) = first_prior(task)
+        {
+            self.figure("figure2", &relative_frames(task, &prior, plan.model.cutoff, plan.seed))?;
+        }
+        self.figure("figure3", &TaskGrid { tasks: plan.tasks.clone() })?;
+        let sampled = plan.tasks.iter().filter_map(|task| Some(sampled_actions(task, &*first_prior(task)?, plan.seed)));
+        self.figure("figure4", &ActionSamples { tasks: sampled.collect() })?;
+        self.figure("figure5", &hits_figure(report, plan, &bootstrap)?)?;
+        self.figure("figure6", &learning_curves(curves, plan, &bootstrap, false)?)?;
+        self.figure("figure6-greedy", &learning_curves(curves, plan, &bootstrap, true)?)
+    }
+
+    fn figure(&self, name: &str, figure: &impl Figure) -> Result<(), StudyError> {
+        let seeds: Vec<u64> = (self.plan.seed..self.plan.seed + self.plan.hit_seeds).collect();
+        let provenance = Provenance::new(self.command, &seeds, config_hash(self.plan)?);
+        let path = self.folder.join("figures").join(format!("{name}.png"));
+        Ok(figure.write(&path, &provenance, DEFAULT_DPI)?)
+    }
+
+    /// The value in a file of the study, or a new one, saved there.
+    fn cached<T: Serialize + DeserializeOwned>(
+        &self,
+        name: &str,
+        make: impl FnOnce() -> Result<T, StudyError>,
+    ) -> Result<T, StudyError> {
+        let path = self.folder.join(name);
+        match std::fs::read_to_string(&path) {
+            Ok(text) => {
+                serde_json::from_str(&text).map_err(|error| StudyError::Content { path, message: error.to_string() })
+            }
+            Err(_) => {
+                let value = make()?;
+                self.write_json(name, &value)?;
+                Ok(value)
+            }
+        }
+    }
+
+    fn write_json(&self, name: &str, value: &impl Serialize) -> Result<(), StudyError> {
+        // Plain data always serialises.
+        let text = serde_json::to_string_pretty(value).expect("results are plain data") + "\n";
+        self.write(name, text.as_bytes())
+    }
+
+    fn write(&self, name: &str, bytes: &[u8]) -> Result<(), StudyError> {
+        let path = self.folder.join(name);
+        crate::atomic::write(&path, bytes).map_err(|source| StudyError::Io { path, source })
+    }
+}
+
+fn model_row(evaluation: &Evaluation) -> ModelRow {
+    let average = |values: &mut dyn Iterator<Item = f64>| {
+        let values: Vec<f64> = values.collect();
+        values.iter().sum::<f64>() / values.len().max(1) as f64
+    };
+    let horizon = evaluation.scenes.iter().map(|scene| scene.rollout.model.len()).min().unwrap_or(0);
+    let after = |n: usize| average(&mut evaluation.scenes.iter().map(|scene| scene.rollout.model[n].mean));
+    ModelRow {
+        tools: evaluation.launches.iter().map(|tool| tool.tool.to_string()).collect(),
+        one_step_error: average(&mut evaluation.launches.iter().map(|tool| tool.errors.model.one_step.mean)),
+        rollout_error: (0..horizon).map(after).collect(),
+    }
+}
