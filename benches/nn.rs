@@ -19,19 +19,20 @@ const OBS: usize = 160;
 const ACT: usize = 2;
 
 fn main() {
-    if std::env::args().any(|a| a == "--median") {
-        medians();
-    } else {
-        divan::main();
+    let mut arguments = std::env::args().skip_while(|a| a != "--median");
+    match arguments.next() {
+        Some(_) => medians(arguments.next().as_deref()),
+        None => divan::main(),
     }
 }
 
-/// One JSON line a work item: the median of five groups, as the time of one call.
-fn medians() {
-    fn report(work: &str, calls: usize, mut call: impl FnMut()) {
-        for _ in 0..calls / 4 + 5 {
-            call();
+/// One JSON line a work item (or the one given): the median of five groups, as the time of a call.
+fn medians(only: Option<&str>) {
+    let report = |work: &str, calls: usize, call: &mut dyn FnMut()| {
+        if only.is_some_and(|only| only != work) {
+            return;
         }
+        (0..calls / 4 + 5).for_each(|_| call());
         let mut groups: Vec<f64> = (0..5)
             .map(|_| {
                 let start = Instant::now();
@@ -40,16 +41,15 @@ fn medians() {
             })
             .collect();
         groups.sort_by(f64::total_cmp);
-        let threads = rayon::current_num_threads();
-        println!(r#"{{"peer":"mge","work":"{work}","ms":{:.4},"threads":{threads}}}"#, groups[2]);
-    }
+        let (ms, threads) = (groups[2], rayon::current_num_threads());
+        println!(r#"{{"peer":"mge","work":"{work}","ms":{ms:.4},"threads":{threads}}}"#);
+    };
     let mut graph = Graph::new();
-    report("gnn_train_step", 100, || graph.train_step());
-    let mut graph = Graph::new();
+    report("gnn_train_step", 100, &mut || graph.train_step());
     let (e, x) = (random(4096, EDGE).as_vec(), random(4096, NODE).as_vec());
-    report("gnn_forward_4096", 10, || graph.predict(&e, &x));
+    report("gnn_forward_4096", 10, &mut || graph.predict(&e, &x));
     let mut ddpg = Ddpg::new();
-    report("ddpg_update", 300, || ddpg.update());
+    report("ddpg_update", 300, &mut || ddpg.update());
 }
 
 #[divan::bench]

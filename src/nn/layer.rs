@@ -116,3 +116,23 @@ pub(super) fn unpad_rows(rows: &[f32], columns: usize, dense: &mut [f32]) {
         to.copy_from_slice(&from[..columns]);
     }
 }
+
+/// `x` with its rows one after the other in memory, as copies out of dfdx need it.
+pub(super) fn dense<T: Tape<f32, Cpu>>(x: Matrix<T>) -> Matrix<T> {
+    let (rows, columns) = *x.shape();
+    // dfdx does not tell strides; addresses do.
+    let at = |i: usize, j: usize| &raw const x[[i, j]] as usize;
+    let is_dense = rows == 0
+        || columns == 0
+        || ((columns == 1 || at(0, 1) - at(0, 0) == size_of::<f32>())
+            && (rows == 1 || at(1, 0) - at(0, 0) == columns * size_of::<f32>()));
+    if is_dense { x } else { x.reshape_like(&(rows, columns)) }
+}
+
+/// The values of `x`, row-major. dfdx's own `as_vec` goes element by element.
+pub(super) fn values(x: &Matrix) -> Vec<f32> {
+    let x = dense(x.clone());
+    let mut values = vec![0.0; x.shape().num_elements()];
+    x.copy_into(&mut values);
+    values
+}

@@ -11,7 +11,7 @@ use rand::Rng;
 use super::{
     Init, Matrix, MlpShape, NnError, TensorFile, TensorFileError,
     kernel::Buffer,
-    layer::Layer,
+    layer::{Layer, dense},
     stack::{LayerGradients, PredictWorkspace, Workspace},
 };
 
@@ -128,7 +128,9 @@ impl Mlp {
         let mut y: Matrix = x.device().zeros_like(&(rows, self.shape.outputs()));
         let mut values = vec![0.0; rows * self.shape.outputs()];
         if !T::OWNS_TAPE {
-            self.predict(&x.as_vec(), rows, &mut values);
+            let mut workspace = self.prediction.take();
+            workspace.predict_tensor(&self.layers, &x, &mut values);
+            self.prediction.give_back(workspace);
             y.copy_from(&values);
             return y.put_tape(tape);
         }
@@ -270,16 +272,4 @@ pub(super) fn put_gradients(
         **grads.get_or_alloc_mut(&layer.bias)? = bias;
     }
     Ok(())
-}
-
-/// `x` with its rows one after the other in memory, as copies out of dfdx need it.
-fn dense<T: Tape<f32, Cpu>>(x: Matrix<T>) -> Matrix<T> {
-    let (rows, columns) = *x.shape();
-    // dfdx does not tell strides; addresses do.
-    let at = |i: usize, j: usize| &raw const x[[i, j]] as usize;
-    let is_dense = rows == 0
-        || columns == 0
-        || ((columns == 1 || at(0, 1) - at(0, 0) == size_of::<f32>())
-            && (rows == 1 || at(1, 0) - at(0, 0) == columns * size_of::<f32>()));
-    if is_dense { x } else { x.reshape_like(&(rows, columns)) }
 }

@@ -222,3 +222,141 @@ impl LayerStep<'_> {
         edit(&mut self.layer.bias, copy, |p| rule.apply(p, self.bias, self.mean, self.square));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use dfdx::prelude::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::nn::{Activation, InitScheme, Matrix, MlpShape, matrix};
+
+    const KINDS: [OptimiserKind; 3] = [OptimiserKind::Adam, OptimiserKind::Sgd, OptimiserKind::RmsProp];
+
+    fn network(seed: u64) -> Mlp {
+        let shape = MlpShape::uniform(2, 9, 1, 3, Activation::Tanh);
+        Mlp::new(shape, InitScheme::FanIn, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap()
+    }
+
+    fn samples() -> (Matrix, Matrix) {
+        let x: Vec<f32> = (0..40).map(|i| (i as f32 * 0.7).sin()).collect();
+        let y = x.chunks(2).map(|p| p[0] * p[1]).collect();
+        let device = Cpu::default();
+        (matrix(&device, x, 20, 2), matrix(&device, y, 20, 1))
+    }
+
+    fn train(net: &mut Mlp, optimiser: &mut Optimiser, rate: f32, steps: usize) -> f32 {
+        let (x, y) = samples();
+        let mut last = f32::NAN;
+        for _ in 0..steps {
+            let loss = (net.forward_data(x.leaky_trace()) - y.clone()).square().mean();
+            last = loss.array();
+            optimiser.update(&mut [net], &mut loss.backward(), rate).unwrap();
+        }
+        last
+    }
+
+    fn weights(net: &Mlp) -> Vec<(Vec<f32>, Vec<f32>)> {
+        net.layers().iter().map(Layer::values).collect()
+    }
+
+    #[test]
+    fn every_kind_learns() {
+        for (kind, rate) in KINDS.into_iter().zip([1e-2, 0.1, 1e-3]) {
+            let mut net = network(1);
+            let mut optimiser = Optimiser::new(kind, &[&net]);
+            let first = train(&mut net, &mut optimiser, rate, 1);
+            let last = train(&mut net, &mut optimiser, rate, 2000);
+            assert!(last < 0.2 * first, "{kind:?}: {first} to {last}");
+            assert_eq!(optimiser.steps(), 2001);
+        }
+    }
+
+    #[test]
+    fn adam_agrees_with_that_of_dfdx() {
+        // One unit with weight w and bias b on one sample: dfdx's Adam on the same two numbers.
+        let shape = MlpShape::uniform(1, 1, 1, 1, Activation::Identity);
+        let mut rng = ChaCha8Rng::seed_from_u64(2);
+        let mut net = Mlp::new(shape, InitScheme::FanIn, &mut rng).unwrap();
+        let mut optimiser = Optimiser::new(OptimiserKind::Adam, &[&net]);
+        let device = Cpu::default();
+        let (w, b) = net.layers()[0].values();
+        let mut theirs = (device.tensor([w[0]]), device.tensor([b[0]]));
+        let mut adam = dfdx::optim::Adam::new(&theirs, dfdx::optim::AdamConfig { lr: 0.05, ..Default::default() });
+        let x = matrix(&device, vec![0.7], 1, 1);
+        for _ in 0..50 {
+            let loss = (net.forward_data(x.leaky_trace()) - 1.0).square().mean();
+            optimiser.update(&mut [&mut net], &mut loss.backward(), 0.05).unwrap();
+            let (w, b) = &theirs;
+            let grads = (w.leaky_trace() * 0.7 + b.clone() - 1.0).square().mean().backward();
+            dfdx::optim::Optimizer::update(&mut adam, &mut theirs, &grads).unwrap();
+            let (w, b) = net.layers()[0].values();
+            assert!((w[0] - theirs.0.array()[0]).abs() < 1e-5, "{} {:?}", w[0], theirs.0.array());
+            assert!((b[0] - theirs.1.array()[0]).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn a_saved_optimiser_continues_to_the_bit() {
+        for kind in KINDS {
+            let mut net = network(3);
+            let mut optimiser = Optimiser::new(kind, &[&net]);
+            train(&mut net, &mut optimiser, 1e-2, 5);
+            let mut file = TensorFile::default();
+            net.save(&mut file, "net");
+            optimiser.save(&mut file, "optimiser");
+            let file = TensorFile::from_bytes(&file.to_bytes()).unwrap();
+            let mut loaded_net = Mlp::load(net.shape().clone(), &file, "net").unwrap();
+            let mut loaded = Optimiser::load(&file, "optimiser").unwrap();
+            assert_eq!(loaded, optimiser);
+            train(&mut net, &mut optimiser, 1e-2, 5);
+            train(&mut loaded_net, &mut loaded, 1e-2, 5);
+            assert_eq!(weights(&loaded_net), weights(&net));
+            assert_eq!(loaded, optimiser);
+        }
+    }
+
+    #[test]
+    fn gradients_that_are_not_finite_change_nothing() {
+        for bad in [f32::NAN, f32::INFINITY] {
+            let mut net = network(4);
+            let mut optimiser = Optimiser::new(OptimiserKind::Adam, &[&net]);
+            train(&mut net, &mut optimiser, 1e-2, 3);
+            let (before, state) = (weights(&net), optimiser.clone());
+            let x = matrix(&Cpu::default(), vec![bad, 1.0], 1, 2);
+            let loss = net.forward_data(x.leaky_trace()).square().mean() * bad;
+            let mut grads = loss.backward();
+            let error = optimiser.update(&mut [&mut net], &mut grads, 1e-2).unwrap_err();
+            assert!(matches!(error, NnError::NotFinite { norm } if !norm.is_finite()));
+            assert_eq!((weights(&net), optimiser), (before, state));
+        }
+    }
+
+    #[test]
+    fn the_norm_is_that_of_all_gradients() {
+        let shape = MlpShape::uniform(1, 1, 1, 1, Activation::Identity);
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let mut net = Mlp::new(shape, InitScheme::FanIn, &mut rng).unwrap();
+        let mut optimiser = Optimiser::new(OptimiserKind::Sgd, &[&net]);
+        let x = matrix(&Cpu::default(), vec![0.75], 1, 1);
+        // d/dw = 0.75 * 4, d/db = 4
+        let mut grads = (net.forward_data(x.leaky_trace()) * 4.0).sum().backward();
+        let norm = optimiser.update(&mut [&mut net], &mut grads, 1e-3).unwrap();
+        assert!((norm - 5.0).abs() < 1e-6, "{norm}");
+    }
+
+    #[test]
+    fn other_networks_and_files_are_refused() {
+        let (mut net, other) = (network(6), network(7));
+        let mut optimiser = Optimiser::new(OptimiserKind::Adam, &[&net, &other]);
+        let mut grads = Gradients::leaky();
+        let error = optimiser.update(&mut [&mut net], &mut grads, 1e-3).unwrap_err();
+        assert!(matches!(error, NnError::OptimiserMismatch { .. }));
+        let mut file = TensorFile::default();
+        optimiser.save(&mut file, "a");
+        assert!(matches!(Optimiser::load(&file, "b"), Err(TensorFileError::Metadata { .. })));
+        file.metadata.insert("a.state".into(), "{}".into());
+        assert!(matches!(Optimiser::load(&file, "a"), Err(TensorFileError::Metadata { .. })));
+    }
+}

@@ -4,7 +4,10 @@ use std::sync::Arc;
 
 use dfdx::prelude::*;
 
-use super::Matrix;
+use super::{
+    Matrix,
+    layer::{dense, values},
+};
 
 /// `a` and `b` side by side: the rows of `a`, each followed by the same row of `b`. No gradient is
 /// computed for a `b` without a tape.
@@ -16,8 +19,8 @@ where
     T: Tape<f32, Cpu> + Merge<R>,
     R: Tape<f32, Cpu>,
 {
-    let (a, tape) = a.split_tape();
-    let (b, other) = b.split_tape();
+    let (a, tape) = dense(a).split_tape();
+    let (b, other) = dense(b).split_tape();
     join(a, b, tape.merge(other), [true, R::OWNS_TAPE])
 }
 
@@ -26,14 +29,14 @@ where
 /// # Panics
 /// If the numbers of rows differ.
 pub fn prepend_columns<T: Tape<f32, Cpu>>(data: &Matrix, x: Matrix<T>) -> Matrix<T> {
-    let (x, tape) = x.split_tape();
+    let (x, tape) = dense(x).split_tape();
     join(data.clone(), x, tape, [false, true])
 }
 
 fn join<T: Tape<f32, Cpu>>(a: Matrix, b: Matrix, mut tape: T, wanted: [bool; 2]) -> Matrix<T> {
     let ((rows, left), (rows_b, right)) = (*a.shape(), *b.shape());
     assert_eq!(rows, rows_b, "rows of the concatenated matrices");
-    let (av, bv) = (a.as_vec(), b.as_vec());
+    let (av, bv) = (values(&a), values(&b));
     let mut joined = Vec::with_capacity(rows * (left + right));
     for r in 0..rows {
         joined.extend_from_slice(&av[r * left..(r + 1) * left]);
@@ -62,11 +65,11 @@ fn join<T: Tape<f32, Cpu>>(a: Matrix, b: Matrix, mut tape: T, wanted: [bool; 2])
 /// # Panics
 /// If `target` has not one entry a row of `x`, or an entry is not below `rows`.
 pub fn scatter_sum<T: Tape<f32, Cpu>>(x: Matrix<T>, target: Arc<[usize]>, rows: usize) -> Matrix<T> {
-    let (x, mut tape) = x.split_tape();
+    let (x, mut tape) = dense(x).split_tape();
     let (count, columns) = *x.shape();
     assert_eq!(count, target.len(), "one target a row");
     assert!(target.iter().all(|&t| t < rows), "targets below {rows}");
-    let values = x.as_vec();
+    let values = values(&x);
     let mut sums = vec![0.0; rows * columns];
     for (row, &t) in values.chunks_exact(columns).zip(target.iter()) {
         let sum = &mut sums[t * columns..][..columns];
@@ -84,4 +87,39 @@ pub fn scatter_sum<T: Tape<f32, Cpu>>(x: Matrix<T>, target: Arc<[usize]>, rows: 
         Ok(())
     });
     out.put_tape(tape)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::nn::matrix;
+
+    fn grid(rows: usize, columns: usize, from: f32) -> Matrix {
+        let values = (0..rows * columns).map(|i| from + i as f32).collect();
+        matrix(&Cpu::default(), values, rows, columns)
+    }
+
+    #[test]
+    fn columns_are_joined_and_gradients_parted() {
+        let (a, b, weights) = (grid(2, 1, 1.0), grid(2, 2, 10.0), grid(2, 3, 100.0));
+        let joined = concat_columns(a.leaky_trace(), b.leaky_trace());
+        assert_eq!(joined.as_vec(), [1.0, 10.0, 11.0, 2.0, 12.0, 13.0]);
+        let grads = (joined * weights.clone()).sum().backward();
+        assert_eq!(grads.get(&a).as_vec(), [100.0, 103.0]);
+        assert_eq!(grads.get(&b).as_vec(), [101.0, 102.0, 104.0, 105.0]);
+
+        let joined = prepend_columns(&a, b.leaky_trace());
+        assert_eq!(joined.as_vec(), [1.0, 10.0, 11.0, 2.0, 12.0, 13.0]);
+        let grads = (joined * weights).sum().backward();
+        assert_eq!(grads.get(&b).as_vec(), [101.0, 102.0, 104.0, 105.0]);
+    }
+
+    #[test]
+    fn rows_with_one_target_are_summed() {
+        let x = grid(3, 2, 1.0);
+        let out = scatter_sum(x.leaky_trace(), Arc::from([2, 0, 2]), 4);
+        assert_eq!(out.as_vec(), [3.0, 4.0, 0.0, 0.0, 6.0, 8.0, 0.0, 0.0]);
+        let grads = (out * grid(4, 2, 0.0)).sum().backward();
+        assert_eq!(grads.get(&x).as_vec(), [4.0, 5.0, 0.0, 1.0, 4.0, 5.0]);
+    }
 }

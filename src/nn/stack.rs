@@ -5,9 +5,11 @@
 //! element in the order of the rows however they are cut, so all results are the same to the bit
 //! for any number of threads.
 
+use dfdx::prelude::*;
 use rayon::prelude::*;
 
 use super::{
+    Matrix,
     kernel::{Buffer, ColumnSums, Derivative, Epilogue, Kernel, Product, Start, Transpose, padded},
     layer::{Layer, LoadedLayer, pad_rows, unpad_rows},
 };
@@ -263,6 +265,7 @@ fn parameter_gradients(
 /// Memory of a prediction that keeps nothing for a backward pass.
 #[derive(Debug, Default)]
 pub(super) struct PredictWorkspace {
+    x: Buffer,
     threads: Vec<PredictSpace>,
 }
 
@@ -276,6 +279,16 @@ struct PredictSpace {
 const CHUNK: usize = 192;
 
 impl PredictWorkspace {
+    /// `y` = outputs for the rows of `x`, whose memory is dense.
+    pub fn predict_tensor(&mut self, layers: &[Layer], x: &Matrix, y: &mut [f32]) {
+        let (rows, columns) = *x.shape();
+        let mut values = std::mem::take(&mut self.x);
+        values.resize(rows * columns);
+        x.copy_into(&mut values);
+        self.predict(layers, &values, rows, y);
+        self.x = values;
+    }
+
     /// `y` = outputs for `rows` rows of `x`; both dense.
     pub fn predict(&mut self, layers: &[Layer], x: &[f32], rows: usize, y: &mut [f32]) {
         let (Some(first), Some(last)) = (layers.first(), layers.last()) else { return };

@@ -128,3 +128,73 @@ impl View for &Entry {
         self.values.len() * 4
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file() -> TensorFile {
+        let mut file = TensorFile::default();
+        file.metadata.insert("kind".into(), "test \"quoted\"".into());
+        file.metadata.insert("version".into(), "1".into());
+        file.insert("b".into(), vec![2, 3], vec![1.0, -2.5, 3e-20, 4.0, 5.0, f32::MIN]);
+        file.insert("a".into(), vec![1], vec![0.1]);
+        file
+    }
+
+    #[test]
+    fn bytes_bring_everything_back() {
+        let bytes = file().to_bytes();
+        assert_eq!(TensorFile::from_bytes(&bytes).unwrap(), file());
+        assert_eq!(file().to_bytes(), bytes, "equal content, equal bytes");
+        assert_eq!(file().names().collect::<Vec<_>>(), ["a", "b"]);
+        let empty = TensorFile::default();
+        assert_eq!(TensorFile::from_bytes(&empty.to_bytes()).unwrap(), empty);
+    }
+
+    #[test]
+    fn every_truncation_is_refused() {
+        let bytes = file().to_bytes();
+        for n in 0..bytes.len() {
+            let error = TensorFile::from_bytes(&bytes[..n]).unwrap_err();
+            assert!(matches!(error, TensorFileError::Damaged { .. }), "{n}: {error}");
+        }
+        let mut longer = bytes;
+        longer.push(0);
+        let error = TensorFile::from_bytes(&longer).unwrap_err();
+        assert!(matches!(error, TensorFileError::Damaged { .. }));
+    }
+
+    #[test]
+    fn foreign_bytes_are_refused() {
+        for bytes in [&b"{\"version\": 1, \"name\": \"a task\"}"[..], &[0xff; 64], &[0; 64]] {
+            let error = TensorFile::from_bytes(bytes).unwrap_err();
+            assert!(matches!(error, TensorFileError::Foreign { .. }), "{error}");
+        }
+    }
+
+    #[test]
+    fn tensors_that_do_not_fit_are_refused() {
+        let mut file = file();
+        file.insert("nan".into(), vec![2], vec![0.0, f32::NAN]);
+        let file = TensorFile::from_bytes(&file.to_bytes()).unwrap();
+        assert_eq!(file.get("a", &[1]).unwrap(), [0.1]);
+        let error = file.get("c", &[1]).unwrap_err();
+        assert_eq!(error, TensorFileError::Missing { name: "c".into() });
+        let error = file.get("b", &[3, 2]).unwrap_err();
+        let expected = TensorFileError::WrongShape { name: "b".into(), expected: vec![3, 2], found: vec![2, 3] };
+        assert_eq!(error, expected);
+        let error = file.get("nan", &[2]).unwrap_err();
+        assert_eq!(error, TensorFileError::NotFinite { name: "nan".into() });
+    }
+
+    #[test]
+    fn other_number_types_are_refused() {
+        let text = r#"{"x":{"dtype":"I32","shape":[1],"data_offsets":[0,4]}}"#;
+        let mut bytes = (text.len() as u64).to_le_bytes().to_vec();
+        bytes.extend(text.bytes());
+        bytes.extend([0; 4]);
+        let error = TensorFile::from_bytes(&bytes).unwrap_err();
+        assert!(matches!(error, TensorFileError::WrongType { .. }), "{error}");
+    }
+}

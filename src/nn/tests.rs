@@ -5,7 +5,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::mlp::take_gradients;
-use super::{Activation, InitScheme, Matrix, Mlp, MlpShape, TensorFile, matrix};
+use super::{Activation, InitScheme, Matrix, Mlp, MlpShape, NnError, Optimiser, OptimiserKind, TensorFile, matrix};
 
 const ACTIVATIONS: [Activation; 3] = [Activation::Identity, Activation::Relu, Activation::Tanh];
 
@@ -98,5 +98,202 @@ fn fused_network_agrees_with_plain_dfdx() {
                 close(&mine, &theirs, 1e-5, &what);
             }
         }
+    }
+}
+
+/// Mean of the squared outputs in `f64`, for finite differences.
+fn loss_in_f64(shape: &MlpShape, values: &[(Vec<f64>, Vec<f64>)], x: &[f64]) -> f64 {
+    let mut x = x.to_vec();
+    for (i, (w, b)) in values.iter().enumerate() {
+        let (inputs, outputs) = (shape.sizes[i], shape.sizes[i + 1]);
+        let mut y = Vec::new();
+        for row in x.chunks_exact(inputs) {
+            for o in 0..outputs {
+                let z = b[o] + (0..inputs).map(|k| row[k] * w[k * outputs + o]).sum::<f64>();
+                y.push(match shape.activation(i) {
+                    Activation::Identity => z,
+                    Activation::Relu => z.max(0.0),
+                    Activation::Tanh => z.tanh(),
+                });
+            }
+        }
+        x = y;
+    }
+    x.iter().map(|y| y * y).sum::<f64>() / x.len() as f64
+}
+
+#[test]
+fn gradients_agree_with_central_differences() {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let wide = |v: Vec<f32>| v.into_iter().map(f64::from).collect::<Vec<f64>>();
+    for hidden in ACTIVATIONS {
+        for output in ACTIVATIONS {
+            let shape = MlpShape { sizes: vec![4, 18, 7, 3], hidden, output };
+            let net = Mlp::new(shape.clone(), InitScheme::FanIn, &mut rng).unwrap();
+            let x = random(5, 4, &mut rng);
+            let mut grads = net.forward(x.leaky_trace()).square().mean().backward();
+            let mut found = wide(grads.get(&x).as_vec());
+            for (w, b) in take_gradients(net.layers(), &mut grads).unwrap() {
+                found.extend(wide(w));
+                found.extend(wide(b));
+            }
+            let mut values: Vec<_> = net.layers().iter().map(|l| l.values()).map(|(w, b)| (wide(w), wide(b))).collect();
+            let mut x = wide(x.as_vec());
+            let mut expected = Vec::new();
+            let step = 1e-6;
+            for i in 0..x.len() {
+                let mut at = |d: f64| {
+                    x[i] += d;
+                    let loss = loss_in_f64(&shape, &values, &x);
+                    x[i] -= d;
+                    loss
+                };
+                expected.push((at(step) - at(-step)) / (2.0 * step));
+            }
+            for layer in 0..values.len() {
+                for part in 0..2 {
+                    let count = [values[layer].0.len(), values[layer].1.len()][part];
+                    for i in 0..count {
+                        let mut at = |d: f64| {
+                            let (w, b) = &mut values[layer];
+                            let value = if part == 0 { &mut w[i] } else { &mut b[i] };
+                            *value += d;
+                            let loss = loss_in_f64(&shape, &values, &x);
+                            let (w, b) = &mut values[layer];
+                            let value = if part == 0 { &mut w[i] } else { &mut b[i] };
+                            *value -= d;
+                            loss
+                        };
+                        expected.push((at(step) - at(-step)) / (2.0 * step));
+                    }
+                }
+            }
+            assert_eq!(found.len(), expected.len());
+            for (i, (f, e)) in found.iter().zip(&expected).enumerate() {
+                assert!((f - e).abs() < 2e-6 + 1e-5 * e.abs(), "{shape:?} [{i}]: {f} and {e}");
+            }
+        }
+    }
+}
+
+/// Two training steps and a prediction; all bytes that come out.
+fn train_and_predict() -> Vec<u32> {
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let shape = MlpShape::uniform(21, 64, 20, 9, Activation::Tanh);
+    let mut net = Mlp::new(shape, InitScheme::Xavier, &mut rng).unwrap();
+    let mut optimiser = Optimiser::new(OptimiserKind::Adam, &[&net]);
+    let x = random(331, 21, &mut rng);
+    let mut bits = Vec::new();
+    for _ in 0..2 {
+        let mut grads = net.forward(x.leaky_trace()).square().mean().backward();
+        optimiser.update(&mut [&mut net], &mut grads, 1e-2).unwrap();
+        bits.extend(grads.get(&x).as_vec());
+    }
+    let mut y = Vec::new();
+    net.predict_into(&x.as_vec(), 331, &mut y);
+    bits.extend(y);
+    bits.into_iter().map(f32::to_bits).collect()
+}
+
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(train_and_predict)
+    };
+    let one = with(1);
+    assert!(one == with(2), "two threads");
+    assert!(one == with(3), "three threads");
+}
+
+#[test]
+fn a_row_is_predicted_alike_in_any_company() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let net = Mlp::new(MlpShape::uniform(7, 40, 3, 4, Activation::Relu), InitScheme::FanIn, &mut rng).unwrap();
+    let x = random(500, 7, &mut rng).as_vec();
+    let (mut all, mut one) = (Vec::new(), Vec::new());
+    net.predict_into(&x, 500, &mut all);
+    for row in [0, 5, 191, 192, 499] {
+        net.predict_into(&x[row * 7..][..7], 1, &mut one);
+        assert_eq!(one, all[row * 3..][..3], "row {row}");
+    }
+    net.predict_into(&[], 0, &mut one);
+    assert!(one.is_empty());
+}
+
+#[test]
+fn frozen_and_data_passes_leave_out_what_they_say() {
+    let mut rng = ChaCha8Rng::seed_from_u64(6);
+    let shape = MlpShape::uniform(6, 20, 2, 3, Activation::Tanh);
+    let net = Mlp::new(shape, InitScheme::FanIn, &mut rng).unwrap();
+    let x = random(9, 6, &mut rng);
+    let mut both = net.forward(x.leaky_trace()).square().mean().backward();
+    let mut data = net.forward_data(x.leaky_trace()).square().mean().backward();
+    let mut frozen = net.forward_frozen(x.leaky_trace()).square().mean().backward();
+    assert_eq!(frozen.get(&x).as_vec(), both.get(&x).as_vec());
+    let of = |grads: &mut Gradients<f32, Cpu>| take_gradients(net.layers(), grads).unwrap();
+    let expected = of(&mut both);
+    assert_eq!(of(&mut data), expected);
+    assert!(expected.iter().all(|(w, _)| w.iter().any(|g| *g != 0.0)));
+    assert!(of(&mut frozen).iter().all(|(w, b)| w.iter().chain(b).all(|g| *g == 0.0)));
+    assert!(data.get_or_alloc_mut(&x).unwrap().iter().all(|g| *g == 0.0));
+}
+
+#[test]
+fn a_network_used_twice_sums_its_gradients() {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let net = Mlp::new(MlpShape::uniform(3, 8, 2, 2, Activation::Tanh), InitScheme::FanIn, &mut rng).unwrap();
+    let (a, b) = (random(4, 3, &mut rng), random(5, 3, &mut rng));
+    let ya = net.forward(a.leaky_trace()).square().sum();
+    let mut together = (ya + net.forward(b.leaky_trace()).square().sum()).backward();
+    let mut first = net.forward(a.leaky_trace()).square().sum().backward();
+    let mut second = net.forward(b.leaky_trace()).square().sum().backward();
+    let of = |grads: &mut Gradients<f32, Cpu>| {
+        let taken = take_gradients(net.layers(), grads).unwrap();
+        taken.into_iter().flat_map(|(w, b)| [w, b]).flatten().collect::<Vec<f32>>()
+    };
+    let (first, second) = (of(&mut first), of(&mut second));
+    let sum: Vec<f32> = first.iter().zip(&second).map(|(a, b)| a + b).collect();
+    close(&of(&mut together), &sum, 1e-6, "gradients");
+}
+
+#[test]
+fn a_view_with_other_strides_is_read_in_its_own_order() {
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    let net = Mlp::new(MlpShape::uniform(4, 8, 2, 2, Activation::Tanh), InitScheme::FanIn, &mut rng).unwrap();
+    let turned = random(4, 6, &mut rng).permute::<_, Axes2<1, 0>>();
+    let dense = matrix(&Cpu::default(), turned.as_vec(), 6, 4);
+    let y = net.forward(dense.leaky_trace());
+    assert_eq!(net.forward(turned.clone()).as_vec(), y.as_vec());
+    let grads = y.square().mean().backward();
+    let turned_grads = net.forward(turned.leaky_trace()).square().mean().backward();
+    assert_eq!(turned_grads.get(&turned).as_vec(), grads.get(&dense).as_vec());
+}
+
+#[test]
+fn soft_update_keeps_one_minus_tau_of_the_target() {
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    let shape = MlpShape::uniform(5, 6, 3, 2, Activation::Relu);
+    let online = Mlp::new(shape.clone(), InitScheme::FanIn, &mut rng).unwrap();
+    let mut target = Mlp::new(shape, InitScheme::FanIn, &mut rng).unwrap();
+    let before = target.clone();
+    target.soft_update(&online, 0.1);
+    for i in 0..2 {
+        let [(t, tb), (o, ob), (b, bb)] = [&target, &online, &before].map(|net| net.layers()[i].values());
+        let mix = |b: &[f32], o: &[f32]| -> Vec<f32> { b.iter().zip(o).map(|(b, o)| 0.9 * b + 0.1 * o).collect() };
+        close(&t, &mix(&b, &o), 1e-6, "weight");
+        close(&tb, &mix(&bb, &ob), 1e-6, "bias");
+    }
+    target.soft_update(&online, 1.0);
+    assert_eq!(target.layers()[0].values(), online.layers()[0].values());
+}
+
+#[test]
+fn sizes_that_are_no_network_are_refused() {
+    let mut rng = ChaCha8Rng::seed_from_u64(10);
+    for sizes in [vec![], vec![3], vec![3, 0, 2]] {
+        let shape = MlpShape { sizes, hidden: Activation::Relu, output: Activation::Identity };
+        let error = Mlp::new(shape, InitScheme::Xavier, &mut rng).unwrap_err();
+        assert!(matches!(error, NnError::Shape { .. }));
     }
 }

@@ -8,6 +8,8 @@ mod buffer;
 mod elementwise;
 mod product;
 mod simd;
+#[cfg(test)]
+mod tests;
 mod update;
 
 use std::sync::OnceLock;

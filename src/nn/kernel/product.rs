@@ -44,6 +44,18 @@ pub(in crate::nn) struct Product<'a> {
     pub epilogue: Epilogue<'a>,
 }
 
+/// Rows of `b` that are used at a time, so that they stay in the innermost cache.
+const DEPTH_BLOCK: usize = 96;
+
+/// A range of the inner dimension.
+#[derive(Clone, Copy)]
+struct Part {
+    first: usize,
+    depth: usize,
+    is_start: bool,
+    is_end: bool,
+}
+
 impl Product<'_> {
     /// Panics unless the slices hold every element the sizes and strides reach.
     fn check(&self) {
@@ -71,23 +83,38 @@ impl Product<'_> {
     /// As for [`Kernel::run`], and `column + NV * LANES <= columns`.
     #[inline(always)]
     unsafe fn panel<S: Simd, const NV: usize>(&mut self, column: usize) {
+        let blocks = self.depth.div_ceil(DEPTH_BLOCK).max(1);
+        for block in 0..blocks {
+            let (first, end) = (self.depth * block / blocks, self.depth * (block + 1) / blocks);
+            let part = Part { first, depth: end - first, is_start: block == 0, is_end: end == self.depth };
+            // SAFETY: as for this function.
+            unsafe { self.block::<S, NV>(column, part) }
+        }
+    }
+
+    /// One part of the sums of a panel.
+    ///
+    /// # Safety
+    /// As for [`panel`](Self::panel); `part` lies within the depth.
+    #[inline(always)]
+    unsafe fn block<S: Simd, const NV: usize>(&mut self, column: usize, part: Part) {
         let mut row = 0;
         // SAFETY: the tiles cover the rows from 0 to `rows` and the caller's columns.
         unsafe {
             while row + 6 <= self.rows {
-                self.tile::<S, 6, NV>(row, column);
+                self.tile::<S, 6, NV>(row, column, part);
                 row += 6;
             }
             if row + 4 <= self.rows {
-                self.tile::<S, 4, NV>(row, column);
+                self.tile::<S, 4, NV>(row, column, part);
                 row += 4;
             }
             if row + 2 <= self.rows {
-                self.tile::<S, 2, NV>(row, column);
+                self.tile::<S, 2, NV>(row, column, part);
                 row += 2;
             }
             if row < self.rows {
-                self.tile::<S, 1, NV>(row, column);
+                self.tile::<S, 1, NV>(row, column, part);
             }
         }
     }
@@ -97,13 +124,14 @@ impl Product<'_> {
     /// # Safety
     /// As for [`Kernel::run`]; the tile lies inside the result.
     #[inline(always)]
-    unsafe fn tile<S: Simd, const MR: usize, const NV: usize>(&mut self, row: usize, column: usize) {
+    unsafe fn tile<S: Simd, const MR: usize, const NV: usize>(&mut self, row: usize, column: usize, part: Part) {
         // SAFETY: `check` has proven that all elements of the operands are inside their slices;
         // the tile's rows and columns are inside the result.
         unsafe {
             let c = self.c.as_mut_ptr().add(row * self.c_row + column);
             let mut sums = [[S::splat(0.0); NV]; MR];
-            match self.start {
+            let start = if part.is_start { self.start } else { Start::Accumulate };
+            match start {
                 Start::Zero => {}
                 Start::Row(start) => {
                     for v in 0..NV {
@@ -121,9 +149,9 @@ impl Product<'_> {
                     }
                 }
             }
-            let mut a = self.a.as_ptr().wrapping_add(row * self.a_row);
-            let mut b = self.b.as_ptr().wrapping_add(column);
-            for _ in 0..self.depth {
+            let mut a = self.a.as_ptr().wrapping_add(row * self.a_row + part.first * self.a_depth);
+            let mut b = self.b.as_ptr().wrapping_add(column + part.first * self.b_row);
+            for _ in 0..part.depth {
                 let mut b_vectors = [S::splat(0.0); NV];
                 for (v, vector) in b_vectors.iter_mut().enumerate() {
                     *vector = S::load(b.add(v * S::LANES));
@@ -141,6 +169,9 @@ impl Product<'_> {
                 for (v, &sum) in sum.iter().enumerate() {
                     S::store(c.add(r * self.c_row + v * S::LANES), sum);
                 }
+            }
+            if !part.is_end {
+                return;
             }
             // A pass of its own over the finished rows, still in the cache: inlined into every
             // tile above, the activations would be most of the code.

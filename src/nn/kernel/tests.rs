@@ -1,0 +1,184 @@
+//! Every kernel on every instruction set of this processor against plain `f64` arithmetic.
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::*;
+use crate::nn::Activation;
+
+fn levels() -> impl Iterator<Item = Level> {
+    Level::ALL.iter().copied().filter(|l| l.is_available())
+}
+
+fn random(n: usize, seed: u64) -> Vec<f32> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    (0..n).map(|_| rng.gen_range(-1.0..1.0)).collect()
+}
+
+fn close(found: f32, expected: f64, tolerance: f64, what: &str) {
+    let scale = expected.abs().max(1.0);
+    let error = (f64::from(found) - expected).abs();
+    assert!(error <= tolerance * scale, "{what}: {found}, expected {expected}");
+}
+
+#[test]
+fn products_agree_with_plain_sums() {
+    // Sizes that need every tile height and width, and depths of one to three blocks.
+    for (rows, depth, columns) in [(1, 1, 16), (23, 5, 112), (6, 96, 64), (13, 97, 32), (9, 250, 48)] {
+        for transposed in [false, true] {
+            for start in 0..3 {
+                for level in levels() {
+                    check_product((rows, depth, columns), transposed, start, level);
+                }
+            }
+        }
+    }
+}
+
+fn check_product((rows, depth, columns): (usize, usize, usize), transposed: bool, start: usize, level: Level) {
+    let (a, b) = (random(rows * depth, 1), random(depth * columns, 2));
+    let (row, before) = (random(columns, 3), random(rows * columns, 4));
+    let (a_row, a_depth) = if transposed { (1, rows) } else { (depth, 1) };
+    let mut c = before.clone();
+    Product {
+        rows,
+        depth,
+        columns,
+        a: &a,
+        a_row,
+        a_depth,
+        b: &b,
+        b_row: columns,
+        start: [Start::Zero, Start::Row(&row), Start::Accumulate][start],
+        c: &mut c,
+        c_row: columns,
+        epilogue: Epilogue::Activate(Activation::Relu),
+    }
+    .go_with(level);
+    for i in 0..rows {
+        for j in 0..columns {
+            let mut sum = f64::from([0.0, row[j], before[i * columns + j]][start]);
+            for p in 0..depth {
+                sum += f64::from(a[i * a_row + p * a_depth]) * f64::from(b[p * columns + j]);
+            }
+            close(c[i * columns + j], sum.max(0.0), 1e-5, &format!("{level:?} ({i}, {j})"));
+        }
+    }
+}
+
+/// `f` of every element of `x`, by a product with the unit matrix.
+fn activated(f: Activation, x: &[f32], level: Level) -> Vec<f32> {
+    let mut y = vec![0.0; x.len()];
+    Product {
+        rows: 1,
+        depth: 0,
+        columns: x.len(),
+        a: &[],
+        a_row: 0,
+        a_depth: 0,
+        b: &[],
+        b_row: 0,
+        start: Start::Row(x),
+        c: &mut y,
+        c_row: x.len(),
+        epilogue: Epilogue::Activate(f),
+    }
+    .go_with(level);
+    y
+}
+
+#[test]
+fn tanh_is_accurate_bounded_and_odd() {
+    let x: Vec<f32> = (-160_000..160_000).map(|i| i as f32 * 1e-4).collect();
+    for level in levels() {
+        for (x, y) in x.iter().zip(activated(Activation::Tanh, &x, level)) {
+            close(y, f64::from(*x).tanh(), 5e-7, &format!("{level:?} tanh({x})"));
+            assert!(y.abs() <= 1.0);
+        }
+        let mut extreme = [0.0; LINE];
+        extreme[..7].copy_from_slice(&[-0.0, 1e-30, 1e30, -1e30, f32::INFINITY, f32::NAN, -1e-6]);
+        let y = activated(Activation::Tanh, &extreme, level);
+        assert!(y[0] == 0.0 && (y[1] - 1e-30).abs() < 1e-36 && (y[6] + 1e-6).abs() < 1e-12);
+        assert!(y[2] > 0.999_999 && y[3] < -0.999_999 && y[4] > 0.999_999);
+        assert!(y[5].is_nan(), "a diverged network must show");
+        assert!(activated(Activation::Relu, &extreme, level)[5].is_nan());
+    }
+}
+
+#[test]
+fn derivatives_are_those_of_the_outputs() {
+    let (z, d) = (random(64, 5), random(64, 6));
+    for level in levels() {
+        for f in [Activation::Identity, Activation::Relu, Activation::Tanh] {
+            let output = activated(f, &z, level);
+            let mut gradient = d.clone();
+            Derivative { activation: f, output: &output, gradient: &mut gradient }.go_with(level);
+            for i in 0..64 {
+                let slope = match f {
+                    Activation::Identity => 1.0,
+                    Activation::Relu => f64::from(u8::from(z[i] > 0.0)),
+                    Activation::Tanh => 1.0 - f64::from(z[i]).tanh().powi(2),
+                };
+                close(gradient[i], slope * f64::from(d[i]), 2e-6, &format!("{level:?} {f:?}"));
+            }
+        }
+    }
+}
+
+#[test]
+fn sums_and_transposes_are_exact_rearrangements() {
+    let x = random(48 * 32, 7);
+    for level in levels() {
+        let mut t = vec![0.0; x.len()];
+        Transpose { from: &x, rows: 48, columns: 32, to: &mut t }.go_with(level);
+        for r in 0..48 {
+            for c in 0..32 {
+                assert_eq!(t[c * 48 + r], x[r * 32 + c], "{level:?} ({r}, {c})");
+            }
+        }
+        let mut sums = vec![0.5; 32];
+        ColumnSums { x: &x, sums: &mut sums }.go_with(level);
+        for (c, sum) in sums.into_iter().enumerate() {
+            let expected: f64 = (0..48).map(|r| f64::from(x[r * 32 + c])).sum();
+            close(sum, 0.5 + expected, 1e-5, "column sum");
+        }
+        for n in [0, 3, 16, 50] {
+            let expected: f64 = x[..n].iter().map(|x| f64::from(*x).powi(2)).sum();
+            close(SumOfSquares(&x[..n]).go_with(level), expected, 1e-6, "sum of squares");
+        }
+    }
+}
+
+#[test]
+fn updates_follow_their_formulas_at_any_length() {
+    let rate = 0.01;
+    let adam = Adam { beta1: 0.9, beta2: 0.999, epsilon: 1e-8, rate, square_correction: 1.5 };
+    for level in levels() {
+        for n in [1, 7, 16, 37] {
+            let (p, g, m) = (random(n, 1), random(n, 2), random(n, 3));
+            let v: Vec<f32> = random(n, 4).iter().map(|v| v.abs()).collect();
+            let (mut p1, mut m1, mut v1) = (p.clone(), m.clone(), v.clone());
+            Update { rule: adam, state: [&mut p1, &mut m1, &mut v1], input: &g }.go_with(level);
+            let (mut p2, mut v2) = (p.clone(), v.clone());
+            let rms_prop = RmsProp { alpha: 0.99, epsilon: 1e-8, rate };
+            Update { rule: rms_prop, state: [&mut p2, &mut v2], input: &g }.go_with(level);
+            let mut p3 = p.clone();
+            Update { rule: Sgd { rate }, state: [&mut p3], input: &g }.go_with(level);
+            let mut p4 = p.clone();
+            Update { rule: Blend { tau: 0.25 }, state: [&mut p4], input: &g }.go_with(level);
+            for i in 0..n {
+                let [p, g, m, v] = [p[i], g[i], m[i], v[i]].map(f64::from);
+                let rate = f64::from(rate);
+                let (m_new, v_new) = (0.9 * m + 0.1 * g, 0.999 * v + 0.001 * g * g);
+                close(m1[i], m_new, 1e-6, "Adam's mean");
+                close(v1[i], v_new, 1e-6, "Adam's mean square");
+                close(p1[i], p - rate * m_new / ((1.5 * v_new).sqrt() + 1e-8), 1e-6, "Adam");
+                let v_new = 0.99 * v + 0.01 * g * g;
+                close(v2[i], v_new, 1e-6, "RMSprop's mean square");
+                close(p2[i], p - rate * g / (v_new.sqrt() + 1e-8), 1e-6, "RMSprop");
+                close(p3[i], p - rate * g, 1e-6, "SGD");
+                close(p4[i], 0.75 * p + 0.25 * g, 1e-6, "soft update");
+            }
+        }
+    }
+}
