@@ -98,7 +98,7 @@ impl Default for ModelConfig {
             edges: EdgeActivation::default(),
             coordinates: Coordinates::default(),
             geometry: Geometry::default(),
-            cutoff: 9.0,
+            cutoff: 8.0,
             interval: 5,
             targets: Targets::default(),
             spin: true,

@@ -86,22 +86,23 @@ fn size(kind: ToolKind, rng: &mut impl Rng) -> f32 {
     rng.gen_range(range)
 }
 
-/// A ball on its way to a point around the tool: half of them fall or are thrown down at
-/// it, some come from anywhere, some roll or slide along its surface. Those aimed past the tool graze
-/// it or fall free.
+/// A ball on its way to a point around the tool: most fall or are thrown down at it, some
+/// come from anywhere, some roll or slide along its surface, some fly free. Those aimed
+/// past the tool graze it or miss it.
 fn start(tool: &Tool, rng: &mut impl Rng) -> BallState {
     let radius = Ball::default().radius;
     let reach = tool.half_extents().map(|half| half + 1.1 * radius);
     let aim: [f32; 2] = std::array::from_fn(|axis| tool.position[axis] + rng.gen_range(-reach[axis]..reach[axis]));
     let spin = if rng.gen_bool(0.5) { 0.0 } else { rng.gen_range(-MAX_SPEED..MAX_SPEED) / 2.0 / radius };
-    let from_above =
-        |spread: f32, rng: &mut dyn rand::RngCore| -std::f32::consts::FRAC_PI_2 + rng.gen_range(-spread..spread);
+    let speed = rng.gen_range(0.0..MAX_SPEED);
+    let down = -std::f32::consts::FRAC_PI_2;
     let way: f32 = rng.r#gen();
-    let (angle, speed) = match way {
-        _ if way < 0.2 => (from_above(0.1, rng), rng.gen_range(0.0..MAX_SPEED)),
-        _ if way < 0.6 => (from_above(1.3, rng), rng.gen_range(0.0..MAX_SPEED)),
-        _ if way < 0.85 => (rng.gen_range(0.0..std::f32::consts::TAU), rng.gen_range(0.0..MAX_SPEED)),
-        _ => return rolling(tool, aim, spin, rng),
+    let angle = match way {
+        _ if way < 0.2 => down,
+        _ if way < 0.55 => down + rng.gen_range(-1.3..1.3),
+        _ if way < 0.75 => rng.gen_range(0.0..std::f32::consts::TAU),
+        _ if way < 0.87 => return rolling(tool, aim, spin, rng),
+        _ => return flying(tool, spin, rng),
     };
     let velocity = [angle.cos() * speed, angle.sin() * speed];
     let lead = rng.gen_range(0.0..MAX_LEAD);
@@ -109,6 +110,23 @@ fn start(tool: &Tool, rng: &mut impl Rng) -> BallState {
     BallState {
         position: std::array::from_fn(|axis| aim[axis] - velocity[axis] * lead + GRAVITY[axis] * lead * lead / 2.0),
         velocity: std::array::from_fn(|axis| velocity[axis] - GRAVITY[axis] * lead),
+        angle: 0.0,
+        angular_velocity: spin,
+    }
+}
+
+/// A ball so far from the tool that it mostly flies free, often straight down from rest.
+fn flying(tool: &Tool, spin: f32, rng: &mut impl Rng) -> BallState {
+    let side = if rng.gen_bool(0.5) { -1.0 } else { 1.0 };
+    let away = tool.half_extents()[0] + rng.gen_range(10.0..30.0);
+    let fall = -rng.gen_range(0.0..MAX_SPEED);
+    let velocity = match rng.r#gen::<f32>() {
+        way if way < 0.4 => [0.0, fall],
+        _ => [rng.gen_range(-MAX_SPEED..MAX_SPEED) / 2.0, fall + rng.gen_range(0.0..MAX_SPEED)],
+    };
+    BallState {
+        position: [tool.position[0] + side * away, tool.position[1]],
+        velocity,
         angle: 0.0,
         angular_velocity: spin,
     }

@@ -37,3 +37,5 @@ pub use rollout::{Predicted, rollouts};
 pub use samples::Samples;
 pub use shipped::{shipped, shipped_for, shipped_names};
 pub use train::{Ended, Progress, Training};
+#[cfg(test)]
+mod tests;
