@@ -5,6 +5,7 @@ use std::sync::Mutex;
 use super::Outcome;
 use super::arguments::{Bench, Reproduce};
 use super::progress::Progress;
+use crate::bench::WORKS;
 use crate::study::{self, StudyPlan, StudyProgress};
 
 pub fn reproduce(arguments: &Reproduce) -> Outcome {
@@ -23,6 +24,14 @@ pub fn reproduce(arguments: &Reproduce) -> Outcome {
     Ok(())
 }
 
-pub fn bench(_: &Bench) -> Outcome {
-    Err("x".into())
+pub fn bench(arguments: &Bench) -> Outcome {
+    let known = || WORKS.iter().map(|work| work.name).collect::<Vec<_>>().join(", ");
+    if let Some(unknown) = arguments.only.iter().find(|name| WORKS.iter().all(|work| work.name != **name)) {
+        return Err(format!("--only {unknown}: use {}", known()).into());
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads.max(1)).build()?;
+    for work in WORKS.iter().filter(|work| arguments.only.is_empty() || arguments.only.iter().any(|n| n == work.name)) {
+        println!("{}", serde_json::to_string(&pool.install(|| work.measure()))?);
+    }
+    Ok(())
 }

@@ -1,0 +1,122 @@
+//! The project's own timed work, with the shapes it has in use: what `mge bench` and the
+//! benchmark target measure.
+
+mod agent;
+mod environment;
+mod networks;
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+/// A piece of work that can be timed.
+#[derive(Debug, Clone, Copy)]
+pub struct Work {
+    /// Its name.
+    pub name: &'static str,
+    /// What one call of it does.
+    pub note: &'static str,
+    /// Calls in a group that is timed as one.
+    calls: u32,
+    prepare: fn() -> Box<dyn FnMut()>,
+}
+
+/// All pieces of work.
+pub const WORKS: &[Work] = &[
+    Work {
+        name: "gnn_train_step",
+        note: "forward, backward and Adam on 128 single-tool observations, 64 for each edge type, 17 layers",
+        calls: 100,
+        prepare: networks::train_step,
+    },
+    Work {
+        name: "gnn_forward_4096",
+        note: "prediction of 4096 edges of one type and 4096 nodes, 17 layers",
+        calls: 20,
+        prepare: networks::forward,
+    },
+    Work {
+        name: "ddpg_update",
+        note: "critic step, actor step, soft updates; observation 160, 3 x 64, batch 128",
+        calls: 300,
+        prepare: agent::update,
+    },
+    Work {
+        name: "ddpg_env_step",
+        note: "act, noise, store, sample, one update on an environment that costs nothing",
+        calls: 300,
+        prepare: agent::environment_step,
+    },
+    Work {
+        name: "env_action",
+        note: "one action of 40 physics steps in task5 under random play, resets included",
+        calls: 5000,
+        prepare: environment::action,
+    },
+];
+
+/// One measurement, as a line of JSON.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Measurement {
+    /// Always `mge`.
+    pub peer: &'static str,
+    /// The work's name.
+    pub work: &'static str,
+    /// Milliseconds for one call: the median of five groups. With several threads, the
+    /// time in which all of them together do one.
+    pub ms: f64,
+    /// Threads.
+    pub threads: usize,
+    /// What one call does.
+    pub note: &'static str,
+}
+
+impl Work {
+    /// The work, ready to be called.
+    pub fn prepare(&self) -> Box<dyn FnMut()> {
+        (self.prepare)()
+    }
+
+    /// Times the work with the rayon pool it is called in. Work that is one stream of
+    /// calls is done by every thread on its own.
+    pub fn measure(&self) -> Measurement {
+        let threads = rayon::current_num_threads();
+        let shared = self.name.starts_with("gnn");
+        let ms = if shared || threads == 1 { self.time_alone() } else { self.time_side_by_side(threads) };
+        Measurement { peer: "mge", work: self.name, ms, threads, note: self.note }
+    }
+
+    fn time_alone(&self) -> f64 {
+        let mut call = self.prepare();
+        self.group(&mut *call, self.calls / 4 + 5);
+        median((0..5).map(|_| self.group(&mut *call, self.calls)).collect())
+    }
+
+    fn time_side_by_side(&self, threads: usize) -> f64 {
+        let times = rayon::broadcast(|_| self.time_alone());
+        times.iter().sum::<f64>() / (threads * threads) as f64
+    }
+
+    /// Milliseconds for a call, over a group of calls.
+    fn group(&self, call: &mut dyn FnMut(), calls: u32) -> f64 {
+        let start = Instant::now();
+        (0..calls).for_each(|_| call());
+        start.elapsed().as_secs_f64() * 1e3 / f64::from(calls)
+    }
+}
+
+fn median(mut times: Vec<f64>) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn all_work_can_be_done_repeatedly() {
+        for work in super::WORKS {
+            let mut call = work.prepare();
+            (0..3).for_each(|_| call());
+        }
+    }
+}
