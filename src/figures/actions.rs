@@ -1,5 +1,7 @@
 //! Figure 4: actions sampled from the clusters, over each scene.
 
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::canvas::{Canvas, Pen};
@@ -10,6 +12,7 @@ use super::style::{Color, DOUBLE_COLUMN, GREEN, INK, MARGIN, WHITE, faded, stage
 use super::table::{Table, cell32};
 use super::tasks::{COLUMNS, cells, heading};
 use super::{Figure, FigureError};
+use crate::guidance::ActionPrior;
 use crate::task::Task;
 
 /// Sampled actions over the scenes of the tasks.
@@ -48,7 +51,24 @@ pub struct Cluster {
     pub weight: f32,
 }
 
+/// Actions drawn from the clusters of each stage.
+const SAMPLES_PER_STAGE: usize = 200;
+
 impl TaskActions {
+    /// The clusters of a prior, and actions sampled from them with a stream of `seed`.
+    /// A stage without clusters has no samples.
+    pub fn sample(task: &Task, prior: &ActionPrior, seed: u64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let stages = prior.stages.iter().map(|stage| StageActions {
+            samples: match stage.clusters.is_empty() {
+                true => Vec::new(),
+                false => (0..SAMPLES_PER_STAGE).map(|_| stage.sample(&mut rng)).collect(),
+            },
+            clusters: stage.clusters.iter().map(|c| Cluster { mean: c.mean, std: c.std, weight: c.weight }).collect(),
+        });
+        Self { task: task.clone(), stages: stages.collect() }
+    }
+
     fn draw(&self, view: &SceneView<'_>, canvas: &Canvas<'_>) -> Result<(), FigureError> {
         view.task(&self.task)?;
         for (n, stage) in self.stages.iter().enumerate() {

@@ -182,7 +182,8 @@ impl ActionPrior {
 }
 
 impl StagePrior {
-    fn sample(&self, rng: &mut impl Rng) -> Action {
+    /// An action for this stage, as [`ActionPrior::sample`].
+    pub fn sample(&self, rng: &mut impl Rng) -> Action {
         let mut share: f32 = rng.r#gen();
         for cluster in &self.clusters {
             share -= cluster.weight;

@@ -16,12 +16,11 @@ use crate::figures::{
 };
 use crate::guidance::ActionPrior;
 use crate::physics::{Ball, PHYSICS_DT, ToolKind, to_normalised};
-use crate::run::EpisodeRecord;
+use crate::run::{EpisodeRecord, EvaluationRecord};
 use crate::stats::aggregate::iqm;
 use crate::stats::{Bootstrap, StatsError, TaskScores};
 use crate::task::{Form, Task, ToolSpec};
 use crate::trainer::WINDOW;
-use crate::workbench::EvaluationRecord;
 
 /// Launches drawn for each tool in figure 1.
 const SHOWN_LAUNCHES: usize = 24;

@@ -16,14 +16,13 @@ use super::plan::StudyPlan;
 use super::report::{HitsRow, LearningRow, ModelRow, Report, run_efficiency};
 use crate::agent::{ConfigError, DdpgConfig};
 use crate::dynamics::{DynamicsError, Ended, Evaluation, Model, Training, evaluate, tool_set_name};
-use crate::figures::{ActionSamples, DEFAULT_DPI, Figure, FigureError, Provenance, TaskGrid};
+use crate::figures::{ActionSamples, DEFAULT_DPI, Figure, FigureError, Provenance, TaskActions, TaskGrid};
 use crate::guidance::{ActionPrior, GuidanceError};
 use crate::physics::ToolKind;
-use crate::run::{RunDirectory, RunError, RunState, config_hash};
+use crate::run::{RunDirectory, RunError, RunHistory, RunState, config_hash};
 use crate::stats::{Bootstrap, StatsError};
 use crate::task::Task;
 use crate::trainer::{ConductError, PriorError, PriorSource, RunConfig, Watch, build_prior, conduct};
-use crate::workbench::{RunView, sampled_actions};
 
 /// Why a study could not be finished. What it has done so far stays.
 #[derive(Debug, thiserror::Error)]
@@ -301,10 +300,10 @@ impl Study<'_> {
                 .map_err(|source| StudyError::Training { run: name.clone(), source })?;
         }
         self.advance(run_work(&config), name);
-        let run = RunView::read(&path)?;
-        let successes: Vec<bool> = run.records().iter().map(|record| record.goal).collect();
+        let RunHistory { records, evaluations, .. } = RunHistory::read(&directory)?;
+        let successes: Vec<bool> = records.iter().map(|record| record.goal).collect();
         let last_tenth = u64::from(config.episodes) * 9 / 10;
-        let greedy: Vec<f64> = run.evaluations().iter().filter(|e| e.episode > last_tenth).map(|e| e.success).collect();
+        let greedy: Vec<f64> = evaluations.iter().filter(|e| e.episode > last_tenth).map(|e| e.success).collect();
         let row = LearningRow {
             task: config.task.name.clone(),
             method: config.method.name().to_owned(),
@@ -314,13 +313,7 @@ impl Study<'_> {
             efficiency: run_efficiency(&successes),
             greedy_success: (!greedy.is_empty()).then(|| greedy.iter().sum::<f64>() / greedy.len() as f64),
         };
-        let curves = RunCurves {
-            task: row.task.clone(),
-            method: row.method.clone(),
-            epsilon,
-            records: run.records().to_vec(),
-            evaluations: run.evaluations().to_vec(),
-        };
+        let curves = RunCurves { task: row.task.clone(), method: row.method.clone(), epsilon, records, evaluations };
         Ok((row, curves))
     }
 
@@ -335,7 +328,8 @@ impl Study<'_> {
             self.figure("figure2", &relative_frames(task, &prior, plan.model.cutoff, plan.seed))?;
         }
         self.figure("figure3", &TaskGrid { tasks: plan.tasks.clone() })?;
-        let sampled = plan.tasks.iter().filter_map(|task| Some(sampled_actions(task, &*first_prior(task)?, plan.seed)));
+        let sampled =
+            plan.tasks.iter().filter_map(|task| Some(TaskActions::sample(task, &*first_prior(task)?, plan.seed)));
         self.figure("figure4", &ActionSamples { tasks: sampled.collect() })?;
         self.figure("figure5", &hits_figure(report, plan, &bootstrap)?)?;
         self.figure("figure6", &learning_curves(curves, plan, &bootstrap, false)?)?;

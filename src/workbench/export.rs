@@ -2,25 +2,19 @@
 
 use std::path::Path;
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-
 use super::command::FigureKind;
 use super::runs::RunView;
 use super::session::{Session, SessionError};
 use crate::env::Placement;
 use crate::figures::{
-    ActionSamples, Animation, Cluster, Curve, CurvePanel, DEFAULT_DPI, Dashboard, Figure, LearningCurves, Moment,
-    Provenance, StageActions, Statistics, TaskActions, TaskGrid,
+    ActionSamples, Animation, Curve, CurvePanel, DEFAULT_DPI, Dashboard, Figure, LearningCurves, Moment, Provenance,
+    Statistics, TaskActions, TaskGrid,
 };
-use crate::guidance::ActionPrior;
 use crate::physics::PHYSICS_DT;
 use crate::run::{EpisodeRecord, config_hash};
 use crate::task::Task;
 use crate::trainer::{Trace, WINDOW};
 
-/// Actions drawn from the clusters of each stage for a figure.
-const SAMPLES_PER_STAGE: usize = 200;
 /// Physics steps between two frames of an animation.
 const STEPS_PER_FRAME: usize = 3;
 /// Width of an animation in pixels.
@@ -38,7 +32,7 @@ impl Session {
             }
             FigureKind::Clusters => {
                 let prior = self.prior().ok_or(SessionError::NoClusters)?;
-                let tasks = vec![sampled_actions(self.task(), prior, settings.seed)];
+                let tasks = vec![TaskActions::sample(self.task(), prior, settings.seed)];
                 ActionSamples { tasks }.write(path, &provenance, DEFAULT_DPI)?;
             }
             FigureKind::Learning => learning_curves(self.runs()).write(path, &provenance, DEFAULT_DPI)?,
@@ -62,19 +56,6 @@ impl Session {
         let run = self.run().ok_or(SessionError::NoRun)?;
         Ok((&run.config().task, run.greedy_episode(run.config().seed)?))
     }
-}
-
-/// The clusters of a prior and actions sampled from them, as figure 4 shows them.
-pub fn sampled_actions(task: &Task, prior: &ActionPrior, seed: u64) -> TaskActions {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let stages = prior.stages.iter().enumerate().map(|(number, stage)| StageActions {
-        samples: match stage.clusters.is_empty() {
-            true => Vec::new(),
-            false => (0..SAMPLES_PER_STAGE).map(|_| prior.sample(number, &mut rng)).collect(),
-        },
-        clusters: stage.clusters.iter().map(|c| Cluster { mean: c.mean, std: c.std, weight: c.weight }).collect(),
-    });
-    TaskActions { task: task.clone(), stages: stages.collect() }
 }
 
 /// Rolling success of each run, one panel a task.

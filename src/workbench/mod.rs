@@ -12,8 +12,7 @@ mod script;
 mod session;
 
 pub use command::{Command, CommandError, Comparison, Expectation, FigureKind, Quantity, VERBS, Verb};
-pub use export::sampled_actions;
 pub use hand::HandPlay;
-pub use runs::{EvaluationRecord, RunView};
+pub use runs::RunView;
 pub use script::{Script, ScriptError, Told, Variables};
 pub use session::{Notice, PriorState, Session, SessionError};

@@ -7,21 +7,12 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::agent::Ddpg;
-use crate::run::{CheckpointName, EpisodeRecord, Event, EventReader, RunDirectory, RunError, RunState};
+use crate::run::{
+    CheckpointName, EpisodeRecord, EvaluationRecord, Event, EventReader, RunDirectory, RunError, RunHistory, RunState,
+};
 use crate::trainer::{Control, LiveView, NETWORKS_SECTION, Phase, RunConfig, Trace, Trainer, greedy_episode};
 
 use super::SessionError;
-
-/// A greedy evaluation.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EvaluationRecord {
-    /// Episodes finished before it.
-    pub episode: u64,
-    /// Fraction of its episodes that reached the goal.
-    pub success: f64,
-    /// Mean return of its episodes.
-    pub mean_return: f64,
-}
 
 /// A run, live or finished, ours or another process's: a reader of its log.
 #[derive(Debug)]
@@ -29,9 +20,7 @@ pub struct RunView {
     directory: RunDirectory,
     config: RunConfig,
     reader: EventReader,
-    records: Vec<EpisodeRecord>,
-    evaluations: Vec<EvaluationRecord>,
-    last: Option<Event>,
+    history: RunHistory,
     trainer: Option<Trainer>,
     live: Option<LiveView>,
     failure: Option<String>,
@@ -65,9 +54,7 @@ impl RunView {
             directory,
             config,
             reader,
-            records: Vec::new(),
-            evaluations: Vec::new(),
-            last: None,
+            history: RunHistory::default(),
             trainer: None,
             live: None,
             failure: None,
@@ -89,8 +76,7 @@ impl RunView {
         match self.reader.poll() {
             Ok(poll) => {
                 if poll.restarted {
-                    self.records.clear();
-                    self.evaluations.clear();
+                    self.history = RunHistory::default();
                     changed = true;
                 }
                 self.failure = poll.problems.first().map(ToString::to_string).or(self.failure.take());
@@ -99,7 +85,8 @@ impl RunView {
             Err(error) => self.failure = Some(error.to_string()),
         }
         for event in &events {
-            self.note(event);
+            self.history.note(event);
+            self.resuming &= !matches!(event, Event::Resumed { .. });
         }
         if let Some(trainer) = &mut self.trainer {
             if let Some(view) = trainer.watch().take() {
@@ -116,31 +103,12 @@ impl RunView {
         (events, changed)
     }
 
-    fn note(&mut self, event: &Event) {
-        match event {
-            // A run that goes on after an interruption repeats the episodes after its checkpoint.
-            Event::Started { episode, .. } => {
-                self.records.truncate(*episode as usize);
-                self.evaluations.retain(|evaluation| evaluation.episode <= *episode);
-            }
-            Event::EpisodeFinished(record) => self.records.push(record.clone()),
-            Event::Resumed { .. } => self.resuming = false,
-            Event::Evaluated { episode, success, mean_return, .. } => self.evaluations.push(EvaluationRecord {
-                episode: *episode,
-                success: *success,
-                mean_return: *mean_return,
-            }),
-            _ => {}
-        }
-        self.last = Some(event.clone());
-    }
-
     /// Asks the trainer for something, if the run is ours and active.
     pub(super) fn send(&mut self, control: Control) -> Result<(), SessionError> {
         match &self.trainer {
             Some(trainer) if trainer.is_active() => {
                 let goes_on = matches!(control, Control::Resume | Control::Advance(_));
-                self.resuming = goes_on && matches!(self.last, Some(Event::Paused { .. }));
+                self.resuming = goes_on && matches!(self.history.last, Some(Event::Paused { .. }));
                 trainer.send(control);
                 Ok(())
             }
@@ -165,12 +133,12 @@ impl RunView {
 
     /// The finished episodes, in order.
     pub fn records(&self) -> &[EpisodeRecord] {
-        &self.records
+        &self.history.records
     }
 
     /// The greedy evaluations, in order.
     pub fn evaluations(&self) -> &[EvaluationRecord] {
-        &self.evaluations
+        &self.history.evaluations
     }
 
     /// The latest finished episode that was asked for, with its networks.
@@ -208,7 +176,7 @@ impl RunView {
     /// Whether somebody works on it, or how it ended.
     pub fn state(&self) -> RunState {
         let working = self.is_active();
-        match &self.last {
+        match &self.history.last {
             Some(Event::Finished { .. }) => RunState::Finished,
             Some(Event::Stopped { reason, .. }) if !working => RunState::Stopped(reason.clone()),
             Some(Event::Failed { reason, .. }) => RunState::Failed(reason.clone()),

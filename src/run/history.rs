@@ -1,0 +1,85 @@
+//! A run's past as its log tells it: episodes, evaluations, the latest event.
+
+use super::event::{EpisodeRecord, Event};
+use super::log::read_events;
+use super::{Result, RunDirectory};
+
+/// A greedy evaluation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EvaluationRecord {
+    /// Episodes finished before it.
+    pub episode: u64,
+    /// Fraction of its episodes that reached the goal.
+    pub success: f64,
+    /// Mean return of its episodes.
+    pub mean_return: f64,
+}
+
+/// Everything a reader of the log needs to show of a run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RunHistory {
+    /// The finished episodes, in order.
+    pub records: Vec<EpisodeRecord>,
+    /// The greedy evaluations, in order.
+    pub evaluations: Vec<EvaluationRecord>,
+    /// What happened last.
+    pub last: Option<Event>,
+}
+
+impl RunHistory {
+    /// The whole history of a run on disk.
+    ///
+    /// # Errors
+    /// As [`read_events`].
+    pub fn read(directory: &RunDirectory) -> Result<Self> {
+        let mut history = Self::default();
+        for logged in read_events(&directory.events_path())? {
+            history.note(&logged.event);
+        }
+        Ok(history)
+    }
+
+    /// Takes in the next event.
+    pub fn note(&mut self, event: &Event) {
+        match event {
+            // A run that goes on after an interruption repeats the episodes after its checkpoint.
+            Event::Started { episode, .. } => {
+                self.records.truncate(usize::try_from(*episode).unwrap_or(usize::MAX));
+                self.evaluations.retain(|evaluation| evaluation.episode <= *episode);
+            }
+            Event::EpisodeFinished(record) => self.records.push(record.clone()),
+            Event::Evaluated { episode, success, mean_return, .. } => self.evaluations.push(EvaluationRecord {
+                episode: *episode,
+                success: *success,
+                mean_return: *mean_return,
+            }),
+            _ => {}
+        }
+        self.last = Some(event.clone());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_resumed_run_repeats_no_episode() {
+        let started = |episode| Event::Started {
+            mge_version: "0.1.0".into(),
+            task: "task1".into(),
+            method: "ddpg".into(),
+            seed: 0,
+            episodes: 9,
+            episode,
+        };
+        let finished = |episode| Event::EpisodeFinished(EpisodeRecord { episode, ..Default::default() });
+        let mut history = RunHistory::default();
+        for event in [started(0), finished(1), finished(2), finished(3), started(2), finished(3), finished(4)] {
+            history.note(&event);
+        }
+        let episodes: Vec<u64> = history.records.iter().map(|record| record.episode).collect();
+        assert_eq!(episodes, [1, 2, 3, 4]);
+        assert_eq!(history.last, Some(finished(4)));
+    }
+}
