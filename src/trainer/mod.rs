@@ -13,6 +13,8 @@ mod streams;
 mod thread;
 mod trace;
 mod training;
+#[cfg(test)]
+mod tests;
 mod watch;
 
 pub use conduct::{ConductError, Control, Ending, conduct};

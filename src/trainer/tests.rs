@@ -1,0 +1,171 @@
+//! Whole trainings on small networks: what a run leaves behind.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use crossbeam_channel::unbounded;
+
+use super::*;
+use crate::run::{CheckpointName, Event, RunDirectory, RunState, read_events, read_metrics};
+use crate::task;
+
+fn config(method: Method, episodes: u32) -> RunConfig {
+    let mut config = RunConfig::new(Arc::new(task::load("task1").unwrap()));
+    config.method = method;
+    config.episodes = episodes;
+    config.seed = 3;
+    config.prior = PriorSource::TruePhysics;
+    config.guidance.model_rollouts = 100;
+    config.guidance.environment_rollouts = 20;
+    config.ddpg.hidden = 8;
+    config.ddpg.batch_size = 16;
+    config.ddpg.warmup_steps = 30;
+    config.ddpg.replay_capacity = 60;
+    config.evaluation.every = 4;
+    config.checkpoints.last_every = 3;
+    config
+}
+
+fn new_run(folder: &Path, name: &str, config: &RunConfig) -> RunDirectory {
+    RunDirectory::create(folder.join(name), config).unwrap()
+}
+
+fn finish(directory: &RunDirectory) -> Ending {
+    let (_nobody, controls) = unbounded();
+    conduct(directory, &controls, &Watch::default()).unwrap()
+}
+
+/// Trains until the run has paused at `episode`, then stops it.
+fn stop_at(directory: &RunDirectory, episode: u32) {
+    let trainer = Trainer::spawn(directory.clone()).unwrap();
+    trainer.send(Control::Advance(episode));
+    while trainer.watch().phase() != Phase::Paused {
+        assert!(trainer.is_active(), "the training ended before it paused");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    trainer.send(Control::Stop { reason: "a test".to_owned() });
+    assert_eq!(trainer.join(), Ok(Ending::Stopped));
+}
+
+fn metrics(directory: &RunDirectory) -> Vec<u8> {
+    std::fs::read(directory.metrics_path()).unwrap()
+}
+
+fn networks(directory: &RunDirectory) -> Vec<u8> {
+    let checkpoint = directory.checkpoints().load(CheckpointName::Last).unwrap();
+    checkpoint.section(NETWORKS_SECTION).unwrap().to_vec()
+}
+
+#[test]
+fn one_seed_gives_the_same_bytes_and_another_does_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut config = config(Method::DdpgMge, 8);
+    let runs = ["a", "b"].map(|name| new_run(folder.path(), name, &config));
+    config.seed += 1;
+    let other = new_run(folder.path(), "c", &config);
+    for run in [&runs[0], &runs[1], &other] {
+        assert_eq!(finish(run), Ending::Finished);
+    }
+    assert_eq!(metrics(&runs[0]), metrics(&runs[1]));
+    assert_eq!(networks(&runs[0]), networks(&runs[1]));
+    assert_ne!(metrics(&runs[0]), metrics(&other));
+}
+
+#[test]
+fn a_stopped_and_resumed_run_equals_an_uninterrupted_one() {
+    for method in Method::ALL {
+        let folder = tempfile::tempdir().unwrap();
+        let config = config(method, 12);
+        let [whole, broken] = ["whole", "broken"].map(|name| new_run(folder.path(), name, &config));
+        finish(&whole);
+        stop_at(&broken, 5);
+        assert_eq!(broken.status().unwrap().state, RunState::Stopped("a test".to_owned()));
+        assert_eq!(finish(&broken), Ending::Finished);
+        assert_eq!(metrics(&whole), metrics(&broken), "{method}");
+        assert_eq!(networks(&whole), networks(&broken), "{method}");
+    }
+}
+
+#[test]
+fn a_killed_run_goes_on_from_its_checkpoint() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = config(Method::Ddpg, 10);
+    let [whole, killed] = ["whole", "killed"].map(|name| new_run(folder.path(), name, &config));
+    finish(&whole);
+    finish(&killed);
+    // As after a kill in episode 8: the log goes on beyond the checkpoint of episode 6.
+    let mut training = Training::new(config, None).unwrap();
+    (0..6).for_each(|_| drop(training.run_episode().unwrap()));
+    training.evaluate(1);
+    std::fs::remove_dir_all(killed.path().join("checkpoint")).unwrap();
+    let save = crate::run::Action::Save(CheckpointName::Last);
+    killed.checkpoints().apply(&[save], &training.checkpoint().unwrap()).unwrap();
+    let log = std::fs::read_to_string(killed.events_path()).unwrap();
+    let cut = log.find("\"episode\":8").unwrap();
+    std::fs::write(killed.events_path(), &log[..cut]).unwrap();
+    finish(&killed);
+    assert_eq!(metrics(&whole), metrics(&killed));
+}
+
+#[test]
+fn guidance_is_used_by_mge_only() {
+    let folder = tempfile::tempdir().unwrap();
+    for method in Method::ALL {
+        let mut config = config(method, 6);
+        config.epsilon = "1".parse().unwrap();
+        let run = new_run(folder.path(), method.name(), &config);
+        finish(&run);
+        let records = read_metrics(&run.metrics_path()).unwrap();
+        let guided = method == Method::DdpgMge;
+        assert!(records.iter().all(|record| record.guided == guided), "{method}");
+        assert_eq!(run.path().join("prior.json").exists(), guided);
+    }
+}
+
+#[test]
+fn a_new_schedule_holds_from_the_next_episode_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut config = config(Method::DdpgMge, 6);
+    config.epsilon = "1".parse().unwrap();
+    let run = new_run(folder.path(), "run", &config);
+    let trainer = Trainer::spawn(run.clone()).unwrap();
+    trainer.send(Control::Advance(3));
+    while trainer.watch().phase() != Phase::Paused {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    trainer.send(Control::SetSchedule("0".parse().unwrap()));
+    trainer.send(Control::Resume);
+    assert_eq!(trainer.join(), Ok(Ending::Finished));
+    let records = read_metrics(&run.metrics_path()).unwrap();
+    let epsilons: Vec<f64> = records.iter().map(|record| record.epsilon).collect();
+    assert_eq!(epsilons, [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+    let events = read_events(&run.events_path()).unwrap();
+    assert!(events.iter().any(|logged| matches!(logged.event, Event::ScheduleChanged { episode: 3, .. })));
+}
+
+#[test]
+fn a_live_view_is_given_to_whoever_asks() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = new_run(folder.path(), "run", &config(Method::Ddpg, 4));
+    let (_nobody, controls) = unbounded();
+    let watch = Watch::default();
+    watch.request();
+    conduct(&run, &controls, &watch).unwrap();
+    let view = watch.take().unwrap();
+    assert_eq!(view.trace.episode, 1);
+    assert!(view.trace.steps.iter().all(|step| step.path.len() == 40));
+    assert!(watch.take().is_none());
+}
+
+#[test]
+fn a_missing_model_fails_the_run_with_a_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut config = config(Method::DdpgMge, 4);
+    config.prior = PriorSource::ModelFile("nowhere.safetensors".to_owned());
+    let run = new_run(folder.path(), "run", &config);
+    let (_nobody, controls) = unbounded();
+    let error = conduct(&run, &controls, &Watch::default()).unwrap_err().to_string();
+    assert!(error.contains("nowhere.safetensors"), "{error}");
+    assert_eq!(run.status().unwrap().state, RunState::Failed(error));
+}
