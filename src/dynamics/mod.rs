@@ -1,4 +1,36 @@
-//! Task-agnostic dynamics models: launches, graphs, the network, training, prediction.
+//! Task-agnostic dynamics models: launches, graphs, the network, training, prediction
+//! (paper, sections 2.1, 4.1, 5.2 and appendix A.1).
+//!
+//! The way of the data: [`collect`] launches balls at single tools → [`Samples`] are graphs
+//! and targets of every prediction interval in them → [`Training`] fits a [`Network`] →
+//! [`Model`] predicts, as one batch for thousands of scenes → [`rollouts`] for guidance,
+//! [`evaluate`] and [`ablate`] for evidence.
+//!
+//! # Choices
+//! What the paper leaves open or what differs from its literal reading
+//! ([`ModelConfig::literal`]), each a setting:
+//!
+//! 1. **Prediction interval** ([`ModelConfig::interval`]): 5 physics steps, eight predictions
+//!    an action. The paper seems to predict a whole action of 1.33 s at once.
+//! 2. **Targets** ([`Targets`]): the displacement beyond that of the present velocity, and
+//!    the change of velocity. The paper's decoder gives the next position only; velocity
+//!    would then have to be the mean over the interval.
+//! 3. **Distance** ([`Geometry`]): from the ball's centre to the tool's surface, with the
+//!    nearest surface point and the tool's half extents as further edge features; the end
+//!    of a long floor is far from its centre. The paper says "distance between nodes".
+//! 4. **Spin** ([`ModelConfig::spin`]): the ball's angular velocity is part of its state;
+//!    with friction it decides where a spinning ball bounces.
+//! 5. **Normalisation** ([`Normaliser`]): inputs and targets have mean 0 and scale 1 over
+//!    the training data; the statistics are part of the model.
+//! 6. **Observations** ([`Samples`]): one observation is one interaction of 1.33 s, watched
+//!    at every physics step, so that a prediction interval can start at any of them; an
+//!    epoch takes one row of each observation, so the number of updates is the paper's.
+//!    Half of the rows are drawn from those close to a contact
+//!    ([`TrainConfig::contact_share`]), and mirror images count as observed too
+//!    ([`TrainConfig::mirror`]): no tool tells left from right.
+//! 7. **Learning rate** ([`RateSchedule`]): falls to 0 along half a cosine.
+//! 8. **Initial weights**: orthogonal.
+//! 9. **Launches**: tool sizes, speeds and angles, see [`collect`].
 
 mod ablate;
 mod baseline;
