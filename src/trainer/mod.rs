@@ -10,11 +10,11 @@ mod config;
 mod prior;
 mod setting;
 mod streams;
+#[cfg(test)]
+mod tests;
 mod thread;
 mod trace;
 mod training;
-#[cfg(test)]
-mod tests;
 mod watch;
 
 pub use conduct::{ConductError, Control, Ending, conduct};

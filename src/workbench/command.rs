@@ -58,6 +58,7 @@ pub const VERBS: &[Verb] = &[
     verb("reset", "", "hand play: start again"),
     verb("figure", "KIND FILE", "export a figure: scene, clusters, learning, dashboard or episode"),
     verb("expect", "WHAT OP VALUE", "fail the script unless it holds, such as expect success >= 0.5"),
+    verb("record", "FILE", "save the session so far as a script"),
     verb("quit", "", "leave; a running training is checkpointed first"),
 ];
 
@@ -120,6 +121,8 @@ pub enum Command {
     Figure { kind: FigureKind, path: PathBuf },
     /// Fail unless it holds.
     Expect(Expectation),
+    /// Save the session so far as a script.
+    Record(PathBuf),
     /// Leave.
     Quit,
 }
@@ -384,6 +387,7 @@ fn read(verb: &str, mut arguments: Arguments<'_>) -> Result<Command, String> {
             comparison: args.one_of("a comparison", &Comparison::ALL, Comparison::sign)?,
             value: args.number("number")?,
         }),
+        "record" => Command::Record(args.word("a file")?.into()),
         "quit" => Command::Quit,
         edit => Command::Edit(read_edit(edit, args)?),
     };
@@ -454,6 +458,7 @@ impl fmt::Display for Command {
             Self::Expect(Expectation { quantity, comparison, value }) => {
                 write!(f, "expect {} {} {value}", quantity.name(), comparison.sign())
             }
+            Self::Record(file) => write!(f, "record {}", path(file)),
             Self::Quit => f.write_str("quit"),
         }
     }
@@ -521,6 +526,7 @@ mod tests {
         "reset",
         "figure learning curves.png",
         "expect success >= 0.5",
+        "record session.mge",
         "quit",
     ];
 

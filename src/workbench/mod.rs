@@ -6,6 +6,7 @@
 mod command;
 mod export;
 mod hand;
+mod journal;
 mod prior_job;
 mod runs;
 mod script;

@@ -26,6 +26,7 @@ pub struct RunView {
     failure: Option<String>,
     /// It was asked to go on and has not said so yet.
     resuming: bool,
+    trained_here: bool,
 }
 
 impl RunView {
@@ -59,12 +60,14 @@ impl RunView {
             live: None,
             failure: None,
             resuming: false,
+            trained_here: false,
         })
     }
 
     /// Begins to train it in this process.
     pub(super) fn start(&mut self) -> Result<(), SessionError> {
         self.failure = None;
+        self.trained_here = true;
         self.trainer = Some(Trainer::spawn(self.directory.clone()).map_err(SessionError::Thread)?);
         Ok(())
     }
@@ -166,6 +169,11 @@ impl RunView {
     /// Whether this process trains it now.
     pub fn is_active(&self) -> bool {
         self.trainer.is_some()
+    }
+
+    /// Whether this process has trained it at any time.
+    pub(super) fn was_trained_here(&self) -> bool {
+        self.trained_here
     }
 
     /// What went wrong with it here, if anything.

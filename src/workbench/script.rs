@@ -151,4 +151,23 @@ mod tests {
         Script::parse(text, "s", &[]).unwrap().run(&mut session, |_| {}).unwrap();
         assert_eq!(session.run().unwrap().state(), crate::run::RunState::Finished);
     }
+
+    #[test]
+    fn a_recorded_session_gives_the_same_run_and_figures() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name).display().to_string();
+        let text = "method ddpg\nepisodes 8\nset ddpg.warmup_steps 20\nset ddpg.hidden 8\n\
+                    train ${run} until 3\nwait\nepsilon 0.3\nresume\nwait\nfigure dashboard ${figure}";
+        let play = |text: &str, run: &str| {
+            let variables = [("run".to_owned(), path(run)), ("figure".to_owned(), path(&format!("{run}.png")))];
+            let mut session = session(folder.path());
+            Script::parse(text, "s", &variables).unwrap().run(&mut session, |_| {}).unwrap();
+            let metrics = std::fs::read(session.run().unwrap().directory().metrics_path()).unwrap();
+            (session.to_script(), metrics, std::fs::read(path(&format!("{run}.csv"))).unwrap())
+        };
+        let (recorded, metrics, figure) = play(text, "first");
+        assert!(recorded.contains("until 3\nwait\nepsilon 0.3\nresume\nwait"), "{recorded}");
+        let again = play(&recorded.replace("first", "second"), "second");
+        assert_eq!((metrics, figure), (again.1, again.2));
+    }
 }

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use super::command::{Command, Expectation, Quantity};
 use super::hand::HandPlay;
+use super::journal::Journal;
 use super::prior_job::{PriorJob, PriorKey};
 use super::runs::RunView;
 use crate::env::EpisodeOver;
@@ -115,7 +116,7 @@ pub struct Session {
     current: Option<usize>,
     folder: PathBuf,
     hand: HandPlay,
-    journal: Vec<Command>,
+    journal: Journal,
     quit: bool,
 }
 
@@ -134,7 +135,7 @@ impl Session {
             runs: Vec::new(),
             current: None,
             folder,
-            journal: Vec::new(),
+            journal: Journal::default(),
             quit: false,
         }
     }
@@ -144,9 +145,33 @@ impl Session {
     /// # Errors
     /// When the command cannot be carried out; nothing has changed then.
     pub fn apply(&mut self, command: Command) -> Result<String, SessionError> {
+        let active = self.run().is_some_and(RunView::is_active);
+        let episode = self.run().map_or(0, |run| run.records().len() as u32);
         let told = self.carry_out(&command)?;
-        self.journal.push(command);
+        match command {
+            // Of these, the effect on the training is noted when it is heard of.
+            Command::Epsilon(_) | Command::Guide | Command::Stop if active => {}
+            Command::Pause | Command::Resume { .. } | Command::Wait | Command::Record(_) | Command::Quit => {}
+            Command::Figure { .. } | Command::Evaluate | Command::Expect(_) if active => {
+                self.journal.note_at(command, episode);
+            }
+            command => self.journal.note(command),
+        }
         Ok(told)
+    }
+
+    /// Notes what took effect in the current run.
+    fn note_effect(&mut self, event: &Event) {
+        let command = match event {
+            Event::ScheduleChanged { schedule, .. } => match schedule.parse() {
+                Ok(schedule) => Command::Epsilon(schedule),
+                Err(_) => return,
+            },
+            Event::ClustersChanged { episode: 1.., .. } => Command::Guide,
+            Event::Stopped { .. } => Command::Stop,
+            _ => return,
+        };
+        self.journal.note_at(command, u32::try_from(event.episode()).unwrap_or(u32::MAX));
     }
 
     fn carry_out(&mut self, command: &Command) -> Result<String, SessionError> {
@@ -196,6 +221,11 @@ impl Session {
             }
             Command::Figure { kind, path } => self.export(*kind, path),
             Command::Expect(expectation) => self.expect(expectation),
+            Command::Record(path) => {
+                crate::atomic::write(path, self.to_script().as_bytes())
+                    .map_err(|source| SessionError::Write { path: path.clone(), source })?;
+                Ok(format!("saved the session to {}", path.display()))
+            }
             Command::Quit => {
                 self.quit = true;
                 Ok(String::new())
@@ -213,6 +243,14 @@ impl Session {
                 notices.push(Notice::Changed);
             }
             notices.extend(events.into_iter().map(|event| Notice::Run { index, event }));
+        }
+        for notice in &notices {
+            if let Notice::Run { index, event } = notice
+                && Some(*index) == self.current
+                && self.runs[*index].was_trained_here()
+            {
+                self.note_effect(event);
+            }
         }
         notices
     }
@@ -521,9 +559,9 @@ impl Session {
         &self.hand
     }
 
-    /// The commands carried out so far.
-    pub fn journal(&self) -> &[Command] {
-        &self.journal
+    /// The session so far as a script that does the same without a terminal.
+    pub fn to_script(&self) -> String {
+        self.journal.to_script()
     }
 
     /// Whether `quit` was given.
