@@ -7,7 +7,6 @@ use serde_json::json;
 use super::Outcome;
 use super::arguments::{Tasks, TasksCommand};
 use crate::env;
-use crate::env;
 use crate::study::audit::{AuditRow, audit};
 use crate::task::{self, Task};
 
@@ -49,7 +48,7 @@ fn list(as_json: bool) -> Outcome {
 fn check(files: &[String]) -> Outcome {
     let mut wrong = 0;
     for file in files {
-        match check_one(file) {
+        match check_file(file) {
             Ok(task) => println!("{file}: ok ({} subgoals, {} tools)", task.subgoals.len(), task.tools.len()),
             Err(error) => {
                 wrong += 1;
@@ -60,8 +59,8 @@ fn check(files: &[String]) -> Outcome {
     if wrong > 0 { Err(format!("{wrong} of {} tasks cannot be used", files.len()).into()) } else { Ok(()) }
 }
 
-/// Loads a task and plays it under the environment's contract.
-fn check_one(file: &str) -> Result<Arc<Task>, Box<dyn std::error::Error>> {
+/// A task is right if it is valid and its environment keeps its promises.
+fn check_file(file: &str) -> Result<Arc<Task>, Box<dyn std::error::Error>> {
     let task = Arc::new(task::load(file)?);
     env::check(&task).map_err(|violation| format!("{file}: {violation}"))?;
     Ok(task)
