@@ -108,8 +108,8 @@ impl<'c> SceneView<'c> {
     /// Everything of the task at its start, without the agent's tools.
     pub fn task(&self, task: &Task) -> Drawn {
         self.surroundings(task)?;
-        if let Some(marker) = &task.marker {
-            self.ring(marker.ball.position, marker.ball.radius, GREY)?;
+        for ball in task.marker.iter().map(|marker| &marker.ball).chain(&task.balls) {
+            self.ring(ball.position, ball.radius, GREY)?;
         }
         self.ball(task.ball.position, task.ball.radius)
     }
@@ -156,7 +156,14 @@ impl<'c> SceneView<'c> {
     fn goal(&self, goal: &Goal) -> Drawn {
         let (center, radius) = (self.at(goal.position), self.length(goal.radius));
         let pen = Pen::new(GREEN, 1.5 * THIN_WIDTH);
-        self.shape(&circle(center, radius), faded(GREEN, 0.25), pen)?;
+        let outline = match goal.shape {
+            GoalShape::Basket => {
+                let [x, y] = center;
+                Rect::new(x - radius, y - radius, x + radius, y + radius).corners().to_vec()
+            }
+            GoalShape::Circle | GoalShape::Star | GoalShape::Ball => circle(center, radius),
+        };
+        self.shape(&outline, faded(GREEN, 0.25), pen)?;
         if goal.shape == GoalShape::Star {
             self.shape(&star(center, radius), faded(GREEN, 0.0), Pen::new(GREEN, THIN_WIDTH))?;
         }

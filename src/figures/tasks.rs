@@ -79,6 +79,9 @@ impl Figure for TaskGrid {
             if let Some(marker) = &task.marker {
                 row("marker", "", String::new(), marker.ball.position, marker.ball.radius);
             }
+            for ball in &task.balls {
+                row("other ball", "", String::new(), ball.position, ball.radius);
+            }
             for tool in &task.tools {
                 row("tool", tool.kind.name(), String::new(), tool.position, tool.tool().size);
             }
