@@ -2,12 +2,14 @@
 
 mod action;
 mod chart;
+mod desk;
 mod facts;
 mod key;
 mod keymap;
 mod metric;
 mod playback;
 mod raster;
+mod rate;
 mod scene;
 #[cfg(unix)]
 mod signals;
