@@ -161,7 +161,7 @@ impl SessionDesk {
             Notice::PriorReady => {
                 self.facts.prior_failure = None;
                 let training = self.session.run().is_some_and(RunView::is_active);
-                let more = if training { "; `guide` gives them to the running training" } else { "" };
+                let more = if training { "; G gives them to the running training" } else { "" };
                 self.log(Level::Good, format!("the action clusters are there{more}"));
             }
             Notice::PriorFailed(reason) => {
