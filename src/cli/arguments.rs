@@ -42,6 +42,12 @@ pub struct Workbench {
     /// Folder for runs
     #[arg(long, env = "MGE_RUNS", default_value = "runs")]
     pub runs: PathBuf,
+    /// File with your own keys, lines such as `train = t`
+    #[arg(long, env = "MGE_KEYS")]
+    pub keys: Option<PathBuf>,
+    /// Leave the mouse to the terminal
+    #[arg(long)]
+    pub no_mouse: bool,
 }
 
 #[derive(Debug, Subcommand)]

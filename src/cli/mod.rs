@@ -23,7 +23,7 @@ pub(crate) type Outcome = Result<(), Box<dyn std::error::Error>>;
 pub fn run() -> ExitCode {
     let arguments = Arguments::parse();
     match dispatch(arguments) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(status) => status,
         Err(error) if is_broken_pipe(&*error) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error}");
@@ -32,9 +32,9 @@ pub fn run() -> ExitCode {
     }
 }
 
-fn dispatch(arguments: Arguments) -> Outcome {
+fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>> {
     let Some(command) = arguments.command else { return runs::workbench(&arguments.workbench) };
-    match command {
+    let outcome = match command {
         Command::Tasks(tasks) => tasks::run(tasks),
         Command::Simulate => physics::simulate(),
         Command::Play(play) => physics::play(&play),
@@ -47,7 +47,8 @@ fn dispatch(arguments: Arguments) -> Outcome {
         Command::Script(script) => runs::script(&script),
         Command::Reproduce(reproduce) => studies::reproduce(&reproduce),
         Command::Bench(bench) => studies::bench(&bench),
-    }
+    };
+    outcome.map(|()| ExitCode::SUCCESS)
 }
 
 /// Whoever read our output has seen enough: that is no error.

@@ -2,6 +2,7 @@
 //! the workbench itself.
 
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use serde_json::json;
 
@@ -10,12 +11,19 @@ use super::arguments::{Evaluate, Figures, Resume, Script, Train, Workbench};
 use super::progress::Progress;
 use crate::run::Event;
 use crate::task;
+use crate::tui;
 use crate::workbench::{self, Command, FigureKind, Notice, RunView, Session, Told};
 
-pub fn workbench(arguments: &Workbench) -> Outcome {
-    let session = Session::new(task::load(&arguments.task)?, arguments.runs.clone());
-    drop(session);
-    Err("the workbench needs a terminal".into())
+/// Opens the workbench; the status says which signal ended it, if one did.
+pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::Error>> {
+    let mut session = Session::new(task::load("task1")?, arguments.runs.clone());
+    session.apply(Command::Task(arguments.task.clone()))?;
+    let first_start = !arguments.runs.exists();
+    let options = tui::Options { keys: arguments.keys.clone(), tour: first_start, no_mouse: arguments.no_mouse };
+    Ok(match tui::run(session, &options)? {
+        tui::Leaving::Quit => ExitCode::SUCCESS,
+        tui::Leaving::Signal(number) => ExitCode::from(128u8.saturating_add(number.clamp(0, 127) as u8)),
+    })
 }
 
 pub fn train(arguments: &Train) -> Outcome {

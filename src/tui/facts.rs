@@ -4,8 +4,12 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::env::EndReason;
 use crate::guidance::{ActionPrior, EpsilonSchedule};
+use crate::run::RunState;
 use crate::task::Task;
+use crate::trainer::Trace;
+use crate::workbench::PriorState;
 
 use super::metric::{Curves, Metric};
 use super::playback::Episode;
@@ -15,6 +19,8 @@ use super::playback::Episode;
 pub struct Facts {
     /// The task as it is being edited.
     pub task: Arc<Task>,
+    /// Its file, if it is not a shipped one.
+    pub file: Option<PathBuf>,
     /// The task differs from its file.
     pub dirty: bool,
     /// An edit can be undone.
@@ -25,8 +31,10 @@ pub struct Facts {
     pub settings: Settings,
     /// The clusters of the task.
     pub prior: Option<Arc<ActionPrior>>,
-    /// Whether the clusters fit the task as it is.
+    /// How the clusters stand to the task and the settings.
     pub prior_state: PriorState,
+    /// Why the clusters could not be computed the last time.
+    pub prior_failure: Option<String>,
     /// Dynamics models one can choose, first the chosen one's name.
     pub models: Vec<ModelFacts>,
     /// Past and running runs, the latest last.
@@ -36,7 +44,11 @@ pub struct Facts {
     /// The latest finished training episode.
     pub live: Option<Arc<Episode>>,
     /// The episode a person plays.
-    pub played: Option<Arc<Episode>>,
+    pub played: Arc<Trace>,
+    /// Why the episode a person plays is over.
+    pub played_end: Option<EndReason>,
+    /// Subgoals and goal reached in it: the next stage.
+    pub played_stage: usize,
     /// Figures written in this session.
     pub figures: Vec<PathBuf>,
     /// What happened, oldest first.
@@ -56,28 +68,8 @@ pub struct Settings {
     pub epsilon: EpsilonSchedule,
     /// What predicts the rollouts of guidance.
     pub model: String,
-    /// Where figures and runs go.
-    pub out: PathBuf,
-}
-
-/// Whether the clusters fit the task as it is.
-#[derive(Debug, Clone, PartialEq)]
-pub enum PriorState {
-    /// There are none.
-    Absent,
-    /// They are being computed.
-    Building {
-        /// Stages finished.
-        stage: usize,
-        /// Stages of the task.
-        stages: usize,
-    },
-    /// They belong to the task as it is.
-    Fresh,
-    /// The task was edited since.
-    Stale,
-    /// They could not be computed.
-    Failed(String),
+    /// Where runs go.
+    pub folder: PathBuf,
 }
 
 /// A dynamics model one can choose.
@@ -85,19 +77,21 @@ pub enum PriorState {
 pub struct ModelFacts {
     /// The name to choose it by.
     pub name: String,
-    /// Its tool set, and how good it is, in a few words.
+    /// What it is, in a few words.
     pub about: String,
-    /// It is chosen.
-    pub chosen: bool,
-    /// It knows all tools of the task.
-    pub fits: bool,
 }
 
 /// A run and its curves.
 #[derive(Debug, Clone)]
 pub struct RunFacts {
-    /// Short name, its directory's.
+    /// Name of its folder.
     pub name: String,
+    /// Its folder.
+    pub path: PathBuf,
+    /// Its log is being read; otherwise only its last state is known.
+    pub opened: bool,
+    /// A thread of this program trains it.
+    pub active: bool,
     /// The task's name.
     pub task: String,
     /// `ddpg` or `ddpg-mge`.
@@ -108,51 +102,16 @@ pub struct RunFacts {
     pub episodes: u64,
     /// What it is doing.
     pub state: RunState,
+    /// The trainer is computing action clusters: stages done, stages in all.
+    pub preparing: Option<(usize, usize)>,
+    /// Episodes finished.
+    pub done: u64,
     /// One value an episode for every metric.
     pub curves: Curves,
     /// Greedy evaluations: episodes finished, share of successes.
     pub evaluations: Vec<(u64, f32)>,
     /// Episodes a second; None while it is too early to tell.
     pub rate: Option<f64>,
-}
-
-/// What a run is doing.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum RunState {
-    /// Waiting for a free core.
-    Queued,
-    /// Training.
-    Running,
-    /// Waiting to be resumed.
-    Paused,
-    /// All episodes are done.
-    Finished,
-    /// Somebody ended it early; it can be resumed.
-    Stopped,
-    /// An error ended it.
-    Failed(String),
-    /// Its process died; it can be resumed from its last checkpoint.
-    Interrupted,
-}
-
-impl RunState {
-    /// One word for people.
-    pub fn word(&self) -> &'static str {
-        match self {
-            Self::Queued => "queued",
-            Self::Running => "running",
-            Self::Paused => "paused",
-            Self::Finished => "finished",
-            Self::Stopped => "stopped",
-            Self::Failed(_) => "failed",
-            Self::Interrupted => "interrupted",
-        }
-    }
-
-    /// A thread is at work on it.
-    pub fn is_active(&self) -> bool {
-        matches!(self, Self::Queued | Self::Running | Self::Paused)
-    }
 }
 
 /// A line of the log.
@@ -183,26 +142,34 @@ impl Facts {
         self.current.and_then(|index| self.runs.get(index))
     }
 
-    /// Runs a thread is at work on.
+    /// Runs this program is training.
     pub fn active_runs(&self) -> impl Iterator<Item = &RunFacts> {
-        self.runs.iter().filter(|run| run.state.is_active())
+        self.runs.iter().filter(|run| run.active)
     }
 }
 
 impl RunFacts {
-    /// Episodes finished.
-    pub fn done(&self) -> u64 {
-        self.curves.len() as u64
-    }
-
     /// Seconds until the run is finished at the present rate.
     pub fn seconds_left(&self) -> Option<f64> {
         let rate = self.rate.filter(|rate| *rate > 0.0 && self.state == RunState::Running)?;
-        Some(self.episodes.saturating_sub(self.done()) as f64 / rate)
+        Some(self.episodes.saturating_sub(self.done) as f64 / rate)
     }
 
     /// The latest finite value of a metric.
     pub fn latest(&self, metric: Metric) -> Option<f32> {
         self.curves.get(metric).iter().rev().copied().find(|value| value.is_finite())
+    }
+}
+
+/// One word for the state of a run.
+pub fn state_word(state: &RunState) -> &'static str {
+    match state {
+        RunState::NotStarted => "not started",
+        RunState::Running => "running",
+        RunState::Paused => "paused",
+        RunState::Finished => "finished",
+        RunState::Stopped(_) => "stopped",
+        RunState::Failed(_) => "failed",
+        RunState::Interrupted => "interrupted",
     }
 }

@@ -1,5 +1,7 @@
 //! The numbers of an episode that have a curve.
 
+use crate::run::EpisodeRecord;
+
 /// A number of each episode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Metric {
@@ -26,6 +28,26 @@ pub enum Metric {
 }
 
 impl Metric {
+    /// The values of an episode, in the order of [`Metric::ALL`]; NaN for what there is not.
+    pub fn values(record: &EpisodeRecord) -> [f32; Self::ALL.len()] {
+        let share = f64::from(record.subgoals) / f64::from(record.subgoals_total.max(1));
+        let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
+        Self::ALL.map(|metric| {
+            (match metric {
+                Self::Success => record.rolling_success,
+                Self::Return => record.return_,
+                Self::Subgoals => share,
+                Self::CriticLoss => number(record.critic_loss),
+                Self::ActorLoss => number(record.actor_loss),
+                Self::MeanQ => number(record.mean_q),
+                Self::Saturation => number(record.action_saturation),
+                Self::Epsilon => record.epsilon,
+                Self::Noise => record.noise_sigma,
+                Self::Actions => record.steps as f64,
+            }) as f32
+        })
+    }
+
     /// All of them, in the order of the screens.
     pub const ALL: [Self; 10] = [
         Self::Success,
@@ -79,6 +101,11 @@ impl Curves {
         for (curve, value) in self.values.iter_mut().zip(values) {
             curve.push(value);
         }
+    }
+
+    /// Forgets all but the first `episodes` episodes.
+    pub fn truncate(&mut self, episodes: usize) {
+        self.values.iter_mut().for_each(|curve| curve.truncate(episodes));
     }
 
     /// Episodes.

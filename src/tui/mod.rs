@@ -1,16 +1,35 @@
-//! The terminal: panes, widgets, key map, theme.
+//! The terminal: turns keys and mouse into commands, and the session into cells.
+//!
+//! [`run`] holds the event loop. [`App`](app::App) is everything the screen knows of its own; it
+//! reads the session as plain [`facts`] and changes it only through lines of the command
+//! language, both by way of the [`desk`], so that screens can be tested without a session.
+//! The [`action`] table feeds the key map, the footer, the help and the palette.
+//! [`scene`], [`chart`] and [`raster`] draw; [`screens`] put them together; [`layers`] lie over them.
 
 mod action;
+mod app;
 mod chart;
+mod desk;
 mod facts;
+mod handles;
 mod key;
 mod keymap;
+mod layers;
 mod metric;
+mod mouse;
+mod perform;
 mod playback;
 mod raster;
+mod rate;
+mod run;
 mod scene;
+mod screens;
 #[cfg(unix)]
 mod signals;
 mod terminal;
 mod text_input;
 mod theme;
+
+pub use keymap::KeymapError;
+pub use run::{Leaving, Options, TuiError, run};
+pub use terminal::TerminalError;

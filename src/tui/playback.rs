@@ -127,6 +127,11 @@ impl Player {
         self.step = 0.0;
     }
 
+    /// Goes to a physics step.
+    pub fn go_to(&mut self, step: usize) {
+        self.step = step as f32;
+    }
+
     /// Lets time pass; true once the episode and its rest are over.
     pub fn advance(&mut self, elapsed: Duration, steps: usize) -> bool {
         if self.playing {

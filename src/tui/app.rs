@@ -1,0 +1,241 @@
+//! The workbench on screen: what is shown, and what keys and mouse make of it.
+
+use std::time::Duration;
+
+use crossterm::event::{Event, KeyEvent, KeyEventKind, MouseEvent};
+use ratatui::layout::Rect;
+
+use super::action::{Action, Context};
+use super::desk::Desk;
+use super::facts::Level;
+use super::key::Key;
+use super::keymap::Keymap;
+use super::layers::{Deed, Layer, Wish};
+use super::screens::{Curves, Hits, Lists, Runs, Scene, Schedule, Tab};
+use super::theme::Theme;
+
+/// Everything the screen knows of its own.
+pub struct App {
+    /// The session.
+    pub desk: Box<dyn Desk>,
+    /// Colours and markers.
+    pub theme: Theme,
+    /// Keys.
+    pub keymap: Keymap,
+    /// The screen being shown.
+    pub tab: Tab,
+    /// What lies over it, the top one last.
+    pub layers: Vec<Layer>,
+    /// What the Scene and the Edit screen show.
+    pub scene: Scene,
+    /// What the curves show.
+    pub curves: Curves,
+    /// The schedule being edited.
+    pub schedule: Schedule,
+    /// The list of runs.
+    pub runs: Runs,
+    /// Selected lines of the Models, Figures and Log screens.
+    pub lists: Lists,
+    /// The latest message.
+    pub notice: Option<(Level, String)>,
+    /// Where things were drawn, for the mouse.
+    pub hits: Hits,
+    /// What only the owner of the terminal can do.
+    pub wish: Option<TerminalWish>,
+    /// Whether the mouse is captured.
+    pub mouse: bool,
+    /// The workbench is to be left.
+    pub leaving: bool,
+    changed: bool,
+}
+
+/// What only the owner of the terminal can do.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum TerminalWish {
+    /// Stop until the shell continues the program.
+    Suspend,
+    /// Switch mouse capture.
+    Mouse(bool),
+    /// Put a text on the clipboard.
+    Copy(String),
+}
+
+impl App {
+    /// The workbench of a session.
+    pub fn new(desk: Box<dyn Desk>, theme: Theme, keymap: Keymap) -> Self {
+        Self {
+            desk,
+            theme,
+            keymap,
+            tab: Tab::Scene,
+            layers: Vec::new(),
+            scene: Scene::default(),
+            curves: Curves::default(),
+            schedule: Schedule::default(),
+            runs: Runs::default(),
+            lists: Lists::default(),
+            notice: None,
+            hits: Hits::default(),
+            wish: None,
+            mouse: true,
+            leaving: false,
+            changed: true,
+        }
+    }
+
+    /// Whether there is something new to draw; asking forgets it.
+    pub fn take_changed(&mut self) -> bool {
+        std::mem::take(&mut self.changed)
+    }
+
+    /// Whether there is something new to draw.
+    pub fn is_changed(&self) -> bool {
+        self.changed
+    }
+
+    /// Draws everything anew.
+    pub fn touch(&mut self) {
+        self.changed = true;
+    }
+
+    /// Whether something moves, so that time must pass often.
+    pub fn is_animated(&self) -> bool {
+        self.tab.has_scene() && self.scene.is_animated()
+    }
+
+    /// Where actions are looked for now, the innermost first.
+    pub fn contexts(&self) -> Vec<Context> {
+        let inner = match self.tab {
+            Tab::Scene | Tab::Edit if self.scene.hand.is_some() => vec![Context::Hand, Context::Scene],
+            Tab::Scene | Tab::Edit => vec![Context::Scene],
+            Tab::Schedule => vec![Context::Schedule],
+            Tab::Training => vec![Context::Curves],
+            Tab::Runs => vec![Context::Runs],
+            Tab::Models | Tab::Figures | Tab::Log => vec![Context::List],
+        };
+        inner.into_iter().chain([Context::Everywhere]).collect()
+    }
+
+    /// Lets time pass and takes in what the session did.
+    pub fn tick(&mut self, elapsed: Duration) {
+        self.changed |= self.desk.poll();
+        if self.tab.has_scene() {
+            self.changed |= self.scene.update(&mut *self.desk, elapsed);
+        }
+    }
+
+    /// Takes in an event of the terminal.
+    pub fn event(&mut self, event: Event) {
+        match event {
+            Event::Key(key) if key.kind != KeyEventKind::Release => self.key(key),
+            Event::Mouse(mouse) => self.mouse(mouse),
+            Event::Paste(text) => {
+                if let Some(layer) = self.layers.last_mut() {
+                    layer.paste(&text);
+                    self.changed = true;
+                }
+            }
+            Event::Resize(..) => self.changed = true,
+            _ => {}
+        }
+    }
+
+    fn key(&mut self, key: KeyEvent) {
+        self.changed = true;
+        let action = self.keymap.action(Key::from(key), &self.contexts());
+        // Leaving and stopping work from everywhere, whatever lies over the screen.
+        let control = key.modifiers.contains(crossterm::event::KeyModifiers::CONTROL);
+        if let Some(action @ (Action::Quit | Action::Suspend)) = action
+            && control
+        {
+            self.perform(action);
+            return;
+        }
+        if let Some(layer) = self.layers.last_mut() {
+            let wish = layer.key(key);
+            self.grant(wish);
+        } else if let Some(action) = action {
+            self.notice = None;
+            self.perform(action);
+        } else if self.scene_key_is_digit(key) {
+            self.say(Level::Info, "there are eight screens: 1 to 8");
+        }
+    }
+
+    fn scene_key_is_digit(&self, key: KeyEvent) -> bool {
+        matches!(key.code, crossterm::event::KeyCode::Char('0' | '9'))
+    }
+
+    fn grant(&mut self, wish: Wish) {
+        match wish {
+            Wish::Stay => {}
+            Wish::Leave => _ = self.layers.pop(),
+            Wish::Do(deed) => {
+                self.layers.pop();
+                if let Err(error) = self.do_deed(deed) {
+                    self.say(Level::Error, error);
+                }
+            }
+            Wish::Try(deed) => {
+                let depth = self.layers.len();
+                match self.do_deed(deed) {
+                    // A question that came up lies on top: the answered layer is below it.
+                    Ok(()) => _ = self.layers.remove(depth - 1),
+                    Err(error) => {
+                        if let Some(layer) = self.layers.last_mut() {
+                            layer.refuse(error);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn do_deed(&mut self, deed: Deed) -> Result<(), String> {
+        match deed {
+            Deed::Line(line) if line.trim() == "quit" => self.quit(),
+            Deed::Line(line) => {
+                let told = self.desk.apply(&line)?;
+                self.say(Level::Good, told);
+            }
+            Deed::Action(action) => self.perform(action),
+            Deed::Filter(text) => self.runs.filter(text),
+            Deed::SaveAs(path) => return self.save_as(&path),
+            Deed::TypeTask => self.ask_for_task_file(),
+            Deed::Quit => self.leaving = true,
+        }
+        Ok(())
+    }
+
+    /// Carries out a line of the command language and shows what came of it.
+    pub fn line(&mut self, line: &str) {
+        match self.desk.apply(line) {
+            Ok(told) => self.say(Level::Good, told),
+            Err(error) => self.say(Level::Error, error),
+        }
+    }
+
+    /// Shows a message.
+    pub fn say(&mut self, level: Level, text: impl Into<String>) {
+        self.notice = Some((level, text.into())).filter(|(_, text)| !text.is_empty());
+        self.changed = true;
+    }
+
+    fn mouse(&mut self, mouse: MouseEvent) {
+        let hovering = mouse.kind == crossterm::event::MouseEventKind::Moved;
+        if self.layers.is_empty() {
+            self.changed |= super::mouse::handle(self, mouse);
+        } else if !hovering {
+            self.changed = true;
+        }
+    }
+
+    /// The area's layers, drawn; where the cursor is.
+    pub fn draw_layers(&mut self, area: Rect, buffer: &mut ratatui::buffer::Buffer) -> Option<(u16, u16)> {
+        let mut cursor = None;
+        for layer in &mut self.layers {
+            cursor = layer.draw(area, &self.keymap, &self.theme, buffer);
+        }
+        cursor
+    }
+}

@@ -1,0 +1,390 @@
+//! The session as the screens see it: facts out, command lines in.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::env::{Action, Environment, Placement};
+use crate::guidance::RolloutModel;
+use crate::run::{Event, RunDirectory, RunState};
+use crate::task::Task;
+use crate::trainer::{LiveView, Phase, RunConfig, rollout_model};
+use crate::workbench::{Command, Notice, RunView, Session};
+
+use super::facts::{Facts, Level, LogLine, ModelFacts, RunFacts, Settings};
+use super::metric::{Curves, Metric};
+use super::playback::Episode;
+use super::rate::Rate;
+use super::scene::{Ghost, Heat};
+
+/// What the screens need of a session.
+pub trait Desk {
+    /// Everything there is to see.
+    fn facts(&self) -> &Facts;
+    /// Takes in what happened in the background; true if anything did.
+    fn poll(&mut self) -> bool;
+    /// Carries out a line of the command language; what to tell the person.
+    ///
+    /// # Errors
+    /// What is wrong, in one line.
+    fn apply(&mut self, line: &str) -> Result<String, String>;
+    /// Asks for the next finished training episode.
+    fn request_live(&self);
+    /// What would become of a tool placed by hand, and what the model predicts.
+    fn ghost(&mut self, action: Action) -> Ghost;
+    /// What the agent of the live episode thinks before its action number `action`.
+    fn mind(&self, action: usize) -> Option<Mind>;
+    /// Looks for runs on disk.
+    fn look_for_runs(&mut self);
+    /// Adds a line to the log.
+    fn log(&mut self, level: Level, text: String);
+}
+
+/// What an agent thinks of a situation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mind {
+    /// The critic's value of every action.
+    pub heat: Heat,
+    /// Where the actor would place the tool.
+    pub choice: Action,
+}
+
+/// Lines of the log that are kept.
+const LOG: usize = 2000;
+/// Rows and columns of the grid of actions for the critic.
+const HEAT_SIDE: usize = 36;
+/// Actions a prediction looks ahead.
+const LOOK_AHEAD: usize = 3;
+
+/// A session with the facts about it.
+pub struct SessionDesk {
+    session: Session,
+    facts: Facts,
+    live: Option<LiveView>,
+    rates: HashMap<PathBuf, Rate>,
+    model: Option<(RunConfig, Option<Box<dyn RolloutModel>>)>,
+    on_disk: Vec<RunFacts>,
+}
+
+impl SessionDesk {
+    /// The desk of a session.
+    pub fn new(session: Session) -> Self {
+        let task = Arc::new(session.task().clone());
+        let facts = Facts {
+            file: None,
+            dirty: false,
+            can_undo: false,
+            can_redo: false,
+            settings: settings(&session),
+            prior: None,
+            prior_state: session.prior_state(),
+            prior_failure: None,
+            models: models(&session),
+            runs: Vec::new(),
+            current: None,
+            live: None,
+            played: Arc::default(),
+            played_end: None,
+            played_stage: 0,
+            figures: Vec::new(),
+            log: Vec::new(),
+            task,
+        };
+        let mut desk = Self { session, facts, live: None, rates: HashMap::new(), model: None, on_disk: Vec::new() };
+        desk.look_for_runs();
+        desk.refresh();
+        desk
+    }
+
+    /// Takes the session's state over into the facts.
+    fn refresh(&mut self) {
+        let session = &self.session;
+        let facts = &mut self.facts;
+        if *facts.task != *session.task() {
+            facts.task = Arc::new(session.task().clone());
+        }
+        facts.file = session.file().map(Path::to_owned);
+        facts.dirty = session.is_dirty();
+        facts.can_undo = session.can_undo();
+        facts.can_redo = session.can_redo();
+        facts.settings = settings(session);
+        facts.prior_state = session.prior_state();
+        let of_run = || session.run().and_then(RunView::prior);
+        facts.prior = session.prior().cloned().or_else(of_run);
+        let hand = session.hand();
+        if facts.played.steps.len() != hand.trace().steps.len() || hand.trace().steps.is_empty() {
+            facts.played = Arc::new(hand.trace().clone());
+        }
+        facts.played_end = hand.snapshot().end();
+        facts.played_stage = hand.snapshot().stage();
+        self.refresh_runs();
+        self.refresh_live();
+    }
+
+    fn refresh_runs(&mut self) {
+        let mut old: HashMap<PathBuf, Curves> =
+            self.facts.runs.drain(..).filter(|run| run.opened).map(|run| (run.path, run.curves)).collect();
+        let current = self.session.run().map(|run| run.directory().path().to_owned());
+        let now = Instant::now();
+        let opened = self.session.runs().iter().map(|view| {
+            let path = view.directory().path();
+            let rate = self.rates.entry(path.to_owned()).or_default();
+            if view.state() == RunState::Running {
+                rate.note(now, view.records().len() as u64);
+            } else {
+                rate.forget();
+            }
+            run_facts(view, old.remove(path).unwrap_or_default(), rate.per_second())
+        });
+        let opened: Vec<RunFacts> = opened.collect();
+        let unopened = self.on_disk.iter().filter(|run| opened.iter().all(|other| other.path != run.path)).cloned();
+        self.facts.runs = unopened.collect();
+        self.facts.runs.extend(opened);
+        self.facts.current = current.and_then(|path| self.facts.runs.iter().position(|run| run.path == path));
+    }
+
+    fn refresh_live(&mut self) {
+        let Some(run) = self.session.run() else { return };
+        let Some(live) = run.live() else { return };
+        if self.live.as_ref().is_some_and(|shown| Arc::ptr_eq(&shown.trace, &live.trace)) {
+            return;
+        }
+        let title = format!("episode {} of {}", live.trace.episode, run.name());
+        let task = run.config().task.clone();
+        self.facts.live = Some(Arc::new(Episode { title, task, trace: live.trace.clone() }));
+        self.live = Some(live.clone());
+    }
+
+    fn note(&mut self, notice: &Notice) {
+        match notice {
+            Notice::PriorReady => {
+                self.facts.prior_failure = None;
+                let training = self.session.run().is_some_and(RunView::is_active);
+                let more = if training { "; G gives them to the running training" } else { "" };
+                self.log(Level::Good, format!("the action clusters are there{more}"));
+            }
+            Notice::PriorFailed(reason) => {
+                self.facts.prior_failure = Some(reason.clone());
+                self.log(Level::Error, format!("action clusters: {reason}"));
+            }
+            Notice::Run { event: Event::EpisodeFinished(_), .. } | Notice::PriorStage { .. } | Notice::Changed => {}
+            Notice::Run { index, event } => {
+                let level = match event {
+                    Event::Failed { .. } => Level::Error,
+                    Event::Stopped { .. } => Level::Warning,
+                    Event::Finished { .. } => Level::Good,
+                    _ => Level::Info,
+                };
+                let name = self.session.runs().get(*index).map_or_else(String::new, RunView::name);
+                self.log(level, format!("{name}: {event}"));
+            }
+        }
+    }
+
+    /// The model of the present settings; None if it predicts nothing or cannot be had.
+    fn rollout_model(&mut self) -> Option<&dyn RolloutModel> {
+        let config = self.session.config();
+        let same = |(known, _): &(RunConfig, _)| known.prior == config.prior && known.task == config.task;
+        if !self.model.as_ref().is_some_and(same) {
+            let model = rollout_model(&config.prior, &config.task).ok().flatten().map(|(model, _)| model);
+            self.model = Some((config.clone(), model));
+        }
+        self.model.as_ref()?.1.as_deref()
+    }
+}
+
+impl Desk for SessionDesk {
+    fn facts(&self) -> &Facts {
+        &self.facts
+    }
+
+    fn poll(&mut self) -> bool {
+        let building = self.facts.prior_state.clone();
+        let notices = self.session.poll();
+        for notice in &notices {
+            self.note(notice);
+        }
+        let failed: Vec<String> = super::terminal::take_panics();
+        for panic in &failed {
+            self.log(Level::Error, panic.clone());
+        }
+        let preparing = self.facts.runs.iter().any(|run| run.preparing.is_some());
+        let changed = !notices.is_empty() || !failed.is_empty() || building != self.session.prior_state();
+        if changed || preparing {
+            self.refresh();
+        }
+        changed || preparing
+    }
+
+    fn apply(&mut self, line: &str) -> Result<String, String> {
+        let outcome = match Command::parse(line) {
+            Ok(None) => return Ok(String::new()),
+            Ok(Some(command)) => {
+                let figure = if let Command::Figure { path, .. } = &command { Some(path.clone()) } else { None };
+                let outcome = self.session.apply(command).map_err(|error| error.to_string());
+                if let (Ok(_), Some(path)) = (&outcome, figure) {
+                    self.facts.figures.retain(|known| *known != path);
+                    self.facts.figures.push(path);
+                }
+                outcome
+            }
+            Err(error) => Err(error.to_string()),
+        };
+        match &outcome {
+            Ok(told) if told.is_empty() => {}
+            Ok(told) => self.log(Level::Info, told.clone()),
+            Err(error) => self.log(Level::Error, error.clone()),
+        }
+        self.refresh();
+        outcome
+    }
+
+    fn request_live(&self) {
+        if let Some(run) = self.session.run() {
+            run.request_live();
+        }
+    }
+
+    fn ghost(&mut self, action: Action) -> Ghost {
+        let snapshot = self.session.hand().snapshot().clone();
+        let task = self.session.hand().task().clone();
+        let placement = snapshot.check_placement(&task, action);
+        let mut ghost = Ghost { action, placement, predicted: Vec::new() };
+        if snapshot.end().is_none()
+            && placement == Placement::Placed
+            && let Some(model) = self.rollout_model()
+        {
+            // After the placement the tool in hand would only overlap itself: the ball goes its way.
+            let sequence = vec![action; LOOK_AHEAD];
+            ghost.predicted = model.rollouts(&task, &[&snapshot], &[sequence]).pop().map_or_else(Vec::new, |r| r.path);
+        }
+        ghost
+    }
+
+    fn mind(&self, action: usize) -> Option<Mind> {
+        let live = self.live.as_ref()?;
+        let task = self.facts.live.as_ref()?.task.clone();
+        let mut env = Environment::new(task);
+        for step in live.trace.steps.iter().take(action) {
+            env.step(step.action).ok()?;
+        }
+        let observation = env.observation();
+        let choice: [f32; 2] = live.ddpg.act(&observation).try_into().ok()?;
+        let middle = |index: usize| (index as f32 + 0.5) / HEAT_SIDE as f32 * 2.0 - 1.0;
+        let rows = (0..HEAT_SIDE).map(|row| -middle(row));
+        let actions: Vec<f32> = rows.flat_map(|y| (0..HEAT_SIDE).flat_map(move |x| [middle(x), y])).collect();
+        let values = live.ddpg.q_values(&observation, &actions);
+        Some(Mind { heat: Heat { side: HEAT_SIDE, values }, choice })
+    }
+
+    fn look_for_runs(&mut self) {
+        let Ok(entries) = std::fs::read_dir(self.session.folder()) else { return };
+        let mut found: Vec<RunFacts> = entries.flatten().filter_map(|entry| glance(&entry.path())).collect();
+        found.sort_by(|a, b| a.name.cmp(&b.name));
+        self.on_disk = found;
+        self.refresh();
+    }
+
+    fn log(&mut self, level: Level, text: String) {
+        self.facts.log.push(LogLine { level, text });
+        let more = self.facts.log.len().saturating_sub(LOG);
+        self.facts.log.drain(..more);
+    }
+}
+
+fn settings(session: &Session) -> Settings {
+    let config = session.config();
+    Settings {
+        method: config.method.name().to_owned(),
+        seed: config.seed,
+        episodes: u64::from(config.episodes),
+        epsilon: config.epsilon.clone(),
+        model: String::from(config.prior.clone()),
+        folder: session.folder().to_owned(),
+    }
+}
+
+fn models(session: &Session) -> Vec<ModelFacts> {
+    let mut models = vec![
+        model("learned", "the shipped dynamics model of the task's tool set"),
+        model("true", "the environment's own physics: the upper bound of guidance"),
+        model("uniform", "no model: uniform random actions in place of clusters"),
+    ];
+    if let Ok(entries) = std::fs::read_dir("models") {
+        let files = entries.flatten().map(|entry| entry.path());
+        let mut files: Vec<PathBuf> =
+            files.filter(|path| path.extension().is_some_and(|e| e == "safetensors")).collect();
+        files.sort();
+        models
+            .extend(files.iter().map(|path| model(&path.display().to_string(), &describe_model(path, session.task()))));
+    }
+    models
+}
+
+fn model(name: &str, about: &str) -> ModelFacts {
+    ModelFacts { name: name.to_owned(), about: about.to_owned() }
+}
+
+fn describe_model(path: &Path, task: &Task) -> String {
+    match crate::dynamics::Model::load(path) {
+        Ok(model) => match model.check_task(task) {
+            Ok(()) => format!("trained by you: {}", model.name()),
+            Err(error) => error.to_string(),
+        },
+        Err(error) => error.to_string(),
+    }
+}
+
+fn run_facts(view: &RunView, mut curves: Curves, rate: Option<f64>) -> RunFacts {
+    let records = view.records();
+    curves.truncate(records.len());
+    for record in &records[curves.len()..] {
+        curves.push(Metric::values(record));
+    }
+    let config = view.config();
+    let evaluations = view.evaluations().iter().map(|e| (e.episode, e.success as f32)).collect();
+    let preparing = match view.phase() {
+        Some(Phase::BuildingPrior { stage, stages }) => Some((stage, stages)),
+        _ => None,
+    };
+    RunFacts {
+        name: view.name(),
+        path: view.directory().path().to_owned(),
+        opened: true,
+        active: view.is_active(),
+        task: config.task.name.clone(),
+        method: config.method.name().to_owned(),
+        seed: config.seed,
+        episodes: u64::from(config.episodes),
+        state: view.state(),
+        preparing,
+        done: records.len() as u64,
+        curves,
+        evaluations,
+        rate,
+    }
+}
+
+/// What can be known of a run without reading its log. None if the folder is no run.
+fn glance(path: &Path) -> Option<RunFacts> {
+    let directory = RunDirectory::open(path).ok()?;
+    let config: RunConfig = directory.config().ok()?;
+    let status = directory.status().ok()?;
+    Some(RunFacts {
+        name: path.file_name()?.to_string_lossy().into_owned(),
+        path: path.to_owned(),
+        opened: false,
+        active: false,
+        task: config.task.name.clone(),
+        method: config.method.name().to_owned(),
+        seed: config.seed,
+        episodes: u64::from(config.episodes),
+        state: status.state,
+        preparing: None,
+        done: status.last_episode.map_or(0, |record| record.episode),
+        curves: Curves::default(),
+        evaluations: Vec::new(),
+        rate: None,
+    })
+}

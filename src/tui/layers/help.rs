@@ -1,0 +1,70 @@
+//! All keys, by where they apply.
+
+use crossterm::event::{KeyCode, KeyEvent};
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+
+use super::Wish;
+use super::popup::frame;
+use crate::tui::action::{ACTIONS, Context};
+use crate::tui::keymap::Keymap;
+use crate::tui::theme::Theme;
+
+/// The help, scrolled to a line. What applies now comes first.
+pub struct Help {
+    scroll: usize,
+    contexts: Vec<Context>,
+}
+
+impl Help {
+    /// The help for a moment at which these contexts apply.
+    pub fn new(now: &[Context]) -> Self {
+        let others = Context::ALL.into_iter().filter(|context| !now.contains(context));
+        Self { scroll: 0, contexts: now.iter().copied().chain(others).collect() }
+    }
+
+    pub(super) fn key(&mut self, key: KeyEvent) -> Wish {
+        match key.code {
+            KeyCode::Up | KeyCode::Char('k') => self.scroll = self.scroll.saturating_sub(1),
+            KeyCode::Down | KeyCode::Char('j') => self.scroll += 1,
+            KeyCode::PageUp => self.scroll = self.scroll.saturating_sub(10),
+            KeyCode::PageDown | KeyCode::Char(' ') => self.scroll += 10,
+            KeyCode::Home => self.scroll = 0,
+            KeyCode::End => self.scroll = usize::MAX,
+            _ => return Wish::Leave,
+        }
+        Wish::Stay
+    }
+
+    pub(super) fn draw(&mut self, area: Rect, keymap: &Keymap, theme: &Theme, buffer: &mut Buffer) {
+        let lines = self.lines(keymap);
+        let inside =
+            frame("keys  (arrows scroll, any other key leaves)", (86, lines.len() as u16), area, theme, buffer);
+        self.scroll = self.scroll.min(lines.len().saturating_sub(usize::from(inside.height)));
+        for (y, (keys, name, about)) in (inside.y..inside.bottom()).zip(lines.iter().skip(self.scroll)) {
+            let (x, _) = buffer.set_stringn(inside.x, y, format!("{keys:<16} "), 17, theme.strong());
+            let (x, _) = buffer.set_stringn(
+                x,
+                y,
+                format!("{name:<17} "),
+                usize::from(inside.right().saturating_sub(x)),
+                theme.faint(),
+            );
+            buffer.set_stringn(x, y, about, usize::from(inside.right().saturating_sub(x)), Style::new());
+        }
+    }
+
+    fn lines(&self, keymap: &Keymap) -> Vec<(String, &'static str, &'static str)> {
+        let mut lines = Vec::new();
+        for context in &self.contexts {
+            if !lines.is_empty() {
+                lines.push((String::new(), "", ""));
+            }
+            lines.push((context.name().to_uppercase(), "", ""));
+            let entries = ACTIONS.iter().filter(|entry| entry.context == *context);
+            lines.extend(entries.map(|entry| (keymap.keys(entry).join(" "), entry.name, entry.about)));
+        }
+        lines
+    }
+}

@@ -1,0 +1,114 @@
+//! What lies over the screen: each layer takes the keys until it is left.
+
+mod choice;
+mod help;
+mod palette;
+mod popup;
+mod prompt;
+mod tour;
+
+pub use choice::{Chooser, Confirm};
+pub use help::Help;
+pub use palette::Palette;
+pub use popup::{block, wrap};
+pub use prompt::{Prompt, Then};
+pub use tour::Tour;
+
+use crossterm::event::KeyEvent;
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+
+use super::action::Action;
+use super::keymap::Keymap;
+use super::theme::Theme;
+
+/// Something over the screen.
+pub enum Layer {
+    /// All keys.
+    Help(Help),
+    /// The short tour.
+    Tour(Tour),
+    /// A line to be typed.
+    Prompt(Prompt),
+    /// Actions and commands by name.
+    Palette(Palette),
+    /// One of several.
+    Chooser(Chooser),
+    /// A question before something that cannot be taken back.
+    Confirm(Confirm),
+}
+
+/// What a layer wants after a key.
+#[derive(Debug, PartialEq)]
+pub enum Wish {
+    /// Nothing; it stays.
+    Stay,
+    /// To be left.
+    Leave,
+    /// To be left, and this to be done.
+    Do(Deed),
+    /// This to be done; to be left if it succeeds.
+    Try(Deed),
+}
+
+/// What a layer can ask for.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Deed {
+    /// A line of the command language.
+    Line(String),
+    /// An action.
+    Action(Action),
+    /// Only runs whose line has this text.
+    Filter(String),
+    /// Save the task to a file, asking before it is overwritten.
+    SaveAs(String),
+    /// Type the path of a task.
+    TypeTask,
+    /// Leave the workbench.
+    Quit,
+}
+
+impl Layer {
+    /// Applies a key.
+    pub fn key(&mut self, key: KeyEvent) -> Wish {
+        match self {
+            Self::Help(help) => help.key(key),
+            Self::Tour(tour) => tour.key(key),
+            Self::Prompt(prompt) => prompt.key(key),
+            Self::Palette(palette) => palette.key(key),
+            Self::Chooser(chooser) => chooser.key(key),
+            Self::Confirm(confirm) => confirm.key(key),
+        }
+    }
+
+    /// Takes pasted text, where text is typed.
+    pub fn paste(&mut self, text: &str) {
+        match self {
+            Self::Prompt(prompt) => prompt.input.insert(text),
+            Self::Palette(palette) => palette.paste(text),
+            _ => {}
+        }
+    }
+
+    /// Shows why what was asked for could not be done.
+    pub fn refuse(&mut self, reason: String) {
+        match self {
+            Self::Prompt(prompt) => prompt.error = Some(reason),
+            Self::Palette(palette) => palette.error = Some(reason),
+            _ => {}
+        }
+    }
+
+    /// Draws it over the screen; where the cursor is, if it has one.
+    pub fn draw(&mut self, area: Rect, keymap: &Keymap, theme: &Theme, buffer: &mut Buffer) -> Option<(u16, u16)> {
+        match self {
+            Self::Help(help) => help.draw(area, keymap, theme, buffer),
+            Self::Tour(tour) => tour.draw(area, keymap, theme, buffer),
+            Self::Prompt(prompt) => return Some(prompt.draw(area, theme, buffer)),
+            Self::Palette(palette) => return Some(palette.draw(area, keymap, theme, buffer)),
+            Self::Chooser(chooser) => chooser.draw(area, theme, buffer),
+            Self::Confirm(confirm) => confirm.draw(area, theme, buffer),
+        }
+        None
+    }
+}

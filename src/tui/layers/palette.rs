@@ -1,0 +1,200 @@
+//! Actions and commands by name: a fuzzy list and a command line in one.
+
+use crossterm::event::{KeyCode, KeyEvent};
+use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
+use nucleo_matcher::{Config, Matcher, Utf32Str};
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+
+use super::popup::frame;
+use super::prompt::line;
+use super::{Deed, Wish};
+use crate::tui::action::{ACTIONS, Context, Entry};
+use crate::tui::keymap::Keymap;
+use crate::tui::text_input::TextInput;
+use crate::tui::theme::Theme;
+use crate::workbench::{VERBS, Verb};
+
+/// What can be found.
+#[derive(Clone, Copy)]
+enum Item {
+    Action(&'static Entry),
+    Verb(&'static Verb),
+}
+
+impl Item {
+    fn name(self) -> String {
+        match self {
+            Self::Action(entry) => entry.name.to_owned(),
+            Self::Verb(verb) => format!("{} {}", verb.name, verb.arguments).trim_end().to_owned(),
+        }
+    }
+
+    fn about(self) -> &'static str {
+        match self {
+            Self::Action(entry) => entry.about,
+            Self::Verb(verb) => verb.help,
+        }
+    }
+}
+
+/// The command palette.
+pub struct Palette {
+    input: TextInput,
+    items: Vec<Item>,
+    found: Vec<Item>,
+    selected: usize,
+    /// Why the latest command was refused.
+    pub error: Option<String>,
+}
+
+impl Palette {
+    /// A palette of the actions that apply now and of all commands.
+    pub fn new(contexts: &[Context]) -> Self {
+        let actions = ACTIONS.iter().filter(|entry| contexts.contains(&entry.context)).map(Item::Action);
+        let verbs = VERBS.iter().filter(|verb| !verb.arguments.is_empty()).map(Item::Verb);
+        let items: Vec<Item> = actions.chain(verbs).collect();
+        Self { input: TextInput::default(), found: items.clone(), items, selected: 0, error: None }
+    }
+
+    pub(super) fn paste(&mut self, text: &str) {
+        self.input.insert(text);
+        self.search();
+    }
+
+    pub(super) fn key(&mut self, key: KeyEvent) -> Wish {
+        match key.code {
+            KeyCode::Esc => return Wish::Leave,
+            KeyCode::Up => self.selected = self.selected.saturating_sub(1),
+            KeyCode::Down => self.selected = (self.selected + 1).min(self.found.len().saturating_sub(1)),
+            KeyCode::Tab => self.complete(),
+            KeyCode::Enter => return self.choose(),
+            _ if self.input.key(key) => self.search(),
+            _ => {}
+        }
+        Wish::Stay
+    }
+
+    /// A line that begins with a command and has an argument is that command; otherwise
+    /// the selected item counts.
+    fn choose(&mut self) -> Wish {
+        let text = self.input.text().trim();
+        if is_command(text) {
+            return Wish::Try(Deed::Line(text.to_owned()));
+        }
+        match self.found.get(self.selected) {
+            Some(Item::Action(entry)) => Wish::Do(Deed::Action(entry.action)),
+            Some(Item::Verb(_)) => {
+                self.complete();
+                Wish::Stay
+            }
+            None => Wish::Try(Deed::Line(text.to_owned())),
+        }
+    }
+
+    fn complete(&mut self) {
+        if let Some(Item::Verb(verb)) = self.found.get(self.selected) {
+            self.input = TextInput::new(format!("{} ", verb.name));
+            self.search();
+        }
+    }
+
+    fn search(&mut self) {
+        self.error = None;
+        self.selected = 0;
+        let text = self.input.text().trim();
+        if is_command(text) {
+            self.found = VERBS.iter().filter(|verb| begins_with(text, verb.name)).map(Item::Verb).collect();
+            return;
+        }
+        let pattern = Pattern::parse(text, CaseMatching::Ignore, Normalization::Smart);
+        let mut matcher = Matcher::new(Config::DEFAULT);
+        let mut characters = Vec::new();
+        let mut score = |text: &str| pattern.score(Utf32Str::new(text, &mut characters), &mut matcher);
+        let scored = self.items.iter().filter_map(|item| {
+            let (name, about) = (score(&item.name()), score(item.about()));
+            name.map(|score| 2 * score).max(about).map(|score| (score, *item))
+        });
+        let mut found: Vec<(u32, Item)> = scored.collect();
+        found.sort_by_key(|(score, _)| std::cmp::Reverse(*score));
+        self.found = found.into_iter().map(|(_, item)| item).collect();
+    }
+
+    pub(super) fn draw(&self, area: Rect, keymap: &Keymap, theme: &Theme, buffer: &mut Buffer) -> (u16, u16) {
+        let inside = frame("commands", (90, 16), area, theme, buffer);
+        let cursor = line(&self.input, ": ", inside, theme, buffer);
+        let width = usize::from(inside.width);
+        if let Some(error) = &self.error {
+            for (y, text) in (inside.y + 2..inside.bottom()).zip(super::popup::wrap(error, width)) {
+                buffer.set_stringn(inside.x, y, text, width, Style::new().fg(theme.bad));
+            }
+            return cursor;
+        }
+        let rows = inside.y + 1..inside.bottom();
+        let first = (self.selected + 1).saturating_sub(rows.len());
+        for (y, (index, item)) in rows.zip(self.found.iter().enumerate().skip(first)) {
+            let keys = match item {
+                Item::Action(entry) => keymap.keys(entry).join(" "),
+                Item::Verb(_) => String::new(),
+            };
+            let text = format!("{:<28} {}", item.name(), item.about());
+            let style = if index == self.selected { theme.selected() } else { Style::new() };
+            let room = width.saturating_sub(keys.len() + 1);
+            buffer.set_stringn(inside.x, y, format!("{text:width$}"), width, style);
+            buffer.set_stringn(
+                inside.x + room as u16,
+                y,
+                format!(" {keys}"),
+                keys.len() + 1,
+                style.patch(theme.strong()),
+            );
+        }
+        cursor
+    }
+}
+
+fn begins_with(text: &str, name: &str) -> bool {
+    text.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(' '))
+}
+
+/// Whether a text is more than the beginning of a name: a command with its arguments.
+fn is_command(text: &str) -> bool {
+    let complete = |verb: &Verb| match text.strip_prefix(verb.name) {
+        Some("") => verb.arguments.is_empty(),
+        Some(rest) => rest.starts_with(' '),
+        None => false,
+    };
+    VERBS.iter().any(complete)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tui::action::Action;
+    use crossterm::event::KeyModifiers;
+
+    fn check(typed: &str, wish: &Wish) {
+        let mut palette = Palette::new(&[Context::Scene, Context::Everywhere]);
+        palette.paste(typed);
+        assert_eq!(palette.key(KeyEvent::new(KeyCode::Enter, KeyModifiers::NONE)), *wish, "{typed}");
+    }
+
+    #[test]
+    fn typed_commands_are_commands_and_everything_else_is_searched() {
+        check("epsilon 0.3", &Wish::Try(Deed::Line("epsilon 0.3".into())));
+        check("undo", &Wish::Try(Deed::Line("undo".into())));
+        check("subgoal move 1 0 0.5", &Wish::Try(Deed::Line("subgoal move 1 0 0.5".into())));
+        check("train", &Wish::Do(Deed::Action(Action::Train)));
+        check("hplay", &Wish::Do(Deed::Action(Action::HandPlay)));
+        check("quarrel 7", &Wish::Try(Deed::Line("quarrel 7".into())));
+    }
+
+    #[test]
+    fn tab_completes_a_command() {
+        let mut palette = Palette::new(&[Context::Everywhere]);
+        palette.paste("subgoal mo");
+        palette.key(KeyEvent::new(KeyCode::Tab, KeyModifiers::NONE));
+        assert_eq!(palette.input.text(), "subgoal move ");
+    }
+}

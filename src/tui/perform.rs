@@ -1,0 +1,268 @@
+//! What the actions do that apply everywhere; the screens do the others.
+
+use super::action::{Action, Context};
+use super::app::{App, TerminalWish};
+use super::facts::Level;
+use super::layers::{Chooser, Confirm, Deed, Help, Layer, Palette, Prompt, Then, Tour};
+use super::screens::Tab;
+use crate::guidance::EpsilonSchedule;
+use crate::run::RunState;
+use crate::task;
+
+impl App {
+    /// Does what an action asks for.
+    pub fn perform(&mut self, action: Action) {
+        match action {
+            Action::Train => self.train(),
+            Action::Pause => self.pause(),
+            Action::Stop => self.ask_to_stop(),
+            Action::Epsilon => self.ask_for_epsilon(),
+            Action::EpsilonUp => self.change_epsilon(0.05),
+            Action::EpsilonDown => self.change_epsilon(-0.05),
+            Action::Clusters => self.line("clusters"),
+            Action::Guide => self.line("guide"),
+            Action::Export => self.export_all(),
+            Action::Method => self.switch_method(),
+            Action::Task => self.choose_task(),
+            Action::Model => self.choose_model(),
+            Action::Seed => self.ask_for_number("seed", "a whole number; it decides everything random"),
+            Action::Episodes => self.ask_for_number("episodes", "episodes of the next run"),
+            Action::Undo => self.line("undo"),
+            Action::Redo => self.line("redo"),
+            Action::Save if self.desk.facts().file.is_none() => self.ask_where_to_save(),
+            Action::Save => self.line("save"),
+            Action::SaveAs => self.ask_where_to_save(),
+            Action::Copy => self.copy_command(),
+            Action::Palette => self.layers.push(Layer::Palette(Palette::new(&self.contexts()))),
+            Action::Help => self.layers.push(Layer::Help(Help::new(&self.contexts()))),
+            Action::Tour => self.layers.push(Layer::Tour(Tour::default())),
+            Action::Screen(index) => self.show(Tab::ALL[usize::from(index) % Tab::ALL.len()]),
+            Action::NextScreen => self.show(self.tab.next()),
+            Action::PreviousScreen => self.show(self.tab.previous()),
+            Action::Colours => self.theme = self.theme.next_palette(),
+            Action::Markers => self.theme = self.theme.next_marker(),
+            Action::Mouse => self.switch_mouse(),
+            Action::Suspend => self.wish = Some(TerminalWish::Suspend),
+            Action::Quit => self.quit(),
+            Action::Back => self.back(),
+            other => self.perform_on_screen(other),
+        }
+    }
+
+    fn perform_on_screen(&mut self, action: Action) {
+        match self.tab {
+            Tab::Scene | Tab::Edit => super::screens::scene::perform(self, action),
+            Tab::Schedule => super::screens::schedule::perform(self, action),
+            Tab::Training => super::screens::training::perform(self, action),
+            Tab::Runs => super::screens::runs::perform(self, action),
+            Tab::Models | Tab::Figures | Tab::Log => super::screens::lists::perform(self, action),
+        }
+    }
+
+    /// Shows another screen.
+    pub fn show(&mut self, tab: Tab) {
+        if tab == Tab::Runs {
+            self.desk.look_for_runs();
+        }
+        self.tab = tab;
+    }
+
+    fn train(&mut self) {
+        if self.desk.facts().current_run().is_some_and(|run| run.active && run.state == RunState::Paused) {
+            return self.line("resume");
+        }
+        self.line("train");
+    }
+
+    fn pause(&mut self) {
+        match self.desk.facts().current_run() {
+            Some(run) if run.state == RunState::Paused => self.line("resume"),
+            _ => self.line("pause"),
+        }
+    }
+
+    fn ask_to_stop(&mut self) {
+        let Some(run) = self.desk.facts().current_run().filter(|run| run.active) else { return self.line("stop") };
+        let text = format!(
+            "{} ends after the present episode, {} of {}. Its checkpoint is kept: it can be continued later.",
+            run.name, run.done, run.episodes
+        );
+        let answers = vec![('y', "stop it".to_owned(), Deed::Line("stop".to_owned()))];
+        self.layers.push(Layer::Confirm(Confirm { title: "stop the training?".to_owned(), text, answers }));
+    }
+
+    fn ask_for_epsilon(&mut self) {
+        let now = self.desk.facts().settings.epsilon.to_string();
+        let hint = "0.1 · linear:0.8:0.05:2000 · exp:0.8:0.05:0.999 · step:0.8:0.5:500 · points:0=0.8,1000=0.3";
+        let then = Then::Command("epsilon".to_owned());
+        self.layers.push(Layer::Prompt(Prompt::new("epsilon schedule", hint, now, then)));
+    }
+
+    /// A constant threshold, starting from the one in use now.
+    fn change_epsilon(&mut self, by: f32) {
+        let facts = self.desk.facts();
+        let episode = facts.current_run().filter(|run| run.active).map_or(0, |run| run.done);
+        let now = facts.settings.epsilon.threshold(episode as u32);
+        let value = ((now + by).clamp(0.0, 1.0) * 100.0).round() / 100.0;
+        self.line(&format!("epsilon {}", EpsilonSchedule::Constant(value)));
+    }
+
+    fn ask_for_number(&mut self, what: &str, hint: &str) {
+        let settings = &self.desk.facts().settings;
+        let now = if what == "seed" { settings.seed } else { settings.episodes };
+        let then = Then::Command(what.to_owned());
+        self.layers.push(Layer::Prompt(Prompt::new(what, hint, now.to_string(), then)));
+    }
+
+    fn switch_method(&mut self) {
+        let other = if self.desk.facts().settings.method == "ddpg" { "ddpg-mge" } else { "ddpg" };
+        self.line(&format!("method {other}"));
+    }
+
+    fn choose_task(&mut self) {
+        let load = |name: &str| Deed::Line(format!("task {name}"));
+        let mut items: Vec<(String, String, Deed)> =
+            task::shipped().into_iter().map(|task| (task.name.clone(), task.description, load(&task.name))).collect();
+        items.push(("another file".to_owned(), "type the path of a task file".to_owned(), Deed::TypeTask));
+        let facts = self.desk.facts();
+        let selected = items.iter().position(|(name, ..)| *name == facts.task.name).unwrap_or(0);
+        let title = if facts.dirty { "open a task (edits of this one are not saved!)" } else { "open a task" };
+        self.layers.push(Layer::Chooser(Chooser { title: title.to_owned(), items, selected }));
+    }
+
+    /// Asks for the path of a task.
+    pub fn ask_for_task_file(&mut self) {
+        let then = Then::Path("task".to_owned());
+        self.layers.push(Layer::Prompt(Prompt::new("open a task file", "path of a JSON file", "", then)));
+    }
+
+    fn choose_model(&mut self) {
+        let facts = self.desk.facts();
+        let deed = |name: &str| Deed::Line(format!("model {}", shell_words::quote(name)));
+        let items = facts.models.iter().map(|m| (m.name.clone(), m.about.clone(), deed(&m.name))).collect();
+        let selected = facts.models.iter().position(|model| model.name == facts.settings.model).unwrap_or(0);
+        let title = "what predicts the rollouts?".to_owned();
+        self.layers.push(Layer::Chooser(Chooser { title, items, selected }));
+    }
+
+    fn ask_where_to_save(&mut self) {
+        let facts = self.desk.facts();
+        let path = facts.file.clone().unwrap_or_else(|| format!("my-{}.json", facts.task.name).into());
+        let prompt = Prompt::new("save the task as", "path of a JSON file", path.display().to_string(), Then::SaveAs);
+        self.layers.push(Layer::Prompt(prompt));
+    }
+
+    /// Saves the task to a file, asking before another one is overwritten.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn save_as(&mut self, path: &str) -> Result<(), String> {
+        let line = format!("save {}", shell_words::quote(path));
+        let own = self.desk.facts().file.as_ref().is_some_and(|file| file.as_path() == std::path::Path::new(path));
+        if std::path::Path::new(path).exists() && !own {
+            let answers = vec![('y', "overwrite it".to_owned(), Deed::Line(line))];
+            let text = format!("{path} exists. What is in it now will be lost.");
+            self.layers.push(Layer::Confirm(Confirm { title: "overwrite the file?".to_owned(), text, answers }));
+            return Ok(());
+        }
+        let told = self.desk.apply(&line)?;
+        self.say(Level::Good, told);
+        Ok(())
+    }
+
+    /// Exports every figure there is something for, and tells what was left out.
+    fn export_all(&mut self) {
+        let facts = self.desk.facts();
+        let mut kinds = vec!["scene"];
+        if facts.prior.is_some() {
+            kinds.push("clusters");
+        }
+        if facts.runs.iter().any(|run| run.opened && run.done > 0) {
+            kinds.push("learning");
+        }
+        if facts.current_run().is_some_and(|run| run.done > 0) {
+            kinds.push("dashboard");
+        }
+        let mut written = Vec::new();
+        for kind in kinds {
+            match self.write_figure(kind, "png") {
+                Ok(_) => written.push(kind),
+                Err(error) => return self.say(Level::Error, format!("{kind}: {error}")),
+            }
+        }
+        self.say(Level::Good, format!("wrote {} into figures/, with their numbers as CSV", written.join(", ")));
+    }
+
+    /// Exports one figure.
+    pub fn export(&mut self, kind: &str, format: &str) {
+        match self.write_figure(kind, format) {
+            Ok(told) => self.say(Level::Good, told),
+            Err(error) => self.say(Level::Error, error),
+        }
+    }
+
+    fn write_figure(&mut self, kind: &str, format: &str) -> Result<String, String> {
+        std::fs::create_dir_all("figures").map_err(|error| format!("cannot make the folder figures: {error}"))?;
+        let path = format!("figures/{}-{kind}.{format}", self.desk.facts().task.name);
+        self.desk.apply(&format!("figure {kind} {}", shell_words::quote(&path)))
+    }
+
+    fn copy_command(&mut self) {
+        let facts = self.desk.facts();
+        let settings = &facts.settings;
+        let task = facts.file.as_ref().map_or_else(|| facts.task.name.clone(), |file| file.display().to_string());
+        let text = format!(
+            "mge train {} --method {} --episodes {} --seed {} --epsilon {} --out {}",
+            shell_words::quote(&task),
+            settings.method,
+            settings.episodes,
+            settings.seed,
+            settings.epsilon,
+            shell_words::quote(&settings.folder.join("copy").display().to_string()),
+        );
+        self.say(Level::Good, format!("copied: {text}"));
+        self.wish = Some(TerminalWish::Copy(text));
+    }
+
+    fn switch_mouse(&mut self) {
+        self.mouse = !self.mouse;
+        self.wish = Some(TerminalWish::Mouse(self.mouse));
+        let key = self.keymap.key_for(Action::Mouse, Context::Everywhere);
+        let text = if self.mouse { "the mouse works here" } else { "the mouse is the terminal's: select text with it" };
+        self.say(Level::Info, format!("{text}; {key} switches"));
+    }
+
+    fn back(&mut self) {
+        match self.tab {
+            Tab::Scene | Tab::Edit => super::screens::scene::back(self),
+            Tab::Training if self.curves.leave() => {}
+            Tab::Runs if self.runs.leave() => {}
+            _ => self.show(Tab::Scene),
+        }
+    }
+
+    /// Leaves, asking first if something would be lost or stopped.
+    pub fn quit(&mut self) {
+        if self.layers.iter().any(|layer| matches!(layer, Layer::Confirm(_))) {
+            return;
+        }
+        let facts = self.desk.facts();
+        let mut text = Vec::new();
+        if let Some(run) = facts.active_runs().next() {
+            text.push(format!(
+                "{} is being trained ({} of {} episodes). It is stopped and its checkpoint kept: it can be continued later.",
+                run.name, run.done, run.episodes
+            ));
+        }
+        if facts.dirty {
+            text.push(format!("The edits of {} are not saved and will be lost.", facts.task.name));
+        }
+        if text.is_empty() {
+            self.leaving = true;
+            return;
+        }
+        let answers = vec![('y', "leave".to_owned(), Deed::Quit)];
+        let confirm = Confirm { title: "leave the workbench?".to_owned(), text: text.join("\n\n"), answers };
+        self.layers.push(Layer::Confirm(confirm));
+    }
+}

@@ -1,0 +1,121 @@
+//! The whole picture: tabs, the screen, message, footer, layers.
+
+use ratatui::Frame;
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::widgets::Widget;
+
+use super::{Hits, Tab};
+use crate::tui::app::App;
+use crate::tui::facts::Level;
+use crate::tui::theme::Theme;
+
+/// The smallest terminal that shows the workbench.
+const LEAST: (u16, u16) = (60, 20);
+/// From this width on there is room for full tabs and panes.
+pub const WIDE: u16 = 100;
+
+/// Draws everything.
+pub fn draw(app: &mut App, frame: &mut Frame) {
+    let area = frame.area();
+    let mut hits = Hits::default();
+    let buffer = frame.buffer_mut();
+    if area.width < LEAST.0 || area.height < LEAST.1 {
+        let text = format!("a little larger, please: {}x{} of 60x20", area.width, area.height);
+        buffer.set_stringn(area.x, area.y, text, usize::from(area.width), Style::new());
+        app.hits = hits;
+        return;
+    }
+    tabs(app, Rect { height: 1, ..area }, buffer, &mut hits);
+    let body = Rect { y: area.y + 1, height: area.height - 2, ..area };
+    match app.tab {
+        Tab::Scene => super::workbench::draw(app, body, buffer, &mut hits),
+        Tab::Edit => super::workbench::draw_edit(app, body, buffer, &mut hits),
+        Tab::Schedule => super::schedule::draw(app, body, buffer, &mut hits),
+        Tab::Training => super::training::draw(app, body, buffer, &mut hits),
+        Tab::Runs => super::runs::draw(app, body, buffer, &mut hits),
+        Tab::Models | Tab::Figures | Tab::Log => super::lists::draw(app, body, buffer, &mut hits),
+    }
+    footer(app, Rect { y: area.bottom() - 1, height: 1, ..area }, buffer);
+    app.hits = hits;
+    if let Some(cursor) = app.draw_layers(area, frame.buffer_mut()) {
+        frame.set_cursor_position(cursor);
+    }
+}
+
+fn tabs(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
+    let theme = &app.theme;
+    let mut x = area.x;
+    for (index, tab) in Tab::ALL.into_iter().enumerate() {
+        let full = area.width >= WIDE || tab == app.tab;
+        let text = if full {
+            format!(" {} {} ", index + 1, tab.title())
+        } else {
+            format!(" {} {:.3} ", index + 1, tab.title())
+        };
+        let style = if tab == app.tab { theme.strong().add_modifier(Modifier::REVERSED) } else { theme.faint() };
+        let (end, _) = buffer.set_stringn(x, area.y, &text, usize::from(area.right() - x), style);
+        hits.tabs.push((Rect { x, width: end - x, ..area }, tab));
+        x = end;
+    }
+    let facts = app.desk.facts();
+    let mark = if facts.dirty { " (edited)" } else { "" };
+    let text = format!("{}{mark} ", facts.task.name);
+    let width = text.chars().count() as u16;
+    if x + width < area.right() {
+        buffer.set_string(area.right() - width, area.y, text, Style::new().add_modifier(Modifier::BOLD));
+    }
+}
+
+fn footer(app: &App, area: Rect, buffer: &mut Buffer) {
+    let theme = &app.theme;
+    if let Some((level, text)) = &app.notice {
+        let (mark, style) = level_style(*level, theme);
+        let text = format!("{mark}{text}");
+        buffer.set_stringn(area.x, area.y, text, usize::from(area.width), style);
+        return;
+    }
+    let mut x = area.x;
+    for (key, word) in app.keymap.hints(&app.contexts()) {
+        let width = (key.chars().count() + word.len() + 3) as u16;
+        if x + width > area.right() {
+            break;
+        }
+        let (after, _) = buffer.set_stringn(x, area.y, &key, usize::from(area.right() - x), theme.strong());
+        buffer.set_stringn(after + 1, area.y, word, word.len(), theme.faint());
+        x += width;
+    }
+}
+
+/// How a line of a level is marked and coloured; the mark says it without colour, too.
+pub fn level_style(level: Level, theme: &Theme) -> (&'static str, Style) {
+    match level {
+        Level::Info => ("", Style::new()),
+        Level::Good => ("", Style::new().fg(theme.good)),
+        Level::Warning => ("! ", Style::new().fg(theme.warn)),
+        Level::Error => ("error: ", Style::new().fg(theme.bad)),
+    }
+}
+
+/// Draws a framed pane with a title and returns its inside.
+pub fn pane(title: &str, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Rect {
+    let block = crate::tui::layers::block(theme)
+        .border_style(theme.frame(false))
+        .title(format!(" {title} "))
+        .title_style(theme.strong());
+    let inside = block.inner(area);
+    block.render(area, buffer);
+    inside
+}
+
+/// Lines of text in the middle of an area: what to press where nothing is yet.
+pub fn hint(text: &str, area: Rect, theme: &Theme, buffer: &mut Buffer) {
+    let width = area.width.saturating_sub(4).min(70);
+    let lines = crate::tui::layers::wrap(text, usize::from(width));
+    let top = area.y + area.height.saturating_sub(lines.len() as u16) / 2;
+    for (y, line) in (top..area.bottom()).zip(lines) {
+        let x = area.x + (area.width.saturating_sub(line.chars().count() as u16)) / 2;
+        buffer.set_stringn(x, y, line, usize::from(width), theme.faint());
+    }
+}

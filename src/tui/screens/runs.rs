@@ -1,0 +1,161 @@
+//! The Runs screen: past and running runs.
+
+use std::collections::HashSet;
+use std::path::PathBuf;
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+
+use super::Hits;
+use super::frame::{hint, pane};
+use super::status::{bar, state_colour};
+use crate::run::RunState;
+use crate::tui::action::{Action, Context};
+use crate::tui::app::App;
+use crate::tui::facts::{Level, RunFacts, state_word};
+use crate::tui::layers::{Layer, Prompt, Then};
+use crate::tui::metric::Metric;
+use crate::tui::rate::span;
+
+/// State of the list of runs.
+#[derive(Debug, Default)]
+pub struct Runs {
+    /// The selected line of those shown.
+    pub selected: usize,
+    filter: String,
+    marked: HashSet<PathBuf>,
+}
+
+impl Runs {
+    /// Shows only runs whose line has this text.
+    pub fn filter(&mut self, text: String) {
+        self.filter = text;
+        self.selected = 0;
+    }
+
+    /// Whether the run is marked for comparing.
+    pub fn is_marked(&self, run: &RunFacts) -> bool {
+        self.marked.contains(&run.path)
+    }
+
+    /// Ends the filter; false if there is none.
+    pub fn leave(&mut self) -> bool {
+        !std::mem::take(&mut self.filter).is_empty()
+    }
+}
+
+/// The runs in the list, the latest first.
+fn listed(app: &App) -> Vec<&RunFacts> {
+    let matches = |run: &&RunFacts| words(run).to_lowercase().contains(&app.runs.filter.to_lowercase());
+    app.desk.facts().runs.iter().rev().filter(matches).collect()
+}
+
+fn words(run: &RunFacts) -> String {
+    format!("{} {} {} seed {} {}", run.name, run.task, run.method, run.seed, state_word(&run.state))
+}
+
+/// Draws the screen.
+pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
+    let facts = app.desk.facts();
+    let theme = &app.theme;
+    let mut title = format!("runs in {}", facts.settings.folder.display());
+    if !app.runs.filter.is_empty() {
+        title = format!("{title} · with `{}`, esc shows all", app.runs.filter);
+    }
+    let inside = pane(&title, area, theme, buffer);
+    let runs = listed(app);
+    if runs.is_empty() {
+        let key = |action, context| app.keymap.key_for(action, context);
+        let text = if app.runs.filter.is_empty() {
+            let (train, open) = (key(Action::Train, Context::Everywhere), key(Action::OpenRun, Context::Runs));
+            format!("There are no runs in this folder yet. {train} trains one; {open} opens one from elsewhere.")
+        } else {
+            "No run has this text. Escape shows all.".to_owned()
+        };
+        return hint(&text, inside, theme, buffer);
+    }
+    let header = format!("   {:<28} {:<11} {:<18} {:>8}  {:>9}", "run", "state", "episodes", "success", "left");
+    buffer.set_stringn(inside.x, inside.y, header, usize::from(inside.width), theme.faint());
+    let rows = Rect { y: inside.y + 1, height: inside.height - 1, ..inside };
+    let selected = app.runs.selected.min(runs.len() - 1);
+    let first = (selected + 1).saturating_sub(usize::from(rows.height));
+    hits.rows = Some((rows, first));
+    for (y, (index, run)) in (rows.y..rows.bottom()).zip(runs.iter().enumerate().skip(first)) {
+        row(app, run, index == selected, Rect { y, height: 1, ..rows }, buffer);
+    }
+}
+
+fn row(app: &App, run: &RunFacts, selected: bool, area: Rect, buffer: &mut Buffer) {
+    let theme = &app.theme;
+    let style = if selected { theme.selected() } else { Style::new() };
+    let watched = app.desk.facts().current_run().is_some_and(|current| current.path == run.path);
+    let mark = [if app.runs.is_marked(run) { "*" } else { " " }, if watched { ">" } else { " " }].concat();
+    let success = run.latest(Metric::Success).map_or_else(|| "-".to_owned(), |s| format!("{:.0} %", 100.0 * s));
+    let left = run.seconds_left().map_or_else(String::new, span);
+    let progress = format!("{} {}/{}", bar(run.done, run.episodes, 6, theme), run.done, run.episodes);
+    let width = usize::from(area.width);
+    let text =
+        format!("{mark} {:<28.28} {:<11} {progress:<18} {success:>8}  {left:>9}", run.name, state_word(&run.state));
+    buffer.set_stringn(area.x, area.y, format!("{text:width$}"), width, style);
+    if !selected {
+        let state = Rect { x: (area.x + 32).min(area.right()), width: 11.min(area.width.saturating_sub(32)), ..area };
+        buffer.set_style(state, Style::new().fg(state_colour(&run.state, theme)));
+    } else if let RunState::Failed(reason) | RunState::Stopped(reason) = &run.state {
+        let room = width.saturating_sub(text.chars().count() + 2);
+        let x = area.right() - room as u16;
+        buffer.set_stringn(x, area.y, reason, room, style);
+    }
+}
+
+/// What an action does on this screen.
+pub fn perform(app: &mut App, action: Action) {
+    let runs = listed(app);
+    let last = runs.len().saturating_sub(1);
+    let selected = app.runs.selected.min(last);
+    let path = runs.get(selected).map(|run| (run.path.clone(), run.opened));
+    let quoted = |path: &PathBuf| shell_words::quote(&path.display().to_string()).into_owned();
+    match (action, path) {
+        (Action::Up, _) => app.runs.selected = selected.saturating_sub(1),
+        (Action::Down, _) => app.runs.selected = (selected + 1).min(last),
+        (Action::First, _) => app.runs.selected = 0,
+        (Action::Last, _) => app.runs.selected = last,
+        (Action::Filter, _) => {
+            let prompt = Prompt::new("show runs with", "part of a name, task, method or state", "", Then::Filter);
+            app.layers.push(Layer::Prompt(prompt));
+        }
+        (Action::OpenRun, _) => {
+            let then = Then::Path("open".to_owned());
+            app.layers.push(Layer::Prompt(Prompt::new("open a run", "path of its folder", "", then)));
+        }
+        (_, None) => app.say(Level::Info, "there is no run in the list"),
+        (Action::Confirm, Some((path, _))) => app.line(&format!("open {}", quoted(&path))),
+        (Action::Continue, Some((path, _))) => app.line(&format!("continue {}", quoted(&path))),
+        (Action::Evaluate, Some((path, _))) => {
+            app.line(&format!("open {}", quoted(&path)));
+            app.line("evaluate");
+        }
+        (Action::Mark, Some((path, opened))) => mark(app, path, opened),
+        _ => {}
+    }
+}
+
+/// Marks a run for comparing, or takes the mark away; a marked run is read.
+fn mark(app: &mut App, path: PathBuf, opened: bool) {
+    if app.runs.marked.remove(&path) {
+        return;
+    }
+    if !opened {
+        let watched = app.desk.facts().current_run().map(|run| run.path.clone());
+        app.line(&format!("open {}", shell_words::quote(&path.display().to_string())));
+        if let Some(watched) = watched {
+            app.line(&format!("open {}", shell_words::quote(&watched.display().to_string())));
+        }
+    }
+    let compare = app.keymap.key_for(Action::Compare, Context::Curves);
+    app.runs.marked.insert(path);
+    app.say(
+        Level::Info,
+        format!("{} marked: {compare} on the Training screen (4) shows them together", app.runs.marked.len()),
+    );
+}

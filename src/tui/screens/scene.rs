@@ -1,0 +1,385 @@
+//! What the Scene and the Edit screen remember, and what their actions do.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::env::Action as Place;
+use crate::trainer::Trace;
+use crate::tui::action::{Action, Context};
+use crate::tui::app::App;
+use crate::tui::desk::{Desk, Mind};
+use crate::tui::facts::{Facts, Level};
+use crate::tui::layers::{Chooser, Deed, Layer, Prompt, Then};
+use crate::tui::playback::{Episode, Player};
+use crate::tui::scene::{Ghost, Object, Overlays};
+
+/// State of the scene.
+#[derive(Default)]
+pub struct Scene {
+    /// Time in the episode being shown.
+    pub player: Player,
+    /// Show the scene untouched even if there are training episodes.
+    pub untouched: bool,
+    /// What lies over the scene.
+    pub overlays: Overlays,
+    /// The selected object.
+    pub selected: Option<Object>,
+    /// The object being dragged, and where to.
+    pub drag: Option<(Object, [f32; 2])>,
+    /// The person's hand, while they play.
+    pub hand: Option<Hand>,
+    shown: Option<Arc<Episode>>,
+    mind: Option<(usize, usize, Mind)>,
+}
+
+/// A tool in a person's hand.
+pub struct Hand {
+    /// Where it is held, normalised.
+    pub cursor: Place,
+    /// What would become of it.
+    pub ghost: Option<Ghost>,
+    played: usize,
+}
+
+impl Scene {
+    /// The episode being shown.
+    pub fn episode(&self) -> Option<&Arc<Episode>> {
+        self.shown.as_ref()
+    }
+
+    /// What the agent thinks, if that is being shown.
+    pub fn mind(&self) -> Option<&Mind> {
+        self.mind.as_ref().map(|(.., mind)| mind)
+    }
+
+    /// Whether the picture changes by itself.
+    pub fn is_animated(&self) -> bool {
+        self.player.playing
+    }
+
+    /// Takes in what is new and lets time pass; true if the picture changed.
+    pub fn update(&mut self, desk: &mut dyn Desk, elapsed: Duration) -> bool {
+        let mut changed = self.choose_episode(desk);
+        let step = self.player.step();
+        let steps = self.shown.as_ref().map_or(0, |episode| episode.steps());
+        let over = self.player.advance(elapsed, steps);
+        if over && self.hand.is_some() {
+            self.player.playing = false;
+        } else if over {
+            self.next_episode(desk);
+            changed = true;
+        }
+        changed |= step.min(steps) != self.player.step().min(steps);
+        changed |= self.think(desk);
+        changed | self.hold(desk)
+    }
+
+    fn choose_episode(&mut self, desk: &dyn Desk) -> bool {
+        let facts = desk.facts();
+        if self.hand.is_some() {
+            return self.choose_played(facts);
+        }
+        let live = facts.live.as_ref().filter(|live| !self.untouched && live.task.name == facts.task.name);
+        let shown = self.shown.as_ref();
+        let showing_live = shown.is_some_and(|shown| shown.trace.episode > 0 && shown.task.name == facts.task.name);
+        if live.is_some() && !showing_live {
+            self.next_episode(desk);
+            return true;
+        }
+        if live.is_none() {
+            if facts.active_runs().next().is_some() {
+                desk.request_live();
+            }
+            if shown.is_none_or(|shown| shown.trace.episode > 0 || *shown.task != *facts.task) {
+                self.shown = Some(Arc::new(Episode::untouched(&facts.task)));
+                self.player.restart();
+                return true;
+            }
+        }
+        false
+    }
+
+    fn choose_played(&mut self, facts: &Facts) -> bool {
+        let Some(hand) = &mut self.hand else { return false };
+        let actions = facts.played.steps.len();
+        if hand.played == actions && self.shown.as_ref().is_some_and(|shown| Arc::ptr_eq(&shown.trace, &facts.played)) {
+            return false;
+        }
+        let before: usize = facts.played.steps.iter().take(actions.saturating_sub(1)).map(|step| step.path.len()).sum();
+        hand.played = actions;
+        hand.ghost = None;
+        let title = "played by hand".to_owned();
+        self.shown = Some(Arc::new(Episode { title, task: facts.task.clone(), trace: facts.played.clone() }));
+        self.player.go_to(before);
+        self.player.playing = true;
+        true
+    }
+
+    /// From the start: the latest training episode if there is one, else the same again.
+    fn next_episode(&mut self, desk: &dyn Desk) {
+        let facts = desk.facts();
+        if let Some(live) = facts.live.as_ref().filter(|live| !self.untouched && live.task.name == facts.task.name) {
+            self.shown = Some(live.clone());
+            desk.request_live();
+        }
+        self.player.restart();
+    }
+
+    /// Asks what the agent thinks, when that is shown and the moment is another.
+    fn think(&mut self, desk: &dyn Desk) -> bool {
+        let wanted = self.overlays.critic || self.overlays.actor;
+        let Some(shown) = self.shown.as_ref().filter(|shown| wanted && shown.trace.episode > 0) else {
+            return self.mind.take().is_some();
+        };
+        let action = shown.at(self.player.step()).action.saturating_sub(1);
+        let trace = Arc::as_ptr(&shown.trace).cast::<Trace>() as usize;
+        if self.mind.as_ref().is_some_and(|(known, at, _)| (*known, *at) == (trace, action)) {
+            return false;
+        }
+        self.mind = desk.mind(action).map(|mind| (trace, action, mind));
+        true
+    }
+
+    /// Asks what would become of the tool in hand, when it was moved.
+    fn hold(&mut self, desk: &mut dyn Desk) -> bool {
+        let Some(hand) = &mut self.hand else { return false };
+        if hand.ghost.as_ref().is_some_and(|ghost| ghost.action == hand.cursor) {
+            return false;
+        }
+        hand.ghost = Some(desk.ghost(hand.cursor));
+        true
+    }
+
+    /// Begins hand play, in the middle of the scene or where the ball is.
+    fn take_tool(&mut self, facts: &Facts) {
+        let [x, y] = facts.task.ball.position;
+        self.hand = Some(Hand { cursor: [x, (y - 0.4).max(-0.9)], ghost: None, played: usize::MAX });
+        self.selected = None;
+    }
+}
+
+/// What an action does on the Scene and the Edit screen.
+pub fn perform(app: &mut App, action: Action) {
+    if app.scene.hand.is_some() && play_by_hand(app, action) {
+        return;
+    }
+    if watch(app, action) || edit(app, action) {
+        return;
+    }
+    match action {
+        Action::HandPlay => {
+            app.scene.take_tool(app.desk.facts());
+            let key = app.keymap.key_for(Action::Confirm, Context::Hand);
+            app.say(Level::Info, format!("hand play: move the tool, {key} or a click places it, esc ends"));
+        }
+        Action::NextObject | Action::PreviousObject => select(app, action == Action::NextObject),
+        _ => {}
+    }
+}
+
+/// Playback and overlays; false if it is none of these.
+fn watch(app: &mut App, action: Action) -> bool {
+    let scene = &mut app.scene;
+    let steps = scene.shown.as_ref().map_or(0, |episode| episode.steps());
+    match action {
+        Action::PlayPause => scene.player.playing = !scene.player.playing,
+        Action::StepOn => scene.player.nudge(1, steps),
+        Action::StepBack => scene.player.nudge(-1, steps),
+        Action::Faster => scene.player.change_speed(true),
+        Action::Slower => scene.player.change_speed(false),
+        Action::Restart => scene.player.restart(),
+        Action::Source => {
+            scene.untouched = !scene.untouched;
+            scene.shown = None;
+        }
+        Action::ShowClusters => scene.overlays.clusters = !scene.overlays.clusters,
+        Action::ShowSamples => scene.overlays.samples = !scene.overlays.samples,
+        Action::ShowCritic => scene.overlays.critic = !scene.overlays.critic,
+        Action::ShowActor => scene.overlays.actor = !scene.overlays.actor,
+        Action::ShowStage => {
+            let stages = app.desk.facts().task.subgoals.len() + 1;
+            let next = scene.overlays.stage.map_or(0, |stage| stage + 1);
+            scene.overlays.stage = Some(next).filter(|stage| *stage < stages);
+        }
+        _ => return false,
+    }
+    explain_overlay(app, action);
+    true
+}
+
+/// Says why an overlay that was switched on shows nothing.
+fn explain_overlay(app: &mut App, action: Action) {
+    let overlays = app.scene.overlays;
+    let facts = app.desk.facts();
+    let text = match action {
+        Action::ShowClusters | Action::ShowSamples if facts.prior.is_none() => {
+            format!(
+                "no action clusters yet: {} computes them",
+                app.keymap.key_for(Action::Clusters, Context::Everywhere)
+            )
+        }
+        Action::ShowCritic | Action::ShowActor if (overlays.critic || overlays.actor) && facts.live.is_none() => {
+            format!("there is no agent yet: {} trains one", app.keymap.key_for(Action::Train, Context::Everywhere))
+        }
+        Action::ShowStage => match overlays.stage {
+            None => "clusters of all stages".to_owned(),
+            Some(stage) if stage == facts.task.subgoals.len() => "clusters of the goal".to_owned(),
+            Some(stage) => format!("clusters of subgoal {}", stage + 1),
+        },
+        _ => return,
+    };
+    app.say(Level::Info, text);
+}
+
+fn select(app: &mut App, next: bool) {
+    let objects = Object::all(&app.desk.facts().task);
+    let now = app.scene.selected.and_then(|selected| objects.iter().position(|object| *object == selected));
+    let index = match (now, next) {
+        (None, true) => 0,
+        (None, false) => objects.len() - 1,
+        (Some(now), true) => (now + 1) % objects.len(),
+        (Some(now), false) => (now + objects.len() - 1) % objects.len(),
+    };
+    app.scene.selected = Some(objects[index]);
+}
+
+/// The direction and distance of a moving action.
+pub fn direction(action: Action, near: f32, far: f32) -> Option<[f32; 2]> {
+    Some(match action {
+        Action::Left => [-near, 0.0],
+        Action::Right => [near, 0.0],
+        Action::Up => [0.0, near],
+        Action::Down => [0.0, -near],
+        Action::FarLeft => [-far, 0.0],
+        Action::FarRight => [far, 0.0],
+        Action::FarUp => [0.0, far],
+        Action::FarDown => [0.0, -far],
+        _ => return None,
+    })
+}
+
+/// A position moved and kept on the screen, to three decimals.
+fn moved(position: [f32; 2], by: [f32; 2]) -> [f32; 2] {
+    std::array::from_fn(|axis| ((position[axis] + by[axis]).clamp(-1.0, 1.0) * 1000.0).round() / 1000.0)
+}
+
+/// Edits of the selected object; false if the action is no edit.
+fn edit(app: &mut App, action: Action) -> bool {
+    let task = app.desk.facts().task.clone();
+    let step = direction(action, 0.01, 0.1);
+    match action {
+        Action::AddSubgoal => {
+            let last = task.subgoals.last().map_or(task.ball.position, |subgoal| subgoal.position);
+            let middle: [f32; 2] = std::array::from_fn(|axis| (last[axis] + task.goal.position[axis]) / 2.0);
+            let [x, y] = moved(middle, [0.0; 2]);
+            app.line(&format!("subgoal add {x} {y}"));
+            app.scene.selected = Some(Object::Subgoal(task.subgoals.len()));
+            return true;
+        }
+        Action::AddTool => {
+            choose_tool(app);
+            return true;
+        }
+        Action::Coordinates
+        | Action::DeleteObject
+        | Action::Grow
+        | Action::Shrink
+        | Action::Earlier
+        | Action::Later => {}
+        _ if step.is_some() => {}
+        _ => return false,
+    }
+    let Some(object) = app.scene.selected.filter(|object| object.is_in(&task)) else {
+        let key = app.keymap.key_for(Action::NextObject, Context::Scene);
+        app.say(Level::Info, format!("nothing is selected: {key} or a click selects an object"));
+        return true;
+    };
+    let Some(position) = object.position(&task) else { return true };
+    if let Some(by) = step {
+        let [x, y] = moved(position, by);
+        app.line(&format!("{} {x} {y}", object.verb("move")));
+        return true;
+    }
+    match (action, object) {
+        (Action::Coordinates, _) => {
+            let [x, y] = position;
+            let then = Then::Command(object.verb("move"));
+            let prompt = Prompt::new(object.name(&task), "x and y from -1 to 1", format!("{x} {y}"), then);
+            app.layers.push(Layer::Prompt(prompt));
+        }
+        (Action::Grow | Action::Shrink, Object::Ball) => app.say(Level::Info, "the ball has a fixed size"),
+        (Action::Grow | Action::Shrink, _) => {
+            let by = if action == Action::Grow { 0.5 } else { -0.5 };
+            let size = (object.size(&task).unwrap_or(0.0) + by).max(0.5);
+            app.line(&format!("{} {size}", object.verb("size")));
+        }
+        (Action::DeleteObject, Object::Ball | Object::Goal) => {
+            app.say(Level::Info, "a task needs its ball and its goal");
+        }
+        (Action::DeleteObject, _) => app.line(&object.verb("delete")),
+        (_, Object::Subgoal(index)) => reorder(app, index, action == Action::Later, task.subgoals.len()),
+        _ => app.say(Level::Info, "only subgoals have an order"),
+    }
+    true
+}
+
+fn reorder(app: &mut App, index: usize, later: bool, count: usize) {
+    let other = if later { index + 1 } else { index.wrapping_sub(1) };
+    if other >= count {
+        return app.say(Level::Info, if later { "it is the last one" } else { "it is the first one" });
+    }
+    app.line(&format!("subgoal swap {} {}", index + 1, other + 1));
+    app.scene.selected = Some(Object::Subgoal(other));
+}
+
+fn choose_tool(app: &mut App) {
+    let deed = |kind: crate::physics::ToolKind| Deed::Line(format!("tool add {kind} 0 0"));
+    let about =
+        |kind: crate::physics::ToolKind| format!("size {} units, in the middle of the scene", kind.default_size());
+    let kinds = crate::physics::ToolKind::ALL;
+    let items = kinds.into_iter().map(|kind| (kind.name().to_owned(), about(kind), deed(kind))).collect();
+    app.layers.push(Layer::Chooser(Chooser { title: "add a tool".to_owned(), items, selected: 0 }));
+    app.scene.selected = Some(Object::Tool(app.desk.facts().task.tools.len()));
+}
+
+/// Actions of hand play; false if it is none of these.
+fn play_by_hand(app: &mut App, action: Action) -> bool {
+    let Some(hand) = &mut app.scene.hand else { return false };
+    if let Some(by) = direction(action, 0.02, 0.1) {
+        hand.cursor = moved(hand.cursor, by);
+        return true;
+    }
+    match action {
+        Action::Confirm => place(app),
+        Action::Restart => app.line("reset"),
+        _ => return false,
+    }
+    true
+}
+
+/// Places the tool where it is held.
+pub fn place(app: &mut App) {
+    let Some(hand) = &app.scene.hand else { return };
+    let [x, y] = hand.cursor;
+    app.line(&format!("place {x} {y}"));
+}
+
+/// Leaves hand play, or lets go of the selected object.
+pub fn back(app: &mut App) {
+    let scene = &mut app.scene;
+    if scene.drag.take().is_some() {
+    } else if scene.hand.take().is_some() {
+        scene.shown = None;
+        scene.player = Player::default();
+    } else if scene.selected.take().is_none() {
+        app.show(super::Tab::Scene);
+    }
+}
+
+/// Ends a drag: the object stays where it was let go.
+pub fn drop_object(app: &mut App) {
+    if let Some((object, to)) = app.scene.drag.take() {
+        let [x, y] = moved(to, [0.0; 2]);
+        app.line(&format!("{} {x} {y}", object.verb("move")));
+    }
+}

@@ -1,0 +1,144 @@
+//! The status pane: what is set, what is known, what is going on.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::{Color, Style};
+
+use super::frame::pane;
+use crate::run::RunState;
+use crate::tui::action::{Action, Context};
+use crate::tui::app::App;
+use crate::tui::chart::number;
+use crate::tui::facts::{RunFacts, state_word};
+use crate::tui::metric::Metric;
+use crate::tui::rate::span;
+use crate::tui::theme::{Marker, Theme};
+use crate::workbench::PriorState;
+
+/// Draws the pane.
+pub fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
+    if area.height < 3 {
+        return;
+    }
+    let theme = &app.theme;
+    let inside = pane("status", area, theme, buffer);
+    let facts = app.desk.facts();
+    let settings = &facts.settings;
+    let mut pen = Pen { area: inside, y: inside.y, theme, buffer };
+    pen.row("method", &format!("{}, seed {}", settings.method, settings.seed), Style::new());
+    pen.row("epsilon", &settings.epsilon.to_string(), Style::new());
+    let (text, colour) = clusters(app);
+    pen.row("clusters", &text, colour.map_or(Style::new(), |colour| Style::new().fg(colour)));
+    pen.row("model", &settings.model, Style::new());
+    match facts.current_run() {
+        None => {
+            let key = app.keymap.key_for(Action::Train, Context::Everywhere);
+            pen.row("run", &format!("none: {key} trains {} episodes", settings.episodes), theme.faint());
+        }
+        Some(run) => pen.run(run),
+    }
+}
+
+/// How the clusters stand, and what to press.
+fn clusters(app: &App) -> (String, Option<Color>) {
+    let facts = app.desk.facts();
+    let theme = &app.theme;
+    let key = app.keymap.key_for(Action::Clusters, Context::Everywhere);
+    let count = |prior: &crate::guidance::ActionPrior| {
+        let clusters: usize = prior.stages.iter().map(|stage| stage.clusters.len()).sum();
+        format!("{clusters} in {} stages", prior.stages.len())
+    };
+    if let (Some(reason), PriorState::Absent | PriorState::Stale) = (&facts.prior_failure, &facts.prior_state) {
+        return (format!("failed: {reason}"), Some(theme.bad));
+    }
+    match (&facts.prior_state, &facts.prior) {
+        (PriorState::Building { stage, stages }, _) => {
+            (format!("computing stage {} of {stages}", (stage + 1).min(*stages)), Some(theme.warn))
+        }
+        (PriorState::Fresh, Some(prior)) => (count(prior), Some(theme.good)),
+        (PriorState::Stale, _) => (format!("out of date: {key} computes them"), Some(theme.warn)),
+        (_, Some(prior)) => (format!("{} (of the run)", count(prior)), None),
+        (_, None) => (format!("none: {key} computes them"), None),
+    }
+}
+
+struct Pen<'a> {
+    area: Rect,
+    y: u16,
+    theme: &'a Theme,
+    buffer: &'a mut Buffer,
+}
+
+impl Pen<'_> {
+    fn row(&mut self, label: &str, text: &str, style: Style) {
+        if self.y < self.area.bottom() {
+            let room = usize::from(self.area.width);
+            self.buffer.set_stringn(self.area.x, self.y, label, room, self.theme.faint());
+            self.buffer.set_stringn(self.area.x + 9, self.y, text, room.saturating_sub(9), style);
+            self.y += 1;
+        }
+    }
+
+    fn run(&mut self, run: &RunFacts) {
+        let style = Style::new().fg(state_colour(&run.state, self.theme));
+        self.row("run", &run.name, Style::new());
+        let state = match (&run.state, run.preparing) {
+            (RunState::Running, Some((stage, stages))) => format!("clusters, stage {} of {stages}", stage + 1),
+            (RunState::Failed(reason), _) => format!("failed: {reason}"),
+            (state, _) => state_word(state).to_owned(),
+        };
+        self.row("state", &state, style);
+        self.progress(run);
+        let latest = |metric| run.latest(metric).map_or_else(|| "-".to_owned(), number);
+        let percent = |share: Option<f32>| share.map_or_else(|| "-".to_owned(), |s| format!("{:.0} %", 100.0 * s));
+        let greedy = run.evaluations.last().map(|(_, success)| *success);
+        let text = format!("{}, greedy {}", percent(run.latest(Metric::Success)), percent(greedy));
+        self.row("success", &text, Style::new());
+        let text = format!("{}, now epsilon {}", latest(Metric::Return), latest(Metric::Epsilon));
+        self.row("return", &text, Style::new());
+        let speed = run.rate.map_or_else(|| "-".to_owned(), |rate| format!("{rate:.1} episodes/s"));
+        let left = run.seconds_left().map_or_else(String::new, |seconds| format!(", {} left", span(seconds)));
+        if run.active {
+            self.row("speed", &format!("{speed}{left}"), Style::new());
+        }
+    }
+
+    fn progress(&mut self, run: &RunFacts) {
+        let room = usize::from(self.area.width).saturating_sub(9);
+        let count = format!(" {}/{}", run.done, run.episodes);
+        let text = bar(run.done, run.episodes, room.saturating_sub(count.len()).min(24), self.theme) + &count;
+        self.row("episodes", &text, Style::new().fg(self.theme.accent));
+    }
+}
+
+/// A progress bar that is full only when everything is done.
+pub fn bar(done: u64, all: u64, width: usize, theme: &Theme) -> String {
+    let full = if all == 0 { 0 } else { (done.min(all) as usize * width) / all as usize };
+    let [on, off] = if theme.marker == Marker::Ascii { ["#", "."] } else { ["█", "░"] };
+    on.repeat(full) + &off.repeat(width - full)
+}
+
+/// The colour of a run's state.
+pub fn state_colour(state: &RunState, theme: &Theme) -> Color {
+    match state {
+        RunState::Running => theme.accent,
+        RunState::Paused | RunState::Stopped(_) | RunState::Interrupted => theme.warn,
+        RunState::Finished => theme.good,
+        RunState::Failed(_) => theme.bad,
+        RunState::NotStarted => theme.dim,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tui::theme::{Depth, Palette};
+
+    #[test]
+    fn a_bar_is_full_only_at_the_end() {
+        let theme = Theme::new(Palette::Dark, Depth::True, Marker::Ascii);
+        assert_eq!(bar(0, 0, 4, &theme), "....");
+        assert_eq!(bar(999, 1000, 4, &theme), "###.");
+        assert_eq!(bar(1000, 1000, 4, &theme), "####");
+    }
+}

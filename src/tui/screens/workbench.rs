@@ -1,0 +1,178 @@
+//! The Scene screen, where everything is together, and the Edit screen.
+
+use std::sync::Arc;
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+
+use super::frame::{WIDE, pane};
+use super::{Hits, status, training};
+use crate::task::Task;
+use crate::tui::app::App;
+use crate::tui::metric::Metric;
+use crate::tui::playback::Moment;
+use crate::tui::scene::{Content, Object, draw as draw_scene};
+use crate::workbench::PriorState;
+
+/// Rows of the status pane.
+const STATUS: u16 = 12;
+
+/// Draws scene, curves and status side by side.
+pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
+    let (left, right) = split(area);
+    scene_pane(app, left, buffer, hits);
+    let rows = STATUS.min(right.height);
+    let above = Rect { height: right.height - rows, ..right };
+    let below = Rect { y: above.bottom(), height: rows, ..right };
+    let metrics: &[Metric] = if above.height >= 14 { &[Metric::Success, Metric::Return] } else { &[Metric::Success] };
+    training::stack(app, metrics, above, buffer, hits);
+    status::draw(app, below, buffer);
+}
+
+/// Draws the scene and the list of its objects.
+pub fn draw_edit(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
+    let (left, right) = split(area);
+    scene_pane(app, left, buffer, hits);
+    objects(app, right, buffer, hits);
+}
+
+/// A square for the scene at the left, the rest at the right.
+fn split(area: Rect) -> (Rect, Rect) {
+    let rest = if area.width >= WIDE { 40 } else { 28 };
+    let width = (2 * (area.height - 2) + 2).min(area.width.saturating_sub(rest));
+    (Rect { width, ..area }, Rect { x: area.x + width, width: area.width - width, ..area })
+}
+
+fn scene_pane(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
+    let facts = app.desk.facts();
+    let scene = &app.scene;
+    let inside = pane(&title(app), area, &app.theme, buffer);
+    let task = task_while_dragging(app);
+    let ball = task.ball.position;
+    let moment =
+        scene.episode().map_or_else(|| Moment { ball, ..Moment::default() }, |episode| episode.at(scene.player.step()));
+    let stale = !matches!(facts.prior_state, PriorState::Fresh) && !prior_is_of_run(app);
+    let content = Content {
+        task: &task,
+        moment: &moment,
+        overlays: scene.overlays,
+        prior: facts.prior.as_deref().map(|prior| (prior, stale)),
+        heat: scene.mind().map(|mind| &mind.heat),
+        choice: scene.mind().map(|mind| mind.choice),
+        selected: scene.drag.map(|(object, _)| object).or(scene.selected),
+        ghost: scene.hand.as_ref().and_then(|hand| hand.ghost.as_ref()),
+    };
+    hits.scene = Some(draw_scene(&content, inside, &app.theme, buffer));
+    caption(app, &moment, area, buffer);
+}
+
+/// Whether the clusters shown are those of the run that is watched, on this very task.
+fn prior_is_of_run(app: &App) -> bool {
+    let facts = app.desk.facts();
+    facts.prior_state == PriorState::Absent && facts.live.as_ref().is_some_and(|live| *live.task == *facts.task)
+}
+
+/// The task with the dragged object where the mouse is.
+fn task_while_dragging(app: &App) -> Arc<Task> {
+    let task = &app.desk.facts().task;
+    let Some((object, to)) = app.scene.drag else { return task.clone() };
+    let mut moved = Task::clone(task);
+    match object {
+        Object::Ball => moved.ball.position = to,
+        Object::Goal => moved.goal.position = to,
+        Object::Subgoal(index) => moved.subgoals.get_mut(index).into_iter().for_each(|s| s.position = to),
+        Object::Tool(index) => moved.tools.get_mut(index).into_iter().for_each(|t| t.position = to),
+    }
+    Arc::new(moved)
+}
+
+fn title(app: &App) -> String {
+    let episode = app.scene.episode().map_or("", |episode| episode.title.as_str());
+    format!("{} · {episode}", app.desk.facts().task.name)
+}
+
+/// Time, action and reward in the lower edge of the pane.
+fn caption(app: &App, moment: &Moment, area: Rect, buffer: &mut Buffer) {
+    let player = &app.scene.player;
+    let state = if player.playing { format!("x{}", player.speed) } else { "stopped".to_owned() };
+    let mut text = format!(" action {} · reward {:.2} · {state} ", moment.action, moment.reward);
+    if let Some((_, [x, y])) = app.scene.drag {
+        text = format!(" {x:.2} {y:.2} ");
+    } else if let Some(hand) = &app.scene.hand {
+        let placement = hand
+            .ghost
+            .as_ref()
+            .map_or(String::new(), |ghost| format!("{:?}", ghost.placement).to_lowercase().replace("placed", "free"));
+        text = format!(" {:.2} {:.2} {placement} ", hand.cursor[0], hand.cursor[1]);
+        if let Some(end) = app.desk.facts().played_end {
+            text = format!(" the episode is over: {end} ");
+        }
+    }
+    let room = usize::from(area.width.saturating_sub(4));
+    buffer.set_stringn(area.x + 2, area.bottom() - 1, text, room, app.theme.faint());
+}
+
+fn objects(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
+    let facts = app.desk.facts();
+    let theme = &app.theme;
+    let rows = facts.task.subgoals.len() + facts.task.tools.len() + 2;
+    let upper = Rect { height: (rows as u16 + 2).min(area.height), ..area };
+    let inside = pane("objects", upper, theme, buffer);
+    hits.rows = Some((inside, 0));
+    for (y, object) in (inside.y..inside.bottom()).zip(Object::all(&facts.task)) {
+        let [px, py] = object.position(&facts.task).unwrap_or_default();
+        let size = object.size(&facts.task).unwrap_or_default();
+        let width = usize::from(inside.width);
+        let text = format!("{:<16} {px:>6.2} {py:>6.2}  {size:.1}", object.name(&facts.task));
+        let style = if app.scene.selected == Some(object) { theme.selected() } else { Style::new() };
+        buffer.set_stringn(inside.x, y, format!("{text:width$}"), width, style);
+    }
+    let lower = Rect { y: upper.bottom(), height: area.bottom() - upper.bottom(), ..area };
+    if lower.height >= 3 {
+        let inside = pane("task", lower, theme, buffer);
+        for (y, (text, style)) in (inside.y..inside.bottom()).zip(about(app, usize::from(inside.width))) {
+            buffer.set_stringn(inside.x, y, text, usize::from(inside.width), style);
+        }
+    }
+}
+
+/// What there is to know about the task and its edits, in lines.
+fn about(app: &App, width: usize) -> Vec<(String, Style)> {
+    use crate::tui::action::{Action, Context};
+    let facts = app.desk.facts();
+    let theme = &app.theme;
+    let key = |action, context| app.keymap.key_for(action, context);
+    let wrap = |text: &str| crate::tui::layers::wrap(text, width);
+    let mut lines: Vec<(String, Style)> =
+        wrap(&facts.task.description).into_iter().map(|line| (line, Style::new())).collect();
+    let file = facts.file.as_ref().map_or_else(|| "shipped with the program".to_owned(), |f| f.display().to_string());
+    lines.push((file, theme.faint()));
+    let placeable = facts.task.placeable;
+    lines.push((
+        format!("the agent places: {} of {} units", placeable.kind, placeable.tool([0.0; 2]).size),
+        theme.faint(),
+    ));
+    lines.push((String::new(), Style::new()));
+    if facts.dirty {
+        let text = format!("edited, not saved: {} saves", key(Action::Save, Context::Everywhere));
+        lines.push((text, Style::new().fg(theme.warn)));
+    }
+    let help = format!(
+        "{} selects, arrows or the mouse move, {} types coordinates. {} adds a subgoal, {} a tool, {} deletes. {} and {} resize, {} and {} reorder. {} undoes, {} does it again. {} computes the clusters anew.",
+        key(Action::NextObject, Context::Scene),
+        key(Action::Coordinates, Context::Scene),
+        key(Action::AddSubgoal, Context::Scene),
+        key(Action::AddTool, Context::Scene),
+        key(Action::DeleteObject, Context::Scene),
+        key(Action::Shrink, Context::Scene),
+        key(Action::Grow, Context::Scene),
+        key(Action::Earlier, Context::Scene),
+        key(Action::Later, Context::Scene),
+        key(Action::Undo, Context::Everywhere),
+        key(Action::Redo, Context::Everywhere),
+        key(Action::Clusters, Context::Everywhere),
+    );
+    lines.extend(wrap(&help).into_iter().map(|line| (line, theme.faint())));
+    lines
+}
