@@ -5,7 +5,11 @@ use super::model::Model;
 use crate::physics::ToolKind;
 
 /// Name and bytes of each shipped model, as in `assets/models/`.
-const SHIPPED: [(&str, &[u8]); 0] = [];
+const SHIPPED: [(&str, &[u8]); 3] = [
+    ("bucket-box", include_bytes!("../../assets/models/bucket-box.safetensors")),
+    ("square-floor", include_bytes!("../../assets/models/square-floor.safetensors")),
+    ("box-wall-floor", include_bytes!("../../assets/models/box-wall-floor.safetensors")),
+];
 
 /// Names of the shipped models: their tool sets in canonical order.
 pub fn shipped_names() -> impl Iterator<Item = &'static str> {

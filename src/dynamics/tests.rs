@@ -363,3 +363,43 @@ fn evaluation_and_ablation_report_every_part() {
     let text = serde_json::to_string(&results).unwrap();
     assert_eq!(serde_json::from_str::<Vec<Ablated>>(&text).unwrap(), results);
 }
+
+#[test]
+fn shipped_models_are_those_of_the_paper_and_know_the_shipped_tasks() {
+    for name in shipped_names() {
+        let model = shipped(name).unwrap().unwrap();
+        assert_eq!((model.name().as_str(), model.config()), (name, &ModelConfig::default()));
+        let provenance = model.provenance();
+        assert_eq!((&provenance.training, provenance.epoch), (&TrainConfig::default(), 5000));
+        let tools = model.tools().iter().map(|tool| tool.name()).collect::<Vec<_>>().join(",");
+        let command = format!("mge dynamics train --tools {tools} --seed 0 --out {name}.safetensors");
+        assert_eq!(provenance.command, command);
+        let launches = model.tools().iter().flat_map(|&kind| collect(kind, 1000, Split::Training, 0));
+        assert_eq!(
+            provenance.data_hash,
+            data_hash(&launches.collect::<Vec<_>>()),
+            "{name} learned from other launches"
+        );
+    }
+    for task in task::shipped() {
+        let model = shipped_for(&task.tool_set()).unwrap().expect("a model for every shipped task");
+        model.check_task(&task).unwrap();
+    }
+    assert!(shipped("other").unwrap().is_none() && shipped_for(&ToolKind::ALL).unwrap().is_none());
+}
+
+#[test]
+fn shipped_models_predict_better_than_the_baselines() {
+    let settings = EvaluationConfig { launches: 60, episodes: 3, horizon: 2, hit_rollouts: 1, seed: 8 };
+    for name in shipped_names() {
+        let evaluation = evaluate(&shipped(name).unwrap().unwrap(), &task::shipped(), &settings).unwrap();
+        for launch in &evaluation.launches {
+            let errors = launch.errors.map_ref(|tool| tool.one_step_contact.mean);
+            assert!(errors.model < 0.7 * errors.nearest_sample.min(errors.constant_velocity), "{name}: {errors:?}");
+        }
+        for scene in &evaluation.scenes {
+            let errors = scene.rollout.map_ref(|errors| errors[0].mean);
+            assert!(errors.model < errors.nearest_sample.min(errors.constant_velocity), "{}: {errors:?}", scene.task);
+        }
+    }
+}
