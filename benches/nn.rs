@@ -175,16 +175,15 @@ impl Ddpg {
 
     fn update(&mut self) {
         let next_action = self.actor_target.forward(self.s2.clone());
-        let next = rows::prepend_columns(&self.s2, next_action);
-        let target = self.r.clone() + self.critic_target.forward(next) * 0.99;
+        let next_q = self.critic_target.forward_beside(&self.s2, next_action);
+        let target = self.r.clone() + next_q * 0.99;
 
-        let pairs = rows::prepend_columns(&self.s, self.a.clone());
-        let q = self.critic.forward_data(pairs.leaky_traced());
+        let q = self.critic.forward_beside(&self.s, self.a.leaky_trace());
         let mut grads = (q - target).square().mean().backward();
         self.critic_optimiser.update(&mut [&mut self.critic], &mut grads, 1e-4).unwrap();
 
         let action = self.actor.forward_data(self.s.leaky_trace());
-        let q = self.critic.forward_frozen(rows::prepend_columns(&self.s, action));
+        let q = self.critic.forward_frozen_beside(&self.s, action);
         let mut grads = (-q).mean().backward();
         self.actor_optimiser.update(&mut [&mut self.actor], &mut grads, 1e-4).unwrap();
 

@@ -4,7 +4,7 @@ use dfdx::prelude::*;
 
 use super::{
     Activation, Matrix,
-    kernel::{Blend, Buffer, Kernel, Update, padded},
+    kernel::{Blend, Buffer, Kernel, LINE, Update, padded},
 };
 
 /// `y = f(x · weight + bias)`.
@@ -75,7 +75,8 @@ pub(super) fn edit<S: Shape>(tensor: &mut Tensor<S, f32, Cpu>, copy: &mut Buffer
 /// only copies; a layer's copy fits the innermost cache, where it is needed next anyway.
 #[derive(Debug, Default)]
 pub(super) struct LoadedLayer {
-    /// Rows padded to whole lines; followed by rows of any values up to whole lines of rows.
+    /// Rows padded to whole lines; followed by rows of any values, so that whole lines of rows
+    /// can be read from every row on.
     pub weight: Buffer,
     /// Padded to whole lines.
     pub bias: Buffer,
@@ -86,7 +87,7 @@ impl LoadedLayer {
     pub fn load(&mut self, layer: &Layer) {
         let (inputs, outputs) = (layer.inputs(), layer.outputs());
         let row = padded(outputs);
-        self.weight.resize(padded(inputs) * row);
+        self.weight.resize((inputs + LINE) * row);
         self.bias.resize(row);
         layer.bias.copy_into(&mut self.bias[..outputs]);
         if row == outputs {

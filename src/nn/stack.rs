@@ -17,11 +17,30 @@ use super::{
 /// Memory of one forward pass and, if it is kept, the backward pass that follows.
 #[derive(Debug, Default)]
 pub(super) struct Workspace {
-    /// rows × inputs, dense
-    x: Buffer,
+    input: Input,
     spans: Vec<Span>,
     /// Padded gradients of a layer whose outputs are no whole lines, a buffer a layer.
     padded_gradients: Vec<[Buffer; 2]>,
+}
+
+/// The input of the first layer: columns of data on the left, then those that may want a
+/// gradient. Both dense.
+#[derive(Debug, Default)]
+struct Input {
+    data: Buffer,
+    data_columns: usize,
+    x: Buffer,
+}
+
+/// Some columns of a layer's input.
+#[derive(Clone, Copy)]
+struct Operand<'a> {
+    values: &'a [f32],
+    /// Distance of the rows.
+    row: usize,
+    /// The columns are `first..first + columns` of the layer's inputs.
+    first: usize,
+    columns: usize,
 }
 
 /// Memory for some rows of a batch.
@@ -46,23 +65,26 @@ pub(super) type LayerGradients = (Vec<f32>, Vec<f32>);
 const WORTH_A_THREAD: usize = 1 << 20;
 
 impl Workspace {
-    /// The input, to be filled with `rows` × inputs dense values before a pass.
-    pub fn input(&mut self, rows: usize, layers: &[Layer]) -> &mut [f32] {
-        self.x.resize(rows * layers[0].inputs());
-        let work: usize = rows * layers.iter().map(|l| l.inputs() * l.outputs()).sum::<usize>();
-        let count = rayon::current_num_threads().min(work / WORTH_A_THREAD).clamp(1, rows.max(1));
+    /// The two parts of the input, to be filled before a pass: `rows` × `data_columns` dense
+    /// values of data, and `rows` × the remaining inputs.
+    pub fn input(&mut self, rows: usize, data_columns: usize, layers: &[Layer]) -> (&mut [f32], &mut [f32]) {
+        let Input { data, data_columns: left, x } = &mut self.input;
+        *left = data_columns;
+        data.resize(rows * data_columns);
+        x.resize(rows * (layers[0].inputs() - data_columns));
+        let count = threads_for(rows, layers);
         self.spans.resize_with(count, Span::default);
         for (i, span) in self.spans.iter_mut().enumerate() {
             span.start = rows * i / count;
             span.rows = rows * (i + 1) / count - span.start;
         }
-        &mut self.x
+        (data, x)
     }
 
     /// Runs all layers and keeps what [`backward`](Self::backward) needs.
     pub fn forward(&mut self, layers: &[Layer]) {
-        let x = &self.x;
-        each(&mut self.spans, |span| span.forward(layers, x));
+        let input = &self.input;
+        each(&mut self.spans, |span| span.forward(layers, input));
     }
 
     /// Copies the outputs, dense.
@@ -75,32 +97,32 @@ impl Workspace {
     }
 
     /// Propagates `dy` = dL/dy (dense) back. Adds to `parameters` (a pair a layer) if given;
-    /// computes dL/dx if `input`.
+    /// computes dL/dx, of the inputs that are not data, if `input`.
     pub fn backward(&mut self, layers: &[Layer], dy: &[f32], parameters: Option<&mut [LayerGradients]>, input: bool) {
         each(&mut self.spans, |span| span.start_backward(layers, dy));
-        let needed = |i: usize| i > 0 || input;
+        let first_wanted = if input { 0 } else { 1 };
+        let data_columns = self.input.data_columns;
         match parameters {
             Some(gradients) if self.spans.len() == 1 => {
                 self.padded_gradients.resize_with(layers.len(), Default::default);
                 for i in (0..layers.len()).rev() {
                     let space = &mut self.padded_gradients[i];
-                    parameter_gradients(i, layers, &self.x, &self.spans, space, &mut gradients[i]);
-                    if needed(i) {
-                        self.spans[0].backward(i, layers);
+                    parameter_gradients(i, layers, &self.input, &self.spans, space, &mut gradients[i]);
+                    if i >= first_wanted {
+                        self.spans[0].backward(i, layers, data_columns);
                     }
                 }
             }
             parameters => {
-                let last = layers.len();
                 each(&mut self.spans, |span| {
-                    (0..last).rev().filter(|&i| needed(i)).for_each(|i| span.backward(i, layers));
+                    (first_wanted..layers.len()).rev().for_each(|i| span.backward(i, layers, data_columns));
                 });
                 if let Some(gradients) = parameters {
                     self.padded_gradients.resize_with(layers.len(), Default::default);
-                    let (x, spans) = (&self.x, &self.spans);
+                    let (input, spans) = (&self.input, &self.spans);
                     let spaces = self.padded_gradients.par_iter_mut();
                     gradients.par_iter_mut().zip(spaces).enumerate().for_each(|(i, (g, space))| {
-                        parameter_gradients(i, layers, x, spans, space, g);
+                        parameter_gradients(i, layers, input, spans, space, g);
                     });
                 }
             }
@@ -119,6 +141,12 @@ impl Workspace {
     }
 }
 
+/// Threads that a pass of this size is worth.
+fn threads_for(rows: usize, layers: &[Layer]) -> usize {
+    let work = rows * layers.iter().map(|l| l.inputs() * l.outputs()).sum::<usize>();
+    rayon::current_num_threads().min(work / WORTH_A_THREAD).clamp(1, rows.max(1))
+}
+
 /// Calls `work` for every span, on several threads if there are several.
 fn each(spans: &mut [Span], work: impl Fn(&mut Span) + Send + Sync) {
     match spans {
@@ -131,14 +159,14 @@ fn each(spans: &mut [Span], work: impl Fn(&mut Span) + Send + Sync) {
 }
 
 impl Span {
-    fn forward(&mut self, layers: &[Layer], x: &[f32]) {
+    fn forward(&mut self, layers: &[Layer], input: &Input) {
         self.outputs.resize_with(layers.len(), Buffer::default);
         for (i, layer) in layers.iter().enumerate() {
             let (before, after) = self.outputs.split_at_mut(i);
-            let (a, a_row) = input_of(i, layers, x, self.start, before);
+            let operands = operands(i, layers, input, self.start, before);
             after[0].resize(self.rows * padded(layer.outputs()));
             self.layer.load(layer);
-            dense(layer, &self.layer, self.rows, a, a_row, &mut after[0]);
+            dense(layer, &self.layer, self.rows, operands, &mut after[0]);
         }
     }
 
@@ -153,14 +181,17 @@ impl Span {
         Derivative { activation: layers[last].activation, output: &self.outputs[last], gradient: slopes }.go();
     }
 
-    /// dL/dz of layer `i - 1` (dL/dx for layer 0) from that of layer `i`.
-    fn backward(&mut self, i: usize, layers: &[Layer]) {
+    /// dL/dz of layer `i - 1` from that of layer `i`; for layer 0, dL/dx of the inputs after
+    /// `data_columns`.
+    fn backward(&mut self, i: usize, layers: &[Layer], data_columns: usize) {
         let layer = &layers[i];
-        let (inputs, outputs) = (layer.inputs(), layer.outputs());
+        let first = if i == 0 { data_columns } else { 0 };
+        let (inputs, outputs) = (layer.inputs() - first, layer.outputs());
         let (rows, columns) = (padded(inputs), padded(outputs));
         self.layer.load(layer);
         self.transposed.resize(rows * columns);
-        Transpose { from: &self.layer.weight, rows, columns, to: &mut self.transposed }.go();
+        let from = &self.layer.weight[first * columns..];
+        Transpose { from, rows, columns, to: &mut self.transposed }.go();
         let (before, after) = self.slopes.split_at_mut(i);
         let (c, epilogue) = match before.last_mut() {
             Some(slopes) => {
@@ -188,40 +219,62 @@ impl Span {
     }
 }
 
-/// Input of layer `i` for the rows of a span, and the distance of its rows.
-fn input_of<'a>(i: usize, layers: &[Layer], x: &'a [f32], start: usize, outputs: &'a [Buffer]) -> (&'a [f32], usize) {
-    let inputs = layers[i].inputs();
-    match i {
-        0 => (&x[start * inputs..], inputs),
-        _ => (&outputs[i - 1], padded(inputs)),
-    }
+/// The input of layer `i` for the rows of a span: one operand, or two if there is data beside the
+/// first layer's input.
+fn operands<'a>(
+    i: usize,
+    layers: &[Layer],
+    input: &'a Input,
+    start: usize,
+    outputs: &'a [Buffer],
+) -> impl Iterator<Item = Operand<'a>> + Clone {
+    let columns = layers[i].inputs();
+    let left = if i == 0 { input.data_columns } else { 0 };
+    let right = columns - left;
+    let (values, row) = match i {
+        0 => (&input.x[start * right..], right),
+        _ => (&outputs[i - 1][..], padded(columns)),
+    };
+    let data = (left > 0).then(|| Operand { values: &input.data[start * left..], row: left, first: 0, columns: left });
+    data.into_iter().chain((right > 0).then_some(Operand { values, row, first: left, columns: right }))
 }
 
-/// `y = f(a w + b)` for `rows` rows of `a`.
-fn dense(layer: &Layer, loaded: &LoadedLayer, rows: usize, a: &[f32], a_row: usize, y: &mut [f32]) {
+/// `y = f(a w + b)` for `rows` rows of the operands `a` side by side.
+fn dense<'a>(
+    layer: &Layer,
+    loaded: &LoadedLayer,
+    rows: usize,
+    operands: impl Iterator<Item = Operand<'a>>,
+    y: &mut [f32],
+) {
     let columns = padded(layer.outputs());
-    Product {
-        rows,
-        depth: layer.inputs(),
-        columns,
-        a,
-        a_row,
-        a_depth: 1,
-        b: &loaded.weight,
-        b_row: columns,
-        start: Start::Row(&loaded.bias),
-        c: y,
-        c_row: columns,
-        epilogue: Epilogue::Activate(layer.activation),
+    let mut start = Start::Row(&loaded.bias);
+    for Operand { values, row, first, columns: depth } in operands {
+        let is_last = first + depth == layer.inputs();
+        Product {
+            rows,
+            depth,
+            columns,
+            a: values,
+            a_row: row,
+            a_depth: 1,
+            b: &loaded.weight[first * columns..],
+            b_row: columns,
+            start,
+            c: y,
+            c_row: columns,
+            epilogue: if is_last { Epilogue::Activate(layer.activation) } else { Epilogue::None },
+        }
+        .go();
+        start = Start::Accumulate;
     }
-    .go();
 }
 
 /// Adds the gradients of layer `i`, summed over the rows of all spans in order.
 fn parameter_gradients(
     i: usize,
     layers: &[Layer],
-    x: &[f32],
+    input: &Input,
     spans: &[Span],
     [padded_weight, padded_bias]: &mut [Buffer; 2],
     (weight, bias): &mut LayerGradients,
@@ -238,22 +291,23 @@ fn parameter_gradients(
     let (dw, db): (&mut [f32], &mut [f32]) =
         if is_padded { (padded_weight, padded_bias) } else { (&mut weight[..], &mut bias[..]) };
     for span in spans {
-        let (a, a_depth) = input_of(i, layers, x, span.start, &span.outputs);
-        Product {
-            rows: inputs,
-            depth: span.rows,
-            columns,
-            a,
-            a_row: 1,
-            a_depth,
-            b: &span.slopes[i],
-            b_row: columns,
-            start: Start::Accumulate,
-            c: dw,
-            c_row: columns,
-            epilogue: Epilogue::None,
+        for operand in operands(i, layers, input, span.start, &span.outputs) {
+            Product {
+                rows: operand.columns,
+                depth: span.rows,
+                columns,
+                a: operand.values,
+                a_row: 1,
+                a_depth: operand.row,
+                b: &span.slopes[i],
+                b_row: columns,
+                start: Start::Accumulate,
+                c: &mut dw[operand.first * columns..],
+                c_row: columns,
+                epilogue: Epilogue::None,
+            }
+            .go();
         }
-        .go();
         ColumnSums { x: &span.slopes[i], sums: db }.go();
     }
     if is_padded {
@@ -266,6 +320,7 @@ fn parameter_gradients(
 #[derive(Debug, Default)]
 pub(super) struct PredictWorkspace {
     x: Buffer,
+    part: Buffer,
     threads: Vec<PredictSpace>,
 }
 
@@ -279,12 +334,28 @@ struct PredictSpace {
 const CHUNK: usize = 192;
 
 impl PredictWorkspace {
-    /// `y` = outputs for the rows of `x`, whose memory is dense.
-    pub fn predict_tensor(&mut self, layers: &[Layer], x: &Matrix, y: &mut [f32]) {
+    /// `y` = outputs for the rows of `data` and `x` side by side; their memory is dense.
+    pub fn predict_tensors(&mut self, layers: &[Layer], data: Option<&Matrix>, x: &Matrix, y: &mut [f32]) {
         let (rows, columns) = *x.shape();
         let mut values = std::mem::take(&mut self.x);
-        values.resize(rows * columns);
-        x.copy_into(&mut values);
+        match data {
+            None => {
+                values.resize(rows * columns);
+                x.copy_into(&mut values);
+            }
+            Some(data) => {
+                let left = data.shape().1;
+                values.resize(rows * (left + columns));
+                for (part, first, width) in [(data, 0, left), (x, left, columns)] {
+                    self.part.resize(rows * width);
+                    part.copy_into(&mut self.part);
+                    let to = values.chunks_exact_mut(left + columns);
+                    for (to, from) in to.zip(self.part.chunks_exact(width)) {
+                        to[first..first + width].copy_from_slice(from);
+                    }
+                }
+            }
+        }
         self.predict(layers, &values, rows, y);
         self.x = values;
     }
@@ -295,8 +366,7 @@ impl PredictWorkspace {
         if rows == 0 {
             return;
         }
-        let work: usize = rows * layers.iter().map(|l| l.inputs() * l.outputs()).sum::<usize>();
-        let count = rayon::current_num_threads().min(work / WORTH_A_THREAD).clamp(1, rows);
+        let count = threads_for(rows, layers);
         self.threads.resize_with(count, Default::default);
         let share = rows.div_ceil(count);
         let (x_share, y_share) = (share * first.inputs(), share * last.outputs());
@@ -318,11 +388,13 @@ impl PredictSpace {
                 self.layer.load(layer);
                 let [from, to] = &mut self.outputs;
                 to.resize(rows * padded(layer.outputs()));
-                let (a, a_row) = match i {
-                    0 => (x, inputs),
-                    _ => (&from[..], padded(layer.inputs())),
+                let columns = layer.inputs();
+                let (values, row) = match i {
+                    0 => (x, columns),
+                    _ => (&from[..], padded(columns)),
                 };
-                dense(layer, &self.layer, rows, a, a_row, to);
+                let operand = Operand { values, row, first: 0, columns };
+                dense(layer, &self.layer, rows, std::iter::once(operand), to);
                 self.outputs.swap(0, 1);
             }
             unpad_rows(&self.outputs[0], outputs, y);
