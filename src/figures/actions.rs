@@ -82,7 +82,7 @@ impl TaskActions {
                 draw_cluster(view, canvas, cluster, stage_color(n, self.stages.len()))?;
             }
         }
-        view.names(&self.task)
+        view.names(&self.task, faded(WHITE, 0.75))
     }
 }
 

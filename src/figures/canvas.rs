@@ -18,13 +18,18 @@ use super::style::{Color, GREY, GRID, INK, LABEL_SIZE, SMALL_SIZE, TITLE_SIZE};
 
 type Drawn = Result<(), FigureError>;
 
-/// The few things figures ask of a plotters area, independent of its backend.
+/// The few things figures ask of a plotters area, whatever its backend. Every plotters
+/// `DrawingArea` is one; each call fails when the backend does.
 pub trait Surface {
     /// Width and height in backend coordinates.
     fn extent(&self) -> (u32, u32);
+    /// An open polyline.
     fn path(&self, points: Vec<(i32, i32)>, style: ShapeStyle) -> Drawn;
+    /// A filled polygon.
     fn polygon(&self, points: Vec<(i32, i32)>, style: ShapeStyle) -> Drawn;
+    /// A filled circle.
     fn disc(&self, center: (i32, i32), radius: u32, style: ShapeStyle) -> Drawn;
+    /// One line of text.
     fn text(&self, text: &str, at: (i32, i32), style: TextStyle<'_>) -> Drawn;
 }
 

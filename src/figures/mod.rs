@@ -39,7 +39,7 @@ mod tests;
 pub use ablation::{Ablation, Variant};
 pub use actions::{ActionSamples, Cluster, StageActions, TaskActions};
 pub use animation::{Animation, Moment};
-pub use canvas::Canvas;
+pub use canvas::{Canvas, Surface};
 pub use curves::{CurvePanel, LearningCurves, PerformanceProfile};
 pub use dashboard::Dashboard;
 pub use data::{Curve, Estimate, Statistics};

@@ -7,7 +7,7 @@ use super::canvas::{Canvas, Pen, Type};
 use super::geometry::{Rect, circle};
 use super::layout::{LEGEND, Mark, NOTE, legend, note, panels, squares_height};
 use super::scene::{PLACED_TOOL, Position, SceneView, Window};
-use super::style::{BLUE, DOUBLE_COLUMN, GREY, MARGIN, VERMILLION, WHITE, faded};
+use super::style::{BLUE, DOUBLE_COLUMN, GREY, MARGIN, TITLE_SIZE, VERMILLION, WHITE, faded};
 use super::table::{Table, cell32};
 use super::{Figure, FigureError};
 use crate::task::Task;
@@ -53,6 +53,8 @@ impl Edge {
     }
 }
 
+/// Only the upper row has titles; this is their height.
+const TITLE: f64 = 1.3 * TITLE_SIZE;
 /// Half the width of a view around the ball: most of the screen from anywhere on it.
 const RELATIVE_REACH: f64 = 1.4;
 
@@ -108,7 +110,7 @@ impl Figure for RelativeFrames {
 
     fn size(&self) -> [f64; 2] {
         let columns = self.instants.len().clamp(2, 4);
-        [DOUBLE_COLUMN, squares_height(2 * columns, columns, X_LABEL + LEGEND + 2.0 * NOTE)]
+        [DOUBLE_COLUMN, squares_height(2 * columns, columns, X_LABEL - TITLE + LEGEND + 2.0 * NOTE)]
     }
 
     fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
@@ -130,7 +132,7 @@ impl Figure for RelativeFrames {
         ];
         let rect = legend(canvas, rect, &marks)?;
         let count = self.instants.len();
-        let (above, below) = rect.split_top(rect.height() / 2.0);
+        let (above, below) = rect.split_top((rect.height() + TITLE) / 2.0);
         let places = panels(above, count, count).into_iter().zip(panels(below, count, count));
         for (instant, (upper, lower)) in self.instants.iter().zip(places) {
             let window = Window { labels: [upper.x_label, upper.y_label], ..Window::SCREEN };

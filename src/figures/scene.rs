@@ -122,7 +122,7 @@ impl<'c> SceneView<'c> {
         }
         self.goal(&task.goal)?;
         task.tools.iter().try_for_each(|tool| self.tool(&tool.tool(), SCENE_TOOL))?;
-        self.names(task)
+        self.names(task, faded(WHITE, 0.0))
     }
 
     /// A tool with its true geometry.
@@ -170,21 +170,22 @@ impl<'c> SceneView<'c> {
         Ok(())
     }
 
-    /// The numbers of the subgoals and the goal's G: last, so that nothing hides them.
-    pub fn names(&self, task: &Task) -> Drawn {
+    /// The numbers of the subgoals and the goal's G, on discs of `plate` that keep them
+    /// legible over what was drawn before.
+    pub fn names(&self, task: &Task, plate: Color) -> Drawn {
         let stages = task.stages().len();
         for (n, region) in task.subgoals.iter().enumerate() {
-            self.name(region.position, &(n + 1).to_string(), stage_color(n, stages))?;
+            self.name(region.position, &(n + 1).to_string(), stage_color(n, stages), plate)?;
         }
-        self.name(task.goal.position, "G", GREEN)
+        self.name(task.goal.position, "G", GREEN, plate)
     }
 
-    fn name(&self, position: Position, name: &str, color: Color) -> Drawn {
+    fn name(&self, position: Position, name: &str, color: Color, plate: Color) -> Drawn {
         let center = self.at(position);
         if !self.plot.rect.contains(center) {
             return Ok(());
         }
-        self.canvas.dot(center, 0.62 * SMALL_SIZE, faded(WHITE, 0.75))?;
+        self.canvas.dot(center, 0.62 * SMALL_SIZE, plate)?;
         self.canvas.text(center, name, Type::SMALL.bold().centered().color(color))
     }
 }
