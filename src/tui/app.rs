@@ -36,8 +36,8 @@ pub struct App {
     pub runs: Runs,
     /// Selected lines of the Models, Figures and Log screens.
     pub lists: Lists,
-    /// The latest message.
-    pub notice: Option<(Level, String)>,
+    /// The latest message, and how long it has been shown.
+    pub notice: Option<Notice>,
     /// Where things were drawn, for the mouse.
     pub hits: Hits,
     /// What only the owner of the terminal can do.
@@ -48,6 +48,19 @@ pub struct App {
     pub leaving: bool,
     changed: bool,
 }
+
+/// A message in the last line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Notice {
+    /// How much it matters.
+    pub level: Level,
+    /// What it says.
+    pub text: String,
+    shown: Duration,
+}
+
+/// How long a message stays that is no error.
+const NOTICE: Duration = Duration::from_secs(6);
 
 /// What only the owner of the terminal can do.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -118,9 +131,26 @@ impl App {
 
     /// Lets time pass and takes in what the session did.
     pub fn tick(&mut self, elapsed: Duration) {
+        let lines = self.desk.facts().log_total;
         self.changed |= self.desk.poll();
+        let facts = self.desk.facts();
+        let told = facts.log_total.saturating_sub(lines).min(facts.log.len());
+        let news = facts.log[facts.log.len() - told..].iter().rev().find(|line| line.level != Level::Info);
+        if let Some(line) = news.cloned() {
+            self.say(line.level, line.text);
+        }
+        self.age_notice(elapsed);
         if self.tab.has_scene() {
             self.changed |= self.scene.update(&mut *self.desk, elapsed);
+        }
+    }
+
+    fn age_notice(&mut self, elapsed: Duration) {
+        let Some(notice) = &mut self.notice else { return };
+        notice.shown += elapsed;
+        if notice.level != Level::Error && notice.shown > NOTICE {
+            self.notice = None;
+            self.changed = true;
         }
     }
 
@@ -157,13 +187,7 @@ impl App {
         } else if let Some(action) = action {
             self.notice = None;
             self.perform(action);
-        } else if self.scene_key_is_digit(key) {
-            self.say(Level::Info, "there are eight screens: 1 to 8");
         }
-    }
-
-    fn scene_key_is_digit(&self, key: KeyEvent) -> bool {
-        matches!(key.code, crossterm::event::KeyCode::Char('0' | '9'))
     }
 
     fn grant(&mut self, wish: Wish) {
@@ -217,7 +241,8 @@ impl App {
 
     /// Shows a message.
     pub fn say(&mut self, level: Level, text: impl Into<String>) {
-        self.notice = Some((level, text.into())).filter(|(_, text)| !text.is_empty());
+        let notice = Notice { level, text: text.into(), shown: Duration::ZERO };
+        self.notice = Some(notice).filter(|notice| !notice.text.is_empty());
         self.changed = true;
     }
 

@@ -86,9 +86,9 @@ impl SessionDesk {
             live: None,
             played: Arc::default(),
             played_end: None,
-            played_stage: 0,
             figures: Vec::new(),
             log: Vec::new(),
+            log_total: 0,
             task,
         };
         let mut desk = Self { session, facts, live: None, rates: HashMap::new(), model: None, on_disk: Vec::new() };
@@ -117,7 +117,6 @@ impl SessionDesk {
             facts.played = Arc::new(hand.trace().clone());
         }
         facts.played_end = hand.snapshot().end();
-        facts.played_stage = hand.snapshot().stage();
         self.refresh_runs();
         self.refresh_live();
     }
@@ -288,6 +287,7 @@ impl Desk for SessionDesk {
 
     fn log(&mut self, level: Level, text: String) {
         self.facts.log.push(LogLine { level, text });
+        self.facts.log_total += 1;
         let more = self.facts.log.len().saturating_sub(LOG);
         self.facts.log.drain(..more);
     }
@@ -339,7 +339,7 @@ fn describe_model(path: &Path, task: &Task) -> String {
 fn run_facts(view: &RunView, mut curves: Curves, rate: Option<f64>) -> RunFacts {
     let records = view.records();
     curves.truncate(records.len());
-    for record in &records[curves.len()..] {
+    for record in &records[curves.episodes()..] {
         curves.push(Metric::values(record));
     }
     let config = view.config();

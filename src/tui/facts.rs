@@ -47,12 +47,12 @@ pub struct Facts {
     pub played: Arc<Trace>,
     /// Why the episode a person plays is over.
     pub played_end: Option<EndReason>,
-    /// Subgoals and goal reached in it: the next stage.
-    pub played_stage: usize,
     /// Figures written in this session.
     pub figures: Vec<PathBuf>,
-    /// What happened, oldest first.
+    /// What happened, oldest first, as far as it is kept.
     pub log: Vec<LogLine>,
+    /// Lines of the log so far, also those no longer kept.
+    pub log_total: usize,
 }
 
 /// What the next run will use.

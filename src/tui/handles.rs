@@ -19,7 +19,7 @@ pub fn points(schedule: &EpsilonSchedule) -> Vec<(u32, f32)> {
 /// The schedule with one point moved to an episode and a threshold; what a point cannot
 /// do is ignored.
 pub fn move_point(schedule: &EpsilonSchedule, index: usize, episode: u32, value: f32) -> EpsilonSchedule {
-    let value = (value.clamp(0.0, 1.0) * 1000.0).round() / 1000.0;
+    let value = rounded(value);
     let mut moved = schedule.clone();
     match &mut moved {
         EpsilonSchedule::Constant(constant) => *constant = value,
@@ -52,7 +52,7 @@ pub fn move_point(schedule: &EpsilonSchedule, index: usize, episode: u32, value:
 
 /// The schedule with another point, and its index. It becomes hand-drawn.
 pub fn add_point(schedule: &EpsilonSchedule, episodes: u32, after: usize) -> (EpsilonSchedule, usize) {
-    let mut points = schedule.to_points(episodes, 2);
+    let mut points = drawn(schedule, episodes);
     let after = after.min(points.len() - 1);
     let (from, next) = (points[after].0, points.get(after + 1).map(|point| point.0));
     let episode = match next {
@@ -60,8 +60,22 @@ pub fn add_point(schedule: &EpsilonSchedule, episodes: u32, after: usize) -> (Ep
         Some(_) => return (EpsilonSchedule::Points(points), after),
         None => from + (episodes / 4).max(1),
     };
-    points.insert(after + 1, (episode, schedule.threshold(episode)));
+    points.insert(after + 1, (episode, rounded(schedule.threshold(episode))));
     (EpsilonSchedule::Points(points), after + 1)
+}
+
+/// The points of a hand-drawn schedule that looks like this one.
+fn drawn(schedule: &EpsilonSchedule, episodes: u32) -> Vec<(u32, f32)> {
+    let points = match schedule {
+        EpsilonSchedule::Constant(value) => vec![(0, *value), (episodes.max(1), *value)],
+        EpsilonSchedule::Linear { .. } | EpsilonSchedule::Points(_) => points(schedule),
+        EpsilonSchedule::Exponential { .. } | EpsilonSchedule::Step { .. } => schedule.to_points(episodes, 8),
+    };
+    points.into_iter().map(|(episode, value)| (episode, rounded(value))).collect()
+}
+
+fn rounded(value: f32) -> f32 {
+    (value.clamp(0.0, 1.0) * 1000.0).round() / 1000.0
 }
 
 /// The schedule without a point; the last one stays.
@@ -88,7 +102,7 @@ pub fn next_kind(schedule: &EpsilonSchedule, episodes: u32) -> EpsilonSchedule {
         EpsilonSchedule::Exponential { .. } => {
             EpsilonSchedule::Step { from, factor: 0.5, episodes: (episodes / 4).max(1) }
         }
-        EpsilonSchedule::Step { .. } => EpsilonSchedule::Points(schedule.to_points(episodes, 5)),
+        EpsilonSchedule::Step { .. } => EpsilonSchedule::Points(drawn(schedule, episodes)),
         EpsilonSchedule::Points(_) => EpsilonSchedule::Constant(from),
     }
 }

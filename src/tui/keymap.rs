@@ -171,9 +171,9 @@ mod tests {
 
     #[test]
     fn a_file_changes_keys_and_takes_them_away() {
-        let map = Keymap::parse("# mine\ntrain = g f9  # go\nquit =\n", "keys").unwrap();
+        let map = Keymap::parse("# mine\ntrain = f10 f9  # go\nquit =\n", "keys").unwrap();
         let action = |key: &str| map.action(key.parse().unwrap(), &[Context::Everywhere]);
-        assert_eq!(action("g"), Some(Action::Train));
+        assert_eq!(action("f10"), Some(Action::Train));
         assert_eq!(action("f9"), Some(Action::Train));
         assert_eq!(action("t"), None);
         assert_eq!(action("q"), None);

@@ -109,12 +109,7 @@ impl Curves {
     }
 
     /// Episodes.
-    pub fn len(&self) -> usize {
+    pub fn episodes(&self) -> usize {
         self.values[0].len()
-    }
-
-    /// Whether there is no episode.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 }

@@ -33,3 +33,6 @@ mod theme;
 pub use keymap::KeymapError;
 pub use run::{Leaving, Options, TuiError, run};
 pub use terminal::TerminalError;
+
+#[cfg(test)]
+mod testing;

@@ -39,8 +39,14 @@ impl App {
             Action::Screen(index) => self.show(Tab::ALL[usize::from(index) % Tab::ALL.len()]),
             Action::NextScreen => self.show(self.tab.next()),
             Action::PreviousScreen => self.show(self.tab.previous()),
-            Action::Colours => self.theme = self.theme.next_palette(),
-            Action::Markers => self.theme = self.theme.next_marker(),
+            Action::Colours => {
+                self.theme = self.theme.next_palette();
+                self.say(Level::Info, format!("colours: {}", self.theme.palette.name()));
+            }
+            Action::Markers => {
+                self.theme = self.theme.next_marker();
+                self.say(Level::Info, format!("markers: {}", self.theme.marker.name()));
+            }
             Action::Mouse => self.switch_mouse(),
             Action::Suspend => self.wish = Some(TerminalWish::Suspend),
             Action::Quit => self.quit(),

@@ -3,7 +3,7 @@
 //! Raw mode, alternate screen, mouse capture, bracketed paste and cursor are one state:
 //! all on or all off. [`leave`] may be called any number of times, from any thread.
 
-use std::io::{self, BufWriter, IsTerminal, Stdout, Write};
+use std::io::{self, BufWriter, IsTerminal, Stdout};
 use std::panic;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, Once, PoisonError};
@@ -87,16 +87,6 @@ impl Screen {
     /// When the terminal is gone.
     pub fn copy(&mut self, text: &str) -> io::Result<()> {
         execute!(io::stdout(), crossterm::clipboard::CopyToClipboard::to_clipboard_from(text))
-    }
-
-    /// Writes bytes past the cell buffer: pictures of terminals that can show them.
-    ///
-    /// # Errors
-    /// When the terminal is gone.
-    pub fn write_raw(&mut self, bytes: &[u8]) -> io::Result<()> {
-        let writer = self.terminal.backend_mut();
-        writer.write_all(bytes)?;
-        Write::flush(writer)
     }
 
     /// Gives the terminal back and stops the process until the shell continues it.

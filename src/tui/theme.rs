@@ -23,6 +23,15 @@ impl Marker {
         }
     }
 
+    /// Name on screen and in the environment variable.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Braille => "braille",
+            Self::HalfBlock => "half-block",
+            Self::Ascii => "ascii",
+        }
+    }
+
     fn next(self) -> Self {
         match self {
             Self::Braille => Self::HalfBlock,

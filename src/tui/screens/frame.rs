@@ -48,11 +48,13 @@ fn tabs(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     let theme = &app.theme;
     let mut x = area.x;
     for (index, tab) in Tab::ALL.into_iter().enumerate() {
-        let full = area.width >= WIDE || tab == app.tab;
-        let text = if full {
-            format!(" {} {} ", index + 1, tab.title())
+        let number = index + 1;
+        let text = if area.width >= WIDE || tab == app.tab {
+            format!(" {number} {} ", tab.title())
+        } else if area.width >= 80 {
+            format!(" {number} {:.3} ", tab.title())
         } else {
-            format!(" {} {:.3} ", index + 1, tab.title())
+            format!(" {number} ")
         };
         let style = if tab == app.tab { theme.strong().add_modifier(Modifier::REVERSED) } else { theme.faint() };
         let (end, _) = buffer.set_stringn(x, area.y, &text, usize::from(area.right() - x), style);
@@ -70,9 +72,9 @@ fn tabs(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
 
 fn footer(app: &App, area: Rect, buffer: &mut Buffer) {
     let theme = &app.theme;
-    if let Some((level, text)) = &app.notice {
-        let (mark, style) = level_style(*level, theme);
-        let text = format!("{mark}{text}");
+    if let Some(notice) = &app.notice {
+        let (mark, style) = level_style(notice.level, theme);
+        let text = format!("{mark}{}", notice.text);
         buffer.set_stringn(area.x, area.y, text, usize::from(area.width), style);
         return;
     }

@@ -10,6 +10,7 @@ use crate::tui::action::{Action, Context};
 use crate::tui::app::App;
 use crate::tui::chart::number;
 use crate::tui::facts::{RunFacts, state_word};
+use crate::tui::layers::wrap;
 use crate::tui::metric::Metric;
 use crate::tui::rate::span;
 use crate::tui::theme::{Marker, Theme};
@@ -71,10 +72,15 @@ struct Pen<'a> {
 
 impl Pen<'_> {
     fn row(&mut self, label: &str, text: &str, style: Style) {
-        if self.y < self.area.bottom() {
-            let room = usize::from(self.area.width);
-            self.buffer.set_stringn(self.area.x, self.y, label, room, self.theme.faint());
-            self.buffer.set_stringn(self.area.x + 9, self.y, text, room.saturating_sub(9), style);
+        let room = usize::from(self.area.width).saturating_sub(9);
+        for (index, line) in wrap(text, room).iter().enumerate() {
+            if self.y >= self.area.bottom() {
+                return;
+            }
+            if index == 0 {
+                self.buffer.set_stringn(self.area.x, self.y, label, 9, self.theme.faint());
+            }
+            self.buffer.set_stringn(self.area.x + 9, self.y, line, room, style);
             self.y += 1;
         }
     }

@@ -77,7 +77,7 @@ fn shown_runs(app: &App) -> Vec<&RunFacts> {
 
 /// Episodes of the longest run that is shown.
 pub fn episodes(app: &App) -> usize {
-    shown_runs(app).iter().map(|run| run.curves.len()).max().unwrap_or(0)
+    shown_runs(app).iter().map(|run| run.curves.episodes()).max().unwrap_or(0)
 }
 
 /// Draws one chart.

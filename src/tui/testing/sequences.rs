@@ -1,0 +1,302 @@
+//! This state, these keys, that state.
+
+use crossterm::event::{Event, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
+
+use super::{app, empty, failed, press, shot, text, typical};
+use crate::run::RunState;
+use crate::tui::app::{App, TerminalWish};
+use crate::tui::facts::Facts;
+use crate::tui::scene::Object;
+use crate::tui::screens::Tab;
+use crate::tui::theme::{Depth, Marker, Palette, Theme};
+
+/// From a state, after these keys, the desk was asked this and the screen shows that.
+fn check(facts: Facts, keys: &str, asked: &[&str], shown: &str) {
+    let (mut app, log) = app(facts);
+    shot(&mut app, 120, 40);
+    press(&mut app, keys);
+    assert_eq!(*log.borrow(), asked, "after {keys}");
+    let screen = text(&shot(&mut app, 120, 40));
+    assert!(screen.contains(shown), "after {keys}, `{shown}` is not on\n{screen}");
+}
+
+fn mouse(app: &mut App, kind: MouseEventKind, (column, row): (u16, u16)) {
+    app.event(Event::Mouse(MouseEvent { kind, column, row, modifiers: KeyModifiers::NONE }));
+}
+
+fn cell(app: &mut App, position: [f32; 2]) -> (u16, u16) {
+    shot(app, 120, 40);
+    app.hits.scene.unwrap().cell(position).unwrap()
+}
+
+#[test]
+fn training_is_started_paused_resumed_and_stopped() {
+    check(empty(), "t", &["train"], "");
+    check(typical(), "p", &["pause"], "");
+    let paused = || {
+        let mut facts = typical();
+        facts.runs[1].state = RunState::Paused;
+        facts
+    };
+    check(paused(), "p", &["resume"], "paused");
+    check(paused(), "t", &["resume"], "paused");
+    check(typical(), "x", &[], "stop the training?");
+    check(typical(), "x y", &["stop"], "running");
+    check(typical(), "x esc", &[], "running");
+}
+
+#[test]
+fn epsilon_is_changed_by_key_prompt_and_palette() {
+    check(empty(), "+", &["epsilon 0.85"], "");
+    check(empty(), "e ctrl-u 0 . 3 enter", &["epsilon 0.3"], "");
+    check(empty(), "e ctrl-u 7 enter", &[], "7 is not within 0 and 1");
+    check(empty(), "e ctrl-u 7 enter esc", &[], "status");
+    check(empty(), ": e p s i l o n space 0 . 5 enter", &["epsilon 0.5"], "");
+}
+
+#[test]
+fn the_schedule_is_drawn_and_applied() {
+    check(empty(), "3", &[], "This schedule is in use");
+    check(empty(), "3 up", &[], "linear:0.81:0.05:1500");
+    check(empty(), "3 up backspace", &[], "This schedule is in use");
+    check(empty(), "3 tab K enter", &["epsilon linear:0.8:0.15:1500"], "");
+    check(empty(), "3 a enter", &["epsilon points:0=0.8,750=0.425,1500=0.05"], "");
+    check(empty(), "3 v v v v enter", &["epsilon 0.8"], "");
+}
+
+#[test]
+fn a_subgoal_is_moved_with_keys() {
+    check(empty(), "tab right", &["subgoal move 1 0.01 0.2"], "subgoal 1");
+    check(empty(), "tab K", &["subgoal move 1 0 0.3"], "subgoal 1");
+    check(empty(), "tab tab L", &["goal move -0.5 -0.2"], "goal");
+    check(empty(), "tab enter ctrl-u 0 . 1 space 0 . 2 enter", &["subgoal move 1 0.1 0.2"], "");
+    check(empty(), "tab enter ctrl-u x enter", &[], "not a coordinate");
+    check(empty(), "right", &[], "nothing is selected");
+    check(empty(), "A", &["subgoal add -0.3 0 4"], "");
+    check(empty(), "tab )", &["subgoal size 1 4.5"], "");
+    check(empty(), "tab delete", &["subgoal delete 1"], "");
+    check(empty(), "tab tab delete", &[], "needs its ball and its goal");
+    check(empty(), "tab }", &[], "it is the last one");
+    check(typical(), "u U", &["undo", "redo"], "");
+}
+
+#[test]
+fn a_subgoal_is_dragged_with_the_mouse() {
+    let (mut app, asked) = app(empty());
+    let from = cell(&mut app, [0.0, 0.2]);
+    let to = cell(&mut app, [0.5, -0.5]);
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), from);
+    assert_eq!(app.scene.selected, Some(Object::Subgoal(0)));
+    mouse(&mut app, MouseEventKind::Drag(MouseButton::Left), to);
+    let screen = shot(&mut app, 120, 40);
+    assert_eq!(screen[to].symbol(), "1", "the subgoal is shown where the mouse is");
+    assert!(asked.borrow().is_empty());
+    mouse(&mut app, MouseEventKind::Up(MouseButton::Left), to);
+    let [x, y] = app.hits.scene.unwrap().position(to.0, to.1).unwrap();
+    let line = asked.borrow()[0].clone();
+    let numbers: Vec<f32> = line.trim_start_matches("subgoal move 1 ").split(' ').map(|n| n.parse().unwrap()).collect();
+    assert!((numbers[0] - x).abs() < 0.001 && (numbers[1] - y).abs() < 0.001, "{line}");
+}
+
+#[test]
+fn tools_are_placed_by_hand() {
+    check(empty(), "P", &[], "free");
+    check(empty(), "P right enter", &["place 0.27 0.4"], "");
+    check(empty(), "P space r", &["place 0.25 0.4", "reset"], "");
+    check(empty(), "P esc space", &[], "untouched");
+    let (mut app, asked) = app(empty());
+    press(&mut app, "P");
+    let at = cell(&mut app, [0.5, 0.5]);
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
+    assert!(asked.borrow()[0].starts_with("place 0.5"), "{:?}", asked.borrow());
+}
+
+#[test]
+fn clusters_are_computed_shown_and_given_to_the_training() {
+    check(empty(), "c", &["clusters"], "");
+    check(typical(), "G", &["guide"], "");
+    check(typical(), "v", &[], "clusters of subgoal 1");
+    check(typical(), "v v", &[], "clusters of the goal");
+    check(empty(), "a", &[], "c computes them");
+    check(empty(), "b", &[], "t trains one");
+}
+
+#[test]
+fn stale_clusters_are_grey_and_say_so() {
+    let mut facts = typical();
+    facts.prior_state = crate::workbench::PriorState::Stale;
+    let (mut app, _) = app(facts);
+    let at = cell(&mut app, [0.4, 0.5]);
+    let screen = shot(&mut app, 120, 40);
+    assert_eq!(screen[at].fg, app.theme.dim);
+    assert!(text(&screen).contains("out of date: c computes them"));
+}
+
+#[test]
+fn screens_are_changed_by_number_bracket_and_mouse() {
+    let (mut app, _) = app(typical());
+    for (keys, tab) in [
+        ("4", Tab::Training),
+        ("]", Tab::Runs),
+        ("[ [", Tab::Schedule),
+        ("1", Tab::Scene),
+        ("[", Tab::Log),
+        ("esc", Tab::Scene),
+    ] {
+        press(&mut app, keys);
+        assert_eq!(app.tab, tab, "after {keys}");
+    }
+    shot(&mut app, 120, 40);
+    let (area, tab) = app.hits.tabs[6];
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), (area.x + 1, area.y));
+    assert_eq!((app.tab, tab), (Tab::Figures, Tab::Figures));
+}
+
+#[test]
+fn curves_are_read_zoomed_and_compared() {
+    check(typical(), "4", &[], "critic loss, mean of 10, log");
+    check(typical(), "4 left left", &[], "episode 693");
+    check(typical(), "4 j j j g", &[], "critic loss, mean of 10  ");
+    check(typical(), "4 s", &[], "mean of 50");
+    check(typical(), "4 enter", &[], "success rate");
+    check(typical(), "4 v", &[], "No run is marked");
+    check(typical(), "5 space 4 v", &[], "training · task1-ddpg-mge-seed0");
+    let (mut app, _) = app(typical());
+    press(&mut app, "4 z z");
+    let window = app.curves.range.window(700);
+    assert!(window.to - window.from < 200.0, "{window:?}");
+    press(&mut app, "0");
+    assert_eq!(app.curves.range.window(700).from, 1.0);
+}
+
+#[test]
+fn the_crosshair_follows_the_mouse_and_the_wheel_zooms() {
+    let (mut app, _) = app(typical());
+    shot(&mut app, 120, 40);
+    let (axes, _) = app.hits.charts[0];
+    let at = (axes.plot.x + axes.plot.width / 2, axes.plot.y + 1);
+    mouse(&mut app, MouseEventKind::Moved, at);
+    assert!((app.curves.crosshair.unwrap() - 350.0).abs() < 20.0);
+    mouse(&mut app, MouseEventKind::ScrollUp, at);
+    let window = app.curves.range.window(700);
+    assert!(window.from > 100.0 && window.to < 600.0, "{window:?}");
+}
+
+#[test]
+fn runs_are_watched_filtered_continued_and_evaluated() {
+    check(typical(), "5 down enter", &["open runs/old"], "");
+    check(typical(), "5 down C", &["continue runs/old"], "");
+    check(typical(), "5 v", &["open runs/task1-ddpg-mge-seed0", "evaluate"], "");
+    check(typical(), "5 / o l d enter", &[], "with `old`");
+    check(typical(), "5 / n o p e enter", &[], "No run has this text");
+    check(typical(), "5 / n o p e enter esc", &[], "running");
+    check(empty(), "5", &[], "There are no runs in this folder yet");
+}
+
+#[test]
+fn settings_are_chosen_and_typed() {
+    check(empty(), "m", &["method ddpg"], "");
+    check(empty(), "n ctrl-u 7 enter", &["seed 7"], "");
+    check(empty(), "N ctrl-u 5 0 enter", &["episodes 50"], "");
+    check(empty(), "o down enter", &["task task2"], "");
+    check(empty(), "d down enter", &["model true"], "");
+    check(empty(), "6 down enter", &["model true"], "");
+    check(empty(), "n ctrl-u x enter", &[], "usage: seed N");
+}
+
+#[test]
+fn the_palette_finds_actions_and_layers_are_left_one_by_one() {
+    check(empty(), ": c l u s t e r s enter", &["clusters"], "");
+    check(empty(), ": ? esc", &[], "status");
+    check(empty(), "?", &[], "EVERYWHERE");
+    check(empty(), "? esc", &[], "status");
+    check(empty(), "f5", &[], "welcome, 1/4");
+    check(empty(), "f5 enter enter enter enter", &[], "status");
+    check(empty(), ": q u a r r e l space 7 enter", &[], "unknown command `quarrel 7`");
+}
+
+#[test]
+fn leaving_asks_only_if_something_would_be_lost() {
+    let leaving = |facts: Facts, keys: &str| {
+        let (mut app, _) = app(facts);
+        press(&mut app, keys);
+        app.leaving
+    };
+    assert!(leaving(empty(), "q"));
+    assert!(leaving(failed(), "q"));
+    assert!(!leaving(typical(), "q"));
+    assert!(!leaving(typical(), "q esc"));
+    assert!(leaving(typical(), "q y"));
+    assert!(leaving(empty(), "e ctrl-c"), "from within a layer, too");
+    check(typical(), "q", &[], "its checkpoint kept");
+}
+
+#[test]
+fn saving_asks_before_another_file_is_overwritten() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("there.json");
+    std::fs::write(&path, "precious").unwrap();
+    let (mut app, asked) = app(typical());
+    press(&mut app, "w ctrl-u");
+    app.event(Event::Paste(path.display().to_string()));
+    press(&mut app, "enter");
+    assert!(asked.borrow().is_empty());
+    assert!(text(&shot(&mut app, 120, 40)).contains("overwrite the file?"));
+    press(&mut app, "esc");
+    assert!(asked.borrow().is_empty() && app.layers.is_empty());
+    press(&mut app, "w ctrl-u");
+    app.event(Event::Paste(path.display().to_string()));
+    press(&mut app, "enter y");
+    assert_eq!(asked.borrow().len(), 1);
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), "precious", "the session writes, not the screen");
+}
+
+#[test]
+fn the_terminal_is_asked_for_what_only_it_can_do() {
+    let (mut app, _) = app(empty());
+    press(&mut app, "y");
+    let Some(TerminalWish::Copy(text)) = app.wish.take() else { panic!("{:?}", app.wish) };
+    assert!(text.starts_with("mge train task1 --method ddpg-mge --episodes 2000 --seed 0"), "{text}");
+    press(&mut app, "f4");
+    assert_eq!(app.wish.take(), Some(TerminalWish::Mouse(false)));
+    press(&mut app, "ctrl-z");
+    assert_eq!(app.wish.take(), Some(TerminalWish::Suspend));
+}
+
+#[test]
+fn without_colour_and_braille_everything_is_still_there() {
+    let (mut app, _) = app(typical());
+    app.theme = Theme::new(Palette::Dark, Depth::None, Marker::Ascii);
+    for tab in Tab::ALL {
+        app.tab = tab;
+        let screen = shot(&mut app, 120, 40);
+        let odd: String = screen.content.iter().map(|cell| cell.symbol()).filter(|s| !s.is_ascii()).collect();
+        assert!(odd.chars().all(|c| c == '·' || c == '›'), "{tab:?} shows {odd}");
+        let colours = screen.content.iter().any(|cell| cell.fg != ratatui::style::Color::Reset);
+        assert!(!colours, "{tab:?} has colours");
+    }
+}
+
+#[test]
+fn a_frame_of_a_long_run_is_fast() {
+    let mut facts = typical();
+    let values = facts.runs[1].curves.clone();
+    for _ in 0..150 {
+        let episode: [f32; 10] = std::array::from_fn(|metric| values.get(crate::tui::metric::Metric::ALL[metric])[300]);
+        (0..660).for_each(|_| facts.runs[1].curves.push(episode));
+    }
+    let (mut app, _) = app(facts);
+    let mut slowest = std::time::Duration::ZERO;
+    for tab in [Tab::Scene, Tab::Training] {
+        app.tab = tab;
+        shot(&mut app, 200, 60);
+        let fastest = (0..5).map(|_| {
+            let start = std::time::Instant::now();
+            shot(&mut app, 200, 60);
+            start.elapsed()
+        });
+        slowest = slowest.max(fastest.min().unwrap());
+    }
+    // The aim is 4 ms on a free core; the bound leaves room for a busy test machine.
+    assert!(slowest.as_millis() < 40, "{slowest:?}");
+}
