@@ -1,5 +1,6 @@
 //! An episode as an animated GIF.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -89,7 +90,8 @@ impl Animation {
         for index in 0..self.moments.len().max(1) {
             let draw = |canvas: &Canvas<'_>| self.draw_moment(canvas, index, self.trail);
             let pixels = rasterise(u32::from(width), u32::from(height), self.size(), draw)?;
-            let mut frame = gif::Frame::from_rgb_speed(width, height, &pixels, QUANTISER_SPEED);
+            let (palette, indices) = commonest_colors(&pixels);
+            let mut frame = gif::Frame::from_palette_pixels(width, height, indices, palette, None);
             // GIF counts hundredths of a second.
             frame.delay = u16::try_from(self.frame_ms.div_ceil(10)).unwrap_or(u16::MAX);
             encoder.write_frame(&frame).map_err(failed)?;
@@ -110,8 +112,28 @@ impl Animation {
     }
 }
 
-/// From 1 (best colours) to 30 (fastest).
-const QUANTISER_SPEED: i32 = 10;
+/// The 256 commonest colours of an RGB image, and for each pixel the nearest of them.
+///
+/// A scene is made of few colours, and only the edges of shapes mix them: its flat
+/// colours stay exact, which quantisers made for photographs do not promise.
+fn commonest_colors(pixels: &[u8]) -> (Vec<u8>, Vec<u8>) {
+    let mut counts: BTreeMap<[u8; 3], usize> = BTreeMap::new();
+    let (colors, _) = pixels.as_chunks::<3>();
+    for color in colors {
+        *counts.entry(*color).or_default() += 1;
+    }
+    let mut palette: Vec<[u8; 3]> = counts.keys().copied().collect();
+    palette.sort_by_key(|color| std::cmp::Reverse(counts[color]));
+    palette.truncate(256);
+    let distance = |a: &[u8; 3], b: &[u8; 3]| -> u32 { (0..3).map(|n| u32::from(a[n].abs_diff(b[n])).pow(2)).sum() };
+    let nearest = |color: &[u8; 3]| {
+        let found = (0u8..=255).zip(&palette).min_by_key(|(_, candidate)| distance(color, candidate));
+        found.map_or(0, |(index, _)| index)
+    };
+    let index: BTreeMap<[u8; 3], u8> = counts.keys().map(|color| (*color, nearest(color))).collect();
+    let indices = colors.iter().map(|color| index[color]).collect();
+    (palette.concat(), indices)
+}
 
 impl Figure for Animation {
     fn name(&self) -> &'static str {

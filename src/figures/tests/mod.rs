@@ -248,6 +248,8 @@ fn the_gif_has_every_moment_and_its_provenance() {
     }
     assert_eq!(frames.len(), animation.moments.len());
     assert_ne!(frames[0], frames[30]);
+    let yellow = |frame: &[u8]| frame.chunks(4).any(|pixel| pixel[..3] == [0xF0, 0xE4, 0x42]);
+    assert!(!yellow(&frames[0]) && yellow(&frames[30]), "the placed tool keeps its exact colour");
 }
 
 #[test]
