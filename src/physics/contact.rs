@@ -174,7 +174,7 @@ impl Contact {
         let limit = friction * self.normal_impulse;
         let old_tangent = self.tangent_impulse;
         let change = -velocity.dot(normal.perp()) * self.tangent_mass;
-        self.tangent_impulse = (old_tangent + change).clamp(-limit, limit);
+        self.tangent_impulse = (old_tangent + change).max(-limit).min(limit);
 
         let impulse = normal * (self.bias_impulse - old_bias);
         motions[self.ball].push_bias(-impulse, arm);

@@ -33,13 +33,14 @@ impl World {
             for other in ball + 1..self.balls.len() {
                 self.detect_balls(ball, other);
             }
-            for tool in 0..self.tools.len() {
-                self.detect_tool(ball, tool);
-            }
+            // Before the tools: a bucket moves the ball it captures.
             for sensor in 0..self.sensor_count() {
                 if self.touches_sensor(ball, sensor) {
                     self.touches.push(Touch { ball, object: ObjectId::Sensor(sensor) });
                 }
+            }
+            for tool in 0..self.tools.len() {
+                self.detect_tool(ball, tool);
             }
         }
         let step = self.step;

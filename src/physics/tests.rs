@@ -1,0 +1,248 @@
+//! The rules of the world, one by one, and its determinism.
+
+use sha2::{Digest, Sha256};
+
+use super::*;
+
+fn world() -> World {
+    World::new(GRAVITY)
+}
+
+fn moving(position: [f32; 2], velocity: [f32; 2]) -> BallState {
+    BallState { velocity, ..BallState::at_rest(position) }
+}
+
+fn run(world: &mut World, steps: usize) {
+    (0..steps).for_each(|_| world.step());
+}
+
+fn is_near(a: [f32; 2], b: [f32; 2]) -> bool {
+    (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-4
+}
+
+#[test]
+fn positions_move_with_the_velocity_of_the_step_before() {
+    let mut world = world();
+    world.add_ball(Ball::default(), moving([40.0, 40.0], [3.0, 0.0]));
+    world.step();
+    assert_eq!(world.ball(0).position, [40.1, 40.0]);
+    assert!(is_near(world.ball(0).velocity, [3.0, -2.0 / 30.0]));
+    run(&mut world, 29);
+    // One second: 30 times the sum of 0 to 29 thirtieths of gravity's gain.
+    assert!(is_near(world.ball(0).position, [43.0, 40.0 - 2.0 / 900.0 * 435.0]));
+}
+
+#[test]
+fn a_bounce_keeps_elasticity_and_turns_by_friction() {
+    let mut world = world();
+    world.add_ball(Ball::default(), moving([40.0, 15.05], [3.0, -6.0]));
+    world.add_tool(Tool::new(ToolKind::Floor, [40.0, 10.0]));
+    world.step();
+    let ball = world.ball(0);
+    assert_eq!(world.touches(), [Touch { ball: 0, object: ObjectId::Tool(0) }]);
+    assert!((ball.velocity[1] - 3.0).abs() < 1e-4, "{ball:?}");
+    // A disc that starts to roll without slipping keeps two thirds of its speed.
+    assert!((ball.velocity[0] - 2.0).abs() < 1e-4, "{ball:?}");
+    assert!((ball.angular_velocity + 0.5).abs() < 1e-4, "{ball:?}");
+}
+
+#[test]
+fn every_tool_is_solid_where_it_should_be() {
+    for (tool, touching, clear) in [
+        (Tool::new(ToolKind::Box, [40.0, 40.0]), [47.9, 40.0], [48.1, 40.0]),
+        (Tool::new(ToolKind::Square, [40.0, 40.0]), [51.9, 40.0], [48.0, 46.0]),
+        (Tool::new(ToolKind::Bucket, [40.0, 40.0]), [40.0, 31.8], [40.0, 31.7]),
+        (Tool::new(ToolKind::Wall, [40.0, 40.0]), [44.9, 47.0], [40.0, 53.1]),
+        (Tool::new(ToolKind::Floor, [40.0, 40.0]), [52.9, 40.0], [40.0, 45.1]),
+        (Tool { radius: 0.0, ..Tool::new(ToolKind::Floor, [40.0, 40.0]) }, [40.0, 43.9], [40.0, 44.1]),
+        (Tool { angle: 0.5, ..Tool::new(ToolKind::Box, [40.0, 40.0]) }, [41.6, 49.3], [48.4, 43.0]),
+    ] {
+        for (position, expected) in [(touching, true), (clear, false)] {
+            let mut world = World::new([0.0; 2]);
+            world.add_ball(Ball::default(), BallState::at_rest(position));
+            world.add_tool(tool);
+            world.step();
+            assert_eq!(!world.touches().is_empty(), expected, "{tool:?} and a ball at {position:?}");
+            assert_eq!(tool.surface(position).0 < 4.0, expected, "{tool:?} and a ball at {position:?}");
+        }
+    }
+}
+
+#[test]
+fn overlap_is_pushed_out_without_adding_speed() {
+    let mut world = World::new([0.0; 2]);
+    // It slides, because a ball at rest would fall asleep first.
+    world.add_ball(Ball::default(), moving([40.0, 14.0], [1.0, 0.0]));
+    world.add_tool(Tool { friction: 0.0, ..Tool::new(ToolKind::Floor, [40.0, 10.0]) });
+    run(&mut world, 60);
+    let ball = world.ball(0);
+    assert_eq!(ball.velocity, [1.0, 0.0]);
+    // A tenth of a unit is left alone.
+    assert!((14.89..14.91).contains(&ball.position[1]), "{ball:?}");
+}
+
+#[test]
+fn a_bucket_captures_from_above_only() {
+    let bucket = Tool::new(ToolKind::Bucket, [40.0, 40.0]);
+    for (start, velocity, captured) in [
+        ([40.0, 50.0], [0.0, -6.0], true),
+        ([41.0, 50.0], [0.0, -6.0], true),
+        ([30.0, 40.0], [6.0, 0.0], false),
+        ([40.0, 30.0], [0.0, 6.0], false),
+    ] {
+        let mut world = world();
+        world.add_ball(Ball::default(), moving(start, velocity));
+        world.add_tool(bucket);
+        run(&mut world, 40);
+        assert_eq!(world.is_captured(0), captured, "{start:?}");
+        assert_eq!(world.ball(0).position == bucket.position, captured, "{start:?}");
+        if captured {
+            assert!(is_near(world.ball(0).velocity, [0.0, -2.0 / 30.0]));
+            run(&mut world, 400);
+            assert!(world.ball(0).position == bucket.position && !world.is_asleep(0));
+        }
+    }
+}
+
+#[test]
+fn sensors_notice_and_do_not_push() {
+    let mut world = world();
+    world.add_ball(Ball::default(), BallState::at_rest([40.0, 50.0]));
+    let mut free = world.clone();
+    let circle = world.add_sensor(&Sensor::Circle { position: [40.0, 44.0], radius: 3.0 });
+    let vertices = vec![[38.0, 30.0], [42.0, 30.0], [40.0, 34.0]];
+    let triangle = world.add_sensor(&Sensor::Polygon { vertices });
+    let seen = |world: &World, sensor| world.touches().contains(&Touch { ball: 0, object: ObjectId::Sensor(sensor) });
+    world.step();
+    free.step();
+    assert!(seen(&world, circle) && world.touches_sensor(0, circle));
+    assert!(!seen(&world, triangle) && !world.touches_sensor(0, triangle));
+    run(&mut world, 119);
+    run(&mut free, 119);
+    assert_eq!(world.ball(0), free.ball(0));
+    assert!(seen(&world, triangle));
+    world.remove_sensor(triangle);
+    world.step();
+    assert!(!seen(&world, triangle) && !world.touches_sensor(0, triangle));
+}
+
+#[test]
+fn equal_balls_exchange_their_velocities() {
+    let mut world = World::new([0.0; 2]);
+    world.add_ball(Ball::default(), moving([30.0, 40.0], [6.0, 0.0]));
+    world.add_ball(Ball::default(), moving([50.0, 40.0], [-3.0, 0.0]));
+    run(&mut world, 60);
+    assert!(is_near(world.ball(0).velocity, [-3.0, 0.0]));
+    assert!(is_near(world.ball(1).velocity, [6.0, 0.0]));
+}
+
+#[test]
+fn a_resting_ball_sleeps_until_an_awake_one_touches_it() {
+    let mut world = world();
+    world.add_ball(Ball::default(), BallState::at_rest([40.0, 15.0]));
+    world.add_tool(Tool { elasticity: 0.0, ..Tool::new(ToolKind::Floor, [40.0, 10.0]) });
+    run(&mut world, 60);
+    assert!(world.is_asleep(0));
+    let rest = world.ball(0);
+    world.add_tool(Tool::new(ToolKind::Wall, [20.0, 40.0]));
+    run(&mut world, 100);
+    assert_eq!(world.ball(0), rest, "a new tool wakes nothing");
+    let ball = world.add_ball(Ball::default(), moving([40.0, 30.0], [0.0, -6.0]));
+    let touched = |world: &World| world.touches().contains(&Touch { ball, object: ObjectId::Ball(0) });
+    while !touched(&world) {
+        assert!(world.is_asleep(0));
+        world.step();
+    }
+    assert!(!world.is_asleep(0));
+    run(&mut world, 3000);
+    assert!(world.is_asleep(0), "balls that come to rest together sleep again");
+}
+
+#[test]
+fn degenerate_starts_stay_finite() {
+    for kind in ToolKind::ALL {
+        let mut world = world();
+        world.add_tool(Tool::new(kind, [40.0, 40.0]));
+        world.add_ball(Ball::default(), BallState::at_rest([40.0, 40.0]));
+        world.add_ball(Ball::default(), BallState::at_rest([40.0, 40.0]));
+        run(&mut world, 200);
+        for ball in [0, 1] {
+            let state = world.ball(ball);
+            let numbers = [state.position, state.velocity, [state.angle, state.angular_velocity]];
+            assert!(numbers.as_flattened().iter().all(|number| number.is_finite()), "{kind}: {state:?}");
+        }
+    }
+}
+
+/// Three lively balls in a pen with every type of tool.
+fn pen() -> World {
+    let mut world = world();
+    for (position, velocity) in [([20.0, 60.0], [9.0, 2.0]), ([45.0, 62.0], [-7.0, 4.0]), ([60.0, 30.0], [5.0, -11.0])]
+    {
+        world.add_ball(Ball::default(), moving(position, velocity));
+    }
+    let lively = |tool: Tool| Tool { elasticity: 1.0, ..tool };
+    for (kind, position) in
+        [(ToolKind::Wall, [1.0, 42.0]), (ToolKind::Wall, [83.0, 42.0]), (ToolKind::Floor, [42.0, 83.0])]
+    {
+        world.add_tool(lively(Tool::new(kind, position).with_size(90.0)));
+    }
+    world.add_tool(lively(Tool::new(ToolKind::Floor, [42.0, 1.0]).with_size(90.0)));
+    world.add_tool(lively(Tool::new(ToolKind::Box, [25.0, 25.0])));
+    world.add_tool(lively(Tool::new(ToolKind::Square, [60.0, 50.0])));
+    // Upside down, so that it captures nothing.
+    world.add_tool(Tool { angle: std::f32::consts::PI, ..lively(Tool::new(ToolKind::Bucket, [42.0, 20.0])) });
+    world.add_sensor(&Sensor::Circle { position: [42.0, 60.0], radius: 4.0 });
+    world
+}
+
+fn digest(world: &mut World, steps: usize, digest: &mut Sha256) {
+    for _ in 0..steps {
+        world.step();
+        for ball in 0..world.ball_count() {
+            let row: Row = world.ball(ball).into();
+            row.iter().for_each(|number| digest.update(number.to_bits().to_le_bytes()));
+        }
+        digest.update([world.touches().len() as u8]);
+    }
+}
+
+fn pen_digest() -> String {
+    let mut sha = Sha256::new();
+    digest(&mut pen(), 10_000, &mut sha);
+    format!("{:x}", sha.finalize())
+}
+
+#[test]
+fn ten_thousand_steps_give_the_same_bytes() {
+    assert_eq!(pen_digest(), PEN_DIGEST);
+}
+
+#[test]
+fn a_restored_snapshot_goes_on_with_the_same_bytes() {
+    let mut sha = Sha256::new();
+    let mut world = pen();
+    for _ in 0..100 {
+        let snapshot = world.clone();
+        // What happens after the snapshot must leave no trace in it.
+        world.add_tool(Tool::new(ToolKind::Box, [42.0, 42.0]));
+        run(&mut world, 50);
+        world.clone_from(&snapshot);
+        digest(&mut world, 100, &mut sha);
+    }
+    assert_eq!(format!("{:x}", sha.finalize()), PEN_DIGEST);
+}
+
+#[test]
+fn worlds_on_other_threads_do_not_disturb_one_another() {
+    std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..4).map(|_| scope.spawn(pen_digest)).collect();
+        for thread in threads {
+            assert_eq!(thread.join().unwrap(), PEN_DIGEST);
+        }
+    });
+}
+
+/// Of the positions, velocities and numbers of touches of [`pen`] over 10,000 steps. It
+/// changes only when the physics does.
+const PEN_DIGEST: &str = "2ff2126967ddd9cdc97c1abe886b72015a447b56c7d6a569777276cc2dedd1b6";

@@ -1,0 +1,259 @@
+//! Wrong scenes, tasks, levels and episodes: one clear line each that says where.
+
+use mge::{env, physics, task};
+use serde_json::{Value, json};
+
+/// A record with one thing changed: JSON pointer of the parent, key, and the new value
+/// (or none, which removes it).
+fn changed(mut record: Value, parent: &str, key: &str, new: Option<Value>) -> String {
+    let parent = record.pointer_mut(parent).expect("the parent exists");
+    match (parent, new) {
+        (Value::Object(map), Some(new)) => _ = map.insert(key.to_owned(), new),
+        (Value::Object(map), None) => _ = map.remove(key),
+        (Value::Array(list), Some(new)) => list[key.parse::<usize>().unwrap()] = new,
+        _ => panic!("cannot change {key}"),
+    }
+    // JSON has no such numbers, but people write them.
+    record.to_string().replace("\"1e999\"", "1e999").replace("\"1e300\"", "1e300")
+}
+
+/// The message is one line and says everything expected.
+fn assert_says(message: &str, expected: &[&str]) {
+    assert!(!message.contains('\n'), "more than one line: {message}");
+    assert!(message.len() < 400, "too long: {message}");
+    for part in expected {
+        assert!(message.contains(part), "`{part}` is not said in: {message}");
+    }
+}
+
+fn scene() -> Value {
+    json!({
+        "id": "a", "kind": "scene", "steps": 3,
+        "tools": [
+            {"type": "box", "pos_norm": [0.0, 0.0], "size": 8.0, "elasticity": 0.4, "friction": 1.0},
+            {"type": "wall", "pos": [70.0, 42.0], "length": 16.0, "radius": 1.0}
+        ],
+        "ball": {"radius": 4.0, "mass": 10.0, "elasticity": 1.0, "friction": 1.0},
+        "traj": [[42.0, 60.0, 0.0, 0.0, 0.0, 0.0], [1.0, 2.0]],
+    })
+}
+
+fn simulate(input: &str) -> Result<String, String> {
+    let mut output = Vec::new();
+    physics::simulate(input.as_bytes(), &mut output).map_err(|error| error.to_string())?;
+    Ok(String::from_utf8(output).unwrap())
+}
+
+#[test]
+fn a_right_scene_is_simulated() {
+    let output = simulate(&format!("\n{}\n\n", scene())).unwrap();
+    let answer: Value = serde_json::from_str(output.trim()).unwrap();
+    assert_eq!(answer["id"], "a");
+    assert_eq!(answer["traj"].as_array().unwrap().len(), 4);
+    assert_eq!(answer["traj"][0], json!([42.0, 60.0, 0.0, 0.0, 0.0, 0.0]));
+    assert_eq!((&answer["first_contact"], &answer["captured_step"]), (&Value::Null, &Value::Null));
+}
+
+#[test]
+fn wrong_scenes() {
+    let tool = json!({"type": "box", "pos_norm": [0.9, 0.9], "size": 2.0});
+    let many = Value::Array(vec![tool; 10_000]);
+    let cases = [
+        ("", "ball", None, "missing field `ball`"),
+        ("/ball", "radius", Some(json!(0.0)), "ball.radius: is 0"),
+        ("/ball", "radius", Some(json!(-4.0)), "ball.radius: is -4"),
+        ("/ball", "mass", Some(json!(null)), "`ball.mass`: invalid type: null"),
+        ("/ball", "mass", Some(json!("1e999")), "`ball.mass`: number out of range"),
+        ("/ball", "mass", Some(json!("1e300")), "`ball.mass`: number out of range"),
+        ("/ball", "elasticity", Some(json!(1.5)), "ball.elasticity: is 1.5"),
+        ("/ball", "colour", Some(json!("red")), "`ball.colour`: unknown field `colour`"),
+        ("", "tools", Some(many), "tools: has 10000 entries"),
+        ("", "tools", Some(json!({})), "`tools`: invalid type: map"),
+        ("/tools/0", "size", Some(json!(0)), "tools[0].size: is 0"),
+        ("/tools/0", "size", None, "tools[0].size: is missing"),
+        ("/tools/1", "length", None, "tools[1].length: is missing"),
+        ("/tools/1", "length", Some(json!(0)), "tools[1].length: is 0"),
+        ("/tools/0", "radius", Some(json!(1.0)), "tools[0].radius: is 1"),
+        ("/tools/0", "type", Some(json!("fan")), "`tools[0].type`: unknown variant `fan`"),
+        ("/tools/0", "sensor", Some(json!(true)), "tools[0].sensor"),
+        ("/tools/0", "angel", Some(json!(0.0)), "`tools[0].angel`: unknown field `angel`"),
+        ("/tools/0", "pos_norm", None, "tools[0].pos_norm: is missing"),
+        ("/tools/0", "pos_norm", Some(json!([0.0])), "`tools[0].pos_norm`: invalid length 1"),
+        ("/tools/1/pos", "0", Some(json!("1e300")), "`tools[1].pos[0]`: number out of range"),
+        ("/traj/0", "1", Some(json!(42.0)), "traj[0]: the ball starts inside tools[0] (box)"),
+        ("/traj/0", "1", Some(json!(49.0)), "traj[0]: the ball starts inside tools[0] (box)"),
+        ("/traj/0", "2", Some(json!("1e300")), "`traj[0][2]`: number out of range"),
+        ("", "traj", Some(json!([])), "`traj`: invalid length 0"),
+        ("", "steps", Some(json!(0)), "steps: is 0"),
+        ("", "steps", Some(json!(4_000_000_000u32)), "steps: is 4000000000"),
+        ("", "steps", Some(json!(-1)), "`steps`: invalid value"),
+        ("", "unknown", Some(json!(1)), "`unknown`: unknown field `unknown`"),
+    ];
+    for (parent, key, new, expected) in cases {
+        let wrong = changed(scene(), parent, key, new);
+        let error = simulate(&format!("{}\n\n{wrong}\n", scene())).unwrap_err();
+        assert_says(&error, &["stdin:3", expected]);
+    }
+}
+
+#[test]
+fn wrong_lines() {
+    let right = scene().to_string();
+    for (line, expected) in [
+        (&right[..right.len() - 1], "EOF"),
+        (&right[..right.len() / 2], "EOF"),
+        ("{} {}", "missing field"),
+        ("[]", "invalid"),
+        ("nonsense", "expected"),
+        ("NaN", "expected"),
+        (&"[".repeat(100_000), "expected"),
+    ] {
+        let error = simulate(&format!("{right}\n{line}")).unwrap_err();
+        assert_says(&error, &["stdin:2", expected]);
+    }
+    let mut output = Vec::new();
+    let error = physics::simulate(&b"{\"id\": \"\xff\"}"[..], &mut output).unwrap_err();
+    assert_says(&error.to_string(), &["stdin:1"]);
+}
+
+fn shipped_task() -> Value {
+    json!({
+        "version": 1, "name": "t",
+        "ball": {"position": [0.0, 0.8]},
+        "tools": [{"type": "bucket", "position": [0.0, -0.8], "size": 6}, {"type": "wall", "position": [0.8, 0.0]}],
+        "placeable": {"type": "box", "size": 8},
+        "subgoals": [{"position": [-0.4, 0.2]}],
+        "goal": {"position": [-0.6, -0.2]},
+        "rules": {"rewards": {}},
+    })
+}
+
+#[test]
+fn wrong_tasks() {
+    assert!(task::parse(&shipped_task().to_string(), "file.json").is_ok());
+    let many = |entry: Value| Some(Value::Array(vec![entry; 10_000]));
+    let cases = [
+        ("", "version", Some(json!(2)), "version: is 2"),
+        ("", "version", None, "missing field `version`"),
+        ("", "name", Some(json!("a/b")), "name: must be"),
+        ("", "goal", None, "missing field `goal`"),
+        ("", "extra", Some(json!(1)), "`extra`: unknown field `extra`"),
+        ("/ball", "radius", Some(json!(0)), "ball.radius: is 0"),
+        ("/ball", "mass", Some(json!("1e999")), "`ball.mass`: number out of range"),
+        ("/ball", "position", Some(json!([0.0, null])), "`ball.position[1]`: invalid type: null"),
+        ("/ball", "position", Some(json!([0.0, 7.0])), "ball.position[1]: is 7"),
+        ("/ball", "position", Some(json!([0.0, -0.8])), "ball.position: the ball starts inside tools[0] (bucket)"),
+        ("/ball", "position", Some(json!([0.8, 0.1])), "ball.position: the ball starts inside tools[1] (wall)"),
+        ("/tools/0", "size", Some(json!(0)), "tools[0].size: is 0"),
+        ("/tools/0", "radius", Some(json!(1)), "tools[0].radius: only walls and floors"),
+        ("/tools/0", "radius", Some(json!("x")), "`tools[0].radius`: invalid type: string"),
+        ("/tools/0", "sise", Some(json!(1)), "`tools[0].sise`: unknown field `sise`"),
+        ("/tools/0", "type", Some(json!("cannon")), "`tools[0].type`: unknown variant `cannon`"),
+        ("/placeable", "length", Some(json!(1)), "`placeable.length`: unknown field `length`"),
+        ("/placeable", "friction", Some(json!(-1)), "placeable.friction: is -1"),
+        ("", "tools", many(json!({"type": "box", "position": [0.9, 0.9], "size": 1})), "tools: has 10000 entries"),
+        ("", "balls", many(json!({"position": [0.9, 0.9]})), "balls: has 10000 entries"),
+        ("", "subgoals", many(json!({"position": [0.9, 0.9]})), "subgoals: has 10000 entries"),
+        ("", "marker", Some(json!({"ball": {"position": [0.05, 0.8]}})), "marker.ball.position: overlaps ball"),
+        ("", "balls", Some(json!([{"position": [0.05, 0.8]}])), "balls[0].position: overlaps ball"),
+        ("/goal", "shape", Some(json!("hole")), "`goal.shape`: unknown variant `hole`"),
+        ("/rules", "max_actions", Some(json!(0)), "rules.max_actions: must be 1 to 1000"),
+        ("/rules", "steps_per_action", Some(json!(4_000_000)), "rules.steps_per_action: must be"),
+        ("/rules/rewards", "goal", Some(json!("1e300")), "`rules.rewards.goal`: number out of range"),
+        ("/rules", "gravty", Some(json!([0, 0])), "`rules.gravty`: unknown field `gravty`"),
+    ];
+    for (parent, key, new, expected) in cases {
+        let error = task::parse(&changed(shipped_task(), parent, key, new), "file.json").unwrap_err();
+        assert_says(&error.to_string(), &["file.json:", expected]);
+    }
+    let pretty = serde_json::to_string_pretty(&shipped_task()).unwrap();
+    let error = task::parse(&pretty[..pretty.len() - 3], "file.json").unwrap_err();
+    assert_says(&error.to_string(), &["file.json:", "EOF"]);
+    assert!(task::load("no such task").is_err_and(|error| error.to_string().contains("task6")));
+}
+
+fn level() -> Value {
+    json!({
+        "name": "Own", "target": "[0.5, 0.5 + OFFSET]", "goal": [-0.5, -0.5],
+        "env": [{"name": "floor", "pos": "[0.5, 0.4]", "length": 12, "thickness": 1}],
+    })
+}
+
+#[test]
+fn wrong_levels() {
+    assert!(task::parse(&level().to_string(), "level.json").is_ok());
+    let object = |object: Value| Some(json!([{"name": "wall", "pos": [0.9, 0.0]}, object]));
+    let cases = [
+        ("", "env", object(json!({"name": "fast_ladder", "pos": [0, 0]})), "env[1].name: `fast_ladder`"),
+        ("", "env", object(json!({"name": "trampoline", "pos": [0, 0]})), "env[1].name: `trampoline`"),
+        ("", "env", object(json!({"name": "see_saw", "pos": [0, 0], "length": 30})), "env[1].name: `see_saw`"),
+        ("", "env", object(json!({"name": "box", "pos": [0, 0]})), "env[1].name: `box` is a box that moves"),
+        ("", "env", object(json!({"pos": [0, 0]})), "env[1].name: must be"),
+        ("", "env", object(json!({"name": "floor"})), "env[1].pos: is missing"),
+        ("", "env", object(json!({"name": "floor", "pos": [0, null]})), "env[1].pos[1]: must be"),
+        ("", "env", object(json!({"name": "floor", "pos": "[uniform(0, 1), 0]"})), "env[1].pos: `uniform(0, 1), 0]`"),
+        ("", "env", object(json!({"name": "floor", "pos": [0, 0], "size": 3})), "env[1].size: is not a property"),
+        ("", "env", object(json!({"name": "floor", "pos": [0, 0], "friction": 1.5})), "env[1].friction: is 1.5"),
+        ("", "env", object(json!({"name": "floor", "pos": [0, 0], "sensor": true})), "env[1].sensor: is true"),
+        ("", "env", object(json!({"name": "floor", "pos": [0, 0], "length": 0})), "tools[1].size: is 0"),
+        ("", "env", object(json!({"name": "ball", "pos": [0, 0], "mass": 1})), "env[1].radius: is missing"),
+        ("", "env", Some(Value::Array(vec![json!({"name": "wall", "pos": [0.9, 0]}); 10_000])), "tools: has 10000"),
+        ("", "env", Some(json!([3])), "`env[0]`: invalid type"),
+        ("", "target", Some(json!("[1]")), "target: must be two numbers"),
+        ("", "target", Some(json!([0.5, 0.4])), "ball.position: the ball starts inside tools[0] (floor)"),
+        ("", "lvl_type", Some(json!("marker")), "env[0]: must be the marker ball"),
+        ("", "lvl_type", Some(json!("dance")), "lvl_type: is `dance`"),
+        ("", "reward", Some(json!("dense")), "reward: is `dense`"),
+        ("", "marker_sec_goals", Some(json!([[0, 0]])), "marker_sec_goals: needs a marker"),
+        ("", "place_walls", Some(json!("yes")), "place_walls: `yes` is not understood"),
+        ("", "gravity", Some(json!([0, -2])), "`gravity`: unknown field `gravity`"),
+        ("", "max_num_steps", Some(json!(4_000_000_000u32)), "rules.max_actions"),
+    ];
+    for (parent, key, new, expected) in cases {
+        let error = task::parse(&changed(level(), parent, key, new), "level.json").unwrap_err();
+        assert_says(&error.to_string(), &["level.json:", expected]);
+    }
+}
+
+#[test]
+fn wrong_recordings() {
+    let records = |text: &str| -> Vec<Value> { text.lines().map(|line| serde_json::from_str(line).unwrap()).collect() };
+    let level = records(include_str!("data/create/levels.jsonl"))[0].clone();
+    let mut episode = records(include_str!("data/create/episodes.jsonl"))[0].clone();
+    assert_eq!(level["level"], episode["level"]);
+    episode["steps"].as_array_mut().unwrap().truncate(1);
+    let play = |level: &str, episode: &str| {
+        let mut output = Vec::new();
+        let played = env::play_episodes(level.as_bytes(), "levels.jsonl", episode.as_bytes(), &mut output);
+        played.map(|()| output.len()).map_err(|error| error.to_string())
+    };
+    assert!(play(&level.to_string(), &episode.to_string()).unwrap() > 0);
+    for (parent, key, new, expected) in [
+        ("", "level", Some(json!("Elsewhere")), "stdin:1: level: `Elsewhere` is not among the levels (Buckets)"),
+        ("/tool", "type", Some(json!("fan")), "`tool.type`: unknown variant `fan`"),
+        ("/tool", "size", None, "tool.size: is missing"),
+        ("/tool", "size", Some(json!(0)), "placeable.size: is 0"),
+        ("/steps/0", "action", Some(json!([0, null])), "`steps[0].action[1]`: invalid type: null"),
+        ("/steps/0", "action", None, "`steps[0]`: missing field `action`"),
+        ("/start/target", "0", Some(json!(1.0)), "start.target: is not how level `Buckets` starts"),
+        ("", "extra", Some(json!(1)), "`extra`: unknown field `extra`"),
+    ] {
+        let error = play(&level.to_string(), &changed(episode.clone(), parent, key, new)).unwrap_err();
+        assert_says(&error, &["stdin:1", expected]);
+    }
+    for (parent, key, new, expected) in [
+        ("/fixed/2", "type", Some(json!("ladder")), "stdin:1: level `Buckets`.fixed[2].type: `ladder`"),
+        ("/fixed/2", "length", None, "level `Buckets`.fixed[2].length: is missing"),
+        ("/goal", "type", Some(json!("door")), "level `Buckets`.goal.type: `door`"),
+        ("/rules", "physics_steps_per_second", Some(json!(60.0)), "level `Buckets`.rules.physics_steps_per_second"),
+        ("/rules", "goal_must_wait_for_marker", Some(json!(true)), "goal_must_wait_for_marker"),
+        ("/target", "radius", Some(json!(0)), "ball.radius: is 0"),
+        ("/rules", "extra", Some(json!(1)), "levels.jsonl:1:"),
+        ("", "marker", Some(json!({})), "levels.jsonl:1:"),
+    ] {
+        let error = play(&changed(level.clone(), parent, key, new), &episode.to_string()).unwrap_err();
+        assert_says(&error, &[expected]);
+    }
+    let error = play(&format!("{level}\n{level}"), &episode.to_string()).unwrap_err();
+    assert_says(&error, &["levels.jsonl:2: level: `Buckets` is there twice"]);
+}

@@ -1,0 +1,242 @@
+//! CREATE's rules and level files, one small level for each.
+
+use std::sync::Arc;
+
+use mge::env::{EndReason, Environment, Placement, StepLine, replay};
+use mge::physics::ToolKind;
+use mge::task::{self, GoalShape, Task};
+use serde_json::{Value, json};
+
+/// A box placed here is out of everybody's way; placed again it is an overlap.
+const ASIDE: [f32; 2] = [-0.9, 0.9];
+
+/// A level with a falling target and a goal that it does not reach.
+fn level(changes: Value) -> Task {
+    let mut level = json!({"name": "Own", "target": [0.0, 0.8], "goal": [0.8, -0.8], "env": []});
+    level.as_object_mut().unwrap().extend(changes.as_object().unwrap().clone());
+    task::parse(&level.to_string(), "own").unwrap()
+}
+
+fn play(task: Task, actions: usize) -> Vec<StepLine> {
+    replay(Arc::new(task), std::iter::repeat_n(ASIDE, actions)).collect()
+}
+
+fn rewards(lines: &[StepLine]) -> Vec<f32> {
+    lines.iter().map(|line| (line.reward * 1000.0).round() / 1000.0).collect()
+}
+
+/// The normalised height of a ball that started at `from` (normalised) and has been
+/// falling freely for some actions.
+fn fallen(from: f32, actions: f32) -> f32 {
+    let steps = 40.0 * actions;
+    from - 2.0 / 84.0 * (2.0 / 900.0 * steps * (steps - 1.0) / 2.0)
+}
+
+#[test]
+fn named_objects_have_the_sizes_of_create() {
+    let task = level(json!({
+        "target_ball_radius": 3.0,
+        "rnd": {"target": "[uniform(-MID_NOISE, MID_NOISE), 0]"},
+        "env": [
+            {"name": "floor", "pos": "[-0.5, -0.25 + OFFSET]", "id": 3, "color": "red"},
+            {"name": "long_floor", "pos": [0, 0], "thickness": 1},
+            {"name": "medium_floor", "pos": [0, 0], "thickness": 2.5},
+            {"name": "short_floor", "pos": [0, 0]},
+            {"name": "very_short_floor", "pos": [0, 0]},
+            {"name": "wall", "pos": [0.1, 0], "length": "4 * (5 + 1)", "elasticity": 0.3},
+            {"name": "wall_elastic", "pos": [0, 0]},
+            {"name": "bucket", "pos": [0, 0]},
+            {"name": "bucket", "pos": [0, 0], "size": 4, "angle": "-np.pi / 2"},
+            {"name": "fixed_box", "pos": [0, 0]},
+            {"name": "fixed_square", "pos": [0, 0], "angle": 0.5},
+        ],
+    }));
+    let tools: Vec<_> = task.tools.iter().map(|spec| spec.tool()).collect();
+    let seen: Vec<_> = tools.iter().map(|tool| (tool.kind, tool.size, tool.radius, tool.elasticity)).collect();
+    assert_eq!(
+        seen,
+        [
+            (ToolKind::Floor, 16.0, 1.0, 0.5),
+            (ToolKind::Floor, 24.0, 0.0, 0.5),
+            (ToolKind::Floor, 16.0, 1.0, 0.5),
+            (ToolKind::Floor, 8.0, 1.0, 0.5),
+            (ToolKind::Floor, 4.0, 1.0, 0.5),
+            (ToolKind::Wall, 24.0, 1.0, 0.3),
+            (ToolKind::Wall, 16.0, 1.0, 0.8),
+            (ToolKind::Bucket, 10.0, 0.0, 0.5),
+            (ToolKind::Bucket, 4.0, 0.0, 0.5),
+            (ToolKind::Box, 10.0, 0.0, 0.4),
+            (ToolKind::Square, 10.0, 0.0, 0.5),
+        ]
+    );
+    let angles: Vec<_> = tools[7..].iter().map(|tool| tool.angle).collect();
+    assert_eq!(angles, [std::f32::consts::FRAC_PI_4, -std::f32::consts::FRAC_PI_2, 0.0, 0.5]);
+    assert_eq!(task.tools[0].position, [-0.5, -0.14]);
+    assert_eq!((task.ball.radius, task.ball.position), (3.0, [0.0, 0.8]));
+    assert_eq!((task.goal.shape, task.goal.radius), (GoalShape::Star, 4.0));
+    assert_eq!((task.rules.max_actions, task.rules.start_noise), (31, 0.0));
+}
+
+#[test]
+fn a_loaded_level_can_be_saved_as_a_task() {
+    let task = level(json!({
+        "lvl_type": "marker", "marker_must_hit": true, "goal_is_basket": "True", "marker_sec_goals": [[0, 0]],
+        "env": [
+            {"name": "marker_ball", "pos": [0.5, 0.5]},
+            {"name": "ball", "pos": [-0.5, 0.5], "mass": 3, "radius": 2, "elasticity": 0.1},
+            {"name": "wall", "pos": [0.9, 0]},
+        ],
+    }));
+    assert_eq!(task::parse(&task::to_json(&task), "saved").unwrap(), task);
+}
+
+#[test]
+fn rules_of_the_level() {
+    let task = level(json!({
+        "max_num_steps": 2, "overlap_thresh": 0.5, "sec_goal_reward": 3, "target_reward": 2, "place_walls": true,
+    }));
+    let walls: Vec<_> = task.tools.iter().map(|wall| (wall.kind, wall.position, wall.tool().size)).collect();
+    assert_eq!(
+        walls,
+        [(ToolKind::Wall, [1.0, 0.0], 90.0), (ToolKind::Wall, [-1.0, 0.0], 90.0), (ToolKind::Floor, [0.0, 1.0], 90.0),]
+    );
+    assert_eq!((task.rules.rewards.subgoal, task.rules.rewards.target_moved), (3.0, 2.0));
+    let lines: Vec<_> = replay(Arc::new(task), [[-0.5, 0.0], [-0.1, 0.0], [0.5, 0.0], [0.0, 0.0]]).collect();
+    let outcomes: Vec<_> = lines.iter().map(|line| line.outcome).collect();
+    assert_eq!(outcomes, [Placement::Placed, Placement::Overlap, Placement::Placed]);
+    let ends: Vec<_> = lines.iter().map(|line| (line.terminated, line.truncated)).collect();
+    assert_eq!(ends, [(false, false), (false, false), (false, true)]);
+}
+
+#[test]
+fn blocked_placements_cost_what_a_step_gives() {
+    let task = level(json!({"target_sec_goals": [[-0.5, -0.5]]}));
+    let actions = [[0.0, 0.8], [0.8, -0.8], [-0.5, -0.4], [-0.5, 0.5], [-0.3, 0.6], [-7.0, 0.5], [-1.0, 0.4]];
+    let lines: Vec<_> = replay(Arc::new(task), actions).collect();
+    let outcomes: Vec<_> = lines.iter().map(|line| line.outcome).collect();
+    use Placement::{Collision, Overlap, Placed};
+    assert_eq!(outcomes, [Collision, Collision, Collision, Placed, Overlap, Placed, Overlap]);
+    assert_eq!(rewards(&lines), [0.0, 0.0, 0.0, 0.01, 0.0, 0.01, 0.0]);
+    assert_eq!(lines.last().unwrap().placed_tools, 2);
+}
+
+#[test]
+fn the_goal_counts_in_passing_once_and_does_not_end_the_episode() {
+    // In free fall the ball is above the goal after four actions and below it after five.
+    let task = level(json!({"goal": [0.0, fallen(0.8, 4.55)], "env": [{"name": "wall", "pos": [0.9, 0.0]}]}));
+    let lines = play(task, 20);
+    let rewards = rewards(&lines);
+    assert_eq!(rewards, [0.01, 0.0, 0.0, 0.0, 9.9, 0.0, 0.0]);
+    assert!(!lines[3].goal_hit && lines[4].goal_hit && !lines[4].terminated);
+    assert!(lines[6].terminated && !lines[6].truncated);
+}
+
+#[test]
+fn subgoals_count_in_any_order_but_only_at_the_end_of_an_action() {
+    let heights = [4.55, 4.0, 3.0].map(|actions| fallen(0.8, actions));
+    let task = level(json!({"target_sec_goals": heights.map(|height| json!([0.0, height]))}));
+    let lines = play(task, 6);
+    let hits: Vec<_> = lines.iter().map(|line| line.subgoals_hit.clone()).collect();
+    assert_eq!(hits, [vec![], vec![], vec![2], vec![1, 2], vec![1, 2], vec![1, 2]]);
+    assert_eq!(rewards(&lines), [0.01, 0.0, 1.9, 1.9, 0.0, 0.0]);
+}
+
+#[test]
+fn a_goal_that_moves_is_reached_by_contact() {
+    let task = level(json!({
+        "goal": "[0.0, 0.2 + OFFSET]", "moving_goal": true,
+        "env": [{"name": "floor", "pos": [0.0, 0.2], "thickness": 1}],
+    }));
+    assert_eq!(task.goal.shape, GoalShape::Ball);
+    let lines = play(task, 3);
+    assert_eq!(lines.iter().map(|line| line.goal_hit).collect::<Vec<_>>(), [false, false, true]);
+    assert_eq!(rewards(&lines), [0.01, 0.0, 9.9]);
+    assert_eq!(lines[0].balls.keys().collect::<Vec<_>>(), ["goal_ball", "target"]);
+}
+
+#[test]
+fn a_basket_notices_the_ball_and_lets_it_through() {
+    let basket = json!({"goal": [0.0, fallen(0.8, 3.0)], "goal_is_basket": "True", "ball_is_basket": "True"});
+    let task = level(basket);
+    assert_eq!((task.goal.shape, task.goal.radius, task.ball.radius), (GoalShape::Basket, 5.0, 3.5));
+    let (lines, free) = (play(task, 4), play(level(json!({"ball_is_basket": true})), 4));
+    assert!(!lines[0].goal_hit && lines[2].goal_hit && !free[3].goal_hit);
+    assert_eq!(lines[3].balls, free[3].balls);
+}
+
+#[test]
+fn the_goal_of_a_marker_level_waits_for_the_target_to_move() {
+    let marker = json!({
+        "lvl_type": "marker", "goal": [0.0, fallen(0.8, 2.6)],
+        "env": [{"name": "marker_ball", "pos": [-0.5, 0.8]}],
+    });
+    // Moved at the end of the second action, in which it touches the goal too.
+    let lines = play(level(marker.clone()), 4);
+    assert_eq!(rewards(&lines), [0.01, 1.0, 9.9, 0.0]);
+    let mut must_hit = marker.clone();
+    must_hit["marker_must_hit"] = json!(true);
+    assert_eq!(rewards(&play(level(must_hit.clone()), 4)), [0.01, 0.0, 0.0, 0.0]);
+    // A marker that falls on the resting target sets it in motion.
+    must_hit["env"] = json!([
+        {"name": "marker_ball", "pos": [0.02, 0.5]},
+        {"name": "floor", "pos": [0.0, 0.0], "length": 8, "thickness": 1},
+    ]);
+    must_hit["target"] = json!("[0.0, 0.0 + OFFSET]");
+    let lines = play(level(must_hit), 12);
+    let moved: f32 = rewards(&lines).iter().sum();
+    assert!((0.9..1.1).contains(&moved), "{:?}", rewards(&lines));
+}
+
+#[test]
+fn a_lost_marker_ends_the_episode_until_the_target_has_moved() {
+    let marker = |must_hit: bool| {
+        level(json!({
+            "lvl_type": "marker", "marker_must_hit": must_hit, "target": [0.5, 0.8],
+            "env": [{"name": "marker_ball", "pos": [-0.5, -0.9]}],
+        }))
+    };
+    assert_eq!(play(marker(false), 3).len(), 3);
+    let mut environment = Environment::new(Arc::new(marker(true)));
+    assert!(environment.step(ASIDE).unwrap().end.is_none());
+    let last = environment.step(ASIDE).unwrap();
+    assert_eq!((last.end, last.terminated), (Some(EndReason::MarkerOut), true));
+}
+
+#[test]
+fn the_marker_has_subgoals_of_its_own() {
+    let task = level(json!({
+        "lvl_type": "marker", "marker_must_hit": true, "marker_sec_goals": [[-0.5, fallen(0.8, 3.0)]],
+        "env": [{"name": "marker_ball", "pos": [-0.5, 0.8]}],
+    }));
+    let lines = play(task, 4);
+    assert_eq!(rewards(&lines), [0.01, 0.0, 1.9, 0.0]);
+    assert!(lines[3].subgoals_hit.is_empty());
+}
+
+#[test]
+fn other_balls_move_too() {
+    let lines = play(level(json!({"env": [{"name": "ball", "pos": [0.5, 0.8], "mass": 1, "radius": 2}]})), 1);
+    let [_, y, _, vy, ..] = lines[0].balls["ball0"];
+    assert!((y - (fallen(0.8, 1.0) + 1.0) * 42.0).abs() < 1e-3 && (vy + 80.0 / 30.0).abs() < 1e-4);
+}
+
+#[test]
+fn standstill_in_two_actions_ends_the_episode() {
+    let task = level(json!({
+        "target": "[0.0, 0.0 + OFFSET]",
+        "env": [{"name": "floor", "pos": [0, 0], "thickness": 1, "elasticity": 0}],
+    }));
+    let mut environment = Environment::new(Arc::new(task));
+    assert!(environment.step(ASIDE).unwrap().end.is_none());
+    let last = environment.step(ASIDE).unwrap();
+    assert_eq!((last.end, last.terminated, last.truncated), (Some(EndReason::Standstill), true, false));
+    assert!(environment.step(ASIDE).is_err());
+}
+
+#[test]
+fn leaving_the_screen_ends_the_episode() {
+    let mut environment = Environment::new(Arc::new(level(json!({}))));
+    let ends: Vec<_> = (0..7).map(|_| environment.step(ASIDE).unwrap().end).collect();
+    assert_eq!(ends[..6], [None; 6]);
+    assert_eq!(ends[6], Some(EndReason::OutOfBounds));
+}
