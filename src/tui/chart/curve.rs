@@ -128,7 +128,9 @@ fn range(lines: &[Vec<(f32, f32)>], plot: &Plot) -> Option<[f32; 2]> {
     match plot.y.filter(|_| plot.scale == Scale::Linear) {
         Some([low, high]) => Some([found[0].min(low), found[1].max(high)]),
         None => {
-            let margin = ((found[1] - found[0]) * 0.05).max(found[1].abs() * if found[0] == found[1] { 0.1 } else { 1e-3 }).max(1e-6);
+            let margin = ((found[1] - found[0]) * 0.05)
+                .max(found[1].abs() * if found[0] == found[1] { 0.1 } else { 1e-3 })
+                .max(1e-6);
             Some([found[0] - margin, found[1] + margin])
         }
     }
