@@ -199,7 +199,7 @@ impl Desk for SessionDesk {
     }
 
     fn poll(&mut self) -> bool {
-        let building = self.facts.prior_state.clone();
+        let building = self.facts.prior_state;
         let notices = self.session.poll();
         for notice in &notices {
             self.note(notice);

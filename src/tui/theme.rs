@@ -306,7 +306,8 @@ mod tests {
 
     #[test]
     fn the_environment_decides_depth_palette_and_marker() {
-        let cases: [(&[(&str, &str)], Depth, Palette, Marker); 7] = [
+        type Case = (&'static [(&'static str, &'static str)], Depth, Palette, Marker);
+        let cases: [Case; 7] = [
             (&[("COLORTERM", "truecolor")], Depth::True, Palette::Dark, Marker::Braille),
             (&[("TERM", "xterm-256color")], Depth::Ansi256, Palette::Dark, Marker::Braille),
             (&[("TERM", "linux")], Depth::Ansi16, Palette::Dark, Marker::HalfBlock),

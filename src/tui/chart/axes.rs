@@ -136,7 +136,7 @@ pub fn number(value: f32) -> String {
         "-".to_owned()
     } else if size == 0.0 {
         "0".to_owned()
-    } else if size >= 1e6 || size < 1e-3 {
+    } else if !(1e-3..1e6).contains(&size) {
         format!("{value:.0e}")
     } else if size >= 1e4 {
         format!("{:.0}k", value / 1e3)

@@ -368,7 +368,9 @@ pub fn place(app: &mut App) {
 pub fn back(app: &mut App) {
     let scene = &mut app.scene;
     if scene.drag.take().is_some() {
-    } else if scene.hand.take().is_some() {
+        return;
+    }
+    if scene.hand.take().is_some() {
         scene.shown = None;
         scene.player = Player::default();
     } else if scene.selected.take().is_none() {

@@ -53,6 +53,12 @@ impl Curves {
         self.crosshair.take().is_some() || std::mem::take(&mut self.alone)
     }
 
+    fn switch_scale(&mut self) {
+        if !self.logarithmic.remove(&self.selected) {
+            self.logarithmic.insert(self.selected);
+        }
+    }
+
     fn scale(&self, metric: Metric) -> Scale {
         if self.logarithmic.contains(&(metric as usize)) { Scale::Log } else { Scale::Linear }
     }
@@ -197,11 +203,7 @@ pub fn perform(app: &mut App, action: Action) {
             let index = SMOOTHINGS.iter().position(|n| *n == curves.smoothing).unwrap_or(0);
             curves.smoothing = SMOOTHINGS[(index + 1) % SMOOTHINGS.len()];
         }
-        Action::LogAxis => {
-            if !curves.logarithmic.remove(&curves.selected) {
-                curves.logarithmic.insert(curves.selected);
-            }
-        }
+        Action::LogAxis => curves.switch_scale(),
         Action::Compare => {
             curves.comparing = !curves.comparing;
             let text = if curves.comparing { "the marked runs" } else { "the watched run" };
