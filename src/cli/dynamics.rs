@@ -1,6 +1,6 @@
 //! `mge dynamics`: train and evaluate dynamics models.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::Outcome;
 use super::arguments::{Dynamics, DynamicsEvaluate, DynamicsTrain};
@@ -113,7 +113,7 @@ fn command_line(arguments: &DynamicsTrain) -> String {
     command + if arguments.literal { " --literal" } else { "" } + " --out " + &name
 }
 
-fn write(path: &PathBuf, file: &TensorFile) -> Result<(), String> {
+fn write(path: &Path, file: &TensorFile) -> Result<(), String> {
     crate::atomic::write(path, &file.to_bytes()).map_err(|error| format!("cannot write {}: {error}", path.display()))
 }
 
