@@ -2,7 +2,7 @@
 //! model-guided exploration, in the terminal and headless.
 //!
 //! The rooms, in the direction in which data flows (nothing knows what comes after it):
-//! [`physics`] → [`task`] → [`env`] → [`dynamics`] → [`guidance`] → [`trainer`] → [`workbench`]
+//! [`physics`] → [`task`] → [`mod@env`] → [`dynamics`] → [`guidance`] → [`trainer`] → [`workbench`]
 //! → [`tui`]; [`nn`] and [`agent`] know vectors only, [`run`] is what a run is on disk,
 //! [`stats`], [`figures`] and [`study`] turn runs into evidence.
 

@@ -4,7 +4,7 @@
 //! The way of the data: [`collect`] launches balls at single tools → [`Samples`] are graphs
 //! and targets of every prediction interval in them → [`Training`] fits a [`Network`] →
 //! [`Model`] predicts, as one batch for thousands of scenes → [`rollouts`] for guidance,
-//! [`evaluate`] and [`ablate`] for evidence.
+//! [`evaluate()`] and [`ablate()`] for evidence.
 //!
 //! # Choices
 //! What the paper leaves open or what differs from its literal reading

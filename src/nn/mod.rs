@@ -1,7 +1,7 @@
 //! Networks on dfdx: fused multilayer perceptrons, resumable optimisers, weights on disk.
 //!
 //! - [`Mlp`]: a stack of dense layers whose parameters are dfdx tensors on the
-//!   [`Cpu`](dfdx::tensor::Cpu). A whole stack joins dfdx's tape as *one* operation.
+//!   [`dfdx::tensor::Cpu`]. A whole stack joins dfdx's tape as *one* operation.
 //! - [`rows`]: the few differentiable row operations that graphs and critics need.
 //! - [`Optimiser`]: Adam, SGD or RMSprop with a state that can be saved and restored.
 //! - [`TensorFile`]: named tensors and text metadata as safetensors bytes.

@@ -115,7 +115,7 @@ pub(super) fn hits(report: &Report, plan: &StudyPlan, bootstrap: &Bootstrap) -> 
     Ok(Hits {
         episodes: plan.hit_episodes as usize,
         statistics: Statistics {
-            centre: "mean".to_owned(),
+            centre: "Mean".to_owned(),
             interval: INTERVAL.to_owned(),
             seeds: plan.hit_seeds as usize,
         },
@@ -162,7 +162,7 @@ pub(super) fn learning_curves(
         panels.push(panel);
     }
     let statistics = Statistics {
-        centre: "interquartile mean".to_owned(),
+        centre: "Interquartile mean".to_owned(),
         interval: INTERVAL.to_owned(),
         seeds: plan.learning_seeds as usize,
     };
@@ -211,7 +211,7 @@ pub fn model_error_figure(evaluation: &Evaluation, model: &Model) -> ModelError 
         tools: evaluation.launches.iter().map(|tool| tool.tool.to_string()).collect(),
         step_seconds: f64::from(model.config().interval as f32 * PHYSICS_DT),
         statistics: Statistics {
-            centre: format!("mean of {} launches", evaluation.config.launches),
+            centre: format!("Mean of {} launches", evaluation.config.launches),
             interval: String::new(),
             seeds: 1,
         },
