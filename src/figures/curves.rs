@@ -44,6 +44,9 @@ pub struct PerformanceProfile {
     pub curves: Vec<Curve>,
 }
 
+/// Room right of the panels, in points, for half the label of the last tick.
+const LAST_TICK: f64 = 6.0;
+
 /// Draws curves as percentages, coloured by the place of their label in `order`.
 fn draw_curves(canvas: &Canvas<'_>, plot: &Plot<'_>, curves: &[Curve], order: &[&str]) -> Result<(), FigureError> {
     let percent = |values: &[f64]| values.iter().map(|value| 100.0 * value).collect::<Vec<_>>();
@@ -79,7 +82,7 @@ impl Figure for LearningCurves {
     }
 
     fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
-        let page = canvas.page().inset(MARGIN);
+        let page = canvas.page().inset(MARGIN).cut(0.0, 0.0, LAST_TICK, 0.0);
         if self.panels.is_empty() {
             return canvas.nothing(page, "no learning curves");
         }

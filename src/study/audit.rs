@@ -56,3 +56,21 @@ pub fn audit(task: &Arc<Task>, episodes: u32, seeds: u64) -> Result<Vec<AuditRow
         })
         .collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task;
+
+    #[test]
+    fn random_play_hardly_solves_the_tasks_and_truly_guided_play_does() {
+        for task in task::shipped() {
+            let rows = audit(&Arc::new(task), 200, 1).unwrap();
+            let [uniform, actor, guided] = [0, 1, 2].map(|way: usize| rows[way].hits[0].goal);
+            let findable = ["task1", "task3"].contains(&rows[0].task.as_str());
+            let most = if findable { 8 } else { 1 };
+            assert!(uniform <= most && actor <= most, "{}: {uniform} and {actor}", rows[0].task);
+            assert!(guided >= 10, "{}: {guided}", rows[0].task);
+        }
+    }
+}
