@@ -111,6 +111,10 @@ fn wrong_lines() {
         let error = simulate(&format!("{right}\n{line}")).unwrap_err();
         assert_says(&error, &["stdin:2", expected]);
     }
+    for end in 1..right.len() {
+        let error = simulate(&right[..end]).unwrap_err();
+        assert_says(&error, &["stdin:1", "EOF"]);
+    }
     let mut output = Vec::new();
     let error = physics::simulate(&b"{\"id\": \"\xff\"}"[..], &mut output).unwrap_err();
     assert_says(&error.to_string(), &["stdin:1"]);
