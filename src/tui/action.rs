@@ -58,6 +58,7 @@ pub enum Action {
     ShowStage,
     ShowCritic,
     ShowActor,
+    ShowModel,
     HandPlay,
     // Moving things: objects, the hand, schedule points, crosshair, rows.
     Left,
@@ -235,6 +236,7 @@ pub const ACTIONS: &[Entry] = &[
     entry(A::ShowStage, Scene, "show-stage", "v", "", "show the clusters of all stages, or of one after the other"),
     entry(A::ShowCritic, Scene, "show-critic", "b", "", "show or hide what the critic thinks of every action now"),
     entry(A::ShowActor, Scene, "show-actor", "i", "", "show or hide where the actor would place the tool now"),
+    entry(A::ShowModel, Scene, "show-model", "g", "", "show or hide what the model predicted for the episode's next actions"),
     entry(A::HandPlay, Scene, "hand-play", "P", "hand play", "place tools yourself"),
 
     entry(A::Left, Hand, "hand-left", "left h", "", "move the tool left by 0.02"),

@@ -35,6 +35,9 @@ pub trait Desk {
     fn ghost(&mut self, action: Action) -> Ghost;
     /// What the agent of the live episode thinks before its action number `action`.
     fn mind(&self, action: usize) -> Option<Mind>;
+    /// What the model predicts for the next actions of an episode, from its action
+    /// number `action` on: normalised positions of the ball.
+    fn foresee(&mut self, episode: &Episode, action: usize) -> Vec<[f32; 2]>;
     /// Looks for runs on disk.
     fn look_for_runs(&mut self);
     /// Adds a line to the log.
@@ -263,18 +266,20 @@ impl Desk for SessionDesk {
 
     fn mind(&self, action: usize) -> Option<Mind> {
         let live = self.live.as_ref()?;
-        let task = self.facts.live.as_ref()?.task.clone();
-        let mut env = Environment::new(task);
-        for step in live.trace.steps.iter().take(action) {
-            env.step(step.action).ok()?;
-        }
-        let observation = env.observation();
+        let observation = replay(self.facts.live.as_ref()?, action)?.observation();
         let choice: [f32; 2] = live.ddpg.act(&observation).try_into().ok()?;
         let middle = |index: usize| (index as f32 + 0.5) / HEAT_SIDE as f32 * 2.0 - 1.0;
         let rows = (0..HEAT_SIDE).map(|row| -middle(row));
         let actions: Vec<f32> = rows.flat_map(|y| (0..HEAT_SIDE).flat_map(move |x| [middle(x), y])).collect();
         let values = live.ddpg.q_values(&observation, &actions);
         Some(Mind { heat: Heat { side: HEAT_SIDE, values }, choice })
+    }
+
+    fn foresee(&mut self, episode: &Episode, action: usize) -> Vec<[f32; 2]> {
+        let Some(env) = replay(episode, action) else { return Vec::new() };
+        let next = episode.trace.steps.iter().skip(action).take(LOOK_AHEAD).map(|step| step.action).collect();
+        let Some(model) = self.rollout_model() else { return Vec::new() };
+        model.rollouts(&episode.task, &[env.snapshot()], &[next]).pop().map_or_else(Vec::new, |rollout| rollout.path)
     }
 
     fn look_for_runs(&mut self) {
@@ -291,6 +296,16 @@ impl Desk for SessionDesk {
         let more = self.facts.log.len().saturating_sub(LOG);
         self.facts.log.drain(..more);
     }
+}
+
+/// The environment as it was before an episode's action number `action`. None if the
+/// episode cannot be repeated.
+fn replay(episode: &Episode, action: usize) -> Option<Environment> {
+    let mut env = Environment::new(episode.task.clone());
+    for step in episode.trace.steps.iter().take(action) {
+        env.step(step.action).ok()?;
+    }
+    Some(env)
 }
 
 fn settings(session: &Session) -> Settings {

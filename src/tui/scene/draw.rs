@@ -25,13 +25,15 @@ pub struct Overlays {
     pub critic: bool,
     /// Where the actor would place the tool.
     pub actor: bool,
+    /// What the model predicts from the present action on.
+    pub model: bool,
     /// Only this stage's clusters; None for those of all stages.
     pub stage: Option<usize>,
 }
 
 impl Default for Overlays {
     fn default() -> Self {
-        Self { clusters: true, samples: false, critic: false, actor: false, stage: None }
+        Self { clusters: true, samples: false, critic: false, actor: false, model: false, stage: None }
     }
 }
 
@@ -69,6 +71,8 @@ pub struct Content<'a> {
     pub heat: Option<&'a Heat>,
     /// Where the actor would place the tool.
     pub choice: Option<Action>,
+    /// What the model predicts from the present action on, normalised.
+    pub predicted: &'a [[f32; 2]],
     /// The selected object.
     pub selected: Option<Object>,
     /// The tool in the person's hand.
@@ -114,6 +118,9 @@ impl Painter<'_> {
 
     fn trail(&mut self, content: &Content) {
         self.path(&content.moment.trail, self.theme.trail, 2);
+        if content.overlays.model {
+            self.path(content.predicted, self.theme.accent, 1);
+        }
     }
 
     fn clusters(&mut self, content: &Content) {
@@ -303,6 +310,7 @@ mod tests {
             prior: None,
             heat: None,
             choice: None,
+            predicted: &[],
             selected: None,
             ghost: None,
         };

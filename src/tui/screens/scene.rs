@@ -30,6 +30,7 @@ pub struct Scene {
     pub hand: Option<Hand>,
     shown: Option<Arc<Episode>>,
     mind: Option<(usize, usize, Mind)>,
+    foreseen: Option<(usize, usize, Vec<[f32; 2]>)>,
 }
 
 /// A tool in a person's hand.
@@ -52,6 +53,11 @@ impl Scene {
         self.mind.as_ref().map(|(.., mind)| mind)
     }
 
+    /// What the model predicts from the present action on, if that is being shown.
+    pub fn predicted(&self) -> &[[f32; 2]] {
+        self.foreseen.as_ref().map_or(&[], |(.., path)| path)
+    }
+
     /// Whether the picture changes by itself.
     pub fn is_animated(&self) -> bool {
         self.player.playing
@@ -71,6 +77,7 @@ impl Scene {
         }
         changed |= step.min(steps) != self.player.step().min(steps);
         changed |= self.think(desk);
+        changed |= self.foresee(desk);
         changed | self.hold(desk)
     }
 
@@ -125,14 +132,33 @@ impl Scene {
         self.player.restart();
     }
 
+    /// The episode being shown and the action in it that goes on, both as numbers.
+    fn place_in_episode(&self, shown: &Episode) -> (usize, usize) {
+        let action = shown.at(self.player.step()).action.saturating_sub(1);
+        (Arc::as_ptr(&shown.trace).cast::<Trace>() as usize, action)
+    }
+
+    /// Asks what the model predicts, when that is shown and the moment is another.
+    fn foresee(&mut self, desk: &mut dyn Desk) -> bool {
+        let wanted = self.overlays.model;
+        let Some(shown) = self.shown.clone().filter(|shown| wanted && shown.trace.episode > 0) else {
+            return self.foreseen.take().is_some();
+        };
+        let (trace, action) = self.place_in_episode(&shown);
+        if self.foreseen.as_ref().is_some_and(|(known, at, _)| (*known, *at) == (trace, action)) {
+            return false;
+        }
+        self.foreseen = Some((trace, action, desk.foresee(&shown, action)));
+        true
+    }
+
     /// Asks what the agent thinks, when that is shown and the moment is another.
     fn think(&mut self, desk: &dyn Desk) -> bool {
         let wanted = self.overlays.critic || self.overlays.actor;
         let Some(shown) = self.shown.as_ref().filter(|shown| wanted && shown.trace.episode > 0) else {
             return self.mind.take().is_some();
         };
-        let action = shown.at(self.player.step()).action.saturating_sub(1);
-        let trace = Arc::as_ptr(&shown.trace).cast::<Trace>() as usize;
+        let (trace, action) = self.place_in_episode(shown);
         if self.mind.as_ref().is_some_and(|(known, at, _)| (*known, *at) == (trace, action)) {
             return false;
         }
@@ -196,6 +222,7 @@ fn watch(app: &mut App, action: Action) -> bool {
         Action::ShowSamples => scene.overlays.samples = !scene.overlays.samples,
         Action::ShowCritic => scene.overlays.critic = !scene.overlays.critic,
         Action::ShowActor => scene.overlays.actor = !scene.overlays.actor,
+        Action::ShowModel => scene.overlays.model = !scene.overlays.model,
         Action::ShowStage => {
             let stages = app.desk.facts().task.subgoals.len() + 1;
             let next = scene.overlays.stage.map_or(0, |stage| stage + 1);
@@ -218,8 +245,11 @@ fn explain_overlay(app: &mut App, action: Action) {
                 app.keymap.key_for(Action::Clusters, Context::Everywhere)
             )
         }
-        Action::ShowCritic | Action::ShowActor if (overlays.critic || overlays.actor) && facts.live.is_none() => {
-            format!("there is no agent yet: {} trains one", app.keymap.key_for(Action::Train, Context::Everywhere))
+        Action::ShowCritic | Action::ShowActor | Action::ShowModel if facts.live.is_none() => {
+            format!(
+                "there is no training episode yet: {} trains one",
+                app.keymap.key_for(Action::Train, Context::Everywhere)
+            )
         }
         Action::ShowStage => match overlays.stage {
             None => "clusters of all stages".to_owned(),

@@ -60,6 +60,7 @@ fn scene_pane(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
         prior: facts.prior.as_deref().map(|prior| (prior, stale)),
         heat: scene.mind().map(|mind| &mind.heat),
         choice: scene.mind().map(|mind| mind.choice),
+        predicted: scene.predicted(),
         selected: scene.drag.map(|(object, _)| object).or(scene.selected),
         ghost: scene.hand.as_ref().and_then(|hand| hand.ghost.as_ref()),
     };

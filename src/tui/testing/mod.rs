@@ -18,6 +18,7 @@ use super::facts::{Facts, Level, LogLine, ModelFacts, RunFacts, Settings};
 use super::key::Key;
 use super::keymap::Keymap;
 use super::metric::{Curves, Metric};
+use super::playback::Episode;
 use super::scene::{Ghost, Heat};
 use super::screens;
 use super::theme::{Depth, Marker, Palette, Theme};
@@ -62,6 +63,10 @@ impl Desk for FakeDesk {
 
     fn mind(&self, _: usize) -> Option<Mind> {
         Some(Mind { heat: Heat { side: 2, values: vec![0.0, 1.0, 2.0, 3.0] }, choice: [0.0; 2] })
+    }
+
+    fn foresee(&mut self, _: &Episode, _: usize) -> Vec<[f32; 2]> {
+        vec![[0.2, 0.6], [0.1, 0.4]]
     }
 
     fn look_for_runs(&mut self) {}
