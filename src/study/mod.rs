@@ -1,6 +1,6 @@
 //! Many runs: exploration counts, audits, the reproduction of the paper, reports.
 //!
-//! [`reproduce`] does the whole study of the paper into one folder. Every piece of it
+//! [`reproduce()`] does the whole study of the paper into one folder. Every piece of it
 //! (a model, a count, a training) is a file or run of its own, so that a study that was
 //! interrupted goes on where it was, and one that is finished is only reported again.
 

@@ -1,6 +1,6 @@
 //! The training loop on its own thread: control in, events out.
 //!
-//! [`Training`] is the loop without threads or files. [`conduct`] runs it into a run
+//! [`Training`] is the loop without threads or files. [`conduct()`] runs it into a run
 //! directory, which every reader of the run reads; [`Trainer`] does so on a thread.
 //! What crosses the threads: [`Control`] values in, the run's event log out, and a
 //! latest-wins [`Watch`] for whoever looks on.

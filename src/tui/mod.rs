@@ -1,6 +1,6 @@
 //! The terminal: turns keys and mouse into commands, and the session into cells.
 //!
-//! [`run`] holds the event loop. [`App`](app::App) is everything the screen knows of its own; it
+//! [`run()`] holds the event loop. [`App`](app::App) is everything the screen knows of its own; it
 //! reads the session as plain [`facts`] and changes it only through lines of the command
 //! language, both by way of the [`desk`], so that screens can be tested without a session.
 //! The [`action`] table feeds the key map, the footer, the help and the palette.
