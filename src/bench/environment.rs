@@ -1,4 +1,4 @@
-//! The environment under random play.
+//! The environment under random play, resets included.
 
 use std::sync::Arc;
 
@@ -6,11 +6,43 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::env::Environment;
-use crate::task;
+use crate::physics::ToolKind;
+use crate::task::{self, BallSpec, Form, Task, ToolSpec};
 
-pub(super) fn action() -> Box<dyn FnMut()> {
+/// A falling ball beside one tool.
+pub(super) fn small() -> Box<dyn FnMut()> {
+    let mut task = middle_task();
+    task.tools.truncate(1);
+    task.subgoals.clear();
+    play(task)
+}
+
+/// One of the shipped tasks.
+pub(super) fn middle() -> Box<dyn FnMut()> {
+    play(middle_task())
+}
+
+/// A screen of tools of every type, and three balls.
+pub(super) fn full() -> Box<dyn FnMut()> {
+    let mut task = middle_task();
+    task.balls = vec![BallSpec::at([-0.3, 0.9]), BallSpec::at([0.1, 0.9])];
+    let cells = (0..5).flat_map(|row| (0..5).map(move |column| (row, column)));
+    task.tools = cells
+        .map(|(row, column)| ToolSpec {
+            kind: ToolKind::ALL[(row + column) % ToolKind::ALL.len()],
+            position: [0.4 * column as f32 - 0.8, 0.3 * row as f32 - 0.8],
+            form: Form { size: Some(4.0), ..Form::default() },
+        })
+        .collect();
+    play(task)
+}
+
+fn middle_task() -> Task {
     // A test parses every shipped task.
-    let task = task::load("task5").expect("shipped tasks are valid");
+    task::load("task5").expect("shipped tasks are valid")
+}
+
+fn play(task: Task) -> Box<dyn FnMut()> {
     let mut environment = Environment::new(Arc::new(task));
     let mut rng = ChaCha8Rng::seed_from_u64(0);
     Box::new(move || {

@@ -1,5 +1,5 @@
-//! The project's own timed work, with the shapes it has in use: what `mge bench` and the
-//! benchmark target measure.
+//! The project's own timed work, with the shapes it has in use: what `mge bench` and
+//! `benches/work.rs` measure.
 
 mod agent;
 mod environment;
@@ -49,9 +49,21 @@ pub const WORKS: &[Work] = &[
     },
     Work {
         name: "env_action",
-        note: "one action of 40 physics steps in task5 under random play, resets included",
+        note: "one action of 40 physics steps in a shipped task under random play, resets included",
         calls: 5000,
-        prepare: environment::action,
+        prepare: environment::middle,
+    },
+    Work {
+        name: "env_action_small",
+        note: "the same with one tool beside the ball",
+        calls: 5000,
+        prepare: environment::small,
+    },
+    Work {
+        name: "env_action_full",
+        note: "the same with three balls over a screen of 25 tools",
+        calls: 5000,
+        prepare: environment::full,
     },
 ];
 
@@ -69,6 +81,12 @@ pub struct Measurement {
     pub threads: usize,
     /// What one call does.
     pub note: &'static str,
+}
+
+impl std::fmt::Display for Work {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name)
+    }
 }
 
 impl Work {

@@ -298,7 +298,7 @@ pub struct Reproduce {
 
 #[derive(Debug, Args)]
 pub struct Bench {
-    /// Work items, comma-separated; all if none is named
+    /// Work items by the beginnings of their names, comma-separated; all if none is named
     #[arg(long, value_delimiter = ',')]
     pub only: Vec<String>,
     /// Threads

@@ -25,12 +25,13 @@ pub fn reproduce(arguments: &Reproduce) -> Outcome {
 }
 
 pub fn bench(arguments: &Bench) -> Outcome {
-    let known = || WORKS.iter().map(|work| work.name).collect::<Vec<_>>().join(", ");
-    if let Some(unknown) = arguments.only.iter().find(|name| WORKS.iter().all(|work| work.name != **name)) {
-        return Err(format!("--only {unknown}: use {}", known()).into());
+    let chosen = |name: &str| arguments.only.is_empty() || arguments.only.iter().any(|only| name.starts_with(only));
+    if let Some(unknown) = arguments.only.iter().find(|only| WORKS.iter().all(|work| !work.name.starts_with(*only))) {
+        let known = WORKS.iter().map(|work| work.name).collect::<Vec<_>>().join(", ");
+        return Err(format!("--only {unknown}: use {known}").into());
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads.max(1)).build()?;
-    for work in WORKS.iter().filter(|work| arguments.only.is_empty() || arguments.only.iter().any(|n| n == work.name)) {
+    for work in WORKS.iter().filter(|work| chosen(work.name)) {
         println!("{}", serde_json::to_string(&pool.install(|| work.measure()))?);
     }
     Ok(())

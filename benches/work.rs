@@ -1,0 +1,15 @@
+//! The timed work of `mge bench` under divan: `cargo bench --bench work`, pinned to one core
+//! (`taskset -c 0`) for figures that compare.
+
+use divan::Bencher;
+use mge::bench::{WORKS, Work};
+
+fn main() {
+    divan::main();
+}
+
+#[divan::bench(args = WORKS)]
+fn work(bencher: Bencher, work: &Work) {
+    let mut call = work.prepare();
+    bencher.bench_local(move || call());
+}
