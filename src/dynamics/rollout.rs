@@ -22,6 +22,8 @@ pub struct Predicted {
     pub hit: bool,
     /// Normalised positions of the ball from the start on, one a prediction.
     pub path: Vec<[f32; 2]>,
+    /// Motion of the ball after each action taken, in units.
+    pub balls: Vec<BallState>,
 }
 
 /// One rollout under way.
@@ -79,6 +81,9 @@ pub fn rollouts(
         }
         for _ in 0..task.rules.steps_per_action / predictor.interval() {
             advance(predictor, &mut scenes)?;
+        }
+        for scene in scenes.iter_mut().filter(|scene| scene.predicted.balls.len() < scene.predicted.placed.len()) {
+            scene.predicted.balls.push(scene.ball);
         }
     }
     Ok(scenes.into_iter().map(|scene| scene.predicted).collect())

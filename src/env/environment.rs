@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::episode::Snapshot;
 use super::observation::observe;
-use crate::physics::World;
+use crate::physics::{BallState, World};
 use crate::task::Task;
 
 /// A tool placement: normalised x and y in [-1, 1].
@@ -146,10 +146,40 @@ impl Environment {
         if self.now.end().is_some() {
             return Err(EpisodeOver);
         }
+        let mut step = self.begin_step(action);
+        for _ in 0..self.task.rules.steps_per_action {
+            self.now.advance(&self.task, &mut step);
+            watch(self.now.world());
+        }
+        self.finish_step(&mut step);
+        Ok(step)
+    }
+
+    /// An imagined step: places the tool if it may be placed, then puts the ball where a
+    /// model predicts it after the action. `hit` says that it reached the next stage on the
+    /// way. The rules are those of [`step`](Self::step).
+    ///
+    /// # Errors
+    /// When the episode is over.
+    pub fn step_predicted(&mut self, action: Action, ball: BallState, hit: bool) -> Result<Step, EpisodeOver> {
+        if self.now.end().is_some() {
+            return Err(EpisodeOver);
+        }
+        let mut step = self.begin_step(action);
+        self.now.set_ball(ball);
+        if hit {
+            self.now.reach_stage(&self.task, &mut step);
+        }
+        self.finish_step(&mut step);
+        Ok(step)
+    }
+
+    fn begin_step(&mut self, action: Action) -> Step {
         let placement = self.now.place(&self.task, action);
-        let mut step = Step {
+        let blocked = if placement == Placement::Placed { 0.0 } else { self.task.rules.rewards.blocked };
+        Step {
             observation: Vec::new(),
-            reward: self.task.rules.rewards.step,
+            reward: self.task.rules.rewards.step + blocked,
             terminated: false,
             truncated: false,
             end: None,
@@ -157,16 +187,45 @@ impl Environment {
             subgoals: Vec::new(),
             goal: false,
             touched: Vec::new(),
-        };
-        if placement != Placement::Placed {
-            step.reward += self.task.rules.rewards.blocked;
         }
-        for _ in 0..self.task.rules.steps_per_action {
-            self.now.advance(&self.task, &mut step);
-            watch(self.now.world());
-        }
-        self.now.finish_action(&self.task, &mut step);
+    }
+
+    fn finish_step(&mut self, step: &mut Step) {
+        self.now.finish_action(&self.task, step);
         step.observation = self.observation();
-        Ok(step)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::task;
+
+    #[test]
+    fn an_imagined_step_with_the_true_outcome_is_the_step() {
+        let mut rng = ChaCha8Rng::seed_from_u64(0);
+        for task in task::shipped() {
+            let stages = task.stages().len();
+            let mut real = Environment::new(Arc::new(task));
+            for _ in 0..300 {
+                let mut imagined = real.clone();
+                let stage = real.snapshot().stage();
+                let action = [rng.gen_range(-1.0..=1.0), rng.gen_range(-1.0..=1.0)];
+                let step = real.step(action).unwrap();
+                let hits = step.subgoals.len() + usize::from(step.goal);
+                assert!(stage + hits <= stages);
+                // A prediction ends at the first stage it reaches.
+                if hits <= 1 && step.end != Some(EndReason::Standstill) {
+                    let predicted = imagined.step_predicted(action, real.snapshot().ball(), hits == 1).unwrap();
+                    assert_eq!(predicted, Step { touched: Vec::new(), ..step.clone() });
+                }
+                if step.end.is_some() {
+                    real.reset(&mut rng);
+                }
+            }
+        }
     }
 }

@@ -208,13 +208,25 @@ impl Snapshot {
             }
             let sensor = first_subgoal(task) + index;
             if self.touches(TARGET, ObjectId::Sensor(sensor)) {
-                self.reached[index] = true;
-                self.world.remove_sensor(sensor);
-                step.subgoals.push(index);
-                step.reward += self.worth(task, task.rules.rewards.subgoal).max(0.0);
+                self.reach_subgoal(index, task, step);
             } else if task.rules.in_order {
                 break;
             }
+        }
+    }
+
+    fn reach_subgoal(&mut self, index: usize, task: &Task, step: &mut Step) {
+        self.reached[index] = true;
+        self.world.remove_sensor(first_subgoal(task) + index);
+        step.subgoals.push(index);
+        step.reward += self.worth(task, task.rules.rewards.subgoal).max(0.0);
+    }
+
+    /// Counts the next stage as reached, as a model predicts it.
+    pub(super) fn reach_stage(&mut self, task: &Task, step: &mut Step) {
+        match self.stage() {
+            goal if goal == self.reached.len() => self.reach_goal(task, step),
+            subgoal => self.reach_subgoal(subgoal, task, step),
         }
     }
 

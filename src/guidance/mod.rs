@@ -6,12 +6,16 @@
 
 mod clusters;
 mod model;
+mod planner;
 mod prior;
 mod rollout;
 mod schedule;
+#[cfg(test)]
+mod tests;
 
 pub use clusters::{Cluster, ClusterCount};
 pub use model::LearnedModel;
+pub use planner::{PlannerConfig, plan};
 pub use prior::{ActionPrior, GuidanceConfig, GuidanceError, StagePrior, StartStates, build};
-pub use rollout::{Rewarding, Rollout, RolloutAction, RolloutModel, TruePhysics};
+pub use rollout::{Played, Rewarding, Rollout, RolloutAction, RolloutModel, TruePhysics};
 pub use schedule::{EpsilonSchedule, ScheduleError};

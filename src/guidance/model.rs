@@ -38,6 +38,7 @@ impl RolloutModel for LearnedModel {
                     .collect(),
                 hit: predicted.hit,
                 path: predicted.path,
+                balls: predicted.balls,
             })
             .collect()
     }

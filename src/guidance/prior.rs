@@ -103,8 +103,8 @@ pub enum GuidanceError {
     )]
     OtherTask { origin: String, found: String, found_stages: usize, wanted: String, wanted_stages: usize },
     /// A setting is out of range.
-    #[error("guidance.{field}: {message}")]
-    Config { field: &'static str, message: &'static str },
+    #[error("{room}.{field}: {message}")]
+    Config { room: &'static str, field: &'static str, message: &'static str },
 }
 
 impl GuidanceConfig {
@@ -113,7 +113,7 @@ impl GuidanceConfig {
     /// # Errors
     /// Names the first setting that is out of range.
     pub fn validate(&self) -> Result<(), GuidanceError> {
-        let error = |field, message| Err(GuidanceError::Config { field, message });
+        let error = |field, message| Err(GuidanceError::Config { room: "guidance", field, message });
         match self {
             Self { model_rollouts: 0, .. } => error("model_rollouts", "must be at least 1"),
             Self { horizon: 0, .. } => error("horizon", "must be at least 1"),
@@ -172,6 +172,17 @@ impl ActionPrior {
             });
         }
         Ok(prior)
+    }
+
+    /// The prior with the clusters of a stage made from other actions, such as those that
+    /// turned out to be rewarding in real play.
+    pub fn with_actions(&self, stage: usize, actions: Vec<Action>, rng: &ChaCha8Rng) -> Self {
+        let mut refined = self.clone();
+        if let Some(stage) = refined.stages.get_mut(stage) {
+            stage.clusters = cluster(&actions, self.config.clusters, self.config.std_floor, rng);
+            stage.actions = actions;
+        }
+        refined
     }
 
     /// The JSON text of the prior, as it is saved.
@@ -296,7 +307,8 @@ fn explore(
     (reached, last)
 }
 
-fn uniform(rng: &mut impl Rng) -> Action {
+/// An action drawn uniformly.
+pub(super) fn uniform(rng: &mut impl Rng) -> Action {
     [rng.gen_range(-1.0..=1.0), rng.gen_range(-1.0..=1.0)]
 }
 

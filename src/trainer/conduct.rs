@@ -154,9 +154,16 @@ impl Conductor<'_> {
             ddpg: Arc::new(training.ddpg().clone()),
             prior: training.prior().cloned(),
         });
+        if let Some(prior) = training.refine() {
+            self.record_prior(&prior, training.episode())?;
+            self.watch.set_prior(Some(prior));
+        }
         let evaluation = training.config().evaluation;
         let mut score = None;
-        if evaluation.every > 0 && training.episode().is_multiple_of(u64::from(evaluation.every)) {
+        if training.config().method.learns()
+            && evaluation.every > 0
+            && training.episode().is_multiple_of(u64::from(evaluation.every))
+        {
             let event = training.evaluate(evaluation.episodes);
             if let Event::Evaluated { mean_return, .. } = event {
                 score = Some(mean_return);

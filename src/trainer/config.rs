@@ -4,90 +4,11 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::method::{Method, PriorSource};
 use crate::agent::{ConfigError, DdpgConfig};
-use crate::guidance::{EpsilonSchedule, GuidanceConfig, GuidanceError};
+use crate::guidance::{EpsilonSchedule, GuidanceConfig, GuidanceError, PlannerConfig};
 use crate::run::Retention;
 use crate::task::Task;
-
-/// The two algorithms of the paper's section 5.3.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum Method {
-    /// Standard DDPG, the baseline.
-    #[serde(rename = "ddpg")]
-    Ddpg,
-    /// DDPG with model-guided exploration.
-    #[default]
-    #[serde(rename = "ddpg-mge")]
-    DdpgMge,
-}
-
-impl Method {
-    /// Both methods.
-    pub const ALL: [Self; 2] = [Self::Ddpg, Self::DdpgMge];
-
-    /// The name used in files and on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Ddpg => "ddpg",
-            Self::DdpgMge => "ddpg-mge",
-        }
-    }
-}
-
-impl std::fmt::Display for Method {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl std::str::FromStr for Method {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let known = || Self::ALL.map(Self::name).join(" or ");
-        Self::ALL
-            .into_iter()
-            .find(|method| method.name() == text)
-            .ok_or_else(|| format!("unknown method `{text}`: use {}", known()))
-    }
-}
-
-/// Where the action clusters come from.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
-pub enum PriorSource {
-    /// `learned`: the shipped dynamics model of the task's tool set.
-    #[default]
-    Learned,
-    /// A dynamics model in a file.
-    ModelFile(String),
-    /// `true`: the environment's own physics, the upper bound of guidance.
-    TruePhysics,
-    /// `uniform`: no clusters; uniform random actions in their place.
-    Uniform,
-}
-
-impl From<String> for PriorSource {
-    fn from(text: String) -> Self {
-        match text.as_str() {
-            "learned" => Self::Learned,
-            "true" => Self::TruePhysics,
-            "uniform" => Self::Uniform,
-            _ => Self::ModelFile(text),
-        }
-    }
-}
-
-impl From<PriorSource> for String {
-    fn from(source: PriorSource) -> Self {
-        match source {
-            PriorSource::Learned => "learned".to_owned(),
-            PriorSource::TruePhysics => "true".to_owned(),
-            PriorSource::Uniform => "uniform".to_owned(),
-            PriorSource::ModelFile(path) => path,
-        }
-    }
-}
 
 /// How often it is decided whether actions come from the clusters.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -142,6 +63,41 @@ impl Default for Evaluation {
     }
 }
 
+/// How clusters follow the agent's own rewarding actions as training goes on (the
+/// paper's future work). Off by default.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Refinement {
+    /// Episodes between refinements; 0 for none.
+    pub every: u32,
+    /// Own rewarding actions of a stage before its clusters are made from them alone.
+    pub least: usize,
+    /// Own rewarding actions of a stage that are kept, the newest.
+    pub most: usize,
+}
+
+impl Default for Refinement {
+    fn default() -> Self {
+        Self { every: 0, least: 30, most: 200 }
+    }
+}
+
+/// What [`Method::ModelReplay`] imagines after each episode.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ModelReplay {
+    /// Imagined rollouts, each from a state of the episode.
+    pub rollouts: usize,
+    /// Actions in a rollout, the actor's with noise.
+    pub horizon: usize,
+}
+
+impl Default for ModelReplay {
+    fn default() -> Self {
+        Self { rollouts: 2, horizon: 5 }
+    }
+}
+
 /// One training, completely described.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -157,7 +113,7 @@ pub struct RunConfig {
     /// Episodes to train.
     #[serde(default = "default_episodes")]
     pub episodes: u32,
-    /// Threshold of epsilon; not used by the baseline.
+    /// Threshold of epsilon; not used by methods without clusters.
     #[serde(default = "default_epsilon")]
     pub epsilon: EpsilonSchedule,
     /// When epsilon is drawn.
@@ -169,12 +125,21 @@ pub struct RunConfig {
     /// The learner.
     #[serde(default)]
     pub ddpg: DdpgConfig,
-    /// Where the clusters come from.
+    /// Where clusters, plans and imagined transitions come from, unless the method says it.
     #[serde(default)]
     pub prior: PriorSource,
     /// How they are built.
     #[serde(default)]
     pub guidance: GuidanceConfig,
+    /// Whether clusters are refined during training.
+    #[serde(default)]
+    pub refinement: Refinement,
+    /// What is imagined into the replay buffer, by the method that does so.
+    #[serde(default)]
+    pub model_replay: ModelReplay,
+    /// How actions are planned, by the method that does so.
+    #[serde(default)]
+    pub planner: PlannerConfig,
     /// Greedy evaluation.
     #[serde(default)]
     pub evaluation: Evaluation,
@@ -219,6 +184,9 @@ impl RunConfig {
             ddpg: DdpgConfig::default(),
             prior: PriorSource::default(),
             guidance: GuidanceConfig::default(),
+            refinement: Refinement::default(),
+            model_replay: ModelReplay::default(),
+            planner: PlannerConfig::default(),
             evaluation: Evaluation::default(),
             checkpoints: Retention::default(),
         }
@@ -242,13 +210,25 @@ impl RunConfig {
         if self.evaluation.every > 0 && self.evaluation.episodes == 0 {
             return error("evaluation.episodes", "at least 1");
         }
+        if self.refinement.every > 0 && self.refinement.most < self.refinement.least.max(1) {
+            return error("refinement.most", "at least 1 and at least refinement.least");
+        }
+        if self.model_replay.rollouts == 0 || self.model_replay.horizon == 0 {
+            return error("model_replay.rollouts and model_replay.horizon", "at least 1");
+        }
         self.ddpg.validate()?;
         self.guidance.validate()?;
+        self.planner.validate()?;
         Ok(())
     }
 
     /// Whether the run uses action clusters at all.
     pub fn is_guided(&self) -> bool {
-        self.method == Method::DdpgMge && !self.epsilon.is_zero()
+        self.method.has_clusters() && !self.epsilon.is_zero()
+    }
+
+    /// Where the run's clusters, plans or imagined transitions come from.
+    pub fn rollout_source(&self) -> PriorSource {
+        self.method.fixed_source().unwrap_or_else(|| self.prior.clone())
     }
 }

@@ -7,6 +7,8 @@
 
 mod conduct;
 mod config;
+mod imagination;
+mod method;
 mod prior;
 mod setting;
 mod streams;
@@ -18,7 +20,8 @@ mod training;
 mod watch;
 
 pub use conduct::{ConductError, Control, Ending, conduct};
-pub use config::{Evaluation, Granularity, Method, NoiseDecay, PriorSource, RunConfig, RunConfigError};
+pub use config::{Evaluation, Granularity, ModelReplay, NoiseDecay, Refinement, RunConfig, RunConfigError};
+pub use method::{Method, PriorSource};
 pub use prior::{NamedModel, PriorError, build_prior, rollout_model};
 pub use setting::{SettingError, config_keys};
 pub use thread::Trainer;

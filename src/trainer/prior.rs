@@ -7,7 +7,8 @@ use crate::dynamics::{self, DynamicsError, Model};
 use crate::guidance::{self, ActionPrior, LearnedModel, RolloutModel, TruePhysics};
 use crate::task::Task;
 
-use super::config::{PriorSource, RunConfig};
+use super::config::RunConfig;
+use super::method::PriorSource;
 
 /// Why there is no action prior.
 #[derive(Debug, thiserror::Error)]
@@ -20,6 +21,9 @@ pub enum PriorError {
         "no shipped dynamics model knows the tools {tools}: train one with `mge dynamics train --tools {tools} --out FILE` and name its file as the model"
     )]
     NoModel { tools: String },
+    /// The method predicts, but the source of rollouts does not.
+    #[error("the method {method} needs a model to predict with, but the source of rollouts is `uniform`")]
+    NoPrediction { method: &'static str },
 }
 
 /// A rollout model and its name, as a prior records it.
@@ -51,8 +55,23 @@ pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<NamedMo
 /// # Errors
 /// When the dynamics model cannot be used.
 pub fn build_prior(config: &RunConfig, progress: impl FnMut(usize) -> bool) -> Result<Option<ActionPrior>, PriorError> {
-    let Some((model, name)) = rollout_model(&config.prior, &config.task)? else {
+    let Some((model, name)) = rollout_model(&config.rollout_source(), &config.task)? else {
         return Ok(Some(ActionPrior::uniform(&config.task, config.seed)));
     };
     Ok(guidance::build(&config.task, &*model, &name, &config.guidance, config.seed, progress))
+}
+
+/// The model that a method consults during its episodes, if it does.
+///
+/// # Errors
+/// When the model cannot be loaded or does not know the task's tools, or the source of
+/// rollouts predicts nothing.
+pub(super) fn consulted_model(config: &RunConfig) -> Result<Option<Box<dyn RolloutModel>>, PriorError> {
+    if !config.method.consults_model() {
+        return Ok(None);
+    }
+    match rollout_model(&config.rollout_source(), &config.task)? {
+        Some((model, _)) => Ok(Some(model)),
+        None => Err(PriorError::NoPrediction { method: config.method.name() }),
+    }
 }

@@ -17,12 +17,25 @@ pub struct Streams {
     pub guidance: ChaCha8Rng,
     /// Start noise of evaluation episodes.
     pub evaluation: ChaCha8Rng,
+    /// Plans, imagined rollouts and refined clusters. Checkpoints of runs without them
+    /// may lack it.
+    #[serde(default = "unused")]
+    pub model: ChaCha8Rng,
+}
+
+fn unused() -> ChaCha8Rng {
+    stream(0, 7)
 }
 
 impl Streams {
     /// The streams of a master seed.
     pub fn new(seed: u64) -> Self {
-        Self { environment: stream(seed, 1), guidance: stream(seed, 2), evaluation: stream(seed, 3) }
+        Self {
+            environment: stream(seed, 1),
+            guidance: stream(seed, 2),
+            evaluation: stream(seed, 3),
+            model: stream(seed, 7),
+        }
     }
 }
 

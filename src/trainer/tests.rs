@@ -109,7 +109,7 @@ fn a_killed_run_goes_on_from_its_checkpoint() {
 }
 
 #[test]
-fn guidance_is_used_by_mge_only() {
+fn clusters_are_used_by_the_methods_that_have_them() {
     let folder = tempfile::tempdir().unwrap();
     for method in Method::ALL {
         let mut config = config(method, 6);
@@ -117,7 +117,7 @@ fn guidance_is_used_by_mge_only() {
         let run = new_run(folder.path(), method.name(), &config);
         finish(&run);
         let records = read_metrics(&run.metrics_path()).unwrap();
-        let guided = method == Method::DdpgMge;
+        let guided = method.has_clusters();
         assert!(records.iter().all(|record| record.guided == guided), "{method}");
         assert_eq!(run.path().join("prior.json").exists(), guided);
     }
@@ -156,6 +156,65 @@ fn a_live_view_is_given_to_whoever_asks() {
     assert_eq!(view.trace.episode, 1);
     assert!(view.trace.steps.iter().all(|step| step.path.len() == 40));
     assert!(watch.take().is_none());
+}
+
+#[test]
+fn clusters_follow_the_agent_s_own_rewarding_actions() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut config = config(Method::DdpgMge, 40);
+    config.epsilon = "1".parse().unwrap();
+    config.refinement = Refinement { every: 10, least: 3, most: 5 };
+    let prior = Arc::new(build_prior(&config, |_| true).unwrap().unwrap());
+    let mut training = Training::new(config.clone(), Some(prior.clone())).unwrap();
+    let mut reached = vec![0; 2];
+    for _ in 0..40 {
+        let (record, _) = training.run_episode().unwrap();
+        reached[0] += record.subgoals;
+        if let Some(refined) = training.refine() {
+            assert_eq!(training.episode() % 10, 0);
+            assert_eq!(training.prior(), Some(&refined));
+        }
+    }
+    assert!(reached[0] >= 3, "{reached:?}");
+    let refined = training.prior().unwrap();
+    assert_eq!(refined.stages[0].actions.len(), 5);
+    assert_ne!(refined.stages[0].clusters, prior.stages[0].clusters);
+    // The run records the change, and its file has the clusters in force.
+    let run = new_run(folder.path(), "run", &config);
+    finish(&run);
+    let saved = std::fs::read_to_string(run.path().join("prior.json")).unwrap();
+    assert_eq!(saved, refined.to_json());
+}
+
+#[test]
+fn plans_through_the_true_physics_reach_the_subgoal() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut config = config(Method::Planning, 4);
+    config.planner.rollouts = 100;
+    let run = new_run(folder.path(), "run", &config);
+    finish(&run);
+    let records = read_metrics(&run.metrics_path()).unwrap();
+    assert!(records.iter().map(|record| record.subgoals).sum::<u32>() >= 3, "{records:?}");
+    assert!(records.iter().all(|record| record.critic_loss.is_none()), "nothing is learned");
+}
+
+#[test]
+fn imagined_transitions_enter_the_replay_buffer_beside_the_real_ones() {
+    let mut training = Training::new(config(Method::ModelReplay, 3), None).unwrap();
+    let (record, _) = training.run_episode().unwrap();
+    let imagined = training.transitions() - record.steps;
+    let ModelReplay { rollouts, horizon } = training.config().model_replay;
+    assert!(imagined >= rollouts as u64 && imagined <= (rollouts * horizon) as u64, "{imagined}");
+}
+
+#[test]
+fn a_method_that_predicts_needs_a_model() {
+    for method in [Method::Planning, Method::ModelReplay] {
+        let mut config = config(method, 3);
+        config.prior = PriorSource::Uniform;
+        let error = Training::new(config, None).unwrap_err().to_string();
+        assert!(error.contains("needs a model"), "{error}");
+    }
 }
 
 #[test]

@@ -13,6 +13,8 @@ pub enum Source {
     Policy,
     /// The action clusters.
     Clusters,
+    /// A plan through the model.
+    Planner,
     /// A person.
     Hand,
 }

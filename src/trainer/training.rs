@@ -8,11 +8,14 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::config::{Granularity, RunConfig, RunConfigError};
+use super::imagination::imagine;
+use super::method::Method;
+use super::prior::{PriorError, consulted_model};
 use super::streams::{self, Streams};
 use super::trace::{Source, Trace};
 use crate::agent::{self, Ddpg, Learner, Transition, UpdateMetrics};
-use crate::env::{Action, Environment, EpisodeOver, Placement, Step, observation_len};
-use crate::guidance::{ActionPrior, EpsilonSchedule};
+use crate::env::{Action, Environment, EpisodeOver, Placement, Snapshot, Step, observation_len};
+use crate::guidance::{self, ActionPrior, EpsilonSchedule, Played, RolloutModel};
 use crate::run::{Checkpoint, EpisodeRecord, Event, RunError};
 use crate::task::Task;
 
@@ -30,6 +33,9 @@ pub enum TrainingError {
     /// A setting is out of range.
     #[error(transparent)]
     Config(#[from] RunConfigError),
+    /// The model that the method consults.
+    #[error(transparent)]
+    Model(#[from] PriorError),
     /// The environment was not reset.
     #[error(transparent)]
     Episode(#[from] EpisodeOver),
@@ -56,12 +62,17 @@ struct Progress {
     streams: Streams,
     epsilon: EpsilonSchedule,
     prior: Option<Arc<ActionPrior>>,
+    /// Rewarding actions of real play for each stage, the oldest first.
+    #[serde(default)]
+    rewarding: Vec<VecDeque<Action>>,
 }
 
 /// A run in memory: environment, learner, prior, schedule, streams and counters.
 #[derive(Debug)]
 pub struct Training {
     config: RunConfig,
+    /// What plans or imagines, if the method does.
+    model: Option<Box<dyn RolloutModel>>,
     env: Environment,
     learner: Learner,
     progress: Progress,
@@ -93,8 +104,10 @@ impl Training {
             streams: Streams::new(config.seed),
             epsilon: config.epsilon.clone(),
             prior,
+            rewarding: Vec::new(),
         };
-        Ok(Self { env: Environment::new(config.task.clone()), config, learner, progress })
+        let model = consulted_model(&config)?;
+        Ok(Self { env: Environment::new(config.task.clone()), config, model, learner, progress })
     }
 
     /// A run that goes on from a checkpoint exactly as if it had not been interrupted.
@@ -111,7 +124,8 @@ impl Training {
             return Err(agent::StateError::Foreign.into());
         }
         let progress = checkpoint.json(PROGRESS_SECTION)?;
-        Ok(Self { env: Environment::new(config.task.clone()), config, learner, progress })
+        let model = consulted_model(&config)?;
+        Ok(Self { env: Environment::new(config.task.clone()), config, model, learner, progress })
     }
 
     /// The whole state of the run, between two episodes.
@@ -140,6 +154,11 @@ impl Training {
     /// Whether all episodes are done.
     pub fn is_finished(&self) -> bool {
         self.progress.episode >= u64::from(self.config.episodes)
+    }
+
+    /// Transitions recorded for learning so far, imagined ones included.
+    pub fn transitions(&self) -> u64 {
+        self.learner.recorded()
     }
 
     /// Actor and critic as they are.
@@ -181,29 +200,92 @@ impl Training {
         let mut observation = self.env.reset(&mut self.progress.streams.environment);
         let mut trace = Trace { episode: u64::from(episode) + 1, steps: Vec::new() };
         let mut means = UpdateMeans::default();
+        let mut played = Played::default();
+        let mut states = Vec::new();
         let mut guided = self.draw(threshold);
         loop {
             if self.config.granularity == Granularity::Step && !trace.steps.is_empty() {
                 guided = self.draw(threshold);
             }
+            if self.config.method == Method::ModelReplay {
+                states.push(self.env.snapshot().clone());
+            }
+            let stage = self.env.snapshot().stage();
             let (action, source) = self.choose(&observation, guided);
             let step = trace.step(&mut self.env, action, source)?;
-            self.learner.record(Transition {
-                observation: &observation,
-                action: &action,
-                reward: step.reward,
-                next_observation: &step.observation,
-                terminated: step.terminated,
-            })?;
-            if let Some(metrics) = self.learner.learn()? {
-                means.add(&metrics);
+            played.note(action, &step);
+            if step.goal || !step.subgoals.is_empty() {
+                self.keep_rewarding(stage, played.take_rewarding(self.config.guidance.rewarding));
+            }
+            if self.config.method.learns() {
+                self.learner.record(Transition {
+                    observation: &observation,
+                    action: &action,
+                    reward: step.reward,
+                    next_observation: &step.observation,
+                    terminated: step.terminated,
+                })?;
+                if let Some(metrics) = self.learner.learn()? {
+                    means.add(&metrics);
+                }
             }
             if step.end.is_some() {
+                self.imagine(&states, noise_scale)?;
                 let record = self.finish_episode(&trace, &step, threshold, noise_scale, &means);
                 return Ok((record, trace));
             }
             observation = step.observation;
         }
+    }
+
+    /// Puts what the model makes of the episode's states into the replay buffer, if that
+    /// is the method.
+    fn imagine(&mut self, states: &[Snapshot], noise_scale: f32) -> Result<(), TrainingError> {
+        let (Method::ModelReplay, Some(model)) = (self.config.method, &self.model) else { return Ok(()) };
+        let rng = &mut self.progress.streams.model;
+        let config = &self.config;
+        for imagined in
+            imagine(&**model, &config.task, states, self.learner.ddpg(), &config.model_replay, noise_scale, rng)
+        {
+            self.learner.record(Transition {
+                observation: &imagined.observation,
+                action: &imagined.action,
+                reward: imagined.reward,
+                next_observation: &imagined.next_observation,
+                terminated: imagined.terminated,
+            })?;
+        }
+        Ok(())
+    }
+
+    fn keep_rewarding(&mut self, stage: usize, actions: Vec<Action>) {
+        if self.config.refinement.every == 0 {
+            return;
+        }
+        let stages = self.config.task.subgoals.len() + 1;
+        self.progress.rewarding.resize(stages, VecDeque::new());
+        let kept = &mut self.progress.rewarding[stage];
+        kept.extend(actions);
+        kept.drain(..kept.len().saturating_sub(self.config.refinement.most));
+    }
+
+    /// Makes clusters from the agent's own rewarding actions where there are enough of
+    /// them, if it is time to. Returns the prior if it changed.
+    pub fn refine(&mut self) -> Option<Arc<ActionPrior>> {
+        let refinement = self.config.refinement;
+        let due = refinement.every > 0 && self.progress.episode.is_multiple_of(u64::from(refinement.every));
+        let prior = self.progress.prior.as_ref().filter(|_| due)?;
+        let mut refined = ActionPrior::clone(prior);
+        for (stage, actions) in self.progress.rewarding.iter().enumerate() {
+            if actions.len() >= refinement.least {
+                refined = refined.with_actions(stage, actions.iter().copied().collect(), &self.progress.streams.model);
+            }
+        }
+        if refined == **prior {
+            return None;
+        }
+        self.progress.prior = Some(Arc::new(refined));
+        self.progress.prior.clone()
     }
 
     /// Episodes of the greedy policy, without noise, clusters or learning.
@@ -236,9 +318,16 @@ impl Training {
     }
 
     fn choose(&mut self, observation: &[f32], guided: bool) -> (Action, Source) {
-        let stage = self.env.snapshot().stage();
-        match &self.progress.prior {
-            Some(prior) if guided => (prior.sample(stage, &mut self.progress.streams.guidance), Source::Clusters),
+        let streams = &mut self.progress.streams;
+        match (&self.model, &self.progress.prior) {
+            (Some(model), _) if self.config.method == Method::Planning => {
+                let (task, planner) = (&self.config.task, &self.config.planner);
+                let action = guidance::plan(&**model, task, self.env.snapshot(), planner, &mut streams.model);
+                (action, Source::Planner)
+            }
+            (_, Some(prior)) if guided => {
+                (prior.sample(self.env.snapshot().stage(), &mut streams.guidance), Source::Clusters)
+            }
             _ => (to_action(&self.learner.explore(observation)), Source::Policy),
         }
     }
@@ -317,6 +406,6 @@ pub fn greedy_episode(task: &Arc<Task>, ddpg: &Ddpg, rng: &mut ChaCha8Rng) -> Tr
 }
 
 /// The actor's two numbers as an action.
-fn to_action(vector: &[f32]) -> Action {
+pub(super) fn to_action(vector: &[f32]) -> Action {
     [vector[0], vector[1]]
 }

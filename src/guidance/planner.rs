@@ -1,0 +1,123 @@
+//! Planning with a model instead of learning: the cross-entropy method over action
+//! sequences, of which one iteration is random shooting.
+
+use std::sync::Arc;
+
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+use serde::{Deserialize, Serialize};
+
+use super::prior::{GuidanceError, uniform};
+use super::rollout::{Rollout, RolloutModel};
+use crate::env::{Action, Snapshot};
+use crate::task::Task;
+
+/// How an action is planned.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PlannerConfig {
+    /// Model rollouts of an iteration.
+    pub rollouts: usize,
+    /// Iterations; 1 is random shooting.
+    pub iterations: usize,
+    /// Best rollouts of an iteration, to which the next one's distribution is fitted.
+    pub elites: usize,
+    /// Actions in a rollout.
+    pub horizon: usize,
+    /// Least standard deviation of the distribution, normalised.
+    pub std_floor: f32,
+}
+
+impl Default for PlannerConfig {
+    fn default() -> Self {
+        Self { rollouts: 64, iterations: 3, elites: 8, horizon: 8, std_floor: 0.02 }
+    }
+}
+
+impl PlannerConfig {
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// Names the first setting that is out of range.
+    pub fn validate(&self) -> Result<(), GuidanceError> {
+        let error = |field, message| Err(GuidanceError::Config { room: "planner", field, message });
+        match self {
+            Self { rollouts: 0, .. } => error("rollouts", "must be at least 1"),
+            Self { iterations: 0, .. } => error("iterations", "must be at least 1"),
+            Self { elites, rollouts, .. } if *elites == 0 || elites > rollouts => {
+                error("elites", "must be from 1 to the number of rollouts")
+            }
+            Self { horizon: 0, .. } => error("horizon", "must be at least 1"),
+            Self { std_floor, .. } if !(0.0..=1.0).contains(std_floor) => error("std_floor", "must be from 0 to 1"),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Normal distributions of the actions of a plan, one for each step.
+struct Plan(Vec<[(f32, f32); 2]>);
+
+/// The first action of the best sequence found: the one that reaches the next stage
+/// soonest or, where none does, passes nearest to it.
+pub fn plan(
+    model: &dyn RolloutModel,
+    task: &Arc<Task>,
+    from: &Snapshot,
+    config: &PlannerConfig,
+    rng: &mut ChaCha8Rng,
+) -> Action {
+    let starts = vec![from; config.rollouts];
+    let mut best: Option<(f32, Vec<Action>)> = None;
+    let mut fitted: Option<Plan> = None;
+    for _ in 0..config.iterations {
+        let sequences: Vec<Vec<Action>> = (0..config.rollouts)
+            .map(|_| match &fitted {
+                Some(plan) => plan.sample(rng),
+                None => (0..config.horizon).map(|_| uniform(rng)).collect(),
+            })
+            .collect();
+        let target = task.stages()[from.stage().min(task.subgoals.len())].position;
+        let rollouts = model.rollouts(task, &starts, &sequences);
+        let costs = rollouts.iter().map(|rollout| cost(rollout, target));
+        let mut ranked: Vec<(f32, Vec<Action>)> = costs.zip(sequences).collect();
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ranked.truncate(config.elites);
+        fitted = Some(Plan::fit(&ranked, config));
+        let leader = ranked.swap_remove(0);
+        if best.as_ref().is_none_or(|(least, _)| leader.0 < *least) {
+            best = Some(leader);
+        }
+    }
+    // There is at least one iteration of at least one rollout of at least one action.
+    best.map_or([0.0; 2], |(_, sequence)| sequence[0])
+}
+
+/// Below 0 for a rollout that reaches its stage, lower for sooner; else the least
+/// distance to it, normalised.
+fn cost(rollout: &Rollout, target: [f32; 2]) -> f32 {
+    if rollout.hit {
+        return -1.0 / (1.0 + rollout.path.len() as f32);
+    }
+    rollout.path.iter().map(|[x, y]| (x - target[0]).hypot(y - target[1])).fold(f32::INFINITY, f32::min)
+}
+
+impl Plan {
+    fn fit(elites: &[(f32, Vec<Action>)], config: &PlannerConfig) -> Self {
+        let count = elites.len() as f32;
+        let distribution = |step: usize, axis: usize| {
+            let values = || elites.iter().map(move |(_, sequence)| sequence[step][axis]);
+            let mean = values().sum::<f32>() / count;
+            let variance = values().map(|value| (value - mean).powi(2)).sum::<f32>() / count;
+            (mean, variance.sqrt().max(config.std_floor))
+        };
+        Self((0..config.horizon).map(|step| [distribution(step, 0), distribution(step, 1)]).collect())
+    }
+
+    fn sample(&self, rng: &mut ChaCha8Rng) -> Vec<Action> {
+        let draw = |rng: &mut ChaCha8Rng, (mean, std): (f32, f32)| {
+            (mean + std * rng.sample::<f32, _>(StandardNormal)).clamp(-1.0, 1.0)
+        };
+        self.0.iter().map(|step| [draw(rng, step[0]), draw(rng, step[1])]).collect()
+    }
+}

@@ -1,0 +1,62 @@
+//! Model-generated transitions: what guided exploration avoids, as a method to compare with.
+
+use std::sync::Arc;
+
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+
+use super::config::ModelReplay;
+use super::training::to_action;
+use crate::agent::{Ddpg, OrnsteinUhlenbeck};
+use crate::env::{Action, Environment, Snapshot};
+use crate::guidance::RolloutModel;
+use crate::task::Task;
+
+/// A transition that happened only in the model.
+pub(super) struct Imagined {
+    pub observation: Vec<f32>,
+    pub action: Action,
+    pub reward: f32,
+    pub next_observation: Vec<f32>,
+    pub terminated: bool,
+}
+
+/// Rollouts of the noisy actor in the model, from states of real play.
+pub(super) fn imagine(
+    model: &dyn RolloutModel,
+    task: &Arc<Task>,
+    states: &[Snapshot],
+    ddpg: &Ddpg,
+    config: &ModelReplay,
+    noise_scale: f32,
+    rng: &mut ChaCha8Rng,
+) -> Vec<Imagined> {
+    let mut transitions = Vec::new();
+    for _ in 0..config.rollouts.min(config.rollouts * states.len()) {
+        let mut env = Environment::new(task.clone());
+        env.restore(&states[rng.gen_range(0..states.len())]);
+        let mut noise = OrnsteinUhlenbeck::new(2, ddpg.config().ou);
+        noise.set_scale(noise_scale);
+        for _ in 0..config.horizon {
+            let observation = env.observation();
+            let mut action = ddpg.act(&observation);
+            noise.perturb(&mut action, rng);
+            let action = to_action(&action);
+            let rollout = model.rollouts(task, &[env.snapshot()], &[vec![action]]);
+            let Some((rollout, ball)) = rollout.first().and_then(|r| Some((r, *r.balls.first()?))) else { break };
+            let Ok(step) = env.step_predicted(action, ball, rollout.hit) else { break };
+            let over = step.end.is_some();
+            transitions.push(Imagined {
+                observation,
+                action,
+                reward: step.reward,
+                next_observation: step.observation,
+                terminated: step.terminated,
+            });
+            if over {
+                break;
+            }
+        }
+    }
+    transitions
+}

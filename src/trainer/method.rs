@@ -1,0 +1,137 @@
+//! The methods that can be compared, by name.
+
+use serde::{Deserialize, Serialize};
+
+/// A way of learning, or of acting without learning. All share one loop.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Method {
+    /// Standard DDPG, the baseline.
+    #[serde(rename = "ddpg")]
+    Ddpg,
+    /// DDPG with model-guided exploration (paper, section 4.3).
+    #[default]
+    #[serde(rename = "ddpg-mge")]
+    DdpgMge,
+    /// Epsilon-greedy: uniform random actions in place of the clusters'. Is it the
+    /// clusters that help, or the epsilon?
+    #[serde(rename = "ddpg-uniform")]
+    DdpgUniform,
+    /// Clusters from the true physics: the upper bound of what a model can do.
+    #[serde(rename = "ddpg-mge-true")]
+    DdpgMgeTrue,
+    /// DDPG with model-generated transitions in its replay buffer: what guidance avoids.
+    #[serde(rename = "ddpg-model-replay")]
+    ModelReplay,
+    /// Planning through the model (cross-entropy method), without learning.
+    #[serde(rename = "planning")]
+    Planning,
+}
+
+impl Method {
+    /// All methods.
+    pub const ALL: [Self; 6] =
+        [Self::Ddpg, Self::DdpgMge, Self::DdpgUniform, Self::DdpgMgeTrue, Self::ModelReplay, Self::Planning];
+
+    /// The name used in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ddpg => "ddpg",
+            Self::DdpgMge => "ddpg-mge",
+            Self::DdpgUniform => "ddpg-uniform",
+            Self::DdpgMgeTrue => "ddpg-mge-true",
+            Self::ModelReplay => "ddpg-model-replay",
+            Self::Planning => "planning",
+        }
+    }
+
+    /// The name used in tables and legends.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Ddpg => "DDPG",
+            Self::DdpgMge => "DDPG-MGE",
+            Self::DdpgUniform => "DDPG, uniform exploration",
+            Self::DdpgMgeTrue => "DDPG-MGE, true physics",
+            Self::ModelReplay => "DDPG, model replay",
+            Self::Planning => "planning",
+        }
+    }
+
+    /// Whether epsilon decides between the policy and clusters (or what stands for them).
+    pub fn has_clusters(self) -> bool {
+        matches!(self, Self::DdpgMge | Self::DdpgUniform | Self::DdpgMgeTrue)
+    }
+
+    /// Whether a rollout model is consulted during the episodes.
+    pub fn consults_model(self) -> bool {
+        matches!(self, Self::ModelReplay | Self::Planning)
+    }
+
+    /// Whether there is a policy that learns.
+    pub fn learns(self) -> bool {
+        self != Self::Planning
+    }
+
+    /// Where rollouts come from, if the method leaves no choice.
+    pub(super) fn fixed_source(self) -> Option<PriorSource> {
+        match self {
+            Self::DdpgUniform => Some(PriorSource::Uniform),
+            Self::DdpgMgeTrue => Some(PriorSource::TruePhysics),
+            Self::Ddpg | Self::DdpgMge | Self::ModelReplay | Self::Planning => None,
+        }
+    }
+}
+
+impl std::fmt::Display for Method {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl std::str::FromStr for Method {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let known = || Self::ALL.map(Self::name).join(", ");
+        Self::ALL
+            .into_iter()
+            .find(|method| method.name() == text)
+            .ok_or_else(|| format!("unknown method `{text}`: use one of {}", known()))
+    }
+}
+
+/// Where rollouts, and with them the action clusters, come from.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "String", into = "String")]
+pub enum PriorSource {
+    /// `learned`: the shipped dynamics model of the task's tool set.
+    #[default]
+    Learned,
+    /// A dynamics model in a file.
+    ModelFile(String),
+    /// `true`: the environment's own physics, the upper bound of guidance.
+    TruePhysics,
+    /// `uniform`: no clusters; uniform random actions in their place.
+    Uniform,
+}
+
+impl From<String> for PriorSource {
+    fn from(text: String) -> Self {
+        match text.as_str() {
+            "learned" => Self::Learned,
+            "true" => Self::TruePhysics,
+            "uniform" => Self::Uniform,
+            _ => Self::ModelFile(text),
+        }
+    }
+}
+
+impl From<PriorSource> for String {
+    fn from(source: PriorSource) -> Self {
+        match source {
+            PriorSource::Learned => "learned".to_owned(),
+            PriorSource::TruePhysics => "true".to_owned(),
+            PriorSource::Uniform => "uniform".to_owned(),
+            PriorSource::ModelFile(path) => path,
+        }
+    }
+}
