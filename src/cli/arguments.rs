@@ -99,6 +99,23 @@ pub enum TasksCommand {
         #[arg(required = true)]
         files: Vec<String>,
     },
+    /// Propose subgoals for a task: prints it with them in place of its own
+    Propose {
+        /// Name of a shipped task, or a task file
+        task: String,
+        /// Subgoals to propose, at most
+        #[arg(long, default_value_t = 2)]
+        subgoals: usize,
+        /// What predicts the rollouts: learned, true, or a model file
+        #[arg(long, default_value = "learned")]
+        model: String,
+        /// Seed of the rollouts
+        #[arg(long, default_value_t = 0)]
+        seed: u64,
+        /// Write to this file instead of stdout
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
     /// Count how often random and truly guided exploration reach each stage
     Audit {
         /// Tasks; all shipped ones if none is named

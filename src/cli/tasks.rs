@@ -1,5 +1,6 @@
-//! `mge tasks`: list, check and audit.
+//! `mge tasks`: list, check, propose subgoals and audit.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use serde_json::json;
@@ -7,13 +8,18 @@ use serde_json::json;
 use super::Outcome;
 use super::arguments::{Tasks, TasksCommand};
 use crate::env;
+use crate::guidance::{GuidanceConfig, propose_subgoals};
 use crate::study::audit::{AuditRow, audit};
 use crate::task::{self, Task};
+use crate::trainer::{PriorSource, rollout_model};
 
 pub fn run(arguments: Tasks) -> Outcome {
     match arguments.command {
         None => list(arguments.json),
         Some(TasksCommand::Check { files }) => check(&files),
+        Some(TasksCommand::Propose { task, subgoals, model, seed, out }) => {
+            propose(&task, subgoals, model, seed, out.as_deref())
+        }
         Some(TasksCommand::Audit { tasks, episodes, seeds, json }) => run_audit(&tasks, episodes, seeds, json),
     }
 }
@@ -64,6 +70,23 @@ fn check_file(file: &str) -> Result<Arc<Task>, Box<dyn std::error::Error>> {
     let task = Arc::new(task::load(file)?);
     env::check(&task).map_err(|violation| format!("{file}: {violation}"))?;
     Ok(task)
+}
+
+fn propose(name: &str, subgoals: usize, model: String, seed: u64, out: Option<&Path>) -> Outcome {
+    let mut task = task::load(name)?;
+    let (model, _) = rollout_model(&PriorSource::from(model), &task)?
+        .ok_or("`uniform` predicts nothing: use learned, true, or a model file")?;
+    task.subgoals = propose_subgoals(&task, &*model, subgoals, &GuidanceConfig::default(), seed);
+    match task.subgoals.len() {
+        0 => return Err("no place was found that tools make the ball reach on its way to the goal".into()),
+        found if found < subgoals => eprintln!("{found} of {subgoals} subgoals: no further place was found"),
+        _ => {}
+    }
+    match out {
+        Some(path) => task::save(&task, path)?,
+        None => print!("{}", task::to_json(&task)),
+    }
+    Ok(())
 }
 
 fn run_audit(names: &[String], episodes: u32, seeds: u64, as_json: bool) -> Outcome {

@@ -8,6 +8,7 @@ mod clusters;
 mod model;
 mod planner;
 mod prior;
+mod proposal;
 mod rollout;
 mod schedule;
 #[cfg(test)]
@@ -17,5 +18,6 @@ pub use clusters::{Cluster, ClusterCount};
 pub use model::LearnedModel;
 pub use planner::{PlannerConfig, plan};
 pub use prior::{ActionPrior, GuidanceConfig, GuidanceError, StagePrior, StartStates, build};
+pub use proposal::propose_subgoals;
 pub use rollout::{Played, Rewarding, Rollout, RolloutAction, RolloutModel, TruePhysics};
 pub use schedule::{EpsilonSchedule, ScheduleError};

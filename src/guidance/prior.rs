@@ -312,7 +312,8 @@ pub(super) fn uniform(rng: &mut impl Rng) -> Action {
     [rng.gen_range(-1.0..=1.0), rng.gen_range(-1.0..=1.0)]
 }
 
-fn stream(seed: u64, number: u64) -> ChaCha8Rng {
+/// The random stream of a seed for one purpose.
+pub(super) fn stream(seed: u64, number: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(number);
     rng

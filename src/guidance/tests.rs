@@ -124,3 +124,25 @@ fn true_physics_guides_better_than_chance() {
     let (guided, random) = (reached(&prior), reached(&ActionPrior::uniform(&task, 1)));
     assert!(guided > 50 && random < 30, "{guided} {random}");
 }
+
+#[test]
+fn proposed_subgoals_lead_to_a_goal_that_chance_does_not_find() {
+    let task = task::load("task6").unwrap();
+    let config = GuidanceConfig::default();
+    let subgoals = propose_subgoals(&task, &TruePhysics, 2, &config, 0);
+    assert_eq!(subgoals.len(), 2);
+    assert_eq!(propose_subgoals(&task, &TruePhysics, 2, &config, 0), subgoals, "the same seed, the same proposal");
+    let task = Arc::new(Task { subgoals, ..task });
+    let prior = build(&task, &TruePhysics, "true physics", &config, 1, |_| true).unwrap();
+    let goals = |prior: &ActionPrior| {
+        let (mut rng, mut env) = (rng(), Environment::new(task.clone()));
+        let episode = |_: u32| {
+            env.reset(&mut rng);
+            while env.step(prior.sample(env.snapshot().stage(), &mut rng)).is_ok_and(|step| step.end.is_none()) {}
+            u32::from(env.snapshot().goal_reached())
+        };
+        (0..300).map(episode).sum::<u32>()
+    };
+    let (guided, random) = (goals(&prior), goals(&ActionPrior::uniform(&task, 1)));
+    assert!(guided >= 5 && random == 0, "{guided} {random}");
+}

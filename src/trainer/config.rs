@@ -18,6 +18,8 @@ pub enum Granularity {
     /// the policy's.
     #[default]
     Episode,
+    /// Once for each stage: at the start of an episode and whenever a subgoal is reached.
+    Stage,
     /// Before every action: the paper's literal reading.
     Step,
 }

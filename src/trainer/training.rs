@@ -204,9 +204,6 @@ impl Training {
         let mut states = Vec::new();
         let mut guided = self.draw(threshold);
         loop {
-            if self.config.granularity == Granularity::Step && !trace.steps.is_empty() {
-                guided = self.draw(threshold);
-            }
             if self.config.method == Method::ModelReplay {
                 states.push(self.env.snapshot().clone());
             }
@@ -233,6 +230,14 @@ impl Training {
                 self.imagine(&states, noise_scale)?;
                 let record = self.finish_episode(&trace, &step, threshold, noise_scale, &means);
                 return Ok((record, trace));
+            }
+            let again = match self.config.granularity {
+                Granularity::Episode => false,
+                Granularity::Stage => !step.subgoals.is_empty(),
+                Granularity::Step => true,
+            };
+            if again {
+                guided = self.draw(threshold);
             }
             observation = step.observation;
         }
