@@ -6,8 +6,9 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::hits::{Explorer, Guided};
+use super::learning::{Learning, LearningRow, TrainedRun};
 use super::plan::StudyPlan;
-use super::report::{HitsRow, Report, method_label};
+use super::report::{HitsRow, Report};
 use crate::dynamics::{Errors, Evaluation, Launch, Model, Split, collect};
 use crate::env::Environment;
 use crate::figures::{
@@ -16,11 +17,10 @@ use crate::figures::{
 };
 use crate::guidance::ActionPrior;
 use crate::physics::{Ball, PHYSICS_DT, ToolKind, to_normalised};
-use crate::run::{EpisodeRecord, EvaluationRecord};
 use crate::stats::aggregate::iqm;
+use crate::stats::rolling::WINDOW;
 use crate::stats::{Bootstrap, StatsError, TaskScores};
 use crate::task::{Form, Task, ToolSpec};
-use crate::trainer::WINDOW;
 
 /// Launches drawn for each tool in figure 1.
 const SHOWN_LAUNCHES: usize = 24;
@@ -123,60 +123,43 @@ pub(super) fn hits(report: &Report, plan: &StudyPlan, bootstrap: &Bootstrap) -> 
     })
 }
 
-/// What the curves of one training are made of.
-pub(super) struct RunCurves {
-    /// Name of the task.
-    pub task: String,
-    /// `ddpg` or `ddpg-mge`.
-    pub method: String,
-    /// The epsilon schedule.
-    pub epsilon: String,
-    /// Its episodes.
-    pub records: Vec<EpisodeRecord>,
-    /// Its greedy evaluations.
-    pub evaluations: Vec<EvaluationRecord>,
-}
-
 /// Figure 6: interquartile mean of the rolling success over seeds, of training or of
 /// the greedy evaluations.
 pub(super) fn learning_curves(
-    runs: &[RunCurves],
-    plan: &StudyPlan,
+    runs: &[TrainedRun],
     bootstrap: &Bootstrap,
     greedy: bool,
 ) -> Result<LearningCurves, StatsError> {
-    let mut panels = Vec::new();
-    for task in &plan.tasks {
-        let mut panel = CurvePanel { task: task.name.clone(), curves: Vec::new() };
-        let of_task: Vec<&RunCurves> = runs.iter().filter(|run| run.task == task.name).collect();
-        let mut labels: Vec<String> = of_task.iter().map(|run| method_label(&run.method, &run.epsilon)).collect();
-        labels.dedup();
-        for label in labels {
-            let seeds: Vec<Vec<[f64; 2]>> = of_task
-                .iter()
-                .filter(|run| method_label(&run.method, &run.epsilon) == label)
-                .map(|run| if greedy { greedy_points(run) } else { training_points(run) })
-                .collect();
-            panel.curves.push(summary_curve(label, &seeds, bootstrap)?);
+    let rows: Vec<LearningRow> = runs.iter().map(|run| run.row.clone()).collect();
+    let (mut panels, mut most_seeds) = (Vec::new(), 0);
+    for task in Learning(&rows).tasks() {
+        let mut panel = CurvePanel { task, curves: Vec::new() };
+        for label in Learning(&rows).labels() {
+            let chosen = runs.iter().filter(|run| run.row.task == panel.task && run.row.label() == label);
+            let seeds: Vec<Vec<[f64; 2]>> =
+                chosen.map(|run| if greedy { greedy_points(run) } else { training_points(run) }).collect();
+            most_seeds = most_seeds.max(seeds.len());
+            if !seeds.is_empty() {
+                panel.curves.push(summary_curve(label, &seeds, bootstrap)?);
+            }
         }
         panels.push(panel);
     }
-    let statistics = Statistics {
-        centre: "Interquartile mean".to_owned(),
-        interval: INTERVAL.to_owned(),
-        seeds: plan.learning_seeds as usize,
-    };
-    Ok(LearningCurves { greedy, window: WINDOW, statistics, panels })
+    let statistics =
+        Statistics { centre: "Interquartile mean".to_owned(), interval: INTERVAL.to_owned(), seeds: most_seeds };
+    Ok(LearningCurves { greedy, window: WINDOW.get(), statistics, panels })
 }
 
-fn training_points(run: &RunCurves) -> Vec<[f64; 2]> {
-    let every = run.records.len().div_ceil(CURVE_POINTS).max(1);
-    let chosen = run.records.iter().skip(every - 1).step_by(every);
+fn training_points(run: &TrainedRun) -> Vec<[f64; 2]> {
+    let records = &run.history.records;
+    let every = records.len().div_ceil(CURVE_POINTS).max(1);
+    let chosen = records.iter().skip(every - 1).step_by(every);
     chosen.map(|record| [record.episode as f64, record.rolling_success]).collect()
 }
 
-fn greedy_points(run: &RunCurves) -> Vec<[f64; 2]> {
-    run.evaluations.iter().map(|evaluation| [evaluation.episode as f64, evaluation.success]).collect()
+fn greedy_points(run: &TrainedRun) -> Vec<[f64; 2]> {
+    let evaluations = run.history.evaluations.iter();
+    evaluations.map(|evaluation| [evaluation.episode as f64, evaluation.success]).collect()
 }
 
 fn summary_curve(label: String, seeds: &[Vec<[f64; 2]>], bootstrap: &Bootstrap) -> Result<Curve, StatsError> {

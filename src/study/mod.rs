@@ -5,13 +5,17 @@
 //! interrupted goes on where it was, and one that is finished is only reported again.
 
 pub mod audit;
+mod batch;
 mod figures;
 pub mod hits;
+mod learning;
 mod plan;
 mod report;
 mod reproduce;
 
+pub use batch::train_to_end;
 pub use figures::model_error_figure;
+pub use learning::LearningRow;
 pub use plan::StudyPlan;
-pub use report::{HitsRow, LearningRow, ModelRow, Report};
+pub use report::{HitsRow, ModelRow, Report};
 pub use reproduce::{StudyError, StudyProgress, reproduce};

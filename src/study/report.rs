@@ -1,15 +1,12 @@
 //! What a study found: for machines (`report.json`) and for people (`report.md`).
 
 use std::fmt::Write as _;
-use std::num::NonZeroUsize;
 
 use serde::{Deserialize, Serialize};
 
+use super::learning::{Learning, LearningRow};
 use super::plan::StudyPlan;
-use crate::stats::aggregate::{iqm, mean};
-use crate::stats::efficiency::{Efficiency, efficiency};
-use crate::stats::{Bootstrap, Estimate, StatsError, TaskScores, comparison};
-use crate::trainer::WINDOW;
+use crate::stats::{Bootstrap, Estimate, StatsError};
 
 /// The numbers of a study.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -41,26 +38,6 @@ pub struct HitsRow {
     pub subgoals: Vec<u32>,
 }
 
-/// One training.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct LearningRow {
-    /// Name of the task.
-    pub task: String,
-    /// `ddpg` or `ddpg-mge`.
-    pub method: String,
-    /// The epsilon schedule.
-    pub epsilon: String,
-    /// Master seed.
-    pub seed: u64,
-    /// Episodes trained.
-    pub episodes: u64,
-    /// Episodes to thresholds, area under the curve, final success.
-    #[serde(flatten)]
-    pub efficiency: Efficiency,
-    /// Success of the last greedy evaluations, over the last tenth of the run.
-    pub greedy_success: Option<f64>,
-}
-
 /// One dynamics model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ModelRow {
@@ -72,48 +49,9 @@ pub struct ModelRow {
     pub rollout_error: Vec<f64>,
 }
 
-/// The window of the rolling success.
-pub(super) fn window() -> NonZeroUsize {
-    // The constant is positive.
-    NonZeroUsize::new(WINDOW).expect("the window is not empty")
-}
-
-/// Efficiency of a run from whether its episodes reached the goal.
-pub(super) fn run_efficiency(successes: &[bool]) -> Efficiency {
-    efficiency(successes, window())
-}
-
-/// Name of a method and its threshold, as in legends and tables.
-pub(super) fn method_label(method: &str, epsilon: &str) -> String {
-    match method {
-        "ddpg" => "DDPG".to_owned(),
-        _ => match epsilon.split(':').collect::<Vec<_>>().as_slice() {
-            ["linear", from, to, _] => format!("DDPG-MGE, epsilon {from} to {to}"),
-            _ => format!("DDPG-MGE, epsilon {epsilon}"),
-        },
-    }
-}
-
 impl Report {
     /// The version this program writes.
     pub const VERSION: u32 = 1;
-
-    /// Labels of the methods, in the order in which they appear.
-    pub(super) fn methods(&self) -> Vec<String> {
-        let mut labels: Vec<String> = Vec::new();
-        for row in &self.learning {
-            let label = method_label(&row.method, &row.epsilon);
-            if !labels.contains(&label) {
-                labels.push(label);
-            }
-        }
-        labels
-    }
-
-    /// The rows of one method on one task.
-    pub(super) fn runs<'a>(&'a self, task: &'a str, label: &'a str) -> impl Iterator<Item = &'a LearningRow> {
-        self.learning.iter().filter(move |row| row.task == task && method_label(&row.method, &row.epsilon) == label)
-    }
 
     /// The report as Markdown.
     ///
@@ -175,39 +113,8 @@ impl Report {
     }
 
     fn write_learning(&self, text: &mut String, plan: &StudyPlan, bootstrap: &Bootstrap) -> Result<(), StatsError> {
-        let _ = writeln!(
-            text,
-            "## Learning\n\n{} episodes, {} seeds. Area under the curve of the rolling success (window {WINDOW}) and final rolling success: interquartile mean with its interval. Episodes to 50 % and 80 %: median over the seeds that got there, and how many did. Probability of improvement over DDPG in the area under the curve.\n\n| task | method | area | final | to 50 % | to 80 % | greedy at the end | P(better than DDPG) |\n|---|---|---|---|---|---|---|---|",
-            plan.learning_episodes, plan.learning_seeds
-        );
-        let methods = self.methods();
-        for task in &plan.tasks {
-            let areas = |label: &str| scores(self.runs(&task.name, label).map(|row| row.efficiency.auc));
-            for label in &methods {
-                let runs = || self.runs(&task.name, label);
-                let area = bootstrap.stratified(&areas(label)?, iqm)?;
-                let last = bootstrap.stratified(&scores(runs().map(|row| row.efficiency.final_success))?, iqm)?;
-                let greedy = mean(&scores(runs().map(|row| row.greedy_success))?);
-                let better = match methods.first() {
-                    Some(baseline) if baseline != label => {
-                        let p = comparison::probability_of_improvement(&areas(label)?, &areas(baseline)?)?;
-                        format!("{p:.2}")
-                    }
-                    _ => String::new(),
-                };
-                let _ = writeln!(
-                    text,
-                    "| {} | {label} | {} | {} | {} | {} | {greedy:.2} | {better} |",
-                    task.name,
-                    format_share(area),
-                    format_share(last),
-                    reached(runs().map(|row| row.efficiency.episodes_to_50)),
-                    reached(runs().map(|row| row.efficiency.episodes_to_80)),
-                );
-            }
-        }
-        text.push('\n');
-        Ok(())
+        let _ = write!(text, "## Learning\n\n{} episodes, {} seeds. ", plan.learning_episodes, plan.learning_seeds);
+        Learning(&self.learning).write_table(text, bootstrap)
     }
 }
 
@@ -222,26 +129,6 @@ pub(super) const FIGURES: [(&str, &str); 7] = [
     ("figure6-greedy", "Figure 6, greedy policy: success without noise or guidance"),
 ];
 
-/// Scores of one task; a run without a number counts as 0.
-fn scores(values: impl Iterator<Item = Option<f64>>) -> Result<TaskScores, StatsError> {
-    TaskScores::of_one_task(&values.map(|value| value.unwrap_or(0.0)).collect::<Vec<_>>())
-}
-
 fn format_count(estimate: Estimate) -> String {
     format!("{:.0} [{:.0}, {:.0}]", estimate.value, estimate.lower, estimate.upper)
-}
-
-fn format_share(estimate: Estimate) -> String {
-    format!("{:.2} [{:.2}, {:.2}]", estimate.value, estimate.lower, estimate.upper)
-}
-
-/// Median of the runs that got there, and how many of all did.
-fn reached(episodes: impl Iterator<Item = Option<u64>>) -> String {
-    let all: Vec<Option<u64>> = episodes.collect();
-    let mut there: Vec<u64> = all.iter().flatten().copied().collect();
-    there.sort_unstable();
-    match there.get(there.len() / 2) {
-        Some(median) => format!("{median} ({}/{})", there.len(), all.len()),
-        None => format!("never (0/{})", all.len()),
-    }
 }

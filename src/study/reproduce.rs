@@ -10,19 +10,21 @@ use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::figures::{RunCurves, hits as hits_figure, launches, learning_curves, relative_frames};
+use super::batch::train_to_end;
+use super::figures::{hits as hits_figure, launches, learning_curves, relative_frames};
 use super::hits::{ActorNoise, Guided, Hits, count_hits};
+use super::learning::TrainedRun;
 use super::plan::StudyPlan;
-use super::report::{HitsRow, LearningRow, ModelRow, Report, run_efficiency};
+use super::report::{HitsRow, ModelRow, Report};
 use crate::agent::{ConfigError, DdpgConfig};
 use crate::dynamics::{DynamicsError, Ended, Evaluation, Model, Training, evaluate, tool_set_name};
 use crate::figures::{ActionSamples, DEFAULT_DPI, Figure, FigureError, Provenance, TaskActions, TaskGrid};
 use crate::guidance::{ActionPrior, GuidanceError};
 use crate::physics::ToolKind;
-use crate::run::{RunDirectory, RunError, RunHistory, RunState, config_hash};
+use crate::run::{RunError, RunHistory, config_hash};
 use crate::stats::{Bootstrap, StatsError};
 use crate::task::Task;
-use crate::trainer::{ConductError, PriorError, PriorSource, RunConfig, Watch, build_prior, conduct};
+use crate::trainer::{ConductError, PriorError, PriorSource, RunConfig, Watch, build_prior};
 
 /// Why a study could not be finished. What it has done so far stays.
 #[derive(Debug, thiserror::Error)]
@@ -102,9 +104,10 @@ pub fn reproduce(
     let models = study.models()?;
     let priors = study.priors()?;
     let hits = study.hits(&priors)?;
-    let (learning, curves) = study.learning()?;
+    let runs = study.learning()?;
+    let learning = runs.iter().map(|run| run.row.clone()).collect();
     let report = Report { version: Report::VERSION, hits, learning, models };
-    study.figures(&report, &priors, &curves)?;
+    study.figures(&report, &priors, &runs)?;
     study.write_json("report.json", &report)?;
     let text = report.to_markdown(plan, command)?;
     study.write("report.md", text.as_bytes())?;
@@ -264,9 +267,9 @@ impl Study<'_> {
     }
 
     /// Figure 6's trainings, each a run of its own.
-    fn learning(&self) -> Result<(Vec<LearningRow>, Vec<RunCurves>), StudyError> {
+    fn learning(&self) -> Result<Vec<TrainedRun>, StudyError> {
         let failed: Mutex<Option<StudyError>> = Mutex::new(None);
-        let done: Vec<Option<(LearningRow, RunCurves)>> = self
+        let done: Vec<Option<TrainedRun>> = self
             .plan
             .runs()
             .into_par_iter()
@@ -281,43 +284,21 @@ impl Study<'_> {
             .collect();
         match failed.into_inner().unwrap_or_else(PoisonError::into_inner) {
             Some(error) => Err(error),
-            None => Ok(done.into_iter().flatten().unzip()),
+            None => Ok(done.into_iter().flatten().collect()),
         }
     }
 
-    fn train(&self, mut config: RunConfig) -> Result<(LearningRow, RunCurves), StudyError> {
+    fn train(&self, mut config: RunConfig) -> Result<TrainedRun, StudyError> {
         config.prior = PriorSource::ModelFile(self.model_path(&config.task.tool_set()).display().to_string());
-        let epsilon = config.epsilon.to_string();
-        let name = format!("{}-{}-{}-{}", config.task.name, config.method, epsilon.replace(':', "_"), config.seed);
-        let path = self.folder.join("runs").join(&name);
-        let directory = match path.exists() {
-            true => RunDirectory::open(&path)?,
-            false => RunDirectory::create(&path, &config)?,
-        };
-        if directory.status()?.state != RunState::Finished {
-            let (_nobody, controls) = crossbeam_channel::unbounded();
-            conduct(&directory, &controls, &Watch::default())
-                .map_err(|source| StudyError::Training { run: name.clone(), source })?;
-        }
+        let epsilon = config.epsilon.to_string().replace(':', "_");
+        let name = format!("{}-{}-{epsilon}-{}", config.task.name, config.method, config.seed);
+        let directory = train_to_end(&self.folder.join("runs").join(&name), &config, &Watch::default())
+            .map_err(|source| StudyError::Training { run: name.clone(), source })?;
         self.advance(run_work(&config), name);
-        let RunHistory { records, evaluations, .. } = RunHistory::read(&directory)?;
-        let successes: Vec<bool> = records.iter().map(|record| record.goal).collect();
-        let last_tenth = u64::from(config.episodes) * 9 / 10;
-        let greedy: Vec<f64> = evaluations.iter().filter(|e| e.episode > last_tenth).map(|e| e.success).collect();
-        let row = LearningRow {
-            task: config.task.name.clone(),
-            method: config.method.name().to_owned(),
-            epsilon: epsilon.clone(),
-            seed: config.seed,
-            episodes: successes.len() as u64,
-            efficiency: run_efficiency(&successes),
-            greedy_success: (!greedy.is_empty()).then(|| greedy.iter().sum::<f64>() / greedy.len() as f64),
-        };
-        let curves = RunCurves { task: row.task.clone(), method: row.method.clone(), epsilon, records, evaluations };
-        Ok((row, curves))
+        Ok(TrainedRun::new(&config, RunHistory::read(&directory)?))
     }
 
-    fn figures(&self, report: &Report, priors: &[TaskPrior], curves: &[RunCurves]) -> Result<(), StudyError> {
+    fn figures(&self, report: &Report, priors: &[TaskPrior], runs: &[TrainedRun]) -> Result<(), StudyError> {
         let plan = self.plan;
         let bootstrap = Bootstrap { resamples: plan.resamples, ..Bootstrap::default() };
         let first_prior = |task: &Task| priors.iter().find(|(of, _)| **of == *task).map(|(_, prior)| prior.clone());
@@ -332,8 +313,8 @@ impl Study<'_> {
             plan.tasks.iter().filter_map(|task| Some(TaskActions::sample(task, &*first_prior(task)?, plan.seed)));
         self.figure("figure4", &ActionSamples { tasks: sampled.collect() })?;
         self.figure("figure5", &hits_figure(report, plan, &bootstrap)?)?;
-        self.figure("figure6", &learning_curves(curves, plan, &bootstrap, false)?)?;
-        self.figure("figure6-greedy", &learning_curves(curves, plan, &bootstrap, true)?)
+        self.figure("figure6", &learning_curves(runs, &bootstrap, false)?)?;
+        self.figure("figure6-greedy", &learning_curves(runs, &bootstrap, true)?)
     }
 
     fn figure(&self, name: &str, figure: &impl Figure) -> Result<(), StudyError> {

@@ -10,7 +10,7 @@ use super::prior::{PriorError, build_prior};
 use super::training::{Training, TrainingError};
 use super::watch::{LiveView, Phase, Watch};
 use crate::guidance::{ActionPrior, EpsilonSchedule};
-use crate::run::{CheckpointName, Event, Moment, RunDirectory, RunError, RunWriter, what_to_keep};
+use crate::run::{Action, CheckpointName, Event, Moment, RunDirectory, RunError, RunWriter, what_to_keep};
 
 /// What can be asked of a running training. Each takes effect between two episodes, in
 /// the order of sending.
@@ -67,7 +67,9 @@ pub fn conduct(directory: &RunDirectory, controls: &Receiver<Control>, watch: &W
         false => Some(directory.checkpoints().load_newest()?.0),
     };
     let writer = RunWriter::open(directory, checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode))?;
-    let mut conductor = Conductor { writer, controls, watch, pause_after: None };
+    let store = directory.checkpoints();
+    let (best_score, existing) = (store.best_score()?, store.names()?);
+    let mut conductor = Conductor { writer, controls, watch, pause_after: None, best_score, existing };
     let outcome = (|| {
         let training = match &checkpoint {
             Some(checkpoint) => Training::resume(config, checkpoint)?,
@@ -97,6 +99,10 @@ struct Conductor<'a> {
     watch: &'a Watch,
     /// Pause when this many episodes are done.
     pause_after: Option<u64>,
+    /// Score of the checkpoint called `best`.
+    best_score: Option<f64>,
+    /// The checkpoints there are.
+    existing: Vec<CheckpointName>,
 }
 
 impl Conductor<'_> {
@@ -126,6 +132,7 @@ impl Conductor<'_> {
         };
         self.writer.record(&started)?;
         self.watch.set_prior(training.prior().cloned());
+        self.watch.set_episode(training.episode());
         if training.episode() == 0
             && let Some(prior) = training.prior()
         {
@@ -148,6 +155,7 @@ impl Conductor<'_> {
 
     fn episode(&mut self, training: &mut Training) -> Result<(), ConductError> {
         let (record, trace) = training.run_episode()?;
+        self.watch.set_episode(record.episode);
         self.writer.record(&Event::EpisodeFinished(record))?;
         self.watch.offer(|| LiveView {
             trace: Arc::new(trace),
@@ -175,21 +183,20 @@ impl Conductor<'_> {
 
     /// Writes the checkpoints that are due.
     fn keep(&mut self, training: &Training, score: Option<f64>, closing: bool) -> Result<(), ConductError> {
-        let store = self.writer.directory().checkpoints();
-        let moment = Moment {
-            episode: training.episode(),
-            score,
-            best_score: store.best_score()?,
-            closing,
-            existing: &store.names()?,
-        };
+        let (episode, best_score) = (training.episode(), self.best_score);
+        let moment = Moment { episode, score, best_score, closing, existing: &self.existing };
         let actions = what_to_keep(&training.config().checkpoints, &moment);
-        if !actions.is_empty() {
-            let mut checkpoint = training.checkpoint()?;
-            // Without it the next `best` would have nothing to be better than.
-            checkpoint.score = score;
-            self.writer.checkpoint(&actions, &checkpoint)?;
+        if actions.is_empty() {
+            return Ok(());
         }
+        let mut checkpoint = training.checkpoint()?;
+        // Without it the next `best` would have nothing to be better than.
+        checkpoint.score = score;
+        self.writer.checkpoint(&actions, &checkpoint)?;
+        if actions.contains(&Action::Save(CheckpointName::Best)) {
+            self.best_score = score;
+        }
+        self.existing = self.writer.directory().checkpoints().names()?;
         Ok(())
     }
 

@@ -26,5 +26,5 @@ pub use prior::{NamedModel, PriorError, build_prior, rollout_model};
 pub use setting::{SettingError, config_keys};
 pub use thread::Trainer;
 pub use trace::{Source, Trace, TracedStep};
-pub use training::{NETWORKS_SECTION, Training, TrainingError, WINDOW, greedy_episode};
+pub use training::{NETWORKS_SECTION, Training, TrainingError, greedy_episode};
 pub use watch::{LiveView, Phase, Watch};

@@ -17,10 +17,8 @@ use crate::agent::{self, Ddpg, Learner, Transition, UpdateMetrics};
 use crate::env::{Action, Environment, EpisodeOver, Placement, Snapshot, Step, observation_len};
 use crate::guidance::{self, ActionPrior, EpsilonSchedule, Played, RolloutModel};
 use crate::run::{Checkpoint, EpisodeRecord, Event, RunError};
+use crate::stats::rolling::WINDOW;
 use crate::task::Task;
-
-/// Episodes over which success is averaged (paper, figure 6).
-pub const WINDOW: usize = 100;
 
 /// The checkpoint section that holds the networks, as a safetensors file.
 pub const NETWORKS_SECTION: &str = "learner.safetensors";
@@ -100,7 +98,7 @@ impl Training {
         let progress = Progress {
             episode: 0,
             environment_steps: 0,
-            recent: VecDeque::with_capacity(WINDOW),
+            recent: VecDeque::with_capacity(WINDOW.get()),
             streams: Streams::new(config.seed),
             epsilon: config.epsilon.clone(),
             prior,
@@ -350,7 +348,7 @@ impl Training {
         let steps = trace.steps.len() as u64;
         progress.episode += 1;
         progress.environment_steps += steps;
-        if progress.recent.len() == WINDOW {
+        if progress.recent.len() == WINDOW.get() {
             progress.recent.pop_front();
         }
         progress.recent.push_back(snapshot.goal_reached());

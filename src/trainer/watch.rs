@@ -1,7 +1,7 @@
 //! What onlookers see of a running training: the latest state wins, and the trainer
 //! never waits for them.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::trace::Trace;
@@ -39,6 +39,7 @@ pub struct LiveView {
 #[derive(Debug, Default)]
 pub struct Watch {
     wanted: AtomicBool,
+    episode: AtomicU64,
     view: Mutex<Option<LiveView>>,
     phase: Mutex<Phase>,
     prior: Mutex<Option<Arc<ActionPrior>>>,
@@ -60,6 +61,11 @@ impl Watch {
         lock(&self.phase).clone()
     }
 
+    /// Episodes finished.
+    pub fn episode(&self) -> u64 {
+        self.episode.load(Ordering::Relaxed)
+    }
+
     /// The action prior of the run, once there is one.
     pub fn prior(&self) -> Option<Arc<ActionPrior>> {
         lock(&self.prior).clone()
@@ -67,6 +73,10 @@ impl Watch {
 
     pub(super) fn set_phase(&self, phase: Phase) {
         *lock(&self.phase) = phase;
+    }
+
+    pub(super) fn set_episode(&self, episode: u64) {
+        self.episode.store(episode, Ordering::Relaxed);
     }
 
     pub(super) fn set_prior(&self, prior: Option<Arc<ActionPrior>>) {

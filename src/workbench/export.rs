@@ -12,8 +12,9 @@ use crate::figures::{
 };
 use crate::physics::PHYSICS_DT;
 use crate::run::{EpisodeRecord, config_hash};
+use crate::stats::rolling::WINDOW;
 use crate::task::Task;
-use crate::trainer::{Trace, WINDOW};
+use crate::trainer::Trace;
 
 /// Physics steps between two frames of an animation.
 const STEPS_PER_FRAME: usize = 3;
@@ -75,7 +76,7 @@ fn learning_curves(runs: &[RunView]) -> LearningCurves {
         }
     }
     let statistics = Statistics { centre: "single runs".to_owned(), interval: String::new(), seeds: 1 };
-    LearningCurves { greedy: false, window: WINDOW, statistics, panels }
+    LearningCurves { greedy: false, window: WINDOW.get(), statistics, panels }
 }
 
 fn dashboard(run: &RunView) -> Dashboard {
@@ -88,7 +89,7 @@ fn dashboard(run: &RunView) -> Dashboard {
     };
     Dashboard {
         title: format!("{} on {}, seed {}", config.method, config.task.name, config.seed),
-        window: WINDOW,
+        window: WINDOW.get(),
         episode: column(&|record| record.episode as f64),
         success: column(&|record| record.rolling_success),
         greedy_success: column(&greedy),

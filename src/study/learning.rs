@@ -1,0 +1,199 @@
+//! What trainings came to: a row each for machines, tables for people. Shared by the study
+//! of the paper and by reports of any runs.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use serde::{Deserialize, Serialize};
+
+use crate::run::RunHistory;
+use crate::stats::aggregate::{iqm, mean};
+use crate::stats::efficiency::{Efficiency, efficiency};
+use crate::stats::rolling::WINDOW;
+use crate::stats::{Bootstrap, Estimate, StatsError, TaskScores, comparison};
+use crate::trainer::RunConfig;
+
+/// One training.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LearningRow {
+    /// Name of the task.
+    pub task: String,
+    /// `ddpg` or `ddpg-mge`.
+    pub method: String,
+    /// The epsilon schedule.
+    pub epsilon: String,
+    /// Other settings that tell it from the runs beside it, by JSON path.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub settings: BTreeMap<String, String>,
+    /// Master seed.
+    pub seed: u64,
+    /// Episodes trained.
+    pub episodes: u64,
+    /// Episodes to thresholds, area under the curve, final success.
+    #[serde(flatten)]
+    pub efficiency: Efficiency,
+    /// Success of the last greedy evaluations, over the last tenth of the run.
+    pub greedy_success: Option<f64>,
+}
+
+/// A training with everything that was logged of it.
+#[derive(Debug, Clone)]
+pub(super) struct TrainedRun {
+    /// What it came to.
+    pub row: LearningRow,
+    /// Its episodes and evaluations.
+    pub history: RunHistory,
+}
+
+impl TrainedRun {
+    pub fn new(config: &RunConfig, history: RunHistory) -> Self {
+        Self { row: LearningRow::new(config, &history), history }
+    }
+}
+
+impl LearningRow {
+    /// The row of a run with this configuration and history.
+    pub fn new(config: &RunConfig, history: &RunHistory) -> Self {
+        let successes: Vec<bool> = history.records.iter().map(|record| record.goal).collect();
+        let last_tenth = u64::from(config.episodes) * 9 / 10;
+        let last = history.evaluations.iter().filter(|evaluation| evaluation.episode > last_tenth);
+        let greedy: Vec<f64> = last.map(|evaluation| evaluation.success).collect();
+        Self {
+            task: config.task.name.clone(),
+            method: config.method.name().to_owned(),
+            epsilon: config.epsilon.to_string(),
+            settings: BTreeMap::new(),
+            seed: config.seed,
+            episodes: successes.len() as u64,
+            efficiency: efficiency(&successes, WINDOW),
+            greedy_success: (!greedy.is_empty()).then(|| greedy.iter().sum::<f64>() / greedy.len() as f64),
+        }
+    }
+
+    /// Name of its method, threshold and settings, as in legends and tables.
+    pub fn label(&self) -> String {
+        let mut label = method_label(&self.method, &self.epsilon);
+        for (key, value) in &self.settings {
+            let _ = write!(label, ", {key} {value}");
+        }
+        label
+    }
+}
+
+/// Name of a method and its threshold.
+fn method_label(method: &str, epsilon: &str) -> String {
+    match method {
+        "ddpg" => "DDPG".to_owned(),
+        _ => match epsilon.split(':').collect::<Vec<_>>().as_slice() {
+            ["linear", from, to, _] => format!("DDPG-MGE, epsilon {from} to {to}"),
+            _ => format!("DDPG-MGE, epsilon {epsilon}"),
+        },
+    }
+}
+
+/// Rows of trainings, asked by task and by label.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Learning<'a>(pub &'a [LearningRow]);
+
+impl<'a> Learning<'a> {
+    /// Labels of the methods, in the order in which they appear.
+    pub fn labels(self) -> Vec<String> {
+        distinct(self.0.iter().map(LearningRow::label))
+    }
+
+    /// Names of the tasks, in the order in which they appear.
+    pub fn tasks(self) -> Vec<String> {
+        distinct(self.0.iter().map(|row| row.task.clone()))
+    }
+
+    /// The rows of one method on one task.
+    pub fn of(self, task: &str, label: &str) -> Vec<&'a LearningRow> {
+        self.0.iter().filter(|row| row.task == task && row.label() == label).collect()
+    }
+
+    /// With what the others are compared: plain DDPG, or else the first method.
+    pub fn baseline(self) -> Option<String> {
+        let labels = self.labels();
+        labels.iter().find(|label| *label == "DDPG").or(labels.first()).cloned()
+    }
+
+    /// The sample-efficiency table, one row a task and method, with the text that explains it.
+    ///
+    /// # Errors
+    /// When a statistic cannot be computed.
+    pub fn write_table(self, text: &mut String, bootstrap: &Bootstrap) -> Result<(), StatsError> {
+        let Some(baseline) = self.baseline() else { return Ok(()) };
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            text,
+            "Area under the curve of the rolling success (window {WINDOW}) and final rolling success: interquartile mean with its interval. Episodes to 50 % and 80 %: median over the seeds that got there, and how many did. Probability of improvement over {baseline} in the area under the curve.\n\n| task | method | seeds | area | final | to 50 % | to 80 % | greedy at the end | P(better than {baseline}) |\n|---|---|---|---|---|---|---|---|---|"
+        );
+        for task in self.tasks() {
+            let base = self.of(&task, &baseline);
+            for label in self.labels() {
+                let runs = self.of(&task, &label);
+                if runs.is_empty() {
+                    continue;
+                }
+                let areas = scores(&runs, AREA)?;
+                let last = bootstrap.stratified(&scores(&runs, FINAL)?, iqm)?;
+                let better = match label != baseline && !base.is_empty() {
+                    true => format!("{:.2}", comparison::probability_of_improvement(&areas, &scores(&base, AREA)?)?),
+                    false => String::new(),
+                };
+                let _ = writeln!(
+                    text,
+                    "| {task} | {label} | {} | {} | {} | {} | {} | {:.2} | {better} |",
+                    runs.len(),
+                    format_share(bootstrap.stratified(&areas, iqm)?),
+                    format_share(last),
+                    reached(runs.iter().map(|row| row.efficiency.episodes_to_50)),
+                    reached(runs.iter().map(|row| row.efficiency.episodes_to_80)),
+                    mean(&scores(&runs, |row| row.greedy_success)?),
+                );
+            }
+        }
+        text.push('\n');
+        Ok(())
+    }
+}
+
+/// A score of a run.
+pub(super) type Score = fn(&LearningRow) -> Option<f64>;
+
+/// Area under the curve of the rolling success.
+pub(super) const AREA: Score = |row| row.efficiency.auc;
+/// Rolling success at the end.
+pub(super) const FINAL: Score = |row| row.efficiency.final_success;
+
+/// Scores of runs on one task; a run without a number counts as 0.
+pub(super) fn scores(rows: &[&LearningRow], score: Score) -> Result<TaskScores, StatsError> {
+    TaskScores::of_one_task(&rows.iter().map(|row| score(row).unwrap_or(0.0)).collect::<Vec<_>>())
+}
+
+/// Each value once, in order of appearance.
+fn distinct(values: impl Iterator<Item = String>) -> Vec<String> {
+    let mut found: Vec<String> = Vec::new();
+    for value in values {
+        if !found.contains(&value) {
+            found.push(value);
+        }
+    }
+    found
+}
+
+/// A share with its interval, to two digits.
+pub(super) fn format_share(estimate: Estimate) -> String {
+    format!("{:.2} [{:.2}, {:.2}]", estimate.value, estimate.lower, estimate.upper)
+}
+
+/// Median of the runs that got there, and how many of all did.
+fn reached(episodes: impl Iterator<Item = Option<u64>>) -> String {
+    let all: Vec<Option<u64>> = episodes.collect();
+    let mut there: Vec<u64> = all.iter().flatten().copied().collect();
+    there.sort_unstable();
+    match there.get(there.len() / 2) {
+        Some(median) => format!("{median} ({}/{})", there.len(), all.len()),
+        None => format!("never (0/{})", all.len()),
+    }
+}
