@@ -299,6 +299,10 @@ pub struct Reproduce {
     /// Small: few seeds and short trainings, in minutes
     #[arg(long)]
     pub quick: bool,
+    /// Also what a reviewer asks: uniform exploration, clusters from the true physics and from
+    /// models without each assumption, refined clusters, model-generated transitions, planning
+    #[arg(long)]
+    pub questions: bool,
     /// The study's folder; what is done there already is not done again
     #[arg(long, default_value = "study")]
     pub out: PathBuf,

@@ -9,8 +9,16 @@ use crate::bench::WORKS;
 use crate::study::{self, StudyPlan, StudyProgress};
 
 pub fn reproduce(arguments: &Reproduce) -> Outcome {
-    let plan = if arguments.quick { StudyPlan::quick(arguments.seed) } else { StudyPlan::full(arguments.seed) };
-    let command = format!("mge reproduce{} --seed {}", if arguments.quick { " --quick" } else { "" }, arguments.seed);
+    let mut plan = if arguments.quick { StudyPlan::quick(arguments.seed) } else { StudyPlan::full(arguments.seed) };
+    let mut command = "mge reproduce".to_owned();
+    if arguments.quick {
+        command += " --quick";
+    }
+    if arguments.questions {
+        plan = plan.with_questions();
+        command += " --questions";
+    }
+    command += &format!(" --seed {}", arguments.seed);
     let progress = Mutex::new(Progress::new(1, arguments.quiet));
     let tell = |now: &StudyProgress| {
         // A panic elsewhere leaves the bar as it is.

@@ -11,14 +11,14 @@ use crate::stats::aggregate::{iqm, mean};
 use crate::stats::efficiency::{Efficiency, efficiency};
 use crate::stats::rolling::WINDOW;
 use crate::stats::{Bootstrap, Estimate, StatsError, TaskScores, comparison};
-use crate::trainer::RunConfig;
+use crate::trainer::{Method, RunConfig};
 
 /// One training.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LearningRow {
     /// Name of the task.
     pub task: String,
-    /// `ddpg` or `ddpg-mge`.
+    /// Name of the method.
     pub method: String,
     /// The epsilon schedule.
     pub epsilon: String,
@@ -82,12 +82,12 @@ impl LearningRow {
 
 /// Name of a method and its threshold.
 fn method_label(method: &str, epsilon: &str) -> String {
-    match method {
-        "ddpg" => "DDPG".to_owned(),
-        _ => match epsilon.split(':').collect::<Vec<_>>().as_slice() {
-            ["linear", from, to, _] => format!("DDPG-MGE, epsilon {from} to {to}"),
-            _ => format!("DDPG-MGE, epsilon {epsilon}"),
-        },
+    let Ok(method) = method.parse::<Method>() else { return method.to_owned() };
+    let label = method.label();
+    match epsilon.split(':').collect::<Vec<_>>().as_slice() {
+        _ if !method.has_clusters() => label.to_owned(),
+        ["linear", from, to, _] => format!("{label}, epsilon {from} to {to}"),
+        _ => format!("{label}, epsilon {epsilon}"),
     }
 }
 

@@ -1,14 +1,15 @@
 //! What a study does: all its numbers in one value.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::dynamics::{EvaluationConfig, ModelConfig, TrainConfig};
+use crate::dynamics::{EvaluationConfig, ModelConfig, TrainConfig, Variant};
 use crate::guidance::EpsilonSchedule;
 use crate::physics::ToolKind;
 use crate::task::{self, Task};
-use crate::trainer::{Method, RunConfig};
+use crate::trainer::{Method, RunConfig, SettingError};
 
 /// The numbers of a study.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -35,10 +36,60 @@ pub struct StudyPlan {
     pub learning_seeds: u64,
     /// Episodes of a training.
     pub learning_episodes: u32,
-    /// Epsilon schedules of DDPG-MGE; the baseline is always trained.
-    pub schedules: Vec<EpsilonSchedule>,
+    /// What is trained on every task.
+    pub arms: Vec<Arm>,
+    /// Planning instead of learning: episodes for each seed; 0 for none.
+    pub planning_episodes: u32,
     /// Resamples behind every interval.
     pub resamples: u32,
+}
+
+/// A method with what tells it from the others of the study.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Arm {
+    /// The method.
+    pub method: Method,
+    /// Its threshold.
+    pub epsilon: EpsilonSchedule,
+    /// Structure of its dynamics model.
+    pub model: Variant,
+    /// Other settings that differ from the defaults, by JSON path.
+    pub settings: BTreeMap<String, String>,
+}
+
+impl Arm {
+    fn new(method: Method, epsilon: EpsilonSchedule) -> Self {
+        Self { method, epsilon, model: Variant::Full, settings: BTreeMap::new() }
+    }
+
+    fn with_model(self, model: Variant) -> Self {
+        Self { model, ..self }
+    }
+
+    fn with_setting(mut self, key: &str, value: &str) -> Self {
+        self.settings.insert(key.to_owned(), value.to_owned());
+        self
+    }
+
+    /// What tells it from other arms of the same method and threshold, as in legends.
+    pub fn differences(&self) -> BTreeMap<String, String> {
+        let mut differences = self.settings.clone();
+        if self.model != Variant::Full {
+            differences.insert("model".to_owned(), self.model.name().to_owned());
+        }
+        differences
+    }
+}
+
+/// One training of a study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedRun {
+    /// Its configuration, without the file of its model.
+    pub config: RunConfig,
+    /// Structure of the model.
+    pub model: Variant,
+    /// What tells it from other runs of the same method and threshold.
+    pub differences: BTreeMap<String, String>,
 }
 
 impl StudyPlan {
@@ -57,7 +108,8 @@ impl StudyPlan {
             hit_episodes: 1000,
             learning_seeds: 10,
             learning_episodes: episodes,
-            schedules: schedules(episodes),
+            arms: figure_6(episodes),
+            planning_episodes: 0,
             resamples: 2000,
         }
     }
@@ -72,9 +124,22 @@ impl StudyPlan {
             hit_seeds: 3,
             learning_seeds: 3,
             learning_episodes: episodes,
-            schedules: schedules(episodes),
+            arms: figure_6(episodes),
             ..Self::full(seed)
         }
+    }
+
+    /// The study with what a reviewer asks. It may be made in the folder of the study
+    /// without, whose results it takes over.
+    pub fn with_questions(mut self) -> Self {
+        self.arms.extend(questions(self.learning_episodes));
+        self.planning_episodes = 20;
+        self
+    }
+
+    /// What a study's folder is bound to: the plan but for the arms, which may be added to.
+    pub fn foundation(&self) -> Self {
+        Self { arms: Vec::new(), planning_episodes: 0, ..self.clone() }
     }
 
     /// The tool sets of the tasks, each once, the largest first: its model takes longest
@@ -90,31 +155,79 @@ impl StudyPlan {
         sets
     }
 
-    /// Every training of the study, without the source of its clusters.
-    pub fn runs(&self) -> Vec<RunConfig> {
-        let baseline = (Method::Ddpg, EpsilonSchedule::Constant(0.0));
-        let guided = self.schedules.iter().map(|schedule| (Method::DdpgMge, schedule.clone()));
-        let methods: Vec<(Method, EpsilonSchedule)> = std::iter::once(baseline).chain(guided).collect();
+    /// The structures of models that the arms need, besides the whole one.
+    pub fn ablations(&self) -> Vec<Variant> {
+        Variant::ALL
+            .into_iter()
+            .filter(|v| *v != Variant::Full && self.arms.iter().any(|arm| arm.model == *v))
+            .collect()
+    }
+
+    /// Every training of the study, those of the first arm first.
+    ///
+    /// # Errors
+    /// When an arm has a setting that does not exist.
+    pub fn runs(&self) -> Result<Vec<PlannedRun>, SettingError> {
+        let tasks: Vec<Arc<Task>> = self.tasks.iter().cloned().map(Arc::new).collect();
         let mut runs = Vec::new();
-        for task in &self.tasks {
-            let task = Arc::new(task.clone());
-            for (method, epsilon) in &methods {
+        for arm in &self.arms {
+            for task in &tasks {
                 for seed in self.seed..self.seed + self.learning_seeds {
-                    let mut config = RunConfig::new(task.clone());
-                    config.method = *method;
-                    config.epsilon = epsilon.clone();
-                    config.seed = seed;
-                    config.episodes = self.learning_episodes;
-                    config.checkpoints.last_every = 500;
-                    runs.push(config);
+                    runs.push(self.run(arm, task.clone(), seed, self.learning_episodes)?);
                 }
             }
         }
-        runs
+        if self.planning_episodes > 0 {
+            let arm = Arm::new(Method::Planning, EpsilonSchedule::Constant(0.0));
+            for task in tasks {
+                for seed in self.seed..self.seed + self.learning_seeds {
+                    runs.push(self.run(&arm, task.clone(), seed, self.planning_episodes)?);
+                }
+            }
+        }
+        Ok(runs)
+    }
+
+    fn run(&self, arm: &Arm, task: Arc<Task>, seed: u64, episodes: u32) -> Result<PlannedRun, SettingError> {
+        let mut config = RunConfig::new(task);
+        config.method = arm.method;
+        config.epsilon = arm.epsilon.clone();
+        config.seed = seed;
+        config.episodes = episodes;
+        config.checkpoints.last_every = 500;
+        for (key, value) in &arm.settings {
+            config = config.with_setting(key, value)?;
+        }
+        Ok(PlannedRun { config, model: arm.model, differences: arm.differences() })
     }
 }
 
-/// A small constant threshold, and a large one that decays (paper, section 5.4).
-fn schedules(episodes: u32) -> Vec<EpsilonSchedule> {
-    vec![EpsilonSchedule::Constant(0.1), EpsilonSchedule::Linear { from: 0.5, to: 0.0, episodes: episodes / 2 }]
+/// The methods of figure 6: the baseline, a small constant threshold, and a large one that
+/// decays (paper, section 5.4).
+fn figure_6(episodes: u32) -> Vec<Arm> {
+    vec![
+        Arm::new(Method::Ddpg, EpsilonSchedule::Constant(0.0)),
+        Arm::new(Method::DdpgMge, EpsilonSchedule::Constant(0.1)),
+        Arm::new(Method::DdpgMge, decayed(episodes)),
+    ]
+}
+
+/// What a reviewer asks: is it the clusters or the epsilon, how much would a perfect model
+/// gain, what is each assumption of the model worth, does the model help in other ways, do
+/// refined clusters.
+fn questions(episodes: u32) -> Vec<Arm> {
+    let guided = || Arm::new(Method::DdpgMge, decayed(episodes));
+    vec![
+        Arm::new(Method::DdpgUniform, decayed(episodes)),
+        Arm::new(Method::DdpgMgeTrue, decayed(episodes)),
+        guided().with_setting("refinement.every", "50"),
+        Arm::new(Method::ModelReplay, EpsilonSchedule::Constant(0.0)),
+        guided().with_model(Variant::SharedEdges),
+        guided().with_model(Variant::FullyConnected),
+        guided().with_model(Variant::AbsoluteCoordinates),
+    ]
+}
+
+fn decayed(episodes: u32) -> EpsilonSchedule {
+    EpsilonSchedule::Linear { from: 0.5, to: 0.0, episodes: episodes / 2 }
 }

@@ -41,6 +41,8 @@ pub struct HitsRow {
 /// One dynamics model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ModelRow {
+    /// Its structure: full, or which assumption is switched off.
+    pub structure: String,
     /// Its tool set.
     pub tools: Vec<String>,
     /// Mean error of one prediction on fresh launches, normalised.
@@ -80,10 +82,17 @@ impl Report {
     }
 
     fn write_models(&self, text: &mut String) {
-        text.push_str("## Dynamics models\n\nMean errors in normalised units (the screen is 2 wide): of one prediction on launches that were not trained on, and after 1, 2, ... actions in scenes of the tasks that the model never saw.\n\n| tools | one step | after 1, 2, ... actions |\n|---|---|---|\n");
+        text.push_str("## Dynamics models\n\nMean errors in normalised units (the screen is 2 wide): of one prediction on launches that were not trained on, and after 1, 2, ... actions in scenes of the tasks that the model never saw.\n\n| tools | structure | one step | after 1, 2, ... actions |\n|---|---|---|---|\n");
         for row in &self.models {
             let rollout: Vec<String> = row.rollout_error.iter().map(|error| format!("{error:.3}")).collect();
-            let _ = writeln!(text, "| {} | {:.4} | {} |", row.tools.join(", "), row.one_step_error, rollout.join(", "));
+            let _ = writeln!(
+                text,
+                "| {} | {} | {:.4} | {} |",
+                row.tools.join(", "),
+                row.structure,
+                row.one_step_error,
+                rollout.join(", ")
+            );
         }
         text.push('\n');
     }

@@ -14,17 +14,17 @@ use super::batch::train_to_end;
 use super::figures::{hits as hits_figure, launches, learning_curves, relative_frames};
 use super::hits::{ActorNoise, Guided, Hits, count_hits};
 use super::learning::TrainedRun;
-use super::plan::StudyPlan;
+use super::plan::{PlannedRun, StudyPlan};
 use super::report::{HitsRow, ModelRow, Report};
 use crate::agent::{ConfigError, DdpgConfig};
-use crate::dynamics::{DynamicsError, Ended, Evaluation, Model, Training, evaluate, tool_set_name};
+use crate::dynamics::{DynamicsError, Ended, Evaluation, Model, Training, Variant, evaluate, tool_set_name};
 use crate::figures::{ActionSamples, DEFAULT_DPI, Figure, FigureError, Provenance, TaskActions, TaskGrid};
 use crate::guidance::{ActionPrior, GuidanceError};
 use crate::physics::ToolKind;
 use crate::run::{RunError, RunHistory, config_hash};
 use crate::stats::{Bootstrap, StatsError};
 use crate::task::Task;
-use crate::trainer::{ConductError, PriorError, PriorSource, RunConfig, Watch, build_prior};
+use crate::trainer::{ConductError, PriorError, PriorSource, RunConfig, SettingError, Watch, build_prior};
 
 /// Why a study could not be finished. What it has done so far stays.
 #[derive(Debug, thiserror::Error)]
@@ -56,6 +56,9 @@ pub enum StudyError {
     /// A run's files.
     #[error(transparent)]
     Run(#[from] RunError),
+    /// A setting of a method.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
     /// A training.
     #[error("{run}: {source}")]
     Training { run: String, source: ConductError },
@@ -100,11 +103,13 @@ pub fn reproduce(
         std::fs::create_dir_all(&path).map_err(|source| StudyError::Io { path, source })?;
     }
     claim(plan, folder)?;
-    let study = Study { plan, folder, command, tell, done: AtomicU64::new(0), total: total_work(plan) };
+    let runs = plan.runs()?;
+    let total = total_work(plan, &runs);
+    let study = Study { plan, folder, command, tell, done: AtomicU64::new(0), total };
     let models = study.models()?;
     let priors = study.priors()?;
     let hits = study.hits(&priors)?;
-    let runs = study.learning()?;
+    let runs = study.learning(runs)?;
     let learning = runs.iter().map(|run| run.row.clone()).collect();
     let report = Report { version: Report::VERSION, hits, learning, models };
     study.figures(&report, &priors, &runs)?;
@@ -118,7 +123,7 @@ pub fn reproduce(
 fn claim(plan: &StudyPlan, folder: &Path) -> Result<(), StudyError> {
     let path = folder.join("plan.json");
     // Plain data always serialises.
-    let text = serde_json::to_string_pretty(plan).expect("a plan is plain data") + "\n";
+    let text = serde_json::to_string_pretty(&plan.foundation()).expect("a plan is plain data") + "\n";
     match std::fs::read_to_string(&path) {
         Ok(found) if found == text => Ok(()),
         Ok(_) => Err(StudyError::OtherStudy { path: folder.to_owned() }),
@@ -126,10 +131,11 @@ fn claim(plan: &StudyPlan, folder: &Path) -> Result<(), StudyError> {
     }
 }
 
-fn total_work(plan: &StudyPlan) -> u64 {
+fn total_work(plan: &StudyPlan, runs: &[PlannedRun]) -> u64 {
     let models = plan.tool_sets().iter().map(|tools| model_work(plan, tools)).sum::<u64>();
     let priors = plan.tasks.len() as u64 * plan.builds * work(SECONDS_PER_PRIOR);
-    models + priors + plan.runs().iter().map(run_work).sum::<u64>()
+    let ablated = plan.ablations().len() as u64 * models;
+    models + ablated + priors + runs.iter().map(|run| run_work(&run.config)).sum::<u64>()
 }
 
 fn model_work(plan: &StudyPlan, tools: &[ToolKind]) -> u64 {
@@ -163,35 +169,39 @@ impl Study<'_> {
         (self.tell)(&StudyProgress { done, total: self.total, message });
     }
 
-    fn model_path(&self, tools: &[ToolKind]) -> PathBuf {
-        self.folder.join("models").join(format!("{}.safetensors", tool_set_name(tools)))
+    fn model_path(&self, tools: &[ToolKind], variant: Variant) -> PathBuf {
+        self.folder.join("models").join(format!("{}.safetensors", model_name(tools, variant)))
     }
 
-    /// Trains and evaluates the dynamics model of each tool set.
+    /// Trains and evaluates the dynamics models of each tool set, the ablated ones last.
     fn models(&self) -> Result<Vec<ModelRow>, StudyError> {
-        self.plan.tool_sets().par_iter().map(|tools| self.model(tools)).collect()
+        let variants = std::iter::once(Variant::Full).chain(self.plan.ablations());
+        let models: Vec<(Variant, Vec<ToolKind>)> =
+            variants.flat_map(|variant| self.plan.tool_sets().into_iter().map(move |tools| (variant, tools))).collect();
+        models.into_par_iter().map(|(variant, tools)| self.model(&tools, variant)).collect()
     }
 
-    fn model(&self, tools: &[ToolKind]) -> Result<ModelRow, StudyError> {
-        let path = self.model_path(tools);
+    fn model(&self, tools: &[ToolKind], variant: Variant) -> Result<ModelRow, StudyError> {
+        let path = self.model_path(tools, variant);
+        let name = model_name(tools, variant);
         let whole = model_work(self.plan, tools);
         let model = if path.exists() {
-            self.advance(whole, format!("{} model is there", tool_set_name(tools)));
+            self.advance(whole, format!("{name} model is there"));
             Model::load(&path)?
         } else {
-            let model = self.train_model(tools, whole)?;
+            let model = self.train_model(tools, variant, whole)?;
             model.save(&path)?;
             model
         };
-        let evaluation: Evaluation = self.cached(&format!("models/{}.json", tool_set_name(tools)), || {
+        let evaluation: Evaluation = self.cached(&format!("models/{name}.json"), || {
             Ok(evaluate(&model, &self.plan.tasks, &self.plan.model_evaluation)?)
         })?;
-        Ok(model_row(&evaluation))
+        Ok(model_row(&evaluation, variant))
     }
 
-    fn train_model(&self, tools: &[ToolKind], whole: u64) -> Result<Model, StudyError> {
-        let name = tool_set_name(tools);
-        let (config, settings) = (self.plan.model.clone(), self.plan.model_training.clone());
+    fn train_model(&self, tools: &[ToolKind], variant: Variant, whole: u64) -> Result<Model, StudyError> {
+        let name = model_name(tools, variant);
+        let (config, settings) = (variant.apply(self.plan.model.clone()), self.plan.model_training.clone());
         let mut training = Training::new(config, settings, tools, self.command)?;
         let mut told = 0;
         let ended = training.run(|_, now| {
@@ -217,7 +227,8 @@ impl Study<'_> {
             .into_par_iter()
             .map(|(task, build)| {
                 let mut config = RunConfig::new(task.clone());
-                config.prior = PriorSource::ModelFile(self.model_path(&task.tool_set()).display().to_string());
+                config.prior =
+                    PriorSource::ModelFile(self.model_path(&task.tool_set(), Variant::Full).display().to_string());
                 config.seed = self.plan.seed + build;
                 let name = format!("priors/{}-{}.json", task.name, config.seed);
                 let prior: ActionPrior = self.cached(&name, || {
@@ -267,14 +278,15 @@ impl Study<'_> {
     }
 
     /// Figure 6's trainings, each a run of its own.
-    fn learning(&self) -> Result<Vec<TrainedRun>, StudyError> {
+    fn learning(&self, runs: Vec<PlannedRun>) -> Result<Vec<TrainedRun>, StudyError> {
         let failed: Mutex<Option<StudyError>> = Mutex::new(None);
-        let done: Vec<Option<TrainedRun>> = self
-            .plan
-            .runs()
-            .into_par_iter()
-            .map(|config| match self.train(config) {
-                Ok(done) => Some(done),
+        // A bridge hands the runs out in their order, so that the first arms are done first.
+        let mut done: Vec<(usize, TrainedRun)> = runs
+            .into_iter()
+            .enumerate()
+            .par_bridge()
+            .filter_map(|(index, run)| match self.train(run) {
+                Ok(done) => Some((index, done)),
                 // One failed training does not stop the others.
                 Err(error) => {
                     failed.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
@@ -282,20 +294,26 @@ impl Study<'_> {
                 }
             })
             .collect();
+        done.sort_by_key(|(index, _)| *index);
         match failed.into_inner().unwrap_or_else(PoisonError::into_inner) {
             Some(error) => Err(error),
-            None => Ok(done.into_iter().flatten().collect()),
+            None => Ok(done.into_iter().map(|(_, run)| run).collect()),
         }
     }
 
-    fn train(&self, mut config: RunConfig) -> Result<TrainedRun, StudyError> {
-        config.prior = PriorSource::ModelFile(self.model_path(&config.task.tool_set()).display().to_string());
-        let epsilon = config.epsilon.to_string().replace(':', "_");
-        let name = format!("{}-{}-{epsilon}-{}", config.task.name, config.method, config.seed);
+    fn train(&self, run: PlannedRun) -> Result<TrainedRun, StudyError> {
+        let PlannedRun { mut config, model, differences } = run;
+        config.prior = PriorSource::ModelFile(self.model_path(&config.task.tool_set(), model).display().to_string());
+        let parts = [config.method.name().to_owned(), config.epsilon.to_string().replace(':', "_")];
+        let parts = parts.into_iter().chain(differences.iter().map(|(key, value)| format!("{key}_{value}")));
+        let arm = parts.collect::<Vec<_>>().join("-").replace(' ', "_");
+        let name = format!("{}-{arm}-{}", config.task.name, config.seed);
         let directory = train_to_end(&self.folder.join("runs").join(&name), &config, &Watch::default())
             .map_err(|source| StudyError::Training { run: name.clone(), source })?;
         self.advance(run_work(&config), name);
-        Ok(TrainedRun::new(&config, RunHistory::read(&directory)?))
+        let mut trained = TrainedRun::new(&config, RunHistory::read(&directory)?);
+        trained.row.settings = differences;
+        Ok(trained)
     }
 
     fn figures(&self, report: &Report, priors: &[TaskPrior], runs: &[TrainedRun]) -> Result<(), StudyError> {
@@ -355,7 +373,15 @@ impl Study<'_> {
     }
 }
 
-fn model_row(evaluation: &Evaluation) -> ModelRow {
+/// File stem of a model.
+fn model_name(tools: &[ToolKind], variant: Variant) -> String {
+    match variant {
+        Variant::Full => tool_set_name(tools),
+        ablated => format!("{}-{}", tool_set_name(tools), ablated.name().replace(' ', "-")),
+    }
+}
+
+fn model_row(evaluation: &Evaluation, variant: Variant) -> ModelRow {
     let average = |values: &mut dyn Iterator<Item = f64>| {
         let values: Vec<f64> = values.collect();
         values.iter().sum::<f64>() / values.len().max(1) as f64
@@ -363,6 +389,7 @@ fn model_row(evaluation: &Evaluation) -> ModelRow {
     let horizon = evaluation.scenes.iter().map(|scene| scene.rollout.model.len()).min().unwrap_or(0);
     let after = |n: usize| average(&mut evaluation.scenes.iter().map(|scene| scene.rollout.model[n].mean));
     ModelRow {
+        structure: variant.name().to_owned(),
         tools: evaluation.launches.iter().map(|tool| tool.tool.to_string()).collect(),
         one_step_error: average(&mut evaluation.launches.iter().map(|tool| tool.errors.model.one_step.mean)),
         rollout_error: (0..horizon).map(after).collect(),

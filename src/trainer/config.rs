@@ -37,7 +37,7 @@ pub struct NoiseDecay {
 
 impl Default for NoiseDecay {
     fn default() -> Self {
-        Self { final_scale: 0.1, share: 0.5 }
+        Self { final_scale: 0.0, share: 0.5 }
     }
 }
 
