@@ -7,10 +7,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
 
 use super::figures::{RunCurves, hits as hits_figure, launches, learning_curves, relative_frames};
+use super::folder::Folder;
 use super::hits::{ActorNoise, Guided, Hits, count_hits};
 use super::plan::StudyPlan;
 use super::report::{HitsRow, LearningRow, ModelRow, Report, run_efficiency};
@@ -63,6 +62,9 @@ pub enum StudyError {
     /// A figure.
     #[error(transparent)]
     Figure(#[from] FigureError),
+    /// Threads.
+    #[error("cannot start a thread: {0}")]
+    Threads(rayon::ThreadPoolBuildError),
 }
 
 /// How far a study is.
@@ -93,11 +95,8 @@ pub fn reproduce(
     command: &str,
     tell: &(dyn Fn(&StudyProgress) + Sync),
 ) -> Result<Report, StudyError> {
-    for name in ["models", "priors", "hits", "runs", "figures"] {
-        let path = folder.join(name);
-        std::fs::create_dir_all(&path).map_err(|source| StudyError::Io { path, source })?;
-    }
-    claim(plan, folder)?;
+    let folder = Folder(folder);
+    folder.claim(plan, &["models", "priors", "hits", "runs", "figures"])?;
     let study = Study { plan, folder, command, tell, done: AtomicU64::new(0), total: total_work(plan) };
     let models = study.models()?;
     let priors = study.priors()?;
@@ -105,22 +104,10 @@ pub fn reproduce(
     let (learning, curves) = study.learning()?;
     let report = Report { version: Report::VERSION, hits, learning, models };
     study.figures(&report, &priors, &curves)?;
-    study.write_json("report.json", &report)?;
+    folder.write_json("report.json", &report)?;
     let text = report.to_markdown(plan, command)?;
-    study.write("report.md", text.as_bytes())?;
+    folder.write("report.md", text.as_bytes())?;
     Ok(report)
-}
-
-/// A folder belongs to one plan.
-fn claim(plan: &StudyPlan, folder: &Path) -> Result<(), StudyError> {
-    let path = folder.join("plan.json");
-    // Plain data always serialises.
-    let text = serde_json::to_string_pretty(plan).expect("a plan is plain data") + "\n";
-    match std::fs::read_to_string(&path) {
-        Ok(found) if found == text => Ok(()),
-        Ok(_) => Err(StudyError::OtherStudy { path: folder.to_owned() }),
-        Err(_) => crate::atomic::write(&path, text.as_bytes()).map_err(|source| StudyError::Io { path, source }),
-    }
 }
 
 fn total_work(plan: &StudyPlan) -> u64 {
@@ -144,7 +131,7 @@ fn work(seconds: f64) -> u64 {
 
 struct Study<'a> {
     plan: &'a StudyPlan,
-    folder: &'a Path,
+    folder: Folder<'a>,
     command: &'a str,
     tell: &'a (dyn Fn(&StudyProgress) + Sync),
     done: AtomicU64,
@@ -161,7 +148,7 @@ impl Study<'_> {
     }
 
     fn model_path(&self, tools: &[ToolKind]) -> PathBuf {
-        self.folder.join("models").join(format!("{}.safetensors", tool_set_name(tools)))
+        self.folder.path(&format!("models/{}.safetensors", tool_set_name(tools)))
     }
 
     /// Trains and evaluates the dynamics model of each tool set.
@@ -180,7 +167,7 @@ impl Study<'_> {
             model.save(&path)?;
             model
         };
-        let evaluation: Evaluation = self.cached(&format!("models/{}.json", tool_set_name(tools)), || {
+        let evaluation: Evaluation = self.folder.cached(&format!("models/{}.json", tool_set_name(tools)), || {
             Ok(evaluate(&model, &self.plan.tasks, &self.plan.model_evaluation)?)
         })?;
         Ok(model_row(&evaluation))
@@ -217,7 +204,7 @@ impl Study<'_> {
                 config.prior = PriorSource::ModelFile(self.model_path(&task.tool_set()).display().to_string());
                 config.seed = self.plan.seed + build;
                 let name = format!("priors/{}-{}.json", task.name, config.seed);
-                let prior: ActionPrior = self.cached(&name, || {
+                let prior: ActionPrior = self.folder.cached(&name, || {
                     // The build is never asked to stop.
                     Ok(build_prior(&config, |_| true)?.unwrap_or_else(|| ActionPrior::uniform(&task, config.seed)))
                 })?;
@@ -243,7 +230,7 @@ impl Study<'_> {
 
     fn count(&self, task: &Arc<Task>, prior: Option<&ActionPrior>, seed: u64) -> Result<HitsRow, StudyError> {
         let policy = if prior.is_some() { "guided" } else { "random" };
-        let hits: Hits = self.cached(&format!("hits/{}-{policy}-{seed}.json", task.name), || {
+        let hits: Hits = self.folder.cached(&format!("hits/{}-{policy}-{seed}.json", task.name), || {
             Ok(match prior {
                 Some(prior) => count_hits(task, &mut Guided(prior), self.plan.hit_episodes, seed),
                 None => {
@@ -289,7 +276,7 @@ impl Study<'_> {
         config.prior = PriorSource::ModelFile(self.model_path(&config.task.tool_set()).display().to_string());
         let epsilon = config.epsilon.to_string();
         let name = format!("{}-{}-{}-{}", config.task.name, config.method, epsilon.replace(':', "_"), config.seed);
-        let path = self.folder.join("runs").join(&name);
+        let path = self.folder.path("runs").join(&name);
         let directory = match path.exists() {
             true => RunDirectory::open(&path)?,
             false => RunDirectory::create(&path, &config)?,
@@ -339,38 +326,8 @@ impl Study<'_> {
     fn figure(&self, name: &str, figure: &impl Figure) -> Result<(), StudyError> {
         let seeds: Vec<u64> = (self.plan.seed..self.plan.seed + self.plan.hit_seeds).collect();
         let provenance = Provenance::new(self.command, &seeds, config_hash(self.plan)?);
-        let path = self.folder.join("figures").join(format!("{name}.png"));
+        let path = self.folder.path(&format!("figures/{name}.png"));
         Ok(figure.write(&path, &provenance, DEFAULT_DPI)?)
-    }
-
-    /// The value in a file of the study, or a new one, saved there.
-    fn cached<T: Serialize + DeserializeOwned>(
-        &self,
-        name: &str,
-        make: impl FnOnce() -> Result<T, StudyError>,
-    ) -> Result<T, StudyError> {
-        let path = self.folder.join(name);
-        match std::fs::read_to_string(&path) {
-            Ok(text) => {
-                serde_json::from_str(&text).map_err(|error| StudyError::Content { path, message: error.to_string() })
-            }
-            Err(_) => {
-                let value = make()?;
-                self.write_json(name, &value)?;
-                Ok(value)
-            }
-        }
-    }
-
-    fn write_json(&self, name: &str, value: &impl Serialize) -> Result<(), StudyError> {
-        // Plain data always serialises.
-        let text = serde_json::to_string_pretty(value).expect("results are plain data") + "\n";
-        self.write(name, text.as_bytes())
-    }
-
-    fn write(&self, name: &str, bytes: &[u8]) -> Result<(), StudyError> {
-        let path = self.folder.join(name);
-        crate::atomic::write(&path, bytes).map_err(|source| StudyError::Io { path, source })
     }
 }
 
