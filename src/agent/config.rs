@@ -69,7 +69,7 @@ impl Default for DdpgConfig {
             critic_learning_rate: 1e-3,
             batch_size: 128,
             optimiser: OptimiserKind::Adam,
-            gamma: 0.99,
+            gamma: 0.95,
             tau: 0.005,
             replay_capacity: 100_000,
             warmup_steps: 500,

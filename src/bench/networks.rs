@@ -1,12 +1,12 @@
 //! The paper's graph network (appendix A.1) on the shapes of its training.
 
-use std::sync::Arc;
-
 use dfdx::prelude::*;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::nn::{Activation, InitScheme, Matrix, Mlp, MlpShape, Optimiser, OptimiserKind, matrix, rows};
+use crate::nn::{
+    Activation, Branch, InitScheme, Matrix, Mlp, MlpShape, Optimiser, OptimiserKind, matrix, rows, sum_of_branches,
+};
 
 const NODE: usize = 10;
 const EDGE: usize = 21;
@@ -18,8 +18,8 @@ const ROLLOUTS: usize = 4096;
 
 pub(super) fn train_step() -> Box<dyn FnMut()> {
     let mut network = GraphNetwork::new();
-    let edges = [random(BATCH / 2, EDGE), random(BATCH / 2, EDGE)];
-    let receivers: [Arc<[usize]>; 2] = [(0..BATCH / 2).collect(), (BATCH / 2..BATCH).collect()];
+    let edges = [random(BATCH / 2, EDGE).as_vec(), random(BATCH / 2, EDGE).as_vec()];
+    let receivers: [Vec<usize>; 2] = [(0..BATCH / 2).collect(), (BATCH / 2..BATCH).collect()];
     let (nodes, targets) = (random(BATCH, NODE), random(BATCH, 2));
     Box::new(move || network.train_step(&edges, &receivers, &nodes, &targets))
 }
@@ -52,12 +52,10 @@ impl GraphNetwork {
         Self { optimiser: Optimiser::new(OptimiserKind::Adam, &networks), edges, node, decoder }
     }
 
-    fn train_step(&mut self, edges: &[Matrix; 2], receivers: &[Arc<[usize]>; 2], nodes: &Matrix, targets: &Matrix) {
-        let message = |edge: usize| {
-            let messages = self.edges[edge].forward_data(edges[edge].leaky_trace());
-            rows::scatter_sum(messages, receivers[edge].clone(), BATCH)
-        };
-        let sum = message(0) + message(1);
+    fn train_step(&mut self, edges: &[Vec<f32>; 2], receivers: &[Vec<usize>; 2], nodes: &Matrix, targets: &Matrix) {
+        let branch =
+            |edge: usize| Branch { network: &self.edges[edge], inputs: &edges[edge], targets: &receivers[edge] };
+        let sum = sum_of_branches(&[branch(0), branch(1)], BATCH, EMBEDDING, &Cpu::default());
         let embedding = self.node.forward(rows::concat_columns(sum, nodes.clone()));
         let predicted = self.decoder.forward(embedding);
         let mut gradients = (predicted - targets.clone()).square().mean().backward();

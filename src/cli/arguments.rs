@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+use crate::dynamics::{Loss, Variant};
 use crate::guidance::EpsilonSchedule;
 use crate::physics::ToolKind;
 use crate::trainer::{Method, PriorSource};
@@ -138,6 +139,8 @@ pub enum Dynamics {
     Train(DynamicsTrain),
     /// Measure the errors of a model on fresh launches and unseen scenes, as JSON
     Evaluate(DynamicsEvaluate),
+    /// Compare the model with three that lack one structural assumption each; resumes
+    Ablate(DynamicsAblate),
 }
 
 #[derive(Debug, Args)]
@@ -169,9 +172,41 @@ pub struct DynamicsTrain {
     /// One-step observations of each tool
     #[arg(long)]
     pub observations: Option<usize>,
-    /// The paper's literal reading: one prediction for a whole action, positions only
+    /// Loss of the normalised outputs: squared or huber:WIDTH
+    #[arg(long)]
+    pub loss: Option<Loss>,
+    /// Switch a structural assumption off: shared-edges, fully-connected or absolute
+    #[arg(long)]
+    pub ablate: Option<Variant>,
+    /// The paper's literal reading: one prediction for a whole action, positions only,
+    /// trained with the squared error and one learning rate
     #[arg(long)]
     pub literal: bool,
+    /// No progress on stderr
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct DynamicsAblate {
+    /// Folder of the results
+    #[arg(long)]
+    pub out: PathBuf,
+    /// One tool set, such as box,bucket; those of all shipped tasks if not given
+    #[arg(long, value_delimiter = ',')]
+    pub tools: Option<Vec<ToolKind>>,
+    /// Number of seeds
+    #[arg(long, default_value_t = 5)]
+    pub seeds: u64,
+    /// First seed
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Passes over the observations, as in a training
+    #[arg(long)]
+    pub epochs: Option<u32>,
+    /// Threads; all cores if not given
+    #[arg(long)]
+    pub threads: Option<usize>,
     /// No progress on stderr
     #[arg(long)]
     pub quiet: bool,

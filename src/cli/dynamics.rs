@@ -1,16 +1,21 @@
 //! `mge dynamics`: train and evaluate dynamics models.
 
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use super::Outcome;
-use super::arguments::{Dynamics, DynamicsEvaluate, DynamicsTrain};
+use super::arguments::{Dynamics, DynamicsAblate, DynamicsEvaluate, DynamicsTrain};
 use super::progress::Progress;
 use crate::dynamics::{
-    self, DynamicsError, Ended, EvaluationConfig, Model, ModelConfig, TrainConfig, Training, evaluate,
+    self, DynamicsError, Ended, EvaluationConfig, Model, ModelConfig, TrainConfig, Training, Variant,
+    canonical_tool_set, evaluate,
 };
 use crate::figures::{DEFAULT_DPI, Figure, Provenance};
 use crate::nn::TensorFile;
-use crate::study::model_error_figure;
+use crate::physics::ToolKind;
+use crate::stats::Bootstrap;
+use crate::study::ablation::{AblationPlan, ablation};
+use crate::study::{StudyPlan, StudyProgress, model_error_figure};
 use crate::task;
 
 /// Epochs between two checkpoints of a training.
@@ -20,6 +25,7 @@ pub fn run(command: Dynamics) -> Outcome {
     match command {
         Dynamics::Train(arguments) => train(&arguments),
         Dynamics::Evaluate(arguments) => run_evaluation(&arguments),
+        Dynamics::Ablate(arguments) => ablate(&arguments),
     }
 }
 
@@ -28,7 +34,7 @@ fn train(arguments: &DynamicsTrain) -> Outcome {
     let checkpoint = arguments.out.with_extension("checkpoint");
     let command = command_line(arguments);
     let mut training = match std::fs::read(&checkpoint) {
-        Ok(bytes) => resume(&bytes, &checkpoint, &config, &settings)?,
+        Ok(bytes) => resume(&bytes, &checkpoint, &config, &settings, &arguments.tools)?,
         Err(_) => Training::new(config, settings, &arguments.tools, &command)?,
     };
     let mut progress = Progress::new(1, arguments.quiet);
@@ -61,13 +67,18 @@ fn train(arguments: &DynamicsTrain) -> Outcome {
 }
 
 fn settings(arguments: &DynamicsTrain) -> Result<(ModelConfig, TrainConfig), Box<dyn std::error::Error>> {
-    let mut config = if arguments.literal { ModelConfig::literal() } else { ModelConfig::default() };
-    let mut training = TrainConfig { seed: arguments.seed, ..TrainConfig::default() };
+    let (config, training) = match arguments.literal {
+        true => (ModelConfig::literal(), TrainConfig::literal()),
+        false => Default::default(),
+    };
+    let mut config = arguments.ablate.unwrap_or(Variant::Full).apply(config);
+    let mut training = TrainConfig { seed: arguments.seed, ..training };
     config.layers = arguments.layers.unwrap_or(config.layers);
     training.epochs = arguments.epochs.unwrap_or(training.epochs);
     training.learning_rate = arguments.learning_rate.unwrap_or(training.learning_rate);
     training.batch = arguments.batch.unwrap_or(training.batch);
     training.observations = arguments.observations.unwrap_or(training.observations);
+    training.loss = arguments.loss.unwrap_or(training.loss);
     if let Some(name) = &arguments.optimiser {
         training.optimiser = serde_json::from_value(name.as_str().into())
             .map_err(|_| format!("--optimiser {name}: use adam, sgd or rms_prop"))?;
@@ -80,13 +91,15 @@ fn resume(
     path: &Path,
     config: &ModelConfig,
     settings: &TrainConfig,
+    tools: &[ToolKind],
 ) -> Result<Training, Box<dyn std::error::Error>> {
     let origin = path.display().to_string();
     let file =
         TensorFile::from_bytes(bytes).map_err(|source| DynamicsError::File { origin: origin.clone(), source })?;
     let training = Training::resume(&file, &origin)?;
     let model = training.model();
-    if model.config() != config || model.provenance().training != *settings {
+    let tools = canonical_tool_set(tools)?;
+    if model.config() != config || model.provenance().training != *settings || model.tools() != tools {
         return Err(format!("{origin} is of a training with other settings: use them, or remove the file").into());
     }
     Ok(training)
@@ -103,6 +116,8 @@ fn command_line(arguments: &DynamicsTrain) -> String {
         ("batch", arguments.batch.map(|value| value.to_string())),
         ("optimiser", arguments.optimiser.clone()),
         ("observations", arguments.observations.map(|value| value.to_string())),
+        ("loss", arguments.loss.map(|value| value.to_string())),
+        ("ablate", arguments.ablate.map(|value| value.to_string())),
     ];
     for (name, value) in options {
         if let Some(value) = value {
@@ -131,5 +146,39 @@ fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
         model_error_figure(&evaluation, &model).write(path, &provenance, DEFAULT_DPI)?;
     }
     println!("{}", serde_json::to_string_pretty(&evaluation)?);
+    Ok(())
+}
+
+fn ablate(arguments: &DynamicsAblate) -> Outcome {
+    let StudyPlan { tasks, .. } = StudyPlan::full(arguments.seed);
+    let tool_sets = match &arguments.tools {
+        Some(tools) => vec![canonical_tool_set(tools)?],
+        None => StudyPlan::full(arguments.seed).tool_sets(),
+    };
+    let mut training = TrainConfig { seed: arguments.seed, ..TrainConfig::default() };
+    training.epochs = arguments.epochs.unwrap_or(training.epochs);
+    let mut command = "mge dynamics ablate".to_owned();
+    if arguments.tools.is_some() {
+        command += &format!(" --tools {}", tool_sets[0].iter().map(|tool| tool.name()).collect::<Vec<_>>().join(","));
+    }
+    command += &format!(" --seeds {} --seed {} --epochs {}", arguments.seeds, arguments.seed, training.epochs);
+    let plan = AblationPlan {
+        model: ModelConfig::default(),
+        training,
+        seeds: arguments.seeds.max(1),
+        tool_sets,
+        tasks,
+        evaluation: EvaluationConfig::default(),
+        bootstrap: Bootstrap::default(),
+    };
+    let progress = Mutex::new(Progress::new(1, arguments.quiet));
+    let tell = |now: &StudyProgress| {
+        // A panic elsewhere leaves the bar as it is.
+        progress.lock().unwrap_or_else(PoisonError::into_inner).set(now.done, now.total, &now.message);
+    };
+    let threads = arguments.threads.unwrap_or_else(rayon::current_num_threads);
+    ablation(&plan, &arguments.out, &command, threads, &tell)?;
+    drop(progress);
+    println!("{}", arguments.out.join("ablation.md").display());
     Ok(())
 }

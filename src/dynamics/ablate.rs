@@ -1,40 +1,54 @@
 //! What each structural assumption of section 4.1 is worth: the whole model and three
 //! models with one assumption switched off, trained on the same launches.
 
+use std::fmt;
+use std::str::FromStr;
+
 use serde::{Deserialize, Serialize};
 
 use super::config::{Coordinates, EdgeActivation, EdgeFunctions, ModelConfig, TrainConfig};
 use super::error::DynamicsError;
 use super::evaluate::{Evaluation, EvaluationConfig, evaluate};
+use super::model::Model;
 use super::train::{Ended, Progress, Training};
 use crate::physics::ToolKind;
 use crate::task::Task;
 
 /// A model with at most one structural assumption switched off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "kebab-case")]
 pub enum Variant {
-    /// All three assumptions.
+    /// `full`: all three assumptions.
     Full,
-    /// One edge function for all pairs of object types.
+    /// `shared-edges`: one edge function for all pairs of object types.
     SharedEdges,
-    /// All edges always active.
+    /// `fully-connected`: all edges always active.
     FullyConnected,
-    /// Positions on the screen, not relative to the ball.
-    AbsoluteCoordinates,
+    /// `absolute`: positions on the screen, not relative to the ball.
+    Absolute,
 }
 
 impl Variant {
     /// The four variants.
-    pub const ALL: [Variant; 4] = [Self::Full, Self::SharedEdges, Self::FullyConnected, Self::AbsoluteCoordinates];
+    pub const ALL: [Variant; 4] = [Self::Full, Self::SharedEdges, Self::FullyConnected, Self::Absolute];
+
+    /// Name in commands and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Full => "full",
+            Self::SharedEdges => "shared-edges",
+            Self::FullyConnected => "fully-connected",
+            Self::Absolute => "absolute",
+        }
+    }
 
     /// Name for people.
-    pub fn name(self) -> &'static str {
+    pub fn label(self) -> &'static str {
         match self {
             Self::Full => "full",
             Self::SharedEdges => "shared edge function",
             Self::FullyConnected => "fully connected",
-            Self::AbsoluteCoordinates => "absolute coordinates",
+            Self::Absolute => "absolute coordinates",
         }
     }
 
@@ -44,9 +58,25 @@ impl Variant {
             Self::Full => {}
             Self::SharedEdges => config.edge_functions = EdgeFunctions::Shared,
             Self::FullyConnected => config.edges = EdgeActivation::FullyConnected,
-            Self::AbsoluteCoordinates => config.coordinates = Coordinates::Absolute,
+            Self::Absolute => config.coordinates = Coordinates::Absolute,
         }
         config
+    }
+}
+
+impl fmt::Display for Variant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Variant {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let known = || Self::ALL.map(Self::name).join(", ");
+        let found = Self::ALL.into_iter().find(|variant| variant.name() == text);
+        found.ok_or_else(|| format!("unknown variant `{text}`: use {}", known()))
     }
 }
 
@@ -57,40 +87,54 @@ pub struct Ablated {
     pub variant: Variant,
     /// Seed of the launches, of the initial weights and of the batches.
     pub seed: u64,
-    /// How the training ended, if not by doing all epochs.
+    /// Why the training ended before all epochs were done, if it did.
     pub failure: Option<String>,
     /// Its errors on what it never saw.
     pub evaluation: Evaluation,
 }
 
-/// Trains and evaluates all variants with each of `seeds`. Variants of one seed learn from
-/// the same launches and are evaluated on the same ones. `watch` sees every epoch's
-/// progress; when it returns false, the results so far are returned.
-///
-/// # Errors
-/// When a setting or the tool set is not usable.
-pub fn ablate(
-    config: &ModelConfig,
-    training: &TrainConfig,
-    tools: &[ToolKind],
-    seeds: &[u64],
-    tasks: &[Task],
-    evaluation: &EvaluationConfig,
-    mut watch: impl FnMut(Variant, u64, &Progress) -> bool,
-) -> Result<Vec<Ablated>, DynamicsError> {
-    let mut results = Vec::new();
-    for &seed in seeds {
-        for variant in Variant::ALL {
-            let settings = TrainConfig { seed, ..training.clone() };
-            let mut training = Training::new(variant.apply(config.clone()), settings, tools, "mge dynamics ablate")?;
-            let failure = match training.run(|_, progress| watch(variant, seed, progress)) {
-                Ended::Done => None,
-                Ended::Stopped => return Ok(results),
-                Ended::Diverged { reason, .. } => Some(reason),
-            };
-            let evaluation = evaluate(training.model(), tasks, evaluation)?;
-            results.push(Ablated { variant, seed, failure, evaluation });
-        }
+/// What all variants have in common.
+#[derive(Debug, Clone, Copy)]
+pub struct Ablation<'a> {
+    /// The model with all assumptions.
+    pub model: &'a ModelConfig,
+    /// Its training; the seed is that of a variant.
+    pub training: &'a TrainConfig,
+    /// The tool set.
+    pub tools: &'a [ToolKind],
+    /// Tasks whose scenes are predicted.
+    pub tasks: &'a [Task],
+    /// The evaluation.
+    pub evaluation: &'a EvaluationConfig,
+    /// The command that makes the models again.
+    pub command: &'a str,
+}
+
+impl Ablation<'_> {
+    /// Trains and evaluates a variant. Variants with one seed learn from the same launches
+    /// and are evaluated on the same ones. `watch` sees every epoch's progress. A training
+    /// that diverges gives its last good state and the reason.
+    ///
+    /// # Errors
+    /// When a setting or the tool set is not usable.
+    pub fn run(
+        &self,
+        variant: Variant,
+        seed: u64,
+        mut watch: impl FnMut(&Progress),
+    ) -> Result<(Model, Ablated), DynamicsError> {
+        let settings = TrainConfig { seed, ..self.training.clone() };
+        let mut training = Training::new(variant.apply(self.model.clone()), settings, self.tools, self.command)?;
+        let ended = training.run(|_, progress| {
+            watch(progress);
+            true
+        });
+        let failure = match ended {
+            Ended::Done | Ended::Stopped => None,
+            Ended::Diverged { epoch, reason } => Some(format!("epoch {epoch}: {reason}")),
+        };
+        let model = training.model().clone();
+        let evaluation = evaluate(&model, self.tasks, self.evaluation)?;
+        Ok((model, Ablated { variant, seed, failure, evaluation }))
     }
-    Ok(results)
 }

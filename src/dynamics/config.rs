@@ -1,5 +1,8 @@
 //! Settings of a dynamics model, of its training and of the launches it learns from.
 
+use std::fmt;
+use std::str::FromStr;
+
 use serde::{Deserialize, Serialize};
 
 use super::error::DynamicsError;
@@ -193,14 +196,70 @@ pub enum RateSchedule {
 }
 
 /// The loss of one normalised output.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub enum Loss {
-    /// Squared error.
-    #[default]
+    /// `squared`: the squared error.
     Squared,
-    /// Huber's loss with a width of 0.1: squared near 0, absolute beyond.
-    Huber,
+    /// `huber:WIDTH`: Huber's loss, half the squared error up to this width and a straight
+    /// line beyond.
+    Huber(f32),
+}
+
+impl Default for Loss {
+    fn default() -> Self {
+        Self::Squared
+    }
+}
+
+impl Loss {
+    /// The loss of one error.
+    pub fn of(self, error: f64) -> f64 {
+        match self {
+            Self::Squared => error * error,
+            Self::Huber(width) => {
+                let (width, size) = (f64::from(width), error.abs());
+                if size < width { size * size / 2.0 } else { width * (size - width / 2.0) }
+            }
+        }
+    }
+}
+
+impl fmt::Display for Loss {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Squared => write!(f, "squared"),
+            Self::Huber(width) => write!(f, "huber:{width}"),
+        }
+    }
+}
+
+impl From<Loss> for String {
+    fn from(loss: Loss) -> Self {
+        loss.to_string()
+    }
+}
+
+impl TryFrom<String> for Loss {
+    type Error = DynamicsError;
+
+    fn try_from(text: String) -> Result<Self, DynamicsError> {
+        text.parse()
+    }
+}
+
+impl FromStr for Loss {
+    type Err = DynamicsError;
+
+    fn from_str(text: &str) -> Result<Self, DynamicsError> {
+        let width = |text: &str| text.parse().ok().filter(|width: &f32| *width > 0.0 && width.is_finite());
+        match text.split_once(':') {
+            None if text == "squared" => Some(Self::Squared),
+            Some(("huber", text)) => width(text).map(Self::Huber),
+            _ => None,
+        }
+        .ok_or(DynamicsError::Config { field: "loss", message: "must be squared or huber:WIDTH, such as huber:0.1" })
+    }
 }
 
 impl Default for TrainConfig {
@@ -222,6 +281,18 @@ impl Default for TrainConfig {
 }
 
 impl TrainConfig {
+    /// The paper's literal reading: what was observed and nothing else, each row as often
+    /// as any other, the squared error, one learning rate.
+    pub fn literal() -> Self {
+        Self {
+            schedule: RateSchedule::Constant,
+            loss: Loss::Squared,
+            mirror: false,
+            contact_share: 0.0,
+            ..Self::default()
+        }
+    }
+
     /// Checks the ranges.
     ///
     /// # Errors
@@ -235,6 +306,9 @@ impl TrainConfig {
             Self { batch: 0, .. } => error("batch", "must be at least 1"),
             Self { learning_rate, .. } if !(*learning_rate > 0.0 && learning_rate.is_finite()) => {
                 error("learning_rate", "must be positive")
+            }
+            Self { loss: Loss::Huber(width), .. } if !(*width > 0.0 && width.is_finite()) => {
+                error("loss", "must be squared or huber:WIDTH, such as huber:0.1")
             }
             Self { contact_share, .. } if !(0.0..=1.0).contains(contact_share) => {
                 error("contact_share", "must be from 0 to 1")

@@ -4,7 +4,7 @@
 //! The way of the data: [`collect`] launches balls at single tools → [`Samples`] are graphs
 //! and targets of every prediction interval in them → [`Training`] fits a [`Network`] →
 //! [`Model`] predicts, as one batch for thousands of scenes → [`rollouts`] for guidance,
-//! [`evaluate()`] and [`ablate()`] for evidence.
+//! [`evaluate()`] and [`Ablation`] for evidence.
 //!
 //! # Choices
 //! What the paper leaves open or what differs from its literal reading
@@ -49,7 +49,7 @@ mod samples;
 mod shipped;
 mod train;
 
-pub use ablate::{Ablated, Variant, ablate};
+pub use ablate::{Ablated, Ablation, Variant};
 pub use baseline::{ConstantVelocity, NearestSample};
 pub use codec::Codec;
 pub use config::{

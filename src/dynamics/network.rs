@@ -1,15 +1,16 @@
 //! The graph network on dfdx (paper, equation 1 and appendix A.1): edge functions, the
 //! sum of messages, the node function, the decoder.
 
-use std::sync::Arc;
-
 use dfdx::prelude::*;
 use rand_chacha::ChaCha8Rng;
 
 use super::config::ModelConfig;
 use super::graph::{Graphs, Layout};
-use crate::nn::rows::{concat_columns, scatter_sum};
-use crate::nn::{Activation, InitScheme, Matrix, Mlp, MlpShape, NnError, TensorFile, TensorFileError, matrix};
+use crate::nn::rows::concat_columns;
+use crate::nn::{
+    Activation, Branch, InitScheme, Matrix, Mlp, MlpShape, NnError, TensorFile, TensorFileError, matrix,
+    sum_of_branches,
+};
 
 /// The learned functions of a dynamics model. Inputs and outputs are normalised.
 #[derive(Debug, Clone)]
@@ -63,18 +64,13 @@ impl Network {
     pub fn forward(&self, graphs: &Graphs, device: &Cpu) -> Matrix<OwnedTape<f32, Cpu>> {
         let node_columns = graphs.nodes.len() / graphs.scenes;
         let embedding = self.node.shape().inputs() - node_columns;
-        let no_message = matrix(device, vec![0.0; graphs.scenes * embedding], graphs.scenes, embedding);
-        let mut sum = no_message.leaky_traced();
-        for (function, edges) in self.edges.iter().zip(&graphs.edges) {
-            let count = edges.receivers.len();
-            if count == 0 {
-                continue;
-            }
-            let inputs = matrix(device, edges.inputs.clone(), count, function.shape().inputs());
-            let messages = function.forward_data(inputs.leaky_traced());
-            let receivers: Arc<[usize]> = edges.receivers.as_slice().into();
-            sum = sum + scatter_sum(messages, receivers, graphs.scenes);
-        }
+        let branches: Vec<Branch> = self
+            .edges
+            .iter()
+            .zip(&graphs.edges)
+            .map(|(network, edges)| Branch { network, inputs: &edges.inputs, targets: &edges.receivers })
+            .collect();
+        let sum = sum_of_branches(&branches, graphs.scenes, embedding, device);
         let nodes = matrix(device, graphs.nodes.clone(), graphs.scenes, node_columns);
         self.decoder.forward(self.node.forward(concat_columns(nodes.leaky_traced(), sum)))
     }

@@ -221,6 +221,54 @@ fn a_literal_model_knows_the_speed_of_free_fall() {
 }
 
 #[test]
+fn losses_are_written_as_they_are_read() {
+    for (text, errors) in [("squared", [0.0025, 4.0]), ("huber:0.1", [0.00125, 0.195])] {
+        let loss: Loss = text.parse().unwrap();
+        assert_eq!(loss.to_string(), text);
+        assert_eq!(serde_json::from_str::<Loss>(&format!("\"{text}\"")).unwrap(), loss);
+        for (error, expected) in [(-0.05, errors[0]), (2.0, errors[1])] {
+            assert!((loss.of(error) - expected).abs() < 1e-6, "{text} of {error}: {}", loss.of(error));
+        }
+    }
+    for text in ["huber", "huber:0", "huber:NaN", "absolute", "squared:1"] {
+        assert!(text.parse::<Loss>().unwrap_err().to_string().contains("huber:WIDTH"), "{text}");
+    }
+}
+
+#[test]
+fn training_reports_the_loss_it_minimises() {
+    for loss in [Loss::Squared, Loss::Huber(0.3)] {
+        // Every row of the data in one batch, and a rate that moves nothing.
+        let train = TrainConfig { loss, learning_rate: 1e-30, epochs: 1, mirror: false, batch: 1000, ..quick() };
+        let config = ModelConfig { interval: STEPS_PER_ACTION, ..small() };
+        let mut training = training(config, TrainConfig { observations: 8, validation: 8, ..train });
+        let launches: Vec<Launch> = TOOLS.iter().flat_map(|&kind| collect(kind, 8, Split::Training, 5)).collect();
+        let mut reported = f64::NAN;
+        training.run(|_, progress| {
+            reported = f64::from(progress.loss);
+            true
+        });
+        let model = training.model();
+        let (mut sum, mut count) = (0.0, 0.0);
+        for launch in &launches {
+            let (before, after) = (launch.states[0], launch.states[STEPS_PER_ACTION as usize]);
+            let predicted = predict(model, before, &[launch.tool]);
+            let encode = |after: &BallState| {
+                let mut target = Vec::new();
+                model.codec.encode(&before, after, &mut target);
+                model.normaliser.targets.normalise(&mut target);
+                target
+            };
+            for (output, target) in encode(&predicted).iter().zip(encode(&after)) {
+                sum += loss.of(f64::from(output - target));
+                count += 1.0;
+            }
+        }
+        assert!((reported / (sum / count) - 1.0).abs() < 1e-3, "{loss}: {reported} {}", sum / count);
+    }
+}
+
+#[test]
 fn training_lowers_the_error() {
     let mut training = training(small(), TrainConfig { observations: 200, validation: 20, epochs: 60, ..quick() });
     let before = training.validation_loss();
@@ -347,8 +395,25 @@ fn evaluation_and_ablation_report_every_part() {
     let settings = EvaluationConfig { launches: 20, episodes: 1, horizon: 2, hit_rollouts: 10, seed: 3 };
     let train = TrainConfig { epochs: 1, observations: 8, ..quick() };
     let tools = [ToolKind::Square, ToolKind::Floor];
-    let results = ablate(&small(), &train, &tools, &[1], &task::shipped(), &settings, |_, _, _| true).unwrap();
-    assert_eq!(results.iter().map(|result| result.variant).collect::<Vec<_>>(), Variant::ALL);
+    let ablation = Ablation {
+        model: &small(),
+        training: &train,
+        tools: &tools,
+        tasks: &task::shipped(),
+        evaluation: &settings,
+        command: "test",
+    };
+    let mut epochs = 0;
+    let results = Variant::ALL.map(|variant| {
+        let watch = |progress: &Progress| epochs += progress.epoch;
+        let (model, result) = ablation.run(variant, 1, watch).unwrap();
+        // A variant is a model like any other: its file says what it is.
+        let read = Model::from_bytes(&model.to_file().to_bytes(), "variant").unwrap();
+        assert_eq!(read.config(), &variant.apply(small()));
+        assert_eq!(variant.to_string().parse(), Ok(variant));
+        result
+    });
+    assert_eq!(epochs, 4);
     for result in &results {
         assert_eq!(result.evaluation.data_hash, results[0].evaluation.data_hash, "the same launches");
         let scenes: Vec<&str> = result.evaluation.scenes.iter().map(|scene| scene.task.as_str()).collect();
@@ -362,6 +427,7 @@ fn evaluation_and_ablation_report_every_part() {
     }
     let text = serde_json::to_string(&results).unwrap();
     assert_eq!(serde_json::from_str::<Vec<Ablated>>(&text).unwrap(), results);
+    assert!("none".parse::<Variant>().unwrap_err().contains("shared-edges"));
 }
 
 #[test]

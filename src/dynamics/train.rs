@@ -117,7 +117,8 @@ impl Training {
         let (started, first) = (Instant::now(), self.epoch());
         while self.epoch() < epochs {
             let good = (self.model.network.clone(), self.optimiser.clone());
-            let loss = match self.train_epoch() {
+            // A thread of the pool itself divides its work with less ado than one from outside.
+            let loss = match rayon::scope(|_| self.train_epoch()) {
                 Ok(loss) => loss,
                 Err(reason) => {
                     (self.model.network, self.optimiser) = good;
@@ -165,7 +166,7 @@ impl Training {
             let predicted = self.model.network.forward(&graphs, &self.device);
             let loss = match loss_kind {
                 Loss::Squared => mse_loss(predicted, targets),
-                Loss::Huber => huber_loss(predicted, targets, HUBER_WIDTH),
+                Loss::Huber(width) => huber_loss(predicted, targets, width),
             };
             let value = loss.array();
             if !value.is_finite() {
@@ -181,14 +182,9 @@ impl Training {
     /// Mean loss on the launches that are kept for validation.
     pub fn validation_loss(&self) -> f32 {
         let outputs = self.model.network.predict(&self.validation.graphs);
+        let loss = self.model.provenance.training.loss;
         let errors = outputs.iter().zip(&self.validation.targets).map(|(output, target)| f64::from(output - target));
-        let sum: f64 = match self.model.provenance.training.loss {
-            Loss::Squared => errors.map(|error| error * error).sum(),
-            Loss::Huber => errors
-                .map(f64::abs)
-                .map(|e| if e < HUBER_WIDTH { e * e / 2.0 } else { HUBER_WIDTH * (e - HUBER_WIDTH / 2.0) })
-                .sum(),
-        };
+        let sum: f64 = errors.map(|error| loss.of(error)).sum();
         (sum / outputs.len().max(1) as f64) as f32
     }
 
@@ -223,7 +219,6 @@ impl Training {
 }
 
 const OPTIMISER: &str = "optimiser";
-const HUBER_WIDTH: f64 = 0.1;
 
 struct Data {
     samples: Samples,

@@ -12,7 +12,8 @@ use super::{
     Init, Matrix, MlpShape, NnError, TensorFile, TensorFileError,
     kernel::Buffer,
     layer::{Layer, dense},
-    stack::{LayerGradients, PredictWorkspace, Workspace},
+    predict::PredictWorkspace,
+    stack::{self, Backward, Forward, LayerGradients, Workspace},
 };
 
 /// A stack of dense layers whose parameters are dfdx tensors.
@@ -32,7 +33,7 @@ pub struct Mlp {
 
 /// Memory of passes that are done, for the next ones.
 #[derive(Debug, Default)]
-struct Pool<W>(Arc<Mutex<Vec<W>>>);
+pub(super) struct Pool<W>(Arc<Mutex<Vec<W>>>);
 
 impl<W> Clone for Pool<W> {
     /// The same pool.
@@ -42,13 +43,13 @@ impl<W> Clone for Pool<W> {
 }
 
 impl<W: Default> Pool<W> {
-    fn take(&self) -> W {
+    pub fn take(&self) -> W {
         // A poisoned lock is fine: a workspace has no state that a panic could leave half done.
         let mut free = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         free.pop().unwrap_or_default()
     }
 
-    fn give_back(&self, workspace: W) {
+    pub fn give_back(&self, workspace: W) {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).push(workspace);
     }
 }
@@ -161,19 +162,23 @@ impl Mlp {
             data.copy_into(left_input);
         }
         x.copy_into(input);
-        workspace.forward(&self.layers);
+        stack::forward(&mut [Forward { layers: &self.layers, workspace: &mut workspace }]);
         workspace.output(&self.layers, &mut values);
         y.copy_from(&values);
 
         let (layers, pool, out) = (self.layers.clone(), self.training.clone(), y.clone());
         tape.add_backward_op(move |grads| {
             let dy = mem::take(&mut **grads.get_or_alloc_mut(&out)?);
-            if wanted.parameters {
-                let mut parameters = take_gradients(&layers, grads)?;
-                workspace.backward(&layers, &dy, Some(&mut parameters), wanted.input);
+            let mut parameters = wanted.parameters.then(|| take_gradients(&layers, grads)).transpose()?;
+            stack::backward(&mut [Backward {
+                layers: &layers,
+                workspace: &mut workspace,
+                dy: &dy,
+                gradients: parameters.as_deref_mut(),
+                input: wanted.input,
+            }]);
+            if let Some(parameters) = parameters {
                 put_gradients(&layers, parameters, grads)?;
-            } else {
-                workspace.backward(&layers, &dy, None, wanted.input);
             }
             **grads.get_or_alloc_mut(&out)? = dy;
             if wanted.input {
@@ -219,6 +224,11 @@ impl Mlp {
     /// The layers, for the optimiser.
     pub(super) fn layers(&self) -> &[Layer] {
         &self.layers
+    }
+
+    /// Memory of training passes.
+    pub(super) fn training_pool(&self) -> &Pool<Workspace> {
+        &self.training
     }
 
     /// The layers, for the optimiser.

@@ -84,10 +84,11 @@ impl Optimiser {
         for network in networks.iter() {
             gradients.push(take_gradients(network.layers(), grads)?);
         }
-        let norm = norm(&gradients);
+        let threads = self.parameters >= WORTH_A_THREAD && rayon::current_num_threads() > 1;
+        let norm = norm(&gradients, threads);
         if norm.is_finite() {
             self.steps += 1;
-            self.step(networks, &gradients, rate);
+            self.step(networks, &gradients, rate, threads);
         }
         for (network, gradients) in networks.iter().zip(gradients) {
             put_gradients(network.layers(), gradients, grads)?;
@@ -95,7 +96,7 @@ impl Optimiser {
         if norm.is_finite() { Ok(norm) } else { Err(NnError::NotFinite { norm }) }
     }
 
-    fn step(&mut self, networks: &mut [&mut Mlp], gradients: &[Vec<LayerGradients>], rate: f32) {
+    fn step(&mut self, networks: &mut [&mut Mlp], gradients: &[Vec<LayerGradients>], rate: f32, threads: bool) {
         let rule = AnyRule::new(self.kind, self.steps, rate);
         let (mut mean, mut square) = (&mut self.mean[..], &mut self.square[..]);
         let mut work = Vec::new();
@@ -106,11 +107,11 @@ impl Optimiser {
                 work.push(LayerStep { layer, weight, bias, mean, square });
             }
         }
-        if self.parameters < WORTH_A_THREAD || rayon::current_num_threads() == 1 {
+        if threads {
+            work.into_par_iter().for_each_init(Buffer::default, |copy, layer| layer.run(rule, copy));
+        } else {
             let mut copy = Buffer::default();
             work.into_iter().for_each(|layer| layer.run(rule, &mut copy));
-        } else {
-            work.into_par_iter().for_each_init(Buffer::default, |copy, layer| layer.run(rule, copy));
         }
     }
 
@@ -158,11 +159,14 @@ struct State {
 const WORTH_A_THREAD: usize = 50_000;
 
 /// Euclidean norm; infinite or NaN if any gradient is (or if the squares exceed the range of
-/// `f32`, which is divergence as well).
-fn norm(gradients: &[Vec<LayerGradients>]) -> f64 {
+/// `f32`, which is divergence as well). Summed layer by layer, in order.
+fn norm(gradients: &[Vec<LayerGradients>], threads: bool) -> f64 {
     let square = |g: &[f32]| f64::from(SumOfSquares(g).go());
-    let layers = gradients.iter().flatten();
-    layers.map(|(weight, bias)| square(weight) + square(bias)).sum::<f64>().sqrt()
+    let layer = |(weight, bias): &LayerGradients| square(weight) + square(bias);
+    let layers: Vec<&LayerGradients> = gradients.iter().flatten().collect();
+    let squares: Vec<f64> =
+        if threads { layers.into_par_iter().map(layer).collect() } else { layers.into_iter().map(layer).collect() };
+    squares.iter().sum::<f64>().sqrt()
 }
 
 /// The first `n` elements of `rest`, which loses them; nothing if it is empty.

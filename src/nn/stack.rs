@@ -1,15 +1,14 @@
 //! Forward and backward pass through a whole stack of layers, on memory that is used again.
 //!
-//! The rows of a batch are cut into one contiguous [`Span`] a thread. Passes through the layers
-//! touch one span only; weight gradients are summed over the spans in order. Kernels sum every
-//! element in the order of the rows however they are cut, so all results are the same to the bit
-//! for any number of threads.
+//! Stacks that do not depend on each other pass side by side: the rows of all their batches, one
+//! after the other, are cut into an equal share of work a thread, so that a batch is one [`Span`]
+//! or several. Passes through the layers touch one span only; weight gradients are summed over
+//! the spans in order. Kernels sum every element in the order of the rows however they are cut,
+//! so all results are the same to the bit for any number of threads.
 
-use dfdx::prelude::*;
 use rayon::prelude::*;
 
 use super::{
-    Matrix,
     kernel::{Buffer, ColumnSums, Derivative, Epilogue, Kernel, Product, Start, Transpose, padded},
     layer::{Layer, LoadedLayer, pad_rows, unpad_rows},
 };
@@ -17,8 +16,11 @@ use super::{
 /// Memory of one forward pass and, if it is kept, the backward pass that follows.
 #[derive(Debug, Default)]
 pub(super) struct Workspace {
+    rows: usize,
     input: Input,
+    /// The first `cuts` are in use, the others keep their memory.
     spans: Vec<Span>,
+    cuts: usize,
     /// Padded gradients of a layer whose outputs are no whole lines, a buffer a layer.
     padded_gradients: Vec<[Buffer; 2]>,
 }
@@ -34,13 +36,13 @@ struct Input {
 
 /// Some columns of a layer's input.
 #[derive(Clone, Copy)]
-struct Operand<'a> {
-    values: &'a [f32],
+pub(super) struct Operand<'a> {
+    pub values: &'a [f32],
     /// Distance of the rows.
-    row: usize,
+    pub row: usize,
     /// The columns are `first..first + columns` of the layer's inputs.
-    first: usize,
-    columns: usize,
+    pub first: usize,
+    pub columns: usize,
 }
 
 /// Memory for some rows of a batch.
@@ -48,6 +50,8 @@ struct Operand<'a> {
 struct Span {
     start: usize,
     rows: usize,
+    /// The thread's share of work it belongs to.
+    share: usize,
     /// Outputs of every layer, rows padded.
     outputs: Vec<Buffer>,
     /// dL/dz of every layer, rows padded; `z` is what the activation is applied to.
@@ -64,97 +68,199 @@ pub(super) type LayerGradients = (Vec<f32>, Vec<f32>);
 /// Multiplications below which a second thread costs more than it brings.
 const WORTH_A_THREAD: usize = 1 << 20;
 
+/// Rows below which a span of its own costs more than uneven shares.
+const WORTH_A_SPAN: usize = 8;
+
+/// One stack in a forward pass.
+pub(super) struct Forward<'a> {
+    pub layers: &'a [Layer],
+    pub workspace: &'a mut Workspace,
+}
+
+/// Runs all layers of the stacks and keeps what [`backward`] needs.
+pub(super) fn forward(stacks: &mut [Forward<'_>]) {
+    let mut shares = shares(cut(stacks));
+    for Forward { layers, workspace } in stacks {
+        let layers = *layers;
+        let (input, spans) = (&workspace.input, &mut workspace.spans[..workspace.cuts]);
+        spans.iter_mut().for_each(|span| shares[span.share].push((layers, input, span)));
+    }
+    each(shares, |(layers, input, span)| span.forward(layers, input));
+}
+
+/// One stack in a backward pass, after the forward pass with the same workspace.
+pub(super) struct Backward<'a> {
+    pub layers: &'a [Layer],
+    pub workspace: &'a mut Workspace,
+    /// dL/dy, dense.
+    pub dy: &'a [f32],
+    /// A pair a layer, to be added to, if wanted.
+    pub gradients: Option<&'a mut [LayerGradients]>,
+    /// Whether dL/dx is wanted, of the inputs that are not data.
+    pub input: bool,
+}
+
+/// Propagates every `dy` back through its stack.
+pub(super) fn backward(stacks: &mut [Backward<'_>]) {
+    enum Work<'s, 'a> {
+        /// A batch that is not cut: gradients are summed layer by layer on the way.
+        Batch(&'s mut Backward<'a>),
+        Span {
+            span: &'s mut Span,
+            layers: &'a [Layer],
+            dy: &'a [f32],
+            first: usize,
+            data_columns: usize,
+        },
+    }
+    let last_share = stacks.iter().flat_map(|stack| stack.workspace.spans()).map(|span| span.share).max();
+    let mut passes = shares(last_share.map_or(0, |share| share + 1));
+    for stack in &mut *stacks {
+        if let [span] = stack.workspace.spans() {
+            passes[span.share].push(Work::Batch(stack));
+            continue;
+        }
+        let (layers, dy, first, data_columns) =
+            (stack.layers, stack.dy, stack.first(), stack.workspace.input.data_columns);
+        let Workspace { spans, cuts, .. } = &mut *stack.workspace;
+        for span in &mut spans[..*cuts] {
+            passes[span.share].push(Work::Span { span, layers, dy, first, data_columns });
+        }
+    }
+    each(passes, |work| match work {
+        Work::Batch(stack) => stack.run(),
+        Work::Span { span, layers, dy, first, data_columns } => {
+            span.start_backward(layers, dy);
+            (first..layers.len()).rev().for_each(|i| span.backward(i, layers, data_columns));
+        }
+    });
+    let cut = stacks.iter_mut().filter(|stack| stack.workspace.cuts > 1);
+    let sums: Vec<_> = cut.flat_map(Backward::sums).collect();
+    sums.into_par_iter().for_each(ParameterSum::run);
+}
+
+impl Backward<'_> {
+    /// The first layer whose input gradient is wanted.
+    fn first(&self) -> usize {
+        usize::from(!self.input)
+    }
+
+    /// The whole pass of a batch that is not cut.
+    fn run(&mut self) {
+        let (layers, first) = (self.layers, self.first());
+        let Workspace { input, spans, padded_gradients, .. } = &mut *self.workspace;
+        padded_gradients.resize_with(layers.len(), Default::default);
+        spans[0].start_backward(layers, self.dy);
+        for i in (0..layers.len()).rev() {
+            if let Some(gradients) = &mut self.gradients {
+                let (spans, space, sum) = (&spans[..1], &mut padded_gradients[i], &mut gradients[i]);
+                ParameterSum { i, layers, input, spans, space, sum }.run();
+            }
+            if i >= first {
+                spans[0].backward(i, layers, input.data_columns);
+            }
+        }
+    }
+
+    /// The sums over a batch that is cut, one a layer.
+    fn sums(&mut self) -> impl Iterator<Item = ParameterSum<'_>> {
+        let layers = self.layers;
+        let Workspace { input, spans, cuts, padded_gradients, .. } = &mut *self.workspace;
+        padded_gradients.resize_with(layers.len(), Default::default);
+        let (input, spans) = (&*input, &spans[..*cuts]);
+        let sums = self.gradients.iter_mut().flat_map(|gradients| gradients.iter_mut()).zip(padded_gradients);
+        sums.enumerate().map(move |(i, (sum, space))| ParameterSum { i, layers, input, spans, space, sum })
+    }
+}
+
+/// Cuts the batches of all stacks into spans, the same share of multiplications for each thread
+/// that is worth it. Returns the number of shares.
+fn cut(stacks: &mut [Forward<'_>]) -> usize {
+    let total = stacks.iter().map(|stack| stack.workspace.rows * multiplications(stack.layers)).sum();
+    let threads = threads_for(total);
+    let mut before = 0;
+    for Forward { layers, workspace } in stacks {
+        let (rows, each) = (workspace.rows, multiplications(layers));
+        // The row at which a share ends.
+        let end = |share: usize| match ((total * (share + 1) / threads).saturating_sub(before) / each).min(rows) {
+            row if row < WORTH_A_SPAN => 0,
+            row if row + WORTH_A_SPAN > rows => rows,
+            row => row,
+        };
+        let (mut start, mut cuts) = (0, 0);
+        for share in 0..threads {
+            let end = if share + 1 == threads { rows } else { end(share) };
+            if end > start {
+                if workspace.spans.len() == cuts {
+                    workspace.spans.push(Span::default());
+                }
+                let span = &mut workspace.spans[cuts];
+                (span.start, span.rows, span.share) = (start, end - start, share);
+                (start, cuts) = (end, cuts + 1);
+            }
+        }
+        workspace.cuts = cuts;
+        before += rows * each;
+    }
+    threads
+}
+
+/// Multiplications for a row.
+pub(super) fn multiplications(layers: &[Layer]) -> usize {
+    layers.iter().map(|layer| layer.inputs() * layer.outputs()).sum()
+}
+
+/// Threads that this many multiplications are worth.
+pub(super) fn threads_for(multiplications: usize) -> usize {
+    rayon::current_num_threads().min(multiplications / WORTH_A_THREAD).max(1)
+}
+
+fn shares<T>(count: usize) -> Vec<Vec<T>> {
+    (0..count).map(|_| Vec::new()).collect()
+}
+
+/// Does the work of every share, each on a thread of its own.
+fn each<T: Send>(shares: Vec<Vec<T>>, work: impl Fn(T) + Send + Sync) {
+    match <[_; 1]>::try_from(shares) {
+        Ok([alone]) => alone.into_iter().for_each(work),
+        Err(shares) => shares.into_par_iter().for_each(|share| share.into_iter().for_each(&work)),
+    }
+}
+
 impl Workspace {
     /// The two parts of the input, to be filled before a pass: `rows` × `data_columns` dense
     /// values of data, and `rows` × the remaining inputs.
     pub fn input(&mut self, rows: usize, data_columns: usize, layers: &[Layer]) -> (&mut [f32], &mut [f32]) {
+        self.rows = rows;
         let Input { data, data_columns: left, x } = &mut self.input;
         *left = data_columns;
         data.resize(rows * data_columns);
         x.resize(rows * (layers[0].inputs() - data_columns));
-        let count = threads_for(rows, layers);
-        self.spans.resize_with(count, Span::default);
-        for (i, span) in self.spans.iter_mut().enumerate() {
-            span.start = rows * i / count;
-            span.rows = rows * (i + 1) / count - span.start;
-        }
         (data, x)
     }
 
-    /// Runs all layers and keeps what [`backward`](Self::backward) needs.
-    pub fn forward(&mut self, layers: &[Layer]) {
-        let input = &self.input;
-        each(&mut self.spans, |span| span.forward(layers, input));
+    fn spans(&self) -> &[Span] {
+        &self.spans[..self.cuts]
     }
 
     /// Copies the outputs, dense.
     pub fn output(&self, layers: &[Layer], y: &mut [f32]) {
         let Some(columns) = layers.last().map(Layer::outputs) else { return };
-        for span in &self.spans {
+        for span in self.spans() {
             let y = &mut y[span.start * columns..][..span.rows * columns];
             unpad_rows(&span.outputs[layers.len() - 1], columns, y);
         }
     }
 
-    /// Propagates `dy` = dL/dy (dense) back. Adds to `parameters` (a pair a layer) if given;
-    /// computes dL/dx, of the inputs that are not data, if `input`.
-    pub fn backward(&mut self, layers: &[Layer], dy: &[f32], parameters: Option<&mut [LayerGradients]>, input: bool) {
-        each(&mut self.spans, |span| span.start_backward(layers, dy));
-        let first_wanted = if input { 0 } else { 1 };
-        let data_columns = self.input.data_columns;
-        match parameters {
-            Some(gradients) if self.spans.len() == 1 => {
-                self.padded_gradients.resize_with(layers.len(), Default::default);
-                for i in (0..layers.len()).rev() {
-                    let space = &mut self.padded_gradients[i];
-                    parameter_gradients(i, layers, &self.input, &self.spans, space, &mut gradients[i]);
-                    if i >= first_wanted {
-                        self.spans[0].backward(i, layers, data_columns);
-                    }
-                }
-            }
-            parameters => {
-                each(&mut self.spans, |span| {
-                    (first_wanted..layers.len()).rev().for_each(|i| span.backward(i, layers, data_columns));
-                });
-                if let Some(gradients) = parameters {
-                    self.padded_gradients.resize_with(layers.len(), Default::default);
-                    let (input, spans) = (&self.input, &self.spans);
-                    let spaces = self.padded_gradients.par_iter_mut();
-                    gradients.par_iter_mut().zip(spaces).enumerate().for_each(|(i, (g, space))| {
-                        parameter_gradients(i, layers, input, spans, space, g);
-                    });
-                }
-            }
-        }
-    }
-
     /// Adds dL/dx to `dx` (dense), after a backward pass that computed it.
     pub fn add_input_gradient(&self, columns: usize, dx: &mut [f32]) {
-        for span in &self.spans {
+        for span in self.spans() {
             let dx = &mut dx[span.start * columns..][..span.rows * columns];
             let rows = span.dx.chunks_exact(padded(columns));
             for (to, from) in dx.chunks_exact_mut(columns).zip(rows) {
                 to.iter_mut().zip(from).for_each(|(d, g)| *d += g);
             }
         }
-    }
-}
-
-/// Threads that a pass of this size is worth.
-fn threads_for(rows: usize, layers: &[Layer]) -> usize {
-    let work = rows * layers.iter().map(|l| l.inputs() * l.outputs()).sum::<usize>();
-    rayon::current_num_threads().min(work / WORTH_A_THREAD).clamp(1, rows.max(1))
-}
-
-/// Calls `work` for every span, on several threads if there are several.
-fn each(spans: &mut [Span], work: impl Fn(&mut Span) + Send + Sync) {
-    match spans {
-        [span] => work(span),
-        [a, b] => {
-            rayon::join(|| work(a), || work(b));
-        }
-        spans => spans.par_iter_mut().for_each(work),
     }
 }
 
@@ -240,7 +346,7 @@ fn operands<'a>(
 }
 
 /// `y = f(a w + b)` for `rows` rows of the operands `a` side by side.
-fn dense<'a>(
+pub(super) fn dense<'a>(
     layer: &Layer,
     loaded: &LoadedLayer,
     rows: usize,
@@ -270,134 +376,54 @@ fn dense<'a>(
     }
 }
 
-/// Adds the gradients of layer `i`, summed over the rows of all spans in order.
-fn parameter_gradients(
+/// The gradients of layer `i`, summed over the rows of all spans in order.
+struct ParameterSum<'a> {
     i: usize,
-    layers: &[Layer],
-    input: &Input,
-    spans: &[Span],
-    [padded_weight, padded_bias]: &mut [Buffer; 2],
-    (weight, bias): &mut LayerGradients,
-) {
-    let (inputs, outputs) = (layers[i].inputs(), layers[i].outputs());
-    let columns = padded(outputs);
-    let is_padded = columns != outputs;
-    if is_padded {
-        padded_weight.resize(inputs * columns);
-        padded_bias.resize(columns);
-        pad_rows(weight, outputs, padded_weight);
-        pad_rows(bias, outputs, padded_bias);
-    }
-    let (dw, db): (&mut [f32], &mut [f32]) =
-        if is_padded { (padded_weight, padded_bias) } else { (&mut weight[..], &mut bias[..]) };
-    for span in spans {
-        for operand in operands(i, layers, input, span.start, &span.outputs) {
-            Product {
-                rows: operand.columns,
-                depth: span.rows,
-                columns,
-                a: operand.values,
-                a_row: 1,
-                a_depth: operand.row,
-                b: &span.slopes[i],
-                b_row: columns,
-                start: Start::Accumulate,
-                c: &mut dw[operand.first * columns..],
-                c_row: columns,
-                epilogue: Epilogue::None,
-            }
-            .go();
+    layers: &'a [Layer],
+    input: &'a Input,
+    spans: &'a [Span],
+    space: &'a mut [Buffer; 2],
+    /// What they are added to.
+    sum: &'a mut LayerGradients,
+}
+
+impl ParameterSum<'_> {
+    fn run(self) {
+        let Self { i, layers, input, spans, space: [padded_weight, padded_bias], sum: (weight, bias) } = self;
+        let (inputs, outputs) = (layers[i].inputs(), layers[i].outputs());
+        let columns = padded(outputs);
+        let is_padded = columns != outputs;
+        if is_padded {
+            padded_weight.resize(inputs * columns);
+            padded_bias.resize(columns);
+            pad_rows(weight, outputs, padded_weight);
+            pad_rows(bias, outputs, padded_bias);
         }
-        ColumnSums { x: &span.slopes[i], sums: db }.go();
-    }
-    if is_padded {
-        unpad_rows(padded_weight, outputs, weight);
-        unpad_rows(padded_bias, outputs, bias);
-    }
-}
-
-/// Memory of a prediction that keeps nothing for a backward pass.
-#[derive(Debug, Default)]
-pub(super) struct PredictWorkspace {
-    x: Buffer,
-    part: Buffer,
-    threads: Vec<PredictSpace>,
-}
-
-#[derive(Debug, Default)]
-struct PredictSpace {
-    layer: LoadedLayer,
-    outputs: [Buffer; 2],
-}
-
-/// Rows that pass through all layers together: their values stay in the second-level cache.
-const CHUNK: usize = 192;
-
-impl PredictWorkspace {
-    /// `y` = outputs for the rows of `data` and `x` side by side; their memory is dense.
-    pub fn predict_tensors(&mut self, layers: &[Layer], data: Option<&Matrix>, x: &Matrix, y: &mut [f32]) {
-        let (rows, columns) = *x.shape();
-        let mut values = std::mem::take(&mut self.x);
-        match data {
-            None => {
-                values.resize(rows * columns);
-                x.copy_into(&mut values);
-            }
-            Some(data) => {
-                let left = data.shape().1;
-                values.resize(rows * (left + columns));
-                for (part, first, width) in [(data, 0, left), (x, left, columns)] {
-                    self.part.resize(rows * width);
-                    part.copy_into(&mut self.part);
-                    let to = values.chunks_exact_mut(left + columns);
-                    for (to, from) in to.zip(self.part.chunks_exact(width)) {
-                        to[first..first + width].copy_from_slice(from);
-                    }
+        let (dw, db): (&mut [f32], &mut [f32]) =
+            if is_padded { (padded_weight, padded_bias) } else { (&mut weight[..], &mut bias[..]) };
+        for span in spans {
+            for operand in operands(i, layers, input, span.start, &span.outputs) {
+                Product {
+                    rows: operand.columns,
+                    depth: span.rows,
+                    columns,
+                    a: operand.values,
+                    a_row: 1,
+                    a_depth: operand.row,
+                    b: &span.slopes[i],
+                    b_row: columns,
+                    start: Start::Accumulate,
+                    c: &mut dw[operand.first * columns..],
+                    c_row: columns,
+                    epilogue: Epilogue::None,
                 }
+                .go();
             }
+            ColumnSums { x: &span.slopes[i], sums: db }.go();
         }
-        self.predict(layers, &values, rows, y);
-        self.x = values;
-    }
-
-    /// `y` = outputs for `rows` rows of `x`; both dense.
-    pub fn predict(&mut self, layers: &[Layer], x: &[f32], rows: usize, y: &mut [f32]) {
-        let (Some(first), Some(last)) = (layers.first(), layers.last()) else { return };
-        if rows == 0 {
-            return;
-        }
-        let count = threads_for(rows, layers);
-        self.threads.resize_with(count, Default::default);
-        let share = rows.div_ceil(count);
-        let (x_share, y_share) = (share * first.inputs(), share * last.outputs());
-        if count == 1 {
-            self.threads[0].predict(layers, x, y);
-        } else {
-            let parts = x.par_chunks(x_share).zip(y.par_chunks_mut(y_share));
-            self.threads.par_iter_mut().zip(parts).for_each(|(space, (x, y))| space.predict(layers, x, y));
-        }
-    }
-}
-
-impl PredictSpace {
-    fn predict(&mut self, layers: &[Layer], x: &[f32], y: &mut [f32]) {
-        let (inputs, outputs) = (layers[0].inputs(), layers[layers.len() - 1].outputs());
-        for (x, y) in x.chunks(CHUNK * inputs).zip(y.chunks_mut(CHUNK * outputs)) {
-            let rows = x.len() / inputs;
-            for (i, layer) in layers.iter().enumerate() {
-                self.layer.load(layer);
-                let [from, to] = &mut self.outputs;
-                to.resize(rows * padded(layer.outputs()));
-                let columns = layer.inputs();
-                let (values, row) = match i {
-                    0 => (x, columns),
-                    _ => (&from[..], padded(columns)),
-                };
-                let operand = Operand { values, row, first: 0, columns };
-                dense(layer, &self.layer, rows, std::iter::once(operand), to);
-                self.outputs.swap(0, 1);
-            }
-            unpad_rows(&self.outputs[0], outputs, y);
+        if is_padded {
+            unpad_rows(padded_weight, outputs, weight);
+            unpad_rows(padded_bias, outputs, bias);
         }
     }
 }

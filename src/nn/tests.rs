@@ -5,7 +5,10 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::mlp::take_gradients;
-use super::{Activation, InitScheme, Matrix, Mlp, MlpShape, NnError, Optimiser, OptimiserKind, TensorFile, matrix};
+use super::{
+    Activation, Branch, InitScheme, Matrix, Mlp, MlpShape, NnError, Optimiser, OptimiserKind, TensorFile, matrix,
+    sum_of_branches,
+};
 
 const ACTIVATIONS: [Activation; 3] = [Activation::Identity, Activation::Relu, Activation::Tanh];
 
@@ -192,6 +195,24 @@ fn train_and_predict() -> Vec<u32> {
     let mut y = Vec::new();
     net.predict_into(&x.as_vec(), 331, &mut y);
     bits.extend(y);
+    // Branches of uneven sizes are cut in the middle of one of them.
+    let mut deep = || {
+        let shape = MlpShape::uniform(21, 64, 20, 9, Activation::Tanh);
+        Mlp::new(shape, InitScheme::Xavier, &mut rng).unwrap()
+    };
+    let mut networks = [deep(), deep(), deep()];
+    let (inputs, targets) = (x.as_vec(), [(0..17).collect(), (10..211).collect::<Vec<_>>(), (190..230).collect()]);
+    let mut optimiser = Optimiser::new(OptimiserKind::Adam, &networks.each_ref());
+    for _ in 0..2 {
+        let branch = |n: usize| {
+            let targets: &Vec<usize> = &targets[n];
+            Branch { network: &networks[n], inputs: &inputs[..targets.len() * 21], targets }
+        };
+        let sum = sum_of_branches(&[branch(0), branch(1), branch(2)], 230, 20, &Cpu::default());
+        bits.extend(sum.as_vec());
+        let norm = optimiser.update(&mut networks.each_mut(), &mut sum.square().mean().backward(), 1e-2).unwrap();
+        bits.push(norm as f32);
+    }
     bits.into_iter().map(f32::to_bits).collect()
 }
 

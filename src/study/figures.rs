@@ -202,6 +202,6 @@ pub fn model_error_figure(evaluation: &Evaluation, model: &Model) -> ModelError 
     }
 }
 
-fn estimate(estimate: crate::stats::Estimate) -> Estimate {
+pub(super) fn estimate(estimate: crate::stats::Estimate) -> Estimate {
     Estimate { value: estimate.value, low: estimate.lower, high: estimate.upper }
 }

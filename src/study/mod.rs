@@ -4,9 +4,11 @@
 //! (a model, a count, a training) is a file or run of its own, so that a study that was
 //! interrupted goes on where it was, and one that is finished is only reported again.
 
+pub mod ablation;
 pub mod audit;
 mod batch;
 mod figures;
+mod folder;
 pub mod hits;
 mod learning;
 mod plan;

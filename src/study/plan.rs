@@ -75,7 +75,7 @@ impl Arm {
     pub fn differences(&self) -> BTreeMap<String, String> {
         let mut differences = self.settings.clone();
         if self.model != Variant::Full {
-            differences.insert("model".to_owned(), self.model.name().to_owned());
+            differences.insert("model".to_owned(), self.model.label().to_owned());
         }
         differences
     }
@@ -224,7 +224,7 @@ fn questions(episodes: u32) -> Vec<Arm> {
         Arm::new(Method::ModelReplay, EpsilonSchedule::Constant(0.0)),
         guided().with_model(Variant::SharedEdges),
         guided().with_model(Variant::FullyConnected),
-        guided().with_model(Variant::AbsoluteCoordinates),
+        guided().with_model(Variant::Absolute),
     ]
 }
 

@@ -7,11 +7,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
 
 use super::batch::train_to_end;
 use super::figures::{hits as hits_figure, launches, learning_curves, relative_frames};
+use super::folder::Folder;
 use super::hits::{ActorNoise, Guided, Hits, count_hits};
 use super::learning::TrainedRun;
 use super::plan::{PlannedRun, StudyPlan};
@@ -68,6 +67,9 @@ pub enum StudyError {
     /// A figure.
     #[error(transparent)]
     Figure(#[from] FigureError),
+    /// Threads.
+    #[error("cannot start a thread: {0}")]
+    Threads(rayon::ThreadPoolBuildError),
 }
 
 /// How far a study is.
@@ -98,11 +100,8 @@ pub fn reproduce(
     command: &str,
     tell: &(dyn Fn(&StudyProgress) + Sync),
 ) -> Result<Report, StudyError> {
-    for name in ["models", "priors", "hits", "runs", "figures"] {
-        let path = folder.join(name);
-        std::fs::create_dir_all(&path).map_err(|source| StudyError::Io { path, source })?;
-    }
-    claim(plan, folder)?;
+    let folder = Folder(folder);
+    folder.claim(&plan.foundation(), &["models", "priors", "hits", "runs", "figures"])?;
     let runs = plan.runs()?;
     let total = total_work(plan, &runs);
     let study = Study { plan, folder, command, tell, done: AtomicU64::new(0), total };
@@ -113,22 +112,10 @@ pub fn reproduce(
     let learning = runs.iter().map(|run| run.row.clone()).collect();
     let report = Report { version: Report::VERSION, hits, learning, models };
     study.figures(&report, &priors, &runs)?;
-    study.write_json("report.json", &report)?;
+    folder.write_json("report.json", &report)?;
     let text = report.to_markdown(plan, command)?;
-    study.write("report.md", text.as_bytes())?;
+    folder.write("report.md", text.as_bytes())?;
     Ok(report)
-}
-
-/// A folder belongs to one plan.
-fn claim(plan: &StudyPlan, folder: &Path) -> Result<(), StudyError> {
-    let path = folder.join("plan.json");
-    // Plain data always serialises.
-    let text = serde_json::to_string_pretty(&plan.foundation()).expect("a plan is plain data") + "\n";
-    match std::fs::read_to_string(&path) {
-        Ok(found) if found == text => Ok(()),
-        Ok(_) => Err(StudyError::OtherStudy { path: folder.to_owned() }),
-        Err(_) => crate::atomic::write(&path, text.as_bytes()).map_err(|source| StudyError::Io { path, source }),
-    }
 }
 
 fn total_work(plan: &StudyPlan, runs: &[PlannedRun]) -> u64 {
@@ -153,7 +140,7 @@ fn work(seconds: f64) -> u64 {
 
 struct Study<'a> {
     plan: &'a StudyPlan,
-    folder: &'a Path,
+    folder: Folder<'a>,
     command: &'a str,
     tell: &'a (dyn Fn(&StudyProgress) + Sync),
     done: AtomicU64,
@@ -170,7 +157,7 @@ impl Study<'_> {
     }
 
     fn model_path(&self, tools: &[ToolKind], variant: Variant) -> PathBuf {
-        self.folder.join("models").join(format!("{}.safetensors", model_name(tools, variant)))
+        self.folder.path(&format!("models/{}.safetensors", model_name(tools, variant)))
     }
 
     /// Trains and evaluates the dynamics models of each tool set, the ablated ones last.
@@ -193,7 +180,7 @@ impl Study<'_> {
             model.save(&path)?;
             model
         };
-        let evaluation: Evaluation = self.cached(&format!("models/{name}.json"), || {
+        let evaluation: Evaluation = self.folder.cached(&format!("models/{name}.json"), || {
             Ok(evaluate(&model, &self.plan.tasks, &self.plan.model_evaluation)?)
         })?;
         Ok(model_row(&evaluation, variant))
@@ -231,7 +218,7 @@ impl Study<'_> {
                     PriorSource::ModelFile(self.model_path(&task.tool_set(), Variant::Full).display().to_string());
                 config.seed = self.plan.seed + build;
                 let name = format!("priors/{}-{}.json", task.name, config.seed);
-                let prior: ActionPrior = self.cached(&name, || {
+                let prior: ActionPrior = self.folder.cached(&name, || {
                     // The build is never asked to stop.
                     Ok(build_prior(&config, |_| true)?.unwrap_or_else(|| ActionPrior::uniform(&task, config.seed)))
                 })?;
@@ -257,7 +244,7 @@ impl Study<'_> {
 
     fn count(&self, task: &Arc<Task>, prior: Option<&ActionPrior>, seed: u64) -> Result<HitsRow, StudyError> {
         let policy = if prior.is_some() { "guided" } else { "random" };
-        let hits: Hits = self.cached(&format!("hits/{}-{policy}-{seed}.json", task.name), || {
+        let hits: Hits = self.folder.cached(&format!("hits/{}-{policy}-{seed}.json", task.name), || {
             Ok(match prior {
                 Some(prior) => count_hits(task, &mut Guided(prior), self.plan.hit_episodes, seed),
                 None => {
@@ -308,7 +295,7 @@ impl Study<'_> {
         let parts = parts.into_iter().chain(differences.iter().map(|(key, value)| format!("{key}_{value}")));
         let arm = parts.collect::<Vec<_>>().join("-").replace(' ', "_");
         let name = format!("{}-{arm}-{}", config.task.name, config.seed);
-        let directory = train_to_end(&self.folder.join("runs").join(&name), &config, &Watch::default())
+        let directory = train_to_end(&self.folder.path("runs").join(&name), &config, &Watch::default())
             .map_err(|source| StudyError::Training { run: name.clone(), source })?;
         self.advance(run_work(&config), name);
         let mut trained = TrainedRun::new(&config, RunHistory::read(&directory)?);
@@ -338,38 +325,8 @@ impl Study<'_> {
     fn figure(&self, name: &str, figure: &impl Figure) -> Result<(), StudyError> {
         let seeds: Vec<u64> = (self.plan.seed..self.plan.seed + self.plan.hit_seeds).collect();
         let provenance = Provenance::new(self.command, &seeds, config_hash(self.plan)?);
-        let path = self.folder.join("figures").join(format!("{name}.png"));
+        let path = self.folder.path(&format!("figures/{name}.png"));
         Ok(figure.write(&path, &provenance, DEFAULT_DPI)?)
-    }
-
-    /// The value in a file of the study, or a new one, saved there.
-    fn cached<T: Serialize + DeserializeOwned>(
-        &self,
-        name: &str,
-        make: impl FnOnce() -> Result<T, StudyError>,
-    ) -> Result<T, StudyError> {
-        let path = self.folder.join(name);
-        match std::fs::read_to_string(&path) {
-            Ok(text) => {
-                serde_json::from_str(&text).map_err(|error| StudyError::Content { path, message: error.to_string() })
-            }
-            Err(_) => {
-                let value = make()?;
-                self.write_json(name, &value)?;
-                Ok(value)
-            }
-        }
-    }
-
-    fn write_json(&self, name: &str, value: &impl Serialize) -> Result<(), StudyError> {
-        // Plain data always serialises.
-        let text = serde_json::to_string_pretty(value).expect("results are plain data") + "\n";
-        self.write(name, text.as_bytes())
-    }
-
-    fn write(&self, name: &str, bytes: &[u8]) -> Result<(), StudyError> {
-        let path = self.folder.join(name);
-        crate::atomic::write(&path, bytes).map_err(|source| StudyError::Io { path, source })
     }
 }
 
@@ -377,7 +334,7 @@ impl Study<'_> {
 fn model_name(tools: &[ToolKind], variant: Variant) -> String {
     match variant {
         Variant::Full => tool_set_name(tools),
-        ablated => format!("{}-{}", tool_set_name(tools), ablated.name().replace(' ', "-")),
+        ablated => format!("{}-{}", tool_set_name(tools), ablated.name()),
     }
 }
 
@@ -389,7 +346,7 @@ fn model_row(evaluation: &Evaluation, variant: Variant) -> ModelRow {
     let horizon = evaluation.scenes.iter().map(|scene| scene.rollout.model.len()).min().unwrap_or(0);
     let after = |n: usize| average(&mut evaluation.scenes.iter().map(|scene| scene.rollout.model[n].mean));
     ModelRow {
-        structure: variant.name().to_owned(),
+        structure: variant.label().to_owned(),
         tools: evaluation.launches.iter().map(|tool| tool.tool.to_string()).collect(),
         one_step_error: average(&mut evaluation.launches.iter().map(|tool| tool.errors.model.one_step.mean)),
         rollout_error: (0..horizon).map(after).collect(),

@@ -14,11 +14,11 @@ use crate::task::Task;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Granularity {
-    /// Once for each episode: the measured choice, because then most episodes are purely
-    /// the policy's.
-    #[default]
+    /// Once for each episode.
     Episode,
-    /// Once for each stage: at the start of an episode and whenever a subgoal is reached.
+    /// Once for each stage, at the start of an episode and whenever a subgoal is reached: the
+    /// measured choice, because clusters of a late stage then follow a policy that gets there.
+    #[default]
     Stage,
     /// Before every action: the paper's literal reading.
     Step,

@@ -1,0 +1,430 @@
+//! What the structural assumptions of the dynamics models are worth (paper, section 4.1):
+//! each switched off in turn, over several seeds and the tool sets of the tasks.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use serde::{Deserialize, Serialize};
+
+use super::StudyProgress;
+use super::folder::Folder;
+use super::reproduce::StudyError;
+use crate::dynamics::{
+    Ablated, Ablation, EvaluationConfig, Hits, LaunchErrors, Model, ModelConfig, SceneErrors, TrainConfig, Variant,
+    tool_set_name,
+};
+use crate::figures::{self, DEFAULT_DPI, Figure, Provenance, Statistics};
+use crate::physics::ToolKind;
+use crate::run::config_hash;
+use crate::stats::{Bootstrap, Estimate, StatsError};
+use crate::task::Task;
+
+/// The numbers of an ablation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AblationPlan {
+    /// The model with all assumptions.
+    pub model: ModelConfig,
+    /// Its training; its seed is the first, the others follow it.
+    pub training: TrainConfig,
+    /// Seeds of every variant.
+    pub seeds: u64,
+    /// Tool sets, a model each.
+    pub tool_sets: Vec<Vec<ToolKind>>,
+    /// Tasks whose scenes are predicted.
+    pub tasks: Vec<Task>,
+    /// The evaluation of every model.
+    pub evaluation: EvaluationConfig,
+    /// How intervals are computed.
+    pub bootstrap: Bootstrap,
+}
+
+/// What is measured of every model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Measure {
+    /// Error of one prediction on held-out launches.
+    OneStep,
+    /// The same, where the ball was deflected.
+    OneStepContact,
+    /// Error after an action, of held-out launches that were deflected.
+    ActionContact,
+    /// Error after one action in unseen scenes.
+    SceneOne,
+    /// Error after the evaluation's horizon in unseen scenes.
+    SceneLast,
+    /// Share of predicted hits of the next stage that were real.
+    Precision,
+    /// Share of real hits of the next stage that were predicted.
+    Recall,
+}
+
+impl Measure {
+    /// All measures, in the order of the table.
+    pub const ALL: [Measure; 7] = [
+        Self::OneStep,
+        Self::OneStepContact,
+        Self::ActionContact,
+        Self::SceneOne,
+        Self::SceneLast,
+        Self::Precision,
+        Self::Recall,
+    ];
+
+    /// Name for people.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::OneStep => "launches: one step",
+            Self::OneStepContact => "one step with contact",
+            Self::ActionContact => "one action with contact",
+            Self::SceneOne => "scenes: one action",
+            Self::SceneLast => "last action",
+            Self::Precision => "hits: precision",
+            Self::Recall => "recall",
+        }
+    }
+
+    /// The measure of one model: a mean over its tools, or over its tasks. None if there was
+    /// nothing to measure, as the precision of a model that never predicts a hit.
+    fn of(self, ablated: &Ablated) -> Option<f64> {
+        let launches = |of: &dyn Fn(&LaunchErrors) -> f64| mean(ablated.evaluation.launches.iter().map(of));
+        let scenes = |of: &dyn Fn(&SceneErrors) -> Option<f64>| mean(ablated.evaluation.scenes.iter().filter_map(of));
+        let hits = |of: fn(&Hits) -> Option<f64>| scenes(&|scene| of(&scene.hits.model));
+        match self {
+            Self::OneStep => launches(&|tool| tool.errors.model.one_step.mean),
+            Self::OneStepContact => launches(&|tool| tool.errors.model.one_step_contact.mean),
+            Self::ActionContact => launches(&|tool| tool.errors.model.action_contact.mean),
+            Self::SceneOne => scenes(&|scene| scene.rollout.model.first().map(|errors| errors.mean)),
+            Self::SceneLast => scenes(&|scene| scene.rollout.model.last().map(|errors| errors.mean)),
+            Self::Precision => hits(|hits| hits.precision),
+            Self::Recall => hits(|hits| hits.recall),
+        }
+    }
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let values: Vec<f64> = values.collect();
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+/// A measure of a variant, over the seeds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// What is measured.
+    pub measure: Measure,
+    /// Mean over seeds with its interval; none if no seed could be measured.
+    pub estimate: Option<Estimate>,
+}
+
+/// A variant's results on one tool set, or on all.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct VariantSummary {
+    /// Name of the tool set; `all` for the mean over tool sets.
+    pub tools: String,
+    /// Which assumption is off.
+    pub variant: Variant,
+    /// Trainings that diverged.
+    pub failures: usize,
+    /// Every measure.
+    pub measures: Vec<Summary>,
+}
+
+/// The whole ablation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AblationReport {
+    /// Format version.
+    pub version: u32,
+    /// Epochs of every training.
+    pub epochs: u32,
+    /// Seeds of every variant.
+    pub seeds: u64,
+    /// Results over the seeds.
+    pub summaries: Vec<VariantSummary>,
+    /// Every model's evaluation, by tool set, variant and seed.
+    pub models: Vec<Ablated>,
+}
+
+/// Does the ablation of `plan` in `folder`, or what is missing of it, each training on one
+/// of `threads` threads. Leaves there every model and its evaluation, `ablation.json`,
+/// `ablation.md` and two figures with their CSV. `command` is what makes it again; `tell`
+/// hears of progress, from any thread.
+///
+/// # Errors
+/// At the first piece that fails; what is done stays, and the next call goes on.
+pub fn ablation(
+    plan: &AblationPlan,
+    folder: &Path,
+    command: &str,
+    threads: usize,
+    tell: &(dyn Fn(&StudyProgress) + Sync),
+) -> Result<AblationReport, StudyError> {
+    let folder = Folder(folder);
+    folder.claim(plan, &["models"])?;
+    let mut jobs = Vec::new();
+    for tools in &plan.tool_sets {
+        for seed in plan.training.seed..plan.training.seed + plan.seeds {
+            jobs.extend(Variant::ALL.map(|variant| Job { tools, variant, seed }));
+        }
+    }
+    let epochs: usize = jobs.iter().map(|job| job.tools.len() * plan.training.epochs as usize).sum();
+    let (done, total) = (AtomicU64::new(0), epochs as u64);
+    let advance = |epochs: u64, message: String| {
+        let done = done.fetch_add(epochs, Ordering::Relaxed) + epochs;
+        tell(&StudyProgress { done, total, message });
+    };
+    let models = side_by_side(&jobs, threads, |job| job.run(plan, folder, command, &advance))?;
+    let report = AblationReport {
+        version: 1,
+        epochs: plan.training.epochs,
+        seeds: plan.seeds,
+        summaries: summarise(plan, &models)?,
+        models,
+    };
+    folder.write_json("ablation.json", &report)?;
+    folder.write("ablation.md", report.to_markdown(command).as_bytes())?;
+    let seeds: Vec<u64> = (plan.training.seed..plan.training.seed + plan.seeds).collect();
+    let provenance = Provenance::new(command.to_owned(), &seeds, config_hash(plan)?);
+    let horizon = plan.evaluation.horizon;
+    for (name, measure, label) in [
+        ("ablation-launches", Measure::OneStepContact, "error of one step with contact, held-out launches".to_owned()),
+        ("ablation-scenes", Measure::SceneLast, format!("error after {horizon} actions, unseen scenes")),
+    ] {
+        let path = folder.path(&format!("{name}.png"));
+        report.figure(measure, &label).write(&path, &provenance, DEFAULT_DPI)?;
+    }
+    Ok(report)
+}
+
+/// One model to train.
+struct Job<'a> {
+    tools: &'a [ToolKind],
+    variant: Variant,
+    seed: u64,
+}
+
+impl Job<'_> {
+    fn run(
+        &self,
+        plan: &AblationPlan,
+        folder: Folder<'_>,
+        command: &str,
+        advance: &dyn Fn(u64, String),
+    ) -> Result<Ablated, StudyError> {
+        let name = format!("{}-{}-{}", tool_set_name(self.tools), self.variant, self.seed);
+        let whole = self.tools.len() as u64 * u64::from(plan.training.epochs);
+        let mut told = 0;
+        let ablated = folder.cached(&format!("models/{name}.json"), || {
+            let ablation = Ablation {
+                model: &plan.model,
+                training: &plan.training,
+                tools: self.tools,
+                tasks: &plan.tasks,
+                evaluation: &plan.evaluation,
+                command,
+            };
+            let (model, ablated): (Model, Ablated) = ablation.run(self.variant, self.seed, |now| {
+                if now.validation.is_some() {
+                    let until_now = whole * u64::from(now.epoch) / u64::from(now.epochs);
+                    advance(until_now - told, format!("{name}, epoch {}, loss {:.4}", now.epoch, now.loss));
+                    told = until_now;
+                }
+            })?;
+            model.save(&folder.path(&format!("models/{name}.safetensors")))?;
+            Ok(ablated)
+        })?;
+        advance(whole - told, format!("{name} is there"));
+        Ok(ablated)
+    }
+}
+
+/// Does all jobs, each on one of `threads` threads with a pool of its own: trainings that
+/// run side by side keep a core busier than one training on several.
+fn side_by_side<J: Sync, R: Send>(
+    jobs: &[J],
+    threads: usize,
+    work: impl Fn(&J) -> Result<R, StudyError> + Sync,
+) -> Result<Vec<R>, StudyError> {
+    let next = AtomicUsize::new(0);
+    let results: Mutex<Vec<Option<Result<R, StudyError>>>> = Mutex::new(jobs.iter().map(|_| None).collect());
+    let store = |index: usize, result| {
+        // A panic of another thread leaves whole results.
+        results.lock().unwrap_or_else(PoisonError::into_inner)[index] = Some(result);
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..threads.clamp(1, jobs.len().max(1)) {
+            scope.spawn(|| {
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(job) = jobs.get(index) else { return };
+                    let result = match rayon::ThreadPoolBuilder::new().num_threads(1).build() {
+                        Ok(pool) => pool.install(|| work(job)),
+                        Err(error) => Err(StudyError::Threads(error)),
+                    };
+                    if result.is_err() {
+                        // The others finish what they are at.
+                        next.store(jobs.len(), Ordering::Relaxed);
+                    }
+                    store(index, result);
+                }
+            });
+        }
+    });
+    let results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
+    // A failure leaves later jobs undone; the failure itself is among the results.
+    let (failed, done): (Vec<_>, Vec<_>) = results.into_iter().flatten().partition(Result::is_err);
+    failed.into_iter().chain(done).collect()
+}
+
+fn summarise(plan: &AblationPlan, models: &[Ablated]) -> Result<Vec<VariantSummary>, StatsError> {
+    let names: Vec<String> = plan.tool_sets.iter().map(|tools| tool_set_name(tools)).collect();
+    let mut groups: Vec<(String, Vec<&str>)> = names.iter().map(|name| (name.clone(), vec![name.as_str()])).collect();
+    if names.len() > 1 {
+        groups.push(("all".to_owned(), names.iter().map(String::as_str).collect()));
+    }
+    let mut summaries = Vec::new();
+    for (tools, sets) in groups {
+        for variant in Variant::ALL {
+            let own: Vec<&Ablated> = models
+                .iter()
+                .filter(|model| model.variant == variant && sets.contains(&model.evaluation.model.as_str()))
+                .collect();
+            let measures = Measure::ALL.map(|measure| {
+                // One value a seed: the mean over tool sets.
+                let seeds = plan.training.seed..plan.training.seed + plan.seeds;
+                let values: Vec<f64> = seeds
+                    .filter_map(|seed| {
+                        mean(own.iter().filter(|model| model.seed == seed).filter_map(|model| measure.of(model)))
+                    })
+                    .collect();
+                let estimate = (!values.is_empty()).then(|| plan.bootstrap.mean(&values)).transpose()?;
+                Ok(Summary { measure, estimate })
+            });
+            summaries.push(VariantSummary {
+                tools: tools.clone(),
+                variant,
+                failures: own.iter().filter(|model| model.failure.is_some()).count(),
+                measures: measures.into_iter().collect::<Result<_, StatsError>>()?,
+            });
+        }
+    }
+    Ok(summaries)
+}
+
+impl AblationReport {
+    /// The results as a table for people.
+    pub fn to_markdown(&self, command: &str) -> String {
+        let mut text = format!(
+            "Made by `{command}`: {} epochs, {} seeds. Mean over the seeds with its 95 % bootstrap interval; errors in normalised units (the screen is 2 wide), of launches and of whole scenes that no model was trained on.\n\n",
+            self.epochs, self.seeds
+        );
+        let header: Vec<&str> = Measure::ALL.iter().map(|measure| measure.label()).collect();
+        text += &format!("| tools | model | {} |\n|---|---|{}\n", header.join(" | "), "---|".repeat(header.len()));
+        for row in &self.summaries {
+            let cells: Vec<String> = row
+                .measures
+                .iter()
+                .map(|summary| match summary.estimate {
+                    Some(Estimate { value, lower, upper }) => format!("{value:.3} [{lower:.3}, {upper:.3}]"),
+                    None => "none".to_owned(),
+                })
+                .collect();
+            let failures = if row.failures > 0 { format!(" ({} diverged)", row.failures) } else { String::new() };
+            text += &format!("| {} | {}{failures} | {} |\n", row.tools, row.variant.label(), cells.join(" | "));
+        }
+        text
+    }
+
+    /// A measure of the four variants as a figure: the mean over tool sets.
+    pub fn figure(&self, measure: Measure, label: &str) -> figures::Ablation {
+        let last = self.summaries.len().saturating_sub(Variant::ALL.len());
+        let variants = self.summaries[last..].iter().map(|row| {
+            let estimate = row.measures.iter().find(|summary| summary.measure == measure).and_then(|s| s.estimate);
+            figures::Variant {
+                label: row.variant.label().to_owned(),
+                estimate: estimate.map_or(figures::Estimate::exact(f64::NAN), super::figures::estimate),
+            }
+        });
+        figures::Ablation {
+            measure: label.to_owned(),
+            statistics: Statistics {
+                centre: "Mean".to_owned(),
+                interval: "95 % bootstrap interval over seeds".to_owned(),
+                seeds: self.seeds as usize,
+            },
+            variants: variants.collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task;
+
+    fn plan() -> AblationPlan {
+        AblationPlan {
+            model: ModelConfig { layers: 2, width: 8, embedding: 4, ..ModelConfig::default() },
+            training: TrainConfig { observations: 8, validation: 2, epochs: 2, batch: 8, ..TrainConfig::default() },
+            seeds: 2,
+            tool_sets: vec![vec![ToolKind::Bucket, ToolKind::Box], vec![ToolKind::Square, ToolKind::Floor]],
+            tasks: task::shipped(),
+            evaluation: EvaluationConfig { launches: 10, episodes: 1, horizon: 2, hit_rollouts: 10, seed: 3 },
+            bootstrap: Bootstrap { resamples: 50, ..Bootstrap::default() },
+        }
+    }
+
+    #[test]
+    fn an_ablation_goes_on_where_it_was_stopped() {
+        let (folder, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let last = Mutex::new((0, 0));
+        let tell = |now: &StudyProgress| {
+            let mut last = last.lock().unwrap();
+            *last = (now.done.max(last.0), now.total);
+        };
+        let report = ablation(&plan(), folder.path(), "test", 2, &tell).unwrap();
+        assert_eq!(*last.lock().unwrap(), (2 * 2 * 4 * 2 * 2, 2 * 2 * 4 * 2 * 2));
+        assert_eq!((report.models.len(), report.summaries.len()), (16, 12));
+        let text = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+        let whole = text("ablation.json");
+        let model = "models/square-floor-absolute-1";
+        let weights = text(&format!("{model}.safetensors"));
+        for name in [format!("{model}.json"), format!("{model}.safetensors"), "ablation.json".to_owned()] {
+            std::fs::remove_file(folder.path().join(name)).unwrap();
+        }
+        // One thread or two, interrupted or not: the same bytes.
+        assert_eq!(ablation(&plan(), folder.path(), "test", 1, &tell).unwrap(), report);
+        assert!(text("ablation.json") == whole && text(&format!("{model}.safetensors")) == weights);
+        for name in ["ablation-launches.png", "ablation-launches.csv", "ablation-scenes.png", "ablation.md"] {
+            assert!(!text(name).is_empty(), "{name}");
+        }
+        let table = String::from_utf8(text("ablation.md")).unwrap();
+        assert!(table.contains("| all | shared edge function | ") && table.contains("2 epochs, 2 seeds"), "{table}");
+
+        let longer = AblationPlan { seeds: 3, ..plan() };
+        assert!(matches!(ablation(&longer, folder.path(), "test", 1, &tell), Err(StudyError::OtherStudy { .. })));
+        let broken = AblationPlan { training: TrainConfig { batch: 0, ..plan().training }, ..plan() };
+        let error = ablation(&broken, other.path(), "test", 2, &tell).unwrap_err();
+        assert!(error.to_string().contains("batch"), "{error}");
+    }
+
+    #[test]
+    fn measures_are_means_over_tools_tasks_and_tool_sets() {
+        let folder = tempfile::tempdir().unwrap();
+        let report = ablation(&plan(), folder.path(), "test", 2, &|_| {}).unwrap();
+        let of = |tools: &str, measure: Measure| {
+            let row = report.summaries.iter().find(|row| row.tools == tools && row.variant == Variant::Full).unwrap();
+            row.measures.iter().find(|summary| summary.measure == measure).unwrap().estimate.unwrap()
+        };
+        for measure in [Measure::OneStep, Measure::SceneLast] {
+            let [one, two, all] = ["bucket-box", "square-floor", "all"].map(|tools| of(tools, measure).value);
+            assert!((all - (one + two) / 2.0).abs() < 1e-12, "{one} {two} {all}");
+        }
+        let full = report.models.iter().filter(|model| model.variant == Variant::Full);
+        let boxes = full.filter(|model| model.evaluation.model == "bucket-box");
+        let errors = boxes.flat_map(|model| model.evaluation.launches.iter().map(|l| l.errors.model.one_step.mean));
+        assert!((of("bucket-box", Measure::OneStep).value - mean(errors).unwrap()).abs() < 1e-12);
+        let figure = report.figure(Measure::SceneLast, "scenes");
+        assert_eq!(figure.variants.len(), 4);
+        assert_eq!(figure.variants[0].estimate.value, of("all", Measure::SceneLast).value);
+    }
+}

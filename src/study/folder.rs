@@ -1,0 +1,71 @@
+//! The folder of a study: it belongs to one plan, and what is in it is not made again.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::reproduce::StudyError;
+
+/// A study's folder.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Folder<'a>(pub &'a Path);
+
+impl Folder<'_> {
+    /// Makes the folder with its parts, for `plan` alone.
+    ///
+    /// # Errors
+    /// When it holds the study of another plan, or cannot be written.
+    pub fn claim(&self, plan: &impl Serialize, parts: &[&str]) -> Result<(), StudyError> {
+        for part in parts {
+            let path = self.path(part);
+            std::fs::create_dir_all(&path).map_err(|source| StudyError::Io { path, source })?;
+        }
+        let path = self.path("plan.json");
+        match std::fs::read_to_string(&path) {
+            Ok(found) if found == text(plan) => Ok(()),
+            Ok(_) => Err(StudyError::OtherStudy { path: self.0.to_owned() }),
+            Err(_) => self.write("plan.json", text(plan).as_bytes()),
+        }
+    }
+
+    /// The path of a file.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    /// The value in a file of the study, or a new one, saved there.
+    pub fn cached<T: Serialize + DeserializeOwned>(
+        &self,
+        name: &str,
+        make: impl FnOnce() -> Result<T, StudyError>,
+    ) -> Result<T, StudyError> {
+        let path = self.path(name);
+        match std::fs::read_to_string(&path) {
+            Ok(text) => {
+                serde_json::from_str(&text).map_err(|error| StudyError::Content { path, message: error.to_string() })
+            }
+            Err(_) => {
+                let value = make()?;
+                self.write_json(name, &value)?;
+                Ok(value)
+            }
+        }
+    }
+
+    /// Writes a value as JSON.
+    pub fn write_json(&self, name: &str, value: &impl Serialize) -> Result<(), StudyError> {
+        self.write(name, text(value).as_bytes())
+    }
+
+    /// Writes a file, whole or not at all.
+    pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), StudyError> {
+        let path = self.path(name);
+        crate::atomic::write(&path, bytes).map_err(|source| StudyError::Io { path, source })
+    }
+}
+
+fn text(value: &impl Serialize) -> String {
+    // Plans and results are plain data, which always serialises.
+    serde_json::to_string_pretty(value).expect("plain data") + "\n"
+}
