@@ -208,7 +208,7 @@ pub enum Loss {
 
 impl Default for Loss {
     fn default() -> Self {
-        Self::Squared
+        Self::Huber(0.1)
     }
 }
 
