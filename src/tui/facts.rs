@@ -47,6 +47,8 @@ pub struct Facts {
     pub played: Arc<Trace>,
     /// Why the episode a person plays is over.
     pub played_end: Option<EndReason>,
+    /// What is being done about a dynamics model, and how much of it is done.
+    pub model_work: Option<(String, Option<f32>)>,
     /// Figures written in this session.
     pub figures: Vec<PathBuf>,
     /// What happened, oldest first, as far as it is kept.
@@ -92,6 +94,8 @@ pub struct RunFacts {
     pub opened: bool,
     /// A thread of this program trains it.
     pub active: bool,
+    /// It waits until a core is free for it.
+    pub queued: bool,
     /// The task's name.
     pub task: String,
     /// `ddpg` or `ddpg-mge`.
@@ -142,13 +146,18 @@ impl Facts {
         self.current.and_then(|index| self.runs.get(index))
     }
 
-    /// Runs this program is training.
+    /// Runs this program is training or going to train.
     pub fn active_runs(&self) -> impl Iterator<Item = &RunFacts> {
-        self.runs.iter().filter(|run| run.active)
+        self.runs.iter().filter(|run| run.active || run.queued)
     }
 }
 
 impl RunFacts {
+    /// One word for what it is doing.
+    pub fn state_word(&self) -> &'static str {
+        if self.queued { "queued" } else { state_word(&self.state) }
+    }
+
     /// Seconds until the run is finished at the present rate.
     pub fn seconds_left(&self) -> Option<f64> {
         let rate = self.rate.filter(|rate| *rate > 0.0 && self.state == RunState::Running)?;
@@ -162,7 +171,7 @@ impl RunFacts {
 }
 
 /// One word for the state of a run.
-pub fn state_word(state: &RunState) -> &'static str {
+fn state_word(state: &RunState) -> &'static str {
     match state {
         RunState::NotStarted => "not started",
         RunState::Running => "running",

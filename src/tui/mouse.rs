@@ -59,6 +59,7 @@ fn press_scene(app: &mut App, view: View, position: [f32; 2]) {
         hand.cursor = position.map(|value| (value * 1000.0).round() / 1000.0);
         return scene::place(app);
     }
+    app.scene.leave_past();
     // A cell is coarse: what is less than half a cell away counts as hit.
     let reach = REACH.max(42.0 / f32::from(view.area.height.max(1)));
     let object = Object::at(&app.desk.facts().task, position, reach);
@@ -78,7 +79,7 @@ fn press_row(app: &mut App, row: usize) {
         Tab::Runs if app.runs.selected == row => app.perform(Action::Confirm),
         Tab::Runs => app.runs.selected = row,
         Tab::Models if row < app.desk.facts().models.len() => app.lists.model = row,
-        Tab::Figures if row < 5 => app.lists.figure = row,
+        Tab::Figures if row < crate::workbench::FigureKind::ALL.len() => app.lists.figure = row,
         _ => {}
     }
 }

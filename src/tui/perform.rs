@@ -61,7 +61,9 @@ impl App {
             Tab::Schedule => super::screens::schedule::perform(self, action),
             Tab::Training => super::screens::training::perform(self, action),
             Tab::Runs => super::screens::runs::perform(self, action),
-            Tab::Models | Tab::Figures | Tab::Log => super::screens::lists::perform(self, action),
+            Tab::Models => super::screens::models::perform(self, action),
+            Tab::Figures => super::screens::figures::perform(self, action),
+            Tab::Log => super::screens::log::perform(self, action),
         }
     }
 
@@ -85,6 +87,14 @@ impl App {
             Some(run) if run.state == RunState::Paused => self.line("resume"),
             _ => self.line("pause"),
         }
+    }
+
+    /// Asks before a task with unsaved edits is left.
+    pub fn ask_to_discard(&mut self, line: String) {
+        let name = &self.desk.facts().task.name;
+        let text = format!("The edits of {name} are not saved and will be lost.");
+        let answers = vec![('y', "open the other task".to_owned(), Deed::Certainly(line))];
+        self.layers.push(Layer::Confirm(Confirm { title: "lose the edits?".to_owned(), text, answers }));
     }
 
     fn ask_to_stop(&mut self) {
@@ -132,8 +142,7 @@ impl App {
         items.push(("another file".to_owned(), "type the path of a task file".to_owned(), Deed::TypeTask));
         let facts = self.desk.facts();
         let selected = items.iter().position(|(name, ..)| *name == facts.task.name).unwrap_or(0);
-        let title = if facts.dirty { "open a task (edits of this one are not saved!)" } else { "open a task" };
-        self.layers.push(Layer::Chooser(Chooser { title: title.to_owned(), items, selected }));
+        self.layers.push(Layer::Chooser(Chooser { title: "open a task".to_owned(), items, selected }));
     }
 
     /// Asks for the path of a task.
@@ -254,11 +263,15 @@ impl App {
         }
         let facts = self.desk.facts();
         let mut text = Vec::new();
-        if let Some(run) = facts.active_runs().next() {
-            text.push(format!(
-                "{} is being trained ({} of {} episodes). It is stopped and its checkpoint kept: it can be continued later.",
-                run.name, run.done, run.episodes
-            ));
+        for run in facts.active_runs() {
+            let doing = if run.queued { "waits for a core" } else { "is being trained" };
+            text.push(format!("{} {doing}, {} of {} episodes done.", run.name, run.done, run.episodes));
+        }
+        if !text.is_empty() {
+            text.push("What is trained is stopped after its present episode and its checkpoint kept: it can be continued later. To let it go on, stay.".to_owned());
+        }
+        if let Some((work, _)) = &facts.model_work {
+            text.push(format!("{work} ends, and nothing of it is kept."));
         }
         if facts.dirty {
             text.push(format!("The edits of {} are not saved and will be lost.", facts.task.name));
@@ -268,7 +281,7 @@ impl App {
             return;
         }
         let answers = vec![('y', "leave".to_owned(), Deed::Quit)];
-        let confirm = Confirm { title: "leave the workbench?".to_owned(), text: text.join("\n\n"), answers };
+        let confirm = Confirm { title: "leave the workbench?".to_owned(), text: text.join("\n"), answers };
         self.layers.push(Layer::Confirm(confirm));
     }
 }

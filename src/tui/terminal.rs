@@ -3,11 +3,13 @@
 //! Raw mode, alternate screen, mouse capture, bracketed paste and cursor are one state:
 //! all on or all off. [`leave`] may be called any number of times, from any thread.
 
-use std::io::{self, BufWriter, IsTerminal, Stdout};
+use std::io::{self, BufWriter, IsTerminal, Stdout, Write};
 use std::panic;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, Once, PoisonError};
 use std::thread;
+#[cfg(unix)]
+use std::time::Duration;
 
 use crossterm::cursor::{Hide, Show};
 use crossterm::event::{DisableBracketedPaste, DisableMouseCapture, EnableBracketedPaste, EnableMouseCapture};
@@ -107,7 +109,18 @@ impl Screen {
     pub fn reenter(&mut self) -> io::Result<()> {
         leave();
         enter(self.mouse)?;
-        self.terminal.clear()
+        self.redraw()
+    }
+
+    /// Forgets what the terminal shows: the next frame is drawn from nothing. (The
+    /// library's own `clear` asks the terminal for its cursor and fails if that is slow
+    /// to answer.)
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn redraw(&mut self) -> io::Result<()> {
+        let size = self.terminal.size()?;
+        self.terminal.resize(size.into())
     }
 }
 
@@ -115,7 +128,8 @@ impl Drop for Screen {
     fn drop(&mut self) {
         leave();
         for panic in take_panics() {
-            eprintln!("{panic}");
+            // Nobody may be there to read it.
+            let _ = writeln!(io::stderr(), "{panic}");
         }
     }
 }
@@ -138,6 +152,42 @@ fn enter(mouse: bool) -> io::Result<()> {
         leave();
     }
     entered
+}
+
+/// What there is to read.
+#[cfg(unix)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Input {
+    /// Nothing, or a signal came.
+    None,
+    /// Something was typed.
+    There,
+    /// The terminal is gone.
+    Gone,
+}
+
+/// Waits for input for a time.
+///
+/// # Errors
+/// When the system refuses.
+#[cfg(unix)]
+pub fn wait_for_input(time: Duration) -> io::Result<Input> {
+    use rustix::event::{PollFd, PollFlags, Timespec, poll};
+    let input = rustix::stdio::stdin();
+    let mut wanted = [PollFd::new(&input, PollFlags::IN)];
+    let time = Timespec { tv_sec: time.as_secs() as i64, tv_nsec: i64::from(time.subsec_nanos()) };
+    match poll(&mut wanted, Some(&time)) {
+        Ok(_) | Err(rustix::io::Errno::INTR) => {}
+        Err(error) => return Err(error.into()),
+    }
+    let found = wanted[0].revents();
+    Ok(if found.intersects(PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL) {
+        Input::Gone
+    } else if found.contains(PollFlags::IN) {
+        Input::There
+    } else {
+        Input::None
+    })
 }
 
 /// Restores the terminal if it is ours; otherwise does nothing.

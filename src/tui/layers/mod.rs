@@ -56,6 +56,8 @@ pub enum Wish {
 pub enum Deed {
     /// A line of the command language.
     Line(String),
+    /// A line whose loss of unsaved work has been agreed to.
+    Certainly(String),
     /// An action.
     Action(Action),
     /// Only runs whose line has this text.

@@ -35,7 +35,9 @@ pub fn draw(app: &mut App, frame: &mut Frame) {
         Tab::Schedule => super::schedule::draw(app, body, buffer, &mut hits),
         Tab::Training => super::training::draw(app, body, buffer, &mut hits),
         Tab::Runs => super::runs::draw(app, body, buffer, &mut hits),
-        Tab::Models | Tab::Figures | Tab::Log => super::lists::draw(app, body, buffer, &mut hits),
+        Tab::Models => super::models::draw(app, body, buffer, &mut hits),
+        Tab::Figures => super::figures::draw(app, body, buffer, &mut hits),
+        Tab::Log => super::log::draw(app, body, buffer),
     }
     footer(app, Rect { y: area.bottom() - 1, height: 1, ..area }, buffer);
     app.hits = hits;

@@ -1,6 +1,9 @@
 //! The screens and what each of them remembers.
 
+pub mod figures;
 pub mod lists;
+pub mod log;
+pub mod models;
 pub mod runs;
 pub mod scene;
 pub mod schedule;
@@ -90,6 +93,8 @@ pub struct Hits {
     pub charts: Vec<(Axes, Metric)>,
     /// The schedule's plot.
     pub schedule: Option<Axes>,
+    /// Where the figure is shown.
+    pub preview: Option<Rect>,
     /// Rows of a list and the index of the first.
     pub rows: Option<(Rect, usize)>,
 }

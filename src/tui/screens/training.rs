@@ -12,6 +12,7 @@ use crate::tui::app::App;
 use crate::tui::chart::{Curve, Plot, Range, Scale, draw as draw_chart};
 use crate::tui::facts::{Level, RunFacts};
 use crate::tui::metric::Metric;
+use crate::tui::rate::span;
 
 /// What the curves show.
 #[derive(Debug)]
@@ -136,7 +137,12 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     let runs = shown_runs(app);
     let title = match runs.as_slice() {
         [] => "training".to_owned(),
-        [run] => format!("training · {} · {}/{}", run.name, run.done, run.episodes),
+        [run] => {
+            let speed = run.rate.filter(|_| run.active).map(|rate| format!(" · {rate:.1} episodes/s"));
+            let left = run.seconds_left().map(|seconds| format!(", {} left", span(seconds)));
+            let (speed, left) = (speed.unwrap_or_default(), left.unwrap_or_default());
+            format!("training · {} · {} · {}/{}{speed}{left}", run.name, run.state_word(), run.done, run.episodes)
+        }
         runs => format!("training · {} runs", runs.len()),
     };
     let inside = pane(&title, area, &app.theme, buffer);
