@@ -80,7 +80,9 @@ fn a_closed_window_ends_it_with_the_run_checkpointed() {
     terminal.wait_for("welcome");
     terminal.type_text("x");
     terminal.wait_for("no episodes yet");
-    terminal.type_text("mt");
+    terminal.type_text(":method ddpg\r");
+    terminal.wait_for("method   ddpg,");
+    terminal.type_text("t");
     terminal.wait_for("running");
     terminal.hang_up();
     assert_eq!(terminal.wait_for_exit(), 129);

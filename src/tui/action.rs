@@ -199,7 +199,7 @@ pub const ACTIONS: &[Entry] = &[
     entry(A::Clusters, Everywhere, "clusters", "c", "clusters", "compute the action clusters of the task anew"),
     entry(A::Guide, Everywhere, "guide", "G", "", "give the action clusters to the running training"),
     entry(A::Export, Everywhere, "export", "f", "export", "export the figures of the session as PNG"),
-    entry(A::Method, Everywhere, "method", "m", "", "switch between DDPG and DDPG-MGE for the next run"),
+    entry(A::Method, Everywhere, "method", "m", "", "choose the method of the next run"),
     entry(A::Task, Everywhere, "task", "o", "open", "open a shipped task or a task file"),
     entry(A::Model, Everywhere, "model", "d", "", "choose what predicts the rollouts behind the clusters"),
     entry(A::Seed, Everywhere, "seed", "n", "", "type the master seed of the next run"),

@@ -235,13 +235,13 @@ impl App {
         match deed {
             Deed::Line(line) if line.trim() == "quit" => self.quit(),
             Deed::Line(line) if self.desk.facts().dirty && line.starts_with("task ") => self.ask_to_discard(line),
+            Deed::Line(line) if self.would_overwrite(&line).is_some() => self.ask_to_overwrite(line),
             Deed::Line(line) | Deed::Certainly(line) => {
                 let told = self.desk.apply(&line)?;
                 self.say(Level::Good, told);
             }
             Deed::Action(action) => self.perform(action),
             Deed::Filter(text) => self.runs.filter(text),
-            Deed::SaveAs(path) => return self.save_as(&path),
             Deed::TypeTask => self.ask_for_task_file(),
             Deed::Quit => self.leaving = true,
         }
@@ -269,6 +269,10 @@ impl App {
             self.changed |= super::mouse::handle(self, mouse);
         } else if !hovering {
             self.changed = true;
+            if let Some(layer) = self.layers.last_mut() {
+                let wish = layer.mouse(mouse);
+                self.grant(wish);
+            }
         }
     }
 

@@ -102,6 +102,8 @@ pub struct RunFacts {
     pub method: String,
     /// Master seed.
     pub seed: u64,
+    /// Subgoals of its task.
+    pub subgoals: usize,
     /// Episodes when it is finished.
     pub episodes: u64,
     /// What it is doing.
@@ -162,6 +164,17 @@ impl RunFacts {
     pub fn seconds_left(&self) -> Option<f64> {
         let rate = self.rate.filter(|rate| *rate > 0.0 && self.state == RunState::Running)?;
         Some(self.episodes.saturating_sub(self.done) as f64 / rate)
+    }
+
+    /// For each subgoal whether each episode reached it, as 1 and 0.
+    pub fn hits(&self) -> Vec<Vec<f32>> {
+        let shares = self.curves.get(Metric::Subgoals);
+        // Subgoals count in order: so many of them are the first so many.
+        let reached = |subgoal: usize| {
+            let least = (subgoal as f32 + 0.5) / self.subgoals as f32;
+            shares.iter().map(|share| f32::from(*share > least)).collect()
+        };
+        (0..self.subgoals).map(reached).collect()
     }
 
     /// The latest finite value of a metric.

@@ -33,6 +33,8 @@ fn press(app: &mut App, at: (u16, u16)) -> bool {
     if let Some((_, tab)) = app.hits.tabs.iter().find(|(area, _)| area.contains(at.into())) {
         let tab = *tab;
         app.show(tab);
+    } else if let Some((_, action)) = app.hits.hints.iter().find(|(area, _)| area.contains(at.into())) {
+        app.perform(*action);
     } else if let Some((view, position)) = scene_at(app, at) {
         press_scene(app, view, position);
     } else if let Some(axes) = app.hits.schedule.filter(|axes| axes.plot.contains(at.into())) {

@@ -1,5 +1,7 @@
 //! What the actions do that apply everywhere; the screens do the others.
 
+use std::path::PathBuf;
+
 use super::action::{Action, Context};
 use super::app::{App, TerminalWish};
 use super::facts::Level;
@@ -8,6 +10,8 @@ use super::screens::Tab;
 use crate::guidance::EpsilonSchedule;
 use crate::run::RunState;
 use crate::task;
+use crate::trainer::Method;
+use crate::workbench::Command;
 
 impl App {
     /// Does what an action asks for.
@@ -22,7 +26,7 @@ impl App {
             Action::Clusters => self.line("clusters"),
             Action::Guide => self.line("guide"),
             Action::Export => self.export_all(),
-            Action::Method => self.switch_method(),
+            Action::Method => self.choose_method(),
             Action::Task => self.choose_task(),
             Action::Model => self.choose_model(),
             Action::Seed => self.ask_for_number("seed", "a whole number; it decides everything random"),
@@ -76,9 +80,6 @@ impl App {
     }
 
     fn train(&mut self) {
-        if self.desk.facts().current_run().is_some_and(|run| run.active && run.state == RunState::Paused) {
-            return self.line("resume");
-        }
         self.line("train");
     }
 
@@ -94,7 +95,12 @@ impl App {
         let name = &self.desk.facts().task.name;
         let text = format!("The edits of {name} are not saved and will be lost.");
         let answers = vec![('y', "open the other task".to_owned(), Deed::Certainly(line))];
-        self.layers.push(Layer::Confirm(Confirm { title: "lose the edits?".to_owned(), text, answers }));
+        self.layers.push(Layer::Confirm(Confirm {
+            title: "lose the edits?".to_owned(),
+            text,
+            answers,
+            shown: Default::default(),
+        }));
     }
 
     fn ask_to_stop(&mut self) {
@@ -104,7 +110,12 @@ impl App {
             run.name, run.done, run.episodes
         );
         let answers = vec![('y', "stop it".to_owned(), Deed::Line("stop".to_owned()))];
-        self.layers.push(Layer::Confirm(Confirm { title: "stop the training?".to_owned(), text, answers }));
+        self.layers.push(Layer::Confirm(Confirm {
+            title: "stop the training?".to_owned(),
+            text,
+            answers,
+            shown: Default::default(),
+        }));
     }
 
     fn ask_for_epsilon(&mut self) {
@@ -130,9 +141,19 @@ impl App {
         self.layers.push(Layer::Prompt(Prompt::new(what, hint, now.to_string(), then)));
     }
 
-    fn switch_method(&mut self) {
-        let other = if self.desk.facts().settings.method == "ddpg" { "ddpg-mge" } else { "ddpg" };
-        self.line(&format!("method {other}"));
+    fn choose_method(&mut self) {
+        let item = |method: Method| {
+            (method.name().to_owned(), method.label().to_owned(), Deed::Line(format!("method {method}")))
+        };
+        let now = &self.desk.facts().settings.method;
+        let selected = Method::ALL.iter().position(|method| method.name() == now).unwrap_or(0);
+        let items = Method::ALL.into_iter().map(item).collect();
+        self.layers.push(Layer::Chooser(Chooser {
+            title: "method of the next run".to_owned(),
+            items,
+            selected,
+            shown: Default::default(),
+        }));
     }
 
     fn choose_task(&mut self) {
@@ -142,7 +163,12 @@ impl App {
         items.push(("another file".to_owned(), "type the path of a task file".to_owned(), Deed::TypeTask));
         let facts = self.desk.facts();
         let selected = items.iter().position(|(name, ..)| *name == facts.task.name).unwrap_or(0);
-        self.layers.push(Layer::Chooser(Chooser { title: "open a task".to_owned(), items, selected }));
+        self.layers.push(Layer::Chooser(Chooser {
+            title: "open a task".to_owned(),
+            items,
+            selected,
+            shown: Default::default(),
+        }));
     }
 
     /// Asks for the path of a task.
@@ -157,32 +183,40 @@ impl App {
         let items = facts.models.iter().map(|m| (m.name.clone(), m.about.clone(), deed(&m.name))).collect();
         let selected = facts.models.iter().position(|model| model.name == facts.settings.model).unwrap_or(0);
         let title = "what predicts the rollouts?".to_owned();
-        self.layers.push(Layer::Chooser(Chooser { title, items, selected }));
+        self.layers.push(Layer::Chooser(Chooser { title, items, selected, shown: Default::default() }));
     }
 
     fn ask_where_to_save(&mut self) {
         let facts = self.desk.facts();
         let path = facts.file.clone().unwrap_or_else(|| format!("my-{}.json", facts.task.name).into());
-        let prompt = Prompt::new("save the task as", "path of a JSON file", path.display().to_string(), Then::SaveAs);
+        let prompt = Prompt::new(
+            "save the task as",
+            "path of a JSON file",
+            path.display().to_string(),
+            Then::Path("save".to_owned()),
+        );
         self.layers.push(Layer::Prompt(prompt));
     }
 
-    /// Saves the task to a file, asking before another one is overwritten.
-    ///
-    /// # Errors
-    /// When the file cannot be written.
-    pub fn save_as(&mut self, path: &str) -> Result<(), String> {
-        let line = format!("save {}", shell_words::quote(path));
-        let own = self.desk.facts().file.as_ref().is_some_and(|file| file.as_path() == std::path::Path::new(path));
-        if std::path::Path::new(path).exists() && !own {
-            let answers = vec![('y', "overwrite it".to_owned(), Deed::Line(line))];
-            let text = format!("{path} exists. What is in it now will be lost.");
-            self.layers.push(Layer::Confirm(Confirm { title: "overwrite the file?".to_owned(), text, answers }));
-            return Ok(());
-        }
-        let told = self.desk.apply(&line)?;
-        self.say(Level::Good, told);
-        Ok(())
+    /// The file that a line would overwrite, other than the task's own and figures, which
+    /// are made to be made again.
+    pub fn would_overwrite(&self, line: &str) -> Option<PathBuf> {
+        let path = match Command::parse(line) {
+            Ok(Some(Command::Save(Some(path)) | Command::Clusters(Some(path)) | Command::Record(path))) => path,
+            Ok(Some(Command::ModelTrain { path, .. })) => path,
+            _ => return None,
+        };
+        let own = self.desk.facts().file.as_ref() == Some(&path);
+        Some(path).filter(|path| path.exists() && !own)
+    }
+
+    /// Asks before a file is overwritten.
+    pub fn ask_to_overwrite(&mut self, line: String) {
+        let path = self.would_overwrite(&line).unwrap_or_default();
+        let answers = vec![('y', "overwrite it".to_owned(), Deed::Certainly(line))];
+        let text = format!("{} exists. What is in it now will be lost.", path.display());
+        let title = "overwrite the file?".to_owned();
+        self.layers.push(Layer::Confirm(Confirm { title, text, answers, shown: Default::default() }));
     }
 
     /// Exports every figure there is something for, and tells what was left out.
@@ -281,7 +315,12 @@ impl App {
             return;
         }
         let answers = vec![('y', "leave".to_owned(), Deed::Quit)];
-        let confirm = Confirm { title: "leave the workbench?".to_owned(), text: text.join("\n"), answers };
+        let confirm = Confirm {
+            title: "leave the workbench?".to_owned(),
+            text: text.join("\n"),
+            answers,
+            shown: Default::default(),
+        };
         self.layers.push(Layer::Confirm(confirm));
     }
 }

@@ -22,6 +22,7 @@ pub use training::Curves;
 
 use ratatui::layout::Rect;
 
+use super::action::Action;
 use super::chart::Axes;
 use super::metric::Metric;
 use super::scene::View;
@@ -87,6 +88,8 @@ impl Tab {
 pub struct Hits {
     /// The tabs.
     pub tabs: Vec<(Rect, Tab)>,
+    /// The hints in the last line and what they ask for.
+    pub hints: Vec<(Rect, Action)>,
     /// The scene.
     pub scene: Option<View>,
     /// Curves.

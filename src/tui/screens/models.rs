@@ -27,8 +27,13 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     let rows = (facts.models.len() as u16 + 1).min(inside.height);
     let mut below = Rect { y: inside.y + rows, height: inside.height - rows, ..inside };
     if let Some((name, done)) = &facts.model_work {
-        let thousandths = (1000.0 * done.unwrap_or(0.0)) as u64;
-        let text = format!("  {} {name} {:.0} %", bar(thousandths, 1000, 24, theme), 100.0 * done.unwrap_or(0.0));
+        let text = match done {
+            Some(done) => {
+                let progress = bar((1000.0 * done) as u64, 1000, 24, theme);
+                format!("  {progress} {name} {:.0} %", 100.0 * done)
+            }
+            None => format!("  {name} ..."),
+        };
         buffer.set_stringn(below.x, below.y, text, usize::from(below.width), Style::new().fg(theme.accent));
         below = Rect { y: (below.y + 2).min(inside.bottom()), height: below.height.saturating_sub(2), ..below };
     }

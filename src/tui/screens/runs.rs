@@ -148,7 +148,12 @@ pub fn perform(app: &mut App, action: Action) {
             let text =
                 format!("{} and everything in it is deleted from the disk. This cannot be undone.", path.display());
             let answers = vec![('y', "delete it".to_owned(), Deed::Line(format!("delete {}", quoted(&path))))];
-            app.layers.push(Layer::Confirm(Confirm { title: "delete the run?".to_owned(), text, answers }));
+            app.layers.push(Layer::Confirm(Confirm {
+                title: "delete the run?".to_owned(),
+                text,
+                answers,
+                shown: Default::default(),
+            }));
         }
         (Action::Continue, Some((path, _))) => app.line(&format!("continue {}", quoted(&path))),
         (Action::Evaluate, Some((path, _))) => {

@@ -438,7 +438,12 @@ fn choose_tool(app: &mut App) {
         |kind: crate::physics::ToolKind| format!("size {} units, in the middle of the scene", kind.default_size());
     let kinds = crate::physics::ToolKind::ALL;
     let items = kinds.into_iter().map(|kind| (kind.name().to_owned(), about(kind), deed(kind))).collect();
-    app.layers.push(Layer::Chooser(Chooser { title: "add a tool".to_owned(), items, selected: 0 }));
+    app.layers.push(Layer::Chooser(Chooser {
+        title: "add a tool".to_owned(),
+        items,
+        selected: 0,
+        shown: Default::default(),
+    }));
     app.scene.selected = Some(Object::Tool(app.desk.facts().task.tools.len()));
 }
 

@@ -91,8 +91,18 @@ pub fn episodes(app: &App) -> usize {
 pub fn chart(app: &App, metric: Metric, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     let runs = shown_runs(app);
     let many = runs.len() > 1;
-    let curves = runs.iter().enumerate().map(|(index, run)| Curve {
-        name: if many { run.name.clone() } else { String::new() },
+    let hits_of = runs.first().filter(|_| metric == Metric::Subgoals && !many);
+    let by_subgoal = hits_of.map(|run| run.hits()).unwrap_or_default();
+    let single = by_subgoal.iter().enumerate().map(|(index, values)| Curve {
+        name: (index + 1).to_string(),
+        colour: app.theme.stage(index),
+        values,
+        points: &[],
+    });
+    let common = common_start(&runs);
+    let whole = runs.iter().filter(|_| by_subgoal.is_empty());
+    let curves = whole.enumerate().map(|(index, run)| Curve {
+        name: if many { run.name[common..].to_owned() } else { String::new() },
         colour: app.theme.stage(index),
         values: run.curves.get(metric),
         points: if metric == Metric::Success { &run.evaluations } else { &[] },
@@ -107,7 +117,7 @@ pub fn chart(app: &App, metric: Metric, area: Rect, buffer: &mut Buffer, hits: &
     };
     let plot = Plot {
         title: &title,
-        curves: curves.collect(),
+        curves: single.chain(curves).collect(),
         x: app.curves.range.window(episodes(app)),
         y: metric.range(),
         scale: app.curves.scale(metric),
@@ -118,6 +128,14 @@ pub fn chart(app: &App, metric: Metric, area: Rect, buffer: &mut Buffer, hits: &
     if let Some(axes) = draw_chart(&plot, area, &app.theme, buffer) {
         hits.charts.push((axes, metric));
     }
+}
+
+/// Length of what the names of the runs have in common, up to a hyphen: a legend has
+/// little room.
+fn common_start(runs: &[&RunFacts]) -> usize {
+    let Some((first, others)) = runs.split_first() else { return 0 };
+    let begins = |end: usize| others.iter().all(|run| run.name.starts_with(&first.name[..end]) && run.name.len() > end);
+    first.name.match_indices('-').map(|(at, _)| at + 1).take_while(|end| begins(*end)).last().unwrap_or(0)
 }
 
 /// Draws charts below one another, as many as there is room for.

@@ -197,6 +197,7 @@ fn run(name: &str, state: RunState, done: u64) -> RunFacts {
         task: "task1".into(),
         method: "ddpg-mge".into(),
         seed: 0,
+        subgoals: 1,
         episodes: 2000,
         rate: Some(12.5).filter(|_| state == RunState::Running),
         state,

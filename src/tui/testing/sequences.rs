@@ -42,7 +42,7 @@ fn training_is_started_paused_resumed_and_stopped() {
         facts
     };
     check(paused(), "p", &["resume"], "paused");
-    check(paused(), "t", &["resume"], "paused");
+    check(paused(), "t", &["train"], "paused");
     check(typical(), "x", &[], "stop the training?");
     check(typical(), "x y", &["stop"], "running");
     check(typical(), "x esc", &[], "running");
@@ -198,7 +198,8 @@ fn runs_are_watched_filtered_continued_and_evaluated() {
 
 #[test]
 fn settings_are_chosen_and_typed() {
-    check(empty(), "m", &["method ddpg"], "");
+    check(empty(), "m up enter", &["method ddpg"], "");
+    check(empty(), "m", &[], "DDPG, uniform exploration");
     check(empty(), "n ctrl-u 7 enter", &["seed 7"], "");
     check(empty(), "N ctrl-u 5 0 enter", &["episodes 50"], "");
     check(empty(), "o down enter", &["task task2"], "");
@@ -252,6 +253,10 @@ fn saving_asks_before_another_file_is_overwritten() {
     press(&mut app, "enter y");
     assert_eq!(asked.borrow().len(), 1);
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "precious", "the session writes, not the screen");
+    press(&mut app, ":");
+    app.event(Event::Paste(format!("record {}", path.display())));
+    press(&mut app, "enter");
+    assert!(text(&shot(&mut app, 120, 40)).contains("overwrite the file?"), "typed commands ask, too");
 }
 
 #[test]
@@ -379,4 +384,43 @@ fn a_schedule_is_drawn_with_the_mouse() {
     let (episode, value) = drawn.split_once('=').unwrap();
     assert!((episode.parse::<f32>().unwrap() - 1000.0).abs() < 30.0, "{line}");
     assert!((value.parse::<f32>().unwrap() - axes.y_at(at.1 + 3)).abs() < 0.01, "{line}");
+}
+
+#[test]
+fn layers_and_hints_take_the_mouse() {
+    let click = MouseEventKind::Down(MouseButton::Left);
+    let (mut app, asked) = app(empty());
+    press(&mut app, "o");
+    let find = |app: &mut App, what: &str| {
+        let screen = text(&shot(app, 120, 40));
+        let row = screen.lines().count() - 1 - screen.lines().rev().position(|line| line.contains(what)).unwrap();
+        let line = screen.lines().nth(row).unwrap();
+        (line[..line.find(what).unwrap()].chars().count() as u16, row as u16)
+    };
+    let at = find(&mut app, "task3");
+    mouse(&mut app, click, at);
+    assert_eq!(*asked.borrow(), ["task task3"]);
+    let at = find(&mut app, "t train");
+    mouse(&mut app, click, at);
+    assert_eq!(asked.borrow().last().unwrap(), "train");
+    press(&mut app, ":");
+    mouse(&mut app, MouseEventKind::ScrollDown, (60, 20));
+    let at = find(&mut app, "previous-object");
+    mouse(&mut app, click, at);
+    assert!(app.layers.is_empty() && app.scene.selected.is_some());
+}
+
+#[test]
+fn a_question_is_answered_with_the_mouse() {
+    let click = MouseEventKind::Down(MouseButton::Left);
+    let (mut app, asked) = app(typical());
+    press(&mut app, "x");
+    let screen = text(&shot(&mut app, 120, 40));
+    let row = screen.lines().position(|line| line.contains("y  stop it")).unwrap() as u16;
+    mouse(&mut app, click, (60, row + 1));
+    assert!(asked.borrow().is_empty() && app.layers.is_empty(), "the way back");
+    press(&mut app, "x");
+    shot(&mut app, 120, 40);
+    mouse(&mut app, click, (60, row));
+    assert_eq!(*asked.borrow(), ["stop"]);
 }
