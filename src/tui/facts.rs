@@ -112,6 +112,8 @@ pub struct RunFacts {
     pub preparing: Option<(usize, usize)>,
     /// Episodes finished.
     pub done: u64,
+    /// Share of the latest episodes that reached the goal, as far as it is known.
+    pub success: Option<f32>,
     /// One value an episode for every metric.
     pub curves: Curves,
     /// Greedy evaluations: episodes finished, share of successes.

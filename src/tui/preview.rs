@@ -163,7 +163,7 @@ fn fit_colours(area: Rect, theme: &Theme, buffer: &mut Buffer) {
         if plain {
             let ink = if cell.symbol() == " " { darkness(below) } else { darkness(above).max(darkness(below)) };
             cell.reset();
-            cell.set_char([' ', '.', ':', '+', '#'][(ink * 4.99) as usize]);
+            cell.set_char([' ', '.', ':', '+', '#'][(ink.sqrt() * 4.99) as usize]);
         } else {
             cell.set_fg(theme.fit(above)).set_bg(theme.fit(below));
         }

@@ -1,6 +1,6 @@
 //! Training and measuring dynamics models, on a thread of their own.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread::JoinHandle;
@@ -86,13 +86,7 @@ impl Drop for ModelJob {
     }
 }
 
-fn train(
-    tools: &[ToolKind],
-    names: &str,
-    path: &PathBuf,
-    settings: TrainConfig,
-    seen: &Seen,
-) -> Result<String, String> {
+fn train(tools: &[ToolKind], names: &str, path: &Path, settings: TrainConfig, seen: &Seen) -> Result<String, String> {
     let file = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let command = format!(
         "mge dynamics train --tools {names} --seed {} --epochs {} --out {file}",

@@ -16,7 +16,6 @@ use crate::tui::action::{Action, Context};
 use crate::tui::app::App;
 use crate::tui::facts::{Level, RunFacts};
 use crate::tui::layers::{Confirm, Deed, Layer, Prompt, Then};
-use crate::tui::metric::Metric;
 use crate::tui::rate::span;
 
 /// State of the list of runs.
@@ -106,7 +105,7 @@ fn row(app: &App, run: &RunFacts, selected: bool, area: Rect, buffer: &mut Buffe
     let style = if selected { theme.selected() } else { Style::new() };
     let watched = app.desk.facts().current_run().is_some_and(|current| current.path == run.path);
     let mark = [if app.runs.is_marked(run) { "*" } else { " " }, if watched { ">" } else { " " }].concat();
-    let success = run.latest(Metric::Success).map_or_else(|| "-".to_owned(), |s| format!("{:.0} %", 100.0 * s));
+    let success = run.success.map_or_else(|| "-".to_owned(), |s| format!("{:.0} %", 100.0 * s));
     let left = run.seconds_left().map_or_else(String::new, span);
     let progress = format!("{} {}/{}", bar(run.done, run.episodes, 6, theme), run.done, run.episodes);
     let width = usize::from(area.width);
