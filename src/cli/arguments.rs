@@ -78,6 +78,8 @@ pub enum Command {
     Script(Script),
     /// The whole study of the paper, into one folder with a report
     Reproduce(Reproduce),
+    /// Print the manual page, with all keys and script commands: `mge man > mge.1`
+    Man,
     /// Time the project's own work, one JSON line each
     Bench(Bench),
 }

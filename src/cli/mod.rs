@@ -4,12 +4,14 @@
 mod arguments;
 mod dynamics;
 mod guidance;
+mod manual;
 mod physics;
 mod progress;
 mod runs;
 mod studies;
 mod tasks;
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -26,7 +28,8 @@ pub fn run() -> ExitCode {
         Ok(status) => status,
         Err(error) if is_broken_pipe(&*error) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error}");
+            // Standard error may be a terminal that is gone.
+            let _ = writeln!(std::io::stderr(), "error: {error}");
             ExitCode::FAILURE
         }
     }
@@ -46,6 +49,7 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
         Command::Figures(figures) => runs::figures(&figures),
         Command::Script(script) => runs::script(&script),
         Command::Reproduce(reproduce) => studies::reproduce(&reproduce),
+        Command::Man => manual::print(),
         Command::Bench(bench) => studies::bench(&bench),
     };
     outcome.map(|()| ExitCode::SUCCESS)

@@ -22,6 +22,7 @@ pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::
     let options = tui::Options { keys: arguments.keys.clone(), tour: first_start, no_mouse: arguments.no_mouse };
     Ok(match tui::run(session, &options)? {
         tui::Leaving::Quit => ExitCode::SUCCESS,
+        tui::Leaving::HungUp => ExitCode::from(129),
         tui::Leaving::Signal(number) => ExitCode::from(128u8.saturating_add(number.clamp(0, 127) as u8)),
     })
 }
@@ -82,7 +83,7 @@ fn show(notice: &Notice, episodes: u64, progress: &mut Progress) {
         Notice::Run { event: Event::Evaluated { .. } | Event::Checkpointed { .. }, .. } | Notice::Changed => {}
         Notice::Run { event, .. } => progress.say(&event.to_string()),
         Notice::PriorReady => progress.say("the action clusters are ready"),
-        Notice::PriorFailed(reason) => progress.say(reason),
+        Notice::PriorFailed(reason) | Notice::Model(Ok(reason) | Err(reason)) => progress.say(reason),
     }
 }
 

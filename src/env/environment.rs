@@ -88,14 +88,26 @@ pub struct EpisodeOver;
 #[derive(Debug, Clone)]
 pub struct Environment {
     task: Arc<Task>,
+    shift: [f32; 2],
     now: Snapshot,
 }
 
 impl Environment {
     /// The environment of a task, at its start without noise.
     pub fn new(task: Arc<Task>) -> Self {
-        let now = Snapshot::new(&task, [0.0; 2]);
-        Self { task, now }
+        Self::shifted(task, [0.0; 2])
+    }
+
+    /// The environment of a task at a start that noise has shifted, as
+    /// [`Environment::shift`] tells of an earlier episode.
+    pub fn shifted(task: Arc<Task>, shift: [f32; 2]) -> Self {
+        let now = Snapshot::new(&task, shift);
+        Self { task, shift, now }
+    }
+
+    /// How far noise has shifted the start of the present episode, normalised.
+    pub fn shift(&self) -> [f32; 2] {
+        self.shift
     }
 
     /// The task being played.
@@ -106,8 +118,8 @@ impl Environment {
     /// Starts an episode and returns its first observation.
     pub fn reset(&mut self, rng: &mut impl Rng) -> Vec<f32> {
         let noise = self.task.rules.start_noise;
-        let shift = if noise > 0.0 { [0; 2].map(|_| rng.gen_range(-noise..=noise)) } else { [0.0; 2] };
-        self.now = Snapshot::new(&self.task, shift);
+        self.shift = if noise > 0.0 { [0; 2].map(|_| rng.gen_range(-noise..=noise)) } else { [0.0; 2] };
+        self.now = Snapshot::new(&self.task, self.shift);
         self.observation()
     }
 

@@ -197,6 +197,11 @@ impl RunDirectory {
     }
 
     /// `log.txt`
+    pub fn episodes_path(&self) -> PathBuf {
+        self.path.join("episodes.jsonl")
+    }
+
+    /// `log.txt`.
     pub fn log_path(&self) -> PathBuf {
         self.path.join("log.txt")
     }

@@ -75,6 +75,14 @@ pub enum RunError {
         /// Episode of the checkpoint.
         wanted: u64,
     },
+    /// The run has not kept an episode.
+    #[error("{}: there is no episode {episode} in it", path.display())]
+    NoEpisode {
+        /// The file of the episodes.
+        path: PathBuf,
+        /// The episode asked for.
+        episode: u64,
+    },
     /// There is no checkpoint at all, or none of this name.
     #[error("there is no checkpoint in {}", .0.display())]
     NoCheckpoint(PathBuf),

@@ -33,6 +33,7 @@
 mod append;
 pub mod checkpoint;
 mod directory;
+mod episodes;
 mod error;
 mod event;
 mod folder;
@@ -49,6 +50,7 @@ mod writer;
 
 pub use checkpoint::Checkpoint;
 pub use directory::{FORMAT, RunDirectory, RunLock, config_hash};
+pub use episodes::{PlayedAction, PlayedEpisode, read_episode};
 pub use error::RunError;
 pub use event::{EpisodeRecord, Event, LoggedEvent};
 pub use history::{EvaluationRecord, RunHistory};

@@ -5,6 +5,7 @@ use std::time::SystemTime;
 use super::append::AppendFile;
 use super::checkpoint::Checkpoint;
 use super::directory::{RunDirectory, RunLock};
+use super::episodes::{EpisodeLog, PlayedEpisode};
 use super::event::{Event, LoggedEvent};
 use super::log::EventLog;
 use super::metrics::MetricsLog;
@@ -19,6 +20,7 @@ pub struct RunWriter {
     directory: RunDirectory,
     events: EventLog,
     metrics: MetricsLog,
+    episodes: EpisodeLog,
     tensorboard: TensorBoardWriter,
     scalars: Scalars,
     log: AppendFile,
@@ -39,6 +41,7 @@ impl RunWriter {
         directory.checkpoints().tidy()?;
         let events = EventLog::open(&directory.events_path(), episode)?;
         let metrics = MetricsLog::open(&directory.metrics_path(), episode)?;
+        let episodes = EpisodeLog::open(&directory.episodes_path(), episode)?;
         let first_step = if episode == 0 { 0 } else { episode + 1 };
         let mut tensorboard = TensorBoardWriter::create(&directory.tensorboard_path(), first_step, time)?;
         if episode == 0 {
@@ -50,6 +53,7 @@ impl RunWriter {
             directory: directory.clone(),
             events,
             metrics,
+            episodes,
             tensorboard,
             scalars: Scalars::default(),
             log: AppendFile::open(&directory.log_path())?,
@@ -76,6 +80,14 @@ impl RunWriter {
             return Ok(());
         }
         self.tensorboard.scalars(event.episode(), logged.time, &values)
+    }
+
+    /// Keeps what was done in an episode, so that it can be played again.
+    ///
+    /// # Errors
+    /// [`RunError::Io`].
+    pub fn keep(&mut self, episode: &PlayedEpisode) -> Result<()> {
+        self.episodes.append(episode)
     }
 
     /// Writes a line to `log.txt`, with the seconds since this process took the run.

@@ -1,11 +1,13 @@
 //! A training from its directory to its end: prior, episodes, evaluations, checkpoints,
 //! and what a person asks for in between.
 
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 
 use crossbeam_channel::Receiver;
 
 use super::config::RunConfig;
+use super::panic_message;
 use super::prior::{PriorError, build_prior};
 use super::training::{Training, TrainingError};
 use super::watch::{LiveView, Phase, Watch};
@@ -70,7 +72,7 @@ pub fn conduct(directory: &RunDirectory, controls: &Receiver<Control>, watch: &W
     let store = directory.checkpoints();
     let (best_score, existing) = (store.best_score()?, store.names()?);
     let mut conductor = Conductor { writer, controls, watch, pause_after: None, best_score, existing };
-    let outcome = (|| {
+    let outcome = guarded(&mut conductor, |conductor| {
         let training = match &checkpoint {
             Some(checkpoint) => Training::resume(config, checkpoint)?,
             None => {
@@ -79,12 +81,23 @@ pub fn conduct(directory: &RunDirectory, controls: &Receiver<Control>, watch: &W
             }
         };
         conductor.run(training)
-    })();
+    });
     watch.set_phase(Phase::Ended);
     if let Err(error) = &outcome {
         conductor.fail(error);
     }
     outcome
+}
+
+/// Does the work; a panic in it is recorded as the run's end before it goes on.
+fn guarded<T>(conductor: &mut Conductor<'_>, work: impl FnOnce(&mut Conductor<'_>) -> T) -> T {
+    match catch_unwind(AssertUnwindSafe(|| work(conductor))) {
+        Ok(outcome) => outcome,
+        Err(panic) => {
+            conductor.fail(&format_args!("the training panicked: {}", panic_message(&*panic)));
+            resume_unwind(panic)
+        }
+    }
 }
 
 /// What a control asks the loop to do.
@@ -157,6 +170,7 @@ impl Conductor<'_> {
         let (record, trace) = training.run_episode()?;
         self.watch.set_episode(record.episode);
         self.writer.record(&Event::EpisodeFinished(record))?;
+        self.writer.keep(&trace.played())?;
         self.watch.offer(|| LiveView {
             trace: Arc::new(trace),
             ddpg: Arc::new(training.ddpg().clone()),
@@ -264,8 +278,37 @@ impl Conductor<'_> {
 
     /// Records the error as the run's end. If even that fails, the error itself is
     /// what the caller gets to see.
-    fn fail(&mut self, error: &ConductError) {
+    fn fail(&mut self, error: &dyn std::fmt::Display) {
         let episode = self.writer.directory().checkpoints().load(CheckpointName::Last).map_or(0, |last| last.episode);
         let _ = self.writer.record(&Event::Failed { episode, reason: error.to_string() });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::RunState;
+
+    #[test]
+    fn a_panic_is_the_runs_recorded_end() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+        let directory = RunDirectory::create(folder.path().join("run"), &config).unwrap();
+        let (_sender, controls) = crossbeam_channel::unbounded();
+        let watch = Watch::default();
+        let writer = RunWriter::open(&directory, 0).unwrap();
+        let mut conductor = Conductor {
+            writer,
+            controls: &controls,
+            watch: &watch,
+            pause_after: None,
+            best_score: None,
+            existing: Vec::new(),
+        };
+        let work = || guarded(&mut conductor, |_| -> () { panic!("on purpose") });
+        assert!(catch_unwind(AssertUnwindSafe(work)).is_err());
+        drop(conductor);
+        let state = directory.status().unwrap().state;
+        assert_eq!(state, RunState::Failed("the training panicked: on purpose".into()));
     }
 }

@@ -42,3 +42,9 @@ pub use thread::Trainer;
 pub use trace::{Source, Trace, TracedStep};
 pub use training::{NETWORKS_SECTION, Training, TrainingError, greedy_episode};
 pub use watch::{LiveView, Phase, Watch};
+
+/// What a panic says.
+fn panic_message(panic: &(dyn std::any::Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("unknown reason")
+}

@@ -7,6 +7,7 @@ use std::thread::JoinHandle;
 use crossbeam_channel::{Sender, unbounded};
 
 use super::conduct::{Control, Ending, conduct};
+use super::panic_message;
 use super::watch::{Phase, Watch};
 use crate::run::RunDirectory;
 
@@ -85,9 +86,4 @@ impl Drop for Trainer {
         self.send(Control::Stop { reason: "the program ended".to_owned() });
         self.finish();
     }
-}
-
-fn panic_message(panic: &(dyn std::any::Any + Send)) -> &str {
-    let text = panic.downcast_ref::<&str>().copied();
-    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("unknown reason")
 }

@@ -1,9 +1,13 @@
 //! A finished episode, step by step, for whoever wants to look at it.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use crate::env::{Action, Environment, EpisodeOver, Placement, Step};
 use crate::physics::to_normalised;
+use crate::run::{PlayedAction, PlayedEpisode};
+use crate::task::Task;
 
 /// Where an action came from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -43,6 +47,8 @@ pub struct TracedStep {
 pub struct Trace {
     /// Number of the episode, from 1; 0 outside of training.
     pub episode: u64,
+    /// How far noise shifted its start, normalised.
+    pub shift: [f32; 2],
     /// Its actions, in order.
     pub steps: Vec<TracedStep>,
 }
@@ -65,6 +71,25 @@ impl Trace {
             path,
         });
         Ok(step)
+    }
+
+    /// What has to be kept to play it again.
+    pub fn played(&self) -> PlayedEpisode {
+        let step = |step: &TracedStep| PlayedAction { action: step.action, guided: step.source == Source::Clusters };
+        PlayedEpisode { episode: self.episode, shift: self.shift, actions: self.steps.iter().map(step).collect() }
+    }
+
+    /// Plays an episode again: the physics give the same to the last bit.
+    pub fn replay(task: &Arc<Task>, played: &PlayedEpisode) -> Self {
+        let mut env = Environment::shifted(task.clone(), played.shift);
+        let mut trace = Self { episode: played.episode, shift: played.shift, steps: Vec::new() };
+        for PlayedAction { action, guided } in &played.actions {
+            let source = if *guided { Source::Clusters } else { Source::Policy };
+            if trace.step(&mut env, *action, source).is_err() {
+                break;
+            }
+        }
+        trace
     }
 
     /// Whether the goal was reached.

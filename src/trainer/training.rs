@@ -196,7 +196,7 @@ impl Training {
         self.learner.set_noise_scale(noise_scale);
         self.learner.start_episode();
         let mut observation = self.env.reset(&mut self.progress.streams.environment);
-        let mut trace = Trace { episode: u64::from(episode) + 1, steps: Vec::new() };
+        let mut trace = Trace { episode: u64::from(episode) + 1, shift: self.env.shift(), steps: Vec::new() };
         let mut means = UpdateMeans::default();
         let mut played = Played::default();
         let mut states = Vec::new();

@@ -43,6 +43,8 @@ pub enum Action {
     Slower,
     Restart,
     Source,
+    PreviousEpisode,
+    NextEpisode,
     NextObject,
     PreviousObject,
     Coordinates,
@@ -93,6 +95,12 @@ pub enum Action {
     Evaluate,
     Continue,
     OpenRun,
+    DeleteRun,
+    // Models and figures.
+    TrainModel,
+    EvaluateModel,
+    StopModel,
+    Vector,
 }
 
 /// Where an action applies.
@@ -110,14 +118,27 @@ pub enum Context {
     Curves,
     /// The Runs screen.
     Runs,
+    /// The Models screen.
+    Models,
+    /// The Figures screen.
+    Figures,
     /// The Models, Figures and Log screens.
     List,
 }
 
 impl Context {
     /// All of them, in the order of the help.
-    pub const ALL: [Self; 7] =
-        [Self::Everywhere, Self::Scene, Self::Hand, Self::Schedule, Self::Curves, Self::Runs, Self::List];
+    pub const ALL: [Self; 9] = [
+        Self::Everywhere,
+        Self::Scene,
+        Self::Hand,
+        Self::Schedule,
+        Self::Curves,
+        Self::Runs,
+        Self::Models,
+        Self::Figures,
+        Self::List,
+    ];
 
     /// Heading in the help, and the section's name in a key file.
     pub fn name(self) -> &'static str {
@@ -128,6 +149,8 @@ impl Context {
             Self::Schedule => "schedule",
             Self::Curves => "curves",
             Self::Runs => "runs",
+            Self::Models => "models",
+            Self::Figures => "figures",
             Self::List => "list",
         }
     }
@@ -162,7 +185,7 @@ const fn entry(
 }
 
 use Action as A;
-use Context::{Curves, Everywhere, Hand, List, Runs, Scene, Schedule};
+use Context::{Curves, Everywhere, Figures, Hand, List, Models, Runs, Scene, Schedule};
 
 /// Every action there is.
 #[rustfmt::skip]
@@ -176,7 +199,7 @@ pub const ACTIONS: &[Entry] = &[
     entry(A::Clusters, Everywhere, "clusters", "c", "clusters", "compute the action clusters of the task anew"),
     entry(A::Guide, Everywhere, "guide", "G", "", "give the action clusters to the running training"),
     entry(A::Export, Everywhere, "export", "f", "export", "export the figures of the session as PNG"),
-    entry(A::Method, Everywhere, "method", "m", "", "switch between DDPG and DDPG-MGE for the next run"),
+    entry(A::Method, Everywhere, "method", "m", "", "choose the method of the next run"),
     entry(A::Task, Everywhere, "task", "o", "open", "open a shipped task or a task file"),
     entry(A::Model, Everywhere, "model", "d", "", "choose what predicts the rollouts behind the clusters"),
     entry(A::Seed, Everywhere, "seed", "n", "", "type the master seed of the next run"),
@@ -230,13 +253,17 @@ pub const ACTIONS: &[Entry] = &[
     entry(A::Faster, Scene, "faster", ">", "", "play faster"),
     entry(A::Slower, Scene, "slower", "<", "", "play slower"),
     entry(A::Restart, Scene, "restart", "r", "", "play the episode from its start"),
-    entry(A::Source, Scene, "source", "s", "", "show the latest training episode, or the scene untouched"),
+    entry(A::Source, Scene, "source", "s", "", "show the latest training episode, or the scene untouched; leaves the past"),
+    entry(A::PreviousEpisode, Scene, "previous-episode", "pageup", "", "play the episode before again, from the past of the watched run"),
+    entry(A::NextEpisode, Scene, "next-episode", "pagedown", "", "play the next episode of the watched run's past"),
+    entry(A::First, Scene, "first-episode", "home", "", "play the first episode of the watched run again"),
+    entry(A::Last, Scene, "last-episode", "end", "", "play the last episode of the watched run again"),
     entry(A::ShowClusters, Scene, "show-clusters", "a", "", "show or hide the action clusters"),
     entry(A::ShowSamples, Scene, "show-samples", "z", "", "show or hide the rewarding actions behind the clusters"),
     entry(A::ShowStage, Scene, "show-stage", "v", "", "show the clusters of all stages, or of one after the other"),
     entry(A::ShowCritic, Scene, "show-critic", "b", "", "show or hide what the critic thinks of every action now"),
     entry(A::ShowActor, Scene, "show-actor", "i", "", "show or hide where the actor would place the tool now"),
-    entry(A::ShowModel, Scene, "show-model", "g", "", "show or hide what the model predicted for the episode's next actions"),
+    entry(A::ShowModel, Scene, "show-model", "g", "", "show or hide what the model predicts for the next actions, and what happened"),
     entry(A::HandPlay, Scene, "hand-play", "P", "hand play", "place tools yourself"),
 
     entry(A::Left, Hand, "hand-left", "left h", "", "move the tool left by 0.02"),
@@ -291,6 +318,14 @@ pub const ACTIONS: &[Entry] = &[
     entry(A::Evaluate, Runs, "evaluate-run", "v", "evaluate", "play the greedy policy of the watched run"),
     entry(A::Continue, Runs, "continue-run", "C", "continue", "go on with the selected run from its checkpoint"),
     entry(A::OpenRun, Runs, "open-run", "O", "", "open a run that is on disk"),
+    entry(A::DeleteRun, Runs, "delete-run", "delete X", "", "delete the selected run from the disk, after a question"),
+
+    entry(A::Confirm, Models, "choose-model", "enter", "choose", "let the selected model predict the rollouts behind the next clusters"),
+    entry(A::TrainModel, Models, "train-model", "T", "train a model", "train another dynamics model, in the background"),
+    entry(A::EvaluateModel, Models, "evaluate-model", "v", "evaluate", "measure the selected model on fresh launches and unseen scenes"),
+    entry(A::StopModel, Models, "stop-model", "X", "", "end the training or evaluation of a model"),
+    entry(A::Confirm, Figures, "export-figure", "enter", "as PNG", "export the selected figure as PNG, the episode as GIF"),
+    entry(A::Vector, Figures, "export-svg", "s", "as SVG", "export the selected figure as SVG"),
 
     entry(A::Up, List, "above", "up k", "", "select the line above"),
     entry(A::Down, List, "below", "down j", "", "select the line below"),
@@ -298,7 +333,6 @@ pub const ACTIONS: &[Entry] = &[
     entry(A::FarDown, List, "page-down", "pagedown", "", "one page down"),
     entry(A::First, List, "first", "home", "", "select the first line"),
     entry(A::Last, List, "last", "end", "", "select the last line"),
-    entry(A::Confirm, List, "choose", "enter", "choose", "choose the selected line"),
 ];
 
 /// The entry with a name.

@@ -11,6 +11,7 @@ use super::facts::Level;
 use super::key::Key;
 use super::keymap::Keymap;
 use super::layers::{Deed, Layer, Wish};
+use super::preview::Preview;
 use super::screens::{Curves, Hits, Lists, Runs, Scene, Schedule, Tab};
 use super::theme::Theme;
 
@@ -36,6 +37,8 @@ pub struct App {
     pub runs: Runs,
     /// Selected lines of the Models, Figures and Log screens.
     pub lists: Lists,
+    /// The figure that is shown on the Figures screen.
+    pub preview: Preview,
     /// The latest message, and how long it has been shown.
     pub notice: Option<Notice>,
     /// Where things were drawn, for the mouse.
@@ -61,6 +64,8 @@ pub struct Notice {
 
 /// How long a message stays that is no error.
 const NOTICE: Duration = Duration::from_secs(6);
+/// Time that can pass for a message between two looks at it.
+const BLINK: Duration = Duration::from_millis(100);
 
 /// What only the owner of the terminal can do.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -87,6 +92,7 @@ impl App {
             schedule: Schedule::default(),
             runs: Runs::default(),
             lists: Lists::default(),
+            preview: Preview::default(),
             notice: None,
             hits: Hits::default(),
             wish: None,
@@ -124,7 +130,9 @@ impl App {
             Tab::Schedule => vec![Context::Schedule],
             Tab::Training => vec![Context::Curves],
             Tab::Runs => vec![Context::Runs],
-            Tab::Models | Tab::Figures | Tab::Log => vec![Context::List],
+            Tab::Models => vec![Context::Models, Context::List],
+            Tab::Figures => vec![Context::Figures, Context::List],
+            Tab::Log => vec![Context::List],
         };
         inner.into_iter().chain([Context::Everywhere]).collect()
     }
@@ -143,11 +151,19 @@ impl App {
         if self.tab.has_scene() {
             self.changed |= self.scene.update(&mut *self.desk, elapsed);
         }
+        if self.tab == Tab::Runs && self.runs.is_time_to_look(elapsed) {
+            self.desk.look_for_runs();
+            self.changed = true;
+        }
+        if self.tab == Tab::Figures {
+            self.changed |= super::screens::figures::update(self);
+        }
     }
 
     fn age_notice(&mut self, elapsed: Duration) {
         let Some(notice) = &mut self.notice else { return };
-        notice.shown += elapsed;
+        // Work that keeps the screen waiting must not use up the time of its own message.
+        notice.shown += elapsed.min(BLINK);
         if notice.level != Level::Error && notice.shown > NOTICE {
             self.notice = None;
             self.changed = true;
@@ -218,13 +234,14 @@ impl App {
     fn do_deed(&mut self, deed: Deed) -> Result<(), String> {
         match deed {
             Deed::Line(line) if line.trim() == "quit" => self.quit(),
-            Deed::Line(line) => {
+            Deed::Line(line) if self.desk.facts().dirty && line.starts_with("task ") => self.ask_to_discard(line),
+            Deed::Line(line) if self.would_overwrite(&line).is_some() => self.ask_to_overwrite(line),
+            Deed::Line(line) | Deed::Certainly(line) => {
                 let told = self.desk.apply(&line)?;
                 self.say(Level::Good, told);
             }
             Deed::Action(action) => self.perform(action),
             Deed::Filter(text) => self.runs.filter(text),
-            Deed::SaveAs(path) => return self.save_as(&path),
             Deed::TypeTask => self.ask_for_task_file(),
             Deed::Quit => self.leaving = true,
         }
@@ -252,6 +269,10 @@ impl App {
             self.changed |= super::mouse::handle(self, mouse);
         } else if !hovering {
             self.changed = true;
+            if let Some(layer) = self.layers.last_mut() {
+                let wish = layer.mouse(mouse);
+                self.grant(wish);
+            }
         }
     }
 

@@ -3,18 +3,19 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use crate::env::{Action, Environment, Placement};
 use crate::guidance::RolloutModel;
 use crate::run::{Event, RunDirectory, RunState};
 use crate::task::Task;
 use crate::trainer::{LiveView, Phase, RunConfig, rollout_model};
-use crate::workbench::{Command, Notice, RunView, Session};
+use crate::workbench::{Command, FigureKind, Notice, RunView, Session};
 
 use super::facts::{Facts, Level, LogLine, ModelFacts, RunFacts, Settings};
 use super::metric::{Curves, Metric};
 use super::playback::Episode;
+use super::preview::Drawing;
 use super::rate::Rate;
 use super::scene::{Ghost, Heat};
 
@@ -38,6 +39,16 @@ pub trait Desk {
     /// What the model predicts for the next actions of an episode, from its action
     /// number `action` on: normalised positions of the ball.
     fn foresee(&mut self, episode: &Episode, action: usize) -> Vec<[f32; 2]>;
+    /// An episode of the watched run's past, played again.
+    ///
+    /// # Errors
+    /// Why there is none, in one line.
+    fn past_episode(&self, episode: u64) -> Result<Arc<Episode>, String>;
+    /// A figure of what there is now.
+    ///
+    /// # Errors
+    /// Why there is none, in one line.
+    fn figure(&self, kind: FigureKind) -> Result<Drawing, String>;
     /// Looks for runs on disk.
     fn look_for_runs(&mut self);
     /// Adds a line to the log.
@@ -53,12 +64,14 @@ pub struct Mind {
     pub choice: Action,
 }
 
+/// Time after an edit before the clusters are computed anew.
+const SETTLED: Duration = Duration::from_millis(700);
 /// Lines of the log that are kept.
 const LOG: usize = 2000;
 /// Rows and columns of the grid of actions for the critic.
 const HEAT_SIDE: usize = 36;
 /// Actions a prediction looks ahead.
-const LOOK_AHEAD: usize = 3;
+pub const LOOK_AHEAD: usize = 3;
 
 /// A session with the facts about it.
 pub struct SessionDesk {
@@ -68,6 +81,8 @@ pub struct SessionDesk {
     rates: HashMap<PathBuf, Rate>,
     model: Option<(RunConfig, Option<Box<dyn RolloutModel>>)>,
     on_disk: Vec<RunFacts>,
+    /// When the latest command was carried out.
+    touched: Instant,
 }
 
 impl SessionDesk {
@@ -89,12 +104,21 @@ impl SessionDesk {
             live: None,
             played: Arc::default(),
             played_end: None,
+            model_work: None,
             figures: Vec::new(),
             log: Vec::new(),
             log_total: 0,
             task,
         };
-        let mut desk = Self { session, facts, live: None, rates: HashMap::new(), model: None, on_disk: Vec::new() };
+        let mut desk = Self {
+            session,
+            facts,
+            live: None,
+            rates: HashMap::new(),
+            model: None,
+            on_disk: Vec::new(),
+            touched: Instant::now(),
+        };
         desk.look_for_runs();
         desk.refresh();
         desk
@@ -120,8 +144,18 @@ impl SessionDesk {
             facts.played = Arc::new(hand.trace().clone());
         }
         facts.played_end = hand.snapshot().end();
+        facts.model_work = session.model_work().map(|(name, done)| (name.to_owned(), done));
         self.refresh_runs();
         self.refresh_live();
+    }
+
+    /// Computes clusters anew once an edit has made them out of date and the person has
+    /// stopped to edit for a moment.
+    fn renew_clusters(&mut self) {
+        if self.touched.elapsed() > SETTLED && self.session.clusters_are_outdated() {
+            // What comes of it is in the log, and on the screen.
+            let _ = self.apply("clusters");
+        }
     }
 
     fn refresh_runs(&mut self) {
@@ -170,6 +204,11 @@ impl SessionDesk {
                 self.facts.prior_failure = Some(reason.clone());
                 self.log(Level::Error, format!("action clusters: {reason}"));
             }
+            Notice::Model(Ok(told)) => {
+                self.facts.models = models(&self.session);
+                self.log(Level::Good, told.clone());
+            }
+            Notice::Model(Err(reason)) => self.log(Level::Error, reason.clone()),
             Notice::Run { event: Event::EpisodeFinished(_), .. } | Notice::PriorStage { .. } | Notice::Changed => {}
             Notice::Run { index, event } => {
                 let level = match event {
@@ -203,6 +242,7 @@ impl Desk for SessionDesk {
 
     fn poll(&mut self) -> bool {
         let building = self.facts.prior_state;
+        self.renew_clusters();
         let notices = self.session.poll();
         for notice in &notices {
             self.note(notice);
@@ -220,11 +260,16 @@ impl Desk for SessionDesk {
     }
 
     fn apply(&mut self, line: &str) -> Result<String, String> {
+        self.touched = Instant::now();
         let outcome = match Command::parse(line) {
             Ok(None) => return Ok(String::new()),
             Ok(Some(command)) => {
                 let figure = if let Command::Figure { path, .. } = &command { Some(path.clone()) } else { None };
+                let deleted = matches!(command, Command::Delete(_));
                 let outcome = self.session.apply(command).map_err(|error| error.to_string());
+                if deleted {
+                    self.look_for_runs();
+                }
                 if let (Ok(_), Some(path)) = (&outcome, figure) {
                     self.facts.figures.retain(|known| *known != path);
                     self.facts.figures.push(path);
@@ -282,6 +327,18 @@ impl Desk for SessionDesk {
         model.rollouts(&episode.task, &[env.snapshot()], &[next]).pop().map_or_else(Vec::new, |rollout| rollout.path)
     }
 
+    fn past_episode(&self, episode: u64) -> Result<Arc<Episode>, String> {
+        let run = self.session.run().ok_or("no run is being watched")?;
+        let trace = run.past_episode(episode).map_err(|error| error.to_string())?;
+        let title = format!("episode {episode} of {}", run.name());
+        Ok(Arc::new(Episode { title, task: run.config().task.clone(), trace: Arc::new(trace) }))
+    }
+
+    fn figure(&self, kind: FigureKind) -> Result<Drawing, String> {
+        let figure = self.session.figure(kind).map_err(|error| error.to_string())?;
+        figure.ok_or_else(|| "An animation: the Scene screen plays it.".to_owned())
+    }
+
     fn look_for_runs(&mut self) {
         let Ok(entries) = std::fs::read_dir(self.session.folder()) else { return };
         let mut found: Vec<RunFacts> = entries.flatten().filter_map(|entry| glance(&entry.path())).collect();
@@ -301,7 +358,7 @@ impl Desk for SessionDesk {
 /// The environment as it was before an episode's action number `action`. None if the
 /// episode cannot be repeated.
 fn replay(episode: &Episode, action: usize) -> Option<Environment> {
-    let mut env = Environment::new(episode.task.clone());
+    let mut env = Environment::shifted(episode.task.clone(), episode.trace.shift);
     for step in episode.trace.steps.iter().take(action) {
         env.step(step.action).ok()?;
     }
@@ -326,6 +383,11 @@ fn models(session: &Session) -> Vec<ModelFacts> {
         model("true", "the environment's own physics: the upper bound of guidance"),
         model("uniform", "no model: uniform random actions in place of clusters"),
     ];
+    models.extend(crate::dynamics::shipped_names().filter_map(|name| {
+        let known = crate::dynamics::shipped(name).ok().flatten()?;
+        let about = known.check_task(session.task()).map_or_else(|error| error.to_string(), |()| "shipped".to_owned());
+        Some(model(name, &about))
+    }));
     if let Ok(entries) = std::fs::read_dir("models") {
         let files = entries.flatten().map(|entry| entry.path());
         let mut files: Vec<PathBuf> =
@@ -368,13 +430,16 @@ fn run_facts(view: &RunView, mut curves: Curves, rate: Option<f64>) -> RunFacts 
         path: view.directory().path().to_owned(),
         opened: true,
         active: view.is_active(),
+        queued: view.is_queued(),
         task: config.task.name.clone(),
         method: config.method.name().to_owned(),
         seed: config.seed,
+        subgoals: config.task.subgoals.len(),
         episodes: u64::from(config.episodes),
         state: view.state(),
         preparing,
         done: records.len() as u64,
+        success: records.last().map(|record| record.rolling_success as f32),
         curves,
         evaluations,
         rate,
@@ -391,13 +456,16 @@ fn glance(path: &Path) -> Option<RunFacts> {
         path: path.to_owned(),
         opened: false,
         active: false,
+        queued: false,
         task: config.task.name.clone(),
         method: config.method.name().to_owned(),
         seed: config.seed,
+        subgoals: config.task.subgoals.len(),
         episodes: u64::from(config.episodes),
         state: status.state,
         preparing: None,
-        done: status.last_episode.map_or(0, |record| record.episode),
+        done: status.last_episode.as_ref().map_or(0, |record| record.episode),
+        success: status.last_episode.map(|record| record.rolling_success as f32),
         curves: Curves::default(),
         evaluations: Vec::new(),
         rate: None,

@@ -47,6 +47,8 @@ pub struct Facts {
     pub played: Arc<Trace>,
     /// Why the episode a person plays is over.
     pub played_end: Option<EndReason>,
+    /// What is being done about a dynamics model, and how much of it is done.
+    pub model_work: Option<(String, Option<f32>)>,
     /// Figures written in this session.
     pub figures: Vec<PathBuf>,
     /// What happened, oldest first, as far as it is kept.
@@ -92,12 +94,16 @@ pub struct RunFacts {
     pub opened: bool,
     /// A thread of this program trains it.
     pub active: bool,
+    /// It waits until a core is free for it.
+    pub queued: bool,
     /// The task's name.
     pub task: String,
     /// `ddpg` or `ddpg-mge`.
     pub method: String,
     /// Master seed.
     pub seed: u64,
+    /// Subgoals of its task.
+    pub subgoals: usize,
     /// Episodes when it is finished.
     pub episodes: u64,
     /// What it is doing.
@@ -106,6 +112,8 @@ pub struct RunFacts {
     pub preparing: Option<(usize, usize)>,
     /// Episodes finished.
     pub done: u64,
+    /// Share of the latest episodes that reached the goal, as far as it is known.
+    pub success: Option<f32>,
     /// One value an episode for every metric.
     pub curves: Curves,
     /// Greedy evaluations: episodes finished, share of successes.
@@ -142,17 +150,33 @@ impl Facts {
         self.current.and_then(|index| self.runs.get(index))
     }
 
-    /// Runs this program is training.
+    /// Runs this program is training or going to train.
     pub fn active_runs(&self) -> impl Iterator<Item = &RunFacts> {
-        self.runs.iter().filter(|run| run.active)
+        self.runs.iter().filter(|run| run.active || run.queued)
     }
 }
 
 impl RunFacts {
+    /// One word for what it is doing.
+    pub fn state_word(&self) -> &'static str {
+        if self.queued { "queued" } else { state_word(&self.state) }
+    }
+
     /// Seconds until the run is finished at the present rate.
     pub fn seconds_left(&self) -> Option<f64> {
         let rate = self.rate.filter(|rate| *rate > 0.0 && self.state == RunState::Running)?;
         Some(self.episodes.saturating_sub(self.done) as f64 / rate)
+    }
+
+    /// For each subgoal whether each episode reached it, as 1 and 0.
+    pub fn hits(&self) -> Vec<Vec<f32>> {
+        let shares = self.curves.get(Metric::Subgoals);
+        // Subgoals count in order: so many of them are the first so many.
+        let reached = |subgoal: usize| {
+            let least = (subgoal as f32 + 0.5) / self.subgoals as f32;
+            shares.iter().map(|share| f32::from(*share > least)).collect()
+        };
+        (0..self.subgoals).map(reached).collect()
     }
 
     /// The latest finite value of a metric.
@@ -162,7 +186,7 @@ impl RunFacts {
 }
 
 /// One word for the state of a run.
-pub fn state_word(state: &RunState) -> &'static str {
+fn state_word(state: &RunState) -> &'static str {
     match state {
         RunState::NotStarted => "not started",
         RunState::Running => "running",

@@ -64,6 +64,18 @@ pub fn add_point(schedule: &EpsilonSchedule, episodes: u32, after: usize) -> (Ep
     (EpsilonSchedule::Points(points), after + 1)
 }
 
+/// A hand-drawn schedule with another point, and its index. An episode that has a point
+/// gets this one instead.
+pub fn insert_point(schedule: &EpsilonSchedule, episode: u32, value: f32) -> (EpsilonSchedule, usize) {
+    let mut points = points(schedule);
+    let at = points.partition_point(|point| point.0 < episode);
+    match points.get_mut(at) {
+        Some(point) if point.0 == episode => point.1 = rounded(value),
+        _ => points.insert(at, (episode, rounded(value))),
+    }
+    (EpsilonSchedule::Points(points), at)
+}
+
 /// The points of a hand-drawn schedule that looks like this one.
 fn drawn(schedule: &EpsilonSchedule, episodes: u32) -> Vec<(u32, f32)> {
     let points = match schedule {
@@ -167,6 +179,18 @@ mod tests {
         assert_eq!((added.to_string().as_str(), index), ("points:0=0.8,500=0.4,1000=0", 1));
         assert_eq!(delete_point(&added, 1).to_string(), "points:0=0.8,1000=0");
         assert_eq!(delete_point(&schedule("points:0=0.8"), 0).to_string(), "points:0=0.8");
+    }
+
+    #[test]
+    fn points_are_drawn_where_they_are_wanted() {
+        let drawn = schedule("points:0=0.8,1000=0");
+        let check = |episode, value, spec: &str, index| {
+            let (schedule, at) = insert_point(&drawn, episode, value);
+            assert_eq!((schedule.to_string().as_str(), at), (spec, index));
+        };
+        check(400, 0.3333, "points:0=0.8,400=0.333,1000=0", 1);
+        check(2000, 2.0, "points:0=0.8,1000=0,2000=1", 2);
+        check(1000, 0.5, "points:0=0.8,1000=0.5", 1);
     }
 
     #[test]

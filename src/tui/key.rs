@@ -48,7 +48,6 @@ impl Key {
     }
 
     /// The key as an event.
-    #[cfg(test)]
     pub fn event(self) -> KeyEvent {
         KeyEvent::new(self.code, self.modifiers)
     }

@@ -99,8 +99,8 @@ impl Keymap {
         bound.map_or_else(|| ":".to_owned(), |(key, _)| key.to_string())
     }
 
-    /// Key and word of the actions to be hinted at in the given contexts.
-    pub fn hints(&self, contexts: &[Context]) -> Vec<(String, &'static str)> {
+    /// Key, word and action of what is to be hinted at in the given contexts.
+    pub fn hints(&self, contexts: &[Context]) -> Vec<(String, &'static str, Action)> {
         let of_context = |context: &Context| {
             let context = *context;
             ACTIONS.iter().filter(move |entry| entry.context == context && !entry.hint.is_empty())
@@ -108,7 +108,7 @@ impl Keymap {
         contexts
             .iter()
             .flat_map(of_context)
-            .filter_map(|entry| Some((self.keys(entry).into_iter().next()?, entry.hint)))
+            .filter_map(|entry| Some((self.keys(entry).into_iter().next()?, entry.hint, entry.action)))
             .collect()
     }
 }
@@ -201,6 +201,6 @@ mod tests {
         let contexts = [Context::Hand, Context::Everywhere];
         assert_eq!(map.action("space".parse().unwrap(), &contexts), Some(Action::Confirm));
         assert_eq!(map.action("t".parse().unwrap(), &contexts), Some(Action::Train));
-        assert_eq!(map.hints(&contexts)[0], ("enter".to_owned(), "place"));
+        assert_eq!(map.hints(&contexts)[0], ("enter".to_owned(), "place", Action::Confirm));
     }
 }

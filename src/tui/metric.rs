@@ -67,7 +67,7 @@ impl Metric {
         match self {
             Self::Success => "success rate (last 100)",
             Self::Return => "return",
-            Self::Subgoals => "subgoals reached",
+            Self::Subgoals => "hits by subgoal",
             Self::CriticLoss => "critic loss",
             Self::ActorLoss => "actor loss",
             Self::MeanQ => "mean Q",

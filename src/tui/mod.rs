@@ -11,14 +11,17 @@ mod app;
 mod chart;
 mod desk;
 mod facts;
+mod graphics;
 mod handles;
 mod key;
 mod keymap;
 mod layers;
+mod manual;
 mod metric;
 mod mouse;
 mod perform;
 mod playback;
+mod preview;
 mod raster;
 mod rate;
 mod run;
@@ -26,12 +29,16 @@ mod scene;
 mod screens;
 #[cfg(unix)]
 mod signals;
+mod still;
 mod terminal;
 mod text_input;
 mod theme;
 
+pub use key::KeyError;
 pub use keymap::KeymapError;
+pub use manual::{KeyHelp, keys};
 pub use run::{Leaving, Options, TuiError, run};
+pub use still::Still;
 pub use terminal::TerminalError;
 
 #[cfg(test)]

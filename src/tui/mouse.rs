@@ -33,6 +33,8 @@ fn press(app: &mut App, at: (u16, u16)) -> bool {
     if let Some((_, tab)) = app.hits.tabs.iter().find(|(area, _)| area.contains(at.into())) {
         let tab = *tab;
         app.show(tab);
+    } else if let Some((_, action)) = app.hits.hints.iter().find(|(area, _)| area.contains(at.into())) {
+        app.perform(*action);
     } else if let Some((view, position)) = scene_at(app, at) {
         press_scene(app, view, position);
     } else if let Some(axes) = app.hits.schedule.filter(|axes| axes.plot.contains(at.into())) {
@@ -59,6 +61,7 @@ fn press_scene(app: &mut App, view: View, position: [f32; 2]) {
         hand.cursor = position.map(|value| (value * 1000.0).round() / 1000.0);
         return scene::place(app);
     }
+    app.scene.leave_past();
     // A cell is coarse: what is less than half a cell away counts as hit.
     let reach = REACH.max(42.0 / f32::from(view.area.height.max(1)));
     let object = Object::at(&app.desk.facts().task, position, reach);
@@ -78,7 +81,7 @@ fn press_row(app: &mut App, row: usize) {
         Tab::Runs if app.runs.selected == row => app.perform(Action::Confirm),
         Tab::Runs => app.runs.selected = row,
         Tab::Models if row < app.desk.facts().models.len() => app.lists.model = row,
-        Tab::Figures if row < 5 => app.lists.figure = row,
+        Tab::Figures if row < crate::workbench::FigureKind::ALL.len() => app.lists.figure = row,
         _ => {}
     }
 }

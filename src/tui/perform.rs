@@ -1,5 +1,7 @@
 //! What the actions do that apply everywhere; the screens do the others.
 
+use std::path::PathBuf;
+
 use super::action::{Action, Context};
 use super::app::{App, TerminalWish};
 use super::facts::Level;
@@ -8,6 +10,8 @@ use super::screens::Tab;
 use crate::guidance::EpsilonSchedule;
 use crate::run::RunState;
 use crate::task;
+use crate::trainer::Method;
+use crate::workbench::Command;
 
 impl App {
     /// Does what an action asks for.
@@ -22,7 +26,7 @@ impl App {
             Action::Clusters => self.line("clusters"),
             Action::Guide => self.line("guide"),
             Action::Export => self.export_all(),
-            Action::Method => self.switch_method(),
+            Action::Method => self.choose_method(),
             Action::Task => self.choose_task(),
             Action::Model => self.choose_model(),
             Action::Seed => self.ask_for_number("seed", "a whole number; it decides everything random"),
@@ -61,7 +65,9 @@ impl App {
             Tab::Schedule => super::screens::schedule::perform(self, action),
             Tab::Training => super::screens::training::perform(self, action),
             Tab::Runs => super::screens::runs::perform(self, action),
-            Tab::Models | Tab::Figures | Tab::Log => super::screens::lists::perform(self, action),
+            Tab::Models => super::screens::models::perform(self, action),
+            Tab::Figures => super::screens::figures::perform(self, action),
+            Tab::Log => super::screens::log::perform(self, action),
         }
     }
 
@@ -74,9 +80,6 @@ impl App {
     }
 
     fn train(&mut self) {
-        if self.desk.facts().current_run().is_some_and(|run| run.active && run.state == RunState::Paused) {
-            return self.line("resume");
-        }
         self.line("train");
     }
 
@@ -87,6 +90,19 @@ impl App {
         }
     }
 
+    /// Asks before a task with unsaved edits is left.
+    pub fn ask_to_discard(&mut self, line: String) {
+        let name = &self.desk.facts().task.name;
+        let text = format!("The edits of {name} are not saved and will be lost.");
+        let answers = vec![('y', "open the other task".to_owned(), Deed::Certainly(line))];
+        self.layers.push(Layer::Confirm(Confirm {
+            title: "lose the edits?".to_owned(),
+            text,
+            answers,
+            shown: Default::default(),
+        }));
+    }
+
     fn ask_to_stop(&mut self) {
         let Some(run) = self.desk.facts().current_run().filter(|run| run.active) else { return self.line("stop") };
         let text = format!(
@@ -94,7 +110,12 @@ impl App {
             run.name, run.done, run.episodes
         );
         let answers = vec![('y', "stop it".to_owned(), Deed::Line("stop".to_owned()))];
-        self.layers.push(Layer::Confirm(Confirm { title: "stop the training?".to_owned(), text, answers }));
+        self.layers.push(Layer::Confirm(Confirm {
+            title: "stop the training?".to_owned(),
+            text,
+            answers,
+            shown: Default::default(),
+        }));
     }
 
     fn ask_for_epsilon(&mut self) {
@@ -120,9 +141,19 @@ impl App {
         self.layers.push(Layer::Prompt(Prompt::new(what, hint, now.to_string(), then)));
     }
 
-    fn switch_method(&mut self) {
-        let other = if self.desk.facts().settings.method == "ddpg" { "ddpg-mge" } else { "ddpg" };
-        self.line(&format!("method {other}"));
+    fn choose_method(&mut self) {
+        let item = |method: Method| {
+            (method.name().to_owned(), method.label().to_owned(), Deed::Line(format!("method {method}")))
+        };
+        let now = &self.desk.facts().settings.method;
+        let selected = Method::ALL.iter().position(|method| method.name() == now).unwrap_or(0);
+        let items = Method::ALL.into_iter().map(item).collect();
+        self.layers.push(Layer::Chooser(Chooser {
+            title: "method of the next run".to_owned(),
+            items,
+            selected,
+            shown: Default::default(),
+        }));
     }
 
     fn choose_task(&mut self) {
@@ -132,8 +163,12 @@ impl App {
         items.push(("another file".to_owned(), "type the path of a task file".to_owned(), Deed::TypeTask));
         let facts = self.desk.facts();
         let selected = items.iter().position(|(name, ..)| *name == facts.task.name).unwrap_or(0);
-        let title = if facts.dirty { "open a task (edits of this one are not saved!)" } else { "open a task" };
-        self.layers.push(Layer::Chooser(Chooser { title: title.to_owned(), items, selected }));
+        self.layers.push(Layer::Chooser(Chooser {
+            title: "open a task".to_owned(),
+            items,
+            selected,
+            shown: Default::default(),
+        }));
     }
 
     /// Asks for the path of a task.
@@ -148,32 +183,40 @@ impl App {
         let items = facts.models.iter().map(|m| (m.name.clone(), m.about.clone(), deed(&m.name))).collect();
         let selected = facts.models.iter().position(|model| model.name == facts.settings.model).unwrap_or(0);
         let title = "what predicts the rollouts?".to_owned();
-        self.layers.push(Layer::Chooser(Chooser { title, items, selected }));
+        self.layers.push(Layer::Chooser(Chooser { title, items, selected, shown: Default::default() }));
     }
 
     fn ask_where_to_save(&mut self) {
         let facts = self.desk.facts();
         let path = facts.file.clone().unwrap_or_else(|| format!("my-{}.json", facts.task.name).into());
-        let prompt = Prompt::new("save the task as", "path of a JSON file", path.display().to_string(), Then::SaveAs);
+        let prompt = Prompt::new(
+            "save the task as",
+            "path of a JSON file",
+            path.display().to_string(),
+            Then::Path("save".to_owned()),
+        );
         self.layers.push(Layer::Prompt(prompt));
     }
 
-    /// Saves the task to a file, asking before another one is overwritten.
-    ///
-    /// # Errors
-    /// When the file cannot be written.
-    pub fn save_as(&mut self, path: &str) -> Result<(), String> {
-        let line = format!("save {}", shell_words::quote(path));
-        let own = self.desk.facts().file.as_ref().is_some_and(|file| file.as_path() == std::path::Path::new(path));
-        if std::path::Path::new(path).exists() && !own {
-            let answers = vec![('y', "overwrite it".to_owned(), Deed::Line(line))];
-            let text = format!("{path} exists. What is in it now will be lost.");
-            self.layers.push(Layer::Confirm(Confirm { title: "overwrite the file?".to_owned(), text, answers }));
-            return Ok(());
-        }
-        let told = self.desk.apply(&line)?;
-        self.say(Level::Good, told);
-        Ok(())
+    /// The file that a line would overwrite, other than the task's own and figures, which
+    /// are made to be made again.
+    pub fn would_overwrite(&self, line: &str) -> Option<PathBuf> {
+        let path = match Command::parse(line) {
+            Ok(Some(Command::Save(Some(path)) | Command::Clusters(Some(path)) | Command::Record(path))) => path,
+            Ok(Some(Command::ModelTrain { path, .. })) => path,
+            _ => return None,
+        };
+        let own = self.desk.facts().file.as_ref() == Some(&path);
+        Some(path).filter(|path| path.exists() && !own)
+    }
+
+    /// Asks before a file is overwritten.
+    pub fn ask_to_overwrite(&mut self, line: String) {
+        let path = self.would_overwrite(&line).unwrap_or_default();
+        let answers = vec![('y', "overwrite it".to_owned(), Deed::Certainly(line))];
+        let text = format!("{} exists. What is in it now will be lost.", path.display());
+        let title = "overwrite the file?".to_owned();
+        self.layers.push(Layer::Confirm(Confirm { title, text, answers, shown: Default::default() }));
     }
 
     /// Exports every figure there is something for, and tells what was left out.
@@ -254,11 +297,15 @@ impl App {
         }
         let facts = self.desk.facts();
         let mut text = Vec::new();
-        if let Some(run) = facts.active_runs().next() {
-            text.push(format!(
-                "{} is being trained ({} of {} episodes). It is stopped and its checkpoint kept: it can be continued later.",
-                run.name, run.done, run.episodes
-            ));
+        for run in facts.active_runs() {
+            let doing = if run.queued { "waits for a core" } else { "is being trained" };
+            text.push(format!("{} {doing}, {} of {} episodes done.", run.name, run.done, run.episodes));
+        }
+        if !text.is_empty() {
+            text.push("What is trained is stopped after its present episode and its checkpoint kept: it can be continued later. To let it go on, stay.".to_owned());
+        }
+        if let Some((work, _)) = &facts.model_work {
+            text.push(format!("{work} ends, and nothing of it is kept."));
         }
         if facts.dirty {
             text.push(format!("The edits of {} are not saved and will be lost.", facts.task.name));
@@ -268,7 +315,12 @@ impl App {
             return;
         }
         let answers = vec![('y', "leave".to_owned(), Deed::Quit)];
-        let confirm = Confirm { title: "leave the workbench?".to_owned(), text: text.join("\n\n"), answers };
+        let confirm = Confirm {
+            title: "leave the workbench?".to_owned(),
+            text: text.join("\n"),
+            answers,
+            shown: Default::default(),
+        };
         self.layers.push(Layer::Confirm(confirm));
     }
 }

@@ -4,15 +4,18 @@ use std::io;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use crossterm::event;
+use crossterm::event::{self, Event, KeyCode};
 
 use super::app::{App, TerminalWish};
 use super::desk::SessionDesk;
+use super::graphics::Graphics;
 use super::keymap::{Keymap, KeymapError};
 use super::layers::{Layer, Tour};
 use super::screens;
 #[cfg(unix)]
 use super::signals::{self, Listener, Request};
+#[cfg(unix)]
+use super::terminal::Input;
 use super::terminal::{Screen, TerminalError};
 use super::theme::Theme;
 use crate::workbench::Session;
@@ -57,6 +60,8 @@ pub enum Leaving {
     Quit,
     /// By a signal of this number.
     Signal(i32),
+    /// Because the terminal went away.
+    HungUp,
 }
 
 /// Opens the workbench and returns once it is left. The session is dropped then: a
@@ -81,11 +86,12 @@ pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
         let now = Instant::now();
         app.tick(now - last);
         last = now;
-        if drawn.is_none_or(|at| now - at >= FRAME) && app.take_changed() {
-            screen.draw(|frame| screens::draw(&mut app, frame))?;
-            drawn = Some(now);
+        match turn(&mut app, &mut screen, &mut drawn) {
+            Ok(true) => {}
+            Ok(false) => return Ok(Leaving::HungUp),
+            Err(error) if is_gone(&error) => return Ok(Leaving::HungUp),
+            Err(error) => return Err(error.into()),
         }
-        wait_for_events(&mut app, drawn)?;
         #[cfg(unix)]
         while let Some(request) = listener.next() {
             match request {
@@ -93,19 +99,47 @@ pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
                 Request::Suspend => screen.suspend()?,
                 Request::Continue => screen.reenter()?,
             }
+            app.preview.forget();
             app.touch();
         }
-        fulfil(&mut app, &mut screen)?;
     }
     Ok(Leaving::Quit)
 }
 
-/// Waits until something may have changed, then takes in all events that are there.
-fn wait_for_events(app: &mut App, drawn: Option<Instant>) -> io::Result<()> {
+/// Draws what has changed, takes in events and does what they ask of the terminal. False
+/// if the terminal is gone.
+fn turn(app: &mut App, screen: &mut Screen, drawn: &mut Option<Instant>) -> io::Result<bool> {
+    if drawn.is_none_or(|at| at.elapsed() >= FRAME) && app.take_changed() {
+        screen.draw(|frame| screens::draw(app, frame))?;
+        if drawn.replace(Instant::now()).is_none() {
+            find_graphics(app);
+        }
+    }
+    let there = wait_for_events(app, *drawn)?;
+    fulfil(app, screen)?;
+    Ok(there)
+}
+
+/// Whether an error says that the terminal went away.
+fn is_gone(error: &io::Error) -> bool {
+    // A hung-up terminal answers with an input/output error.
+    const EIO: i32 = 5;
+    matches!(error.kind(), io::ErrorKind::BrokenPipe | io::ErrorKind::UnexpectedEof)
+        || (cfg!(unix) && error.raw_os_error() == Some(EIO))
+}
+
+/// Waits until something may have changed, then takes in all events that are there. False
+/// if the terminal is gone: the event reader would try to read from it for ever.
+fn wait_for_events(app: &mut App, drawn: Option<Instant>) -> io::Result<bool> {
     let pause = if app.is_animated() || app.is_changed() {
         drawn.map_or(Duration::ZERO, |at| FRAME.saturating_sub(at.elapsed()))
     } else {
         IDLE
+    };
+    #[cfg(unix)]
+    let pause = match super::terminal::wait_for_input(pause)? {
+        Input::Gone => return Ok(false),
+        Input::There | Input::None => Duration::ZERO,
     };
     if event::poll(pause)? {
         app.event(event::read()?);
@@ -113,7 +147,22 @@ fn wait_for_events(app: &mut App, drawn: Option<Instant>) -> io::Result<()> {
             app.event(event::read()?);
         }
     }
-    Ok(())
+    Ok(true)
+}
+
+/// Finds out what pictures the terminal can show. The first frame is drawn by then; what
+/// was typed while the terminal answered counts.
+fn find_graphics(app: &mut App) {
+    let (graphics, typed) = Graphics::detect();
+    app.preview.graphics = graphics;
+    for character in typed.chars() {
+        let code = match character {
+            '\r' => KeyCode::Enter,
+            '\t' => KeyCode::Tab,
+            other => KeyCode::Char(other),
+        };
+        app.event(Event::Key(code.into()));
+    }
 }
 
 fn fulfil(app: &mut App, screen: &mut Screen) -> io::Result<()> {

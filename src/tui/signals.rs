@@ -1,8 +1,11 @@
 //! Signals as values that the event loop reads.
 
 use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
+use std::time::Duration;
 
 use signal_hook::consts::{SIGCONT, SIGHUP, SIGINT, SIGTERM, SIGTSTP};
 use signal_hook::iterator::{Handle, Signals};
@@ -23,8 +26,12 @@ pub enum Request {
 /// Listens for signals until it is dropped.
 pub struct Listener {
     requests: Receiver<Request>,
+    heard: Arc<AtomicBool>,
     handle: Handle,
 }
+
+/// How long the event loop may take to hear that the terminal has gone.
+const PATIENCE: Duration = Duration::from_secs(5);
 
 impl Listener {
     /// Starts to listen. A second request to quit does not wait for the first: it
@@ -36,7 +43,10 @@ impl Listener {
         let mut signals = Signals::new([SIGTERM, SIGINT, SIGHUP, SIGTSTP, SIGCONT])?;
         let handle = signals.handle();
         let (sender, requests) = channel();
+        let heard = Arc::new(AtomicBool::new(false));
+        let shared = Arc::clone(&heard);
         thread::Builder::new().name("signals".to_owned()).spawn(move || {
+            let heard = shared;
             let mut asked_to_quit = false;
             for signal in signals.forever() {
                 let request = match signal {
@@ -49,22 +59,45 @@ impl Listener {
                     _ => Request::Quit(signal),
                 };
                 asked_to_quit |= matches!(request, Request::Quit(_));
+                if signal == SIGHUP {
+                    end_if_stuck(&heard);
+                }
                 if sender.send(request).is_err() {
                     return;
                 }
             }
         })?;
-        Ok(Self { requests, handle })
+        Ok(Self { requests, heard, handle })
     }
 
     /// The next request, if there is one.
     pub fn next(&self) -> Option<Request> {
-        self.requests.try_recv().ok()
+        let request = self.requests.try_recv().ok();
+        if matches!(request, Some(Request::Quit(_))) {
+            self.heard.store(true, Ordering::Relaxed);
+        }
+        request
     }
+}
+
+/// Ends the process if the event loop does not hear of a hang-up: a terminal that goes
+/// away while it is being read keeps the reader reading. The run's last checkpoint is whole.
+fn end_if_stuck(heard: &Arc<AtomicBool>) {
+    let heard = Arc::clone(heard);
+    let watch = move || {
+        thread::sleep(PATIENCE);
+        if !heard.load(Ordering::Relaxed) {
+            std::process::exit(128 + SIGHUP);
+        }
+    };
+    // Without a thread there is only the ordinary way out.
+    let _ = thread::Builder::new().name("hang-up".to_owned()).spawn(watch);
 }
 
 impl Drop for Listener {
     fn drop(&mut self) {
+        // Leaving for whatever reason: nobody is stuck.
+        self.heard.store(true, Ordering::Relaxed);
         self.handle.close();
     }
 }

@@ -3,11 +3,14 @@
 //! Raw mode, alternate screen, mouse capture, bracketed paste and cursor are one state:
 //! all on or all off. [`leave`] may be called any number of times, from any thread.
 
-use std::io::{self, BufWriter, IsTerminal, Stdout};
+use std::io::{self, BufWriter, IsTerminal, Stdout, Write};
+use std::mem::ManuallyDrop;
 use std::panic;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, Once, PoisonError};
 use std::thread;
+#[cfg(unix)]
+use std::time::Duration;
 
 use crossterm::cursor::{Hide, Show};
 use crossterm::event::{DisableBracketedPaste, DisableMouseCapture, EnableBracketedPaste, EnableMouseCapture};
@@ -39,7 +42,9 @@ pub enum TerminalError {
 
 /// The terminal while it shows the workbench; dropping it restores the terminal.
 pub struct Screen {
-    terminal: Terminal<CrosstermBackend<BufWriter<Stdout>>>,
+    /// Never dropped: [`leave`] restores the cursor, and the library's own way to do so
+    /// panics when the terminal is gone.
+    terminal: ManuallyDrop<Terminal<CrosstermBackend<BufWriter<Stdout>>>>,
     mouse: bool,
 }
 
@@ -59,7 +64,7 @@ impl Screen {
         let backend = CrosstermBackend::new(BufWriter::with_capacity(1 << 16, io::stdout()));
         let terminal = Terminal::new(backend)?;
         std::mem::forget(guard);
-        Ok(Self { terminal, mouse })
+        Ok(Self { terminal: ManuallyDrop::new(terminal), mouse })
     }
 
     /// Draws a frame in one synchronised update.
@@ -107,7 +112,18 @@ impl Screen {
     pub fn reenter(&mut self) -> io::Result<()> {
         leave();
         enter(self.mouse)?;
-        self.terminal.clear()
+        self.redraw()
+    }
+
+    /// Forgets what the terminal shows: the next frame is drawn from nothing. (The
+    /// library's own `clear` asks the terminal for its cursor and fails if that is slow
+    /// to answer.)
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn redraw(&mut self) -> io::Result<()> {
+        let size = self.terminal.size()?;
+        self.terminal.resize(size.into())
     }
 }
 
@@ -115,7 +131,8 @@ impl Drop for Screen {
     fn drop(&mut self) {
         leave();
         for panic in take_panics() {
-            eprintln!("{panic}");
+            // Nobody may be there to read it.
+            let _ = writeln!(io::stderr(), "{panic}");
         }
     }
 }
@@ -138,6 +155,42 @@ fn enter(mouse: bool) -> io::Result<()> {
         leave();
     }
     entered
+}
+
+/// What there is to read.
+#[cfg(unix)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Input {
+    /// Nothing, or a signal came.
+    None,
+    /// Something was typed.
+    There,
+    /// The terminal is gone.
+    Gone,
+}
+
+/// Waits for input for a time.
+///
+/// # Errors
+/// When the system refuses.
+#[cfg(unix)]
+pub fn wait_for_input(time: Duration) -> io::Result<Input> {
+    use rustix::event::{PollFd, PollFlags, Timespec, poll};
+    let input = rustix::stdio::stdin();
+    let mut wanted = [PollFd::new(&input, PollFlags::IN)];
+    let time = Timespec { tv_sec: time.as_secs() as i64, tv_nsec: i64::from(time.subsec_nanos()) };
+    match poll(&mut wanted, Some(&time)) {
+        Ok(_) | Err(rustix::io::Errno::INTR) => {}
+        Err(error) => return Err(error.into()),
+    }
+    let found = wanted[0].revents();
+    Ok(if found.intersects(PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL) {
+        Input::Gone
+    } else if found.contains(PollFlags::IN) {
+        Input::There
+    } else {
+        Input::None
+    })
 }
 
 /// Restores the terminal if it is ours; otherwise does nothing.

@@ -228,6 +228,14 @@ impl Theme {
         Style::new().fg(if focused { self.accent } else { self.border })
     }
 
+    /// The nearest colour the terminal can show to one of 24 bits.
+    pub fn fit(&self, colour: Color) -> Color {
+        match colour {
+            Color::Rgb(r, g, b) => fit(u32::from_be_bytes([0, r, g, b]), self.depth),
+            other => other,
+        }
+    }
+
     /// A colour of the heat map for a share from 0 to 1.
     pub fn heat(&self, share: f32) -> Color {
         let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 };

@@ -42,16 +42,21 @@ pub const VERBS: &[Verb] = &[
     verb("episodes", "N", "set the number of training episodes"),
     verb("epsilon", "SPEC", "set the epsilon threshold; a running training takes it at its next episode"),
     verb("set", "KEY VALUE", "set any setting of the run by its JSON path, such as ddpg.critic_learning_rate 1e-4"),
+    verb("model train", "TYPE,... FILE [EPOCHS]", "train a dynamics model of these tool types, in the background"),
+    verb("model evaluate", "FILE|NAME", "measure a dynamics model on fresh launches and unseen scenes"),
+    verb("model stop", "", "end the training or evaluation of a dynamics model; nothing of it is kept"),
     verb("model", "learned|true|uniform|FILE", "choose what predicts the rollouts behind the clusters"),
     verb("clusters", "[FILE]", "compute the action clusters anew, and save them to a file"),
     verb("guide", "", "give the action clusters to the running training"),
     verb("out", "FOLDER", "choose the folder for runs"),
-    verb("train", "[FOLDER] [until N]", "start a run; with `until`, pause it after N episodes"),
+    verb("train", "[FOLDER] [until N]", "start a run, or queue it; with `until`, pause it after N episodes"),
     verb("pause", "", "pause the run"),
     verb("resume", "[until N]", "go on with the paused run"),
     verb("stop", "", "save a checkpoint and end the run"),
     verb("wait", "", "wait until the run pauses or ends, or the clusters are there"),
     verb("open", "FOLDER", "open a run that is on disk"),
+    verb("watch", "N", "act on run N of the session, counted from 1 in the order they began"),
+    verb("delete", "FOLDER", "delete a run that nobody works on, with all its files"),
     verb("continue", "[FOLDER]", "go on with a run from its checkpoint"),
     verb("evaluate", "", "play the greedy policy of the run"),
     verb("place", "X Y", "hand play: place the tool and let the world run"),
@@ -91,6 +96,12 @@ pub enum Command {
     Set { key: String, value: String },
     /// Choose what predicts the rollouts.
     Model(PriorSource),
+    /// Train a dynamics model in the background.
+    ModelTrain { tools: Vec<ToolKind>, path: PathBuf, epochs: Option<u32> },
+    /// End what is being done about a dynamics model.
+    ModelStop,
+    /// Measure a dynamics model in the background.
+    ModelEvaluate(String),
     /// Compute the action clusters anew.
     Clusters(Option<PathBuf>),
     /// Give the action clusters to the running training.
@@ -109,6 +120,10 @@ pub enum Command {
     Wait,
     /// Open a run that is on disk.
     Open(PathBuf),
+    /// Act on another run of the session, numbered from 0.
+    Watch(usize),
+    /// Delete a run from the disk.
+    Delete(PathBuf),
     /// Go on with a run from its checkpoint.
     Continue(Option<PathBuf>),
     /// Play the greedy policy of the run.
@@ -356,6 +371,13 @@ fn read(verb: &str, mut arguments: Arguments<'_>) -> Result<Command, String> {
             Command::Epsilon(spec.parse().map_err(|error: crate::guidance::ScheduleError| error.to_string())?)
         }
         "set" => Command::Set { key: args.word("a key")?.to_owned(), value: args.word("a value")?.to_owned() },
+        "model train" => Command::ModelTrain {
+            tools: args.word("tool types")?.split(',').map(str::parse).collect::<Result<_, String>>()?,
+            path: args.word("a file")?.into(),
+            epochs: args.optional_number("number of epochs")?,
+        },
+        "model stop" => Command::ModelStop,
+        "model evaluate" => Command::ModelEvaluate(args.word("a model")?.to_owned()),
         "model" => Command::Model(PriorSource::from(args.word("a model")?.to_owned())),
         "clusters" => Command::Clusters(args.path()),
         "guide" => Command::Guide,
@@ -374,6 +396,8 @@ fn read(verb: &str, mut arguments: Arguments<'_>) -> Result<Command, String> {
         "stop" => Command::Stop,
         "wait" => Command::Wait,
         "open" => Command::Open(args.word("a run's folder")?.into()),
+        "watch" => Command::Watch(args.index()?),
+        "delete" => Command::Delete(args.word("a run's folder")?.into()),
         "continue" => Command::Continue(args.path()),
         "evaluate" => Command::Evaluate,
         "place" => Command::Place(args.position()?),
@@ -441,6 +465,13 @@ impl fmt::Display for Command {
             Self::Epsilon(schedule) => write!(f, "epsilon {schedule}"),
             Self::Set { key, value } => write!(f, "set {} {}", quote(key), quote(value)),
             Self::Model(source) => write!(f, "model {}", quote(&String::from(source.clone()))),
+            Self::ModelTrain { tools, path: file, epochs } => {
+                let tools = tools.iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
+                let epochs = epochs.map(|epochs| format!(" {epochs}")).unwrap_or_default();
+                write!(f, "model train {tools} {}{epochs}", path(file))
+            }
+            Self::ModelStop => f.write_str("model stop"),
+            Self::ModelEvaluate(model) => write!(f, "model evaluate {}", quote(model)),
             Self::Clusters(file) => write!(f, "clusters{}", optional(file)),
             Self::Guide => f.write_str("guide"),
             Self::Out(folder) => write!(f, "out {}", path(folder)),
@@ -450,6 +481,8 @@ impl fmt::Display for Command {
             Self::Stop => f.write_str("stop"),
             Self::Wait => f.write_str("wait"),
             Self::Open(folder) => write!(f, "open {}", path(folder)),
+            Self::Watch(number) => write!(f, "watch {}", number + 1),
+            Self::Delete(folder) => write!(f, "delete {}", path(folder)),
             Self::Continue(folder) => write!(f, "continue{}", optional(folder)),
             Self::Evaluate => f.write_str("evaluate"),
             Self::Place([x, y]) => write!(f, "place {x} {y}"),
@@ -511,6 +544,9 @@ mod tests {
         "epsilon linear:0.5:0:1000",
         "set ddpg.gamma 0.9",
         "model true",
+        "model train bucket,box models/mine.safetensors 500",
+        "model evaluate bucket-box",
+        "model stop",
         "clusters",
         "guide",
         "out runs",
@@ -520,6 +556,8 @@ mod tests {
         "stop",
         "wait",
         "open runs/a",
+        "watch 2",
+        "delete runs/a",
         "continue runs/a",
         "evaluate",
         "place 0.25 -0.5",
@@ -533,7 +571,7 @@ mod tests {
     #[test]
     fn every_verb_reads_and_writes_the_same_line() {
         for verb in VERBS {
-            let line = LINES.iter().find(|line| line.starts_with(verb.name));
+            let line = LINES.iter().find(|line| find_verb(&shell_words::split(line).unwrap()).unwrap().0 == verb);
             let line = line.unwrap_or_else(|| panic!("no line for {}", verb.name));
             let command = Command::parse(line).unwrap().unwrap();
             assert_eq!(&command.to_string(), line);

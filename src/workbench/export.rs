@@ -27,26 +27,35 @@ impl Session {
         let command = format!("figure {} {}", kind.name(), path.display());
         let settings = self.run().map_or(self.config(), RunView::config);
         let provenance = Provenance::new(command, &[settings.seed], config_hash(settings)?);
-        match kind {
-            FigureKind::Scene => {
-                TaskGrid { tasks: vec![self.task().clone()] }.write(path, &provenance, DEFAULT_DPI)?;
-            }
-            FigureKind::Clusters => {
-                let prior = self.prior().ok_or(SessionError::NoClusters)?;
-                let tasks = vec![TaskActions::sample(self.task(), prior, settings.seed)];
-                ActionSamples { tasks }.write(path, &provenance, DEFAULT_DPI)?;
-            }
-            FigureKind::Learning => learning_curves(self.runs()).write(path, &provenance, DEFAULT_DPI)?,
-            FigureKind::Dashboard => {
-                let run = self.run().ok_or(SessionError::NoRun)?;
-                dashboard(run).write(path, &provenance, DEFAULT_DPI)?;
-            }
-            FigureKind::Episode => {
+        match self.figure(kind)? {
+            Some(figure) => figure.write(path, &provenance, DEFAULT_DPI)?,
+            None => {
                 let (task, trace) = self.episode_to_show()?;
                 animation(task, &trace).write_gif(path, &provenance, ANIMATION_WIDTH)?;
             }
         }
         Ok(format!("wrote {}", path.display()))
+    }
+
+    /// A figure of what the session holds; None for the animation, which is no figure.
+    ///
+    /// # Errors
+    /// When there is nothing to show of that kind yet.
+    pub fn figure(&self, kind: FigureKind) -> Result<Option<Box<dyn Figure + Send>>, SessionError> {
+        Ok(Some(match kind {
+            FigureKind::Scene => Box::new(TaskGrid { tasks: vec![self.task().clone()] }),
+            FigureKind::Clusters => {
+                let prior = self.prior().ok_or(SessionError::NoClusters)?;
+                let seed = self.run().map_or(self.config(), RunView::config).seed;
+                Box::new(ActionSamples { tasks: vec![TaskActions::sample(self.task(), prior, seed)] })
+            }
+            FigureKind::Learning if self.runs().iter().all(|run| run.records().is_empty()) => {
+                return Err(SessionError::NoRun);
+            }
+            FigureKind::Learning => Box::new(learning_curves(self.runs())),
+            FigureKind::Dashboard => Box::new(dashboard(self.run().ok_or(SessionError::NoRun)?)),
+            FigureKind::Episode => return Ok(None),
+        }))
     }
 
     /// The greedy episode of the current run, or the one played by hand.

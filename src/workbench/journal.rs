@@ -2,9 +2,12 @@
 //!
 //! What a person does to a training while it runs takes effect at some episode. The
 //! journal keeps that episode, and the script pauses the training there, so that it
-//! gives the same run and the same figures, byte for byte.
+//! gives the same run and the same figures, byte for byte. Runs that were trained at the
+//! same time are trained one after the other: none of them depends on another.
 
-use super::command::Command;
+use std::collections::HashSet;
+
+use super::command::{Command, FigureKind, Quantity};
 
 /// The commands carried out so far.
 #[derive(Debug, Clone, Default)]
@@ -15,67 +18,149 @@ pub(super) struct Journal {
 #[derive(Debug, Clone)]
 struct Entry {
     command: Command,
+    /// Number of the run it acted on.
+    run: Option<usize>,
     /// Episodes the running training had finished when it took effect.
     at: Option<u32>,
 }
 
 impl Journal {
-    /// Notes a command that does not concern a running training.
-    pub fn note(&mut self, command: Command) {
-        self.entries.push(Entry { command, at: None });
+    /// Notes a command that does not concern a running training; `run` is the one that
+    /// commands act on after it.
+    pub fn note(&mut self, command: Command, run: Option<usize>) {
+        if command == Command::Clusters(None) {
+            self.forget_unused_clusters();
+        }
+        self.entries.push(Entry { command, run, at: None });
     }
 
-    /// Notes a command that took effect when the running training had finished so many
+    /// Clusters that were computed anew before anything came of them need not be
+    /// computed when the session is repeated.
+    fn forget_unused_clusters(&mut self) {
+        let unused = |entry: &Entry| matches!(entry.command, Command::Edit(_) | Command::Undo | Command::Redo);
+        let edits = self.entries.iter().rev().take_while(|entry| unused(entry)).count();
+        if let Some(before) = self.entries.len().checked_sub(edits + 1)
+            && self.entries[before].command == Command::Clusters(None)
+        {
+            self.entries.remove(before);
+        }
+    }
+
+    /// Notes a command that took effect when a running training had finished so many
     /// episodes. Effects are heard of late: the entry goes before those of later episodes.
-    pub fn note_at(&mut self, command: Command, episode: u32) {
-        let run = self.entries.iter().rposition(|entry| is_start(&entry.command)).map_or(0, |start| start + 1);
-        let later = self.entries[run..].iter().position(|entry| entry.at.is_some_and(|at| at > episode));
-        let place = later.map_or(self.entries.len(), |offset| run + offset);
-        self.entries.insert(place, Entry { command, at: Some(episode) });
+    pub fn note_at(&mut self, command: Command, run: usize, episode: u32) {
+        let of_run = |entry: &Entry| entry.run == Some(run);
+        let start = self.entries.iter().rposition(|entry| of_run(entry) && is_start(&entry.command));
+        let start = start.map_or(0, |start| start + 1);
+        let later =
+            self.entries[start..].iter().position(|entry| of_run(entry) && entry.at.is_some_and(|at| at > episode));
+        let place = later.map_or(self.entries.len(), |offset| start + offset);
+        self.entries.insert(place, Entry { command, run: Some(run), at: Some(episode) });
     }
 
     /// The script.
     pub fn to_script(&self) -> String {
-        let mut lines = vec!["# A recorded session: play it with `mge script FILE`.".to_owned()];
-        let mut training = false;
-        for (index, entry) in self.entries.iter().enumerate() {
-            let next_stop = || self.next_stop(index + 1);
-            match &entry.command {
-                Command::Train { folder, .. } => {
-                    let until = next_stop();
-                    lines.push(Command::Train { folder: folder.clone(), until }.to_string());
-                    lines.push(Command::Wait.to_string());
-                    training = until.is_some();
-                }
-                Command::Stop => {
-                    lines.extend([Command::Stop.to_string(), Command::Wait.to_string()]);
-                    training = false;
-                }
-                command => {
-                    lines.push(command.to_string());
-                    if matches!(command, Command::Clusters(None)) {
-                        lines.push(Command::Wait.to_string());
-                    }
-                    let until = next_stop();
-                    if training && entry.at.is_some() && until != entry.at {
-                        lines.push(Command::Resume { until }.to_string());
-                        lines.push(Command::Wait.to_string());
-                        training = until.is_some();
-                    }
-                }
-            }
+        let mut writer = Writer { journal: self, lines: Vec::new(), current: None, paused: HashSet::new() };
+        writer.lines.push("# A recorded session: play it with `mge script FILE`.".to_owned());
+        for index in 0..self.entries.len() {
+            writer.write(index);
         }
-        lines.join("\n") + "\n"
+        writer.lines.join("\n") + "\n"
     }
 
-    /// The episode at which the training is next interfered with, from an entry on.
-    fn next_stop(&self, from: usize) -> Option<u32> {
-        self.entries[from..].iter().take_while(|entry| !is_start(&entry.command)).find_map(|entry| entry.at)
+    /// The episode at which a run is next interfered with, from an entry on.
+    fn next_stop(&self, from: usize, run: Option<usize>) -> Option<u32> {
+        let mut own = self.entries[from..].iter().filter(|entry| entry.run == run);
+        own.by_ref().take_while(|entry| !is_start(&entry.command)).find_map(|entry| entry.at)
+    }
+}
+
+/// Writes the script line by line.
+struct Writer<'a> {
+    journal: &'a Journal,
+    lines: Vec<String>,
+    /// The run the script acts on.
+    current: Option<usize>,
+    /// Runs that wait for what is next done to them.
+    paused: HashSet<usize>,
+}
+
+impl Writer<'_> {
+    fn line(&mut self, command: &Command) {
+        self.lines.push(command.to_string());
+    }
+
+    fn write(&mut self, index: usize) {
+        let Entry { command, run, at } = &self.journal.entries[index];
+        let until = self.journal.next_stop(index + 1, *run);
+        match command {
+            Command::Train { folder, .. } => {
+                self.current = *run;
+                self.line(&Command::Train { folder: folder.clone(), until });
+                self.wait(*run, until);
+                return;
+            }
+            Command::Watch(number) => return self.act_on(*number),
+            Command::Open(_) | Command::Continue(Some(_)) => self.current = *run,
+            _ => {}
+        }
+        if let Some(run) = run
+            && acts_on_run(command)
+        {
+            self.act_on(*run);
+        }
+        self.line(command);
+        match command {
+            Command::Stop => self.wait(*run, None),
+            Command::Clusters(None) | Command::Continue(_) | Command::ModelTrain { .. } | Command::ModelEvaluate(_) => {
+                self.line(&Command::Wait);
+            }
+            _ if at.is_some() && until != *at && run.is_some_and(|run| self.paused.contains(&run)) => {
+                self.line(&Command::Resume { until });
+                self.wait(*run, until);
+            }
+            _ => {}
+        }
+    }
+
+    /// Acts on another run, if the script does not do so already.
+    fn act_on(&mut self, run: usize) {
+        if self.current != Some(run) {
+            self.line(&Command::Watch(run));
+            self.current = Some(run);
+        }
+    }
+
+    /// Waits for a run, which then waits for what is done to it at `until`.
+    fn wait(&mut self, run: Option<usize>, until: Option<u32>) {
+        self.line(&Command::Wait);
+        if let Some(run) = run {
+            match until {
+                Some(_) => self.paused.insert(run),
+                None => self.paused.remove(&run),
+            };
+        }
     }
 }
 
 fn is_start(command: &Command) -> bool {
     matches!(command, Command::Train { .. } | Command::Continue(_))
+}
+
+/// Whether what a command does depends on which run is acted on.
+fn acts_on_run(command: &Command) -> bool {
+    match command {
+        Command::Epsilon(_)
+        | Command::Guide
+        | Command::Stop
+        | Command::Pause
+        | Command::Resume { .. }
+        | Command::Evaluate
+        | Command::Continue(None) => true,
+        Command::Figure { kind, .. } => matches!(kind, FigureKind::Dashboard | FigureKind::Episode),
+        Command::Expect(expected) => !matches!(expected.quantity, Quantity::Clusters | Quantity::Subgoals),
+        _ => false,
+    }
 }
 
 #[cfg(test)]
@@ -90,8 +175,8 @@ mod tests {
         let mut journal = Journal::default();
         for (line, at) in entries {
             match at {
-                Some(episode) => journal.note_at(command(line), *episode),
-                None => journal.note(command(line)),
+                Some(episode) => journal.note_at(command(line), 0, *episode),
+                None => journal.note(command(line), Some(0)),
             }
         }
         let text = journal.to_script();
@@ -129,6 +214,36 @@ mod tests {
                 "goal size 5",
                 "figure learning c.png",
             ],
+        );
+    }
+
+    #[test]
+    fn runs_that_were_trained_together_are_paused_each_at_its_own_changes() {
+        let mut journal = Journal::default();
+        journal.note(command("train a"), Some(0));
+        journal.note(command("seed 1"), Some(0));
+        journal.note(command("train b"), Some(1));
+        journal.note_at(command("epsilon 0.3"), 1, 5);
+        journal.note(command("watch 1"), Some(0));
+        journal.note_at(command("epsilon 0.2"), 0, 30);
+        journal.note_at(command("stop"), 1, 9);
+        journal.note(command("figure dashboard a.png"), Some(0));
+        let text = journal.to_script();
+        let lines: Vec<&str> = text.lines().skip(1).collect();
+        let a = ["train a until 30", "wait", "seed 1", "train b until 5", "wait", "epsilon 0.3", "resume until 9"];
+        let b = ["wait", "watch 1", "epsilon 0.2", "resume", "wait", "watch 2", "stop", "wait", "watch 1"];
+        assert_eq!(lines, [&a[..], &b[..], &["figure dashboard a.png"]].concat());
+    }
+
+    #[test]
+    fn clusters_nobody_used_are_computed_once() {
+        check(
+            &[("clusters", None), ("goal size 5", None), ("undo", None), ("clusters", None)],
+            &["goal size 5", "undo", "clusters", "wait"],
+        );
+        check(
+            &[("clusters", None), ("figure clusters a.png", None), ("clusters", None)],
+            &["clusters", "wait", "figure clusters a.png", "clusters", "wait"],
         );
     }
 

@@ -7,10 +7,12 @@ mod command;
 mod export;
 mod hand;
 mod journal;
+mod model_job;
 mod prior_job;
 mod runs;
 mod script;
 mod session;
+mod training;
 
 pub use command::{Command, CommandError, Comparison, Expectation, FigureKind, Quantity, VERBS, Verb};
 pub use hand::HandPlay;

@@ -9,6 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::agent::Ddpg;
 use crate::run::{
     CheckpointName, EpisodeRecord, EvaluationRecord, Event, EventReader, RunDirectory, RunError, RunHistory, RunState,
+    read_episode,
 };
 use crate::trainer::{Control, LiveView, NETWORKS_SECTION, Phase, RunConfig, Trace, Trainer, greedy_episode};
 
@@ -17,6 +18,7 @@ use super::SessionError;
 /// A run, live or finished, ours or another process's: a reader of its log.
 #[derive(Debug)]
 pub struct RunView {
+    number: usize,
     directory: RunDirectory,
     config: RunConfig,
     reader: EventReader,
@@ -24,9 +26,17 @@ pub struct RunView {
     trainer: Option<Trainer>,
     live: Option<LiveView>,
     failure: Option<String>,
-    /// It was asked to go on and has not said so yet.
-    resuming: bool,
+    /// It was asked to leave its pause and has not said so yet.
+    leaving_pause: bool,
     trained_here: bool,
+    turn: Option<Turn>,
+}
+
+/// A run that waits until a core is free for it.
+#[derive(Debug)]
+struct Turn {
+    /// Pause after so many episodes.
+    until: Option<u32>,
 }
 
 impl RunView {
@@ -52,6 +62,7 @@ impl RunView {
         let config = directory.config()?;
         let reader = directory.events();
         Ok(Self {
+            number: 0,
             directory,
             config,
             reader,
@@ -59,17 +70,58 @@ impl RunView {
             trainer: None,
             live: None,
             failure: None,
-            resuming: false,
+            leaving_pause: false,
             trained_here: false,
+            turn: None,
         })
     }
 
-    /// Begins to train it in this process.
-    pub(super) fn start(&mut self) -> Result<(), SessionError> {
+    /// The same as run number `number` of a session.
+    pub(super) fn numbered(self, number: usize) -> Self {
+        Self { number, ..self }
+    }
+
+    /// Its number in the session, from 0 in the order they began or were opened.
+    pub fn number(&self) -> usize {
+        self.number
+    }
+
+    /// Lets it wait for its turn to be trained in this process; with `until`, it pauses
+    /// after so many episodes.
+    pub(super) fn enqueue(&mut self, until: Option<u32>) {
         self.failure = None;
         self.trained_here = true;
-        self.trainer = Some(Trainer::spawn(self.directory.clone()).map_err(SessionError::Thread)?);
+        self.turn = Some(Turn { until });
+    }
+
+    /// Takes it out of the queue; false if it is not in it.
+    pub(super) fn unqueue(&mut self) -> bool {
+        self.turn.take().is_some()
+    }
+
+    /// Whether it waits for its turn.
+    pub fn is_queued(&self) -> bool {
+        self.turn.is_some()
+    }
+
+    /// Begins to train it if it is queued.
+    pub(super) fn start(&mut self) -> Result<(), SessionError> {
+        let Some(turn) = self.turn.take() else { return Ok(()) };
+        let trainer = Trainer::spawn(self.directory.clone()).map_err(SessionError::Thread);
+        if let Err(error) = &trainer {
+            self.failure = Some(error.to_string());
+        }
+        let trainer = trainer?;
+        if let Some(episodes) = turn.until {
+            trainer.send(Control::Advance(episodes));
+        }
+        self.trainer = Some(trainer);
         Ok(())
+    }
+
+    /// Whether it keeps a core busy.
+    pub(super) fn is_working(&self) -> bool {
+        self.is_active() && self.state() != RunState::Paused
     }
 
     /// Reads what is new. Returns the new events, and whether anything changed.
@@ -89,7 +141,7 @@ impl RunView {
         }
         for event in &events {
             self.history.note(event);
-            self.resuming &= !matches!(event, Event::Resumed { .. });
+            self.leaving_pause &= !matches!(event, Event::Resumed { .. });
         }
         if let Some(trainer) = &mut self.trainer {
             if let Some(view) = trainer.watch().take() {
@@ -99,6 +151,7 @@ impl RunView {
             if let Some(outcome) = trainer.outcome() {
                 self.failure = outcome.err();
                 self.trainer = None;
+                self.leaving_pause = false;
                 changed = true;
             }
         }
@@ -110,11 +163,12 @@ impl RunView {
     pub(super) fn send(&mut self, control: Control) -> Result<(), SessionError> {
         match &self.trainer {
             Some(trainer) if trainer.is_active() => {
-                let goes_on = matches!(control, Control::Resume | Control::Advance(_));
-                self.resuming = goes_on && matches!(self.history.last, Some(Event::Paused { .. }));
+                let leaves = matches!(control, Control::Resume | Control::Advance(_) | Control::Stop { .. });
+                self.leaving_pause |= leaves && matches!(self.history.last, Some(Event::Paused { .. }));
                 trainer.send(control);
                 Ok(())
             }
+            _ if self.is_queued() => Err(SessionError::Queued(self.name())),
             _ => Err(SessionError::NotActive),
         }
     }
@@ -188,7 +242,7 @@ impl RunView {
             Some(Event::Finished { .. }) => RunState::Finished,
             Some(Event::Stopped { reason, .. }) if !working => RunState::Stopped(reason.clone()),
             Some(Event::Failed { reason, .. }) => RunState::Failed(reason.clone()),
-            Some(Event::Paused { .. }) if working && !self.resuming => RunState::Paused,
+            Some(Event::Paused { .. }) if working && !self.leaving_pause => RunState::Paused,
             _ if working => RunState::Running,
             _ => match &self.failure {
                 Some(failure) => RunState::Failed(failure.clone()),
@@ -204,6 +258,15 @@ impl RunView {
     pub fn saved_agent(&self) -> Result<Ddpg, SessionError> {
         let checkpoint = self.directory.checkpoints().load(CheckpointName::Last)?;
         Ok(Ddpg::load(checkpoint.section(NETWORKS_SECTION)?)?)
+    }
+
+    /// An episode of its past, played again.
+    ///
+    /// # Errors
+    /// When it was not kept or cannot be read.
+    pub fn past_episode(&self, episode: u64) -> Result<Trace, RunError> {
+        let played = read_episode(&self.directory.episodes_path(), episode)?;
+        Ok(Trace::replay(&self.config.task, &played))
     }
 
     /// An episode of the greedy policy of the newest checkpoint.

@@ -7,11 +7,12 @@ use std::time::Duration;
 use super::command::{Command, Expectation, Quantity};
 use super::hand::HandPlay;
 use super::journal::Journal;
+use super::model_job::ModelJob;
 use super::prior_job::{PriorJob, PriorKey};
 use super::runs::RunView;
 use crate::env::EpisodeOver;
 use crate::guidance::{ActionPrior, EpsilonSchedule};
-use crate::run::{Event, RunDirectory, RunError, RunState};
+use crate::run::{Event, RunError};
 use crate::task::{Editor, Problem, Task, TaskError, load, save};
 use crate::trainer::{Control, RunConfig, RunConfigError, SettingError};
 
@@ -45,9 +46,18 @@ pub enum SessionError {
     /// The run is not being trained here.
     #[error("the run is not being trained by this program: `continue` goes on with it")]
     NotActive,
-    /// A run is being trained already.
-    #[error("{0} is being trained: `stop` it, or wait for its end, before the next")]
+    /// The run waits for its turn.
+    #[error("{0} waits for a free core: `stop` takes it out of the queue")]
+    Queued(String),
+    /// The run is being trained.
+    #[error("{0} is being trained: `stop` it, or wait for its end, first")]
     Busy(String),
+    /// No run of the session has the number.
+    #[error("the session has no run {0}")]
+    NoSuchRun(usize),
+    /// A folder could not be deleted.
+    #[error("cannot delete {}: {source}", path.display())]
+    Delete { path: PathBuf, source: std::io::Error },
     /// Nothing to undo or redo.
     #[error("there is nothing to {0}")]
     Nothing(&'static str),
@@ -83,6 +93,8 @@ pub enum Notice {
     PriorReady,
     /// The clusters could not be computed.
     PriorFailed(String),
+    /// A dynamics model was trained or measured: what came of it, or why it failed.
+    Model(Result<String, String>),
     /// Something happened in a run.
     Run { index: usize, event: Event },
     /// Something else that is seen changed.
@@ -108,13 +120,21 @@ pub enum PriorState {
 pub struct Session {
     editor: Editor,
     file: Option<PathBuf>,
-    settings: RunConfig,
+    pub(super) settings: RunConfig,
     prior: Option<(PriorKey, Arc<ActionPrior>)>,
     job: Option<PriorJob>,
     job_stage: Option<usize>,
-    runs: Vec<RunView>,
-    current: Option<usize>,
-    folder: PathBuf,
+    /// Of clusters that could not be computed: trying again would fail again.
+    hopeless: Option<PriorKey>,
+    model_job: Option<ModelJob>,
+    pub(super) runs: Vec<RunView>,
+    /// Number of the run that commands act on.
+    pub(super) current: Option<usize>,
+    /// Runs so far, also those deleted.
+    pub(super) numbered: usize,
+    /// Runs that are trained at the same time; more are queued.
+    pub(super) cores: usize,
+    pub(super) folder: PathBuf,
     hand: HandPlay,
     journal: Journal,
     quit: bool,
@@ -132,8 +152,12 @@ impl Session {
             prior: None,
             job: None,
             job_stage: None,
+            hopeless: None,
+            model_job: None,
             runs: Vec::new(),
             current: None,
+            numbered: 0,
+            cores: std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
             folder,
             journal: Journal::default(),
             quit: false,
@@ -145,23 +169,38 @@ impl Session {
     /// # Errors
     /// When the command cannot be carried out; nothing has changed then.
     pub fn apply(&mut self, command: Command) -> Result<String, SessionError> {
-        let active = self.run().is_some_and(RunView::is_active);
-        let episode = self.run().map_or(0, |run| run.records().len() as u32);
+        let before = self.run().map(|run| (run.number(), run.is_active(), run.records().len() as u32));
+        let known = matches!(&command, Command::Open(folder) if self.number_of(folder).is_some());
         let told = self.carry_out(&command)?;
-        match command {
+        match (command, before) {
             // Of these, the effect on the training is noted when it is heard of.
-            Command::Epsilon(_) | Command::Guide | Command::Stop if active => {}
-            Command::Pause | Command::Resume { .. } | Command::Wait | Command::Record(_) | Command::Quit => {}
-            Command::Figure { .. } | Command::Evaluate | Command::Expect(_) if active => {
-                self.journal.note_at(command, episode);
+            (Command::Epsilon(_) | Command::Guide | Command::Stop, Some((_, true, _))) => {}
+            (
+                Command::Pause
+                | Command::Resume { .. }
+                | Command::Wait
+                | Command::Record(_)
+                | Command::Delete(_)
+                | Command::ModelStop
+                | Command::Quit,
+                _,
+            ) => {}
+            (
+                command @ (Command::Figure { .. } | Command::Evaluate | Command::Expect(_)),
+                Some((run, true, episode)),
+            ) => {
+                self.journal.note_at(command, run, episode);
             }
-            command => self.journal.note(command),
+            (Command::Open(_), _) if known => {
+                self.journal.note(Command::Watch(self.current.unwrap_or(0)), self.current);
+            }
+            (command, _) => self.journal.note(command, self.current),
         }
         Ok(told)
     }
 
-    /// Notes what took effect in the current run.
-    fn note_effect(&mut self, event: &Event) {
+    /// Notes what took effect in a run.
+    fn note_effect(&mut self, run: usize, event: &Event) {
         let command = match event {
             Event::ScheduleChanged { schedule, .. } => match schedule.parse() {
                 Ok(schedule) => Command::Epsilon(schedule),
@@ -171,7 +210,7 @@ impl Session {
             Event::Stopped { .. } => Command::Stop,
             _ => return,
         };
-        self.journal.note_at(command, u32::try_from(event.episode()).unwrap_or(u32::MAX));
+        self.journal.note_at(command, run, u32::try_from(event.episode()).unwrap_or(u32::MAX));
     }
 
     fn carry_out(&mut self, command: &Command) -> Result<String, SessionError> {
@@ -200,6 +239,14 @@ impl Session {
                 self.settings.prior = source.clone();
                 Ok(format!("model {}", String::from(source.clone())))
             }
+            Command::ModelTrain { tools, path, epochs } => {
+                self.begin_model_job(ModelJob::train(tools, path, *epochs, self.settings.seed))
+            }
+            Command::ModelEvaluate(model) => self.begin_model_job(ModelJob::evaluate(model, self.settings.seed)),
+            Command::ModelStop => match self.model_job.take() {
+                Some(job) => Ok(format!("ended: {}", job.name())),
+                None => Err(SessionError::Failed("no dynamics model is being trained or measured".to_owned())),
+            },
             Command::Clusters(file) => self.compute_clusters(file.as_deref()),
             Command::Guide => self.guide(),
             Command::Out(folder) => {
@@ -209,9 +256,11 @@ impl Session {
             Command::Train { folder, until } => self.train(folder.as_deref(), *until),
             Command::Pause => self.send(Control::Pause, "pausing after this episode"),
             Command::Resume { until } => self.resume(*until),
-            Command::Stop => self.send(Control::Stop { reason: "asked to".to_owned() }, "stopping after this episode"),
+            Command::Stop => self.stop(),
             Command::Wait => self.wait(|_| {}),
             Command::Open(folder) => self.open(folder),
+            Command::Watch(number) => self.watch(*number),
+            Command::Delete(folder) => self.delete(folder),
             Command::Continue(folder) => self.continue_run(folder.as_deref()),
             Command::Evaluate => self.evaluate(),
             Command::Place(action) => self.place(*action),
@@ -237,6 +286,7 @@ impl Session {
     pub fn poll(&mut self) -> Vec<Notice> {
         let mut notices = Vec::new();
         self.poll_job(&mut notices);
+        self.poll_model_job(&mut notices);
         for (index, run) in self.runs.iter_mut().enumerate() {
             let (events, changed) = run.poll();
             if changed && events.is_empty() {
@@ -246,13 +296,36 @@ impl Session {
         }
         for notice in &notices {
             if let Notice::Run { index, event } = notice
-                && Some(*index) == self.current
                 && self.runs[*index].was_trained_here()
             {
-                self.note_effect(event);
+                self.note_effect(self.runs[*index].number(), event);
             }
         }
+        if self.start_queued() {
+            notices.push(Notice::Changed);
+        }
         notices
+    }
+
+    fn poll_model_job(&mut self, notices: &mut Vec<Notice>) {
+        let Some(job) = &mut self.model_job else { return };
+        if job.is_news() {
+            notices.push(Notice::Changed);
+        }
+        if let Some(outcome) = job.outcome() {
+            self.model_job = None;
+            notices.push(Notice::Model(outcome));
+        }
+    }
+
+    fn begin_model_job(&mut self, job: std::io::Result<ModelJob>) -> Result<String, SessionError> {
+        if let Some(job) = &self.model_job {
+            return Err(SessionError::Failed(format!("{}: wait for its end, or end it with `model stop`", job.name())));
+        }
+        let job = job.map_err(SessionError::Thread)?;
+        let told = job.name().to_owned();
+        self.model_job = Some(job);
+        Ok(told)
     }
 
     fn poll_job(&mut self, notices: &mut Vec<Notice>) {
@@ -271,7 +344,10 @@ impl Session {
                     self.prior = Some((key, Arc::new(prior)));
                     Notice::PriorReady
                 }
-                Err(reason) => Notice::PriorFailed(reason),
+                Err(reason) => {
+                    self.hopeless = Some(key);
+                    Notice::PriorFailed(reason)
+                }
             });
         }
     }
@@ -287,8 +363,12 @@ impl Session {
             for notice in self.poll() {
                 tell(&notice);
                 match notice {
-                    Notice::PriorFailed(reason) => return Err(SessionError::Failed(reason)),
-                    Notice::Run { index, event: Event::Failed { reason, .. } } if Some(index) == self.current => {
+                    Notice::PriorFailed(reason) | Notice::Model(Err(reason)) => {
+                        return Err(SessionError::Failed(reason));
+                    }
+                    Notice::Run { index, event: Event::Failed { reason, .. } }
+                        if self.runs.get(index).is_some_and(RunView::was_trained_here) =>
+                    {
                         return Err(SessionError::Failed(reason));
                     }
                     _ => {}
@@ -307,7 +387,8 @@ impl Session {
 
     /// Whether nothing is under way but what is paused.
     pub fn is_idle(&self) -> bool {
-        self.job.is_none() && self.runs.iter().all(|run| !run.is_active() || run.state() == RunState::Paused)
+        let busy = |run: &RunView| run.is_working() || run.is_queued();
+        self.job.is_none() && self.model_job.is_none() && !self.runs.iter().any(busy)
     }
 
     fn load_task(&mut self, name: &str) -> Result<String, SessionError> {
@@ -315,6 +396,8 @@ impl Session {
         self.file = Path::new(name).is_file().then(|| PathBuf::from(name));
         self.editor = Editor::new(task);
         self.job = None;
+        // Clusters of another task say nothing about this one.
+        self.prior = None;
         self.task_changed();
         Ok(format!("task {}: {}", self.task().name, self.task().description))
     }
@@ -381,86 +464,6 @@ impl Session {
         }
         run.send(Control::SetPrior(prior))?;
         Ok("the training takes the clusters at its next episode".to_owned())
-    }
-
-    fn train(&mut self, folder: Option<&Path>, until: Option<u32>) -> Result<String, SessionError> {
-        self.refuse_if_busy()?;
-        self.settings.validate()?;
-        let path = folder.map_or_else(|| self.free_folder(), Path::to_owned);
-        let directory = RunDirectory::create(&path, &self.settings)?;
-        self.start(RunView::new(directory)?, until)?;
-        Ok(format!("training in {}", path.display()))
-    }
-
-    fn continue_run(&mut self, folder: Option<&Path>) -> Result<String, SessionError> {
-        self.refuse_if_busy()?;
-        let path = match folder {
-            Some(folder) => folder.to_owned(),
-            None => self.run().ok_or(SessionError::NoRun)?.directory().path().to_owned(),
-        };
-        let view = RunView::open(&path)?;
-        self.runs.retain(|run| run.directory().path() != path);
-        self.start(view, None)?;
-        Ok(format!("going on with {}", path.display()))
-    }
-
-    fn start(&mut self, mut view: RunView, until: Option<u32>) -> Result<(), SessionError> {
-        view.start()?;
-        if let Some(episodes) = until {
-            view.send(Control::Advance(episodes))?;
-        }
-        self.runs.push(view);
-        self.current = Some(self.runs.len() - 1);
-        Ok(())
-    }
-
-    fn refuse_if_busy(&self) -> Result<(), SessionError> {
-        match self.run().filter(|run| run.is_active()) {
-            Some(run) => Err(SessionError::Busy(run.name())),
-            None => Ok(()),
-        }
-    }
-
-    /// A folder for a new run that does not exist yet.
-    fn free_folder(&self) -> PathBuf {
-        let RunConfig { task, method, seed, .. } = &self.settings;
-        let base = format!("{}-{method}-seed{seed}", task.name);
-        let candidates = std::iter::once(base.clone()).chain((2..).map(|n| format!("{base}-{n}")));
-        let mut paths = candidates.map(|name| self.folder.join(name));
-        // The second iterator does not end.
-        paths.find(|path| !path.exists()).unwrap_or_else(|| self.folder.join(base))
-    }
-
-    fn resume(&mut self, until: Option<u32>) -> Result<String, SessionError> {
-        let done = self.run().ok_or(SessionError::NoRun)?.records().len() as u32;
-        match until {
-            Some(episode) => self.send(Control::Advance(episode.saturating_sub(done)), "going on"),
-            None => self.send(Control::Resume, "going on"),
-        }
-    }
-
-    fn send(&mut self, control: Control, told: &str) -> Result<String, SessionError> {
-        self.run_mut().ok_or(SessionError::NoRun)?.send(control)?;
-        Ok(told.to_owned())
-    }
-
-    fn open(&mut self, folder: &Path) -> Result<String, SessionError> {
-        let known = self.runs.iter().position(|run| run.directory().path() == folder);
-        let index = match known {
-            Some(index) => index,
-            None => {
-                self.runs.push(RunView::read(folder)?);
-                self.runs.len() - 1
-            }
-        };
-        self.current = Some(index);
-        Ok(format!("opened {}", folder.display()))
-    }
-
-    fn evaluate(&mut self) -> Result<String, SessionError> {
-        let trace = self.run().ok_or(SessionError::NoRun)?.greedy_episode(self.settings.seed)?;
-        let outcome = if trace.reached_goal() { "reaches the goal" } else { "does not reach the goal" };
-        Ok(format!("the greedy policy {outcome} in {} actions, return {:.2}", trace.steps.len(), trace.total_reward()))
     }
 
     fn place(&mut self, action: [f32; 2]) -> Result<String, SessionError> {
@@ -542,11 +545,24 @@ impl Session {
 
     /// The run that commands act on.
     pub fn run(&self) -> Option<&RunView> {
-        self.current.map(|index| &self.runs[index])
+        self.runs.iter().find(|run| Some(run.number()) == self.current)
     }
 
-    fn run_mut(&mut self) -> Option<&mut RunView> {
-        self.current.map(|index| &mut self.runs[index])
+    pub(super) fn run_mut(&mut self) -> Option<&mut RunView> {
+        self.runs.iter_mut().find(|run| Some(run.number()) == self.current)
+    }
+
+    /// What is being done about a dynamics model: its name and its progress from 0 to 1.
+    pub fn model_work(&self) -> Option<(&str, Option<f32>)> {
+        self.model_job.as_ref().map(|job| (job.name(), job.progress()))
+    }
+
+    /// Whether there are clusters, finished or on their way, that no longer belong to the
+    /// task and settings, and computing them anew is worth trying.
+    pub fn clusters_are_outdated(&self) -> bool {
+        let key = PriorKey::of(&self.settings);
+        let latest = self.job.as_ref().map(|job| &job.key).or(self.prior.as_ref().map(|(key, _)| key));
+        latest.is_some_and(|latest| *latest != key) && self.hopeless.as_ref() != Some(&key)
     }
 
     /// The folder for new runs.

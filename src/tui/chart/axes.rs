@@ -141,16 +141,19 @@ pub fn number(value: f32) -> String {
     } else if size >= 1e4 {
         format!("{:.0}k", value / 1e3)
     } else {
-        let decimals = if size >= 100.0 || value.fract() == 0.0 {
+        let wanted = if size >= 100.0 || value.fract() == 0.0 {
             0
         } else if size >= 10.0 {
             1
-        } else {
+        } else if size >= 0.1 {
             2
+        } else {
+            3
         };
-        let decimals = if size < 0.1 { 3 } else { decimals };
-        let text = format!("{value:.decimals$}");
-        if text.len() > 5 { format!("{value:.0e}") } else { text }
+        // As many decimals as there is room for, if that still leaves a digit.
+        let short = (0..=wanted).rev().map(|decimals| format!("{value:.decimals$}")).find(|text| text.len() <= 5);
+        let short = short.filter(|text| text.contains(|c| ('1'..='9').contains(&c)));
+        short.unwrap_or_else(|| format!("{value:.0e}"))
     }
 }
 
@@ -163,7 +166,9 @@ mod tests {
         for (value, text) in [
             (0.0, "0"),
             (0.25, "0.25"),
-            (-0.05, "-5e-2"),
+            (-0.05, "-0.05"),
+            (-12.34, "-12.3"),
+            (-0.004, "-4e-3"),
             (0.012, "0.012"),
             (12.34, "12.3"),
             (1234.0, "1234"),

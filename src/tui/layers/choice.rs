@@ -2,7 +2,7 @@
 
 use crossterm::event::{KeyCode, KeyEvent};
 use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
+use ratatui::layout::{Position, Rect};
 use ratatui::style::Style;
 
 use super::popup::{frame, wrap};
@@ -17,6 +17,8 @@ pub struct Chooser {
     pub items: Vec<(String, String, Deed)>,
     /// The selected item.
     pub selected: usize,
+    /// Where the items are, and which is the first.
+    pub shown: (Rect, usize),
 }
 
 impl Chooser {
@@ -42,12 +44,22 @@ impl Chooser {
         Wish::Stay
     }
 
-    pub(super) fn draw(&self, area: Rect, theme: &Theme, buffer: &mut Buffer) {
+    pub(super) fn click(&mut self, at: Position) -> Wish {
+        let (area, first) = self.shown;
+        if !area.contains(at) || first + usize::from(at.y - area.y) >= self.items.len() {
+            return Wish::Stay;
+        }
+        self.selected = first + usize::from(at.y - area.y);
+        self.key(KeyCode::Enter.into())
+    }
+
+    pub(super) fn draw(&mut self, area: Rect, theme: &Theme, buffer: &mut Buffer) {
         let names = self.items.iter().map(|(name, ..)| name.chars().count()).max().unwrap_or(0).min(40);
         let about = self.items.iter().map(|(_, about, _)| about.chars().count()).max().unwrap_or(0);
         let wanted = ((names + about + 6) as u16, self.items.len() as u16);
         let inside = frame(&self.title, wanted, area, theme, buffer);
         let first = (self.selected + 1).saturating_sub(usize::from(inside.height));
+        self.shown = (inside, first);
         for (row, (index, (name, about, _))) in
             (inside.y..inside.bottom()).zip(self.items.iter().enumerate().skip(first))
         {
@@ -67,6 +79,8 @@ pub struct Confirm {
     pub text: String,
     /// Key, meaning and what it does. Escape does nothing.
     pub answers: Vec<(char, String, Deed)>,
+    /// Where the answers are, the way back last.
+    pub shown: Rect,
 }
 
 impl Confirm {
@@ -82,11 +96,21 @@ impl Confirm {
         }
     }
 
-    pub(super) fn draw(&self, area: Rect, theme: &Theme, buffer: &mut Buffer) {
+    pub(super) fn click(&mut self, at: Position) -> Wish {
+        if !self.shown.contains(at) {
+            return Wish::Stay;
+        }
+        let answer = self.answers.get(usize::from(at.y - self.shown.y));
+        answer.map_or(Wish::Leave, |(_, _, deed)| Wish::Do(deed.clone()))
+    }
+
+    pub(super) fn draw(&mut self, area: Rect, theme: &Theme, buffer: &mut Buffer) {
         let width = area.width.saturating_sub(8).min(60);
         let text = wrap(&self.text, usize::from(width));
         let height = text.len() + 2 + self.answers.len();
         let inside = frame(&self.title, (width, height as u16), area, theme, buffer);
+        let rows = self.answers.len() as u16 + 1;
+        self.shown = Rect { y: inside.y + text.len() as u16 + 1, height: rows, ..inside }.intersection(inside);
         let put = |row: usize, key: &str, text: &str, buffer: &mut Buffer| {
             let y = inside.y + row as u16;
             if y < inside.bottom() {

@@ -14,9 +14,9 @@ pub use popup::{block, wrap};
 pub use prompt::{Prompt, Then};
 pub use tour::Tour;
 
-use crossterm::event::KeyEvent;
+use crossterm::event::{KeyCode, KeyEvent, MouseButton, MouseEvent, MouseEventKind};
 use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
+use ratatui::layout::{Position, Rect};
 
 use super::action::Action;
 use super::keymap::Keymap;
@@ -56,12 +56,12 @@ pub enum Wish {
 pub enum Deed {
     /// A line of the command language.
     Line(String),
+    /// A line whose loss of unsaved work has been agreed to.
+    Certainly(String),
     /// An action.
     Action(Action),
     /// Only runs whose line has this text.
     Filter(String),
-    /// Save the task to a file, asking before it is overwritten.
-    SaveAs(String),
     /// Type the path of a task.
     TypeTask,
     /// Leave the workbench.
@@ -78,6 +78,27 @@ impl Layer {
             Self::Palette(palette) => palette.key(key),
             Self::Chooser(chooser) => chooser.key(key),
             Self::Confirm(confirm) => confirm.key(key),
+        }
+    }
+
+    /// Applies the mouse: the wheel goes up and down, a click chooses what it hits.
+    pub fn mouse(&mut self, mouse: MouseEvent) -> Wish {
+        match mouse.kind {
+            MouseEventKind::ScrollUp => self.key(KeyCode::Up.into()),
+            MouseEventKind::ScrollDown => self.key(KeyCode::Down.into()),
+            MouseEventKind::Down(MouseButton::Left) => self.click((mouse.column, mouse.row).into()),
+            _ => Wish::Stay,
+        }
+    }
+
+    fn click(&mut self, at: Position) -> Wish {
+        match self {
+            Self::Tour(tour) => tour.key(KeyCode::Enter.into()),
+            Self::Help(_) => Wish::Leave,
+            Self::Chooser(chooser) => chooser.click(at),
+            Self::Confirm(confirm) => confirm.click(at),
+            Self::Palette(palette) => palette.click(at),
+            Self::Prompt(_) => Wish::Stay,
         }
     }
 

@@ -4,7 +4,7 @@ use crossterm::event::{KeyCode, KeyEvent};
 use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher, Utf32Str};
 use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
+use ratatui::layout::{Position, Rect};
 use ratatui::style::Style;
 
 use super::popup::frame;
@@ -45,6 +45,8 @@ pub struct Palette {
     items: Vec<Item>,
     found: Vec<Item>,
     selected: usize,
+    /// Where what was found is, and which is the first.
+    shown: (Rect, usize),
     /// Why the latest command was refused.
     pub error: Option<String>,
 }
@@ -55,7 +57,14 @@ impl Palette {
         let actions = ACTIONS.iter().filter(|entry| contexts.contains(&entry.context)).map(Item::Action);
         let verbs = VERBS.iter().filter(|verb| !verb.arguments.is_empty()).map(Item::Verb);
         let items: Vec<Item> = actions.chain(verbs).collect();
-        Self { input: TextInput::default(), found: items.clone(), items, selected: 0, error: None }
+        Self {
+            input: TextInput::default(),
+            found: items.clone(),
+            items,
+            selected: 0,
+            shown: Default::default(),
+            error: None,
+        }
     }
 
     pub(super) fn paste(&mut self, text: &str) {
@@ -121,7 +130,16 @@ impl Palette {
         self.found = found.into_iter().map(|(_, item)| item).collect();
     }
 
-    pub(super) fn draw(&self, area: Rect, keymap: &Keymap, theme: &Theme, buffer: &mut Buffer) -> (u16, u16) {
+    pub(super) fn click(&mut self, at: Position) -> Wish {
+        let (area, first) = self.shown;
+        if self.error.is_some() || !area.contains(at) || first + usize::from(at.y - area.y) >= self.found.len() {
+            return Wish::Stay;
+        }
+        self.selected = first + usize::from(at.y - area.y);
+        self.choose()
+    }
+
+    pub(super) fn draw(&mut self, area: Rect, keymap: &Keymap, theme: &Theme, buffer: &mut Buffer) -> (u16, u16) {
         let inside = frame("commands", (90, 16), area, theme, buffer);
         let cursor = line(&self.input, ": ", inside, theme, buffer);
         let width = usize::from(inside.width);
@@ -133,6 +151,7 @@ impl Palette {
         }
         let rows = inside.y + 1..inside.bottom();
         let first = (self.selected + 1).saturating_sub(rows.len());
+        self.shown = (Rect { y: inside.y + 1, height: rows.len() as u16, ..inside }, first);
         for (y, (index, item)) in rows.zip(self.found.iter().enumerate().skip(first)) {
             let keys = match item {
                 Item::Action(entry) => keymap.keys(entry).join(" "),

@@ -37,12 +37,13 @@ pub fn block(theme: &Theme) -> Block<'static> {
     }
 }
 
-/// A text in lines of at most `width` columns, broken at spaces.
+/// A text in lines of at most `width` columns, broken at spaces; only a word that is
+/// longer than a line is broken itself.
 pub fn wrap(text: &str, width: usize) -> Vec<String> {
     let mut lines = Vec::new();
     for paragraph in text.lines() {
         let mut line = String::new();
-        for word in paragraph.split(' ') {
+        for word in paragraph.split(' ').flat_map(|word| pieces(word, width)) {
             if !line.is_empty() && line.chars().count() + 1 + word.chars().count() > width {
                 lines.push(std::mem::take(&mut line));
             }
@@ -56,6 +57,17 @@ pub fn wrap(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
+/// A word in pieces of at most `width` characters.
+fn pieces(word: &str, width: usize) -> impl Iterator<Item = &str> {
+    let mut rest = Some(word);
+    std::iter::from_fn(move || {
+        let word = rest?;
+        let end = word.char_indices().nth(width.max(1)).map_or(word.len(), |(at, _)| at);
+        rest = Some(&word[end..]).filter(|rest| !rest.is_empty());
+        Some(&word[..end])
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::wrap;
@@ -63,5 +75,6 @@ mod tests {
     #[test]
     fn text_is_broken_at_spaces_and_at_its_own_lines() {
         assert_eq!(wrap("one two three\n\nfour", 8), ["one two", "three", "", "four"]);
+        assert_eq!(wrap("a linear:0.8:0.05", 10), ["a", "linear:0.8", ":0.05"]);
     }
 }

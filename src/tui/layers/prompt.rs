@@ -31,8 +31,6 @@ pub enum Then {
     Command(String),
     /// It is a path that follows the words of a command.
     Path(String),
-    /// It is the file to save the task to.
-    SaveAs,
     /// It filters the list of runs.
     Filter,
 }
@@ -60,7 +58,6 @@ impl Prompt {
         match &self.then {
             Then::Command(words) => Deed::Line(format!("{words} {text}")),
             Then::Path(words) => Deed::Line(format!("{words} {}", shell_words::quote(text))),
-            Then::SaveAs => Deed::SaveAs(text.to_owned()),
             Then::Filter => Deed::Filter(text.to_owned()),
         }
     }

@@ -73,6 +73,8 @@ pub struct Content<'a> {
     pub choice: Option<Action>,
     /// What the model predicts from the present action on, normalised.
     pub predicted: &'a [[f32; 2]],
+    /// What really happened in the same time, normalised.
+    pub truth: &'a [[f32; 2]],
     /// The selected object.
     pub selected: Option<Object>,
     /// The tool in the person's hand.
@@ -119,6 +121,7 @@ impl Painter<'_> {
     fn trail(&mut self, content: &Content) {
         self.path(&content.moment.trail, self.theme.trail, 2);
         if content.overlays.model {
+            self.path(content.truth, self.theme.good, 4);
             self.path(content.predicted, self.theme.accent, 1);
         }
     }
@@ -311,6 +314,7 @@ mod tests {
             heat: None,
             choice: None,
             predicted: &[],
+            truth: &[],
             selected: None,
             ghost: None,
         };

@@ -35,9 +35,11 @@ pub fn draw(app: &mut App, frame: &mut Frame) {
         Tab::Schedule => super::schedule::draw(app, body, buffer, &mut hits),
         Tab::Training => super::training::draw(app, body, buffer, &mut hits),
         Tab::Runs => super::runs::draw(app, body, buffer, &mut hits),
-        Tab::Models | Tab::Figures | Tab::Log => super::lists::draw(app, body, buffer, &mut hits),
+        Tab::Models => super::models::draw(app, body, buffer, &mut hits),
+        Tab::Figures => super::figures::draw(app, body, buffer, &mut hits),
+        Tab::Log => super::log::draw(app, body, buffer),
     }
-    footer(app, Rect { y: area.bottom() - 1, height: 1, ..area }, buffer);
+    footer(app, Rect { y: area.bottom() - 1, height: 1, ..area }, buffer, &mut hits);
     app.hits = hits;
     if let Some(cursor) = app.draw_layers(area, frame.buffer_mut()) {
         frame.set_cursor_position(cursor);
@@ -70,7 +72,7 @@ fn tabs(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     }
 }
 
-fn footer(app: &App, area: Rect, buffer: &mut Buffer) {
+fn footer(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     let theme = &app.theme;
     if let Some(notice) = &app.notice {
         let (mark, style) = level_style(notice.level, theme);
@@ -79,13 +81,14 @@ fn footer(app: &App, area: Rect, buffer: &mut Buffer) {
         return;
     }
     let mut x = area.x;
-    for (key, word) in app.keymap.hints(&app.contexts()) {
+    for (key, word, action) in app.keymap.hints(&app.contexts()) {
         let width = (key.chars().count() + word.len() + 3) as u16;
         if x + width > area.right() {
             break;
         }
         let (after, _) = buffer.set_stringn(x, area.y, &key, usize::from(area.right() - x), theme.strong());
         buffer.set_stringn(after + 1, area.y, word, word.len(), theme.faint());
+        hits.hints.push((Rect { x, width: width - 2, ..area }, action));
         x += width;
     }
 }

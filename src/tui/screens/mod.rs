@@ -1,6 +1,9 @@
 //! The screens and what each of them remembers.
 
+pub mod figures;
 pub mod lists;
+pub mod log;
+pub mod models;
 pub mod runs;
 pub mod scene;
 pub mod schedule;
@@ -19,6 +22,7 @@ pub use training::Curves;
 
 use ratatui::layout::Rect;
 
+use super::action::Action;
 use super::chart::Axes;
 use super::metric::Metric;
 use super::scene::View;
@@ -84,12 +88,16 @@ impl Tab {
 pub struct Hits {
     /// The tabs.
     pub tabs: Vec<(Rect, Tab)>,
+    /// The hints in the last line and what they ask for.
+    pub hints: Vec<(Rect, Action)>,
     /// The scene.
     pub scene: Option<View>,
     /// Curves.
     pub charts: Vec<(Axes, Metric)>,
     /// The schedule's plot.
     pub schedule: Option<Axes>,
+    /// Where the figure is shown.
+    pub preview: Option<Rect>,
     /// Rows of a list and the index of the first.
     pub rows: Option<(Rect, usize)>,
 }

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -13,9 +14,8 @@ use super::status::{bar, state_colour};
 use crate::run::RunState;
 use crate::tui::action::{Action, Context};
 use crate::tui::app::App;
-use crate::tui::facts::{Level, RunFacts, state_word};
-use crate::tui::layers::{Layer, Prompt, Then};
-use crate::tui::metric::Metric;
+use crate::tui::facts::{Level, RunFacts};
+use crate::tui::layers::{Confirm, Deed, Layer, Prompt, Then};
 use crate::tui::rate::span;
 
 /// State of the list of runs.
@@ -25,9 +25,23 @@ pub struct Runs {
     pub selected: usize,
     filter: String,
     marked: HashSet<PathBuf>,
+    since_look: Duration,
 }
 
+/// Time between two looks at the folder of runs, where others may be at work, too.
+const LOOK: Duration = Duration::from_secs(2);
+
 impl Runs {
+    /// Lets time pass; true when the folder should be looked at again.
+    pub fn is_time_to_look(&mut self, elapsed: Duration) -> bool {
+        self.since_look += elapsed;
+        let due = self.since_look >= LOOK;
+        if due {
+            self.since_look = Duration::ZERO;
+        }
+        due
+    }
+
     /// Shows only runs whose line has this text.
     pub fn filter(&mut self, text: String) {
         self.filter = text;
@@ -52,7 +66,7 @@ fn listed(app: &App) -> Vec<&RunFacts> {
 }
 
 fn words(run: &RunFacts) -> String {
-    format!("{} {} {} seed {} {}", run.name, run.task, run.method, run.seed, state_word(&run.state))
+    format!("{} {} {} seed {} {}", run.name, run.task, run.method, run.seed, run.state_word())
 }
 
 /// Draws the screen.
@@ -91,12 +105,11 @@ fn row(app: &App, run: &RunFacts, selected: bool, area: Rect, buffer: &mut Buffe
     let style = if selected { theme.selected() } else { Style::new() };
     let watched = app.desk.facts().current_run().is_some_and(|current| current.path == run.path);
     let mark = [if app.runs.is_marked(run) { "*" } else { " " }, if watched { ">" } else { " " }].concat();
-    let success = run.latest(Metric::Success).map_or_else(|| "-".to_owned(), |s| format!("{:.0} %", 100.0 * s));
+    let success = run.success.map_or_else(|| "-".to_owned(), |s| format!("{:.0} %", 100.0 * s));
     let left = run.seconds_left().map_or_else(String::new, span);
     let progress = format!("{} {}/{}", bar(run.done, run.episodes, 6, theme), run.done, run.episodes);
     let width = usize::from(area.width);
-    let text =
-        format!("{mark} {:<28.28} {:<11} {progress:<18} {success:>8}  {left:>9}", run.name, state_word(&run.state));
+    let text = format!("{mark} {:<28.28} {:<11} {progress:<18} {success:>8}  {left:>9}", run.name, run.state_word());
     buffer.set_stringn(area.x, area.y, format!("{text:width$}"), width, style);
     if !selected {
         let state = Rect { x: (area.x + 32).min(area.right()), width: 11.min(area.width.saturating_sub(32)), ..area };
@@ -129,7 +142,18 @@ pub fn perform(app: &mut App, action: Action) {
             app.layers.push(Layer::Prompt(Prompt::new("open a run", "path of its folder", "", then)));
         }
         (_, None) => app.say(Level::Info, "there is no run in the list"),
-        (Action::Confirm, Some((path, _))) => app.line(&format!("open {}", quoted(&path))),
+        (Action::Confirm, Some((path, _))) => watch(app, &format!("open {}", quoted(&path))),
+        (Action::DeleteRun, Some((path, _))) => {
+            let text =
+                format!("{} and everything in it is deleted from the disk. This cannot be undone.", path.display());
+            let answers = vec![('y', "delete it".to_owned(), Deed::Line(format!("delete {}", quoted(&path))))];
+            app.layers.push(Layer::Confirm(Confirm {
+                title: "delete the run?".to_owned(),
+                text,
+                answers,
+                shown: Default::default(),
+            }));
+        }
         (Action::Continue, Some((path, _))) => app.line(&format!("continue {}", quoted(&path))),
         (Action::Evaluate, Some((path, _))) => {
             app.line(&format!("open {}", quoted(&path)));
@@ -137,6 +161,20 @@ pub fn perform(app: &mut App, action: Action) {
         }
         (Action::Mark, Some((path, opened))) => mark(app, path, opened),
         _ => {}
+    }
+}
+
+/// Watches a run and says where it is seen.
+fn watch(app: &mut App, line: &str) {
+    app.line(line);
+    if app.notice.as_ref().is_some_and(|notice| notice.level == Level::Error) {
+        return;
+    }
+    if let Some(run) = app.desk.facts().current_run() {
+        let key = |action| app.keymap.key_for(action, Context::Scene);
+        let (before, after) = (key(Action::PreviousEpisode), key(Action::NextEpisode));
+        let text = format!("watching {}: 4 shows its curves, 1 its episodes ({before} and {after})", run.name);
+        app.say(Level::Good, text);
     }
 }
 

@@ -7,7 +7,7 @@ use crate::env::Action as Place;
 use crate::trainer::Trace;
 use crate::tui::action::{Action, Context};
 use crate::tui::app::App;
-use crate::tui::desk::{Desk, Mind};
+use crate::tui::desk::{Desk, LOOK_AHEAD, Mind};
 use crate::tui::facts::{Facts, Level};
 use crate::tui::layers::{Chooser, Deed, Layer, Prompt, Then};
 use crate::tui::playback::{Episode, Player};
@@ -28,6 +28,8 @@ pub struct Scene {
     pub drag: Option<(Object, [f32; 2])>,
     /// The person's hand, while they play.
     pub hand: Option<Hand>,
+    /// An episode of the watched run's past that is played again.
+    past: Option<Arc<Episode>>,
     shown: Option<Arc<Episode>>,
     mind: Option<(usize, usize, Mind)>,
     foreseen: Option<(usize, usize, Vec<[f32; 2]>)>,
@@ -48,6 +50,29 @@ impl Scene {
         self.shown.as_ref()
     }
 
+    /// The episode of a run's past that is being shown, if it is one.
+    pub fn replayed(&self) -> Option<&Arc<Episode>> {
+        self.past.as_ref()
+    }
+
+    /// Shows an episode of a run's past from its start.
+    fn show_past(&mut self, episode: Arc<Episode>) {
+        self.selected = None;
+        self.hand = None;
+        self.past = Some(Arc::clone(&episode));
+        self.shown = Some(episode);
+        self.player.restart();
+    }
+
+    /// Leaves the past for what is shown without it; false if that is shown.
+    pub fn leave_past(&mut self) -> bool {
+        let left = self.past.take().is_some();
+        if left {
+            self.shown = None;
+        }
+        left
+    }
+
     /// What the agent thinks, if that is being shown.
     pub fn mind(&self) -> Option<&Mind> {
         self.mind.as_ref().map(|(.., mind)| mind)
@@ -56,6 +81,14 @@ impl Scene {
     /// What the model predicts from the present action on, if that is being shown.
     pub fn predicted(&self) -> &[[f32; 2]] {
         self.foreseen.as_ref().map_or(&[], |(.., path)| path)
+    }
+
+    /// What really happened in the time the model's prediction is for.
+    pub fn truth(&self) -> Vec<[f32; 2]> {
+        let Some((.., action, path)) = &self.foreseen else { return Vec::new() };
+        let Some(shown) = self.shown.as_ref().filter(|_| !path.is_empty()) else { return Vec::new() };
+        let steps = shown.trace.steps.iter().skip(*action).take(LOOK_AHEAD);
+        steps.flat_map(|step| step.path.iter().copied()).collect()
     }
 
     /// Whether the picture changes by itself.
@@ -85,6 +118,9 @@ impl Scene {
         let facts = desk.facts();
         if self.hand.is_some() {
             return self.choose_played(facts);
+        }
+        if self.past.is_some() {
+            return false;
         }
         let live = facts.live.as_ref().filter(|live| !self.untouched && live.task.name == facts.task.name);
         let shown = self.shown.as_ref();
@@ -125,7 +161,9 @@ impl Scene {
     /// From the start: the latest training episode if there is one, else the same again.
     fn next_episode(&mut self, desk: &dyn Desk) {
         let facts = desk.facts();
-        if let Some(live) = facts.live.as_ref().filter(|live| !self.untouched && live.task.name == facts.task.name) {
+        if self.past.is_none()
+            && let Some(live) = facts.live.as_ref().filter(|live| !self.untouched && live.task.name == facts.task.name)
+        {
             self.shown = Some(live.clone());
             desk.request_live();
         }
@@ -179,6 +217,7 @@ impl Scene {
     /// Begins hand play, in the middle of the scene or where the ball is.
     fn take_tool(&mut self, facts: &Facts) {
         let [x, y] = facts.task.ball.position;
+        self.leave_past();
         self.hand = Some(Hand { cursor: [x, (y - 0.4).max(-0.9)], ghost: None, played: usize::MAX });
         self.selected = None;
     }
@@ -214,6 +253,11 @@ fn watch(app: &mut App, action: Action) -> bool {
         Action::Faster => scene.player.change_speed(true),
         Action::Slower => scene.player.change_speed(false),
         Action::Restart => scene.player.restart(),
+        Action::PreviousEpisode | Action::NextEpisode | Action::First | Action::Last => {
+            replay(app, action);
+            return true;
+        }
+        Action::Source if scene.leave_past() => {}
         Action::Source => {
             scene.untouched = !scene.untouched;
             scene.shown = None;
@@ -232,6 +276,31 @@ fn watch(app: &mut App, action: Action) -> bool {
     }
     explain_overlay(app, action);
     true
+}
+
+/// Plays another episode of the watched run's past again.
+fn replay(app: &mut App, action: Action) {
+    let Some(run) = app.desk.facts().current_run().filter(|run| run.done > 0) else {
+        return app.say(Level::Info, "no run with episodes is being watched: the Runs screen (5) has them");
+    };
+    let last = run.done;
+    let now = app.scene.past.as_ref().map(|episode| episode.trace.episode);
+    let episode = match action {
+        Action::First => 1,
+        Action::Last => last,
+        Action::PreviousEpisode => now.map_or(last, |now| now.saturating_sub(1)),
+        _ => now.map_or(1, |now| now + 1),
+    };
+    match app.desk.past_episode(episode.clamp(1, last)) {
+        Ok(episode) => {
+            let goal = if episode.trace.reached_goal() { ", which reached the goal" } else { "" };
+            let key = app.keymap.key_for(Action::Source, Context::Scene);
+            let text = format!("episode {} of {last}{goal}; {key} leaves the past", episode.trace.episode);
+            app.scene.show_past(episode);
+            app.say(Level::Info, text);
+        }
+        Err(error) => app.say(Level::Error, error),
+    }
 }
 
 /// Says why an overlay that was switched on shows nothing.
@@ -262,6 +331,7 @@ fn explain_overlay(app: &mut App, action: Action) {
 }
 
 fn select(app: &mut App, next: bool) {
+    app.scene.leave_past();
     let objects = Object::all(&app.desk.facts().task);
     let now = app.scene.selected.and_then(|selected| objects.iter().position(|object| *object == selected));
     let index = match (now, next) {
@@ -368,7 +438,12 @@ fn choose_tool(app: &mut App) {
         |kind: crate::physics::ToolKind| format!("size {} units, in the middle of the scene", kind.default_size());
     let kinds = crate::physics::ToolKind::ALL;
     let items = kinds.into_iter().map(|kind| (kind.name().to_owned(), about(kind), deed(kind))).collect();
-    app.layers.push(Layer::Chooser(Chooser { title: "add a tool".to_owned(), items, selected: 0 }));
+    app.layers.push(Layer::Chooser(Chooser {
+        title: "add a tool".to_owned(),
+        items,
+        selected: 0,
+        shown: Default::default(),
+    }));
     app.scene.selected = Some(Object::Tool(app.desk.facts().task.tools.len()));
 }
 
@@ -403,6 +478,8 @@ pub fn back(app: &mut App) {
     if scene.hand.take().is_some() {
         scene.shown = None;
         scene.player = Player::default();
+    } else if scene.leave_past() {
+        // That was the layer to be left.
     } else if scene.selected.take().is_none() {
         app.show(super::Tab::Scene);
     }

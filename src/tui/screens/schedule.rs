@@ -16,6 +16,9 @@ use crate::tui::handles;
 use crate::tui::raster::Raster;
 use crate::tui::theme::Marker;
 
+/// Columns at which a point is still hit with the mouse.
+const NEAR: f32 = 4.0;
+
 /// State of the editor.
 #[derive(Debug, Default)]
 pub struct Schedule {
@@ -116,7 +119,7 @@ fn explanation(app: &App) -> String {
     };
     format!(
         "{state} In each episode, with this probability, actions come from the action clusters instead of the policy. \
-         {} selects a point, arrows or the mouse move it, {} adds one, {} deletes it, {} changes the kind; {} types it.",
+         {} selects a point, arrows or the mouse move it, {} (hand-drawn: a click) adds one, {} deletes it, {} changes the kind; {} types it.",
         key(Action::NextPoint),
         key(Action::AddPoint),
         key(Action::DeletePoint),
@@ -132,7 +135,8 @@ pub fn drag(app: &mut App, episode: f32, value: f32) {
     change(app, moved);
 }
 
-/// Selects the point nearest to a place on the plot.
+/// Selects the point nearest to a place on the plot; where none is near, a hand-drawn
+/// schedule gets another.
 pub fn pick(app: &mut App, axes: &Axes, column: u16, row: u16) {
     let shown = app.schedule.shown(&app.desk.facts().settings.epsilon);
     let height = f32::from(axes.plot.height);
@@ -144,6 +148,13 @@ pub fn pick(app: &mut App, axes: &Axes, column: u16, row: u16) {
     let points = handles::points(&shown);
     let nearest = (0..points.len()).min_by(|a, b| distance(&points[*a]).total_cmp(&distance(&points[*b])));
     app.schedule.point = nearest.unwrap_or(0);
+    let far = nearest.is_none_or(|nearest| distance(&points[nearest]) > NEAR);
+    if far && matches!(shown, EpsilonSchedule::Points(_)) {
+        let episode = axes.x_at(column).round().max(0.0) as u32;
+        let (schedule, added) = handles::insert_point(&shown, episode, axes.y_at(row));
+        change(app, schedule);
+        app.schedule.point = added;
+    }
 }
 
 fn change(app: &mut App, schedule: EpsilonSchedule) {

@@ -9,7 +9,7 @@ use crate::run::RunState;
 use crate::tui::action::{Action, Context};
 use crate::tui::app::App;
 use crate::tui::chart::number;
-use crate::tui::facts::{RunFacts, state_word};
+use crate::tui::facts::RunFacts;
 use crate::tui::layers::wrap;
 use crate::tui::metric::Metric;
 use crate::tui::rate::span;
@@ -41,7 +41,7 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
 }
 
 /// How the clusters stand, and what to press.
-fn clusters(app: &App) -> (String, Option<Color>) {
+pub fn clusters(app: &App) -> (String, Option<Color>) {
     let facts = app.desk.facts();
     let theme = &app.theme;
     let key = app.keymap.key_for(Action::Clusters, Context::Everywhere);
@@ -91,7 +91,7 @@ impl Pen<'_> {
         let state = match (&run.state, run.preparing) {
             (RunState::Running, Some((stage, stages))) => format!("clusters, stage {} of {stages}", stage + 1),
             (RunState::Failed(reason), _) => format!("failed: {reason}"),
-            (state, _) => state_word(state).to_owned(),
+            _ => run.state_word().to_owned(),
         };
         self.row("state", &state, style);
         self.progress(run);

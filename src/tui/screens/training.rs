@@ -12,6 +12,7 @@ use crate::tui::app::App;
 use crate::tui::chart::{Curve, Plot, Range, Scale, draw as draw_chart};
 use crate::tui::facts::{Level, RunFacts};
 use crate::tui::metric::Metric;
+use crate::tui::rate::span;
 
 /// What the curves show.
 #[derive(Debug)]
@@ -90,8 +91,18 @@ pub fn episodes(app: &App) -> usize {
 pub fn chart(app: &App, metric: Metric, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     let runs = shown_runs(app);
     let many = runs.len() > 1;
-    let curves = runs.iter().enumerate().map(|(index, run)| Curve {
-        name: if many { run.name.clone() } else { String::new() },
+    let hits_of = runs.first().filter(|_| metric == Metric::Subgoals && !many);
+    let by_subgoal = hits_of.map(|run| run.hits()).unwrap_or_default();
+    let single = by_subgoal.iter().enumerate().map(|(index, values)| Curve {
+        name: (index + 1).to_string(),
+        colour: app.theme.stage(index),
+        values,
+        points: &[],
+    });
+    let common = common_start(&runs);
+    let whole = runs.iter().filter(|_| by_subgoal.is_empty());
+    let curves = whole.enumerate().map(|(index, run)| Curve {
+        name: if many { run.name[common..].to_owned() } else { String::new() },
         colour: app.theme.stage(index),
         values: run.curves.get(metric),
         points: if metric == Metric::Success { &run.evaluations } else { &[] },
@@ -106,7 +117,7 @@ pub fn chart(app: &App, metric: Metric, area: Rect, buffer: &mut Buffer, hits: &
     };
     let plot = Plot {
         title: &title,
-        curves: curves.collect(),
+        curves: single.chain(curves).collect(),
         x: app.curves.range.window(episodes(app)),
         y: metric.range(),
         scale: app.curves.scale(metric),
@@ -117,6 +128,14 @@ pub fn chart(app: &App, metric: Metric, area: Rect, buffer: &mut Buffer, hits: &
     if let Some(axes) = draw_chart(&plot, area, &app.theme, buffer) {
         hits.charts.push((axes, metric));
     }
+}
+
+/// Length of what the names of the runs have in common, up to a hyphen: a legend has
+/// little room.
+fn common_start(runs: &[&RunFacts]) -> usize {
+    let Some((first, others)) = runs.split_first() else { return 0 };
+    let begins = |end: usize| others.iter().all(|run| run.name.starts_with(&first.name[..end]) && run.name.len() > end);
+    first.name.match_indices('-').map(|(at, _)| at + 1).take_while(|end| begins(*end)).last().unwrap_or(0)
 }
 
 /// Draws charts below one another, as many as there is room for.
@@ -136,7 +155,12 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     let runs = shown_runs(app);
     let title = match runs.as_slice() {
         [] => "training".to_owned(),
-        [run] => format!("training · {} · {}/{}", run.name, run.done, run.episodes),
+        [run] => {
+            let speed = run.rate.filter(|_| run.active).map(|rate| format!(" · {rate:.1} episodes/s"));
+            let left = run.seconds_left().map(|seconds| format!(", {} left", span(seconds)));
+            let (speed, left) = (speed.unwrap_or_default(), left.unwrap_or_default());
+            format!("training · {} · {} · {}/{}{speed}{left}", run.name, run.state_word(), run.done, run.episodes)
+        }
         runs => format!("training · {} runs", runs.len()),
     };
     let inside = pane(&title, area, &app.theme, buffer);

@@ -48,10 +48,11 @@ fn scene_pane(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     let facts = app.desk.facts();
     let scene = &app.scene;
     let inside = pane(&title(app), area, &app.theme, buffer);
-    let task = task_while_dragging(app);
+    let task = scene.replayed().map_or_else(|| task_while_dragging(app), |episode| episode.task.clone());
     let ball = task.ball.position;
     let moment =
         scene.episode().map_or_else(|| Moment { ball, ..Moment::default() }, |episode| episode.at(scene.player.step()));
+    let truth = scene.truth();
     let stale = !matches!(facts.prior_state, PriorState::Fresh) && !prior_is_of_run(app);
     let content = Content {
         task: &task,
@@ -61,6 +62,7 @@ fn scene_pane(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
         heat: scene.mind().map(|mind| &mind.heat),
         choice: scene.mind().map(|mind| mind.choice),
         predicted: scene.predicted(),
+        truth: &truth,
         selected: scene.drag.map(|(object, _)| object).or(scene.selected),
         ghost: scene.hand.as_ref().and_then(|hand| hand.ghost.as_ref()),
     };
@@ -159,8 +161,12 @@ fn about(app: &App, width: usize) -> Vec<(String, Style)> {
         let text = format!("edited, not saved: {} saves", key(Action::Save, Context::Everywhere));
         lines.push((text, Style::new().fg(theme.warn)));
     }
+    let (text, colour) = status::clusters(app);
+    let style = colour.map_or(Style::new(), |colour| Style::new().fg(colour));
+    lines.extend(wrap(&format!("clusters: {text}")).into_iter().map(|line| (line, style)));
+    lines.push((String::new(), Style::new()));
     let help = format!(
-        "{} selects, arrows or the mouse move, {} types coordinates. {} adds a subgoal, {} a tool, {} deletes. {} and {} resize, {} and {} reorder. {} undoes, {} does it again. {} computes the clusters anew.",
+        "{} selects, arrows or the mouse move, {} types coordinates. {} adds a subgoal, {} a tool, {} deletes. {} and {} resize, {} and {} reorder. {} undoes, {} does it again.",
         key(Action::NextObject, Context::Scene),
         key(Action::Coordinates, Context::Scene),
         key(Action::AddSubgoal, Context::Scene),
@@ -172,7 +178,6 @@ fn about(app: &App, width: usize) -> Vec<(String, Style)> {
         key(Action::Later, Context::Scene),
         key(Action::Undo, Context::Everywhere),
         key(Action::Redo, Context::Everywhere),
-        key(Action::Clusters, Context::Everywhere),
     );
     lines.extend(wrap(&help).into_iter().map(|line| (line, theme.faint())));
     lines

@@ -15,6 +15,9 @@ fn check(name: &str, facts: fn() -> Facts) {
         let mut screens = String::new();
         for tab in Tab::ALL {
             app.tab = tab;
+            // What depends on where things are drawn is there in the second picture.
+            shot(&mut app, width, height);
+            app.tick(std::time::Duration::ZERO);
             screens += &format!("=== {}\n{}", tab.title(), text(&shot(&mut app, width, height)));
         }
         let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))

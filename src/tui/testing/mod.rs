@@ -1,7 +1,13 @@
 //! A desk without a session, sessions' states as facts, and the tests of whole screens.
 
 mod golden;
+#[cfg(unix)]
+#[path = "../../../tests/terminal/mod.rs"]
+#[allow(dead_code, reason = "shared: each test file needs a part of it")]
+mod pseudo_terminal;
 mod sequences;
+#[cfg(unix)]
+mod ways_out;
 
 use std::cell::RefCell;
 use std::path::PathBuf;
@@ -19,6 +25,7 @@ use super::key::Key;
 use super::keymap::Keymap;
 use super::metric::{Curves, Metric};
 use super::playback::Episode;
+use super::preview::Drawing;
 use super::scene::{Ghost, Heat};
 use super::screens;
 use super::theme::{Depth, Marker, Palette, Theme};
@@ -26,7 +33,7 @@ use crate::env::{Action, Placement};
 use crate::guidance::{ActionPrior, Cluster, GuidanceConfig, StagePrior};
 use crate::run::RunState;
 use crate::trainer::Trace;
-use crate::workbench::{Command, PriorState};
+use crate::workbench::{Command, FigureKind, PriorState};
 
 /// A desk that writes down what it is asked.
 pub struct FakeDesk {
@@ -69,6 +76,16 @@ impl Desk for FakeDesk {
         vec![[0.2, 0.6], [0.1, 0.4]]
     }
 
+    fn past_episode(&self, episode: u64) -> Result<Arc<Episode>, String> {
+        let shown = Episode::untouched(&self.facts.task);
+        let trace = Trace { episode, ..Trace::clone(&shown.trace) };
+        Ok(Arc::new(Episode { title: format!("episode {episode} of a run"), trace: Arc::new(trace), ..shown }))
+    }
+
+    fn figure(&self, kind: FigureKind) -> Result<Drawing, String> {
+        Err(format!("the {} figure has no picture in tests", kind.name()))
+    }
+
     fn look_for_runs(&mut self) {}
 
     fn log(&mut self, level: Level, text: String) {
@@ -103,6 +120,7 @@ pub fn empty() -> Facts {
         live: None,
         played: Arc::new(Trace::default()),
         played_end: None,
+        model_work: None,
         figures: Vec::new(),
         log: Vec::new(),
         log_total: 0,
@@ -175,14 +193,17 @@ fn run(name: &str, state: RunState, done: u64) -> RunFacts {
         path: PathBuf::from("runs").join(name),
         opened: true,
         active: state == RunState::Running,
+        queued: false,
         task: "task1".into(),
         method: "ddpg-mge".into(),
         seed: 0,
+        subgoals: 1,
         episodes: 2000,
         rate: Some(12.5).filter(|_| state == RunState::Running),
         state,
         preparing: None,
         done,
+        success: Some(done as f32 / 2000.0),
         curves,
         evaluations: vec![(100, 0.0), (600, 1.0)],
     }

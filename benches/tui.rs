@@ -1,0 +1,67 @@
+//! Time of a frame of the workbench at 200 x 60 cells: `cargo bench --bench tui`.
+//!
+//! The session watches a finished run of 5000 episodes and has action clusters. A frame is
+//! what a 60th of a second brings: time passes, the whole screen is drawn, and the cells
+//! that differ are found.
+
+use std::time::Duration;
+
+use divan::Bencher;
+use mge::run::{EpisodeRecord, Event, RunDirectory, RunWriter};
+use mge::task;
+use mge::trainer::RunConfig;
+use mge::tui::Still;
+use mge::workbench::{Command, Session};
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+
+/// Episodes of the run that is watched.
+const EPISODES: u64 = 5000;
+/// Time between two frames.
+const FRAME: Duration = Duration::from_micros(16_667);
+
+fn main() {
+    divan::main();
+}
+
+/// A session with clusters that watches a long run in `folder`.
+fn session(folder: &std::path::Path) -> Session {
+    let task = task::load("task1").expect("a shipped task");
+    let config = RunConfig::new(std::sync::Arc::new(task.clone()));
+    let directory = RunDirectory::create(folder.join("run"), &config).expect("a new folder");
+    let mut writer = RunWriter::open(&directory, 0).expect("a new run");
+    for episode in 1..=EPISODES {
+        let wave = (episode as f64 / 40.0).sin();
+        let record = EpisodeRecord {
+            episode,
+            steps: 10,
+            return_: 5.0 + wave,
+            rolling_success: episode as f64 / EPISODES as f64,
+            critic_loss: Some(0.1 + 0.09 * wave),
+            ..EpisodeRecord::default()
+        };
+        writer.record(&Event::EpisodeFinished(record)).expect("room on the disk");
+    }
+    writer.record(&Event::Finished { episode: EPISODES }).expect("room on the disk");
+    drop(writer);
+    let mut session = Session::new(task, folder.to_owned());
+    for line in
+        ["model true".to_owned(), "clusters".to_owned(), "wait".to_owned(), format!("open {}/run", folder.display())]
+    {
+        let command = Command::parse(&line).expect("a command").expect("no comment");
+        session.apply(command).expect("a command that works");
+    }
+    session
+}
+
+#[divan::bench(args = ["1 z", "2", "3", "4", "4 enter", "5", "6", "8", "?"])]
+fn frame_200x60(bencher: Bencher, keys: &str) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut still = Still::new(session(folder.path()));
+    let mut terminal = Terminal::new(TestBackend::new(200, 60)).expect("a backend that cannot fail");
+    still.press(keys).expect("keys");
+    bencher.bench_local(|| {
+        still.pass(FRAME);
+        still.draw(&mut terminal)
+    });
+}

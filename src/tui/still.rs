@@ -1,0 +1,53 @@
+//! The workbench without a terminal of its own: for benchmarks, and wherever a screen is
+//! wanted as cells.
+
+use std::time::Duration;
+
+use ratatui::Terminal;
+use ratatui::backend::Backend;
+
+use super::app::App;
+use super::desk::SessionDesk;
+use super::key::{Key, KeyError};
+use super::keymap::Keymap;
+use super::screens;
+use super::theme::{Depth, Marker, Palette, Theme};
+use crate::workbench::Session;
+
+/// A workbench that is looked at, not run.
+pub struct Still {
+    app: App,
+}
+
+impl Still {
+    /// The workbench of a session, in true colour and braille.
+    pub fn new(session: Session) -> Self {
+        let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
+        Self { app: App::new(Box::new(SessionDesk::new(session)), theme, Keymap::default()) }
+    }
+
+    /// Presses keys as key files name them, separated by spaces.
+    ///
+    /// # Errors
+    /// When a word is no key.
+    pub fn press(&mut self, keys: &str) -> Result<(), KeyError> {
+        for key in keys.split_whitespace() {
+            let key: Key = key.parse()?;
+            self.app.event(crossterm::event::Event::Key(key.event()));
+        }
+        Ok(())
+    }
+
+    /// Lets time pass.
+    pub fn pass(&mut self, time: Duration) {
+        self.app.tick(time);
+    }
+
+    /// Draws a frame.
+    ///
+    /// # Errors
+    /// When the backend fails.
+    pub fn draw<B: Backend>(&mut self, terminal: &mut Terminal<B>) -> Result<(), B::Error> {
+        terminal.draw(|frame| screens::draw(&mut self.app, frame)).map(|_| ())
+    }
+}

@@ -1,0 +1,232 @@
+//! A program in a real pseudo-terminal: what is typed, what is seen, and how the terminal
+//! is left. Everything waits for a condition, woken by the program's output; the limits
+//! are for a machine that is busy with other things.
+
+use std::io::{Read, Write};
+use std::num::NonZero;
+use std::process::Command;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use portable_pty::{Child, CommandBuilder, MasterPty, PtySize, SlavePty, native_pty_system};
+
+/// How long a condition may take to come true.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+type Parser = vt100::Parser<Answers>;
+
+/// The program in a pseudo-terminal, with what its screen shows.
+pub struct Terminal {
+    /// None once the terminal was closed.
+    master: Option<Box<dyn MasterPty + Send>>,
+    reader: Option<JoinHandle<()>>,
+    closing: Arc<AtomicBool>,
+    /// Kept open, so that the line modes can still be asked for after the end.
+    _slave: Box<dyn SlavePty + Send>,
+    writer: Arc<Mutex<Box<dyn Write + Send>>>,
+    child: Box<dyn Child + Send + Sync>,
+    screen: Arc<Watched>,
+    before: String,
+}
+
+/// The screen, and a bell that rings when the program has written something.
+struct Watched {
+    parser: Mutex<Parser>,
+    /// Everything the program has written.
+    written: Mutex<Vec<u8>>,
+    news: Condvar,
+}
+
+/// Answers what a terminal is asked: where its cursor is, and what it is.
+struct Answers {
+    attributes: &'static str,
+    due: Vec<u8>,
+}
+
+impl vt100::Callbacks for Answers {
+    fn unhandled_csi(
+        &mut self,
+        screen: &mut vt100::Screen,
+        first: Option<u8>,
+        _: Option<u8>,
+        parameters: &[&[u16]],
+        kind: char,
+    ) {
+        match (first, parameters, kind) {
+            (None, [[6]], 'n') => {
+                let (row, column) = screen.cursor_position();
+                self.due.extend(format!("\x1b[{};{}R", row + 1, column + 1).bytes());
+            }
+            (None, _, 'c') => self.due.extend(self.attributes.bytes()),
+            _ => {}
+        }
+    }
+}
+
+impl Terminal {
+    /// Starts a program on 120 columns and 40 rows, in a terminal that describes itself
+    /// by `attributes`, its answer to a request for primary device attributes.
+    pub fn start(mut command: CommandBuilder, attributes: &'static str) -> Self {
+        let pair = native_pty_system().openpty(size(120, 40)).unwrap();
+        let before = modes(&*pair.master);
+        command.env("TERM", "xterm-256color");
+        for name in ["TERM_PROGRAM", "KITTY_WINDOW_ID", "TMUX", "NO_COLOR", "MGE_THEME", "MGE_KEYS", "MGE_RUNS"] {
+            command.env_remove(name);
+        }
+        let child = pair.slave.spawn_command(command).unwrap();
+        let answers = Answers { attributes, due: Vec::new() };
+        let parser = Parser::new_with_callbacks(lines(40), lines(120), 0, answers);
+        let screen = Arc::new(Watched { parser: Mutex::new(parser), written: Mutex::default(), news: Condvar::new() });
+        let writer = Arc::new(Mutex::new(pair.master.take_writer().unwrap()));
+        let reader = pair.master.try_clone_reader().unwrap();
+        let (shown, answering) = (Arc::clone(&screen), Arc::clone(&writer));
+        let closing = Arc::new(AtomicBool::new(false));
+        let closed = Arc::clone(&closing);
+        let reader = Some(thread::spawn(move || follow(reader, &shown, &answering, &closed)));
+        Self { master: Some(pair.master), reader, closing, _slave: pair.slave, writer, child, screen, before }
+    }
+
+    fn parser(&self) -> MutexGuard<'_, Parser> {
+        self.screen.parser.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Waits until the screen holds a condition.
+    pub fn wait_until(&self, what: &str, mut holds: impl FnMut(&vt100::Screen) -> bool) {
+        let start = Instant::now();
+        let mut parser = self.parser();
+        while !holds(parser.screen()) {
+            assert!(start.elapsed() < PATIENCE, "waited for {what} on\n{}", parser.screen().contents());
+            // The line modes change without a word: look at them from time to time.
+            let woken = self.screen.news.wait_timeout(parser, Duration::from_millis(100));
+            parser = woken.unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// Waits until the screen shows a text.
+    pub fn wait_for(&self, text: &str) {
+        self.wait_until(&format!("`{text}`"), |screen| screen.contents().contains(text));
+    }
+
+    /// Waits until the program has written something that no screen shows.
+    pub fn wait_until_written(&self, bytes: &str) {
+        let bytes = bytes.as_bytes();
+        self.wait_until(&format!("{bytes:?}"), |_| {
+            let written = self.screen.written.lock().unwrap();
+            written.windows(bytes.len()).any(|window| window == bytes)
+        });
+    }
+
+    /// Types a text, control characters included.
+    pub fn type_text(&self, text: &str) {
+        let mut writer = self.writer.lock().unwrap();
+        writer.write_all(text.as_bytes()).unwrap();
+        writer.flush().unwrap();
+    }
+
+    /// Makes the terminal another size.
+    pub fn resize(&self, columns: u16, rows: u16) {
+        self.parser().screen_mut().set_size(lines(rows), lines(columns));
+        self.master.as_ref().unwrap().resize(size(columns, rows)).unwrap();
+    }
+
+    /// Closes the terminal under a program that writes all the time, as a window that is
+    /// closed.
+    pub fn hang_up(&mut self) {
+        self.closing.store(true, Ordering::Relaxed);
+        self.reader.take().unwrap().join().unwrap();
+        *self.writer.lock().unwrap() = Box::new(std::io::sink());
+        self.master = None;
+    }
+
+    fn modes(&self) -> Option<String> {
+        self.master.as_deref().map(|master| modes(master))
+    }
+
+    /// Sends the program a signal, such as `TERM`.
+    pub fn signal(&self, signal: &str) {
+        let id = self.child.process_id().unwrap().to_string();
+        assert!(Command::new("kill").args([format!("-{signal}"), id]).status().unwrap().success());
+    }
+
+    /// Waits for the program's end and returns its exit status.
+    pub fn wait_for_exit(&mut self) -> u32 {
+        let start = Instant::now();
+        let mut killer = self.child.clone_killer();
+        let (ended, end) = std::sync::mpsc::channel::<()>();
+        let watchdog = thread::spawn(move || {
+            if end.recv_timeout(PATIENCE) == Err(std::sync::mpsc::RecvTimeoutError::Timeout) {
+                let _ = killer.kill();
+            }
+        });
+        let status = self.child.wait().unwrap();
+        drop(ended);
+        watchdog.join().unwrap();
+        assert!(start.elapsed() < PATIENCE, "it did not end:\n{}", self.parser().screen().contents());
+        status.exit_code()
+    }
+
+    /// Waits until the terminal is as it was: line modes, screen, cursor, mouse and paste.
+    pub fn wait_until_restored(&self) {
+        self.wait_until("the terminal as it was", |screen| {
+            self.modes().as_ref() == Some(&self.before)
+                && !screen.alternate_screen()
+                && !screen.hide_cursor()
+                && !screen.bracketed_paste()
+                && screen.mouse_protocol_mode() == vt100::MouseProtocolMode::None
+        });
+    }
+
+    /// Waits until the program has taken the terminal.
+    pub fn wait_until_taken(&self) {
+        self.wait_until("the program's screen", |screen| {
+            self.modes().as_ref() != Some(&self.before) && screen.alternate_screen() && screen.bracketed_paste()
+        });
+    }
+}
+
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        // Only a test that failed leaves it running.
+        let _ = self.child.kill();
+    }
+}
+
+/// Shows what the program writes and answers what it asks, until it ends or the terminal
+/// is closed.
+fn follow(
+    mut reader: Box<dyn Read + Send>,
+    screen: &Watched,
+    writer: &Mutex<Box<dyn Write + Send>>,
+    closing: &AtomicBool,
+) {
+    let mut bytes = [0; 4096];
+    while let Ok(count @ 1..) = reader.read(&mut bytes) {
+        if closing.load(Ordering::Relaxed) {
+            return;
+        }
+        screen.written.lock().unwrap().extend(&bytes[..count]);
+        let mut parser = screen.parser.lock().unwrap_or_else(PoisonError::into_inner);
+        parser.process(&bytes[..count]);
+        let answers = std::mem::take(&mut parser.callbacks_mut().due);
+        drop(parser);
+        screen.news.notify_all();
+        if !answers.is_empty() {
+            let mut writer = writer.lock().unwrap();
+            let _ = writer.write_all(&answers).and_then(|()| writer.flush());
+        }
+    }
+}
+
+fn size(cols: u16, rows: u16) -> PtySize {
+    PtySize { rows, cols, pixel_width: cols * 8, pixel_height: rows * 16 }
+}
+
+fn lines(count: u16) -> NonZero<u16> {
+    NonZero::new(count).unwrap()
+}
+
+fn modes(master: &dyn MasterPty) -> String {
+    format!("{:?}", master.get_termios())
+}

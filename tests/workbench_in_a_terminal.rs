@@ -1,0 +1,148 @@
+//! The workbench in a real pseudo-terminal: a whole session, and every way out.
+#![cfg(unix)]
+
+#[allow(dead_code, reason = "shared: each test file needs a part of it")]
+mod terminal;
+
+use std::path::Path;
+
+use portable_pty::CommandBuilder;
+use terminal::Terminal;
+
+/// A terminal without graphics.
+const PLAIN: &str = "\x1b[?62;22c";
+
+fn open(folder: &Path, arguments: &[&str]) -> Terminal {
+    let mut command = CommandBuilder::new(env!("CARGO_BIN_EXE_mge"));
+    command.args(arguments);
+    command.cwd(folder);
+    Terminal::start(command, PLAIN)
+}
+
+#[test]
+fn a_whole_session_trains_edits_exports_resizes_and_leaves() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut terminal = open(folder.path(), &[]);
+    terminal.wait_for("welcome, 1/4");
+    terminal.type_text("x");
+    terminal.wait_for("no episodes yet");
+    terminal.type_text(":model uniform\r");
+    terminal.wait_for("model    uniform");
+    terminal.type_text("N\x1512\r");
+    terminal.wait_for("trains 12 episodes");
+    terminal.type_text("t");
+    terminal.wait_for("12/12");
+    terminal.wait_for("finished");
+    terminal.type_text("\tl");
+    terminal.wait_for("(edited)");
+    terminal.type_text("f");
+    terminal.wait_for("into figures/");
+    assert!(folder.path().join("figures/task1-scene.png").is_file());
+    assert!(folder.path().join("figures/task1-learning.csv").is_file());
+    terminal.resize(80, 24);
+    terminal.wait_until("80 columns", |screen| {
+        let contents = screen.contents();
+        contents.lines().nth(1).is_some_and(|line| line.chars().count() <= 80 && line.contains("success rate"))
+    });
+    terminal.type_text("q");
+    terminal.wait_for("not saved");
+    terminal.type_text("y");
+    assert_eq!(terminal.wait_for_exit(), 0);
+    terminal.wait_until_restored();
+}
+
+#[test]
+fn signals_end_it_with_the_terminal_restored_and_the_run_checkpointed() {
+    for (signal, status) in [("TERM", 143), ("INT", 130), ("HUP", 129)] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut terminal = open(folder.path(), &["--task", "task3"]);
+        terminal.wait_for("welcome");
+        terminal.type_text("x");
+        terminal.wait_for("no episodes yet");
+        terminal.type_text(":model uniform\r");
+        terminal.wait_for("model    uniform");
+        terminal.type_text("t");
+        terminal.wait_for("running");
+        terminal.signal(signal);
+        assert_eq!(terminal.wait_for_exit(), status, "{signal}");
+        terminal.wait_until_restored();
+        let run = folder.path().join("runs/task3-ddpg-mge-seed0");
+        let log = std::fs::read_to_string(run.join("log.txt")).unwrap();
+        assert!(log.contains("stopped"), "{log}");
+        assert!(run.join("checkpoint").read_dir().unwrap().next().is_some(), "no checkpoint");
+    }
+}
+
+#[test]
+fn a_closed_window_ends_it_with_the_run_checkpointed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut terminal = open(folder.path(), &[]);
+    terminal.wait_for("welcome");
+    terminal.type_text("x");
+    terminal.wait_for("no episodes yet");
+    terminal.type_text(":method ddpg\r");
+    terminal.wait_for("method   ddpg,");
+    terminal.type_text("t");
+    terminal.wait_for("running");
+    terminal.hang_up();
+    assert_eq!(terminal.wait_for_exit(), 129);
+    let log = std::fs::read_to_string(folder.path().join("runs/task1-ddpg-seed0/log.txt")).unwrap();
+    assert!(log.contains("stopped"), "{log}");
+}
+
+#[test]
+fn a_figure_is_shown_in_sixels_where_the_terminal_has_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = CommandBuilder::new(env!("CARGO_BIN_EXE_mge"));
+    command.cwd(folder.path());
+    let mut terminal = Terminal::start(command, "\x1b[?62;4;22c");
+    terminal.wait_for("welcome");
+    terminal.type_text("x7");
+    terminal.wait_until_written("\x1bP");
+    terminal.type_text("?");
+    terminal.wait_for("FIGURES");
+    terminal.type_text("x8");
+    terminal.wait_for("Nothing has happened yet");
+    terminal.type_text("q");
+    assert_eq!(terminal.wait_for_exit(), 0);
+    terminal.wait_until_restored();
+}
+
+#[test]
+fn a_stop_and_a_return_keep_the_screen() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut terminal = open(folder.path(), &[]);
+    terminal.wait_for("welcome");
+    terminal.signal("TSTP");
+    terminal.wait_until_restored();
+    terminal.signal("CONT");
+    terminal.wait_until_taken();
+    terminal.wait_for("welcome");
+    terminal.type_text("x");
+    terminal.wait_for("no episodes yet");
+    terminal.type_text("q");
+    assert_eq!(terminal.wait_for_exit(), 0);
+    terminal.wait_until_restored();
+}
+
+#[test]
+fn a_wrong_key_file_and_a_missing_terminal_are_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("keys"), "trian = t\n").unwrap();
+    let run = |arguments: &[&str]| {
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_mge"))
+            .args(arguments)
+            .current_dir(folder.path())
+            .stdin(std::process::Stdio::null())
+            .output()
+            .unwrap();
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    let (status, error) = run(&["--keys", "keys"]);
+    assert_eq!(status, Some(1));
+    assert_eq!(error.lines().count(), 1, "{error}");
+    assert!(error.contains("keys:1: there is no action `trian`, did you mean `train`?"), "{error}");
+    let (status, error) = run(&[]);
+    assert_eq!((status, error.lines().count()), (Some(1), 1), "{error}");
+    assert!(error.contains("needs a terminal") && error.contains("mge script"), "{error}");
+}
