@@ -66,6 +66,8 @@ impl RunView {
 
     /// Begins to train it in this process.
     pub(super) fn start(&mut self) -> Result<(), SessionError> {
+        // What the log says so far is the past: an old failure is no news.
+        self.poll();
         self.failure = None;
         self.trained_here = true;
         self.trainer = Some(Trainer::spawn(self.directory.clone()).map_err(SessionError::Thread)?);
@@ -187,7 +189,7 @@ impl RunView {
         match &self.history.last {
             Some(Event::Finished { .. }) => RunState::Finished,
             Some(Event::Stopped { reason, .. }) if !working => RunState::Stopped(reason.clone()),
-            Some(Event::Failed { reason, .. }) => RunState::Failed(reason.clone()),
+            Some(Event::Failed { reason, .. }) if !working => RunState::Failed(reason.clone()),
             Some(Event::Paused { .. }) if working && !self.resuming => RunState::Paused,
             _ if working => RunState::Running,
             _ => match &self.failure {
