@@ -151,7 +151,7 @@ mod tests {
             }
             RunDirectory::create(folder.path().join("runs").join(name), &config).unwrap();
         };
-        make("a", &task, &[("epsilon", "0.1"), ("ddpg.gamma", "0.95")]);
+        make("a", &task, &[("epsilon", "0.1"), ("ddpg.gamma", "0.7")]);
         make("b", &task, &[("epsilon", "0.1"), ("seed", "1")]);
         make("c", &task, &[("epsilon", "linear:0.5:0:10")]);
         make("d", &task, &[("epsilon", "linear:0.5:0:20")]);
@@ -163,14 +163,16 @@ mod tests {
         let paths = find_runs(&[folder.path().to_owned()]).unwrap();
         let runs = read_runs(&paths).unwrap();
         let labels: Vec<String> = runs.iter().map(|run| run.trained.row.label()).collect();
+        let usual = runs[1].config.ddpg.gamma;
         let expected = [
-            "DDPG-MGE, epsilon 0.1, ddpg.gamma 0.95",
-            "DDPG-MGE, epsilon 0.1, ddpg.gamma 0.99",
-            "DDPG-MGE, epsilon linear:0.5:0:10, ddpg.gamma 0.99",
-            "DDPG-MGE, epsilon linear:0.5:0:20, ddpg.gamma 0.99",
-            "DDPG, ddpg.gamma 0.99",
-            "DDPG-MGE, epsilon 0.1, ddpg.gamma 0.99",
+            "DDPG-MGE, epsilon 0.1, ddpg.gamma 0.7",
+            "DDPG-MGE, epsilon 0.1, ddpg.gamma USUAL",
+            "DDPG-MGE, epsilon linear:0.5:0:10, ddpg.gamma USUAL",
+            "DDPG-MGE, epsilon linear:0.5:0:20, ddpg.gamma USUAL",
+            "DDPG, ddpg.gamma USUAL",
+            "DDPG-MGE, epsilon 0.1, ddpg.gamma USUAL",
         ];
+        let expected = expected.map(|label| label.replace("USUAL", &usual.to_string()));
         assert_eq!(labels, expected);
         assert!(runs.iter().all(|run| run.state == RunState::NotStarted && run.trained.row.episodes == 0));
         assert_eq!(find_runs(&paths[..1]).unwrap(), paths[..1]);

@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::error::SweepError;
 use super::file::{Axis, Combination, Grid, SweepFile, value_text};
 use super::models::ModelJob;
-use super::training::{Agents, absolute_paths};
+use super::training::{Agents, absolute_paths, check_aliases};
 use crate::json::{self, Problem};
 use crate::trainer::RunConfig;
 
@@ -85,6 +85,7 @@ fn expand(grid: &Grid) -> Result<Vec<Job>, Problem> {
     let kind = grid.kind.as_ref().map_or("train", |kind| kind.as_str().unwrap_or(""));
     match kind {
         "train" => {
+            check_aliases(grid)?;
             let mut agents = Agents::default();
             absolute_paths(grid).expand(&combinations, |grid, combination| agents.config(grid, combination))
         }

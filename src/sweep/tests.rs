@@ -45,8 +45,8 @@ fn a_file_is_all_combinations_and_the_baseline_only_once() {
     assert_eq!(names(&sweep), expected);
     let Work::Train(config) = &sweep.jobs[1].work else { panic!("an agent") };
     assert_eq!((config.epsilon.to_string().as_str(), config.ddpg.hidden), ("0.2", 8));
-    let two = json!([{"task": "task1", "ddpg.gamma": [0.9, 0.95]}, {"task": ["task1", "task2"]}]);
-    let expected = ["task1-ddpg-mge-ddpg.gamma_0.9-seed0", "task1-ddpg-mge-ddpg.gamma_0.95-seed0"];
+    let two = json!([{"task": "task1", "ddpg.gamma": [0.7, 0.8]}, {"task": ["task1", "task2"]}]);
+    let expected = ["task1-ddpg-mge-ddpg.gamma_0.7-seed0", "task1-ddpg-mge-ddpg.gamma_0.8-seed0"];
     assert_eq!(names(&self::sweep(&two))[..2], expected);
     assert_eq!(self::sweep(&two).jobs.len(), 4);
 }
@@ -102,6 +102,7 @@ fn mistakes_are_explained_before_any_work() {
             r#"[{"task": "task1"}, {"task": "task1", "sed": [1]}]"#,
             "at [1].sed[0]: there is no setting `sed`: did you mean `seed`?",
         ),
+        (r#"{"task": "task1", "epsilon": 0.1, "threshold": [0.2]}"#, "at threshold: is another name of `epsilon`"),
         ("[]", "is empty"),
         ("3", "expected an object of settings"),
         (r#"{"kind": "dynamic", "tools": "box"}"#, "at kind: must be `train` or `dynamics`: did you mean `dynamics`?"),

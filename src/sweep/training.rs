@@ -40,6 +40,17 @@ pub(super) fn absolute_paths(grid: &Grid) -> Grid {
     grid
 }
 
+/// A setting under two names would have two values at once.
+pub(super) fn check_aliases(grid: &Grid) -> Result<(), Problem> {
+    for (alias, name) in ALIASES {
+        let has = |key: &str| grid.axes.iter().any(|axis| axis.key == key);
+        if has(alias) && has(name) {
+            return Err(Problem::new(alias, format!("is another name of `{name}`: give only one of them")));
+        }
+    }
+    Ok(())
+}
+
 /// Makes configurations; loads every task and looks at every model only once.
 #[derive(Default)]
 pub(super) struct Agents {
