@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::io::{self, BufRead};
 
 use serde::de::DeserializeOwned;
+use serde_json::Value;
 
 /// A text is not JSON, or not of the expected form.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -155,6 +156,33 @@ impl From<io::Error> for LineFailure {
     fn from(error: io::Error) -> Self {
         Self::Write(error)
     }
+}
+
+/// The paths and values of everything in a JSON value that is not an object itself, such as
+/// `ddpg.gamma`.
+pub fn leaves(value: &Value) -> Vec<(String, &Value)> {
+    fn walk<'a>(value: &'a Value, path: &str, leaves: &mut Vec<(String, &'a Value)>) {
+        let Value::Object(entries) = value else { return leaves.push((path.to_owned(), value)) };
+        for (name, value) in entries {
+            let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+            walk(value, &path, leaves);
+        }
+    }
+    let mut leaves = Vec::new();
+    walk(value, "", &mut leaves);
+    leaves
+}
+
+/// The value at a path as in [`leaves`].
+pub fn at_mut<'a>(value: &'a mut Value, path: &str) -> Option<&'a mut Value> {
+    path.split('.').try_fold(value, |place, part| place.get_mut(part))
+}
+
+/// The known name that is most like what was typed, if any is like it.
+pub fn nearest<'a>(known: impl IntoIterator<Item = &'a str>, typed: &str) -> Option<&'a str> {
+    let closeness = |name: &str| strsim::jaro_winkler(name, typed);
+    let best = known.into_iter().max_by(|a, b| closeness(a).total_cmp(&closeness(b)));
+    best.filter(|name| closeness(name) > 0.75)
 }
 
 /// Writes one value as a line of JSON.

@@ -4,7 +4,7 @@
 //! The rooms, in the direction in which data flows (nothing knows what comes after it):
 //! [`physics`] → [`task`] → [`mod@env`] → [`dynamics`] → [`guidance`] → [`trainer`] → [`workbench`]
 //! → [`tui`]; [`nn`] and [`agent`] know vectors only, [`run`] is what a run is on disk,
-//! [`stats`], [`figures`] and [`study`] turn runs into evidence.
+//! [`stats`], [`figures`], [`study`] and [`sweep`] turn runs into evidence.
 
 pub mod agent;
 pub mod atomic;
@@ -20,6 +20,7 @@ pub mod physics;
 pub mod run;
 pub mod stats;
 pub mod study;
+pub mod sweep;
 pub mod task;
 pub mod trainer;
 pub mod tui;

@@ -88,6 +88,20 @@ impl Ddpg {
         Self::from_file(&TensorFile::from_bytes(bytes)?)
     }
 
+    /// The actor alone as safetensors bytes, for other programs: `actor.N.weight` (inputs x
+    /// outputs) and `actor.N.bias` of its layers, and in the metadata entry `mge`, as JSON,
+    /// their number and the activations of the hidden layers and of the output.
+    pub fn export_actor(&self) -> Vec<u8> {
+        let mut file = TensorFile::default();
+        self.actor.save(&mut file, "actor");
+        let shape = self.actor.shape();
+        file.metadata.insert("layers".to_owned(), shape.layers().to_string());
+        for (key, activation) in [("hidden", shape.hidden), ("output", shape.output)] {
+            file.metadata.insert(key.to_owned(), activation.name().to_owned());
+        }
+        file.to_bytes()
+    }
+
     fn to_file(&self) -> TensorFile {
         let mut file = TensorFile::default();
         self.actor.save(&mut file, "actor");

@@ -59,6 +59,11 @@ pub enum Command {
     Simulate,
     /// Replay actions in a task, or recorded CREATE episodes (JSON Lines in and out)
     Play(Play),
+    /// Tasks as environments for other programs
+    Env {
+        #[command(subcommand)]
+        command: Env,
+    },
     /// Train and evaluate dynamics models
     Dynamics {
         #[command(subcommand)]
@@ -72,10 +77,16 @@ pub enum Command {
     Resume(Resume),
     /// Play the greedy policy of a run
     Evaluate(Evaluate),
+    /// Save the actor of a run as a safetensors file
+    Export(Export),
     /// Draw the learning curves of runs
     Figures(Figures),
     /// Carry out a workbench script
     Script(Script),
+    /// Train many agents or dynamics models, all combinations in a file of lists
+    Sweep(Sweep),
+    /// Tables and figures of runs: report.md and report.json
+    Report(Report),
     /// The whole study of the paper, into one folder with a report
     Reproduce(Reproduce),
     /// Print the manual page, with all keys and script commands: `mge man > mge.1`
@@ -132,6 +143,19 @@ pub enum TasksCommand {
         /// As JSON
         #[arg(long)]
         json: bool,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Env {
+    /// Reset and step as JSON Lines on stdin ask, answers on stdout (assets/python/mge_gym.py
+    /// makes a Gymnasium environment of it)
+    Serve {
+        /// Name of a shipped task, or a task file
+        task: String,
+        /// Seed of the start noise until a reset brings another
+        #[arg(long, default_value_t = 0)]
+        seed: u64,
     },
 }
 
@@ -301,6 +325,18 @@ pub struct Evaluate {
     /// Seed of the start noise
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
+    /// Also print what the actor saw before each action
+    #[arg(long)]
+    pub observations: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Export {
+    /// The run's folder
+    pub run: PathBuf,
+    /// Safetensors file to write
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
 }
 
 #[derive(Debug, Args)]
@@ -329,6 +365,51 @@ pub struct Script {
     /// Only errors on stderr
     #[arg(long)]
     pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(group = clap::ArgGroup::new("what").required(true).args(["file", "one", "collect"]))]
+pub struct Sweep {
+    /// JSON file of settings and lists of their values
+    pub file: Option<PathBuf>,
+    /// A sweep as JSON in place of a file; writes no table of results
+    #[arg(long, value_name = "JSON", requires = "out")]
+    pub one: Option<String>,
+    /// Merge what came back: copy the runs of these sweep folders into --out
+    #[arg(long, value_name = "DIR", num_args = 1.., requires = "out")]
+    pub collect: Vec<PathBuf>,
+    /// The sweep's folder; runs that are finished there are not done again [default: sweeps/NAME
+    /// of the file]
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Do nothing, but print one command a line for each run, for GNU parallel
+    #[arg(long, requires = "file")]
+    pub plan: bool,
+    /// Do nothing, but print a Slurm job-array script
+    #[arg(long, requires = "file", conflicts_with = "plan")]
+    pub slurm: bool,
+    /// Runs at a time [default: all cores]
+    #[arg(long)]
+    pub threads: Option<usize>,
+    /// No progress on stderr
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Report {
+    /// Runs, or folders of runs such as those of sweeps and studies
+    #[arg(required = true, value_name = "DIR")]
+    pub runs: Vec<PathBuf>,
+    /// Folder for report.md, report.json and figures
+    #[arg(long, default_value = "report")]
+    pub out: PathBuf,
+    /// Resamples behind every interval
+    #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..))]
+    pub resamples: u32,
+    /// Seed of the resampling
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
 }
 
 #[derive(Debug, Args)]

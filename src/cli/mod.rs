@@ -9,6 +9,7 @@ mod physics;
 mod progress;
 mod runs;
 mod studies;
+mod sweeps;
 mod tasks;
 
 use std::io::Write;
@@ -41,13 +42,17 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
         Command::Tasks(tasks) => tasks::run(tasks),
         Command::Simulate => physics::simulate(),
         Command::Play(play) => physics::play(&play),
+        Command::Env { command } => physics::serve(&command),
         Command::Dynamics { command } => dynamics::run(command),
         Command::Clusters(clusters) => guidance::clusters(&clusters),
         Command::Train(train) => runs::train(&train),
         Command::Resume(resume) => runs::resume(&resume),
         Command::Evaluate(evaluate) => runs::evaluate(&evaluate),
+        Command::Export(export) => runs::export_actor(&export),
         Command::Figures(figures) => runs::figures(&figures),
         Command::Script(script) => runs::script(&script),
+        Command::Sweep(sweep) => sweeps::run(&sweep),
+        Command::Report(report) => studies::report(&report),
         Command::Reproduce(reproduce) => studies::reproduce(&reproduce),
         Command::Man => manual::print(),
         Command::Bench(bench) => studies::bench(&bench),

@@ -1,4 +1,5 @@
-//! `mge simulate` and `mge play`: physics without tasks, and actions replayed in them.
+//! `mge simulate`, `mge play` and `mge env`: physics without tasks, actions replayed in
+//! them, and tasks as environments of other programs.
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter};
@@ -6,7 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::Outcome;
-use super::arguments::Play;
+use super::arguments::{Env, Play};
 use crate::env::{self, Action};
 use crate::{json, physics, task};
 
@@ -20,6 +21,12 @@ pub fn play(arguments: &Play) -> Outcome {
         (None, Some(task), Some(actions)) => play_actions(task, actions),
         _ => Err("give a TASK with --actions FILE, or --levels FILE".into()),
     }
+}
+
+pub fn serve(command: &Env) -> Outcome {
+    let Env::Serve { task, seed } = command;
+    let task = Arc::new(task::load(task)?);
+    Ok(env::serve(&task, *seed, io::stdin().lock(), results())?)
 }
 
 fn results() -> impl io::Write {

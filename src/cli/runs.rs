@@ -1,14 +1,17 @@
-//! Runs from the command line: `train`, `resume`, `evaluate`, `figures`, `script`, and
-//! the workbench itself.
+//! Runs from the command line: `train`, `resume`, `evaluate`, `export`, `figures`, `script`,
+//! and the workbench itself.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 use serde_json::json;
 
 use super::Outcome;
-use super::arguments::{Evaluate, Figures, Resume, Script, Train, Workbench};
+use super::arguments::{Evaluate, Export, Figures, Resume, Script, Train, Workbench};
 use super::progress::Progress;
+use crate::env::{Action, Environment};
 use crate::run::Event;
 use crate::task;
 use crate::tui;
@@ -92,7 +95,7 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
     for episode in 0..arguments.episodes {
         let trace = run.greedy_episode(arguments.seed + u64::from(episode))?;
         let actions: Vec<_> = trace.steps.iter().map(|step| step.action).collect();
-        let line = json!({
+        let mut line = json!({
             "episode": episode + 1,
             "goal": trace.reached_goal(),
             "subgoals": trace.steps.iter().map(|step| step.subgoals.len()).sum::<usize>(),
@@ -100,8 +103,31 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
             "steps": trace.steps.len(),
             "actions": actions,
         });
+        if arguments.observations {
+            line["observations"] = json!(observations(&run, arguments.seed + u64::from(episode), &actions));
+        }
         println!("{line}");
     }
+    Ok(())
+}
+
+/// What was seen before each action of an episode that began with this seed.
+fn observations(run: &RunView, seed: u64, actions: &[Action]) -> Vec<Vec<f32>> {
+    let mut env = Environment::new(run.config().task.clone());
+    let mut next = Some(env.reset(&mut ChaCha8Rng::seed_from_u64(seed)));
+    let seen = actions.iter().map_while(|&action| {
+        let before = next.take()?;
+        next = env.step(action).ok().map(|step| step.observation);
+        Some(before)
+    });
+    seen.collect()
+}
+
+pub fn export_actor(arguments: &Export) -> Outcome {
+    let actor = RunView::open(&arguments.run)?.saved_agent()?.export_actor();
+    crate::atomic::write(&arguments.out, &actor)
+        .map_err(|error| format!("cannot write {}: {error}", arguments.out.display()))?;
+    println!("{}", arguments.out.display());
     Ok(())
 }
 

@@ -1,11 +1,12 @@
-//! `mge reproduce` and `mge bench`.
+//! `mge reproduce`, `mge report` and `mge bench`.
 
 use std::sync::Mutex;
 
 use super::Outcome;
-use super::arguments::{Bench, Reproduce};
+use super::arguments::{Bench, Report, Reproduce};
 use super::progress::Progress;
 use crate::bench::WORKS;
+use crate::stats::Bootstrap;
 use crate::study::{self, StudyPlan, StudyProgress};
 
 pub fn reproduce(arguments: &Reproduce) -> Outcome {
@@ -28,6 +29,19 @@ pub fn reproduce(arguments: &Reproduce) -> Outcome {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads.unwrap_or(0)).build()?;
     pool.install(|| study::reproduce(&plan, &arguments.out, &command, &tell))?;
     drop(progress);
+    println!("{}", arguments.out.join("report.md").display());
+    Ok(())
+}
+
+pub fn report(arguments: &Report) -> Outcome {
+    let words = ["mge", "report"].map(str::to_owned).into_iter();
+    let folders = arguments.runs.iter().map(|folder| folder.display().to_string());
+    let mut command = shell_words::join(words.chain(folders));
+    let bootstrap = Bootstrap { resamples: arguments.resamples, seed: arguments.seed, ..Bootstrap::default() };
+    if bootstrap != Bootstrap::default() {
+        command += &format!(" --resamples {} --seed {}", bootstrap.resamples, bootstrap.seed);
+    }
+    study::compare(&arguments.runs, &arguments.out, &bootstrap, &command)?;
     println!("{}", arguments.out.join("report.md").display());
     Ok(())
 }

@@ -14,7 +14,7 @@ use super::FigureError;
 use super::font;
 use super::geometry::{Point, Rect, dashes};
 use super::raster::PLOTTERS_EM;
-use super::style::{Color, GREY, GRID, INK, LABEL_SIZE, SMALL_SIZE, TITLE_SIZE};
+use super::style::{Color, GREY, GRID, INK, LABEL_SIZE, SERIES, SMALL_SIZE, TITLE_SIZE, series_color};
 
 type Drawn = Result<(), FigureError>;
 
@@ -60,7 +60,7 @@ fn backend(error: impl Display) -> FigureError {
 }
 
 /// How a line looks.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pen {
     pub color: Color,
     pub width: f64,
@@ -71,6 +71,17 @@ pub struct Pen {
 impl Pen {
     pub fn new(color: Color, width: f64) -> Self {
         Self { color, width, dash: None }
+    }
+
+    /// The line of the `index`-th compared thing: seven colours, drawn through, then dashed,
+    /// then dotted, so that 21 things are told apart.
+    pub fn series(index: usize, width: f64) -> Self {
+        let pen = Self::new(series_color(index), width);
+        match index / SERIES.len() % 3 {
+            0 => pen,
+            1 => pen.dashed(4.0, 2.0),
+            _ => pen.dashed(1.0, 1.6),
+        }
     }
 
     pub fn dashed(self, on: f64, off: f64) -> Self {

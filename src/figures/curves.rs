@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::axes::{Axis, Frame, Plot};
 use super::canvas::{Canvas, Pen, Type};
 use super::data::{Curve, Statistics, labels};
-use super::layout::{Mark, legend, note, panels};
+use super::layout::{LEGEND, Mark, legend, legend_height, note, panels};
 use super::style::{DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, SINGLE_COLUMN, series_color};
 use super::table::{Table, cell};
 use super::tasks::{COLUMNS, heading};
@@ -50,12 +50,16 @@ const LAST_TICK: f64 = 6.0;
 /// Draws curves as percentages, coloured by the place of their label in `order`.
 fn draw_curves(canvas: &Canvas<'_>, plot: &Plot<'_>, curves: &[Curve], order: &[&str]) -> Result<(), FigureError> {
     let percent = |values: &[f64]| values.iter().map(|value| 100.0 * value).collect::<Vec<_>>();
-    let color = |curve: &Curve| series_color(order.iter().position(|label| *label == curve.label).unwrap_or(0));
+    let place = |curve: &Curve| order.iter().position(|label| *label == curve.label).unwrap_or(0);
     for curve in curves {
-        plot.band(&curve.x, [&percent(&curve.y), &percent(&curve.low), &percent(&curve.high)], color(curve))?;
+        plot.band(
+            &curve.x,
+            [&percent(&curve.y), &percent(&curve.low), &percent(&curve.high)],
+            series_color(place(curve)),
+        )?;
     }
     for curve in curves {
-        plot.line(&curve.x, &percent(&curve.y), Pen::new(color(curve), LINE_WIDTH))?;
+        plot.line(&curve.x, &percent(&curve.y), Pen::series(place(curve), LINE_WIDTH))?;
     }
     if curves.iter().all(Curve::is_empty) {
         let look = Type::SMALL.centered().color(GREY);
@@ -64,8 +68,21 @@ fn draw_curves(canvas: &Canvas<'_>, plot: &Plot<'_>, curves: &[Curve], order: &[
     Ok(())
 }
 
-fn marks(order: &[&str]) -> Vec<(Mark, String)> {
-    order.iter().enumerate().map(|(n, label)| (Mark::Band(series_color(n)), (*label).to_owned())).collect()
+/// The legend of curves: lines with bands, or lines alone where no curve has an interval.
+fn marks<'c>(curves: impl IntoIterator<Item = &'c Curve>) -> Vec<(Mark, String)> {
+    let curves: Vec<&Curve> = curves.into_iter().collect();
+    let banded = curves.iter().any(|curve| !curve.low.is_empty());
+    let mark = |n| {
+        let pen = Pen::series(n, 1.4 * LINE_WIDTH);
+        if banded { Mark::Band(pen) } else { Mark::Line(pen) }
+    };
+    let order = labels(curves.iter().map(|curve| curve.label.as_str()));
+    order.iter().enumerate().map(|(n, label)| (mark(n), (*label).to_owned())).collect()
+}
+
+/// What a legend of these curves needs beyond one row, so that it takes nothing from the plots.
+fn further_legend<'c>(width: f64, curves: impl IntoIterator<Item = &'c Curve>) -> f64 {
+    (legend_height(width, &marks(curves)) - LEGEND).max(0.0)
 }
 
 fn rate_axis(label: &str) -> Axis {
@@ -78,7 +95,9 @@ impl Figure for LearningCurves {
     }
 
     fn size(&self) -> [f64; 2] {
-        [DOUBLE_COLUMN, self.panels.len().div_ceil(COLUMNS).max(1) as f64 * 138.0 + 36.0]
+        let curves = self.panels.iter().flat_map(|panel| &panel.curves);
+        let legend = further_legend(DOUBLE_COLUMN - 2.0 * MARGIN - LAST_TICK, curves);
+        [DOUBLE_COLUMN, self.panels.len().div_ceil(COLUMNS).max(1) as f64 * 138.0 + 36.0 + legend]
     }
 
     fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
@@ -93,7 +112,7 @@ impl Figure for LearningCurves {
         };
         let rect = note(canvas, page, &format!("{what} {}.", self.statistics.caption("band")))?;
         let order = labels(self.panels.iter().flat_map(|panel| &panel.curves).map(|curve| curve.label.as_str()));
-        let rect = legend(canvas, rect, &marks(&order))?;
+        let rect = legend(canvas, rect, &marks(self.panels.iter().flat_map(|panel| &panel.curves)))?;
         let columns = COLUMNS.min(self.panels.len());
         for (panel, place) in self.panels.iter().zip(panels(rect, self.panels.len(), columns)) {
             let last =
@@ -126,7 +145,7 @@ impl Figure for PerformanceProfile {
     }
 
     fn size(&self) -> [f64; 2] {
-        [SINGLE_COLUMN, 190.0]
+        [SINGLE_COLUMN, 190.0 + further_legend(SINGLE_COLUMN - 2.0 * MARGIN, &self.curves)]
     }
 
     fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
@@ -136,7 +155,7 @@ impl Figure for PerformanceProfile {
         }
         let rect = note(canvas, page, &format!("{}.", self.statistics.caption("band")))?;
         let order = labels(self.curves.iter().map(|curve| curve.label.as_str()));
-        let rect = legend(canvas, rect, &marks(&order))?;
+        let rect = legend(canvas, rect, &marks(&self.curves))?;
         let thresholds = || self.curves.iter().flat_map(|curve| curve.x.iter().copied()).filter(|x| x.is_finite());
         let (low, high) = (thresholds().fold(f64::INFINITY, f64::min), thresholds().fold(f64::NEG_INFINITY, f64::max));
         let x = Axis::linear(&format!("threshold \u{3c4}: {}", self.measure), low, high.max(low + 1e-9), 6);

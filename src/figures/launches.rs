@@ -6,7 +6,7 @@ use super::axes::number;
 use super::canvas::{Canvas, Pen};
 use super::layout::{LEGEND, Mark, NOTE, legend, note, panels, squares_height};
 use super::scene::{Position, SCENE_TOOL, SceneView, Window};
-use super::style::{BLUE, DOUBLE_COLUMN, GREY, MARGIN, VERMILLION, faded};
+use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, VERMILLION, faded};
 use super::table::{Table, cell32};
 use super::{Figure, FigureError};
 use crate::physics::to_units;
@@ -108,8 +108,8 @@ impl Figure for Launches {
         let rect = note(canvas, page, &text)?;
         let marks = [
             (Mark::Dot(BLUE), "launch".to_owned()),
-            (Mark::Line(BLUE), "until the ball meets the tool".to_owned()),
-            (Mark::Line(VERMILLION), "afterwards".to_owned()),
+            (Mark::Line(Pen::new(BLUE, 1.4 * LINE_WIDTH)), "until the ball meets the tool".to_owned()),
+            (Mark::Line(Pen::new(VERMILLION, 1.4 * LINE_WIDTH)), "afterwards".to_owned()),
         ];
         let rect = legend(canvas, rect, &marks)?;
         let half = self.reach();

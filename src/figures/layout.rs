@@ -51,9 +51,9 @@ pub const NOTE: f64 = 1.35 * SMALL_SIZE;
 #[derive(Debug, Clone, Copy)]
 pub enum Mark {
     /// A line.
-    Line(Color),
+    Line(Pen),
     /// A line with a band.
-    Band(Color),
+    Band(Pen),
     /// A dashed line.
     Dashed(Color),
     /// A filled patch.
@@ -68,24 +68,38 @@ const SPACE: f64 = 4.0;
 const BETWEEN: f64 = 12.0;
 const ROW: f64 = 1.5 * LABEL_SIZE;
 
+/// The entries of a legend of this width, row by row, and the width of each.
+fn legend_rows(width: f64, entries: &[(Mark, String)]) -> (Vec<Vec<usize>>, Vec<f64>) {
+    let widths: Vec<f64> = entries.iter().map(|(_, label)| MARK + SPACE + Type::LABEL.width(label)).collect();
+    let mut rows: Vec<Vec<usize>> = Vec::new();
+    let mut used = f64::INFINITY;
+    for (n, own) in widths.iter().enumerate() {
+        if used + BETWEEN + own > width {
+            rows.push(Vec::new());
+            used = -BETWEEN;
+        }
+        used += BETWEEN + own;
+        // A row was pushed for the first entry: nothing fits after infinity.
+        rows.last_mut().expect("a row").push(n);
+    }
+    (rows, widths)
+}
+
+/// Height of a legend of this width.
+pub fn legend_height(width: f64, entries: &[(Mark, String)]) -> f64 {
+    match legend_rows(width, entries).0.len() {
+        0 => 0.0,
+        rows => rows as f64 * ROW + 2.0,
+    }
+}
+
 /// Draws a legend along the top of `rect`, centred, in as many rows as it needs, and
 /// returns what is left below.
 ///
 /// # Errors
 /// When the backend fails.
 pub fn legend(canvas: &Canvas<'_>, rect: Rect, entries: &[(Mark, String)]) -> Result<Rect, FigureError> {
-    let widths: Vec<f64> = entries.iter().map(|(_, label)| MARK + SPACE + Type::LABEL.width(label)).collect();
-    let mut rows: Vec<Vec<usize>> = Vec::new();
-    let mut used = f64::INFINITY;
-    for (n, width) in widths.iter().enumerate() {
-        if used + BETWEEN + width > rect.width() {
-            rows.push(Vec::new());
-            used = -BETWEEN;
-        }
-        used += BETWEEN + width;
-        // A row was pushed for the first entry: nothing fits after infinity.
-        rows.last_mut().expect("a row").push(n);
-    }
+    let (rows, widths) = legend_rows(rect.width(), entries);
     for (row, members) in rows.iter().enumerate() {
         let total = members.iter().map(|&n| widths[n]).sum::<f64>() + BETWEEN * (members.len() - 1) as f64;
         let mut x = rect.center()[0] - total / 2.0;
@@ -97,17 +111,17 @@ pub fn legend(canvas: &Canvas<'_>, rect: Rect, entries: &[(Mark, String)]) -> Re
             x += widths[n] + BETWEEN;
         }
     }
-    Ok(rect.split_top(rows.len() as f64 * ROW + if rows.is_empty() { 0.0 } else { 2.0 }).1)
+    Ok(rect.split_top(legend_height(rect.width(), entries)).1)
 }
 
 fn draw_mark(canvas: &Canvas<'_>, mark: Mark, x: f64, y: f64) -> Result<(), FigureError> {
     let bar = |half: f64| Rect::new(x, y - half, x + MARK, y + half).corners();
     let line = [[x, y], [x + MARK, y]];
     match mark {
-        Mark::Line(color) => canvas.line(&line, Pen::new(color, 1.4 * LINE_WIDTH)),
-        Mark::Band(color) => {
-            canvas.fill(&bar(3.0), faded(color, BAND_OPACITY))?;
-            canvas.line(&line, Pen::new(color, 1.4 * LINE_WIDTH))
+        Mark::Line(pen) => canvas.line(&line, pen),
+        Mark::Band(pen) => {
+            canvas.fill(&bar(3.0), faded(pen.color, BAND_OPACITY))?;
+            canvas.line(&line, pen)
         }
         Mark::Dashed(color) => canvas.line(&line, Pen::new(color, LINE_WIDTH).dashed(2.5, 1.8)),
         Mark::Patch(color) => canvas.fill(&bar(3.0), color),

@@ -7,7 +7,7 @@ use super::canvas::{Canvas, Pen, Type};
 use super::geometry::{Rect, circle};
 use super::layout::{LEGEND, Mark, NOTE, legend, note, panels, squares_height};
 use super::scene::{PLACED_TOOL, Position, SceneView, Window};
-use super::style::{BLUE, DOUBLE_COLUMN, GREY, MARGIN, TITLE_SIZE, VERMILLION, WHITE, faded};
+use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, TITLE_SIZE, VERMILLION, WHITE, faded};
 use super::table::{Table, cell32};
 use super::{Figure, FigureError};
 use crate::task::Task;
@@ -125,8 +125,8 @@ impl Figure for RelativeFrames {
         );
         let rect = note(canvas, page, &text)?;
         let marks = [
-            (Mark::Line(BLUE), "axes of the ball".to_owned()),
-            (Mark::Line(VERMILLION), "active edge".to_owned()),
+            (Mark::Line(Pen::new(BLUE, 1.4 * LINE_WIDTH)), "axes of the ball".to_owned()),
+            (Mark::Line(Pen::new(VERMILLION, 1.4 * LINE_WIDTH)), "active edge".to_owned()),
             (Mark::Dashed(GREY), "inactive edge".to_owned()),
             (Mark::Patch(PLACED_TOOL), "placed by the agent".to_owned()),
         ];

@@ -46,7 +46,8 @@ pub const GRID: Color = rgb(0xE4, 0xE4, 0xE4);
 /// Colours of compared things (methods, policies, predictors), in order of appearance.
 pub const SERIES: [Color; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK];
 
-/// The colour of the `index`-th compared thing; they repeat after seven.
+/// The colour of the `index`-th compared thing; they repeat after seven, lines then dashed
+/// (see [`Pen::series`](super::canvas::Pen::series)).
 pub fn series_color(index: usize) -> Color {
     SERIES[index % SERIES.len()]
 }

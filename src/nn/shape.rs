@@ -16,6 +16,17 @@ pub enum Activation {
     Tanh,
 }
 
+impl Activation {
+    /// The name used in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Identity => "identity",
+            Self::Relu => "relu",
+            Self::Tanh => "tanh",
+        }
+    }
+}
+
 /// Sizes and activations of a stack of dense layers.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MlpShape {

@@ -152,7 +152,11 @@ impl RunDirectory {
         Err(RunError::InUse { path: self.path.clone(), process })
     }
 
-    fn is_locked(&self) -> Result<bool> {
+    /// Whether somebody holds the run's lock.
+    ///
+    /// # Errors
+    /// [`RunError::Io`] if the lock cannot be read.
+    pub fn is_locked(&self) -> Result<bool> {
         let path = self.path.join(LOCK);
         let file = match File::open(&path) {
             Ok(file) => file,

@@ -30,6 +30,9 @@ pub enum RunError {
     /// The folder has no `config.json`.
     #[error("{} is not a run: it has no config.json", .0.display())]
     NotARun(PathBuf),
+    /// A folder that should hold runs has none.
+    #[error("{} holds no runs: name the folder of a run, of a sweep or of a study", .0.display())]
+    NoRuns(PathBuf),
     /// Another process (or another part of this one) writes the run.
     #[error("the run {} is in use{}: stop that one first, or choose another folder", path.display(), by(.process))]
     InUse {

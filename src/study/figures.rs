@@ -12,12 +12,13 @@ use super::report::{HitsRow, Report};
 use crate::dynamics::{Errors, Evaluation, Launch, Model, Split, collect};
 use crate::env::Environment;
 use crate::figures::{
-    Curve, CurvePanel, Edge, Estimate, Hits, Instant, Launches, LearningCurves, ModelError, PolicyHits, Predictor,
-    RelativeFrames, Statistics, TaskHits, ToolLaunches,
+    Curve, CurvePanel, Edge, Estimate, Hits, Instant, Launches, LearningCurves, ModelError, PerformanceProfile,
+    PolicyHits, Predictor, RelativeFrames, Statistics, TaskHits, ToolLaunches,
 };
 use crate::guidance::ActionPrior;
 use crate::physics::{Ball, PHYSICS_DT, ToolKind, to_normalised};
 use crate::stats::aggregate::iqm;
+use crate::stats::profile::profile_intervals;
 use crate::stats::rolling::WINDOW;
 use crate::stats::{Bootstrap, StatsError, TaskScores};
 use crate::task::{Form, Task, ToolSpec};
@@ -26,6 +27,8 @@ use crate::task::{Form, Task, ToolSpec};
 const SHOWN_LAUNCHES: usize = 24;
 /// Points of a learning curve in figure 6.
 const CURVE_POINTS: usize = 100;
+/// Steps of the thresholds of a performance profile.
+const PROFILE_POINTS: usize = 100;
 
 const INTERVAL: &str = "95 % bootstrap interval over seeds";
 
@@ -148,6 +151,36 @@ pub(super) fn learning_curves(
     let statistics =
         Statistics { centre: "Interquartile mean".to_owned(), interval: INTERVAL.to_owned(), seeds: most_seeds };
     Ok(LearningCurves { greedy, window: WINDOW.get(), statistics, panels })
+}
+
+/// Share of all runs of each method whose final success is above each threshold.
+pub(super) fn performance_profile(
+    methods: &[(String, TaskScores)],
+    bootstrap: &Bootstrap,
+) -> Result<PerformanceProfile, StatsError> {
+    let thresholds: Vec<f64> = (0..=PROFILE_POINTS).map(|n| n as f64 / PROFILE_POINTS as f64).collect();
+    let mut curves = Vec::new();
+    for (label, scores) in methods {
+        let band = profile_intervals(scores, &thresholds, bootstrap)?;
+        curves.push(Curve {
+            label: label.clone(),
+            x: thresholds.clone(),
+            y: band.iter().map(|estimate| estimate.value).collect(),
+            low: band.iter().map(|estimate| estimate.lower).collect(),
+            high: band.iter().map(|estimate| estimate.upper).collect(),
+        });
+    }
+    let tasks = methods.first().map_or(0, |(_, scores)| scores.tasks().len());
+    let seeds = methods.iter().flat_map(|(_, scores)| scores.tasks()).map(Vec::len).max();
+    Ok(PerformanceProfile {
+        measure: format!("final success rate (last {WINDOW} episodes)"),
+        statistics: Statistics {
+            centre: format!("Runs on {tasks} {}, each", if tasks == 1 { "task" } else { "tasks" }),
+            interval: "95 % stratified bootstrap interval".to_owned(),
+            seeds: seeds.unwrap_or(0),
+        },
+        curves,
+    })
 }
 
 fn training_points(run: &TrainedRun) -> Vec<[f64; 2]> {

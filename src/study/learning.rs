@@ -18,7 +18,7 @@ use crate::trainer::{Method, RunConfig};
 pub struct LearningRow {
     /// Name of the task.
     pub task: String,
-    /// Name of the method.
+    /// Name of the method, such as `ddpg-mge`.
     pub method: String,
     /// The epsilon schedule.
     pub epsilon: String,
@@ -38,7 +38,7 @@ pub struct LearningRow {
 
 /// A training with everything that was logged of it.
 #[derive(Debug, Clone)]
-pub(super) struct TrainedRun {
+pub struct TrainedRun {
     /// What it came to.
     pub row: LearningRow,
     /// Its episodes and evaluations.
@@ -46,6 +46,7 @@ pub(super) struct TrainedRun {
 }
 
 impl TrainedRun {
+    /// The run with this configuration and history.
     pub fn new(config: &RunConfig, history: RunHistory) -> Self {
         Self { row: LearningRow::new(config, &history), history }
     }
@@ -72,24 +73,33 @@ impl LearningRow {
 
     /// Name of its method, threshold and settings, as in legends and tables.
     pub fn label(&self) -> String {
-        let mut label = method_label(&self.method, &self.epsilon);
-        for (key, value) in &self.settings {
+        let mut label = match self.method.parse::<Method>() {
+            Ok(method) if method.has_clusters() => format!("{}, epsilon {}", method.label(), self.threshold()),
+            Ok(method) => method.label().to_owned(),
+            Err(_) => self.method.clone(),
+        };
+        for (key, value) in self.settings.iter().filter(|(key, _)| *key != WHOLE_SCHEDULE) {
             let _ = write!(label, ", {key} {value}");
         }
         label
     }
-}
 
-/// Name of a method and its threshold.
-fn method_label(method: &str, epsilon: &str) -> String {
-    let Ok(method) = method.parse::<Method>() else { return method.to_owned() };
-    let label = method.label();
-    match epsilon.split(':').collect::<Vec<_>>().as_slice() {
-        _ if !method.has_clusters() => label.to_owned(),
-        ["linear", from, to, _] => format!("{label}, epsilon {from} to {to}"),
-        _ => format!("{label}, epsilon {epsilon}"),
+    /// The threshold in words, or whole where the words would be those of another one too.
+    fn threshold(&self) -> String {
+        match self.epsilon.split(':').collect::<Vec<_>>().as_slice() {
+            ["linear", from, to, _] if !self.settings.contains_key(WHOLE_SCHEDULE) => format!("{from} to {to}"),
+            _ => self.epsilon.clone(),
+        }
+    }
+
+    /// Makes its label say the schedule whole.
+    pub(super) fn tell_whole_schedule(&mut self) {
+        self.settings.insert(WHOLE_SCHEDULE.to_owned(), self.epsilon.clone());
     }
 }
+
+/// The setting of a row that is a threshold only if two of them are called the same.
+const WHOLE_SCHEDULE: &str = "epsilon";
 
 /// Rows of trainings, asked by task and by label.
 #[derive(Debug, Clone, Copy)]

@@ -7,8 +7,10 @@
 pub mod ablation;
 pub mod audit;
 mod batch;
+mod comparison;
 mod figures;
 mod folder;
+mod found;
 pub mod hits;
 mod learning;
 mod plan;
@@ -16,8 +18,10 @@ mod report;
 mod reproduce;
 
 pub use batch::train_to_end;
+pub use comparison::{AggregateRow, Comparison, ImprovementRow, LeftOut, compare};
 pub use figures::model_error_figure;
-pub use learning::LearningRow;
+pub use found::{FoundRun, find_runs, read_runs};
+pub use learning::{LearningRow, TrainedRun};
 pub use plan::StudyPlan;
-pub use report::{HitsRow, ModelRow, Report};
+pub use report::{HitsRow, ModelRow, Report, mean_errors};
 pub use reproduce::{StudyError, StudyProgress, reproduce};

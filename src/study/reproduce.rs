@@ -14,7 +14,7 @@ use super::folder::Folder;
 use super::hits::{ActorNoise, Guided, Hits, count_hits};
 use super::learning::TrainedRun;
 use super::plan::{PlannedRun, StudyPlan};
-use super::report::{HitsRow, ModelRow, Report};
+use super::report::{HitsRow, ModelRow, Report, mean_errors};
 use crate::agent::{ConfigError, DdpgConfig};
 use crate::dynamics::{DynamicsError, Ended, Evaluation, Model, Training, Variant, evaluate, tool_set_name};
 use crate::figures::{ActionSamples, DEFAULT_DPI, Figure, FigureError, Provenance, TaskActions, TaskGrid};
@@ -61,6 +61,9 @@ pub enum StudyError {
     /// A training.
     #[error("{run}: {source}")]
     Training { run: String, source: ConductError },
+    /// There is nothing to report yet.
+    #[error("none of the {runs} runs is finished: go on with them, such as with `mge resume`")]
+    NothingFinished { runs: usize },
     /// A statistic.
     #[error(transparent)]
     Stats(#[from] StatsError),
@@ -339,16 +342,11 @@ fn model_name(tools: &[ToolKind], variant: Variant) -> String {
 }
 
 fn model_row(evaluation: &Evaluation, variant: Variant) -> ModelRow {
-    let average = |values: &mut dyn Iterator<Item = f64>| {
-        let values: Vec<f64> = values.collect();
-        values.iter().sum::<f64>() / values.len().max(1) as f64
-    };
-    let horizon = evaluation.scenes.iter().map(|scene| scene.rollout.model.len()).min().unwrap_or(0);
-    let after = |n: usize| average(&mut evaluation.scenes.iter().map(|scene| scene.rollout.model[n].mean));
+    let (one_step_error, rollout_error) = mean_errors(evaluation);
     ModelRow {
         structure: variant.label().to_owned(),
         tools: evaluation.launches.iter().map(|tool| tool.tool.to_string()).collect(),
-        one_step_error: average(&mut evaluation.launches.iter().map(|tool| tool.errors.model.one_step.mean)),
-        rollout_error: (0..horizon).map(after).collect(),
+        one_step_error,
+        rollout_error,
     }
 }

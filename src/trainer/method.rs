@@ -71,6 +71,18 @@ impl Method {
         self != Self::Planning
     }
 
+    /// Whether a setting of a run, by its JSON path, makes a difference to the method.
+    pub fn uses(self, path: &str) -> bool {
+        match path.split('.').next().unwrap_or(path) {
+            "epsilon" | "granularity" | "guidance" | "refinement" => self.has_clusters(),
+            "prior" => (self.has_clusters() || self.consults_model()) && self.fixed_source().is_none(),
+            "model_replay" => self == Self::ModelReplay,
+            "planner" => self == Self::Planning,
+            "ddpg" | "noise_decay" | "evaluation" => self.learns(),
+            _ => true,
+        }
+    }
+
     /// Where rollouts come from, if the method leaves no choice.
     pub(super) fn fixed_source(self) -> Option<PriorSource> {
         match self {

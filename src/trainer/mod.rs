@@ -36,7 +36,7 @@ mod watch;
 pub use conduct::{ConductError, Control, Ending, conduct};
 pub use config::{Evaluation, Granularity, ModelReplay, NoiseDecay, Refinement, RunConfig, RunConfigError};
 pub use method::{Method, PriorSource};
-pub use prior::{NamedModel, PriorError, build_prior, rollout_model};
+pub use prior::{NamedModel, PriorError, build_prior, check_model, rollout_model};
 pub use setting::{SettingError, config_keys};
 pub use thread::Trainer;
 pub use trace::{Source, Trace, TracedStep};

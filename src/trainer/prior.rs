@@ -61,6 +61,19 @@ pub fn build_prior(config: &RunConfig, progress: impl FnMut(usize) -> bool) -> R
     Ok(guidance::build(&config.task, &*model, &name, &config.guidance, config.seed, progress))
 }
 
+/// Whether a run will find the models it needs.
+///
+/// # Errors
+/// As [`rollout_model`], and when the source of rollouts predicts nothing and the method needs
+/// predictions.
+pub fn check_model(config: &RunConfig) -> Result<(), PriorError> {
+    consulted_model(config)?;
+    if config.is_guided() {
+        rollout_model(&config.rollout_source(), &config.task)?;
+    }
+    Ok(())
+}
+
 /// The model that a method consults during its episodes, if it does.
 ///
 /// # Errors

@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use super::config::{RunConfig, RunConfigError};
+use crate::json;
 
 /// A setting that cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -25,45 +26,49 @@ impl RunConfig {
     /// # Errors
     /// When there is no such setting, or it cannot have that value.
     pub fn with_setting(&self, key: &str, value: &str) -> Result<Self, SettingError> {
-        // Plain data always serialises.
-        let mut config = serde_json::to_value(self).expect("a configuration is plain data");
-        let unknown = || SettingError::Unknown { key: key.to_owned(), hint: nearest(&config_keys(self), key) };
-        if key == "task" || key.starts_with("task.") {
-            return Err(unknown());
-        }
-        let mut place = &mut config;
-        for part in key.split('.') {
-            place = place.get_mut(part).ok_or_else(unknown)?;
-        }
-        *place = serde_json::from_str(value).unwrap_or_else(|_| Value::String(value.to_owned()));
-        let changed: Self = serde_json::from_value(config).map_err(|error| SettingError::Value {
+        let changed = self.with_unchecked_setting(key, value)?;
+        changed.validate()?;
+        Ok(changed)
+    }
+
+    /// [`RunConfig::with_setting`] without the check of ranges, for several settings that
+    /// are in range only together.
+    ///
+    /// # Errors
+    /// When there is no such setting, or it cannot have that value.
+    pub fn with_unchecked_setting(&self, key: &str, value: &str) -> Result<Self, SettingError> {
+        let mut config = to_json(self);
+        let place = if is_of_task(key) { None } else { json::at_mut(&mut config, key) };
+        let Some(place) = place else {
+            let keys = config_keys(self);
+            let hint = json::nearest(keys.iter().map(String::as_str), key).map(str::to_owned);
+            return Err(SettingError::Unknown { key: key.to_owned(), hint });
+        };
+        *place = match serde_json::from_str(value) {
+            // A text such as the schedule `0.1` may look like a number.
+            Ok(parsed) if !place.is_string() || matches!(parsed, Value::String(_)) => parsed,
+            _ => Value::String(value.to_owned()),
+        };
+        serde_json::from_value(config).map_err(|error| SettingError::Value {
             key: key.to_owned(),
             value: value.to_owned(),
             message: error.to_string(),
-        })?;
-        changed.validate()?;
-        Ok(changed)
+        })
     }
 }
 
 /// The paths of all settings but the task's.
 pub fn config_keys(config: &RunConfig) -> Vec<String> {
-    fn walk(value: &Value, path: &str, keys: &mut Vec<String>) {
-        let Value::Object(entries) = value else { return keys.push(path.to_owned()) };
-        for (name, value) in entries.iter().filter(|(name, _)| !path.is_empty() || *name != "task") {
-            let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
-            walk(value, &path, keys);
-        }
-    }
-    let mut keys = Vec::new();
-    // Plain data always serialises.
-    walk(&serde_json::to_value(config).expect("a configuration is plain data"), "", &mut keys);
-    keys
+    json::leaves(&to_json(config)).into_iter().map(|(path, _)| path).filter(|path| !is_of_task(path)).collect()
 }
 
-fn nearest(known: &[String], typed: &str) -> Option<String> {
-    let closeness = |key: &String| strsim::jaro_winkler(key, typed);
-    known.iter().max_by(|a, b| closeness(a).total_cmp(&closeness(b))).filter(|key| closeness(key) > 0.75).cloned()
+fn is_of_task(key: &str) -> bool {
+    key == "task" || key.starts_with("task.")
+}
+
+fn to_json(config: &RunConfig) -> Value {
+    // Plain data always serialises.
+    serde_json::to_value(config).expect("a configuration is plain data")
 }
 
 #[cfg(test)]
@@ -82,6 +87,7 @@ mod tests {
         assert_eq!(changed.ddpg.gamma, 0.9);
         let changed = config().with_setting("epsilon", "exp:0.8:0.1:0.99").unwrap();
         assert_eq!(changed.epsilon.to_string(), "exp:0.8:0.1:0.99");
+        assert_eq!(config().with_setting("epsilon", "0.25").unwrap().epsilon.to_string(), "0.25");
         let changed = config().with_setting("granularity", "step").unwrap();
         assert_eq!(changed.granularity, super::super::Granularity::Step);
     }

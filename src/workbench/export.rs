@@ -1,5 +1,6 @@
 //! The session's figures: what it holds, as the data of a figure, into a file.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use super::command::FigureKind;
@@ -84,7 +85,8 @@ fn learning_curves(runs: &[RunView]) -> LearningCurves {
             None => panels.push(CurvePanel { task: config.task.name.clone(), curves: vec![curve] }),
         }
     }
-    let statistics = Statistics { centre: "single runs".to_owned(), interval: String::new(), seeds: 1 };
+    let seeds: BTreeSet<u64> = runs.iter().map(|run| run.config().seed).collect();
+    let statistics = Statistics { centre: "Single runs".to_owned(), interval: String::new(), seeds: seeds.len() };
     LearningCurves { greedy: false, window: WINDOW.get(), statistics, panels }
 }
 

@@ -89,6 +89,8 @@ impl RunView {
     /// Lets it wait for its turn to be trained in this process; with `until`, it pauses
     /// after so many episodes.
     pub(super) fn enqueue(&mut self, until: Option<u32>) {
+        // What the log says so far is the past: an old failure is no news.
+        self.poll();
         self.failure = None;
         self.trained_here = true;
         self.turn = Some(Turn { until });
@@ -241,7 +243,7 @@ impl RunView {
         match &self.history.last {
             Some(Event::Finished { .. }) => RunState::Finished,
             Some(Event::Stopped { reason, .. }) if !working => RunState::Stopped(reason.clone()),
-            Some(Event::Failed { reason, .. }) => RunState::Failed(reason.clone()),
+            Some(Event::Failed { reason, .. }) if !working => RunState::Failed(reason.clone()),
             Some(Event::Paused { .. }) if working && !self.leaving_pause => RunState::Paused,
             _ if working => RunState::Running,
             _ => match &self.failure {

@@ -133,6 +133,32 @@ fn empty_figures_say_so() {
 }
 
 #[test]
+fn many_series_are_told_apart_and_their_legend_takes_nothing_from_the_plots() {
+    let pens: Vec<_> = (0..21).map(|n| super::canvas::Pen::series(n, 1.0)).collect();
+    assert!((0..21).all(|n| pens[..n].iter().all(|pen| *pen != pens[n])));
+    let curves = |count: usize| LearningCurves {
+        panels: vec![CurvePanel {
+            task: "task1".to_owned(),
+            curves: (0..count)
+                .map(|n| Curve {
+                    label: format!("DDPG-MGE, epsilon 0.1, seed {n}"),
+                    x: vec![0.0, 1000.0],
+                    y: vec![0.0, (n + 1) as f64 / count as f64],
+                    ..Curve::default()
+                })
+                .collect(),
+        }],
+        ..LearningCurves::default()
+    };
+    let height = |count| curves(count).size()[1];
+    assert!(height(16) > height(3) + 30.0, "{} and {}", height(16), height(3));
+    let folder = std::env::var_os("MGE_FIGURE_DIR").map(std::path::PathBuf::from);
+    if let Some(folder) = folder {
+        curves(16).write(&folder.join("many.png"), &provenance(), DEFAULT_DPI).unwrap();
+    }
+}
+
+#[test]
 fn missing_values_leave_gaps() {
     let panel = |y: Vec<f64>| LearningCurves {
         panels: vec![CurvePanel {

@@ -1,7 +1,7 @@
 """Checks that the real TensorBoard reads the same values from a run as its own log holds.
 
     pip install tensorboard
-    python tests/check_tensorboard.py RUN...
+    python tests/python/check_tensorboard.py RUN...
 
 Reads tensorboard/ of each run through TensorBoard's own event accumulator and compares every
 value with metrics.csv and events.jsonl, as 32-bit floats. Exit status 1 at the first difference.
@@ -68,6 +68,8 @@ def check(run):
         values = np.array([point.value for point in found], dtype=np.float32)
         np.testing.assert_array_equal(values, [value for _, value in points], err_msg=tag)
     assert "time/seconds" in tags["scalars"], "time/seconds is missing"
+    groups = {tag.split("/")[0] for tag in tags["scalars"]}
+    assert groups == {"train", "loss", "eval", "time"}, f"groups of tags: {groups}"
     text = accumulator.Tensors("config")[0].tensor_proto.string_val[0].decode()
     config = (run / "config.json").read_text()
     assert text == f"```json\n{config}```\n", "config text differs"

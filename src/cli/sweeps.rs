@@ -1,0 +1,86 @@
+//! `mge sweep`: many runs from one file.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use super::Outcome;
+use super::arguments::Sweep as Arguments;
+use super::progress::Progress;
+use crate::sweep::{self, Sweep, SweepProgress};
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    if !arguments.collect.is_empty() {
+        return collect(&arguments.collect, &folder(arguments));
+    }
+    let sweep = match (&arguments.file, &arguments.one) {
+        (Some(file), _) => Sweep::load(file)?,
+        (None, Some(text)) => Sweep::parse(text.as_bytes(), "--one")?,
+        (None, None) => return Err("name a sweep file".into()),
+    };
+    let folder = folder(arguments);
+    if arguments.plan || arguments.slurm {
+        let (program, folder) = (std::env::current_exe()?, std::path::absolute(&folder)?);
+        let name = stem(arguments);
+        let text = match arguments.plan {
+            true => sweep::plan(&sweep, &program, &folder),
+            false => sweep::slurm(&sweep, &program, &folder, &name),
+        };
+        print!("{text}");
+        return Ok(());
+    }
+    let failures = work(&sweep, &folder, arguments)?;
+    if arguments.file.is_some() {
+        match sweep::read_results(&folder) {
+            Ok(results) => println!("{}", results.write(&folder)?.display()),
+            // What failed has more to say than a table that cannot be made for want of runs.
+            Err(_) if !failures.is_empty() => {}
+            Err(error) => return Err(error.into()),
+        }
+    } else {
+        sweep.jobs.iter().for_each(|job| println!("{}", job.folder(&folder).display()));
+    }
+    match failures.first() {
+        None => Ok(()),
+        Some((name, reason)) => {
+            let (failed, all) = (failures.len(), sweep.jobs.len());
+            Err(format!("{failed} of {all} failed, such as {name}: {reason}").into())
+        }
+    }
+}
+
+/// Works on the sweep and shows how far it is. Returns the failures.
+fn work(
+    sweep: &Sweep,
+    folder: &Path,
+    arguments: &Arguments,
+) -> Result<Vec<(String, String)>, Box<dyn std::error::Error>> {
+    let progress = Mutex::new(Progress::new(1, arguments.quiet));
+    let tell = |now: &SweepProgress<'_>| {
+        // A panic elsewhere leaves the bar as it is.
+        let mut progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((name, reason)) = now.failure {
+            progress.say(&format!("{name} failed: {reason}"));
+        }
+        let failed = if now.failed > 0 { format!(", {} failed", now.failed) } else { String::new() };
+        progress.set(now.done, now.total, &format!("{} of {} done{failed}", now.ended - now.failed, now.jobs));
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads.unwrap_or(0)).build()?;
+    Ok(pool.install(|| sweep::run(sweep, folder, &tell))?)
+}
+
+fn collect(folders: &[PathBuf], out: &Path) -> Outcome {
+    let runs = sweep::collect(folders, out)?;
+    eprintln!("{} holds {runs} runs", out.display());
+    println!("{}", sweep::read_results(out)?.write(out)?.display());
+    Ok(())
+}
+
+fn folder(arguments: &Arguments) -> PathBuf {
+    arguments.out.clone().unwrap_or_else(|| Path::new("sweeps").join(stem(arguments)))
+}
+
+/// The name of the sweep file without its ending.
+fn stem(arguments: &Arguments) -> String {
+    let stem = arguments.file.as_deref().and_then(Path::file_stem);
+    stem.map_or_else(|| "sweep".to_owned(), |stem| stem.to_string_lossy().into_owned())
+}

@@ -1,0 +1,232 @@
+//! The environment for other programs: requests in, answers out, one line of JSON each.
+//!
+//! ```text
+//! {"command": "spaces"}                   {"observation_space": {"shape": [..], "low": [..], "high": [..]}, "action_space": {..}}
+//! {"command": "reset", "seed": 1}         {"observation": [..], "info": {..}}
+//! {"command": "step", "action": [0, 1]}   {"observation": [..], "reward": 0.0, "terminated": false, "truncated": false, "info": {..}}
+//! {"command": "close"}                    {"closed": true}
+//! ```
+//!
+//! Bounds that are null do not exist. Without a seed, `reset` goes on with the stream of the
+//! last seed. A request that cannot be carried out is answered by `{"error": ".."}`, and the
+//! environment stays as it was.
+
+use std::io::{self, BufRead, Write};
+use std::sync::Arc;
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use super::environment::{Action, EndReason, Environment, Placement};
+use super::observation::{OBJECT_FEATURES, OBJECT_SLOTS, observation_len};
+use crate::json;
+use crate::task::Task;
+
+/// A request.
+#[derive(Debug, Deserialize)]
+#[serde(tag = "command", rename_all = "lowercase", deny_unknown_fields)]
+enum Request {
+    Spaces {},
+    Reset {
+        #[serde(default)]
+        seed: Option<u64>,
+    },
+    Step {
+        action: Action,
+    },
+    Close {},
+}
+
+/// An answer.
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
+enum Answer {
+    Spaces { observation_space: Space, action_space: Space },
+    Reset { observation: Vec<f32>, info: Info },
+    Step { observation: Vec<f32>, reward: f32, terminated: bool, truncated: bool, info: Info },
+    Closed { closed: bool },
+    Error { error: String },
+}
+
+/// A box of 32-bit floats, as Gymnasium's `Box`.
+#[derive(Debug, Serialize)]
+struct Space {
+    shape: [usize; 1],
+    low: Vec<Option<f32>>,
+    high: Vec<Option<f32>>,
+}
+
+/// What is known beyond observation and reward.
+#[derive(Debug, Serialize)]
+struct Info {
+    goal: bool,
+    subgoals: Vec<bool>,
+    placed: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    placement: Option<Placement>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    end: Option<EndReason>,
+}
+
+/// Plays a task as the requests in `input` ask, until one closes it or they end. `seed` holds
+/// until a reset brings another.
+///
+/// # Errors
+/// When the input cannot be read or an answer cannot be written.
+pub fn serve(task: &Arc<Task>, seed: u64, mut input: impl BufRead, mut output: impl Write) -> io::Result<()> {
+    let mut server = Server { env: Environment::new(task.clone()), rng: ChaCha8Rng::seed_from_u64(seed), begun: false };
+    let mut line = Vec::new();
+    for number in 1.. {
+        line.clear();
+        if input.read_until(b'\n', &mut line)? == 0 {
+            break;
+        }
+        if line.trim_ascii().is_empty() {
+            continue;
+        }
+        let answer = match json::parse(line.trim_ascii(), "stdin") {
+            Ok(request) => server.answer(request),
+            Err(error) => Answer::Error { error: json::SyntaxError { line: number, ..error }.to_string() },
+        };
+        json::write_line(&mut output, &answer)?;
+        // Whoever asked waits for the answer.
+        output.flush()?;
+        if matches!(answer, Answer::Closed { .. }) {
+            break;
+        }
+    }
+    Ok(())
+}
+
+struct Server {
+    env: Environment,
+    rng: ChaCha8Rng,
+    begun: bool,
+}
+
+impl Server {
+    fn answer(&mut self, request: Request) -> Answer {
+        match request {
+            Request::Spaces {} => spaces(self.env.task()),
+            Request::Reset { seed } => {
+                if let Some(seed) = seed {
+                    self.rng = ChaCha8Rng::seed_from_u64(seed);
+                }
+                self.begun = true;
+                let observation = self.env.reset(&mut self.rng);
+                Answer::Reset { observation, info: self.info(None) }
+            }
+            Request::Step { .. } if !self.begun => {
+                Answer::Error { error: "the first episode has not begun: reset the environment first".to_owned() }
+            }
+            Request::Step { action } => match self.env.step(action) {
+                Ok(step) => Answer::Step {
+                    observation: step.observation,
+                    reward: step.reward,
+                    terminated: step.terminated,
+                    truncated: step.truncated,
+                    info: self.info(Some(step.placement)),
+                },
+                Err(over) => Answer::Error { error: over.to_string() },
+            },
+            Request::Close {} => Answer::Closed { closed: true },
+        }
+    }
+
+    fn info(&self, placement: Option<Placement>) -> Info {
+        let now = self.env.snapshot();
+        Info {
+            goal: now.goal_reached(),
+            subgoals: now.reached().to_vec(),
+            placed: now.placed().len(),
+            placement,
+            end: now.end(),
+        }
+    }
+}
+
+/// Positions may leave the screen for a moment and velocities have no bound; one-hots have.
+fn spaces(task: &Task) -> Answer {
+    let length = observation_len(task);
+    let is_one_hot = |index: usize| index >= OBJECT_SLOTS * OBJECT_FEATURES || index % OBJECT_FEATURES >= 4;
+    let bound = |bound: f32| (0..length).map(|index| is_one_hot(index).then_some(bound)).collect();
+    Answer::Spaces {
+        observation_space: Space { shape: [length], low: bound(0.0), high: bound(1.0) },
+        action_space: Space { shape: [2], low: vec![Some(-1.0); 2], high: vec![Some(1.0); 2] },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::*;
+
+    fn talk(requests: &str) -> Vec<Value> {
+        let task = Arc::new(crate::task::load("task1").unwrap());
+        let mut output = Vec::new();
+        serve(&task, 0, requests.as_bytes(), &mut output).unwrap();
+        String::from_utf8(output).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    }
+
+    #[test]
+    fn an_episode_is_that_of_the_environment() {
+        let answers = talk(
+            "{\"command\":\"spaces\"}\n{\"command\":\"reset\",\"seed\":3}\n{\"command\":\"step\",\"action\":[0.5,-0.5]}\n\n{\"command\":\"close\"}\n{\"command\":\"spaces\"}\n",
+        );
+        let task = Arc::new(crate::task::load("task1").unwrap());
+        let mut env = Environment::new(task.clone());
+        let start = env.reset(&mut ChaCha8Rng::seed_from_u64(3));
+        let step = env.step([0.5, -0.5]).unwrap();
+        assert_eq!(answers.len(), 4, "nothing is answered after close");
+        assert_eq!(answers[0]["observation_space"]["shape"], json!([observation_len(&task)]));
+        assert_eq!(answers[0]["observation_space"]["low"].as_array().unwrap().len(), observation_len(&task));
+        assert_eq!(answers[0]["action_space"]["high"], json!([1.0, 1.0]));
+        let floats = |value: &Value| serde_json::from_value::<Vec<f32>>(value.clone()).unwrap();
+        assert_eq!(floats(&answers[1]["observation"]), start);
+        assert_eq!(floats(&answers[2]["observation"]), step.observation);
+        assert_eq!(answers[2]["reward"].as_f64().unwrap() as f32, step.reward);
+        assert_eq!(answers[2]["terminated"], json!(step.terminated));
+        assert_eq!(answers[3], json!({"closed": true}));
+    }
+
+    #[test]
+    fn one_seed_gives_one_episode_and_the_stream_goes_on_without() {
+        let mut task = crate::task::load("task1").unwrap();
+        task.rules.start_noise = 1.0;
+        let reset = |requests: &str| {
+            let mut output = Vec::new();
+            serve(&Arc::new(task.clone()), 7, requests.as_bytes(), &mut output).unwrap();
+            String::from_utf8(output).unwrap().lines().map(str::to_owned).collect::<Vec<_>>()
+        };
+        let seeded =
+            reset("{\"command\":\"reset\",\"seed\":7}\n{\"command\":\"reset\",\"seed\":7}\n{\"command\":\"reset\"}");
+        assert_eq!(seeded[0], seeded[1]);
+        assert_ne!(seeded[1], seeded[2]);
+        assert_eq!(reset("{\"command\":\"reset\"}")[0], seeded[0]);
+    }
+
+    #[test]
+    fn mistakes_are_answered_and_change_nothing() {
+        for (line, expected) in [
+            ("{\"command\":\"rest\"}", "unknown variant `rest`, expected one of `spaces`, `reset`"),
+            ("not json", "stdin:1:"),
+            ("{\"command\":\"step\",\"action\":[0.1]}", "invalid length 1"),
+            ("{\"command\":\"step\",\"action\":[NaN,0]}", "stdin:1:"),
+            ("{\"command\":\"step\",\"action\":[0,0]}", "reset the environment first"),
+            ("{\"command\":\"reset\",\"sed\":1}", "unknown field `sed`"),
+            ("\u{fffd}", "stdin:1:"),
+        ] {
+            let answers = talk(&format!("{line}\n{{\"command\":\"reset\"}}\n"));
+            let error = answers[0]["error"].as_str().unwrap_or_else(|| panic!("{line}: {}", answers[0]));
+            assert!(error.contains(expected), "{line}: {error}");
+            assert!(answers[1]["observation"].is_array());
+        }
+        let step = "{\"command\":\"step\",\"action\":[1,1]}\n";
+        let answers = talk(&format!("{{\"command\":\"reset\"}}\n{}", step.repeat(60)));
+        let over = answers.iter().position(|answer| answer["error"].is_string()).unwrap();
+        assert!(answers[over - 1]["terminated"] == json!(true) || answers[over - 1]["truncated"] == json!(true));
+        assert!(answers[over]["error"].as_str().unwrap().contains("the episode is over"));
+    }
+}

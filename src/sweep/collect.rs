@@ -1,0 +1,107 @@
+//! What came back from many machines, merged into one folder.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::error::SweepError;
+use super::models::RESULT;
+use super::results::{Kind, common_kind, kind_of};
+use crate::run::{RunDirectory, RunError, RunState};
+use crate::study::find_runs;
+
+/// Copies the runs of several sweep folders into the folder `out`, where there may be some
+/// already. Of a run that is there more than once, the copy that got further is taken.
+/// Returns how many runs `out` holds now.
+///
+/// # Errors
+/// Before anything is copied: when runs of the same name have different settings or results,
+/// when a run is still being worked on, or when a folder holds no runs.
+pub fn collect(folders: &[PathBuf], out: &Path) -> Result<usize, SweepError> {
+    let mut all: Vec<PathBuf> = Vec::new();
+    let is_out = |folder: &Path| fs::canonicalize(folder).ok() == fs::canonicalize(out).ok();
+    for folder in folders.iter().filter(|folder| !is_out(folder) || !out.exists()) {
+        if !folder.join("runs").is_dir() {
+            return Err(SweepError::NotASweep(folder.clone()));
+        }
+        all.extend(find_runs(std::slice::from_ref(folder))?);
+    }
+    if out.join("runs").is_dir() && !matches!(find_runs(&[out.to_owned()]), Err(RunError::NoRuns(_))) {
+        all.extend(find_runs(&[out.to_owned()])?);
+    }
+    if !all.is_empty() {
+        common_kind(&all)?;
+    }
+    let mut best: BTreeMap<String, PathBuf> = BTreeMap::new();
+    for path in all {
+        if RunDirectory::open(&path)?.is_locked()? {
+            return Err(SweepError::Busy(path));
+        }
+        let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        let further = match best.get(&name) {
+            None => path,
+            Some(other) => further(other, &path)?.to_owned(),
+        };
+        best.insert(name, further);
+    }
+    let runs = out.join("runs");
+    fs::create_dir_all(&runs).map_err(RunError::io("create", &runs))?;
+    for (name, path) in &best {
+        let target = runs.join(name);
+        if *path != target {
+            replace(path, &target)?;
+        }
+    }
+    Ok(best.len())
+}
+
+/// Which of two runs of the same name got further.
+fn further<'a>(first: &'a Path, second: &'a Path) -> Result<&'a Path, SweepError> {
+    let conflict = |problem| Err(SweepError::Conflict { first: first.into(), second: second.into(), problem });
+    let config = |path: &Path| RunDirectory::open(path)?.config::<serde_json::Value>();
+    if config(first)? != config(second)? {
+        return conflict("have the same name and different settings");
+    }
+    let file = match kind_of(first)? {
+        Kind::Agent => "metrics.csv",
+        Kind::Model => RESULT,
+    };
+    // A run that has not begun has none.
+    let [a, b] = [first, second].map(|path| fs::read(path.join(file)).unwrap_or_default());
+    if !(a.starts_with(&b) || b.starts_with(&a)) {
+        return conflict("have the same settings and different results");
+    }
+    if a.len() != b.len() {
+        return Ok(if a.len() > b.len() { first } else { second });
+    }
+    let is_finished = RunDirectory::open(second)?.status()?.state == RunState::Finished;
+    Ok(if is_finished { second } else { first })
+}
+
+/// Copies a run's folder to `target`, whole or not at all.
+fn replace(from: &Path, target: &Path) -> Result<(), SweepError> {
+    let parent = target.parent().unwrap_or(Path::new("."));
+    let new =
+        tempfile::Builder::new().prefix(".collecting-").tempdir_in(parent).map_err(RunError::io("write", parent))?;
+    copy(from, new.path())?;
+    if target.exists() {
+        fs::remove_dir_all(target).map_err(RunError::io("replace", target))?;
+    }
+    // It has its final name from here on and is no longer to be removed.
+    fs::rename(new.keep(), target).map_err(RunError::io("write", target))?;
+    Ok(())
+}
+
+fn copy(from: &Path, to: &Path) -> Result<(), SweepError> {
+    fs::create_dir_all(to).map_err(RunError::io("create", to))?;
+    for entry in fs::read_dir(from).map_err(RunError::io("read", from))? {
+        let path = entry.map_err(RunError::io("read", from))?.path();
+        let target = to.join(path.file_name().unwrap_or_default());
+        if path.is_dir() {
+            copy(&path, &target)?;
+        } else if path.file_name().is_some_and(|name| name != "lock") {
+            fs::copy(&path, &target).map_err(RunError::io("copy", &path))?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,79 @@
+//! What can go wrong with a sweep, as one line for the person who reads it.
+
+use std::path::PathBuf;
+
+use crate::json::{Problem, SyntaxError};
+use crate::run::RunError;
+
+/// Why a sweep cannot be done.
+#[derive(Debug, thiserror::Error)]
+pub enum SweepError {
+    /// The sweep file is not JSON, or not an object of lists.
+    #[error(transparent)]
+    Syntax(#[from] SyntaxError),
+    /// The sweep file says something that cannot be used.
+    #[error("{origin}: at {problem}")]
+    Invalid {
+        /// The sweep file.
+        origin: String,
+        /// Where and what.
+        problem: Problem,
+    },
+    /// A file cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What went wrong.
+        source: std::io::Error,
+    },
+    /// A run's files.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// A run of the sweep's folder has the name of one of the sweep, but is another.
+    #[error(
+        "{} holds a run with other settings than the sweep asks for: choose another folder with --out, or remove it",
+        .0.display()
+    )]
+    OtherRun(PathBuf),
+    /// Two different runs would have one name.
+    #[error("{origin}: two different runs would be called `{name}`: write the settings in which they differ as lists")]
+    SameName {
+        /// The sweep file.
+        origin: String,
+        /// The name.
+        name: String,
+    },
+    /// A folder to collect from holds no sweep.
+    #[error("{} is not the folder of a sweep: it has no runs/", .0.display())]
+    NotASweep(PathBuf),
+    /// Two folders to collect hold different runs of the same name.
+    #[error("{} and {} {problem}: nothing was copied", first.display(), second.display())]
+    Conflict {
+        /// One of them.
+        first: PathBuf,
+        /// The other.
+        second: PathBuf,
+        /// What is wrong with the two, as a verb.
+        problem: &'static str,
+    },
+    /// A run that is to be collected is still being worked on.
+    #[error("{} is being trained: wait for it, or stop it: nothing was copied", .0.display())]
+    Busy(PathBuf),
+    /// Agents and dynamics models in one folder.
+    #[error("{} holds an agent and {} a dynamics model: collect them into two folders", agent.display(), model.display())]
+    Mixed {
+        /// Folder of an agent's run.
+        agent: PathBuf,
+        /// Folder of a model's.
+        model: PathBuf,
+    },
+}
+
+impl SweepError {
+    /// For `map_err` on file operations.
+    pub(super) fn io(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.into();
+        move |source| Self::Io { path, source }
+    }
+}

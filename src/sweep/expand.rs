@@ -1,0 +1,158 @@
+//! From a sweep file to its runs: every combination, named, checked before any work.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use serde::Serialize;
+use serde_json::Value;
+
+use super::error::SweepError;
+use super::file::{Axis, Combination, Grid, SweepFile, value_text};
+use super::models::ModelJob;
+use super::training::{Agents, absolute_paths, check_aliases};
+use crate::json::{self, Problem};
+use crate::trainer::RunConfig;
+
+/// A sweep, ready to be worked on: every combination is known to be possible.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sweep {
+    /// What is to be done, in order.
+    pub jobs: Vec<Job>,
+}
+
+/// One run or model of a sweep.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Job {
+    /// Name of its folder.
+    pub name: String,
+    /// The sweep file of this job alone.
+    pub alone: Value,
+    /// What it is.
+    pub work: Work,
+}
+
+/// What a job does.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Work {
+    /// Trains an agent.
+    Train(Box<RunConfig>),
+    /// Trains and evaluates a dynamics model.
+    Dynamics(Box<ModelJob>),
+}
+
+impl Sweep {
+    /// Reads a sweep file.
+    ///
+    /// # Errors
+    /// As [`Sweep::parse`], and when the file cannot be read.
+    pub fn load(path: &Path) -> Result<Self, SweepError> {
+        let text = std::fs::read(path).map_err(SweepError::io(path))?;
+        Self::parse(&text, &path.display().to_string())
+    }
+
+    /// Reads the text of a sweep file; `origin` names it in errors.
+    ///
+    /// # Errors
+    /// At the first mistake, with its line or its JSON path, and the nearest valid name where
+    /// one is not known.
+    pub fn parse(text: &[u8], origin: &str) -> Result<Self, SweepError> {
+        let file: SweepFile = json::parse(text, origin)?;
+        let mut jobs: Vec<Job> = Vec::new();
+        for (path, grid) in &file.grids {
+            let wrong = |problem: Problem| {
+                let problem = if path == "." { problem } else { problem.within(path) };
+                SweepError::Invalid { origin: origin.to_owned(), problem }
+            };
+            for job in expand(grid).map_err(wrong)? {
+                // Plain DDPG knows no thresholds, and grids may overlap: each run only once.
+                if !jobs.iter().any(|known| known.work == job.work) {
+                    jobs.push(job);
+                }
+            }
+        }
+        if jobs.is_empty() {
+            let problem = Problem::new(".", "is empty: give a `task` and other settings");
+            return Err(SweepError::Invalid { origin: origin.to_owned(), problem });
+        }
+        check_names(&jobs, origin)?;
+        Ok(Self { jobs })
+    }
+}
+
+fn expand(grid: &Grid) -> Result<Vec<Job>, Problem> {
+    let combinations = grid.combinations()?;
+    let kind = grid.kind.as_ref().map_or("train", |kind| kind.as_str().unwrap_or(""));
+    match kind {
+        "train" => {
+            check_aliases(grid)?;
+            let mut agents = Agents::default();
+            absolute_paths(grid).expand(&combinations, |grid, combination| agents.config(grid, combination))
+        }
+        "dynamics" => grid.expand(&combinations, |grid, combination| {
+            let job = ModelJob::new(grid, combination)?;
+            Ok((job.base_name(), job.training.seed, Work::Dynamics(Box::new(job))))
+        }),
+        _ => {
+            let hint = json::nearest(["train", "dynamics"], kind).map(|name| format!(": did you mean `{name}`?"));
+            let message = format!("must be `train` or `dynamics`{}", hint.unwrap_or_default());
+            Err(Problem::new("kind", message))
+        }
+    }
+}
+
+impl Grid {
+    /// A job for each combination; `make` gives the beginning of its name, its seed and what
+    /// it does.
+    fn expand(
+        &self,
+        combinations: &[Combination],
+        mut make: impl FnMut(&Self, &Combination) -> Result<(String, u64, Work), Problem>,
+    ) -> Result<Vec<Job>, Problem> {
+        let job = |combination: &Combination| {
+            let (base, seed, work) = make(self, combination)?;
+            let mut name = base;
+            for (axis, &value) in self.axes.iter().zip(combination) {
+                if axis.is_list && !work.leaves_out(&axis.key) {
+                    name += &format!("-{}", name_part(axis, value));
+                }
+            }
+            let name = file_name(&format!("{name}-seed{seed}"));
+            Ok(Job { name, alone: self.alone(combination), work })
+        };
+        combinations.iter().map(job).collect()
+    }
+}
+
+impl Work {
+    /// What is said of it at the beginning or end of its name, or does not matter to it.
+    fn leaves_out(&self, key: &str) -> bool {
+        match self {
+            Self::Train(config) => super::training::is_named_otherwise(config, key),
+            Self::Dynamics(_) => ["tools", "seed"].contains(&key),
+        }
+    }
+}
+
+fn name_part(axis: &Axis, value: usize) -> String {
+    let text = value_text(&axis.values[value]);
+    match axis.key.as_str() {
+        "epsilon" | "threshold" => text,
+        key => format!("{key}_{text}"),
+    }
+}
+
+/// A text as the name of a folder on any system.
+fn file_name(text: &str) -> String {
+    let allowed = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' };
+    text.trim_start_matches('.').chars().map(allowed).collect()
+}
+
+/// Each name stands for one run.
+fn check_names(jobs: &[Job], origin: &str) -> Result<(), SweepError> {
+    let mut names = BTreeSet::new();
+    match jobs.iter().find(|job| !names.insert(&job.name)) {
+        None => Ok(()),
+        Some(job) => Err(SweepError::SameName { origin: origin.to_owned(), name: job.name.clone() }),
+    }
+}

@@ -1,0 +1,154 @@
+//! A sweep file as it is written: settings and their values.
+
+use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};
+use serde_json::{Map, Value};
+
+use crate::json::Problem;
+
+/// Most combinations of one sweep; more are surely a mistake.
+const MOST_COMBINATIONS: usize = 10_000;
+
+/// The content of a sweep file: one grid, or several.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct SweepFile {
+    /// The grids, with their JSON paths: `.` if there is only one.
+    pub grids: Vec<(String, Grid)>,
+}
+
+/// Settings and their values, in the order of the file.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Grid {
+    /// Whether agents or dynamics models are meant; `train` if nothing is said.
+    pub kind: Option<Value>,
+    /// The settings.
+    pub axes: Vec<Axis>,
+}
+
+/// A setting and its values.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Axis {
+    /// Name of the setting.
+    pub key: String,
+    /// Its values, at least one.
+    pub values: Vec<Value>,
+    /// Written as a list, and so a part of the names of the runs.
+    pub is_list: bool,
+}
+
+/// One combination of a grid: for each axis the number of its value.
+pub(super) type Combination = Vec<usize>;
+
+impl Axis {
+    /// JSON path of a value, such as `ddpg.gamma[1]`.
+    pub fn path(&self, value: usize) -> String {
+        if self.is_list { format!("{}[{value}]", self.key) } else { self.key.clone() }
+    }
+}
+
+impl Grid {
+    /// All combinations, those of the last axis fastest.
+    ///
+    /// # Errors
+    /// When there are too many.
+    pub fn combinations(&self) -> Result<Vec<Combination>, Problem> {
+        let count = self.axes.iter().try_fold(1usize, |count, axis| count.checked_mul(axis.values.len()));
+        if count.is_none_or(|count| count > MOST_COMBINATIONS) {
+            let message = format!("makes more than {MOST_COMBINATIONS} combinations: shorten the lists");
+            return Err(Problem::new(".", message));
+        }
+        let mut combinations = vec![Vec::new()];
+        for axis in &self.axes {
+            let longer = |combination: &Combination| {
+                let combination = combination.clone();
+                (0..axis.values.len()).map(move |value| [combination.clone(), vec![value]].concat())
+            };
+            combinations = combinations.iter().flat_map(longer).collect();
+        }
+        Ok(combinations)
+    }
+
+    /// The sweep file of one combination alone: equal settings and equal names.
+    pub fn alone(&self, combination: &Combination) -> Value {
+        let mut object = Map::new();
+        object.extend(self.kind.clone().map(|kind| ("kind".to_owned(), kind)));
+        for (axis, &value) in self.axes.iter().zip(combination) {
+            let value = axis.values[value].clone();
+            object.insert(axis.key.clone(), if axis.is_list { Value::Array(vec![value]) } else { value });
+        }
+        Value::Object(object)
+    }
+}
+
+/// A value as the text that `--set` would take.
+pub(super) fn value_text(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+}
+
+impl<'de> Deserialize<'de> for SweepFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct OneOrMany;
+        impl<'de> Visitor<'de> for OneOrMany {
+            type Value = SweepFile;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("an object of settings and their values, or a list of such objects")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<SweepFile, A::Error> {
+                Ok(SweepFile { grids: vec![(".".to_owned(), read_grid(map)?)] })
+            }
+
+            fn visit_seq<A: serde::de::SeqAccess<'de>>(self, mut list: A) -> Result<SweepFile, A::Error> {
+                let mut grids = Vec::new();
+                while let Some(grid) = list.next_element::<Grid>()? {
+                    grids.push((format!("[{}]", grids.len()), grid));
+                }
+                Ok(SweepFile { grids })
+            }
+        }
+        deserializer.deserialize_any(OneOrMany)
+    }
+}
+
+impl<'de> Deserialize<'de> for Grid {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Settings;
+        impl<'de> Visitor<'de> for Settings {
+            type Value = Grid;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("an object of settings and their values")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Grid, A::Error> {
+                read_grid(map)
+            }
+        }
+        deserializer.deserialize_map(Settings)
+    }
+}
+
+/// JSON allows a name twice and keeps the last: in a sweep that would silently drop runs.
+fn read_grid<'de, A: MapAccess<'de>>(mut map: A) -> Result<Grid, A::Error> {
+    let mut grid = Grid::default();
+    while let Some((key, value)) = map.next_entry::<String, Value>()? {
+        if grid.axes.iter().any(|axis| axis.key == key) || (key == "kind" && grid.kind.is_some()) {
+            return Err(A::Error::custom(format_args!("`{key}` is given twice")));
+        }
+        if key == "kind" {
+            grid.kind = Some(value);
+            continue;
+        }
+        let is_list = value.is_array();
+        let values = if let Value::Array(values) = value { values } else { vec![value] };
+        if values.is_empty() {
+            return Err(A::Error::custom(format_args!("the list of `{key}` is empty")));
+        }
+        if values.iter().any(|value| value.is_object() || value.is_array()) {
+            let wanted = "values must be numbers, texts, true, false or null";
+            return Err(A::Error::custom(format_args!("{wanted} in the list of `{key}`")));
+        }
+        grid.axes.push(Axis { key, values, is_list });
+    }
+    Ok(grid)
+}

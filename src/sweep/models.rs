@@ -1,0 +1,209 @@
+//! The dynamics models of a sweep (paper, table 1): trained, evaluated, in a folder each.
+
+use std::path::Path;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::file::{Combination, Grid, value_text};
+use super::work::{Meter, WorkError};
+use crate::dynamics::{
+    DynamicsError, Ended, EvaluationConfig, ModelConfig, TrainConfig, Training, canonical_tool_set, evaluate,
+    tool_set_name,
+};
+use crate::json::{self, Problem};
+use crate::nn::TensorFile;
+use crate::physics::ToolKind;
+use crate::run::{RunDirectory, RunError};
+use crate::study::mean_errors;
+use crate::task::{self, Task};
+
+/// Epochs between two checkpoints of a training.
+const CHECKPOINT_EVERY: u32 = 100;
+
+const MODEL: &str = "model.safetensors";
+const CHECKPOINT: &str = "training.safetensors";
+pub(super) const RESULT: &str = "result.json";
+
+/// A dynamics model to be trained and evaluated: `config.json` of its folder.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModelJob {
+    /// Tool set, in canonical order.
+    pub tools: Vec<ToolKind>,
+    /// Structure, inputs and targets.
+    pub model: ModelConfig,
+    /// Training.
+    pub training: TrainConfig,
+    /// Evaluation.
+    pub evaluation: EvaluationConfig,
+}
+
+/// What became of a model: `result.json` of its folder.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ModelResult {
+    /// Epochs done.
+    pub epochs: u32,
+    /// Why it did no more, if the training diverged; the errors are then those of the model
+    /// of the epoch before.
+    pub diverged: Option<String>,
+    /// Mean loss of the last epoch, of normalised outputs; none if there was no whole epoch.
+    pub train_loss: Option<f32>,
+    /// Mean loss on the validation launches at the end.
+    pub validation_loss: f32,
+    /// Mean error after one whole action on fresh launches, normalised.
+    pub action_error: f64,
+    /// Mean error of one prediction on fresh launches, normalised.
+    pub one_step_error: f64,
+    /// Mean errors after 1, 2, ... actions in unseen scenes of the tasks, normalised.
+    pub rollout_error: Vec<f64>,
+}
+
+impl ModelJob {
+    /// The job of a combination of settings.
+    pub(super) fn new(grid: &Grid, combination: &Combination) -> Result<Self, Problem> {
+        let mut tools = None;
+        let mut job = Self {
+            tools: Vec::new(),
+            model: ModelConfig::default(),
+            training: TrainConfig::default(),
+            evaluation: EvaluationConfig::default(),
+        };
+        let chosen = || grid.axes.iter().zip(combination).map(|(axis, &value)| (axis, &axis.values[value], value));
+        // It decides where the others start from, wherever it stands.
+        if let Some((axis, literal, value)) = chosen().find(|(axis, _, _)| axis.key == "literal") {
+            let wrong = || Problem::new(axis.path(value), "must be true or false");
+            if literal.as_bool().ok_or_else(wrong)? {
+                job.model = ModelConfig::literal();
+            }
+        }
+        for (axis, value, number) in chosen().filter(|(axis, _, _)| axis.key != "literal") {
+            let wrong = |message: String| Problem::new(axis.path(number), message);
+            match axis.key.replace('-', "_").as_str() {
+                "tools" => tools = Some(read_tools(&value_text(value)).map_err(wrong)?),
+                key => job = job.with_setting(key, value).map_err(wrong)?,
+            }
+        }
+        let missing = || Problem::new("tools", "is missing: name a tool set, such as \"box,bucket\"");
+        job.tools = tools.ok_or_else(missing)?;
+        let wrong = |error: DynamicsError| Problem::new(field_of(&error).unwrap_or("."), error);
+        job.model.validate().map_err(wrong)?;
+        job.training.validate().map_err(wrong)?;
+        Ok(job)
+    }
+
+    fn with_setting(&self, key: &str, value: &Value) -> Result<Self, String> {
+        // Plain data always serialises.
+        let mut whole = serde_json::to_value(self).expect("settings are plain data");
+        let keys: Vec<String> = json::leaves(&whole).into_iter().map(|(path, _)| path).collect();
+        let short = |path: &str| path.trim_start_matches("model.").trim_start_matches("training.").to_owned();
+        let known = |path: &String| path != "tools" && short(path) == key;
+        let Some(place) = keys.iter().find(|path| known(path)).and_then(|path| json::at_mut(&mut whole, path)) else {
+            let names: Vec<String> = keys.iter().map(|path| short(path)).collect();
+            let hint = json::nearest(names.iter().map(String::as_str).chain(["literal", "kind"]), key);
+            let hint = hint.map(|name| format!(": did you mean `{name}`?")).unwrap_or_default();
+            return Err(format!("there is no setting `{key}` of a dynamics model{hint}"));
+        };
+        *place = value.clone();
+        serde_json::from_value(whole).map_err(|error| format!("cannot be `{}`: {error}", value_text(value)))
+    }
+
+    /// The beginning of its name.
+    pub(super) fn base_name(&self) -> String {
+        tool_set_name(&self.tools)
+    }
+
+    /// Epochs to train.
+    pub(super) fn epochs(&self) -> u64 {
+        u64::from(self.training.epochs)
+    }
+
+    /// Trains and evaluates the model in `folder`, or what is missing of it.
+    pub(super) fn run(&self, folder: &Path, command: &str, meter: &Meter) -> Result<(), WorkError> {
+        let directory = match RunDirectory::open(folder) {
+            Err(RunError::NotARun(_)) => RunDirectory::create(folder, self)?,
+            opened => opened?,
+        };
+        if folder.join(RESULT).exists() {
+            meter.set(self.epochs());
+            return Ok(());
+        }
+        let _lock = directory.lock()?;
+        let checkpoint = folder.join(CHECKPOINT);
+        let (model, training) = (self.model.clone(), self.training.clone());
+        let mut training = match std::fs::read(&checkpoint) {
+            Ok(bytes) => resume(&bytes, &checkpoint)?,
+            Err(_) => Training::new(model, training, &self.tools, command)?,
+        };
+        let (mut train_loss, mut failed) = (None, None);
+        let ended = training.run(|training, now| {
+            meter.set(u64::from(now.epoch));
+            train_loss = Some(now.loss);
+            if now.epoch.is_multiple_of(CHECKPOINT_EVERY) && now.epoch < now.epochs {
+                failed = write(&checkpoint, &training.checkpoint().to_bytes()).err();
+            }
+            failed.is_none()
+        });
+        if let Some(error) = failed {
+            return Err(error.into());
+        }
+        let diverged = match ended {
+            Ended::Diverged { epoch, reason } => Some(format!("epoch {epoch}: {reason}")),
+            Ended::Done | Ended::Stopped => None,
+        };
+        training.model().save(&folder.join(MODEL))?;
+        let result = self.result(&training, diverged, train_loss)?;
+        // Plain data always serialises.
+        let text = serde_json::to_string_pretty(&result).expect("a result is plain data") + "\n";
+        write(&folder.join(RESULT), text.as_bytes())?;
+        // The result is there: what is left of the training is only in the way.
+        let _ = std::fs::remove_file(&checkpoint);
+        meter.set(self.epochs());
+        Ok(())
+    }
+
+    fn result(
+        &self,
+        training: &Training,
+        diverged: Option<String>,
+        train_loss: Option<f32>,
+    ) -> Result<ModelResult, WorkError> {
+        let model = training.model();
+        let tasks: Vec<Task> = task::shipped().into_iter().filter(|task| model.check_task(task).is_ok()).collect();
+        let evaluation = evaluate(model, &tasks, &self.evaluation)?;
+        let (one_step_error, rollout_error) = mean_errors(&evaluation);
+        let after_an_action = |tool: &crate::dynamics::LaunchErrors| tool.errors.model.rollout.last().map(|e| e.mean);
+        let actions: Vec<f64> = evaluation.launches.iter().filter_map(after_an_action).collect();
+        Ok(ModelResult {
+            epochs: training.epoch(),
+            diverged,
+            train_loss,
+            validation_loss: training.validation_loss(),
+            action_error: actions.iter().sum::<f64>() / actions.len().max(1) as f64,
+            one_step_error,
+            rollout_error,
+        })
+    }
+}
+
+fn read_tools(text: &str) -> Result<Vec<ToolKind>, String> {
+    let tools: Vec<ToolKind> = text.split(',').map(|tool| ToolKind::from_str(tool.trim())).collect::<Result<_, _>>()?;
+    canonical_tool_set(&tools).map_err(|error| error.to_string())
+}
+
+/// The setting an error is about.
+fn field_of(error: &DynamicsError) -> Option<&'static str> {
+    if let DynamicsError::Config { field, .. } = error { Some(field) } else { None }
+}
+
+fn resume(bytes: &[u8], path: &Path) -> Result<Training, DynamicsError> {
+    let origin = path.display().to_string();
+    let file =
+        TensorFile::from_bytes(bytes).map_err(|source| DynamicsError::File { origin: origin.clone(), source })?;
+    Training::resume(&file, &origin)
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), RunError> {
+    crate::atomic::write(path, bytes).map_err(RunError::io("write", path))
+}

@@ -1,0 +1,54 @@
+//! A sweep for many machines: one command a job, for GNU parallel or for Slurm.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use super::expand::{Job, Sweep};
+
+/// One command a line and job. Each is complete in itself (it needs no sweep file), and
+/// carrying it out again does only what is missing. `program` and `folder` should be absolute.
+pub fn plan(sweep: &Sweep, program: &Path, folder: &Path) -> String {
+    let mut text = String::new();
+    for job in &sweep.jobs {
+        let words = [
+            program.display().to_string(),
+            "sweep".to_owned(),
+            "--one".to_owned(),
+            job.alone.to_string(),
+            "--out".to_owned(),
+            folder.display().to_string(),
+            "--quiet".to_owned(),
+        ];
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "{}", shell_words::join(words));
+    }
+    text
+}
+
+/// A Slurm job-array script with a task for each job. `name` is the name of the array.
+pub fn slurm(sweep: &Sweep, program: &Path, folder: &Path, name: &str) -> String {
+    let name: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
+    format!(
+        "#!/usr/bin/env bash\n\
+         # {count} independent jobs; submit with: sbatch THIS_FILE\n\
+         # A job that was interrupted goes on when the script is submitted again.\n\
+         #SBATCH --job-name=mge-{name}\n\
+         #SBATCH --array=0-{last}\n\
+         #SBATCH --ntasks=1\n\
+         #SBATCH --cpus-per-task=1\n\
+         #SBATCH --output=mge-{name}-%A_%a.log\n\
+         set -euo pipefail\n\
+         command=$(sed -n \"$((SLURM_ARRAY_TASK_ID + 1))p\" <<'END_OF_PLAN'\n\
+         {plan}END_OF_PLAN\n\
+         )\n\
+         eval \"exec $command --threads 1\"\n",
+        count = sweep.jobs.len(),
+        last = sweep.jobs.len().saturating_sub(1),
+        plan = plan(sweep, program, folder),
+    )
+}
+
+/// The command that makes a job's model again, for the model file.
+pub(super) fn provenance(job: &Job) -> String {
+    shell_words::join(["mge", "sweep", "--one", &job.alone.to_string()])
+}

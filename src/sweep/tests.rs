@@ -1,0 +1,257 @@
+//! Sweeps from the file to the table: what is made of a file, what is done, what comes back.
+
+use std::path::Path;
+use std::time::Duration;
+
+use serde_json::{Value, json};
+
+use super::*;
+use crate::run::{RunDirectory, RunState};
+use crate::trainer::{Control, Phase, Trainer};
+
+/// Settings of agents that train in no time.
+fn small(more: &Value) -> Value {
+    let mut file = json!({
+        "task": ["task1"], "method": ["ddpg", "ddpg-mge"], "epsilon": [0.2, "linear:0.5:0:8"], "model": "true",
+        "seed": [0, 1], "episodes": 8, "ddpg.hidden": 8, "ddpg.warmup_steps": 30, "ddpg.replay_capacity": 60,
+        "guidance.model_rollouts": 50, "guidance.environment_rollouts": 10, "checkpoints.last_every": 3
+    });
+    for (key, value) in more.as_object().unwrap() {
+        file[key] = value.clone();
+    }
+    file
+}
+
+fn sweep(file: &Value) -> Sweep {
+    Sweep::parse(file.to_string().as_bytes(), "sweep.json").unwrap()
+}
+
+fn names(sweep: &Sweep) -> Vec<&str> {
+    sweep.jobs.iter().map(|job| job.name.as_str()).collect()
+}
+
+fn finish(sweep: &Sweep, folder: &Path) -> Vec<(String, String)> {
+    run(sweep, folder, &|_| {}).unwrap()
+}
+
+fn metrics(folder: &Path, name: &str) -> Vec<u8> {
+    std::fs::read(folder.join("runs").join(name).join("metrics.csv")).unwrap()
+}
+
+#[test]
+fn a_file_is_all_combinations_and_the_baseline_only_once() {
+    let sweep = sweep(&small(&json!({"seed": [0]})));
+    let expected = ["task1-ddpg-seed0", "task1-ddpg-mge-0.2-seed0", "task1-ddpg-mge-linear_0.5_0_8-seed0"];
+    assert_eq!(names(&sweep), expected);
+    let Work::Train(config) = &sweep.jobs[1].work else { panic!("an agent") };
+    assert_eq!((config.epsilon.to_string().as_str(), config.ddpg.hidden), ("0.2", 8));
+    let two = json!([{"task": "task1", "ddpg.gamma": [0.7, 0.8]}, {"task": ["task1", "task2"]}]);
+    let expected = ["task1-ddpg-mge-ddpg.gamma_0.7-seed0", "task1-ddpg-mge-ddpg.gamma_0.8-seed0"];
+    assert_eq!(names(&self::sweep(&two))[..2], expected);
+    assert_eq!(self::sweep(&two).jobs.len(), 4);
+}
+
+#[test]
+fn models_are_swept_by_the_names_of_their_settings() {
+    let file = json!({"kind": "dynamics", "tools": "box,bucket", "learning-rate": [1e-3, 1e-4], "layers": [5, 17], "optimiser": "sgd"});
+    let sweep = sweep(&file);
+    assert_eq!(names(&sweep)[0], "bucket-box-learning-rate_0.001-layers_5-seed0");
+    let Work::Dynamics(job) = &sweep.jobs[3].work else { panic!("a model") };
+    assert_eq!((job.training.learning_rate, job.model.layers), (1e-4, 17));
+    assert_eq!(job.training.optimiser, crate::nn::OptimiserKind::Sgd);
+}
+
+#[test]
+fn a_job_alone_is_the_same_job() {
+    for file in [small(&json!({})), json!({"kind": "dynamics", "tools": ["box"], "layers": [5, 17]})] {
+        for job in sweep(&file).jobs {
+            assert_eq!(sweep(&job.alone).jobs, [job]);
+        }
+    }
+}
+
+#[test]
+fn shipped_sweeps_are_possible() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/sweeps");
+    let count = |name: &str| Sweep::load(&folder.join(name)).unwrap().jobs.len();
+    assert_eq!(count("table1.json"), 4 * 3 * 4 * 4 * 3);
+    assert_eq!(count("table1-one-at-a-time.json"), 4 + 2 + 3 + 3 + 2);
+    assert_eq!(count("small.json"), 2 * 3 * 3);
+}
+
+#[test]
+fn mistakes_are_explained_before_any_work() {
+    for (text, expected) in [
+        (
+            r#"{"task": "task1", "ddpg.gama": [0.9]}"#,
+            "s.json: at ddpg.gama[0]: there is no setting `ddpg.gama`: did you mean `ddpg.gamma`?",
+        ),
+        (r#"{"task": "task1", "treshold": [0.9]}"#, "did you mean `threshold`?"),
+        (r#"{"task": ["task1", "task11"]}"#, "s.json: at task[1]: there is no task `task11`"),
+        (r#"{"tasks": ["task1"]}"#, "at tasks: there is no setting `tasks`: did you mean `task`?"),
+        (r#"{"seed": [1]}"#, "at task: is missing"),
+        (r#"{"task": "task1", "ddpg.gamma": [0.9, 7]}"#, "at ddpg.gamma[1]: ddpg: `gamma` is 7"),
+        (r#"{"task": "task1", "epsilon": 2}"#, "at epsilon: "),
+        (r#"{"task": "task1", "method": ["dqn"]}"#, "at method[0]: `method` cannot be `dqn`"),
+        (r#"{"task": "task1", "model": "nowhere.safetensors"}"#, "at model: nowhere.safetensors"),
+        (r#"{"task": "task1", "seed": [1], "seed": [2]}"#, "s.json:1:"),
+        (r#"{"task": "task1", "seed": []}"#, "the list of `seed` is empty"),
+        (r#"{"task": "task1", "seed": [[1]]}"#, "values must be numbers"),
+        ("{\"task\": \"task1\",\n \"seed\": [1,}", "s.json:2:"),
+        (
+            r#"[{"task": "task1"}, {"task": "task1", "sed": [1]}]"#,
+            "at [1].sed[0]: there is no setting `sed`: did you mean `seed`?",
+        ),
+        (r#"{"task": "task1", "epsilon": 0.1, "threshold": [0.2]}"#, "at threshold: is another name of `epsilon`"),
+        ("[]", "is empty"),
+        ("3", "expected an object of settings"),
+        (r#"{"kind": "dynamic", "tools": "box"}"#, "at kind: must be `train` or `dynamics`: did you mean `dynamics`?"),
+        (r#"{"kind": "dynamics", "tools": ["box", "bukket"]}"#, "at tools[1]: unknown tool `bukket`"),
+        (
+            r#"{"kind": "dynamics", "tools": "box", "layer": [3]}"#,
+            "at layer[0]: there is no setting `layer` of a dynamics model: did you mean `layers`?",
+        ),
+        (r#"{"kind": "dynamics", "tools": "box", "layers": [0]}"#, "must be from 1 to 64"),
+        (r#"{"kind": "dynamics", "layers": [5]}"#, "at tools: is missing"),
+        (r#"{"kind": "dynamics", "tools": "box", "literal": 1}"#, "at literal: must be true or false"),
+        (
+            r#"[{"task": "task1", "ddpg.gamma": 0.9}, {"task": "task1", "ddpg.gamma": 0.8}]"#,
+            "two different runs would be called `task1-ddpg-mge-seed0`",
+        ),
+    ] {
+        let error = Sweep::parse(text.as_bytes(), "s.json").unwrap_err().to_string();
+        assert!(error.contains(expected) && error.starts_with("s.json") && !error.contains('\n'), "{text}: {error}");
+    }
+    let many = json!({"task": "task1", "seed": (0..200).collect::<Vec<_>>(), "episodes": (1..200).collect::<Vec<_>>()});
+    let error = Sweep::parse(many.to_string().as_bytes(), "s.json").unwrap_err().to_string();
+    assert!(error.contains("more than 10000 combinations"), "{error}");
+}
+
+#[test]
+fn what_is_done_stays_what_was_interrupted_goes_on_and_a_failure_stops_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let [whole, broken] = ["whole", "broken"].map(|name| folder.path().join(name));
+    let sweep = sweep(&small(&json!({})));
+    assert_eq!(finish(&sweep, &whole), []);
+
+    // One is finished, one was stopped in the middle, one is held by somebody else.
+    let [finished, stopped, held] = [0, 2, 3].map(|n| &sweep.jobs[n]);
+    let done = Sweep { jobs: vec![finished.clone()] };
+    assert_eq!(finish(&done, &broken), []);
+    let log = std::fs::read(finished.folder(&broken).join("events.jsonl")).unwrap();
+    stop_at(stopped, &broken, 4);
+    let Work::Train(config) = &held.work else { panic!("an agent") };
+    let lock = RunDirectory::create(held.folder(&broken), config).unwrap().lock().unwrap();
+
+    let failures = finish(&sweep, &broken);
+    assert_eq!(failures.len(), 1, "{failures:?}");
+    assert_eq!(failures[0].0, held.name);
+    assert!(failures[0].1.contains("is in use by process"), "{failures:?}");
+    assert_eq!(std::fs::read(finished.folder(&broken).join("events.jsonl")).unwrap(), log);
+    drop(lock);
+    assert_eq!(finish(&sweep, &broken), []);
+    for job in &sweep.jobs {
+        assert_eq!(metrics(&whole, &job.name), metrics(&broken, &job.name), "{}", job.name);
+    }
+    let results = read_results(&whole).unwrap();
+    assert_eq!(results.rows.len(), 6);
+    assert_eq!(results.to_csv(), read_results(&broken).unwrap().to_csv());
+    let row = &results.rows[0];
+    assert_eq!((&row["state"], &row["episodes"]), (&json!("finished"), &json!(8)));
+}
+
+/// Trains a job's run until it has paused, and stops it there.
+fn stop_at(job: &Job, sweep: &Path, episode: u32) {
+    let Work::Train(config) = &job.work else { panic!("an agent") };
+    let directory = RunDirectory::create(job.folder(sweep), config).unwrap();
+    let trainer = Trainer::spawn(directory.clone()).unwrap();
+    trainer.send(Control::Advance(episode));
+    while trainer.watch().phase() != Phase::Paused {
+        assert!(trainer.is_active(), "the training ended before it paused");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    trainer.send(Control::Stop { reason: "a test".to_owned() });
+    trainer.join().unwrap();
+    assert!(matches!(directory.status().unwrap().state, RunState::Stopped(_)));
+}
+
+#[test]
+fn a_run_with_other_settings_is_not_taken_for_one_of_the_sweep() {
+    let folder = tempfile::tempdir().unwrap();
+    let one = json!({"method": ["ddpg"], "seed": [0], "epsilon": 0});
+    assert_eq!(finish(&sweep(&small(&one)), folder.path()), []);
+    let mut other = small(&one);
+    other["ddpg.gamma"] = json!(0.5);
+    let error = run(&sweep(&other), folder.path(), &|_| {}).unwrap_err().to_string();
+    assert!(error.contains("holds a run with other settings"), "{error}");
+}
+
+#[test]
+fn models_are_trained_evaluated_and_told_in_a_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = json!({
+        "kind": "dynamics", "tools": "box", "layers": [2, 3], "learning_rate": 1e-3, "epochs": 3, "width": 8,
+        "observations": 10, "validation": 3, "evaluation.launches": 5, "evaluation.episodes": 1,
+        "evaluation.hit_rollouts": 10
+    });
+    let sweep = sweep(&file);
+    assert_eq!(finish(&sweep, folder.path()), []);
+    let results = read_results(folder.path()).unwrap();
+    for (row, layers) in results.rows.iter().zip([2, 3]) {
+        assert_eq!(
+            (&row["layers"], &row["state"], &row["epochs_done"]),
+            (&json!(layers), &json!("finished"), &json!(3))
+        );
+        for measure in ["train_loss", "validation_loss", "one_step_error", "action_error"] {
+            assert!(row[measure].as_f64().unwrap() > 0.0, "{measure}: {row:?}");
+        }
+    }
+    // The model in the folder is the one that was measured.
+    let model = crate::dynamics::Model::load(&sweep.jobs[0].folder(folder.path()).join("model.safetensors")).unwrap();
+    assert_eq!(model.config().layers, 2);
+    let before = results.to_csv();
+    assert_eq!(finish(&sweep, folder.path()), []);
+    assert_eq!(read_results(folder.path()).unwrap().to_csv(), before);
+    results.write(folder.path()).unwrap();
+    let csv = std::fs::read_to_string(folder.path().join("results.csv")).unwrap();
+    assert!(csv.starts_with("run,state,tools,layers,seed,epochs_done,train_loss,"), "{csv}");
+}
+
+#[test]
+fn what_comes_back_is_merged_and_conflicts_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let [a, b, out] = ["a", "b", "out"].map(|name| folder.path().join(name));
+    let all = sweep(&small(&json!({"epsilon": 0.2, "seed": [0, 1]})));
+    let half = |range: std::ops::Range<usize>| Sweep { jobs: all.jobs[range].to_vec() };
+    finish(&half(0..3), &a);
+    finish(&half(3..4), &b);
+    stop_at(&all.jobs[0], &b, 3);
+    assert_eq!(collect(&[b.clone(), a.clone()], &out).unwrap(), 4);
+    for job in &all.jobs {
+        let state = RunDirectory::open(job.folder(&out)).unwrap().status().unwrap().state;
+        assert_eq!(state, RunState::Finished, "{}", job.name);
+    }
+    assert_eq!(metrics(&out, &all.jobs[0].name), metrics(&a, &all.jobs[0].name));
+    assert_eq!(finish(&all, &out), [], "nothing is left to do");
+    assert_eq!(collect(&[a.clone(), b.clone()], &out).unwrap(), 4, "collecting again changes nothing");
+
+    let refused = |expected: &str| {
+        let fresh = folder.path().join("fresh");
+        let error = collect(&[a.clone(), b.clone()], &fresh).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+        assert!(!fresh.exists(), "something was copied");
+    };
+    let lock = RunDirectory::open(all.jobs[0].folder(&b)).unwrap().lock().unwrap();
+    refused("is being trained");
+    drop(lock);
+    let path = all.jobs[0].folder(&b).join("metrics.csv");
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, text.replace(",false", ",true")).unwrap();
+    refused("have the same settings and different results");
+    let path = all.jobs[0].folder(&b).join("config.json");
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, text.replace("\"episodes\": 8", "\"episodes\": 9")).unwrap();
+    refused("have the same name and different settings");
+    let error = collect(&[folder.path().join("nowhere")], &out).unwrap_err().to_string();
+    assert!(error.contains("is not the folder of a sweep"), "{error}");
+}

@@ -1,0 +1,135 @@
+//! The agents of a sweep: combinations of settings as configurations of runs.
+
+use std::collections::{BTreeMap, HashSet};
+use std::path::Path;
+use std::sync::Arc;
+
+use serde_json::Value;
+
+use super::expand::Work;
+use super::file::{Axis, Combination, Grid, value_text};
+use crate::guidance::EpsilonSchedule;
+use crate::json::{self, Problem};
+use crate::task::{self, Task};
+use crate::trainer::{Method, RunConfig, SettingError, check_model, config_keys};
+
+/// Other names of settings: those of the command line.
+const ALIASES: [(&str, &str); 2] = [("threshold", "epsilon"), ("model", "prior")];
+
+fn setting(key: &str) -> &str {
+    ALIASES.iter().find(|(alias, _)| *alias == key).map_or(key, |(_, setting)| setting)
+}
+
+/// Whether a run's name need not say this setting as it says others.
+pub(super) fn is_named_otherwise(config: &RunConfig, key: &str) -> bool {
+    ["task", "method", "seed"].contains(&key) || !config.method.uses(setting(key))
+}
+
+/// The grid with the paths of tasks and models made absolute, so that its commands mean the
+/// same in any folder.
+pub(super) fn absolute_paths(grid: &Grid) -> Grid {
+    let mut grid = grid.clone();
+    for axis in grid.axes.iter_mut().filter(|axis| ["task", "model", "prior"].contains(&axis.key.as_str())) {
+        for value in &mut axis.values {
+            let path = value.as_str().map(Path::new).filter(|path| path.is_file());
+            if let Some(path) = path.and_then(|path| std::path::absolute(path).ok()) {
+                *value = Value::String(path.display().to_string());
+            }
+        }
+    }
+    grid
+}
+
+/// A setting under two names would have two values at once.
+pub(super) fn check_aliases(grid: &Grid) -> Result<(), Problem> {
+    for (alias, name) in ALIASES {
+        let has = |key: &str| grid.axes.iter().any(|axis| axis.key == key);
+        if has(alias) && has(name) {
+            return Err(Problem::new(alias, format!("is another name of `{name}`: give only one of them")));
+        }
+    }
+    Ok(())
+}
+
+/// Makes configurations; loads every task and looks at every model only once.
+#[derive(Default)]
+pub(super) struct Agents {
+    tasks: BTreeMap<String, Arc<Task>>,
+    models: HashSet<(String, Method, String)>,
+}
+
+impl Agents {
+    /// The configuration of a combination, with the beginning of its name and its seed.
+    pub fn config(&mut self, grid: &Grid, combination: &Combination) -> Result<(String, u64, Work), Problem> {
+        let mut config = RunConfig::new(self.task(grid, combination)?);
+        let mut chosen: Vec<(&Axis, usize)> = grid.axes.iter().zip(combination.iter().copied()).collect();
+        chosen.retain(|(axis, _)| axis.key != "task");
+        // It decides which of the others make a difference.
+        chosen.sort_by_key(|(axis, _)| axis.key != "method");
+        let mut out_of_range = None;
+        for (axis, value) in chosen {
+            let changed = config
+                .with_unchecked_setting(setting(&axis.key), &value_text(&axis.values[value]))
+                .map_err(|error| explain(&axis.path(value), &axis.key, &config, &error))?;
+            if out_of_range.is_none() {
+                out_of_range = changed.validate().err().map(|error| (axis.path(value), error));
+            }
+            // Runs that differ only in what makes no difference to them are one run.
+            if changed.method.uses(setting(&axis.key)) {
+                config = changed;
+            }
+        }
+        if let Some((path, error)) = out_of_range {
+            // Two settings may be in range only together.
+            config.validate().map_err(|_| Problem::new(path, error))?;
+        }
+        if !config.method.uses("epsilon") {
+            config.epsilon = EpsilonSchedule::Constant(0.0);
+        }
+        self.check_model(grid, &config)?;
+        Ok((format!("{}-{}", config.task.name, config.method), config.seed, Work::Train(Box::new(config))))
+    }
+
+    fn task(&mut self, grid: &Grid, combination: &Combination) -> Result<Arc<Task>, Problem> {
+        let place = grid.axes.iter().position(|axis| axis.key == "task");
+        let Some(place) = place else {
+            let alike = |axis: &&Axis| json::nearest(["task"], &axis.key).is_some();
+            if let Some(axis) = grid.axes.iter().find(alike) {
+                let message = format!("there is no setting `{}`: did you mean `task`?", axis.key);
+                return Err(Problem::new(&axis.key, message));
+            }
+            let shipped = task::shipped().iter().map(|task| task.name.clone()).collect::<Vec<_>>().join(", ");
+            return Err(Problem::new("task", format!("is missing: name one or more of {shipped}, or task files")));
+        };
+        let (axis, value) = (&grid.axes[place], combination[place]);
+        let name = value_text(&axis.values[value]);
+        if let Some(known) = self.tasks.get(&name) {
+            return Ok(known.clone());
+        }
+        let task = Arc::new(task::load(&name).map_err(|error| Problem::new(axis.path(value), error))?);
+        self.tasks.insert(name, task.clone());
+        Ok(task)
+    }
+
+    /// A model that is not there, or does not know the tools, would fail the run later.
+    fn check_model(&mut self, grid: &Grid, config: &RunConfig) -> Result<(), Problem> {
+        let key = (config.task.name.clone(), config.method, String::from(config.prior.clone()));
+        if self.models.contains(&key) {
+            return Ok(());
+        }
+        let path = grid.axes.iter().find(|axis| setting(&axis.key) == "prior").map_or("task", |axis| &axis.key);
+        check_model(config).map_err(|error| Problem::new(path, error))?;
+        self.models.insert(key);
+        Ok(())
+    }
+}
+
+/// A setting's error at its path; names that a sweep knows beyond the settings are suggested too.
+fn explain(path: &str, key: &str, config: &RunConfig, error: &SettingError) -> Problem {
+    let SettingError::Unknown { .. } = error else { return Problem::new(path, error) };
+    let keys = config_keys(config);
+    let others = ["task", "kind"].into_iter().chain(ALIASES.iter().map(|(alias, _)| *alias));
+    let hint = json::nearest(keys.iter().map(String::as_str).chain(others), key);
+    let hint = hint.map(|name| format!(": did you mean `{name}`?")).unwrap_or_default();
+    Problem::new(path, format!("there is no setting `{key}`{hint}"))
+}

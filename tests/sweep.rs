@@ -1,0 +1,139 @@
+//! Sweeps as a user runs them: at once, through GNU parallel, as a Slurm array; and the report.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+const MGE: &str = env!("CARGO_BIN_EXE_mge");
+
+const SWEEP: &str = r#"{
+  "task": ["task1", "task3"], "method": ["ddpg", "ddpg-mge"], "threshold": [0.2], "model": "true", "seed": [0, 1],
+  "episodes": 10, "ddpg.hidden": 8, "ddpg.warmup_steps": 30, "evaluation.every": 5,
+  "guidance.model_rollouts": 50, "guidance.environment_rollouts": 10
+}"#;
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn mge(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(MGE).args(arguments).current_dir(folder).output().expect("the program starts")
+}
+
+fn succeed(output: Output) -> String {
+    assert!(output.status.success(), "{}{}", text(&output.stdout), text(&output.stderr));
+    text(&output.stdout)
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// Carries the lines of a plan out in a shell.
+fn shell(folder: &Path, script: &str, task: &str) -> Output {
+    Command::new("bash")
+        .args(["-c", script])
+        .env("SLURM_ARRAY_TASK_ID", task)
+        .current_dir(folder)
+        .output()
+        .expect("bash starts")
+}
+
+#[test]
+fn a_plan_gives_the_same_results_as_the_sweep_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    std::fs::write(here.join("s.json"), SWEEP).unwrap();
+    let table = succeed(mge(here, &["sweep", "s.json", "--quiet"]));
+    assert_eq!(table.trim(), "sweeps/s/results.csv");
+    let expected = read(&here.join("sweeps/s/results.csv"));
+    assert_eq!(expected.lines().count(), 9, "{expected}");
+    assert_eq!(expected.matches(",finished,").count(), 8, "{expected}");
+
+    // A folder that a shell would take apart, and a plan that needs no file beside it.
+    let out = "it's a \"folder\" $HOME";
+    let plan = succeed(mge(here, &["sweep", "s.json", "--plan", "--out", out]));
+    let array = succeed(mge(here, &["sweep", "s.json", "--slurm", "--out", out]));
+    assert_eq!(plan.lines().count(), 8);
+    assert!(!here.join(out).exists(), "planning did something");
+    std::fs::rename(here.join("s.json"), here.join("kept.json")).unwrap();
+    let elsewhere = tempfile::tempdir().unwrap();
+    let lines: Vec<&str> = plan.lines().collect();
+    for line in &lines[..2] {
+        succeed(shell(elsewhere.path(), line, ""));
+        let again = succeed(shell(elsewhere.path(), line, ""));
+        assert!(Path::new(again.trim()).join("metrics.csv").exists(), "{again}");
+    }
+    assert!(array.contains("#SBATCH --array=0-7\n"), "{array}");
+    succeed(shell(elsewhere.path(), &array, "2"));
+    assert_eq!(std::fs::read_dir(here.join(out).join("runs")).unwrap().count(), 3);
+    through_parallel(elsewhere.path(), &plan);
+    std::fs::rename(here.join("kept.json"), here.join("s.json")).unwrap();
+    succeed(mge(here, &["sweep", "s.json", "--quiet", "--out", out]));
+    assert_eq!(read(&here.join(out).join("results.csv")), expected);
+
+    let merged = succeed(mge(here, &["sweep", "--collect", out, "sweeps/s", "--out", "merged"]));
+    assert_eq!(merged.trim(), "merged/results.csv");
+    assert_eq!(read(&here.join("merged/results.csv")), expected);
+}
+
+/// Carries the plan out with the real GNU parallel, which skips nothing and repeats nothing.
+fn through_parallel(folder: &Path, plan: &str) {
+    let file = folder.join("plan.txt");
+    std::fs::write(&file, plan).unwrap();
+    let parallel = Command::new("parallel").args(["--jobs", "2", "--arg-file"]).arg(&file).current_dir(folder).output();
+    match parallel {
+        Ok(output) => assert_eq!(succeed(output).lines().count(), plan.lines().count()),
+        Err(error) => eprintln!("skipped: GNU parallel cannot be started: {error}"),
+    }
+}
+
+#[test]
+fn mistakes_are_one_line_and_change_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("bad.json"), SWEEP.replace("ddpg.hidden", "ddpg.hiden")).unwrap();
+    let output = mge(folder.path(), &["sweep", "bad.json"]);
+    assert_eq!(output.status.code(), Some(1));
+    let message = text(&output.stderr);
+    assert_eq!(
+        message,
+        "error: bad.json: at ddpg.hiden: there is no setting `ddpg.hiden`: did you mean `ddpg.hidden`?\n"
+    );
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    assert_eq!(mge(folder.path(), &["sweep"]).status.code(), Some(2));
+    assert_eq!(mge(folder.path(), &["report"]).status.code(), Some(2));
+    let output = mge(folder.path(), &["report", "."]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("holds no runs"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn a_report_tells_what_the_runs_came_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    std::fs::write(here.join("s.json"), SWEEP).unwrap();
+    succeed(mge(here, &["sweep", "s.json", "--quiet", "--out", "sweep"]));
+    for out in ["first", "second"] {
+        let arguments = ["report", "sweep", "--resamples", "200", "--seed", "5", "--out", out];
+        assert_eq!(succeed(mge(here, &arguments)).trim(), format!("{out}/report.md"));
+    }
+    let files = ["report.md", "report.json", "figures/learning.png", "figures/learning-greedy.csv"];
+    for file in files.into_iter().chain(["figures/performance-profile.png"]) {
+        let bytes = |out: &str| std::fs::read(here.join(out).join(file)).unwrap();
+        assert!(bytes("first") == bytes("second"), "{file} differs between two reports of the same runs");
+    }
+    let report = read(&here.join("first/report.md"));
+    for expected in [
+        "from 8 finished runs with the seeds 0, 1",
+        "(200 resamples, seed 5)",
+        "| task3 | DDPG-MGE, epsilon 0.2 | 2 |",
+        "| final success | DDPG | 4 |",
+        "| DDPG-MGE, epsilon 0.2 | DDPG | ",
+        "figures/performance-profile.png",
+    ] {
+        assert!(report.contains(expected), "{expected} is not in\n{report}");
+    }
+    let json: serde_json::Value = serde_json::from_str(&read(&here.join("first/report.json"))).unwrap();
+    assert_eq!(json["learning"].as_array().unwrap().len(), 8);
+    assert_eq!(json["bootstrap"]["resamples"], 200);
+    assert_eq!(json["common_tasks"], serde_json::json!(["task1", "task3"]));
+}
