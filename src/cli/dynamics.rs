@@ -81,7 +81,7 @@ fn settings(arguments: &DynamicsTrain) -> Result<(ModelConfig, TrainConfig), Box
     training.loss = arguments.loss.unwrap_or(training.loss);
     if let Some(name) = &arguments.optimiser {
         training.optimiser = serde_json::from_value(name.as_str().into())
-            .map_err(|_| format!("--optimiser {name}: use adam, sgd or rms_prop"))?;
+            .map_err(|_| format!("--optimiser {name}: use adam, sgd or rmsprop"))?;
     }
     Ok((config, training))
 }
@@ -181,4 +181,94 @@ fn ablate(arguments: &DynamicsAblate) -> Outcome {
     drop(progress);
     println!("{}", arguments.out.join("ablation.md").display());
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::cli::arguments::{Arguments, Command};
+    use crate::dynamics::Loss;
+
+    fn arguments(line: &str) -> DynamicsTrain {
+        match Arguments::try_parse_from(line.split(' ')).unwrap().command {
+            Some(Command::Dynamics { command: Dynamics::Train(train) }) => train,
+            other => panic!("{line}: {other:?}"),
+        }
+    }
+
+    fn tiny(out: &Path) -> DynamicsTrain {
+        let options = "--layers 1 --observations 2 --epochs 3 --batch 4 --quiet --out";
+        arguments(&format!("mge dynamics train --tools floor,square {options} {}", out.display()))
+    }
+
+    #[test]
+    fn the_command_in_a_model_makes_it_again() {
+        let options = [
+            "--epochs 7 --layers 3 --learning-rate 0.001 --batch 9 --optimiser rmsprop --observations 5",
+            "--loss huber:0.25 --ablate absolute",
+            "--literal",
+        ];
+        for options in options {
+            let line = format!("mge dynamics train --tools square,floor --seed 4 {options} --out a.safetensors");
+            let given = arguments(&line);
+            let command = command_line(&given);
+            assert_eq!(settings(&arguments(&command)).unwrap(), settings(&given).unwrap(), "{command}");
+            assert_ne!(settings(&given).unwrap(), <(ModelConfig, TrainConfig)>::default());
+            assert_eq!(command, line);
+        }
+        let (config, training) = settings(&arguments("mge dynamics train --tools box --literal --out a")).unwrap();
+        assert_eq!((config, training), (ModelConfig::literal(), TrainConfig::literal()));
+        let wrong = arguments("mge dynamics train --tools box --optimiser lion --out a");
+        assert!(settings(&wrong).unwrap_err().to_string().contains("rmsprop"));
+    }
+
+    #[test]
+    fn an_interrupted_training_goes_on_to_the_same_model() {
+        let folder = tempfile::tempdir().unwrap();
+        let [whole, resumed] = ["whole", "resumed"].map(|name| folder.path().join(name).join("a.safetensors"));
+        for path in [&whole, &resumed] {
+            std::fs::create_dir(path.parent().unwrap()).unwrap();
+        }
+        train(&tiny(&whole)).unwrap();
+        let given = tiny(&resumed);
+        let (config, training) = settings(&given).unwrap();
+        let mut first = Training::new(config, training, &given.tools, &command_line(&given)).unwrap();
+        assert_eq!(first.run(|_, now| now.epoch < 2), Ended::Stopped);
+        let checkpoint = resumed.with_extension("checkpoint");
+        write(&checkpoint, &first.checkpoint()).unwrap();
+
+        // Nobody else's checkpoint is taken for this training's.
+        let refused = |change: &dyn Fn(&mut DynamicsTrain)| {
+            let mut other = tiny(&resumed);
+            change(&mut other);
+            train(&other).unwrap_err().to_string()
+        };
+        for error in [
+            refused(&|other| other.tools.truncate(1)),
+            refused(&|other| other.seed = 1),
+            refused(&|other| other.ablate = Some(Variant::SharedEdges)),
+        ] {
+            assert!(error.contains("a.checkpoint") && error.contains("other settings"), "{error}");
+        }
+        let bytes = std::fs::read(&checkpoint).unwrap();
+        std::fs::write(&checkpoint, &bytes[..bytes.len() / 2]).unwrap();
+        assert!(refused(&|_| {}).contains("a.checkpoint"));
+
+        std::fs::write(&checkpoint, &bytes).unwrap();
+        train(&given).unwrap();
+        assert!(!checkpoint.exists());
+        assert!(std::fs::read(&whole).unwrap() == std::fs::read(&resumed).unwrap());
+    }
+
+    #[test]
+    fn a_diverged_training_leaves_the_last_good_model_and_says_why() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut given = tiny(&folder.path().join("a.safetensors"));
+        (given.optimiser, given.learning_rate, given.loss) = (Some("sgd".to_owned()), Some(1e30), Some(Loss::Squared));
+        let error = train(&given).unwrap_err().to_string();
+        assert!(error.starts_with("epoch ") && error.contains("the epoch before"), "{error}");
+        assert!(Model::load(&given.out).unwrap().provenance().epoch < 3);
+    }
 }

@@ -12,7 +12,8 @@ const LINE_EVERY: Duration = Duration::from_secs(10);
 pub struct Progress {
     bar: Option<ProgressBar>,
     quiet: bool,
-    started: Instant,
+    /// When the first steps were shown as done, and how many: all before were done earlier.
+    first: Option<(Instant, u64)>,
     last_line: Option<Instant>,
 }
 
@@ -26,29 +27,24 @@ impl Progress {
             let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg} ({eta} left)");
             bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
         });
-        Self { bar, quiet, started: Instant::now(), last_line: None }
+        Self { bar, quiet, first: None, last_line: None }
     }
 
     /// Shows `done` of `length` steps and a message.
     pub fn set(&mut self, done: u64, length: u64, message: &str) {
+        let is_first = self.first.is_none();
+        let first = *self.first.get_or_insert_with(|| (Instant::now(), done));
         if let Some(bar) = &self.bar {
             bar.set_length(length);
             bar.set_position(done);
+            if is_first {
+                bar.reset_eta();
+            }
             bar.set_message(message.to_owned());
         } else if !self.quiet && self.last_line.is_none_or(|last| last.elapsed() >= LINE_EVERY) {
             self.last_line = Some(Instant::now());
-            eprintln!("{done}/{length} {message}{}", self.time_left(done, length));
+            eprintln!("{done}/{length} {message}{}", time_left(first, done, length));
         }
-    }
-
-    fn time_left(&self, done: u64, length: u64) -> String {
-        let elapsed = self.started.elapsed().as_secs_f64();
-        // The first seconds say little about the rest.
-        if done == 0 || elapsed < 5.0 {
-            return String::new();
-        }
-        let seconds = elapsed / done as f64 * length.saturating_sub(done) as f64;
-        format!(" (about {} left)", indicatif::HumanDuration(Duration::from_secs_f64(seconds)))
     }
 
     /// Prints a line that stays.
@@ -59,6 +55,16 @@ impl Progress {
             None => eprintln!("{line}"),
         }
     }
+}
+
+fn time_left((started, first): (Instant, u64), done: u64, length: u64) -> String {
+    let elapsed = started.elapsed().as_secs_f64();
+    // The first seconds say little about the rest.
+    if done <= first || elapsed < 5.0 {
+        return String::new();
+    }
+    let seconds = elapsed / (done - first) as f64 * length.saturating_sub(done) as f64;
+    format!(" (about {} left)", indicatif::HumanDuration(Duration::from_secs_f64(seconds)))
 }
 
 impl Drop for Progress {

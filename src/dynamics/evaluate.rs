@@ -12,9 +12,9 @@ use super::error::DynamicsError;
 use super::launch::{Launch, Split, collect, is_deflected};
 use super::model::Model;
 use super::predictor::Predictor;
-use super::rollout::rollouts;
+use super::rollout::{distance_to_way, rollouts};
 use crate::env::{Action, Environment, Snapshot};
-use crate::physics::{BallState, STEPS_PER_ACTION, Tool, ToolKind, to_normalised};
+use crate::physics::{Ball, BallState, STEPS_PER_ACTION, Tool, ToolKind, to_normalised};
 use crate::task::Task;
 
 /// What is evaluated.
@@ -96,6 +96,8 @@ pub struct OneTool {
     pub rollout: Vec<Errors>,
     /// After the whole action, of launches in which the ball was deflected.
     pub action_contact: Errors,
+    /// Predicted against real hits of a subgoal near the ball's way, of the same launches.
+    pub hits: Hits,
 }
 
 /// Errors on scenes of one task.
@@ -137,7 +139,8 @@ pub fn evaluate(model: &Model, tasks: &[Task], config: &EvaluationConfig) -> Res
     let predictors = Compared::<&dyn Predictor> { model, constant_velocity: &constant, nearest_sample: &nearest };
     let launches = model.tools().iter().map(|&tool| {
         let launches = collect(tool, config.launches, Split::Test, config.seed);
-        Ok(LaunchErrors { tool, errors: predictors.map(|predictor| one_tool(predictor, &launches))? })
+        let subgoals = subgoals(&launches, config.seed);
+        Ok(LaunchErrors { tool, errors: predictors.map(|predictor| one_tool(predictor, &launches, &subgoals))? })
     });
     let scenes = tasks.iter().filter(|task| model.check_task(task).is_ok()).map(|task| {
         let task = Arc::new(task.clone());
@@ -217,11 +220,31 @@ fn distance(predicted: &BallState, real: &BallState) -> f64 {
     f64::from(a[0] - b[0]).hypot(f64::from(a[1] - b[1]))
 }
 
-fn one_tool(predictor: &dyn Predictor, launches: &[Launch]) -> Result<OneTool, DynamicsError> {
+/// Radius of a launch's subgoal in units: that of the tasks.
+const SUBGOAL_RADIUS: f32 = 4.0;
+/// Farthest that a launch's subgoal is from the ball's last position, along each axis, in units.
+const SUBGOAL_OFFSET: f32 = 16.0;
+
+/// Centres of subgoals that about half of the launches hit.
+fn subgoals(launches: &[Launch], seed: u64) -> Vec<[f32; 2]> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let near = |launch: &Launch| {
+        launch.states[STEPS_PER_ACTION as usize].position.map(|x| x + rng.gen_range(-SUBGOAL_OFFSET..SUBGOAL_OFFSET))
+    };
+    launches.iter().map(near).collect()
+}
+
+/// Whether a ball on its straight way from one state to the next touches a launch's subgoal.
+fn passes(subgoal: [f32; 2], from: &BallState, to: &BallState) -> bool {
+    distance_to_way(subgoal, from.position, to.position) <= SUBGOAL_RADIUS + Ball::default().radius
+}
+
+fn one_tool(predictor: &dyn Predictor, launches: &[Launch], subgoals: &[[f32; 2]]) -> Result<OneTool, DynamicsError> {
     let interval = predictor.interval() as usize;
     let tools: Vec<&[Tool]> = launches.iter().map(|launch| std::slice::from_ref(&launch.tool)).collect();
     let mut balls: Vec<BallState> = launches.iter().map(|launch| launch.states[0]).collect();
     let (mut rollout, mut one_step, mut one_step_contact) = (Vec::new(), Vec::new(), Vec::new());
+    let mut predicted_hits = vec![false; launches.len()];
     for start in (0..STEPS_PER_ACTION as usize).step_by(interval) {
         let (before, after) = (states(launches, start), states(launches, start + interval));
         let predicted = predictor.advance(&before, &tools)?;
@@ -232,16 +255,23 @@ fn one_tool(predictor: &dyn Predictor, launches: &[Launch]) -> Result<OneTool, D
                 one_step_contact.push(error);
             }
         }
-        balls = predictor.advance(&balls, &tools)?;
+        let next = predictor.advance(&balls, &tools)?;
+        for (index, hit) in predicted_hits.iter_mut().enumerate() {
+            *hit |= passes(subgoals[index], &balls[index], &next[index]);
+        }
+        balls = next;
         rollout.push(Errors::between(balls.iter().zip(&after)));
     }
     let last = STEPS_PER_ACTION as usize;
-    let deflected = launches.iter().zip(&balls).filter(|(launch, _)| is_deflected(&launch.states));
+    let deflected: Vec<usize> = (0..launches.len()).filter(|&index| is_deflected(&launches[index].states)).collect();
+    let really_hits = |index: usize| launches[index].states.windows(2).any(|w| passes(subgoals[index], &w[0], &w[1]));
+    let action_contact = deflected.iter().map(|&index| distance(&balls[index], &launches[index].states[last]));
     Ok(OneTool {
         one_step: Errors::of(one_step),
         one_step_contact: Errors::of(one_step_contact),
         rollout,
-        action_contact: Errors::of(deflected.map(|(launch, ball)| distance(ball, &launch.states[last])).collect()),
+        action_contact: Errors::of(action_contact.collect()),
+        hits: Hits::count(deflected.iter().map(|&index| (predicted_hits[index], really_hits(index)))),
     })
 }
 

@@ -31,6 +31,10 @@
 //! 7. **Learning rate** ([`RateSchedule`]): falls to 0 along half a cosine.
 //! 8. **Initial weights**: orthogonal.
 //! 9. **Launches**: tool sizes, speeds and angles, see [`collect`].
+//! 10. **Loss** ([`Loss`]): Huber's, of width 0.1. A capture teleports the ball into the
+//!     bucket, a residual far beyond all others: squared, those few rows take most of the
+//!     loss. Goals in 1000 guided episodes went from 335 to 373 in task 1 and from 57 to
+//!     103 in task 2. Tool sets without a bucket have no such rows and gain nothing.
 
 mod ablate;
 mod baseline;

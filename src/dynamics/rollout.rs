@@ -146,7 +146,7 @@ impl Scene {
 }
 
 /// Distance from a point to the straight way from `from` to `to`.
-fn distance_to_way(point: [f32; 2], from: [f32; 2], to: [f32; 2]) -> f32 {
+pub(super) fn distance_to_way(point: [f32; 2], from: [f32; 2], to: [f32; 2]) -> f32 {
     let way = [to[0] - from[0], to[1] - from[1]];
     let offset = [point[0] - from[0], point[1] - from[1]];
     let length = way[0] * way[0] + way[1] * way[1];

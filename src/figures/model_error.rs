@@ -34,6 +34,8 @@ pub struct Predictor {
     pub one_step: Vec<Estimate>,
     /// On each tool, the error after 1, 2, ... steps of a rollout.
     pub rollout: Vec<Vec<Estimate>>,
+    /// On each tool, precision and recall of predicted subgoal hits.
+    pub hits: Vec<[Estimate; 2]>,
 }
 
 impl ModelError {
@@ -44,6 +46,17 @@ impl ModelError {
         };
         let cluster =
             |(n, label): (usize, &String)| BarCluster { label: label.clone(), members: vec![(String::new(), bars(n))] };
+        self.tools.iter().enumerate().map(cluster).collect()
+    }
+
+    /// Precision and recall, side by side for each tool.
+    fn hits(&self) -> Vec<BarCluster> {
+        let bars = |tool: usize, measure: usize| {
+            let of = |predictor: &Predictor| predictor.hits.get(tool).map(|hits| hits[measure]);
+            self.predictors.iter().map(|predictor| of(predictor).unwrap_or(Estimate::exact(f64::NAN))).collect()
+        };
+        let members = |tool| vec![("precision".to_owned(), bars(tool, 0)), ("recall".to_owned(), bars(tool, 1))];
+        let cluster = |(n, label): (usize, &String)| BarCluster { label: label.clone(), members: members(n) };
         self.tools.iter().enumerate().map(cluster).collect()
     }
 
@@ -60,7 +73,7 @@ impl ModelError {
             let x = Axis::with_ticks("steps", 0.7, longest as f64 + 0.3, ticks);
             let y = Axis::from_zero("rollout error (normalised)", values.iter().copied(), 5);
             let y = if place.y_label { y } else { y.unlabelled() };
-            let title = if tool == 0 { format!("(b) {}", self.tools[tool]) } else { self.tools[tool].clone() };
+            let title = if tool == 0 { format!("(c) {}", self.tools[tool]) } else { self.tools[tool].clone() };
             let plot = Plot::new(canvas, place.cell, &Frame { title: &title, grid: true, square: false }, x, y)?;
             for (n, errors) in self.rollouts(tool).enumerate() {
                 let column = |of: fn(&Estimate) -> f64| errors.iter().map(of).collect::<Vec<f64>>();
@@ -80,7 +93,7 @@ impl Figure for ModelError {
     }
 
     fn size(&self) -> [f64; 2] {
-        [DOUBLE_COLUMN, 300.0]
+        [DOUBLE_COLUMN, 420.0]
     }
 
     fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
@@ -89,7 +102,7 @@ impl Figure for ModelError {
             return canvas.nothing(page, "no model was evaluated");
         }
         let text = format!(
-            "Distance between predicted and true position of the ball; 1 normalised = 42 units = half the screen. One step spans {} s. {}.",
+            "Distance between predicted and true position of the ball; 1 normalised = 42 units = half the screen. One step spans {} s. Subgoals are circles near the ways of balls that a tool deflected. {}.",
             number(self.step_seconds, 2),
             self.statistics.caption("error bars and bands")
         );
@@ -101,8 +114,10 @@ impl Figure for ModelError {
             .map(|(n, predictor)| (Mark::Patch(series_color(n)), predictor.label.clone()))
             .collect();
         let rect = legend(canvas, rect, &marks)?;
-        let (above, below) = rect.split_top(0.5 * rect.height());
+        let (above, below) = rect.split_top(rect.height() / 3.0);
+        let (middle, below) = below.split_top(0.5 * below.height());
         grouped_bars(canvas, above, "(a) One step", "error (normalised)", &self.one_step(), false)?;
+        grouped_bars(canvas, middle, "(b) Subgoal hits", "share", &self.hits(), false)?;
         self.draw_rollouts(canvas, below)
     }
 
@@ -117,6 +132,11 @@ impl Figure for ModelError {
                 };
                 if let Some(estimate) = predictor.one_step.get(n) {
                     row("one step", 1, estimate);
+                }
+                for (measure, estimate) in
+                    predictor.hits.get(n).into_iter().flat_map(|hits| ["precision", "recall"].into_iter().zip(hits))
+                {
+                    row(measure, predictor.rollout.get(n).map_or(0, Vec::len), estimate);
                 }
                 for (k, estimate) in predictor.rollout.get(n).into_iter().flatten().enumerate() {
                     row("rollout", k + 1, estimate);

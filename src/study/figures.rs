@@ -218,10 +218,14 @@ pub fn model_error_figure(evaluation: &Evaluation, model: &Model) -> ModelError 
         ("nearest sample", |compared| &compared.nearest_sample),
     ];
     let exact = |errors: &Errors| Estimate::exact(errors.mean);
+    let shares = |hits: crate::dynamics::Hits| {
+        [hits.precision, hits.recall].map(|share| Estimate::exact(share.unwrap_or(f64::NAN)))
+    };
     let predictors = predictors.map(|(label, of)| Predictor {
         label: label.to_owned(),
         one_step: evaluation.launches.iter().map(|tool| exact(&of(&tool.errors).one_step)).collect(),
         rollout: evaluation.launches.iter().map(|tool| of(&tool.errors).rollout.iter().map(exact).collect()).collect(),
+        hits: evaluation.launches.iter().map(|tool| shares(of(&tool.errors).hits)).collect(),
     });
     ModelError {
         tools: evaluation.launches.iter().map(|tool| tool.tool.to_string()).collect(),

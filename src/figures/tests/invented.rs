@@ -182,6 +182,7 @@ pub fn model_error() -> ModelError {
     let predictor = |label: &str, base: f64, growth: f64| Predictor {
         label: label.to_owned(),
         one_step: (0..5).map(|n| estimate(base * (1.0 + 0.2 * f64::from(n)), 0.15 * base)).collect(),
+        hits: vec![[estimate(1.0 - base, 0.5 * base), estimate(1.0 - growth, 0.5 * growth)]; 5],
         rollout: (0..5)
             .map(|n| {
                 (1..=8)
