@@ -405,9 +405,10 @@ fn layers_and_hints_take_the_mouse() {
     assert_eq!(asked.borrow().last().unwrap(), "train");
     press(&mut app, ":");
     mouse(&mut app, MouseEventKind::ScrollDown, (60, 20));
-    let at = find(&mut app, "previous-object");
+    let at = find(&mut app, "epsilon-up");
     mouse(&mut app, click, at);
-    assert!(app.layers.is_empty() && app.scene.selected.is_some());
+    assert!(app.layers.is_empty());
+    assert_eq!(asked.borrow().last().unwrap(), "epsilon 0.85");
 }
 
 #[test]
