@@ -272,7 +272,7 @@ pub struct Clusters {
 pub struct Train {
     /// Name of a shipped task, or a task file
     pub task: String,
-    /// Algorithm: ddpg or ddpg-mge
+    /// Method: ddpg, ddpg-mge, ddpg-uniform, ddpg-mge-true, ddpg-model-replay or planning
     #[arg(long, default_value_t = Method::default())]
     pub method: Method,
     /// Episodes to train
