@@ -3,9 +3,10 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use super::SessionError;
 use super::command::FigureKind;
 use super::runs::RunView;
-use super::session::{Session, SessionError};
+use super::session::Session;
 use crate::env::Placement;
 use crate::figures::{
     ActionSamples, Animation, Curve, CurvePanel, DEFAULT_DPI, Dashboard, Figure, LearningCurves, Moment, Provenance,

@@ -4,6 +4,7 @@
 //! line differ only in where their commands come from.
 
 mod command;
+mod error;
 mod export;
 mod hand;
 mod journal;
@@ -15,7 +16,8 @@ mod session;
 mod training;
 
 pub use command::{Command, CommandError, Comparison, Expectation, FigureKind, Quantity, VERBS, Verb};
+pub use error::SessionError;
 pub use hand::HandPlay;
 pub use runs::RunView;
 pub use script::{Script, ScriptError, Told, Variables};
-pub use session::{Notice, PriorState, Session, SessionError};
+pub use session::{Notice, PriorState, Session};

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use super::SessionError;
 use super::command::{Command, CommandError};
-use super::session::{Notice, Session, SessionError};
+use super::session::{Notice, Session};
 
 /// Variables of a script, replaced where `${NAME}` stands.
 pub type Variables = [(String, String)];

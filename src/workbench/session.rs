@@ -4,85 +4,17 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::SessionError;
 use super::command::{Command, Expectation, Quantity};
 use super::hand::HandPlay;
 use super::journal::Journal;
 use super::model_job::ModelJob;
 use super::prior_job::{PriorJob, PriorKey};
 use super::runs::RunView;
-use crate::env::EpisodeOver;
 use crate::guidance::{ActionPrior, EpsilonSchedule};
-use crate::run::{Event, RunError};
-use crate::task::{Editor, Problem, Task, TaskError, load, save};
-use crate::trainer::{Control, RunConfig, RunConfigError, SettingError};
-
-/// A command that could not be carried out.
-#[derive(Debug, thiserror::Error)]
-pub enum SessionError {
-    /// The task file.
-    #[error(transparent)]
-    Task(#[from] TaskError),
-    /// An edit.
-    #[error(transparent)]
-    Edit(#[from] Problem),
-    /// A setting.
-    #[error(transparent)]
-    Setting(#[from] SettingError),
-    /// The configuration.
-    #[error(transparent)]
-    Config(#[from] RunConfigError),
-    /// A run's files.
-    #[error(transparent)]
-    Run(#[from] RunError),
-    /// A saved agent.
-    #[error(transparent)]
-    Agent(#[from] crate::agent::StateError),
-    /// Hand play.
-    #[error("the episode is over: `reset` begins another")]
-    Episode(#[from] EpisodeOver),
-    /// No run to act on.
-    #[error("there is no run: `train` begins one, `open FOLDER` opens one")]
-    NoRun,
-    /// The run is not being trained here.
-    #[error("the run is not being trained by this program: `continue` goes on with it")]
-    NotActive,
-    /// The run waits for its turn.
-    #[error("{0} waits for a free core: `stop` takes it out of the queue")]
-    Queued(String),
-    /// The run is being trained.
-    #[error("{0} is being trained: `stop` it, or wait for its end, first")]
-    Busy(String),
-    /// No run of the session has the number.
-    #[error("the session has no run {0}")]
-    NoSuchRun(usize),
-    /// A folder could not be deleted.
-    #[error("cannot delete {}: {source}", path.display())]
-    Delete { path: PathBuf, source: std::io::Error },
-    /// Nothing to undo or redo.
-    #[error("there is nothing to {0}")]
-    Nothing(&'static str),
-    /// The task was not loaded from a file.
-    #[error("{0} is a shipped task: name the file to save to, such as `save my-task.json`")]
-    NoFile(String),
-    /// No clusters yet.
-    #[error("there are no action clusters: `clusters` computes them")]
-    NoClusters,
-    /// A computation failed.
-    #[error("{0}")]
-    Failed(String),
-    /// A figure.
-    #[error(transparent)]
-    Figure(#[from] crate::figures::FigureError),
-    /// A file could not be written.
-    #[error("cannot write {}: {source}", path.display())]
-    Write { path: PathBuf, source: std::io::Error },
-    /// The system has no more threads.
-    #[error("cannot start a thread: {0}")]
-    Thread(std::io::Error),
-    /// An expectation does not hold.
-    #[error("expected {} {} {}, but it is {found}", expected.quantity.name(), expected.comparison.sign(), expected.value)]
-    Expectation { expected: Expectation, found: f64 },
-}
+use crate::run::Event;
+use crate::task::{Editor, Task, load, save};
+use crate::trainer::{Control, RunConfig};
 
 /// Something worth telling that happened in the background.
 #[derive(Debug, Clone, PartialEq)]
