@@ -10,6 +10,6 @@ fn main() {
 
 #[divan::bench(args = WORKS)]
 fn work(bencher: Bencher, work: &Work) {
-    let mut call = work.prepare();
-    bencher.bench_local(move || call());
+    let call = work.prepare();
+    bencher.bench_local(call);
 }

@@ -97,7 +97,7 @@ fn metrics_are_those_of_the_batch() {
     let q = ddpg.q_values(&batch.observations, &batch.actions);
     // Before the first update the targets are the networks themselves.
     let next_q = ddpg.q_values(&batch.next_observations, &ddpg.act(&batch.next_observations));
-    let loss = (0..8).map(|i| (batch.rewards[i] + 0.99 * next_q[i]).clamp(-1.0, 16.0) - q[i]);
+    let loss = (0..8).map(|i| (batch.rewards[i] + small().gamma * next_q[i]).clamp(-1.0, 16.0) - q[i]);
     let loss = loss.map(|error| error * error).sum::<f32>() / 8.0;
     let metrics = ddpg.update(&batch).unwrap();
     assert!((metrics.critic_loss - loss).abs() < 1e-5, "{metrics:?}, expected {loss}");

@@ -473,7 +473,7 @@ fn shipped_models_predict_better_than_the_baselines() {
                 let Hits { true_positives, false_positives, false_negatives, .. } = tool.hits;
                 2 * true_positives * 100 / (2 * true_positives + false_positives + false_negatives)
             });
-            assert!(score.model > 90 && score.model > score.constant_velocity, "{name}: F1 {score:?} %");
+            assert!(score.model > 80 && score.model > score.constant_velocity, "{name}: F1 {score:?} %");
         }
         for scene in &evaluation.scenes {
             let errors = scene.rollout.map_ref(|errors| errors[0].mean);

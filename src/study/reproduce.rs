@@ -60,7 +60,7 @@ pub enum StudyError {
     Setting(#[from] SettingError),
     /// A training.
     #[error("{run}: {source}")]
-    Training { run: String, source: ConductError },
+    Training { run: String, source: Box<ConductError> },
     /// There is nothing to report yet.
     #[error("none of the {runs} runs is finished: go on with them, such as with `mge resume`")]
     NothingFinished { runs: usize },
@@ -299,7 +299,7 @@ impl Study<'_> {
         let arm = parts.collect::<Vec<_>>().join("-").replace(' ', "_");
         let name = format!("{}-{arm}-{}", config.task.name, config.seed);
         let directory = train_to_end(&self.folder.path("runs").join(&name), &config, &Watch::default())
-            .map_err(|source| StudyError::Training { run: name.clone(), source })?;
+            .map_err(|source| StudyError::Training { run: name.clone(), source: Box::new(source) })?;
         self.advance(run_work(&config), name);
         let mut trained = TrainedRun::new(&config, RunHistory::read(&directory)?);
         trained.row.settings = differences;
