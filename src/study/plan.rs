@@ -53,17 +53,23 @@ pub struct Arm {
     pub epsilon: EpsilonSchedule,
     /// Structure of its dynamics model.
     pub model: Variant,
+    /// Whether the task's subgoals are replaced by as many proposed ones.
+    pub proposed_subgoals: bool,
     /// Other settings that differ from the defaults, by JSON path.
     pub settings: BTreeMap<String, String>,
 }
 
 impl Arm {
     fn new(method: Method, epsilon: EpsilonSchedule) -> Self {
-        Self { method, epsilon, model: Variant::Full, settings: BTreeMap::new() }
+        Self { method, epsilon, model: Variant::Full, proposed_subgoals: false, settings: BTreeMap::new() }
     }
 
     fn with_model(self, model: Variant) -> Self {
         Self { model, ..self }
+    }
+
+    fn with_proposed_subgoals(self) -> Self {
+        Self { proposed_subgoals: true, ..self }
     }
 
     fn with_setting(mut self, key: &str, value: &str) -> Self {
@@ -77,6 +83,9 @@ impl Arm {
         if self.model != Variant::Full {
             differences.insert("model".to_owned(), self.model.label().to_owned());
         }
+        if self.proposed_subgoals {
+            differences.insert("subgoals".to_owned(), "proposed".to_owned());
+        }
         differences
     }
 }
@@ -88,6 +97,8 @@ pub struct PlannedRun {
     pub config: RunConfig,
     /// Structure of the model.
     pub model: Variant,
+    /// Whether the task's subgoals are replaced by as many proposed ones.
+    pub proposed_subgoals: bool,
     /// What tells it from other runs of the same method and threshold.
     pub differences: BTreeMap<String, String>,
 }
@@ -198,7 +209,8 @@ impl StudyPlan {
         for (key, value) in &arm.settings {
             config = config.with_setting(key, value)?;
         }
-        Ok(PlannedRun { config, model: arm.model, differences: arm.differences() })
+        let differences = arm.differences();
+        Ok(PlannedRun { config, model: arm.model, proposed_subgoals: arm.proposed_subgoals, differences })
     }
 }
 
@@ -214,13 +226,14 @@ fn figure_6(episodes: u32) -> Vec<Arm> {
 
 /// What a reviewer asks: is it the clusters or the epsilon, how much would a perfect model
 /// gain, what is each assumption of the model worth, does the model help in other ways, do
-/// refined clusters.
+/// refined clusters, do subgoals that nobody authored.
 fn questions(episodes: u32) -> Vec<Arm> {
     let guided = || Arm::new(Method::DdpgMge, decayed(episodes));
     vec![
         Arm::new(Method::DdpgUniform, decayed(episodes)),
         Arm::new(Method::DdpgMgeTrue, decayed(episodes)),
         guided().with_setting("refinement.every", "50"),
+        guided().with_proposed_subgoals(),
         Arm::new(Method::ModelReplay, EpsilonSchedule::Constant(0.0)),
         guided().with_model(Variant::SharedEdges),
         guided().with_model(Variant::FullyConnected),

@@ -18,12 +18,14 @@ use super::report::{HitsRow, ModelRow, Report, mean_errors};
 use crate::agent::{ConfigError, DdpgConfig};
 use crate::dynamics::{DynamicsError, Ended, Evaluation, Model, Training, Variant, evaluate, tool_set_name};
 use crate::figures::{ActionSamples, DEFAULT_DPI, Figure, FigureError, Provenance, TaskActions, TaskGrid};
-use crate::guidance::{ActionPrior, GuidanceError};
+use crate::guidance::{ActionPrior, GuidanceError, propose_subgoals};
 use crate::physics::ToolKind;
 use crate::run::{RunError, RunHistory, config_hash};
 use crate::stats::{Bootstrap, StatsError};
 use crate::task::Task;
-use crate::trainer::{ConductError, PriorError, PriorSource, RunConfig, SettingError, Watch, build_prior};
+use crate::trainer::{
+    ConductError, PriorError, PriorSource, RunConfig, SettingError, Watch, build_prior, rollout_model,
+};
 
 /// Why a study could not be finished. What it has done so far stays.
 #[derive(Debug, thiserror::Error)]
@@ -104,7 +106,7 @@ pub fn reproduce(
     tell: &(dyn Fn(&StudyProgress) + Sync),
 ) -> Result<Report, StudyError> {
     let folder = Folder(folder);
-    folder.claim(&plan.foundation(), &["models", "priors", "hits", "runs", "figures"])?;
+    folder.claim(&plan.foundation(), &["models", "priors", "hits", "subgoals", "runs", "figures"])?;
     let runs = plan.runs()?;
     let total = total_work(plan, &runs);
     let study = Study { plan, folder, command, tell, done: AtomicU64::new(0), total };
@@ -292,8 +294,11 @@ impl Study<'_> {
     }
 
     fn train(&self, run: PlannedRun) -> Result<TrainedRun, StudyError> {
-        let PlannedRun { mut config, model, differences } = run;
+        let PlannedRun { mut config, model, proposed_subgoals, differences } = run;
         config.prior = PriorSource::ModelFile(self.model_path(&config.task.tool_set(), model).display().to_string());
+        if proposed_subgoals {
+            config.task = self.with_proposed_subgoals(&config)?;
+        }
         let parts = [config.method.name().to_owned(), config.epsilon.to_string().replace(':', "_")];
         let parts = parts.into_iter().chain(differences.iter().map(|(key, value)| format!("{key}_{value}")));
         let arm = parts.collect::<Vec<_>>().join("-").replace(' ', "_");
@@ -304,6 +309,19 @@ impl Study<'_> {
         let mut trained = TrainedRun::new(&config, RunHistory::read(&directory)?);
         trained.row.settings = differences;
         Ok(trained)
+    }
+
+    /// The task of a run with as many subgoals as it has, proposed from its dynamics model.
+    fn with_proposed_subgoals(&self, config: &RunConfig) -> Result<Arc<Task>, StudyError> {
+        let RunConfig { task, seed, .. } = config;
+        let subgoals = self.folder.cached(&format!("subgoals/{}-{seed}.json", task.name), || {
+            let found = rollout_model(&config.prior, task)?;
+            // Only uniform actions have no model.
+            Ok(found.map_or_else(Vec::new, |(model, _)| {
+                propose_subgoals(task, &*model, task.subgoals.len(), &config.guidance, *seed)
+            }))
+        })?;
+        Ok(Arc::new(Task { subgoals, ..(**task).clone() }))
     }
 
     fn figures(&self, report: &Report, priors: &[TaskPrior], runs: &[TrainedRun]) -> Result<(), StudyError> {
