@@ -4,10 +4,8 @@ use dfdx::{losses::mse_loss, prelude::*};
 use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
 
-use super::{
-    Batch, ConfigError, DdpgConfig,
-    join::{join, join_on_tape},
-};
+use super::{Batch, ConfigError, DdpgConfig, join::join};
+use crate::nn::rows::prepend_columns;
 use crate::nn::{Activation, Init, InitScheme, Matrix, Mlp, MlpShape, NnError, Optimiser, matrix};
 
 /// Actor μ, critic Q, their targets μ' and Q', and the optimisers of the first two.
@@ -186,9 +184,10 @@ impl Ddpg {
         )? as f32;
 
         // Actor: one step down -J = -1/N Σ Q(s, μ(s)), with Q held constant
-        let mu = self.actor.forward_data(self.rows(n, s.clone()).leaky_trace());
+        let observations = self.rows(n, s.clone());
+        let mu = self.actor.forward_data(observations.leaky_trace());
         metrics.action_saturation = saturation(&mu.as_vec());
-        let loss = -self.critic.forward_frozen(join_on_tape(s, mu)).mean();
+        let loss = -self.critic.forward_frozen(prepend_columns(&observations, mu)).mean();
         metrics.actor_loss = self.finite("actor loss", loss.array())?;
         metrics.actor_gradient_norm = self.actor_optimiser.update(
             &mut [&mut self.actor],

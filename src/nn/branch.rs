@@ -86,7 +86,7 @@ impl Pass {
         assert!(targets.iter().all(|&target| target < rows), "targets below {rows}");
         let (layers, pool) = (network.layers().to_vec(), network.training_pool().clone());
         let mut workspace = pool.take();
-        workspace.input(targets.len(), 0, &layers).1.copy_from_slice(inputs);
+        workspace.input(targets.len(), &layers).copy_from_slice(inputs);
         let outputs = vec![0.0; targets.len() * columns];
         Self { layers, targets: targets.to_vec(), outputs, gradients: Vec::new(), workspace, pool }
     }
@@ -113,7 +113,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
-    use crate::nn::{Activation, InitScheme, MlpShape, rows::scatter_sum};
+    use crate::nn::{Activation, InitScheme, MlpShape};
 
     #[test]
     fn branches_are_networks_one_after_the_other() {
@@ -139,7 +139,11 @@ mod tests {
         let mut expected = matrix(&device, vec![0.0; 30], 6, 5).leaky_traced();
         for Branch { network, inputs, targets } in &branches {
             let x = matrix(&device, inputs.to_vec(), targets.len(), network.shape().inputs());
-            expected = expected + scatter_sum(network.forward_data(x.leaky_traced()), (*targets).into(), 6);
+            // Row `t` of this matrix picks the rows whose target is `t`.
+            let mut picks = vec![0.0; 6 * targets.len()];
+            targets.iter().enumerate().for_each(|(row, target)| picks[target * targets.len() + row] = 1.0);
+            let picks = matrix(&device, picks, 6, targets.len());
+            expected = expected + picks.leaky_traced().matmul(network.forward_data(x.leaky_traced()));
         }
         let close = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
         assert!(close(&sum.as_vec(), &expected.as_vec()));

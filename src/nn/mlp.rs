@@ -108,60 +108,35 @@ impl Mlp {
     /// # Panics
     /// If `x` has another number of columns than the network has inputs.
     pub fn forward<T: Tape<f32, Cpu>>(&self, x: Matrix<T>) -> Matrix<T> {
-        self.run(None, x, Wanted { parameters: true, input: true })
+        self.run(x, Wanted { parameters: true, input: true })
     }
 
     /// As [`forward`](Self::forward) for an `x` that is data: no gradient is computed for it.
     pub fn forward_data<T: Tape<f32, Cpu>>(&self, x: Matrix<T>) -> Matrix<T> {
-        self.run(None, x, Wanted { parameters: true, input: false })
-    }
-
-    /// As [`forward`](Self::forward) for `data` and `x` side by side (observation and action of a
-    /// critic), without building that matrix; no gradient is computed for `data`.
-    ///
-    /// # Panics
-    /// If the rows differ, or the columns together are not the network's inputs.
-    pub fn forward_beside<T: Tape<f32, Cpu>>(&self, data: &Matrix, x: Matrix<T>) -> Matrix<T> {
-        self.run(Some(data), x, Wanted { parameters: true, input: true })
-    }
-
-    /// As [`forward_beside`](Self::forward_beside) with the parameters held constant: gradients
-    /// flow to `x` only, as from a critic to the action of an actor.
-    ///
-    /// # Panics
-    /// As `forward_beside`.
-    pub fn forward_frozen_beside<T: Tape<f32, Cpu>>(&self, data: &Matrix, x: Matrix<T>) -> Matrix<T> {
-        self.run(Some(data), x, Wanted { parameters: false, input: true })
+        self.run(x, Wanted { parameters: true, input: false })
     }
 
     /// As [`forward`](Self::forward) with the parameters held constant: gradients flow to `x`
     /// only.
     pub fn forward_frozen<T: Tape<f32, Cpu>>(&self, x: Matrix<T>) -> Matrix<T> {
-        self.run(None, x, Wanted { parameters: false, input: true })
+        self.run(x, Wanted { parameters: false, input: true })
     }
 
-    fn run<T: Tape<f32, Cpu>>(&self, data: Option<&Matrix>, x: Matrix<T>, wanted: Wanted) -> Matrix<T> {
+    fn run<T: Tape<f32, Cpu>>(&self, x: Matrix<T>, wanted: Wanted) -> Matrix<T> {
         let (rows, columns) = *x.shape();
-        let left = data.map_or(0, |data| data.shape().1);
-        assert_eq!(left + columns, self.shape.inputs(), "input columns of the network");
-        assert!(data.is_none_or(|data| data.shape().0 == rows), "rows of data and input");
-        let data = data.map(|data| dense(data.clone()));
+        assert_eq!(columns, self.shape.inputs(), "input columns of the network");
         let (x, mut tape) = dense(x).split_tape();
         let mut y: Matrix = x.device().zeros_like(&(rows, self.shape.outputs()));
         let mut values = vec![0.0; rows * self.shape.outputs()];
         if !T::OWNS_TAPE {
             let mut workspace = self.prediction.take();
-            workspace.predict_tensors(&self.layers, data.as_ref(), &x, &mut values);
+            workspace.predict_tensor(&self.layers, &x, &mut values);
             self.prediction.give_back(workspace);
             y.copy_from(&values);
             return y.put_tape(tape);
         }
         let mut workspace = self.training.take();
-        let (left_input, input) = workspace.input(rows, left, &self.layers);
-        if let Some(data) = data {
-            data.copy_into(left_input);
-        }
-        x.copy_into(input);
+        x.copy_into(workspace.input(rows, &self.layers));
         stack::forward(&mut [Forward { layers: &self.layers, workspace: &mut workspace }]);
         workspace.output(&self.layers, &mut values);
         y.copy_from(&values);

@@ -7,14 +7,13 @@ use super::{
     Matrix,
     kernel::{Buffer, padded},
     layer::{Layer, LoadedLayer, unpad_rows},
-    stack::{Operand, dense, multiplications, threads_for},
+    stack::{Rows, dense, multiplications, threads_for},
 };
 
 /// Memory of a prediction that keeps nothing for a backward pass.
 #[derive(Debug, Default)]
 pub(super) struct PredictWorkspace {
     x: Buffer,
-    part: Buffer,
     threads: Vec<PredictSpace>,
 }
 
@@ -28,28 +27,12 @@ struct PredictSpace {
 const CHUNK: usize = 192;
 
 impl PredictWorkspace {
-    /// `y` = outputs for the rows of `data` and `x` side by side; their memory is dense.
-    pub fn predict_tensors(&mut self, layers: &[Layer], data: Option<&Matrix>, x: &Matrix, y: &mut [f32]) {
+    /// `y` = outputs for the rows of `x`, whose memory is dense.
+    pub fn predict_tensor(&mut self, layers: &[Layer], x: &Matrix, y: &mut [f32]) {
         let (rows, columns) = *x.shape();
         let mut values = std::mem::take(&mut self.x);
-        match data {
-            None => {
-                values.resize(rows * columns);
-                x.copy_into(&mut values);
-            }
-            Some(data) => {
-                let left = data.shape().1;
-                values.resize(rows * (left + columns));
-                for (part, first, width) in [(data, 0, left), (x, left, columns)] {
-                    self.part.resize(rows * width);
-                    part.copy_into(&mut self.part);
-                    let to = values.chunks_exact_mut(left + columns);
-                    for (to, from) in to.zip(self.part.chunks_exact(width)) {
-                        to[first..first + width].copy_from_slice(from);
-                    }
-                }
-            }
-        }
+        values.resize(rows * columns);
+        x.copy_into(&mut values);
         self.predict(layers, &values, rows, y);
         self.x = values;
     }
@@ -87,8 +70,7 @@ impl PredictSpace {
                     0 => (x, columns),
                     _ => (&from[..], padded(columns)),
                 };
-                let operand = Operand { values, row, first: 0, columns };
-                dense(layer, &self.layer, rows, std::iter::once(operand), to);
+                dense(layer, &self.layer, rows, Rows { values, row }, to);
                 self.outputs.swap(0, 1);
             }
             unpad_rows(&self.outputs[0], outputs, y);

@@ -1,7 +1,5 @@
 //! Differentiable operations on the rows of matrices, as one tape entry each.
 
-use std::sync::Arc;
-
 use dfdx::prelude::*;
 
 use super::{
@@ -58,37 +56,6 @@ fn join<T: Tape<f32, Cpu>>(a: Matrix, b: Matrix, mut tape: T, wanted: [bool; 2])
     out.put_tape(tape)
 }
 
-/// A matrix of `rows` rows in which row `target[i]` has received row `i` of `x`; rows that share
-/// a target are summed in order, rows without one are 0. This is how messages reach their
-/// receivers.
-///
-/// # Panics
-/// If `target` has not one entry a row of `x`, or an entry is not below `rows`.
-pub fn scatter_sum<T: Tape<f32, Cpu>>(x: Matrix<T>, target: Arc<[usize]>, rows: usize) -> Matrix<T> {
-    let (x, mut tape) = dense(x).split_tape();
-    let (count, columns) = *x.shape();
-    assert_eq!(count, target.len(), "one target a row");
-    assert!(target.iter().all(|&t| t < rows), "targets below {rows}");
-    let values = values(&x);
-    let mut sums = vec![0.0; rows * columns];
-    for (row, &t) in values.chunks_exact(columns).zip(target.iter()) {
-        let sum = &mut sums[t * columns..][..columns];
-        sum.iter_mut().zip(row).for_each(|(s, v)| *s += v);
-    }
-    let out = x.device().tensor_from_vec(sums, (rows, columns));
-    let ghost = out.clone();
-    tape.add_backward_op(move |grads| {
-        let g = grads.get_or_alloc_mut(&ghost)?.to_vec();
-        let dx = grads.get_or_alloc_mut(&x)?;
-        for (row, &t) in dx.chunks_exact_mut(columns).zip(target.iter()) {
-            let from = &g[t * columns..][..columns];
-            row.iter_mut().zip(from).for_each(|(d, g)| *d += g);
-        }
-        Ok(())
-    });
-    out.put_tape(tape)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -112,14 +79,5 @@ mod tests {
         assert_eq!(joined.as_vec(), [1.0, 10.0, 11.0, 2.0, 12.0, 13.0]);
         let grads = (joined * weights).sum().backward();
         assert_eq!(grads.get(&b).as_vec(), [101.0, 102.0, 104.0, 105.0]);
-    }
-
-    #[test]
-    fn rows_with_one_target_are_summed() {
-        let x = grid(3, 2, 1.0);
-        let out = scatter_sum(x.leaky_trace(), Arc::from([2, 0, 2]), 4);
-        assert_eq!(out.as_vec(), [3.0, 4.0, 0.0, 0.0, 6.0, 8.0, 0.0, 0.0]);
-        let grads = (out * grid(4, 2, 0.0)).sum().backward();
-        assert_eq!(grads.get(&x).as_vec(), [4.0, 5.0, 0.0, 1.0, 4.0, 5.0]);
     }
 }

@@ -17,7 +17,8 @@ use super::{
 #[derive(Debug, Default)]
 pub(super) struct Workspace {
     rows: usize,
-    input: Input,
+    /// Dense.
+    input: Buffer,
     /// The first `cuts` are in use, the others keep their memory.
     spans: Vec<Span>,
     cuts: usize,
@@ -25,24 +26,12 @@ pub(super) struct Workspace {
     padded_gradients: Vec<[Buffer; 2]>,
 }
 
-/// The input of the first layer: columns of data on the left, then those that may want a
-/// gradient. Both dense.
-#[derive(Debug, Default)]
-struct Input {
-    data: Buffer,
-    data_columns: usize,
-    x: Buffer,
-}
-
-/// Some columns of a layer's input.
+/// The input of a layer.
 #[derive(Clone, Copy)]
-pub(super) struct Operand<'a> {
+pub(super) struct Rows<'a> {
     pub values: &'a [f32],
     /// Distance of the rows.
     pub row: usize,
-    /// The columns are `first..first + columns` of the layer's inputs.
-    pub first: usize,
-    pub columns: usize,
 }
 
 /// Memory for some rows of a batch.
@@ -96,7 +85,7 @@ pub(super) struct Backward<'a> {
     pub dy: &'a [f32],
     /// A pair a layer, to be added to, if wanted.
     pub gradients: Option<&'a mut [LayerGradients]>,
-    /// Whether dL/dx is wanted, of the inputs that are not data.
+    /// Whether dL/dx is wanted.
     pub input: bool,
 }
 
@@ -110,7 +99,6 @@ pub(super) fn backward(stacks: &mut [Backward<'_>]) {
             layers: &'a [Layer],
             dy: &'a [f32],
             first: usize,
-            data_columns: usize,
         },
     }
     let last_share = stacks.iter().flat_map(|stack| stack.workspace.spans()).map(|span| span.share).max();
@@ -120,18 +108,17 @@ pub(super) fn backward(stacks: &mut [Backward<'_>]) {
             passes[span.share].push(Work::Batch(stack));
             continue;
         }
-        let (layers, dy, first, data_columns) =
-            (stack.layers, stack.dy, stack.first(), stack.workspace.input.data_columns);
+        let (layers, dy, first) = (stack.layers, stack.dy, stack.first());
         let Workspace { spans, cuts, .. } = &mut *stack.workspace;
         for span in &mut spans[..*cuts] {
-            passes[span.share].push(Work::Span { span, layers, dy, first, data_columns });
+            passes[span.share].push(Work::Span { span, layers, dy, first });
         }
     }
     each(passes, |work| match work {
         Work::Batch(stack) => stack.run(),
-        Work::Span { span, layers, dy, first, data_columns } => {
+        Work::Span { span, layers, dy, first } => {
             span.start_backward(layers, dy);
-            (first..layers.len()).rev().for_each(|i| span.backward(i, layers, data_columns));
+            (first..layers.len()).rev().for_each(|i| span.backward(i, layers));
         }
     });
     let cut = stacks.iter_mut().filter(|stack| stack.workspace.cuts > 1);
@@ -154,10 +141,10 @@ impl Backward<'_> {
         for i in (0..layers.len()).rev() {
             if let Some(gradients) = &mut self.gradients {
                 let (spans, space, sum) = (&spans[..1], &mut padded_gradients[i], &mut gradients[i]);
-                ParameterSum { i, layers, input, spans, space, sum }.run();
+                ParameterSum { i, layers, input: &*input, spans, space, sum }.run();
             }
             if i >= first {
-                spans[0].backward(i, layers, input.data_columns);
+                spans[0].backward(i, layers);
             }
         }
     }
@@ -228,15 +215,11 @@ fn each<T: Send>(shares: Vec<Vec<T>>, work: impl Fn(T) + Send + Sync) {
 }
 
 impl Workspace {
-    /// The two parts of the input, to be filled before a pass: `rows` × `data_columns` dense
-    /// values of data, and `rows` × the remaining inputs.
-    pub fn input(&mut self, rows: usize, data_columns: usize, layers: &[Layer]) -> (&mut [f32], &mut [f32]) {
+    /// The input, to be filled before a pass: `rows` × inputs, dense.
+    pub fn input(&mut self, rows: usize, layers: &[Layer]) -> &mut [f32] {
         self.rows = rows;
-        let Input { data, data_columns: left, x } = &mut self.input;
-        *left = data_columns;
-        data.resize(rows * data_columns);
-        x.resize(rows * (layers[0].inputs() - data_columns));
-        (data, x)
+        self.input.resize(rows * layers[0].inputs());
+        &mut self.input
     }
 
     fn spans(&self) -> &[Span] {
@@ -265,14 +248,14 @@ impl Workspace {
 }
 
 impl Span {
-    fn forward(&mut self, layers: &[Layer], input: &Input) {
+    fn forward(&mut self, layers: &[Layer], input: &[f32]) {
         self.outputs.resize_with(layers.len(), Buffer::default);
         for (i, layer) in layers.iter().enumerate() {
             let (before, after) = self.outputs.split_at_mut(i);
-            let operands = operands(i, layers, input, self.start, before);
+            let x = input_of(i, layers, input, self.start, before);
             after[0].resize(self.rows * padded(layer.outputs()));
             self.layer.load(layer);
-            dense(layer, &self.layer, self.rows, operands, &mut after[0]);
+            dense(layer, &self.layer, self.rows, x, &mut after[0]);
         }
     }
 
@@ -287,17 +270,14 @@ impl Span {
         Derivative { activation: layers[last].activation, output: &self.outputs[last], gradient: slopes }.go();
     }
 
-    /// dL/dz of layer `i - 1` from that of layer `i`; for layer 0, dL/dx of the inputs after
-    /// `data_columns`.
-    fn backward(&mut self, i: usize, layers: &[Layer], data_columns: usize) {
+    /// dL/dz of layer `i - 1` from that of layer `i`; for layer 0, dL/dx.
+    fn backward(&mut self, i: usize, layers: &[Layer]) {
         let layer = &layers[i];
-        let first = if i == 0 { data_columns } else { 0 };
-        let (inputs, outputs) = (layer.inputs() - first, layer.outputs());
+        let (inputs, outputs) = (layer.inputs(), layer.outputs());
         let (rows, columns) = (padded(inputs), padded(outputs));
         self.layer.load(layer);
         self.transposed.resize(rows * columns);
-        let from = &self.layer.weight[first * columns..];
-        Transpose { from, rows, columns, to: &mut self.transposed }.go();
+        Transpose { from: &self.layer.weight, rows, columns, to: &mut self.transposed }.go();
         let (before, after) = self.slopes.split_at_mut(i);
         let (c, epilogue) = match before.last_mut() {
             Some(slopes) => {
@@ -325,62 +305,40 @@ impl Span {
     }
 }
 
-/// The input of layer `i` for the rows of a span: one operand, or two if there is data beside the
-/// first layer's input.
-fn operands<'a>(
-    i: usize,
-    layers: &[Layer],
-    input: &'a Input,
-    start: usize,
-    outputs: &'a [Buffer],
-) -> impl Iterator<Item = Operand<'a>> + Clone {
+/// The input of layer `i` for the rows of a span from `start` on.
+fn input_of<'a>(i: usize, layers: &[Layer], input: &'a [f32], start: usize, outputs: &'a [Buffer]) -> Rows<'a> {
     let columns = layers[i].inputs();
-    let left = if i == 0 { input.data_columns } else { 0 };
-    let right = columns - left;
-    let (values, row) = match i {
-        0 => (&input.x[start * right..], right),
-        _ => (&outputs[i - 1][..], padded(columns)),
-    };
-    let data = (left > 0).then(|| Operand { values: &input.data[start * left..], row: left, first: 0, columns: left });
-    data.into_iter().chain((right > 0).then_some(Operand { values, row, first: left, columns: right }))
+    match i {
+        0 => Rows { values: &input[start * columns..], row: columns },
+        _ => Rows { values: &outputs[i - 1], row: padded(columns) },
+    }
 }
 
-/// `y = f(a w + b)` for `rows` rows of the operands `a` side by side.
-pub(super) fn dense<'a>(
-    layer: &Layer,
-    loaded: &LoadedLayer,
-    rows: usize,
-    operands: impl Iterator<Item = Operand<'a>>,
-    y: &mut [f32],
-) {
+/// `y = f(x w + b)` for `rows` rows of `x`.
+pub(super) fn dense(layer: &Layer, loaded: &LoadedLayer, rows: usize, x: Rows<'_>, y: &mut [f32]) {
     let columns = padded(layer.outputs());
-    let mut start = Start::Row(&loaded.bias);
-    for Operand { values, row, first, columns: depth } in operands {
-        let is_last = first + depth == layer.inputs();
-        Product {
-            rows,
-            depth,
-            columns,
-            a: values,
-            a_row: row,
-            a_depth: 1,
-            b: &loaded.weight[first * columns..],
-            b_row: columns,
-            start,
-            c: y,
-            c_row: columns,
-            epilogue: if is_last { Epilogue::Activate(layer.activation) } else { Epilogue::None },
-        }
-        .go();
-        start = Start::Accumulate;
+    Product {
+        rows,
+        depth: layer.inputs(),
+        columns,
+        a: x.values,
+        a_row: x.row,
+        a_depth: 1,
+        b: &loaded.weight,
+        b_row: columns,
+        start: Start::Row(&loaded.bias),
+        c: y,
+        c_row: columns,
+        epilogue: Epilogue::Activate(layer.activation),
     }
+    .go();
 }
 
 /// The gradients of layer `i`, summed over the rows of all spans in order.
 struct ParameterSum<'a> {
     i: usize,
     layers: &'a [Layer],
-    input: &'a Input,
+    input: &'a [f32],
     spans: &'a [Span],
     space: &'a mut [Buffer; 2],
     /// What they are added to.
@@ -402,23 +360,22 @@ impl ParameterSum<'_> {
         let (dw, db): (&mut [f32], &mut [f32]) =
             if is_padded { (padded_weight, padded_bias) } else { (&mut weight[..], &mut bias[..]) };
         for span in spans {
-            for operand in operands(i, layers, input, span.start, &span.outputs) {
-                Product {
-                    rows: operand.columns,
-                    depth: span.rows,
-                    columns,
-                    a: operand.values,
-                    a_row: 1,
-                    a_depth: operand.row,
-                    b: &span.slopes[i],
-                    b_row: columns,
-                    start: Start::Accumulate,
-                    c: &mut dw[operand.first * columns..],
-                    c_row: columns,
-                    epilogue: Epilogue::None,
-                }
-                .go();
+            let x = input_of(i, layers, input, span.start, &span.outputs);
+            Product {
+                rows: inputs,
+                depth: span.rows,
+                columns,
+                a: x.values,
+                a_row: 1,
+                a_depth: x.row,
+                b: &span.slopes[i],
+                b_row: columns,
+                start: Start::Accumulate,
+                c: &mut *dw,
+                c_row: columns,
+                epilogue: Epilogue::None,
             }
+            .go();
             ColumnSums { x: &span.slopes[i], sums: db }.go();
         }
         if is_padded {

@@ -318,23 +318,3 @@ fn sizes_that_are_no_network_are_refused() {
         assert!(matches!(error, NnError::Shape { .. }));
     }
 }
-
-#[test]
-fn data_beside_the_input_is_as_if_joined() {
-    let mut rng = ChaCha8Rng::seed_from_u64(11);
-    let net = Mlp::new(MlpShape::uniform(101, 20, 2, 3, Activation::Tanh), InitScheme::FanIn, &mut rng).unwrap();
-    let (data, x) = (random(9, 98, &mut rng), random(9, 3, &mut rng));
-    let joined = net.forward(super::rows::prepend_columns(&data, x.leaky_trace()));
-    let beside = net.forward_beside(&data, x.leaky_trace());
-    let frozen = net.forward_frozen_beside(&data, x.leaky_trace());
-    assert_eq!(beside.as_vec(), joined.as_vec());
-    assert_eq!(frozen.as_vec(), joined.as_vec());
-    assert_eq!(net.forward_beside(&data, x.clone()).as_vec(), joined.as_vec());
-    let mut expected = joined.square().mean().backward();
-    let mut grads = beside.square().mean().backward();
-    let frozen_grads = frozen.square().mean().backward();
-    assert_eq!(grads.get(&x).as_vec(), expected.get(&x).as_vec());
-    assert_eq!(frozen_grads.get(&x).as_vec(), expected.get(&x).as_vec());
-    let of = |grads: &mut Gradients<f32, Cpu>| take_gradients(net.layers(), grads).unwrap();
-    assert_eq!(of(&mut grads), of(&mut expected));
-}

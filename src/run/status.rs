@@ -21,6 +21,21 @@ pub enum RunState {
     Interrupted,
 }
 
+impl RunState {
+    /// One or two words for it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::NotStarted => "not started",
+            Self::Running => "running",
+            Self::Paused => "paused",
+            Self::Finished => "finished",
+            Self::Stopped(_) => "stopped",
+            Self::Failed(_) => "failed",
+            Self::Interrupted => "interrupted",
+        }
+    }
+}
+
 /// The state of a run and how far it is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunStatus {

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::error::SweepError;
 use super::models::{ModelJob, ModelResult, RESULT};
 use crate::json;
-use crate::run::{RunDirectory, RunError, RunState};
+use crate::run::{RunDirectory, RunError};
 use crate::study::{FoundRun, find_runs, read_runs};
 
 /// The results of a sweep: rows of columns by name.
@@ -75,7 +75,7 @@ fn agents(runs: &[FoundRun]) -> Results {
         let row = serde_json::to_value(&run.trained.row).expect("a row is plain data");
         let value = |column: &str| match column {
             "run" => run.name().into(),
-            "state" => state_name(&run.state).into(),
+            "state" => run.state.name().into(),
             column => row.get(column).or_else(|| row.get("settings")?.get(column)).cloned().unwrap_or(Value::Null),
         };
         let columns = before.iter().chain(&settings).chain(&after);
@@ -83,18 +83,6 @@ fn agents(runs: &[FoundRun]) -> Results {
     };
     let columns = before.iter().chain(&settings).chain(&after).map(|column| (*column).to_owned()).collect();
     Results { version: 1, kind: "train", rows: runs.iter().map(row).collect(), columns }
-}
-
-fn state_name(state: &RunState) -> &'static str {
-    match state {
-        RunState::NotStarted => "not started",
-        RunState::Running => "running",
-        RunState::Paused => "paused",
-        RunState::Finished => "finished",
-        RunState::Stopped(_) => "stopped",
-        RunState::Failed(_) => "failed",
-        RunState::Interrupted => "interrupted",
-    }
 }
 
 fn models(paths: &[PathBuf]) -> Result<Results, SweepError> {

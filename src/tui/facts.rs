@@ -159,7 +159,7 @@ impl Facts {
 impl RunFacts {
     /// One word for what it is doing.
     pub fn state_word(&self) -> &'static str {
-        if self.queued { "queued" } else { state_word(&self.state) }
+        if self.queued { "queued" } else { self.state.name() }
     }
 
     /// Seconds until the run is finished at the present rate.
@@ -182,18 +182,5 @@ impl RunFacts {
     /// The latest finite value of a metric.
     pub fn latest(&self, metric: Metric) -> Option<f32> {
         self.curves.get(metric).iter().rev().copied().find(|value| value.is_finite())
-    }
-}
-
-/// One word for the state of a run.
-fn state_word(state: &RunState) -> &'static str {
-    match state {
-        RunState::NotStarted => "not started",
-        RunState::Running => "running",
-        RunState::Paused => "paused",
-        RunState::Finished => "finished",
-        RunState::Stopped(_) => "stopped",
-        RunState::Failed(_) => "failed",
-        RunState::Interrupted => "interrupted",
     }
 }
