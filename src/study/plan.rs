@@ -174,25 +174,21 @@ impl StudyPlan {
             .collect()
     }
 
-    /// Every training of the study, those of the first arm first.
+    /// Every training of the study, those of the first seed first: a study that is not yet
+    /// finished has as many seeds of every arm.
     ///
     /// # Errors
     /// When an arm has a setting that does not exist.
     pub fn runs(&self) -> Result<Vec<PlannedRun>, SettingError> {
         let tasks: Vec<Arc<Task>> = self.tasks.iter().cloned().map(Arc::new).collect();
+        let planning = Arm::new(Method::Planning, EpsilonSchedule::Constant(0.0));
+        let planning = (self.planning_episodes > 0).then_some((&planning, self.planning_episodes));
+        let arms = self.arms.iter().map(|arm| (arm, self.learning_episodes)).chain(planning);
         let mut runs = Vec::new();
-        for arm in &self.arms {
-            for task in &tasks {
-                for seed in self.seed..self.seed + self.learning_seeds {
-                    runs.push(self.run(arm, task.clone(), seed, self.learning_episodes)?);
-                }
-            }
-        }
-        if self.planning_episodes > 0 {
-            let arm = Arm::new(Method::Planning, EpsilonSchedule::Constant(0.0));
-            for task in tasks {
-                for seed in self.seed..self.seed + self.learning_seeds {
-                    runs.push(self.run(&arm, task.clone(), seed, self.planning_episodes)?);
+        for seed in self.seed..self.seed + self.learning_seeds {
+            for (arm, episodes) in arms.clone() {
+                for task in &tasks {
+                    runs.push(self.run(arm, task.clone(), seed, episodes)?);
                 }
             }
         }

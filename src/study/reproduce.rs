@@ -272,7 +272,7 @@ impl Study<'_> {
     /// Figure 6's trainings, each a run of its own.
     fn learning(&self, runs: Vec<PlannedRun>) -> Result<Vec<TrainedRun>, StudyError> {
         let failed: Mutex<Option<StudyError>> = Mutex::new(None);
-        // A bridge hands the runs out in their order, so that the first arms are done first.
+        // A bridge hands the runs out in their order, so that the first seeds are done first.
         let mut done: Vec<(usize, TrainedRun)> = runs
             .into_iter()
             .enumerate()
