@@ -185,6 +185,83 @@ pub fn nearest<'a>(known: impl IntoIterator<Item = &'a str>, typed: &str) -> Opt
     best.filter(|name| closeness(name) > 0.75)
 }
 
+/// `: did you mean X?` with the [`nearest`] known name; nothing if none is like it.
+pub fn did_you_mean<'a>(known: impl IntoIterator<Item = &'a str>, typed: &str) -> String {
+    nearest(known, typed).map(|name| format!(": did you mean `{name}`?")).unwrap_or_default()
+}
+
+/// The line, from 1, on which the value at a JSON path begins, in a text that is JSON.
+pub fn line_of(text: &[u8], path: &str) -> Option<usize> {
+    let mut places = Places { text, at: 0, found: Vec::new() };
+    places.value(String::new());
+    let (_, at) = places.found.into_iter().find(|(known, _)| known == path)?;
+    Some(1 + text.iter().take(at).filter(|byte| **byte == b'\n').count())
+}
+
+/// Walks through JSON and notes where the values begin.
+struct Places<'t> {
+    text: &'t [u8],
+    at: usize,
+    found: Vec<(String, usize)>,
+}
+
+impl Places<'_> {
+    /// Goes on over bytes like these.
+    fn skip(&mut self, like: impl Fn(u8) -> bool) {
+        self.at += self.text.iter().skip(self.at).take_while(|byte| like(**byte)).count();
+    }
+
+    /// The next byte that is not white space; at the end one that ends everything.
+    fn next(&mut self) -> u8 {
+        self.skip(|byte| byte.is_ascii_whitespace());
+        self.text.get(self.at).copied().unwrap_or(b'}')
+    }
+
+    /// Reads the string that begins here, without its quotes.
+    fn string(&mut self) -> String {
+        let start = self.at + 1;
+        self.at = start;
+        while let Some(byte) = self.text.get(self.at).filter(|byte| **byte != b'"') {
+            self.at += if *byte == b'\\' { 2 } else { 1 };
+        }
+        self.at += 1;
+        String::from_utf8_lossy(self.text.get(start..self.at - 1).unwrap_or_default()).into_owned()
+    }
+
+    fn value(&mut self, path: String) {
+        let first = self.next();
+        self.found.push((path.clone(), self.at));
+        match first {
+            b'"' => _ = self.string(),
+            b'{' | b'[' => self.entries(&path, first == b'{'),
+            _ => self.skip(|byte| !b",]} \t\r\n".contains(&byte)),
+        }
+    }
+
+    fn entries(&mut self, path: &str, named: bool) {
+        for index in 0.. {
+            self.at += 1;
+            if [b'}', b']'].contains(&self.next()) {
+                break;
+            }
+            let path = match named {
+                true if path.is_empty() => self.string(),
+                true => format!("{path}.{}", self.string()),
+                false => format!("{path}[{index}]"),
+            };
+            if named {
+                self.next();
+                self.at += 1;
+            }
+            self.value(path);
+            if self.next() != b',' {
+                break;
+            }
+        }
+        self.at += 1;
+    }
+}
+
 /// Writes one value as a line of JSON.
 ///
 /// # Errors
@@ -192,4 +269,24 @@ pub fn nearest<'a>(known: impl IntoIterator<Item = &'a str>, typed: &str) -> Opt
 pub fn write_line(mut output: impl io::Write, value: &impl serde::Serialize) -> io::Result<()> {
     serde_json::to_writer(&mut output, value)?;
     output.write_all(b"\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::line_of;
+
+    #[test]
+    fn the_lines_of_values() {
+        let text = b"{\n \"a.b\": [1,\n  \"x\\\"]\",\n 3], \"c\": {},\n \"d\": {\"e\": [\n[true]\n]}, \"f\":\n null}";
+        for (path, line) in
+            [("", 1), ("a.b", 2), ("a.b[1]", 3), ("a.b[2]", 4), ("c", 4), ("d.e[0]", 6), ("d.e[0][0]", 6), ("f", 8)]
+        {
+            assert_eq!(line_of(text, path), Some(line), "{path}");
+        }
+        assert_eq!(line_of(text, "g"), None);
+        assert_eq!(line_of(b"[{\"k\": 1},\n{\"k\": 2}]", "[1].k"), Some(2));
+        for broken in [&b""[..], b"{", b"{\"a", b"[1,", b"{\"a\":"] {
+            assert_eq!(line_of(broken, "a.b"), None);
+        }
+    }
 }

@@ -96,7 +96,7 @@ fn mistakes_are_one_line_and_change_nothing() {
     let message = text(&output.stderr);
     assert_eq!(
         message,
-        "error: bad.json: at ddpg.hiden: there is no setting `ddpg.hiden`: did you mean `ddpg.hidden`?\n"
+        "error: bad.json:3: at ddpg.hiden: there is no setting `ddpg.hiden`: did you mean `ddpg.hidden`?\n"
     );
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     assert_eq!(mge(folder.path(), &["sweep"]).status.code(), Some(2));

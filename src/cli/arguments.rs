@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 use crate::dynamics::{Loss, Variant};
+use crate::figures::DEFAULT_DPI;
 use crate::guidance::EpsilonSchedule;
 use crate::physics::ToolKind;
 use crate::trainer::{Method, PriorSource};
@@ -33,6 +34,21 @@ pub struct Play {
     /// JSON Lines file of recorded levels; episodes are read from standard input
     #[arg(long, value_name = "FILE")]
     pub levels: Option<PathBuf>,
+}
+
+/// How figures are printed.
+#[derive(Debug, Args)]
+pub struct Print {
+    /// Dots per inch of PNGs
+    #[arg(long, default_value_t = DEFAULT_DPI, value_parser = clap::value_parser!(u32).range(1..=2400))]
+    pub dpi: u32,
+}
+
+impl Print {
+    /// The option as a part of the command that made a figure; nothing when it is the default.
+    pub fn option(&self) -> String {
+        if self.dpi == DEFAULT_DPI { String::new() } else { format!(" --dpi {}", self.dpi) }
+    }
 }
 
 #[derive(Debug, Args)]
@@ -230,6 +246,8 @@ pub struct DynamicsAblate {
     /// Passes over the observations, as in a training
     #[arg(long)]
     pub epochs: Option<u32>,
+    #[command(flatten)]
+    pub print: Print,
     /// Threads; all cores if not given
     #[arg(long)]
     pub threads: Option<usize>,
@@ -251,6 +269,8 @@ pub struct DynamicsEvaluate {
     /// Also draw the errors into this PNG or SVG
     #[arg(long)]
     pub figure: Option<PathBuf>,
+    #[command(flatten)]
+    pub print: Print,
 }
 
 #[derive(Debug, Args)]
@@ -348,8 +368,10 @@ pub struct Figures {
     #[arg(long)]
     pub out: Option<PathBuf>,
     /// SVG instead of PNG
-    #[arg(long)]
+    #[arg(long, conflicts_with = "dpi")]
     pub svg: bool,
+    #[command(flatten)]
+    pub print: Print,
 }
 
 #[derive(Debug, Args)]
@@ -410,6 +432,8 @@ pub struct Report {
     /// Seed of the resampling
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
+    #[command(flatten)]
+    pub print: Print,
 }
 
 #[derive(Debug, Args)]
@@ -427,6 +451,8 @@ pub struct Reproduce {
     /// First seed
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
+    #[command(flatten)]
+    pub print: Print,
     /// Threads [default: all cores]
     #[arg(long)]
     pub threads: Option<usize>,

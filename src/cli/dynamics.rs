@@ -10,7 +10,7 @@ use crate::dynamics::{
     self, DynamicsError, Ended, EvaluationConfig, Model, ModelConfig, TrainConfig, Training, Variant,
     canonical_tool_set, evaluate,
 };
-use crate::figures::{DEFAULT_DPI, Figure, Provenance};
+use crate::figures::{Figure, Provenance};
 use crate::nn::TensorFile;
 use crate::physics::ToolKind;
 use crate::stats::Bootstrap;
@@ -141,9 +141,10 @@ fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
     let config = EvaluationConfig { launches: arguments.launches, seed: arguments.seed, ..EvaluationConfig::default() };
     let evaluation = evaluate(&model, &tasks, &config)?;
     if let Some(path) = &arguments.figure {
-        let command = format!("mge dynamics evaluate {} --seed {}", arguments.model, arguments.seed);
+        let DynamicsEvaluate { model: name, seed, launches, print, .. } = arguments;
+        let command = format!("mge dynamics evaluate {name} --seed {seed} --launches {launches}{}", print.option());
         let provenance = Provenance::new(command, &[arguments.seed], &model.provenance().data_hash);
-        model_error_figure(&evaluation, &model).write(path, &provenance, DEFAULT_DPI)?;
+        model_error_figure(&evaluation, &model).write(path, &provenance, arguments.print.dpi)?;
     }
     println!("{}", serde_json::to_string_pretty(&evaluation)?);
     Ok(())
@@ -162,6 +163,7 @@ fn ablate(arguments: &DynamicsAblate) -> Outcome {
         command += &format!(" --tools {}", tool_sets[0].iter().map(|tool| tool.name()).collect::<Vec<_>>().join(","));
     }
     command += &format!(" --seeds {} --seed {} --epochs {}", arguments.seeds, arguments.seed, training.epochs);
+    command += &arguments.print.option();
     let plan = AblationPlan {
         model: ModelConfig::default(),
         training,
@@ -177,7 +179,7 @@ fn ablate(arguments: &DynamicsAblate) -> Outcome {
         progress.lock().unwrap_or_else(PoisonError::into_inner).set(now.done, now.total, &now.message);
     };
     let threads = arguments.threads.unwrap_or_else(rayon::current_num_threads);
-    ablation(&plan, &arguments.out, &command, threads, &tell)?;
+    ablation(&plan, &arguments.out, &command, threads, arguments.print.dpi, &tell)?;
     drop(progress);
     println!("{}", arguments.out.join("ablation.md").display());
     Ok(())

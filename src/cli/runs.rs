@@ -12,6 +12,7 @@ use super::Outcome;
 use super::arguments::{Evaluate, Export, Figures, Resume, Script, Train, Workbench};
 use super::progress::Progress;
 use crate::env::{Action, Environment};
+use crate::figures::DEFAULT_DPI;
 use crate::run::Event;
 use crate::task;
 use crate::tui;
@@ -137,21 +138,22 @@ pub fn figures(arguments: &Figures) -> Outcome {
         session.apply(Command::Open(run.clone()))?;
     }
     let ending = if arguments.svg { "svg" } else { "png" };
+    let dpi = Some(arguments.print.dpi).filter(|dpi| !arguments.svg && *dpi != DEFAULT_DPI);
     let shared = arguments.out.clone().unwrap_or_else(|| arguments.runs[0].join("figures"));
-    export(&mut session, FigureKind::Learning, shared.join(format!("learning.{ending}")))?;
+    export(&mut session, FigureKind::Learning, shared.join(format!("learning.{ending}")), dpi)?;
     for run in &arguments.runs {
         session.apply(Command::Open(run.clone()))?;
-        export(&mut session, FigureKind::Dashboard, dashboard_path(arguments.out.as_deref(), run, ending))?;
+        export(&mut session, FigureKind::Dashboard, dashboard_path(arguments.out.as_deref(), run, ending), dpi)?;
     }
     Ok(())
 }
 
 /// Writes a figure, and the name of its file to stdout.
-fn export(session: &mut Session, kind: FigureKind, path: PathBuf) -> Outcome {
+fn export(session: &mut Session, kind: FigureKind, path: PathBuf, dpi: Option<u32>) -> Outcome {
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
     }
-    session.apply(Command::Figure { kind, path: path.clone() })?;
+    session.apply(Command::Figure { kind, path: path.clone(), dpi })?;
     println!("{}", path.display());
     Ok(())
 }

@@ -19,7 +19,7 @@ pub fn reproduce(arguments: &Reproduce) -> Outcome {
         plan = plan.with_questions();
         command += " --questions";
     }
-    command += &format!(" --seed {}", arguments.seed);
+    command += &format!(" --seed {}{}", arguments.seed, arguments.print.option());
     let progress = Mutex::new(Progress::new(1, arguments.quiet));
     let tell = |now: &StudyProgress| {
         // A panic elsewhere leaves the bar as it is.
@@ -27,7 +27,7 @@ pub fn reproduce(arguments: &Reproduce) -> Outcome {
         progress.set(now.done, now.total, &now.message);
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads.unwrap_or(0)).build()?;
-    pool.install(|| study::reproduce(&plan, &arguments.out, &command, &tell))?;
+    pool.install(|| study::reproduce(&plan, &arguments.out, &command, arguments.print.dpi, &tell))?;
     drop(progress);
     println!("{}", arguments.out.join("report.md").display());
     Ok(())
@@ -41,7 +41,8 @@ pub fn report(arguments: &Report) -> Outcome {
     if bootstrap != Bootstrap::default() {
         command += &format!(" --resamples {} --seed {}", bootstrap.resamples, bootstrap.seed);
     }
-    study::compare(&arguments.runs, &arguments.out, &bootstrap, &command)?;
+    command += &arguments.print.option();
+    study::compare(&arguments.runs, &arguments.out, &bootstrap, &command, arguments.print.dpi)?;
     println!("{}", arguments.out.join("report.md").display());
     Ok(())
 }

@@ -6,11 +6,11 @@ use serde::{Deserialize, Serialize};
 
 use super::canvas::{Canvas, Pen};
 use super::geometry::ellipse;
-use super::layout::{LEGEND, Mark, NOTE, legend, note, squares_height};
+use super::layout::{LEGEND, Mark, legend, note};
 use super::scene::{Position, SceneView};
-use super::style::{Color, DOUBLE_COLUMN, GREEN, INK, MARGIN, WHITE, faded, stage_color};
+use super::style::{Color, GREEN, INK, MARGIN, WHITE, faded, stage_color};
 use super::table::{Table, cell32};
-use super::tasks::{COLUMNS, cells, heading};
+use super::tasks::{cells, heading, page_size};
 use super::{Figure, FigureError};
 use crate::guidance::ActionPrior;
 use crate::task::Task;
@@ -86,6 +86,10 @@ impl TaskActions {
     }
 }
 
+/// What the shapes are.
+const SHAPES: &str = "Dots: tool placements sampled from the action clusters of the stage of their colour. Crosses: cluster means; \
+                      ellipses: one (solid) and two (dashed) standard deviations.";
+
 /// A cross at the mean, ellipses at one and two standard deviations.
 fn draw_cluster(view: &SceneView<'_>, canvas: &Canvas<'_>, cluster: &Cluster, color: Color) -> Result<(), FigureError> {
     let center = view.at(cluster.mean);
@@ -113,7 +117,7 @@ impl Figure for ActionSamples {
     }
 
     fn size(&self) -> [f64; 2] {
-        [DOUBLE_COLUMN, squares_height(self.tasks.len(), COLUMNS, LEGEND + 2.0 * NOTE)]
+        page_size(self.tasks.len(), LEGEND, SHAPES)
     }
 
     fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
@@ -121,9 +125,7 @@ impl Figure for ActionSamples {
         if self.tasks.is_empty() {
             return canvas.nothing(page, "no sampled actions");
         }
-        let text = "Dots: tool placements sampled from the action clusters of the stage of their colour. Crosses: cluster means; ellipses: one \
-                    (solid) and two (dashed) standard deviations.";
-        let rect = note(canvas, page, text)?;
+        let rect = note(canvas, page, SHAPES)?;
         let most = self.tasks.iter().map(|task| task.stages.len()).max().unwrap_or(0);
         let mut marks: Vec<(Mark, String)> = (0..most.saturating_sub(1))
             .map(|n| (Mark::Dot(stage_color(n, most)), format!("subgoal {}", n + 1)))

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::canvas::{Canvas, Pen};
 use super::layout::note;
-use super::output::{rasterise, write_with_table};
+use super::output::{pixels, rasterise, write_with_table};
 use super::provenance::Provenance;
 use super::scene::{PLACED_TOOL, Position, SceneView, Window};
 use super::style::{BLUE, MARGIN, SINGLE_COLUMN, faded};
@@ -43,6 +43,9 @@ pub struct Moment {
     pub reached: usize,
 }
 
+/// How long the end of an episode is looked at before it begins again.
+const LAST_FRAME_MS: u32 = 1500;
+
 impl Animation {
     fn draw_moment(&self, canvas: &Canvas<'_>, index: usize, trail: usize) -> Result<(), FigureError> {
         let page = canvas.page().inset(MARGIN);
@@ -66,18 +69,16 @@ impl Animation {
         view.ball(moment.ball, self.task.ball.radius)
     }
 
-    /// The animation as a GIF, `width` pixels wide, that repeats for ever and carries
+    /// The animation as a GIF of `dpi` dots per inch that repeats for ever and carries
     /// its provenance as a comment.
     ///
     /// # Errors
-    /// When there is no moment, or the width is 0 or too large for a GIF.
-    pub fn to_gif(&self, provenance: &Provenance, width: u16) -> Result<Vec<u8>, FigureError> {
-        let [page_width, page_height] = self.size();
-        let height = f64::from(width) * page_height / page_width;
-        if height > f64::from(u16::MAX) {
-            return Err(FigureError::Size { width: u32::from(width), height: height as u32 });
-        }
-        let height = height.round() as u16;
+    /// When the resolution is 0 or too large for a GIF.
+    pub fn to_gif(&self, provenance: &Provenance, dpi: u32) -> Result<Vec<u8>, FigureError> {
+        let [wide, high] = pixels(self.size(), dpi);
+        let (Ok(width), Ok(height)) = (u16::try_from(wide), u16::try_from(high)) else {
+            return Err(FigureError::Size { width: wide, height: high });
+        };
         let failed = |error: gif::EncodingError| FigureError::Backend(error.to_string());
         let mut bytes = Vec::new();
         let mut encoder = gif::Encoder::new(&mut bytes, width, height, &[]).map_err(failed)?;
@@ -89,11 +90,13 @@ impl Animation {
             .map_err(|error| FigureError::Backend(error.to_string()))?;
         for index in 0..self.moments.len().max(1) {
             let draw = |canvas: &Canvas<'_>| self.draw_moment(canvas, index, self.trail);
-            let pixels = rasterise(u32::from(width), u32::from(height), self.size(), draw)?;
+            let pixels = rasterise(wide, high, self.size(), draw)?;
             let (palette, indices) = commonest_colors(&pixels);
             let mut frame = gif::Frame::from_palette_pixels(width, height, indices, palette, None);
             // GIF counts hundredths of a second.
-            frame.delay = u16::try_from(self.frame_ms.div_ceil(10)).unwrap_or(u16::MAX);
+            let last = index + 1 >= self.moments.len();
+            let shown = if last { self.frame_ms.max(LAST_FRAME_MS) } else { self.frame_ms };
+            frame.delay = u16::try_from(shown.div_ceil(10)).unwrap_or(u16::MAX);
             encoder.write_frame(&frame).map_err(failed)?;
         }
         drop(encoder);
@@ -104,11 +107,11 @@ impl Animation {
     ///
     /// # Errors
     /// When the ending is not `.gif`, as [`Self::to_gif`], or when a file cannot be written.
-    pub fn write_gif(&self, path: &Path, provenance: &Provenance, width: u16) -> Result<(), FigureError> {
+    pub fn write_gif(&self, path: &Path, provenance: &Provenance, dpi: u32) -> Result<(), FigureError> {
         if path.extension().is_none_or(|ending| ending != "gif") {
             return Err(FigureError::Format { path: path.to_owned(), known: "`.gif`" });
         }
-        write_with_table(path, &self.to_gif(provenance, width)?, &self.table())
+        write_with_table(path, &self.to_gif(provenance, dpi)?, &self.table())
     }
 }
 

@@ -26,17 +26,29 @@ struct Placed<'b> {
     left: f64,
 }
 
-/// Draws clusters of bars side by side, with the numbers above the bars when they are `counts`.
+/// What a row of bars is told about itself.
+#[derive(Default)]
+pub struct BarLook<'t> {
+    /// Bold text above.
+    pub title: &'t str,
+    /// Label of the y axis.
+    pub label: &'t str,
+    /// Whether the numbers stand above the bars.
+    pub counts: bool,
+    /// Whether room is left for names of members, though there be none: so that plots side
+    /// by side stand on one line.
+    pub room_for_names: bool,
+}
+
+/// Draws clusters of bars side by side.
 ///
 /// # Errors
 /// When the backend fails.
 pub fn grouped_bars(
     canvas: &Canvas<'_>,
     rect: Rect,
-    title: &str,
-    label: &str,
+    look: &BarLook<'_>,
     clusters: &[BarCluster],
-    counts: bool,
 ) -> Result<(), FigureError> {
     let mut x = CLUSTER_GAP / 2.0;
     let (mut placed, mut names) = (Vec::new(), Vec::new());
@@ -53,10 +65,10 @@ pub fn grouped_bars(
     let end = (x - CLUSTER_GAP / 2.0).max(1.0);
     let values = placed.iter().flat_map(|member| member.bars).flat_map(Estimate::values);
     let named = placed.iter().any(|member| !member.name.is_empty());
-    let below = if named { 2.6 } else { 1.5 } * SMALL_SIZE + TICK_LENGTH;
+    let below = if named || look.room_for_names { 2.6 } else { 1.5 } * SMALL_SIZE + TICK_LENGTH;
     let (rect, _) = rect.split_bottom(below - 1.4 * SMALL_SIZE);
-    let frame = Frame { title, grid: true, square: false };
-    let axes = [Axis::with_ticks("", 0.0, end, Vec::new()), Axis::from_zero(label, values, 6)];
+    let frame = Frame { title: look.title, grid: true, square: false };
+    let axes = [Axis::with_ticks("", 0.0, end, Vec::new()), Axis::from_zero(look.label, values, 6)];
     let [horizontal, vertical] = axes;
     let plot = Plot::new(canvas, rect, &frame, horizontal, vertical)?;
     let mut taken = Vec::new();
@@ -64,7 +76,7 @@ pub fn grouped_bars(
         for (n, bar) in member.bars.iter().enumerate() {
             let x = member.left + n as f64 + 0.5;
             plot.bar(x, 0.92, *bar, series_color(n))?;
-            if counts {
+            if look.counts {
                 write_count(canvas, &plot, x, *bar, &mut taken)?;
             }
         }

@@ -16,7 +16,7 @@ use super::{Figure, FigureError};
 pub struct LearningCurves {
     /// What was counted: the episodes of training, or greedy evaluations.
     pub greedy: bool,
-    /// Number of episodes the success rate is averaged over.
+    /// Number of episodes, or of greedy evaluations, the success rate is averaged over.
     pub window: usize,
     /// How runs were summarised.
     pub statistics: Statistics,
@@ -45,13 +45,21 @@ pub struct PerformanceProfile {
 }
 
 /// Room right of the panels, in points, for half the label of the last tick.
-const LAST_TICK: f64 = 6.0;
+pub(super) const LAST_TICK: f64 = 6.0;
+
+/// More bands than these, one over the other, hide each other and the lines.
+const MOST_BANDS: usize = 5;
+
+/// Where a caption finds the intervals of curves with so many labels.
+fn band_mark(labels: usize) -> &'static str {
+    if labels <= MOST_BANDS { "band" } else { "in the CSV only" }
+}
 
 /// Draws curves as percentages, coloured by the place of their label in `order`.
 fn draw_curves(canvas: &Canvas<'_>, plot: &Plot<'_>, curves: &[Curve], order: &[&str]) -> Result<(), FigureError> {
     let percent = |values: &[f64]| values.iter().map(|value| 100.0 * value).collect::<Vec<_>>();
     let place = |curve: &Curve| order.iter().position(|label| *label == curve.label).unwrap_or(0);
-    for curve in curves {
+    for curve in curves.iter().filter(|_| order.len() <= MOST_BANDS) {
         plot.band(
             &curve.x,
             [&percent(&curve.y), &percent(&curve.low), &percent(&curve.high)],
@@ -71,12 +79,12 @@ fn draw_curves(canvas: &Canvas<'_>, plot: &Plot<'_>, curves: &[Curve], order: &[
 /// The legend of curves: lines with bands, or lines alone where no curve has an interval.
 fn marks<'c>(curves: impl IntoIterator<Item = &'c Curve>) -> Vec<(Mark, String)> {
     let curves: Vec<&Curve> = curves.into_iter().collect();
-    let banded = curves.iter().any(|curve| !curve.low.is_empty());
+    let order = labels(curves.iter().map(|curve| curve.label.as_str()));
+    let banded = order.len() <= MOST_BANDS && curves.iter().any(|curve| !curve.low.is_empty());
     let mark = |n| {
         let pen = Pen::series(n, 1.4 * LINE_WIDTH);
         if banded { Mark::Band(pen) } else { Mark::Line(pen) }
     };
-    let order = labels(curves.iter().map(|curve| curve.label.as_str()));
     order.iter().enumerate().map(|(n, label)| (mark(n), (*label).to_owned())).collect()
 }
 
@@ -106,12 +114,12 @@ impl Figure for LearningCurves {
             return canvas.nothing(page, "no learning curves");
         }
         let what = if self.greedy {
-            format!("Success of the actor without noise in the last {} evaluation episodes.", self.window)
+            format!("Success of the actor without noise, mean of the last {} evaluations.", self.window)
         } else {
             format!("Share of the last {} training episodes that reached the goal.", self.window)
         };
-        let rect = note(canvas, page, &format!("{what} {}.", self.statistics.caption("band")))?;
         let order = labels(self.panels.iter().flat_map(|panel| &panel.curves).map(|curve| curve.label.as_str()));
+        let rect = note(canvas, page, &format!("{what} {}.", self.statistics.caption(band_mark(order.len()))))?;
         let rect = legend(canvas, rect, &marks(self.panels.iter().flat_map(|panel| &panel.curves)))?;
         let columns = COLUMNS.min(self.panels.len());
         for (panel, place) in self.panels.iter().zip(panels(rect, self.panels.len(), columns)) {
@@ -153,8 +161,8 @@ impl Figure for PerformanceProfile {
         if self.curves.iter().all(Curve::is_empty) {
             return canvas.nothing(page, "no scores");
         }
-        let rect = note(canvas, page, &format!("{}.", self.statistics.caption("band")))?;
         let order = labels(self.curves.iter().map(|curve| curve.label.as_str()));
+        let rect = note(canvas, page, &format!("{}.", self.statistics.caption(band_mark(order.len()))))?;
         let rect = legend(canvas, rect, &marks(&self.curves))?;
         let thresholds = || self.curves.iter().flat_map(|curve| curve.x.iter().copied()).filter(|x| x.is_finite());
         let (low, high) = (thresholds().fold(f64::INFINITY, f64::min), thresholds().fold(f64::NEG_INFINITY, f64::max));

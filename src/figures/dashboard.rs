@@ -1,21 +1,25 @@
 //! One run at a glance.
 
+use std::num::NonZeroUsize;
+
 use serde::{Deserialize, Serialize};
 
 use super::axes::{Axis, Frame, Plot, Y_LABEL, number};
 use super::canvas::{Canvas, Pen, Type};
+use super::curves::LAST_TICK;
 use super::data::numbers;
 use super::layout::{Panel, note, panels};
-use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, TITLE_SIZE, VERMILLION};
+use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, SKY, TITLE_SIZE, VERMILLION, faded};
 use super::table::{Table, cell};
 use super::{Figure, FigureError};
+use crate::stats::rolling::rolling_mean;
 
 /// Series of one run, each with one value an episode; what is not finite leaves a gap.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Dashboard {
     /// What the run is: task, method, seed.
     pub title: String,
-    /// Number of episodes `success` and `greedy_success` are averaged over.
+    /// Number of episodes that `success`, and the line of the return, are averaged over.
     pub window: usize,
     /// Episode numbers.
     #[serde(deserialize_with = "numbers")]
@@ -63,22 +67,28 @@ impl Dashboard {
     /// The panels in order.
     fn panels(&self) -> [RunPanel<'_>; 6] {
         let share = || Axis::linear("", 0.0, 1.03, 6);
+        let percent = |values: &[f64]| values.iter().map(|value| 100.0 * value).collect::<Vec<_>>();
+        let window = NonZeroUsize::new(self.window).unwrap_or(NonZeroUsize::MIN);
         let around = |values: &[f64]| Axis::around("", values.iter().copied(), 5);
-        let panel = |title, y, lines| RunPanel { title, y, lines };
+        let panel = |title, y, lines: Vec<(&'static str, Vec<f64>)>| RunPanel { title, y, lines, dots: &[] };
+        let alone = |title, y, values: &[f64]| panel(title, y, vec![("", values.to_vec())]);
         [
-            panel("Success rate", share(), vec![("training", &*self.success), ("greedy", &*self.greedy_success)]),
-            panel("Return", around(&self.episode_return), vec![("", &*self.episode_return)]),
             panel(
-                "Critic loss",
-                Axis::logarithmic("", self.critic_loss.iter().copied()),
-                vec![("", &*self.critic_loss)],
+                "Success rate (%)",
+                Axis::linear("", 0.0, 103.0, 6),
+                vec![("training", percent(&self.success)), ("greedy", percent(&self.greedy_success))],
             ),
-            panel("Actor loss", around(&self.actor_loss), vec![("", &*self.actor_loss)]),
-            panel("Mean action value Q", around(&self.q_mean), vec![("", &*self.q_mean)]),
+            RunPanel {
+                dots: &self.episode_return,
+                ..alone("Return", around(&self.episode_return), &rolling_mean(&self.episode_return, window))
+            },
+            alone("Critic loss", Axis::logarithmic("", self.critic_loss.iter().copied()), &self.critic_loss),
+            alone("Actor loss", around(&self.actor_loss), &self.actor_loss),
+            alone("Mean action value Q", around(&self.q_mean), &self.q_mean),
             panel(
                 "Exploration",
                 share(),
-                vec![("threshold \u{3b5}", &*self.epsilon), ("saturated", &*self.saturation)],
+                vec![("threshold \u{3b5}", self.epsilon.clone()), ("saturated", self.saturation.clone())],
             ),
         ]
     }
@@ -90,6 +100,12 @@ impl Dashboard {
         // Titles name the y axes; the space of their labels stays free in every column.
         let cell = if place.y_label { place.cell.cut(Y_LABEL, 0.0, 0.0, 0.0) } else { place.cell };
         let plot = Plot::new(canvas, cell, &Frame { title: panel.title, grid: true, square: false }, x, panel.y)?;
+        for (x, y) in self.episode.iter().zip(panel.dots) {
+            let place = plot.at(*x, *y);
+            if plot.rect.contains(place) {
+                canvas.dot(place, 0.5, faded(SKY, 0.5))?;
+            }
+        }
         let mut right = plot.rect.right;
         for ((label, values), color) in panel.lines.iter().zip([BLUE, VERMILLION]).rev() {
             plot.line(&self.episode, values, Pen::new(color, 0.8 * LINE_WIDTH))?;
@@ -108,7 +124,9 @@ impl Dashboard {
 struct RunPanel<'d> {
     title: &'static str,
     y: Axis,
-    lines: Vec<(&'static str, &'d [f64])>,
+    lines: Vec<(&'static str, Vec<f64>)>,
+    /// Single episodes behind the lines.
+    dots: &'d [f64],
 }
 
 impl Figure for Dashboard {
@@ -121,13 +139,13 @@ impl Figure for Dashboard {
     }
 
     fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
-        let page = canvas.page().inset(MARGIN);
+        let page = canvas.page().inset(MARGIN).cut(0.0, 0.0, LAST_TICK, 0.0);
         if self.episode.is_empty() {
             return canvas.nothing(page, "no finished episodes");
         }
         let text = format!(
-            "One run (n = 1 seed), {} points; success is the share of the last {} episodes that reached the goal, greedy: of the \
-             evaluations without noise. Losses and Q: means over the updates of an episode. Saturated: share of action components at \
+            "One run (n = 1 seed), {} episodes; success is the share of the last {} episodes that reached the goal, greedy: of the \
+             episodes of one evaluation without noise. Return: of single episodes (dots), and its mean over as many. Losses and Q: means over the updates of an episode. Saturated: share of action components at \
              their limits. Gaps: nothing was measured.",
             number(self.episode.len() as f64, 0),
             self.window

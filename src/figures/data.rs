@@ -39,14 +39,21 @@ pub struct Statistics {
     pub centre: String,
     /// The interval, such as "95 % stratified bootstrap interval"; empty when there is none.
     pub interval: String,
-    /// Number of seeds behind each estimate.
+    /// Number of seeds behind each estimate, or the most.
     pub seeds: usize,
+    /// The fewest seeds behind an estimate, where not all have the same number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fewest_seeds: Option<usize>,
 }
 
 impl Statistics {
     /// One line for the foot of a figure, such as "Interquartile mean of 5 seeds; bars: 95 % ...".
     pub(super) fn caption(&self, mark: &str) -> String {
-        let seeds = if self.seeds == 1 { "1 seed".to_owned() } else { format!("{} seeds", self.seeds) };
+        let seeds = match self.fewest_seeds.filter(|fewest| *fewest != self.seeds) {
+            Some(fewest) => format!("{fewest} to {} seeds", self.seeds),
+            None if self.seeds == 1 => "1 seed".to_owned(),
+            None => format!("{} seeds", self.seeds),
+        };
         let centre =
             if self.centre.is_empty() { format!("n = {seeds}") } else { format!("{} of {seeds}", self.centre) };
         if self.interval.is_empty() { centre } else { format!("{centre}; {mark}: {}", self.interval) }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::axes::number;
-use super::bars::{BarCluster, grouped_bars};
+use super::bars::{BarCluster, BarLook, grouped_bars};
 use super::canvas::Canvas;
 use super::data::{Estimate, Statistics, labels};
 use super::geometry::Rect;
@@ -104,8 +104,10 @@ impl Figure for Hits {
         let middle = rect.left + 0.4 * rect.width();
         let left = Rect { right: middle - GAP / 2.0, ..rect };
         let right = Rect { left: middle + GAP / 2.0, ..rect };
-        grouped_bars(canvas, left, "(a) Final goal hit", &format!("episodes of {episodes}"), &self.goals(), true)?;
-        grouped_bars(canvas, right, "(b) Subgoal hit", &format!("episodes of {episodes}"), &self.subgoals(), true)
+        let label = &format!("episodes of {episodes}");
+        let look = |title| BarLook { title, label, counts: true, room_for_names: true };
+        grouped_bars(canvas, left, &look("(a) Final goal hit"), &self.goals())?;
+        grouped_bars(canvas, right, &look("(b) Subgoal hit"), &self.subgoals())
     }
 
     fn table(&self) -> Table {

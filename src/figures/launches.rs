@@ -86,7 +86,7 @@ impl Figure for Launches {
 
     fn size(&self) -> [f64; 2] {
         let panels = self.tools.len().clamp(3, 5);
-        [DOUBLE_COLUMN, squares_height(panels, panels, LEGEND + 2.0 * NOTE)]
+        [DOUBLE_COLUMN, squares_height(DOUBLE_COLUMN, panels, panels, LEGEND + 2.0 * NOTE)]
     }
 
     fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {

@@ -4,7 +4,7 @@ use super::FigureError;
 use super::axes::{X_LABEL, Y_LABEL};
 use super::canvas::{Canvas, Pen, Type};
 use super::geometry::Rect;
-use super::style::{BAND_OPACITY, Color, DOUBLE_COLUMN, GAP, GREY, LABEL_SIZE, LINE_WIDTH, MARGIN, SMALL_SIZE, faded};
+use super::style::{BAND_OPACITY, Color, GAP, GREY, LABEL_SIZE, LINE_WIDTH, MARGIN, SMALL_SIZE, faded};
 
 /// A cell of a grid of plots whose insides are equal: the outer cells are larger by the
 /// axis labels that only they have.
@@ -30,14 +30,14 @@ pub fn panels(rect: Rect, count: usize, columns: usize) -> Vec<Panel> {
     cells.into_iter().enumerate().take(count).map(panel).collect()
 }
 
-/// Height of a page over both columns on which [`panels`] are squares, with `extra` for
-/// legend and note.
-pub fn squares_height(count: usize, columns: usize, extra: f64) -> f64 {
+/// Height of a page of this width on which [`panels`] are squares, with `extra` for legend
+/// and note.
+pub fn squares_height(width: f64, count: usize, columns: usize, extra: f64) -> f64 {
     /// Ticks left of and below a plot, its title above.
     const BESIDE: f64 = 25.0;
     const AROUND: f64 = 25.0;
     let gaps = |n: usize| GAP * (n - 1) as f64;
-    let side = (DOUBLE_COLUMN - 2.0 * MARGIN - Y_LABEL - gaps(columns)) / columns as f64 - BESIDE;
+    let side = (width - 2.0 * MARGIN - Y_LABEL - gaps(columns)) / columns as f64 - BESIDE;
     let rows = count.div_ceil(columns).max(1);
     rows as f64 * (side + AROUND) + gaps(rows) + X_LABEL + 2.0 * MARGIN + extra
 }
@@ -129,6 +129,26 @@ fn draw_mark(canvas: &Canvas<'_>, mark: Mark, x: f64, y: f64) -> Result<(), Figu
     }
 }
 
+/// A note of this width, broken between words.
+fn note_lines(width: f64, text: &str) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ').filter(|word| !word.is_empty()) {
+        match lines.last_mut() {
+            Some(line) if Type::SMALL.width(&format!("{line} {word}")) <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+/// Height of a note on a page of this width.
+pub fn note_height(page_width: f64, text: &str) -> f64 {
+    NOTE * note_lines(page_width - 2.0 * MARGIN, text).len() as f64
+}
+
 /// Writes a note along the bottom of `rect`, broken between words, and returns what is
 /// left above.
 ///
@@ -136,16 +156,7 @@ fn draw_mark(canvas: &Canvas<'_>, mark: Mark, x: f64, y: f64) -> Result<(), Figu
 /// When the backend fails.
 pub fn note(canvas: &Canvas<'_>, rect: Rect, text: &str) -> Result<Rect, FigureError> {
     let look = Type::SMALL.color(GREY);
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split(' ').filter(|word| !word.is_empty()) {
-        match lines.last_mut() {
-            Some(line) if look.width(&format!("{line} {word}")) <= rect.width() => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.to_owned()),
-        }
-    }
+    let lines = note_lines(rect.width(), text);
     let (rest, foot) = rect.split_bottom(NOTE * lines.len() as f64);
     for (n, line) in lines.iter().enumerate() {
         canvas.text([foot.left, foot.top + (n as f64 + 0.6) * NOTE], line, look)?;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::axes::{Axis, Frame, Plot, number};
-use super::bars::{BarCluster, grouped_bars};
+use super::bars::{BarCluster, BarLook, grouped_bars};
 use super::canvas::{Canvas, Pen};
 use super::data::{Estimate, Statistics};
 use super::geometry::Rect;
@@ -116,8 +116,9 @@ impl Figure for ModelError {
         let rect = legend(canvas, rect, &marks)?;
         let (above, below) = rect.split_top(rect.height() / 3.0);
         let (middle, below) = below.split_top(0.5 * below.height());
-        grouped_bars(canvas, above, "(a) One step", "error (normalised)", &self.one_step(), false)?;
-        grouped_bars(canvas, middle, "(b) Subgoal hits", "share", &self.hits(), false)?;
+        let look = |title, label| BarLook { title, label, ..BarLook::default() };
+        grouped_bars(canvas, above, &look("(a) One step", "error (normalised)"), &self.one_step())?;
+        grouped_bars(canvas, middle, &look("(b) Subgoal hits", "share"), &self.hits())?;
         self.draw_rollouts(canvas, below)
     }
 

@@ -80,7 +80,7 @@ pub trait Figure {
     /// # Errors
     /// When the resolution is 0 or too large.
     fn to_png(&self, provenance: &Provenance, dpi: u32) -> Result<Vec<u8>, FigureError> {
-        let [width, height] = self.size().map(|points| (points / POINTS_PER_INCH * f64::from(dpi)).round() as u32);
+        let [width, height] = pixels(self.size(), dpi);
         let pixels = self.to_rgb(width, height)?;
         encode_png(&pixels, width, height, provenance, dpi).map_err(|error| FigureError::Backend(error.to_string()))
     }
@@ -122,6 +122,22 @@ pub trait Figure {
         };
         write_with_table(path, &bytes, &self.table())
     }
+
+    /// Writes the figure as PNG and as SVG, named `name` in `folder`, and its numbers beside them.
+    ///
+    /// # Errors
+    /// As [`Self::write`].
+    fn write_both(&self, folder: &Path, name: &str, provenance: &Provenance, dpi: u32) -> Result<(), FigureError> {
+        ["png", "svg"].iter().try_for_each(|ending| {
+            // Not `with_extension`: a name may have a dot in it.
+            self.write(&folder.join(format!("{name}.{ending}")), provenance, dpi)
+        })
+    }
+}
+
+/// Width and height in pixels of a page of `size` points.
+pub(super) fn pixels(size: [f64; 2], dpi: u32) -> [u32; 2] {
+    size.map(|points| (points / POINTS_PER_INCH * f64::from(dpi)).round() as u32)
 }
 
 /// Writes `bytes` to `path` and the table beside it.

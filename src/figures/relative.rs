@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::axes::{X_LABEL, number};
 use super::canvas::{Canvas, Pen, Type};
-use super::geometry::{Rect, circle};
+use super::geometry::{Point, Rect, circle};
 use super::layout::{LEGEND, Mark, NOTE, legend, note, panels, squares_height};
 use super::scene::{PLACED_TOOL, Position, SceneView, Window};
 use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, TITLE_SIZE, VERMILLION, WHITE, faded};
@@ -17,8 +17,6 @@ use crate::task::Task;
 pub struct RelativeFrames {
     /// The scene.
     pub task: Task,
-    /// Normalised positions of the tools the agent placed.
-    pub placed: Vec<Position>,
     /// Surface distance in units up to which an edge is active.
     pub cutoff: f32,
     /// The instants in order of time; two or three are legible.
@@ -34,6 +32,8 @@ pub struct Instant {
     pub ball: Position,
     /// Normalised positions of the ball before.
     pub trail: Vec<Position>,
+    /// Normalised positions of the tools the agent has placed.
+    pub placed: Vec<Position>,
     /// The ball's edges to tools.
     pub edges: Vec<Edge>,
 }
@@ -55,13 +55,14 @@ impl Edge {
 
 /// Only the upper row has titles; this is their height.
 const TITLE: f64 = 1.3 * TITLE_SIZE;
-/// Half the width of a view around the ball: most of the screen from anywhere on it.
-const RELATIVE_REACH: f64 = 1.4;
+/// Half the width of a view around the ball, at least, and what it shows beyond the farthest tool.
+const RELATIVE_REACH: f64 = 1.0;
+const BEYOND: f64 = 0.2;
 
 impl RelativeFrames {
     fn scene(&self, view: &SceneView<'_>, canvas: &Canvas<'_>, instant: &Instant) -> Result<(), FigureError> {
         view.surroundings(&self.task)?;
-        for position in &self.placed {
+        for position in &instant.placed {
             view.tool(&self.task.placeable.tool(*position), PLACED_TOOL)?;
         }
         let (rect, [x, y]) = (view.rect(), view.at(instant.ball));
@@ -81,26 +82,51 @@ impl RelativeFrames {
         Ok(())
     }
 
-    /// Writes the relative vectors of active edges beside their tools, clear of each other.
+    /// Half the width of the views around the ball: every tool is in them.
+    fn reach(&self) -> f64 {
+        let vectors = self.instants.iter().flat_map(|instant| instant.edges.iter().map(|e| e.relative(instant.ball)));
+        let farthest = vectors.flatten().map(|value| f64::from(value.abs())).filter(|value| value.is_finite());
+        farthest.map(|value| value + BEYOND).fold(RELATIVE_REACH, f64::max)
+    }
+
+    /// Writes the relative vectors of active edges beside their tools, clear of all else.
     fn vectors(&self, view: &SceneView<'_>, canvas: &Canvas<'_>, instant: &Instant) -> Result<(), FigureError> {
         let look = Type::SMALL.centered().color(VERMILLION);
-        let mut taken: Vec<Rect> = Vec::new();
+        let stages = self.task.stages();
+        let things = instant.edges.iter().map(|edge| edge.object).chain(stages.iter().map(|stage| stage.position));
+        let around = |[x, y]: Point| Rect::new(x - THING, y - THING, x + THING, y + THING);
+        let mut taken: Vec<Rect> = things.chain([instant.ball]).map(|position| around(view.at(position))).collect();
         for edge in instant.edges.iter().filter(|edge| edge.active && view.shows(edge.object)) {
             let [dx, dy] = edge.relative(instant.ball).map(|value| number(f64::from(value), 2));
             let text = format!("({dx}, {dy})");
-            let (half, rect, [x, y]) = (look.width(&text) / 2.0 + 1.0, view.rect(), view.at(edge.object));
-            let x = x.clamp(rect.left + half, rect.right - half);
-            let plate = |y: f64| Rect::new(x - half, y - 4.0, x + half, y + 4.0);
-            let mut y = y + 16.0;
-            while let Some(other) = taken.iter().find(|other| other.overlaps(&plate(y))) {
-                y = other.bottom + 4.5;
-            }
-            taken.push(plate(y));
-            canvas.fill(&plate(y).corners(), faded(WHITE, 0.8))?;
-            canvas.text([x, y], &text, look)?;
+            let plate = free_place(view.at(edge.object), look.width(&text), &view.rect(), &taken);
+            taken.push(plate);
+            canvas.fill(&plate.corners(), faded(WHITE, 0.8))?;
+            canvas.text(plate.center(), &text, look)?;
         }
         Ok(())
     }
+}
+
+/// Half the size of what a text keeps clear of, in points.
+const THING: f64 = 7.5;
+
+/// A place for a text of this width near a point, inside of `rect` and clear of what is taken:
+/// beside, below or above it, ever farther away.
+fn free_place([x, y]: Point, width: f64, rect: &Rect, taken: &[Rect]) -> Rect {
+    let (half, high) = (width / 2.0 + 1.0, 4.0);
+    let place = |dx: f64, dy: f64| {
+        let x = (x + dx).clamp(rect.left + half, rect.right - half);
+        let y = (y + dy).clamp(rect.top + high, rect.bottom - high);
+        Rect::new(x - half, y - high, x + half, y + high)
+    };
+    let beside = THING + half + 1.0;
+    let ring = |n: usize| {
+        let away = n as f64 * 2.0 * high;
+        [(beside, away), (beside, -away), (0.0, THING + high + away), (0.0, -THING - high - away), (-beside, away)]
+    };
+    let mut candidates = (0..8).flat_map(ring).map(|(dx, dy)| place(dx, dy));
+    candidates.find(|plate| !taken.iter().any(|other| other.overlaps(plate))).unwrap_or(place(0.0, THING + high))
 }
 
 impl Figure for RelativeFrames {
@@ -110,7 +136,7 @@ impl Figure for RelativeFrames {
 
     fn size(&self) -> [f64; 2] {
         let columns = self.instants.len().clamp(2, 4);
-        [DOUBLE_COLUMN, squares_height(2 * columns, columns, X_LABEL - TITLE + LEGEND + 2.0 * NOTE)]
+        [DOUBLE_COLUMN, squares_height(DOUBLE_COLUMN, 2 * columns, columns, X_LABEL - TITLE + LEGEND + 2.0 * NOTE)]
     }
 
     fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
@@ -144,7 +170,7 @@ impl Figure for RelativeFrames {
                 canvas,
                 lower.cell,
                 "",
-                Window { center: origin, half: RELATIVE_REACH, origin, names, ..window },
+                Window { center: origin, half: self.reach(), origin, names, ..window },
             )?;
             self.scene(&view, canvas, instant)?;
             self.vectors(&view, canvas, instant)?;

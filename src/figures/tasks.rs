@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::canvas::Canvas;
 use super::geometry::Rect;
-use super::layout::{NOTE, Panel, note, panels, squares_height};
+use super::layout::{Panel, note, note_height, panels, squares_height};
 use super::scene::{SceneView, Window};
-use super::style::{DOUBLE_COLUMN, MARGIN};
+use super::style::{DOUBLE_COLUMN, MARGIN, SINGLE_COLUMN};
 use super::table::{Table, cell32};
 use super::{Figure, FigureError};
 use crate::task::Task;
@@ -18,13 +18,24 @@ pub struct TaskGrid {
     pub tasks: Vec<Task>,
 }
 
+/// What the shapes are.
+const LEGEND_NOTE: &str = "Black disc: ball at its start. Grey: tools of the scene (a thick rim marks a bucket). Dashed: subgoals in \
+                           order of reach. G: goal.";
+
 /// Columns of a grid of scenes.
 pub(super) const COLUMNS: usize = 3;
+
+/// Size of a page of `count` scenes, with room for `legend` and a note.
+pub(super) fn page_size(count: usize, legend: f64, note: &str) -> [f64; 2] {
+    let width = if count == 1 { SINGLE_COLUMN } else { DOUBLE_COLUMN };
+    let columns = COLUMNS.min(count).max(1);
+    [width, squares_height(width, count, columns, legend + note_height(width, note))]
+}
 
 /// Cells of a grid of `count` scenes, and the window of each.
 pub(super) fn cells(rect: Rect, count: usize) -> Vec<(Rect, Window)> {
     let window = |panel: &Panel| Window { labels: [panel.x_label, panel.y_label], ..Window::SCREEN };
-    panels(rect, count, COLUMNS).into_iter().map(|panel| (panel.cell, window(&panel))).collect()
+    panels(rect, count, COLUMNS.min(count)).into_iter().map(|panel| (panel.cell, window(&panel))).collect()
 }
 
 /// A task's name for people: "Task 1" for `task1`.
@@ -43,7 +54,7 @@ impl Figure for TaskGrid {
     }
 
     fn size(&self) -> [f64; 2] {
-        [DOUBLE_COLUMN, squares_height(self.tasks.len(), COLUMNS, NOTE)]
+        page_size(self.tasks.len(), 0.0, LEGEND_NOTE)
     }
 
     fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
@@ -51,9 +62,7 @@ impl Figure for TaskGrid {
         if self.tasks.is_empty() {
             return canvas.nothing(page, "no tasks");
         }
-        let legend = "Black disc: ball at its start. Grey: tools of the scene (a thick rim marks a bucket). Dashed: subgoals in order of reach. \
-                      G: goal.";
-        let rect = note(canvas, page, legend)?;
+        let rect = note(canvas, page, LEGEND_NOTE)?;
         for (task, (cell, window)) in self.tasks.iter().zip(cells(rect, self.tasks.len())) {
             let title = format!("{}: place a {}", heading(&task.name), task.placeable.kind);
             SceneView::new(canvas, cell, &title, window)?.task(task)?;

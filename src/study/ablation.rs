@@ -14,7 +14,7 @@ use crate::dynamics::{
     Ablated, Ablation, EvaluationConfig, Hits, LaunchErrors, Model, ModelConfig, SceneErrors, TrainConfig, Variant,
     tool_set_name,
 };
-use crate::figures::{self, DEFAULT_DPI, Figure, Provenance, Statistics};
+use crate::figures::{self, Figure, Provenance, Statistics};
 use crate::physics::ToolKind;
 use crate::run::config_hash;
 use crate::stats::{Bootstrap, Estimate, StatsError};
@@ -146,8 +146,8 @@ pub struct AblationReport {
 
 /// Does the ablation of `plan` in `folder`, or what is missing of it, each training on one
 /// of `threads` threads. Leaves there every model and its evaluation, `ablation.json`,
-/// `ablation.md` and two figures with their CSV. `command` is what makes it again; `tell`
-/// hears of progress, from any thread.
+/// `ablation.md` and two figures (at `dpi` dots per inch) with their CSV. `command` is what
+/// makes it again; `tell` hears of progress, from any thread.
 ///
 /// # Errors
 /// At the first piece that fails; what is done stays, and the next call goes on.
@@ -156,6 +156,7 @@ pub fn ablation(
     folder: &Path,
     command: &str,
     threads: usize,
+    dpi: u32,
     tell: &(dyn Fn(&StudyProgress) + Sync),
 ) -> Result<AblationReport, StudyError> {
     let folder = Folder(folder);
@@ -186,11 +187,14 @@ pub fn ablation(
     let provenance = Provenance::new(command.to_owned(), &seeds, config_hash(plan)?);
     let horizon = plan.evaluation.horizon;
     for (name, measure, label) in [
-        ("ablation-launches", Measure::OneStepContact, "error of one step with contact, held-out launches".to_owned()),
-        ("ablation-scenes", Measure::SceneLast, format!("error after {horizon} actions, unseen scenes")),
+        (
+            "ablation-launches",
+            Measure::OneStepContact,
+            "one-step error with contact, held-out launches (normalised)".to_owned(),
+        ),
+        ("ablation-scenes", Measure::SceneLast, format!("error after {horizon} actions, unseen scenes (normalised)")),
     ] {
-        let path = folder.path(&format!("{name}.png"));
-        report.figure(measure, &label).write(&path, &provenance, DEFAULT_DPI)?;
+        report.figure(measure, &label).write_both(folder.0, name, &provenance, dpi)?;
     }
     Ok(report)
 }
@@ -350,6 +354,7 @@ impl AblationReport {
                 centre: "Mean".to_owned(),
                 interval: "95 % bootstrap interval over seeds".to_owned(),
                 seeds: self.seeds as usize,
+                fewest_seeds: None,
             },
             variants: variants.collect(),
         }
@@ -359,6 +364,7 @@ impl AblationReport {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::figures::DEFAULT_DPI;
     use crate::task;
 
     fn plan() -> AblationPlan {
@@ -381,7 +387,7 @@ mod tests {
             let mut last = last.lock().unwrap();
             *last = (now.done.max(last.0), now.total);
         };
-        let report = ablation(&plan(), folder.path(), "test", 2, &tell).unwrap();
+        let report = ablation(&plan(), folder.path(), "test", 2, DEFAULT_DPI, &tell).unwrap();
         assert_eq!(*last.lock().unwrap(), (2 * 2 * 4 * 2 * 2, 2 * 2 * 4 * 2 * 2));
         assert_eq!((report.models.len(), report.summaries.len()), (16, 12));
         let text = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
@@ -392,7 +398,7 @@ mod tests {
             std::fs::remove_file(folder.path().join(name)).unwrap();
         }
         // One thread or two, interrupted or not: the same bytes.
-        assert_eq!(ablation(&plan(), folder.path(), "test", 1, &tell).unwrap(), report);
+        assert_eq!(ablation(&plan(), folder.path(), "test", 1, DEFAULT_DPI, &tell).unwrap(), report);
         assert!(text("ablation.json") == whole && text(&format!("{model}.safetensors")) == weights);
         for name in ["ablation-launches.png", "ablation-launches.csv", "ablation-scenes.png", "ablation.md"] {
             assert!(!text(name).is_empty(), "{name}");
@@ -401,16 +407,19 @@ mod tests {
         assert!(table.contains("| all | shared edge function | ") && table.contains("2 epochs, 2 seeds"), "{table}");
 
         let longer = AblationPlan { seeds: 3, ..plan() };
-        assert!(matches!(ablation(&longer, folder.path(), "test", 1, &tell), Err(StudyError::OtherStudy { .. })));
+        assert!(matches!(
+            ablation(&longer, folder.path(), "test", 1, DEFAULT_DPI, &tell),
+            Err(StudyError::OtherStudy { .. })
+        ));
         let broken = AblationPlan { training: TrainConfig { batch: 0, ..plan().training }, ..plan() };
-        let error = ablation(&broken, other.path(), "test", 2, &tell).unwrap_err();
+        let error = ablation(&broken, other.path(), "test", 2, DEFAULT_DPI, &tell).unwrap_err();
         assert!(error.to_string().contains("batch"), "{error}");
     }
 
     #[test]
     fn measures_are_means_over_tools_tasks_and_tool_sets() {
         let folder = tempfile::tempdir().unwrap();
-        let report = ablation(&plan(), folder.path(), "test", 2, &|_| {}).unwrap();
+        let report = ablation(&plan(), folder.path(), "test", 2, DEFAULT_DPI, &|_| {}).unwrap();
         let of = |tools: &str, measure: Measure| {
             let row = report.summaries.iter().find(|row| row.tools == tools && row.variant == Variant::Full).unwrap();
             row.measures.iter().find(|summary| summary.measure == measure).unwrap().estimate.unwrap()

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::figures::{learning_curves, performance_profile};
+use super::figures::{learning_curves, method_scores, performance_profile};
 use super::found::{FoundRun, find_runs, read_runs};
-use super::learning::{AREA, FINAL, Learning, LearningRow, Score, TrainedRun, format_share, scores};
+use super::learning::{AREA, FINAL, Learning, LearningRow, Score, TrainedRun, format_share};
 use super::reproduce::StudyError;
-use crate::figures::{DEFAULT_DPI, Figure, Provenance};
+use crate::figures::{Figure, Provenance};
 use crate::run::{RunState, config_hash};
 use crate::stats::aggregate::{iqm, mean, median, optimality_gap};
 use crate::stats::{Bootstrap, Estimate, StatsError, TaskScores, comparison};
@@ -55,6 +55,9 @@ pub struct AggregateRow {
     pub measure: String,
     /// Runs behind the numbers.
     pub runs: usize,
+    /// Their scores, for each of the common tasks.
+    #[serde(default)]
+    pub scores: Vec<Vec<f64>>,
     /// Interquartile mean.
     pub iqm: Estimate,
     /// Mean.
@@ -78,8 +81,11 @@ pub struct ImprovementRow {
     pub probability: Estimate,
 }
 
-/// Writes `report.md`, `report.json` and figures of all runs in `folders` to `out`. `command`
-/// is what makes them again.
+/// More methods than these are compared with the baseline alone in `report.md`.
+const MOST_PAIRED: usize = 5;
+
+/// Writes `report.md`, `report.json` and figures (at `dpi` dots per inch) of all runs in
+/// `folders` to `out`. `command` is what makes them again.
 ///
 /// # Errors
 /// When there is no finished run, one cannot be read, or a file cannot be written.
@@ -88,6 +94,7 @@ pub fn compare(
     out: &Path,
     bootstrap: &Bootstrap,
     command: &str,
+    dpi: u32,
 ) -> Result<Comparison, StudyError> {
     let found = read_runs(&find_runs(folders)?)?;
     let (finished, others): (Vec<FoundRun>, Vec<FoundRun>) =
@@ -102,10 +109,10 @@ pub fn compare(
     let figures = out.join("figures");
     std::fs::create_dir_all(&figures).map_err(|source| StudyError::Io { path: figures.clone(), source })?;
     let provenance = Provenance::new(command, &report.seeds(), hash);
-    let draw =
-        |name: &str, figure: &dyn Figure| figure.write(&figures.join(format!("{name}.png")), &provenance, DEFAULT_DPI);
+    let draw = |name: &str, figure: &dyn Figure| figure.write_both(&figures, name, &provenance, dpi);
+    draw("methods", &method_scores(&report.learning, bootstrap)?)?;
     draw("learning", &learning_curves(&runs, bootstrap, false)?)?;
-    if runs.iter().any(|run| !run.history.evaluations.is_empty()) {
+    if runs.iter().any(|run| !run.greedy.is_empty()) {
         draw("learning-greedy", &learning_curves(&runs, bootstrap, true)?)?;
     }
     if !report.common_tasks.is_empty() {
@@ -153,10 +160,8 @@ impl Comparison {
             aggregates: Vec::new(),
             improvements: Vec::new(),
         };
-        let rows = Learning(&report.learning);
-        let labels = rows.labels();
-        let is_common = |task: &String| labels.iter().all(|label| !rows.of(task, label).is_empty());
-        report.common_tasks = rows.tasks().into_iter().filter(is_common).collect();
+        report.common_tasks = Learning(&report.learning).common_tasks();
+        let labels = Learning(&report.learning).labels();
         if report.common_tasks.is_empty() {
             return Ok(report);
         }
@@ -181,9 +186,7 @@ impl Comparison {
 
     /// Scores of a method on the common tasks.
     fn scores(&self, label: &str, score: Score) -> Result<TaskScores, StatsError> {
-        let of_task =
-            |task: &String| Ok(scores(&Learning(&self.learning).of(task, label), score)?.all().collect::<Vec<f64>>());
-        TaskScores::new(self.common_tasks.iter().map(of_task).collect::<Result<_, StatsError>>()?)
+        Learning(&self.learning).scores(&self.common_tasks, label, score)
     }
 
     fn profile_scores(&self) -> Result<Vec<(String, TaskScores)>, StatsError> {
@@ -258,8 +261,15 @@ impl Comparison {
         if self.improvements.is_empty() {
             return;
         }
-        text.push_str("## Probability of improvement\n\nHow likely a run of the method has a larger area under the curve than a run of the other on the same task, mean over the tasks; 0.5 is no difference.\n\n| method | over | probability |\n|---|---|---|\n");
-        for row in &self.improvements {
+        text.push_str("## Probability of improvement\n\nHow likely a run of the method has a larger area under the curve than a run of the other on the same task, mean over the tasks; 0.5 is no difference.");
+        let learning = Learning(&self.learning);
+        let baseline = learning.baseline().filter(|_| learning.labels().len() > MOST_PAIRED);
+        if let Some(baseline) = &baseline {
+            let _ = write!(text, " Over {baseline}; all pairs are in `report.json`.");
+        }
+        text.push_str("\n\n| method | over | probability |\n|---|---|---|\n");
+        for row in self.improvements.iter().filter(|row| baseline.as_ref().is_none_or(|baseline| row.over == *baseline))
+        {
             let _ = writeln!(text, "| {} | {} | {} |", row.method, row.over, format_share(row.probability));
         }
         text.push('\n');
@@ -268,6 +278,7 @@ impl Comparison {
     fn write_figures(&self, text: &mut String) {
         let greedy = self.learning.iter().any(|row| row.greedy_success.is_some());
         let figures = [
+            ("methods", "Area under the curve by method and task", true),
             ("learning", "Rolling success during training", true),
             ("learning-greedy", "Success of the greedy policy", greedy),
             ("performance-profile", "Performance profile of the final success", !self.common_tasks.is_empty()),
@@ -289,6 +300,7 @@ fn aggregate(
         method: label.to_owned(),
         measure: measure.to_owned(),
         runs: scores.all().count(),
+        scores: scores.tasks().to_vec(),
         iqm: bootstrap.stratified(scores, iqm)?,
         mean: bootstrap.stratified(scores, mean)?,
         median: bootstrap.stratified(scores, median)?,

@@ -6,17 +6,17 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::hits::{Explorer, Guided};
-use super::learning::{Learning, LearningRow, TrainedRun};
+use super::learning::{AREA, EVALUATIONS, Learning, LearningRow, TrainedRun, scores};
 use super::plan::StudyPlan;
 use super::report::{HitsRow, Report};
 use crate::dynamics::{Errors, Evaluation, Launch, Model, Split, collect};
 use crate::env::Environment;
 use crate::figures::{
-    Curve, CurvePanel, Edge, Estimate, Hits, Instant, Launches, LearningCurves, ModelError, PerformanceProfile,
-    PolicyHits, Predictor, RelativeFrames, Statistics, TaskHits, ToolLaunches,
+    Curve, CurvePanel, Edge, Estimate, Hits, Instant, Launches, LearningCurves, MethodScore, MethodScores, ModelError,
+    PerformanceProfile, PolicyHits, Predictor, RelativeFrames, ScorePanel, Statistics, TaskHits, ToolLaunches,
 };
 use crate::guidance::ActionPrior;
-use crate::physics::{Ball, PHYSICS_DT, ToolKind, to_normalised};
+use crate::physics::{Ball, PHYSICS_DT, ToolKind, to_normalised, to_units};
 use crate::stats::aggregate::iqm;
 use crate::stats::profile::profile_intervals;
 use crate::stats::rolling::WINDOW;
@@ -25,8 +25,6 @@ use crate::task::{Form, Task, ToolSpec};
 
 /// Launches drawn for each tool in figure 1.
 const SHOWN_LAUNCHES: usize = 24;
-/// Points of a learning curve in figure 6.
-const CURVE_POINTS: usize = 100;
 /// Steps of the thresholds of a performance profile.
 const PROFILE_POINTS: usize = 100;
 
@@ -64,36 +62,36 @@ fn nearest_in_size(launches: &[Launch], size: f32) -> Vec<&Launch> {
     sorted
 }
 
-/// Figure 2: an episode of guided play, at three instants.
+/// Figure 2: an episode of guided play at three instants: the last one at which most edges
+/// are active, and those halfway there and halfway on to the end.
 pub(super) fn relative_frames(task: &Task, prior: &ActionPrior, cutoff: f32, seed: u64) -> RelativeFrames {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut env = Environment::new(Arc::new(task.clone()));
     env.reset(&mut rng);
     let mut explorer = Guided(prior);
-    let mut path = vec![to_normalised(env.snapshot().ball().position)];
+    let mut path = Vec::new();
+    let mut instants = Vec::new();
     for _ in 0..6 {
         let action = explorer.act(&env, &mut rng);
+        let start = path.len();
         if env.step_watched(action, |world| path.push(to_normalised(world.ball(0).position))).is_err() {
             break;
         }
+        let (world, placed) = (env.snapshot().world(), env.snapshot().placed());
+        for (step, ball) in path.iter().enumerate().skip(start) {
+            let edges = world.tools().map(|tool| Edge {
+                object: to_normalised(tool.position),
+                active: tool.surface(to_units(*ball)).0 <= cutoff,
+            });
+            let time = (step + 1) as f32 * PHYSICS_DT;
+            let (trail, edges) = (path[..step].to_vec(), edges.collect());
+            instants.push(Instant { time, ball: *ball, trail, placed: placed.to_vec(), edges });
+        }
     }
-    let tools: Vec<_> = env.snapshot().world().tools().copied().collect();
-    let instant = |share: usize| {
-        let step = (path.len() - 1) * share / 3;
-        let ball = path[step];
-        let edges = tools.iter().map(|tool| Edge {
-            object: to_normalised(tool.position),
-            active: tool.surface(crate::physics::to_units(ball)).0 <= cutoff,
-        });
-        let time = step as f32 * PHYSICS_DT;
-        Instant { time, ball, trail: path[..step].to_vec(), edges: edges.collect() }
-    };
-    RelativeFrames {
-        task: task.clone(),
-        placed: env.snapshot().placed().to_vec(),
-        cutoff,
-        instants: (1..=3).map(instant).collect(),
-    }
+    let active = |n: &usize| instants[*n].edges.iter().filter(|edge| edge.active).count();
+    let chosen = (0..instants.len()).max_by_key(active).map(|most| [most / 2, most, (most + instants.len() - 1) / 2]);
+    let instants = chosen.into_iter().flatten().map(|n| instants[n].clone()).collect();
+    RelativeFrames { task: task.clone(), cutoff, instants }
 }
 
 /// Figure 5: hit counts with intervals over seeds.
@@ -121,6 +119,7 @@ pub(super) fn hits(report: &Report, plan: &StudyPlan, bootstrap: &Bootstrap) -> 
             centre: "Mean".to_owned(),
             interval: INTERVAL.to_owned(),
             seeds: plan.hit_seeds as usize,
+            fewest_seeds: None,
         },
         tasks: tasks.collect::<Result<_, StatsError>>()?,
     })
@@ -134,23 +133,67 @@ pub(super) fn learning_curves(
     greedy: bool,
 ) -> Result<LearningCurves, StatsError> {
     let rows: Vec<LearningRow> = runs.iter().map(|run| run.row.clone()).collect();
-    let (mut panels, mut most_seeds) = (Vec::new(), 0);
+    let (mut panels, mut seeds) = (Vec::new(), Vec::new());
     for task in Learning(&rows).tasks() {
         let mut panel = CurvePanel { task, curves: Vec::new() };
         for label in Learning(&rows).labels() {
             let chosen = runs.iter().filter(|run| run.row.task == panel.task && run.row.label() == label);
-            let seeds: Vec<Vec<[f64; 2]>> =
-                chosen.map(|run| if greedy { greedy_points(run) } else { training_points(run) }).collect();
-            most_seeds = most_seeds.max(seeds.len());
-            if !seeds.is_empty() {
-                panel.curves.push(summary_curve(label, &seeds, bootstrap)?);
+            let curves: Vec<&[[f64; 2]]> =
+                chosen.map(|run| if greedy { &*run.greedy } else { &*run.training }).collect();
+            if curves.iter().any(|curve| !curve.is_empty()) {
+                seeds.push(curves.len());
+                panel.curves.push(summary_curve(label, &curves, bootstrap)?);
             }
         }
         panels.push(panel);
     }
-    let statistics =
-        Statistics { centre: "Interquartile mean".to_owned(), interval: INTERVAL.to_owned(), seeds: most_seeds };
-    Ok(LearningCurves { greedy, window: WINDOW.get(), statistics, panels })
+    let window = if greedy { EVALUATIONS } else { WINDOW };
+    Ok(LearningCurves { greedy, window: window.get(), statistics: interquartile_means(INTERVAL, &seeds), panels })
+}
+
+/// Area under the curve of every method on every task and, where all were trained on the same
+/// tasks, over all of them.
+pub(super) fn method_scores(rows: &[LearningRow], bootstrap: &Bootstrap) -> Result<MethodScores, StatsError> {
+    let learning = Learning(rows);
+    let (mut panels, mut seeds) = (Vec::new(), Vec::new());
+    for task in learning.tasks() {
+        let mut panel = ScorePanel { task, methods: Vec::new() };
+        for label in learning.labels() {
+            let runs = learning.of(&panel.task, &label);
+            if runs.is_empty() {
+                continue;
+            }
+            seeds.push(runs.len());
+            let scores = scores(&runs, AREA)?;
+            let estimate = estimate(bootstrap.stratified(&scores, iqm)?);
+            panel.methods.push(MethodScore { label, estimate, runs: scores.all().collect() });
+        }
+        panels.push(panel);
+    }
+    let tasks = learning.common_tasks();
+    if tasks.len() > 1 && tasks.len() == panels.len() {
+        let mut panel = ScorePanel { task: "All tasks".to_owned(), methods: Vec::new() };
+        for label in learning.labels() {
+            let estimate = estimate(bootstrap.stratified(&learning.scores(&tasks, &label, AREA)?, iqm)?);
+            panel.methods.push(MethodScore { label, estimate, runs: Vec::new() });
+        }
+        panels.push(panel);
+    }
+    Ok(MethodScores {
+        measure: format!("area under the curve of the success rate (last {WINDOW} episodes), 0 to 1"),
+        statistics: interquartile_means("95 % bootstrap interval over seeds, stratified by task", &seeds),
+        panels,
+    })
+}
+
+/// Interquartile means of estimates with these numbers of seeds.
+fn interquartile_means(interval: &str, seeds: &[usize]) -> Statistics {
+    Statistics {
+        centre: "Interquartile mean".to_owned(),
+        interval: interval.to_owned(),
+        seeds: seeds.iter().copied().max().unwrap_or(0),
+        fewest_seeds: seeds.iter().copied().min(),
+    }
 }
 
 /// Share of all runs of each method whose final success is above each threshold.
@@ -171,33 +214,22 @@ pub(super) fn performance_profile(
         });
     }
     let tasks = methods.first().map_or(0, |(_, scores)| scores.tasks().len());
-    let seeds = methods.iter().flat_map(|(_, scores)| scores.tasks()).map(Vec::len).max();
+    let seeds = || methods.iter().flat_map(|(_, scores)| scores.tasks()).map(Vec::len);
     Ok(PerformanceProfile {
         measure: format!("final success rate (last {WINDOW} episodes)"),
         statistics: Statistics {
             centre: format!("Runs on {tasks} {}, each", if tasks == 1 { "task" } else { "tasks" }),
             interval: "95 % stratified bootstrap interval".to_owned(),
-            seeds: seeds.unwrap_or(0),
+            seeds: seeds().max().unwrap_or(0),
+            fewest_seeds: seeds().min(),
         },
         curves,
     })
 }
 
-fn training_points(run: &TrainedRun) -> Vec<[f64; 2]> {
-    let records = &run.history.records;
-    let every = records.len().div_ceil(CURVE_POINTS).max(1);
-    let chosen = records.iter().skip(every - 1).step_by(every);
-    chosen.map(|record| [record.episode as f64, record.rolling_success]).collect()
-}
-
-fn greedy_points(run: &TrainedRun) -> Vec<[f64; 2]> {
-    let evaluations = run.history.evaluations.iter();
-    evaluations.map(|evaluation| [evaluation.episode as f64, evaluation.success]).collect()
-}
-
-fn summary_curve(label: String, seeds: &[Vec<[f64; 2]>], bootstrap: &Bootstrap) -> Result<Curve, StatsError> {
+fn summary_curve(label: String, seeds: &[&[[f64; 2]]], bootstrap: &Bootstrap) -> Result<Curve, StatsError> {
     let mut curve = Curve { label, ..Curve::default() };
-    let points = seeds.iter().map(Vec::len).min().unwrap_or(0);
+    let points = seeds.iter().map(|seed| seed.len()).min().unwrap_or(0);
     for point in 0..points {
         let values: Vec<f64> = seeds.iter().map(|seed| seed[point][1]).collect();
         let summary = bootstrap.stratified(&TaskScores::of_one_task(&values)?, iqm)?;
@@ -232,8 +264,8 @@ pub fn model_error_figure(evaluation: &Evaluation, model: &Model) -> ModelError 
         step_seconds: f64::from(model.config().interval as f32 * PHYSICS_DT),
         statistics: Statistics {
             centre: format!("Mean of {} launches", evaluation.config.launches),
-            interval: String::new(),
             seeds: 1,
+            ..Statistics::default()
         },
         predictors: predictors.into(),
     }

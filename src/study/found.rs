@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::learning::TrainedRun;
+use super::learning::{TrainedRun, WHOLE_MODEL};
+use crate::dynamics::tool_set_name;
 use crate::json;
 use crate::run::{RunDirectory, RunError, RunHistory, RunState};
-use crate::trainer::{Method, RunConfig};
+use crate::trainer::{Method, PriorSource, RunConfig};
 
 /// A run on disk.
 #[derive(Debug, Clone)]
@@ -81,14 +82,45 @@ pub fn read_runs(paths: &[PathBuf]) -> Result<Vec<FoundRun>, RunError> {
             Err(error) if error.is_not_found() => RunHistory::default(),
             read => read?,
         };
-        let trained = TrainedRun::new(&config, history);
+        let trained = TrainedRun::new(&config, &history);
         let state = directory.status()?.state;
         // As they are written: 0.99 is not 0.9900000095367432.
         settings.push(compared_settings(&directory.config()?, config.method));
         runs.push(FoundRun { path: path.clone(), state, config, trained });
     }
+    name_models(&runs, &mut settings);
     tell_apart(&mut runs, &settings);
     Ok(runs)
+}
+
+/// Calls model files by what their names have beyond the tool set, so that tasks with different
+/// tool sets can have the same method. Two models of one name on one task keep their paths.
+fn name_models(runs: &[FoundRun], settings: &mut [BTreeMap<String, String>]) {
+    let mut paths: BTreeMap<(&str, String), BTreeSet<String>> = BTreeMap::new();
+    for (run, settings) in runs.iter().zip(settings.iter()) {
+        if let (Some(name), Some(path)) = (model_name(&run.config), settings.get("prior")) {
+            paths.entry((&run.config.task.name, name)).or_default().insert(path.clone());
+        }
+    }
+    let ambiguous: BTreeSet<&String> =
+        paths.iter().filter(|(_, paths)| paths.len() > 1).map(|((_, name), _)| name).collect();
+    for (run, settings) in runs.iter().zip(settings) {
+        let name = model_name(&run.config).filter(|name| !ambiguous.contains(name));
+        if let (Some(name), Some(path)) = (name, settings.get_mut("prior")) {
+            *path = name;
+        }
+    }
+}
+
+/// What tells the model file of a run from others of its tool set, if it has one.
+fn model_name(config: &RunConfig) -> Option<String> {
+    let PriorSource::ModelFile(path) = &config.prior else { return None };
+    let stem = Path::new(path).file_stem()?.to_str()?;
+    Some(match stem.strip_prefix(&tool_set_name(&config.task.tool_set())) {
+        Some("") => WHOLE_MODEL.to_owned(),
+        Some(rest) if rest.starts_with('-') => rest[1..].to_owned(),
+        _ => stem.to_owned(),
+    })
 }
 
 /// Settings by path, without those that are told anyway or do not change what is learned.
@@ -178,5 +210,29 @@ mod tests {
         assert_eq!(find_runs(&paths[..1]).unwrap(), paths[..1]);
         let error = find_runs(&[folder.path().join("runs/nothing")]).unwrap_err().to_string();
         assert!(error.contains("holds no runs"), "{error}");
+    }
+
+    #[test]
+    fn models_are_named_by_what_they_lack_on_all_tasks_alike() {
+        let labels = |models: &[(&str, &str)]| -> Vec<String> {
+            let folder = tempfile::tempdir().unwrap();
+            for (n, (task, model)) in models.iter().enumerate() {
+                let config = RunConfig::new(Arc::new(crate::task::load(task).unwrap()));
+                let config = config.with_setting("epsilon", "0.1").unwrap().with_setting("prior", model).unwrap();
+                RunDirectory::create(folder.path().join(n.to_string()), &config).unwrap();
+            }
+            let runs = read_runs(&find_runs(&[folder.path().to_owned()]).unwrap()).unwrap();
+            runs.iter().map(|run| run.trained.row.label()).collect()
+        };
+        let [whole, ablated] = ["DDPG-MGE, epsilon 0.1", "DDPG-MGE, epsilon 0.1, model absolute"];
+        let models = [
+            ("task1", "m/bucket-box.safetensors"),
+            ("task1", "m/bucket-box-absolute.safetensors"),
+            ("task3", "m/square-floor.safetensors"),
+            ("task3", "m/square-floor-absolute.safetensors"),
+        ];
+        assert_eq!(labels(&models), [whole, ablated, whole, ablated]);
+        let same_name = labels(&[("task1", "m/a.safetensors"), ("task1", "n/a.safetensors")]);
+        assert_eq!(same_name, ["m", "n"].map(|folder| format!("{whole}, model {folder}/a.safetensors")));
     }
 }

@@ -3,13 +3,14 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::num::NonZeroUsize;
 
 use serde::{Deserialize, Serialize};
 
 use crate::run::RunHistory;
 use crate::stats::aggregate::{iqm, mean};
 use crate::stats::efficiency::{Efficiency, efficiency};
-use crate::stats::rolling::WINDOW;
+use crate::stats::rolling::{WINDOW, rolling_mean};
 use crate::stats::{Bootstrap, Estimate, StatsError, TaskScores, comparison};
 use crate::trainer::{Method, RunConfig};
 
@@ -36,19 +37,34 @@ pub struct LearningRow {
     pub greedy_success: Option<f64>,
 }
 
-/// A training with everything that was logged of it.
+/// A training as figures show it: of its history, which is long, only the curves are kept.
 #[derive(Debug, Clone)]
 pub struct TrainedRun {
     /// What it came to.
     pub row: LearningRow,
-    /// Its episodes and evaluations.
-    pub history: RunHistory,
+    /// Episodes and the rolling success after them.
+    pub training: Vec<[f64; 2]>,
+    /// Episodes and the mean success of the last greedy evaluations.
+    pub greedy: Vec<[f64; 2]>,
 }
+
+/// Points of a learning curve, at most.
+const CURVE_POINTS: usize = 100;
+/// Greedy evaluations that a point is the mean of: one alone is often 0 or 1.
+pub(super) const EVALUATIONS: NonZeroUsize = NonZeroUsize::new(10).unwrap();
 
 impl TrainedRun {
     /// The run with this configuration and history.
-    pub fn new(config: &RunConfig, history: RunHistory) -> Self {
-        Self { row: LearningRow::new(config, &history), history }
+    pub fn new(config: &RunConfig, history: &RunHistory) -> Self {
+        let every = history.records.len().div_ceil(CURVE_POINTS).max(1);
+        let records = history.records.iter().skip(every - 1).step_by(every);
+        let successes: Vec<f64> = history.evaluations.iter().map(|evaluation| evaluation.success).collect();
+        let greedy = history.evaluations.iter().zip(rolling_mean(&successes, EVALUATIONS));
+        Self {
+            row: LearningRow::new(config, history),
+            training: records.map(|record| [record.episode as f64, record.rolling_success]).collect(),
+            greedy: greedy.map(|(evaluation, success)| [evaluation.episode as f64, success]).collect(),
+        }
     }
 }
 
@@ -78,8 +94,9 @@ impl LearningRow {
             Ok(method) => method.label().to_owned(),
             Err(_) => self.method.clone(),
         };
-        for (key, value) in self.settings.iter().filter(|(key, _)| *key != WHOLE_SCHEDULE) {
-            let _ = write!(label, ", {key} {value}");
+        let told = |(key, value): &(&String, &String)| *key != WHOLE_SCHEDULE && !USUAL.contains(&(key, value));
+        for (key, value) in self.settings.iter().filter(told) {
+            let _ = write!(label, ", {} {value}", if key == "prior" { "model" } else { key });
         }
         label
     }
@@ -101,6 +118,12 @@ impl LearningRow {
 /// The setting of a row that is a threshold only if two of them are called the same.
 const WHOLE_SCHEDULE: &str = "epsilon";
 
+/// Settings that go without saying in a label, though another run has another value: the whole
+/// model of the tool set, and clusters that stay as they are.
+const USUAL: [(&str, &str); 2] = [("prior", WHOLE_MODEL), ("refinement.every", "0")];
+/// What a whole model is called among models that lack something.
+pub(super) const WHOLE_MODEL: &str = "full";
+
 /// Rows of trainings, asked by task and by label.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Learning<'a>(pub &'a [LearningRow]);
@@ -119,6 +142,22 @@ impl<'a> Learning<'a> {
     /// The rows of one method on one task.
     pub fn of(self, task: &str, label: &str) -> Vec<&'a LearningRow> {
         self.0.iter().filter(|row| row.task == task && row.label() == label).collect()
+    }
+
+    /// Tasks on which every method was trained.
+    pub fn common_tasks(self) -> Vec<String> {
+        let labels = self.labels();
+        let common = |task: &String| labels.iter().all(|label| !self.of(task, label).is_empty());
+        self.tasks().into_iter().filter(common).collect()
+    }
+
+    /// Scores of a method on these tasks.
+    ///
+    /// # Errors
+    /// When the method has no run on one of them.
+    pub fn scores(self, tasks: &[String], label: &str, score: Score) -> Result<TaskScores, StatsError> {
+        let of_task = |task: &String| Ok(scores(&self.of(task, label), score)?.all().collect::<Vec<f64>>());
+        TaskScores::new(tasks.iter().map(of_task).collect::<Result<_, StatsError>>()?)
     }
 
     /// With what the others are compared: plain DDPG, or else the first method.
@@ -153,13 +192,13 @@ impl<'a> Learning<'a> {
                 };
                 let _ = writeln!(
                     text,
-                    "| {task} | {label} | {} | {} | {} | {} | {} | {:.2} | {better} |",
+                    "| {task} | {label} | {} | {} | {} | {} | {} | {} | {better} |",
                     runs.len(),
                     format_share(bootstrap.stratified(&areas, iqm)?),
                     format_share(last),
                     reached(runs.iter().map(|row| row.efficiency.episodes_to_50)),
                     reached(runs.iter().map(|row| row.efficiency.episodes_to_80)),
-                    mean(&scores(&runs, |row| row.greedy_success)?),
+                    greedy_mean(&runs)?,
                 );
             }
         }
@@ -179,6 +218,14 @@ pub(super) const FINAL: Score = |row| row.efficiency.final_success;
 /// Scores of runs on one task; a run without a number counts as 0.
 pub(super) fn scores(rows: &[&LearningRow], score: Score) -> Result<TaskScores, StatsError> {
     TaskScores::of_one_task(&rows.iter().map(|row| score(row).unwrap_or(0.0)).collect::<Vec<_>>())
+}
+
+/// Mean success of the last greedy evaluations; nothing for a method that has none.
+fn greedy_mean(rows: &[&LearningRow]) -> Result<String, StatsError> {
+    if rows.iter().all(|row| row.greedy_success.is_none()) {
+        return Ok(String::new());
+    }
+    Ok(format!("{:.2}", mean(&scores(rows, |row| row.greedy_success)?)))
 }
 
 /// Each value once, in order of appearance.
@@ -202,8 +249,11 @@ fn reached(episodes: impl Iterator<Item = Option<u64>>) -> String {
     let all: Vec<Option<u64>> = episodes.collect();
     let mut there: Vec<u64> = all.iter().flatten().copied().collect();
     there.sort_unstable();
-    match there.get(there.len() / 2) {
-        Some(median) => format!("{median} ({}/{})", there.len(), all.len()),
-        None => format!("never (0/{})", all.len()),
-    }
+    let middle = there.len() / 2;
+    let median = match there.len() {
+        0 => return format!("never (0/{})", all.len()),
+        odd if odd % 2 == 1 => there[middle],
+        _ => (there[middle - 1] + there[middle]).div_ceil(2),
+    };
+    format!("{median} ({}/{})", there.len(), all.len())
 }

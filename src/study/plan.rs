@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::learning::LearningRow;
 use crate::dynamics::{EvaluationConfig, ModelConfig, TrainConfig, Variant};
 use crate::guidance::EpsilonSchedule;
 use crate::physics::ToolKind;
@@ -146,6 +147,14 @@ impl StudyPlan {
         self.arms.extend(questions(self.learning_episodes));
         self.planning_episodes = 20;
         self
+    }
+
+    /// Whether a training belongs to one of the paper's own arms, which figure 6 shows.
+    pub fn is_of_paper(&self, row: &LearningRow) -> bool {
+        figure_6(self.learning_episodes).iter().any(|arm| {
+            let told = (arm.method.name(), arm.epsilon.to_string(), arm.differences());
+            told == (row.method.as_str(), row.epsilon.clone(), row.settings.clone())
+        })
     }
 
     /// What a study's folder is bound to: the plan but for the arms, which may be added to.

@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::batch::train_to_end;
-use super::figures::{hits as hits_figure, launches, learning_curves, relative_frames};
+use super::figures::{hits as hits_figure, launches, learning_curves, method_scores, relative_frames};
 use super::folder::Folder;
 use super::hits::{ActorNoise, Guided, Hits, count_hits};
 use super::learning::TrainedRun;
@@ -17,7 +17,7 @@ use super::plan::{PlannedRun, StudyPlan};
 use super::report::{HitsRow, ModelRow, Report, mean_errors};
 use crate::agent::{ConfigError, DdpgConfig};
 use crate::dynamics::{DynamicsError, Ended, Evaluation, Model, Training, Variant, evaluate, tool_set_name};
-use crate::figures::{ActionSamples, DEFAULT_DPI, Figure, FigureError, Provenance, TaskActions, TaskGrid};
+use crate::figures::{ActionSamples, Figure, FigureError, Provenance, TaskActions, TaskGrid};
 use crate::guidance::{ActionPrior, GuidanceError, propose_subgoals};
 use crate::physics::ToolKind;
 use crate::run::{RunError, RunHistory, config_hash};
@@ -94,8 +94,8 @@ const SECONDS_PER_PRIOR: f64 = 2.0;
 const SECONDS_PER_EPISODE: f64 = 0.008;
 
 /// Does the study of `plan` in `folder`, or what is missing of it, on all threads of
-/// the current rayon pool. `command` is what makes it again; `tell` hears of progress,
-/// from any thread.
+/// the current rayon pool. `command` is what makes it again; figures have `dpi` dots per
+/// inch; `tell` hears of progress, from any thread.
 ///
 /// # Errors
 /// At the first piece that fails; what is done stays, and the next call goes on.
@@ -103,13 +103,14 @@ pub fn reproduce(
     plan: &StudyPlan,
     folder: &Path,
     command: &str,
+    dpi: u32,
     tell: &(dyn Fn(&StudyProgress) + Sync),
 ) -> Result<Report, StudyError> {
     let folder = Folder(folder);
     folder.claim(&plan.foundation(), &["models", "priors", "hits", "subgoals", "runs", "figures"])?;
     let runs = plan.runs()?;
     let total = total_work(plan, &runs);
-    let study = Study { plan, folder, command, tell, done: AtomicU64::new(0), total };
+    let study = Study { plan, folder, command, dpi, tell, done: AtomicU64::new(0), total };
     let models = study.models()?;
     let priors = study.priors()?;
     let hits = study.hits(&priors)?;
@@ -147,6 +148,7 @@ struct Study<'a> {
     plan: &'a StudyPlan,
     folder: Folder<'a>,
     command: &'a str,
+    dpi: u32,
     tell: &'a (dyn Fn(&StudyProgress) + Sync),
     done: AtomicU64,
     total: u64,
@@ -306,7 +308,7 @@ impl Study<'_> {
         let directory = train_to_end(&self.folder.path("runs").join(&name), &config, &Watch::default())
             .map_err(|source| StudyError::Training { run: name.clone(), source: Box::new(source) })?;
         self.advance(run_work(&config), name);
-        let mut trained = TrainedRun::new(&config, RunHistory::read(&directory)?);
+        let mut trained = TrainedRun::new(&config, &RunHistory::read(&directory)?);
         trained.row.settings = differences;
         Ok(trained)
     }
@@ -339,15 +341,16 @@ impl Study<'_> {
             plan.tasks.iter().filter_map(|task| Some(TaskActions::sample(task, &*first_prior(task)?, plan.seed)));
         self.figure("figure4", &ActionSamples { tasks: sampled.collect() })?;
         self.figure("figure5", &hits_figure(report, plan, &bootstrap)?)?;
-        self.figure("figure6", &learning_curves(runs, &bootstrap, false)?)?;
-        self.figure("figure6-greedy", &learning_curves(runs, &bootstrap, true)?)
+        let of_paper: Vec<TrainedRun> = runs.iter().filter(|run| plan.is_of_paper(&run.row)).cloned().collect();
+        self.figure("figure6", &learning_curves(&of_paper, &bootstrap, false)?)?;
+        self.figure("figure6-greedy", &learning_curves(&of_paper, &bootstrap, true)?)?;
+        self.figure("methods", &method_scores(&report.learning, &bootstrap)?)
     }
 
     fn figure(&self, name: &str, figure: &impl Figure) -> Result<(), StudyError> {
         let seeds: Vec<u64> = (self.plan.seed..self.plan.seed + self.plan.hit_seeds).collect();
         let provenance = Provenance::new(self.command, &seeds, config_hash(self.plan)?);
-        let path = self.folder.path(&format!("figures/{name}.png"));
-        Ok(figure.write(&path, &provenance, DEFAULT_DPI)?)
+        Ok(figure.write_both(&self.folder.path("figures"), name, &provenance, self.dpi)?)
     }
 }
 

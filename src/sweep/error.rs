@@ -14,7 +14,7 @@ pub enum SweepError {
     /// The sweep file says something that cannot be used.
     #[error("{origin}: at {problem}")]
     Invalid {
-        /// The sweep file.
+        /// The sweep file, and the line.
         origin: String,
         /// Where and what.
         problem: Problem,

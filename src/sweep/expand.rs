@@ -62,7 +62,8 @@ impl Sweep {
         for (path, grid) in &file.grids {
             let wrong = |problem: Problem| {
                 let problem = if path == "." { problem } else { problem.within(path) };
-                SweepError::Invalid { origin: origin.to_owned(), problem }
+                let line = json::line_of(text, &problem.path).unwrap_or(1);
+                SweepError::Invalid { origin: format!("{origin}:{line}"), problem }
             };
             for job in expand(grid).map_err(wrong)? {
                 // Plain DDPG knows no thresholds, and grids may overlap: each run only once.
@@ -94,8 +95,7 @@ fn expand(grid: &Grid) -> Result<Vec<Job>, Problem> {
             Ok((job.base_name(), job.training.seed, Work::Dynamics(Box::new(job))))
         }),
         _ => {
-            let hint = json::nearest(["train", "dynamics"], kind).map(|name| format!(": did you mean `{name}`?"));
-            let message = format!("must be `train` or `dynamics`{}", hint.unwrap_or_default());
+            let message = format!("must be `train` or `dynamics`{}", json::did_you_mean(["train", "dynamics"], kind));
             Err(Problem::new("kind", message))
         }
     }

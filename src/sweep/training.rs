@@ -70,7 +70,7 @@ impl Agents {
         for (axis, value) in chosen {
             let changed = config
                 .with_unchecked_setting(setting(&axis.key), &value_text(&axis.values[value]))
-                .map_err(|error| explain(&axis.path(value), &axis.key, &config, &error))?;
+                .map_err(|error| explain(axis, value, &config, &error))?;
             if out_of_range.is_none() {
                 out_of_range = changed.validate().err().map(|error| (axis.path(value), error));
             }
@@ -125,11 +125,15 @@ impl Agents {
 }
 
 /// A setting's error at its path; names that a sweep knows beyond the settings are suggested too.
-fn explain(path: &str, key: &str, config: &RunConfig, error: &SettingError) -> Problem {
+fn explain(axis: &Axis, value: usize, config: &RunConfig, error: &SettingError) -> Problem {
+    let (path, key) = (axis.path(value), axis.key.as_str());
+    if key == "method" {
+        let known: Result<Method, String> = value_text(&axis.values[value]).parse();
+        return Problem::new(path, known.err().unwrap_or_else(|| error.to_string()));
+    }
     let SettingError::Unknown { .. } = error else { return Problem::new(path, error) };
     let keys = config_keys(config);
     let others = ["task", "kind"].into_iter().chain(ALIASES.iter().map(|(alias, _)| *alias));
-    let hint = json::nearest(keys.iter().map(String::as_str).chain(others), key);
-    let hint = hint.map(|name| format!(": did you mean `{name}`?")).unwrap_or_default();
+    let hint = json::did_you_mean(keys.iter().map(String::as_str).chain(others), key);
     Problem::new(path, format!("there is no setting `{key}`{hint}"))
 }

@@ -8,7 +8,7 @@ use serde::de::IgnoredAny;
 use super::create;
 use super::schema::Task;
 use super::validate::validate;
-use crate::json::{self, Problem, SyntaxError};
+use crate::json::{self, Problem, SyntaxError, did_you_mean};
 
 /// The six tasks, by name, as they lie in `tasks/`.
 const SHIPPED: [(&str, &str); 6] = [
@@ -24,8 +24,8 @@ const SHIPPED: [(&str, &str); 6] = [
 #[derive(Debug, thiserror::Error)]
 pub enum TaskError {
     /// Neither a shipped name nor a readable file.
-    #[error("there is no task `{name}`: use one of {known}, or the path of a task file")]
-    Unknown { name: String, known: String },
+    #[error("there is no task `{name}`: use one of {known}, or the path of a task file{hint}")]
+    Unknown { name: String, known: String, hint: String },
     /// The file cannot be read or written.
     #[error("{}: {source}", path.display())]
     Io { path: PathBuf, source: std::io::Error },
@@ -61,7 +61,9 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
         Ok(text) => parse(&text, name),
         Err(source) if source.kind() == std::io::ErrorKind::NotFound => {
             let known = shipped_names().collect::<Vec<_>>().join(", ");
-            Err(TaskError::Unknown { name: name.to_owned(), known })
+            // What looks like a path is no misspelt name.
+            let hint = if name.contains(['/', '.']) { String::new() } else { did_you_mean(shipped_names(), name) };
+            Err(TaskError::Unknown { name: name.to_owned(), known, hint })
         }
         Err(source) => Err(TaskError::Io { path: path.to_owned(), source }),
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use super::SessionError;
-use super::command::FigureKind;
+use super::command::{Command, FigureKind};
 use super::runs::RunView;
 use super::session::Session;
 use crate::env::Placement;
@@ -16,24 +16,24 @@ use crate::physics::PHYSICS_DT;
 use crate::run::{EpisodeRecord, config_hash};
 use crate::stats::rolling::WINDOW;
 use crate::task::Task;
-use crate::trainer::Trace;
+use crate::trainer::{RunConfig, Trace};
 
 /// Physics steps between two frames of an animation.
 const STEPS_PER_FRAME: usize = 3;
-/// Width of an animation in pixels.
-const ANIMATION_WIDTH: u16 = 480;
+/// Resolution of an animation unless another is asked for: 480 pixels wide.
+const ANIMATION_DPI: u32 = 137;
 
 impl Session {
     /// Writes a figure of what the session holds, with its numbers as CSV beside it.
-    pub(super) fn export(&self, kind: FigureKind, path: &Path) -> Result<String, SessionError> {
-        let command = format!("figure {} {}", kind.name(), path.display());
+    pub(super) fn export(&self, kind: FigureKind, path: &Path, dpi: Option<u32>) -> Result<String, SessionError> {
+        let command = Command::Figure { kind, path: path.to_owned(), dpi }.to_string();
         let settings = self.run().map_or(self.config(), RunView::config);
         let provenance = Provenance::new(command, &[settings.seed], config_hash(settings)?);
         match self.figure(kind)? {
-            Some(figure) => figure.write(path, &provenance, DEFAULT_DPI)?,
+            Some(figure) => figure.write(path, &provenance, dpi.unwrap_or(DEFAULT_DPI))?,
             None => {
                 let (task, trace) = self.episode_to_show()?;
-                animation(task, &trace).write_gif(path, &provenance, ANIMATION_WIDTH)?;
+                animation(task, &trace).write_gif(path, &provenance, dpi.unwrap_or(ANIMATION_DPI))?;
             }
         }
         Ok(format!("wrote {}", path.display()))
@@ -76,7 +76,7 @@ fn learning_curves(runs: &[RunView]) -> LearningCurves {
     for run in runs {
         let config = run.config();
         let curve = Curve {
-            label: format!("{}, epsilon {}, seed {}", config.method, config.epsilon, config.seed),
+            label: label(config),
             x: run.records().iter().map(|record| record.episode as f64).collect(),
             y: run.records().iter().map(|record| record.rolling_success).collect(),
             ..Curve::default()
@@ -87,8 +87,17 @@ fn learning_curves(runs: &[RunView]) -> LearningCurves {
         }
     }
     let seeds: BTreeSet<u64> = runs.iter().map(|run| run.config().seed).collect();
-    let statistics = Statistics { centre: "Single runs".to_owned(), interval: String::new(), seeds: seeds.len() };
+    let statistics = Statistics { centre: "Single runs".to_owned(), seeds: seeds.len(), ..Statistics::default() };
     LearningCurves { greedy: false, window: WINDOW.get(), statistics, panels }
+}
+
+/// A run among others, as in legends.
+fn label(config: &RunConfig) -> String {
+    let method = config.method.label();
+    match config.method.has_clusters() {
+        true => format!("{method}, epsilon {}, seed {}", config.epsilon, config.seed),
+        false => format!("{method}, seed {}", config.seed),
+    }
 }
 
 fn dashboard(run: &RunView) -> Dashboard {
@@ -100,7 +109,7 @@ fn dashboard(run: &RunView) -> Dashboard {
         evaluation.map_or(f64::NAN, |evaluation| evaluation.success)
     };
     Dashboard {
-        title: format!("{} on {}, seed {}", config.method, config.task.name, config.seed),
+        title: format!("{} on {}", label(config), config.task.name),
         window: WINDOW.get(),
         episode: column(&|record| record.episode as f64),
         success: column(&|record| record.rolling_success),
@@ -118,15 +127,17 @@ fn animation(task: &Task, trace: &Trace) -> Animation {
     let mut moments = Vec::new();
     let mut placed = Vec::new();
     let (mut reached, mut steps) = (0, 0);
-    for step in &trace.steps {
+    for (n, step) in trace.steps.iter().enumerate() {
         if step.placement == Placement::Placed {
             placed.push(step.action);
         }
         for (i, ball) in step.path.iter().enumerate() {
-            if i + 1 == step.path.len() {
+            let ends = i + 1 == step.path.len();
+            if ends {
                 reached += step.subgoals.len() + usize::from(step.goal);
             }
-            if (steps + i).is_multiple_of(STEPS_PER_FRAME) {
+            let last = ends && n + 1 == trace.steps.len();
+            if last || (steps + i).is_multiple_of(STEPS_PER_FRAME) {
                 let time = (steps + i) as f32 * PHYSICS_DT;
                 moments.push(Moment { time, ball: *ball, placed: placed.clone(), reached });
             }

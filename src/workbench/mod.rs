@@ -10,6 +10,7 @@ mod hand;
 mod journal;
 mod model_job;
 mod prior_job;
+mod rehearsal;
 mod runs;
 mod script;
 mod session;

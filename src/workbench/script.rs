@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::SessionError;
 use super::command::{Command, CommandError};
+use super::rehearsal::Rehearsal;
 use super::session::{Notice, Session};
 
 /// Variables of a script, replaced where `${NAME}` stands.
@@ -69,21 +70,37 @@ impl Script {
     /// answer and what happens while the script waits. Ends at `quit`.
     ///
     /// # Errors
-    /// With the line of the first command that fails.
+    /// As [`Script::rehearse`], before anything is done; then with the line of the first
+    /// command that fails.
     pub fn run(&self, session: &mut Session, mut tell: impl FnMut(Told<'_>)) -> Result<(), ScriptError> {
+        self.rehearse(session)?;
         for (line, command) in &self.commands {
             let outcome = match command {
                 Command::Wait => session.wait(|notice| tell(Told::Notice(notice))),
                 other => session.apply(other.clone()),
             };
-            let failed =
-                |error| ScriptError::Command { origin: self.origin.clone(), line: *line, error: Box::new(error) };
-            tell(Told::Answer(command, &outcome.map_err(failed)?));
+            tell(Told::Answer(command, &outcome.map_err(|error| self.failed(*line, error))?));
             if session.has_quit() {
                 break;
             }
         }
         Ok(())
+    }
+
+    /// Looks for mistakes in all commands, without doing any of their work.
+    ///
+    /// # Errors
+    /// With the line of the first command that cannot be carried out.
+    pub fn rehearse(&self, session: &Session) -> Result<(), ScriptError> {
+        let mut rehearsal = Rehearsal::new(session);
+        for (line, command) in &self.commands {
+            rehearsal.play(command).map_err(|error| self.failed(*line, error))?;
+        }
+        Ok(())
+    }
+
+    fn failed(&self, line: usize, error: SessionError) -> ScriptError {
+        ScriptError::Command { origin: self.origin.clone(), line, error: Box::new(error) }
     }
 }
 

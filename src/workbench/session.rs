@@ -96,6 +96,13 @@ impl Session {
         }
     }
 
+    /// A session with the same task and settings, and none of the work.
+    pub(super) fn at_rest(&self) -> Self {
+        let mut other = Self::new(self.task().clone(), self.folder.clone());
+        other.settings = self.settings.clone();
+        other
+    }
+
     /// Carries out a command and returns what to tell the person.
     ///
     /// # Errors
@@ -200,7 +207,7 @@ impl Session {
                 self.hand = HandPlay::new(self.settings.task.clone(), self.settings.seed);
                 Ok("a new episode".to_owned())
             }
-            Command::Figure { kind, path } => self.export(*kind, path),
+            Command::Figure { kind, path, dpi } => self.export(*kind, path, *dpi),
             Command::Expect(expectation) => self.expect(expectation),
             Command::Record(path) => {
                 crate::atomic::write(path, self.to_script().as_bytes())

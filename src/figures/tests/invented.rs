@@ -18,6 +18,7 @@ pub fn statistics() -> Statistics {
         centre: "Interquartile mean".to_owned(),
         interval: "95 % stratified bootstrap interval (2000 resamples)".to_owned(),
         seeds: 5,
+        fewest_seeds: None,
     }
 }
 
@@ -75,9 +76,9 @@ pub fn relative() -> RelativeFrames {
             })
             .collect();
         let trail = (0..=40).map(|n| ball(time * n as f32 / 40.0)).collect();
-        Instant { time, ball: origin, trail, edges }
+        Instant { time, ball: origin, trail, placed: placed.clone(), edges }
     };
-    RelativeFrames { instants: [0.0, 1.33, 2.2].map(instant).to_vec(), task, placed, cutoff: 12.0 }
+    RelativeFrames { instants: [0.0, 1.33, 2.2].map(instant).to_vec(), task, cutoff: 12.0 }
 }
 
 pub fn tasks() -> TaskGrid {
@@ -161,6 +162,25 @@ pub fn curves() -> LearningCurves {
         CurvePanel { task: task.name.clone(), curves: vec![plain, low, guided] }
     });
     LearningCurves { greedy: false, window: 100, statistics: statistics(), panels: panels.collect() }
+}
+
+pub fn methods() -> MethodScores {
+    let mut rng = stream(35);
+    let names = ["DDPG", "DDPG-MGE, epsilon 0.1", "DDPG-MGE, epsilon 0.5 to 0", "DDPG, uniform exploration"];
+    let mut panel = |task: String, count: usize| ScorePanel {
+        task,
+        methods: names
+            .iter()
+            .map(|name| {
+                let value = rng.gen_range(0.05..0.8);
+                let runs = (0..count).map(|_| (value + rng.gen_range(-0.2..0.2f64)).clamp(0.0, 1.0)).collect();
+                MethodScore { label: (*name).to_owned(), estimate: estimate(value, 0.1), runs }
+            })
+            .collect(),
+    };
+    let mut panels: Vec<ScorePanel> = shipped().into_iter().map(|task| panel(task.name, 5)).collect();
+    panels.push(panel("All tasks".to_owned(), 0));
+    MethodScores { measure: "area under the curve".to_owned(), statistics: statistics(), panels }
 }
 
 pub fn profile() -> PerformanceProfile {
@@ -269,6 +289,7 @@ pub fn all() -> Vec<Box<dyn Figure>> {
         Box::new(hits()),
         Box::new(curves()),
         Box::new(LearningCurves { greedy: true, ..curves() }),
+        Box::new(methods()),
         Box::new(profile()),
         Box::new(model_error()),
         Box::new(ablation()),

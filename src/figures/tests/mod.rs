@@ -28,11 +28,13 @@ fn empty() -> Vec<Box<dyn Figure>> {
     let task = || crate::task::shipped().swap_remove(0);
     vec![
         Box::new(Launches::default()),
-        Box::new(RelativeFrames { task: task(), placed: vec![], cutoff: 12.0, instants: vec![] }),
+        Box::new(RelativeFrames { task: task(), cutoff: 12.0, instants: vec![] }),
         Box::new(TaskGrid::default()),
         Box::new(ActionSamples::default()),
         Box::new(Hits::default()),
         Box::new(LearningCurves::default()),
+        Box::new(MethodScores::default()),
+        Box::new(MethodScores { panels: vec![ScorePanel::default()], ..MethodScores::default() }),
         Box::new(LearningCurves { panels: vec![CurvePanel::default()], ..LearningCurves::default() }),
         Box::new(PerformanceProfile::default()),
         Box::new(ModelError::default()),
@@ -62,7 +64,7 @@ fn every_figure_is_written_with_its_numbers() {
         assert!(!rows(&path).is_empty(), "{} has no numbers", figure.name());
         figure.write(&folder.join(figure.name()).with_extension("svg"), &provenance(), dpi).unwrap();
     }
-    invented::animation().write_gif(&folder.join("episode.gif"), &provenance(), 300).unwrap();
+    invented::animation().write_gif(&folder.join("episode.gif"), &provenance(), 72).unwrap();
 }
 
 #[test]
@@ -84,7 +86,7 @@ fn equal_data_gives_equal_bytes() {
         assert_eq!(a.to_svg(&provenance()).unwrap(), b.to_svg(&provenance()).unwrap(), "{}", a.name());
         assert_eq!(a.table(), b.table());
     }
-    let gif = || invented::animation().to_gif(&provenance(), 120).unwrap();
+    let gif = || invented::animation().to_gif(&provenance(), 40).unwrap();
     assert_eq!(gif(), gif());
 }
 
@@ -129,7 +131,7 @@ fn empty_figures_say_so() {
         let svg = figure.to_svg(&provenance()).unwrap();
         assert!(svg.contains("no ") || svg.contains("nothing "), "{} says nothing: {svg}", figure.name());
     }
-    assert!(invented::animation().to_gif(&provenance(), 80).is_ok());
+    assert!(invented::animation().to_gif(&provenance(), 30).is_ok());
 }
 
 #[test]
@@ -262,16 +264,18 @@ fn impossible_requests_are_refused_and_spoil_nothing() {
 #[test]
 fn the_gif_has_every_moment_and_its_provenance() {
     let animation = invented::animation();
-    let bytes = animation.to_gif(&provenance(), 100).unwrap();
+    let bytes = animation.to_gif(&provenance(), 40).unwrap();
     assert!(bytes.windows(9).any(|part| part == b"Seed: 0 1"));
     let mut options = gif::DecodeOptions::new();
     options.set_color_output(gif::ColorOutput::RGBA);
     let mut decoder = options.read_info(&bytes[..]).unwrap();
-    let mut frames = Vec::new();
+    let (mut frames, mut delays) = (Vec::new(), Vec::new());
     while let Some(frame) = decoder.read_next_frame().unwrap() {
-        assert_eq!(frame.delay, 10);
+        delays.push(frame.delay);
         frames.push(frame.buffer.to_vec());
     }
+    assert_eq!(delays.pop(), Some(150), "the end is held");
+    assert!(delays.iter().all(|delay| *delay == 10));
     assert_eq!(frames.len(), animation.moments.len());
     assert_ne!(frames[0], frames[30]);
     let yellow = |frame: &[u8]| frame.chunks(4).any(|pixel| pixel[..3] == [0xF0, 0xE4, 0x42]);

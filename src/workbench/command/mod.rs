@@ -63,7 +63,7 @@ pub const VERBS: &[Verb] = &[
     verb("evaluate", "", "play the greedy policy of the run"),
     verb("place", "X Y", "hand play: place the tool and let the world run"),
     verb("reset", "", "hand play: start again"),
-    verb("figure", "KIND FILE", "export a figure: scene, clusters, learning, dashboard or episode"),
+    verb("figure", "KIND FILE [DPI]", "export a figure: scene, clusters, learning, dashboard or episode"),
     verb("expect", "WHAT OP VALUE", "fail the script unless it holds, such as expect success >= 0.5"),
     verb("record", "FILE", "save the session so far as a script"),
     verb("quit", "", "leave; a running training is checkpointed first"),
@@ -135,7 +135,7 @@ pub enum Command {
     /// Hand play: start again.
     Reset,
     /// Export a figure.
-    Figure { kind: FigureKind, path: PathBuf },
+    Figure { kind: FigureKind, path: PathBuf, dpi: Option<u32> },
     /// Fail unless it holds.
     Expect(Expectation),
     /// Save the session so far as a script.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::{Command, CommandError, Comparison, Expectation, FigureKind, Quantity, VERBS, Verb};
+use crate::json;
 use crate::physics::ToolKind;
 use crate::task::Edit;
 use crate::trainer::PriorSource;
@@ -93,11 +94,11 @@ impl Arguments<'_> {
 
     fn one_of<T: Copy>(&mut self, what: &str, all: &[T], name: fn(T) -> &'static str) -> Result<T, String> {
         let word = self.word(what)?;
-        let known = || all.iter().map(|item| name(*item)).collect::<Vec<_>>().join(", ");
-        all.iter()
-            .copied()
-            .find(|item| name(*item) == word)
-            .ok_or_else(|| format!("`{word}` is not one of {}", known()))
+        all.iter().copied().find(|item| name(*item) == word).ok_or_else(|| {
+            let known: Vec<&str> = all.iter().map(|item| name(*item)).collect();
+            let hint = json::did_you_mean(known.iter().copied(), word);
+            format!("`{word}` is not one of {}{hint}", known.join(", "))
+        })
     }
 }
 
@@ -150,6 +151,7 @@ fn read(verb: &str, mut arguments: Arguments<'_>) -> Result<Command, String> {
         "figure" => Command::Figure {
             kind: args.one_of("a kind", &FigureKind::ALL, FigureKind::name)?,
             path: args.word("a file")?.into(),
+            dpi: args.optional_number("resolution")?,
         },
         "expect" => Command::Expect(Expectation {
             quantity: args.one_of("a quantity", &Quantity::ALL, Quantity::name)?,

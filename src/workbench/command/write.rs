@@ -47,7 +47,10 @@ impl fmt::Display for Command {
             Self::Evaluate => f.write_str("evaluate"),
             Self::Place([x, y]) => write!(f, "place {x} {y}"),
             Self::Reset => f.write_str("reset"),
-            Self::Figure { kind, path: file } => write!(f, "figure {} {}", kind.name(), path(file)),
+            Self::Figure { kind, path: file, dpi } => {
+                let dpi = dpi.map(|dpi| format!(" {dpi}")).unwrap_or_default();
+                write!(f, "figure {} {}{dpi}", kind.name(), path(file))
+            }
             Self::Expect(Expectation { quantity, comparison, value }) => {
                 write!(f, "expect {} {} {value}", quantity.name(), comparison.sign())
             }

@@ -1,0 +1,113 @@
+//! A script played through without its work, so that a mistake on its last line does not wait
+//! for the trainings on the lines before.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use super::SessionError;
+use super::command::{Command, FigureKind};
+use super::session::Session;
+use crate::trainer::{PriorSource, check_model};
+
+/// A session in which nothing is computed, trained or written.
+pub(super) struct Rehearsal {
+    session: Session,
+    /// Files that the script will have written by now.
+    written: BTreeSet<PathBuf>,
+    /// Whether the task is one that the script itself will write: then nothing more is known.
+    blind: bool,
+}
+
+impl Rehearsal {
+    /// Begins as `session` is.
+    pub fn new(session: &Session) -> Self {
+        Self { session: session.at_rest(), written: BTreeSet::new(), blind: false }
+    }
+
+    /// What can be known of a command beforehand.
+    ///
+    /// # Errors
+    /// When it cannot be carried out whatever happens before it.
+    pub fn play(&mut self, command: &Command) -> Result<(), SessionError> {
+        match command {
+            _ if self.blind => {}
+            Command::Task(name) if self.written.contains(Path::new(name)) => self.blind = true,
+            Command::Task(_)
+            | Command::Edit(_)
+            | Command::Undo
+            | Command::Redo
+            | Command::Method(_)
+            | Command::Episodes(_)
+            | Command::Epsilon(_)
+            | Command::Set { .. }
+            | Command::Model(_) => {
+                self.session.apply(command.clone())?;
+            }
+            Command::Save(Some(path)) | Command::ModelTrain { path, .. } => {
+                self.written.insert(path.clone());
+            }
+            Command::Train { .. } => self.check_settings()?,
+            Command::Figure { kind, path, .. } => check_figure(*kind, path)?,
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn check_settings(&self) -> Result<(), SessionError> {
+        let config = self.session.config();
+        config.validate()?;
+        match &config.prior {
+            PriorSource::ModelFile(path) if self.written.contains(Path::new(path)) => Ok(()),
+            _ => check_model(config).map_err(|error| SessionError::Failed(error.to_string())),
+        }
+    }
+}
+
+/// Whether a figure of this kind can be written to a file of this name.
+fn check_figure(kind: FigureKind, path: &Path) -> Result<(), SessionError> {
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("");
+    let (known, expected): (&[&str], _) =
+        if kind == FigureKind::Episode { (&["gif"], "`.gif`") } else { (&["png", "svg"], "`.png` or `.svg`") };
+    if known.contains(&ending) {
+        return Ok(());
+    }
+    let figure = format!("{}: a figure of this kind is written as {expected}", path.display());
+    Err(SessionError::Failed(figure + ": give the file that ending"))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::task;
+    use crate::workbench::{Script, Session};
+
+    fn rehearse(text: &str) -> Result<(), String> {
+        let session = Session::new(task::load("task1").unwrap(), "nowhere".into());
+        Script::parse(text, "s", &[]).unwrap().rehearse(&session).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn mistakes_are_found_behind_any_amount_of_work() {
+        for (line, expected) in [
+            ("set ddpg.gama 0.9", "did you mean `ddpg.gamma`?"),
+            ("set ddpg.gamma 7", "`gamma` is 7"),
+            ("task tsk3", "did you mean `task3`?"),
+            ("subgoal move 3 0 0", "subgoal"),
+            ("undo", "nothing to undo"),
+            ("figure dashboard a.jpeg", "`.png` or `.svg`"),
+            ("figure episode a.png", "`.gif`"),
+            ("model nowhere.safetensors\ntrain b", "nowhere.safetensors"),
+        ] {
+            let error = rehearse(&format!("episodes 9\ntrain a\nwait\n{line}")).unwrap_err();
+            assert!(error.starts_with("s:4: ") || error.starts_with("s:5: "), "{error}");
+            assert!(error.contains(expected), "{error}");
+        }
+    }
+
+    #[test]
+    fn what_the_script_makes_itself_is_no_mistake() {
+        let text = "subgoal add 0 0\nsave mine.json\nmodel train box,bucket a.safetensors 3\nwait\n\
+                    model a.safetensors\ntrain\nwait\ntask mine.json\nsubgoal move 9 0 0\nfigure episode a.gif";
+        assert_eq!(rehearse(text), Ok(()));
+        assert!(!std::path::Path::new("mine.json").exists());
+    }
+}
