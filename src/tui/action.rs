@@ -270,10 +270,10 @@ pub const ACTIONS: &[Entry] = &[
     entry(A::ShowCritic, Scene, "show-critic", "b", "", "show or hide what the critic thinks of every action now"),
     entry(A::ShowActor, Scene, "show-actor", "i", "", "show or hide where the actor would place the tool now"),
     entry(A::ShowModel, Scene, "show-model", "g", "", "show or hide what the model predicts for the next actions, and what happened"),
-    entry(A::HandPlay, Scene, "hand-play", "P", "hand play", "place tools yourself"),
+    entry(A::HandPlay, Scene, "hand-play", "P", "hand play", "place tools yourself, or stop doing so"),
 
     entry(A::Left, Hand, "hand-left", "left h", "", "move the tool left by 0.02"),
-    entry(A::Right, Hand, "hand-right", "right l", "", "move the tool right by 0.02"),
+    entry(A::Right, Hand, "hand-right", "right l", "move", "move the tool right by 0.02"),
     entry(A::Up, Hand, "hand-up", "up k", "", "move the tool up by 0.02"),
     entry(A::Down, Hand, "hand-down", "down j", "", "move the tool down by 0.02"),
     entry(A::FarLeft, Hand, "hand-far-left", "shift-left H", "", "move the tool left by 0.1"),

@@ -105,11 +105,15 @@ impl Keymap {
             let context = *context;
             ACTIONS.iter().filter(move |entry| entry.context == context && !entry.hint.is_empty())
         };
-        contexts
-            .iter()
-            .flat_map(of_context)
-            .filter_map(|entry| Some((self.keys(entry).into_iter().next()?, entry.hint, entry.action)))
-            .collect()
+        let mut hints: Vec<(String, &'static str, Action)> = Vec::new();
+        for entry in contexts.iter().flat_map(of_context) {
+            let key = self.keys(entry).into_iter().next();
+            // An inner context's key hides that of an outer one.
+            if let Some(key) = key.filter(|key| hints.iter().all(|(known, ..)| known != key)) {
+                hints.push((key, entry.hint, entry.action));
+            }
+        }
+        hints
     }
 }
 

@@ -117,11 +117,21 @@ impl Painter<'_> {
         }
     }
 
+    /// A predicted way of the ball: a line with the ball at its end.
+    fn way(&mut self, path: &[[f32; 2]], radius: f32) {
+        for pair in path.windows(2) {
+            self.raster.line(self.dot(pair[0]), self.dot(pair[1]), self.theme.accent);
+        }
+        if let Some(end) = path.last() {
+            self.circle(*end, radius, self.theme.accent);
+        }
+    }
+
     fn trail(&mut self, content: &Content) {
         self.path(&content.moment.trail, self.theme.trail, 2);
         if content.overlays.model {
             self.path(content.truth, self.theme.good, 4);
-            self.path(content.predicted, self.theme.accent, 1);
+            self.way(content.predicted, content.objects.task.ball.radius);
         }
     }
 
@@ -194,7 +204,7 @@ impl Painter<'_> {
             self.tool(&content.objects.task.placeable.tool(choice), self.theme.warn, false);
         }
         let Some(ghost) = content.ghost else { return };
-        self.path(&ghost.predicted, self.theme.accent, 1);
+        self.way(&ghost.predicted, content.objects.task.ball.radius);
         let free = ghost.placement == Placement::Placed;
         let colour = if free { self.theme.good } else { self.theme.bad };
         self.tool(&content.objects.task.placeable.tool(ghost.action), colour, false);

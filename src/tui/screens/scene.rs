@@ -497,6 +497,7 @@ fn play_by_hand(app: &mut App, action: Action) -> bool {
     match action {
         Action::Confirm => place(app),
         Action::Restart => app.line("reset"),
+        Action::HandPlay => back(app),
         _ => return false,
     }
     true

@@ -129,6 +129,8 @@ fn tools_are_placed_by_hand() {
     check(empty(), "P right enter", &["place 0.27 0.4"], "");
     check(empty(), "P space r", &["place 0.25 0.4", "reset"], "");
     check(empty(), "P esc space", &[], "no tool placed");
+    check(empty(), "P", &[], "hand play: move the tool, enter or a click places it");
+    check(empty(), "P P", &[], "no tool placed");
     let (mut app, asked) = app(empty());
     press(&mut app, "P");
     let at = cell(&mut app, [0.5, 0.5]);
