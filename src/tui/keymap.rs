@@ -21,7 +21,7 @@ pub enum KeymapError {
     #[error("{origin}:{line}: `{text}` is not NAME = KEY...: write `train = t`, or `train =` for no key")]
     Form { origin: String, line: usize, text: String },
     /// No action has the name.
-    #[error("{origin}:{line}: there is no action `{name}`{}: `?` in the workbench lists all names", suggestion(.nearest))]
+    #[error("{origin}:{line}: there is no action `{name}`{} (`?` in the workbench lists all names)", suggestion(.nearest))]
     Unknown { origin: String, line: usize, name: String, nearest: Option<&'static str> },
     /// A word is no key.
     #[error("{origin}:{line}: {source}")]

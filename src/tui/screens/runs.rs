@@ -90,7 +90,7 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
         return hint(&text, inside, theme, buffer);
     }
     let columns = Columns::of(usize::from(inside.width));
-    let header = columns.line("  ", ["run", "state", "episodes", "success", "left"]);
+    let header = columns.line("  ", ["run", "state", "episodes", "success", "left", "task, method, seed"]);
     buffer.set_stringn(inside.x, inside.y, header, usize::from(inside.width), theme.faint());
     let rows = Rect { y: inside.y + 1, height: inside.height - 1, ..inside };
     let selected = app.runs.selected.min(runs.len() - 1);
@@ -112,6 +112,8 @@ struct Columns {
     bar: bool,
     /// The time left is told.
     left: bool,
+    /// Task, method and seed are told.
+    about: bool,
 }
 
 impl Columns {
@@ -119,13 +121,14 @@ impl Columns {
         let (bar, left) = (width >= 90, width >= 70);
         // Mark, state, episodes, success and time left, with the spaces between them.
         let others = 3 + 1 + STATE + 1 + if bar { 18 } else { 11 } + 8 + if left { 11 } else { 0 };
-        Self { name: width.saturating_sub(others).clamp(8, 40), bar, left }
+        Self { name: width.saturating_sub(others).clamp(8, 40), bar, left, about: width >= 130 }
     }
 
-    fn line(&self, mark: &str, [run, state, episodes, success, left]: [&str; 5]) -> String {
+    fn line(&self, mark: &str, [run, state, episodes, success, left, about]: [&str; 6]) -> String {
         let (name, count) = (self.name, if self.bar { 18 } else { 11 });
         let left = if self.left { format!("  {left:>9}") } else { String::new() };
-        format!("{mark} {run:<name$} {state:<STATE$} {episodes:<count$} {success:>7}{left}")
+        let about = if self.about { format!("  {about:<32}") } else { String::new() };
+        format!("{mark} {run:<name$} {state:<STATE$} {episodes:<count$} {success:>7}{left}{about}")
     }
 }
 
@@ -141,7 +144,8 @@ fn row(app: &App, run: &RunFacts, selected: bool, area: Rect, buffer: &mut Buffe
     let bar = if columns.bar { bar(run.done, run.episodes, 6, theme) + " " } else { String::new() };
     let progress = format!("{bar}{}/{}", run.done, run.episodes);
     let name = shortened(&run.name, columns.name, true);
-    let text = columns.line(&mark, [&name, run.state_word(), &progress, &success, &left]);
+    let about = format!("{}, {}, {}", run.task, run.method, run.seed);
+    let text = columns.line(&mark, [&name, run.state_word(), &progress, &success, &left, &about]);
     buffer.set_stringn(area.x, area.y, format!("{text:width$}"), width, style);
     if !selected {
         let start = columns.name as u16 + 4;
