@@ -49,7 +49,8 @@ fn write_page(out: &mut impl Write) -> io::Result<()> {
         writeln!(out, ".SS {}", escape(context))?;
         for key in keys {
             let keys = if key.keys.is_empty() { "no key".to_owned() } else { key.keys };
-            item(out, &keys, &format!("{}: {}", key.name, key.about))?;
+            let verb = key.verb.map(|verb| format!(" (in a script: {verb})")).unwrap_or_default();
+            item(out, &keys, &format!("{}: {}{verb}", key.name, key.about))?;
         }
     }
     writeln!(out, ".SH COMMANDS OF SCRIPTS AND OF THE PALETTE")?;

@@ -87,7 +87,9 @@ fn show(notice: &Notice, episodes: u64, progress: &mut Progress) {
         Notice::Run { event: Event::Evaluated { .. } | Event::Checkpointed { .. }, .. } | Notice::Changed => {}
         Notice::Run { event, .. } => progress.say(&event.to_string()),
         Notice::PriorReady => progress.say("the action clusters are ready"),
-        Notice::PriorFailed(reason) | Notice::Model(Ok(reason) | Err(reason)) => progress.say(reason),
+        Notice::PriorFailed(told) | Notice::Model(Ok(told) | Err(told)) | Notice::Proposed(Ok(told) | Err(told)) => {
+            progress.say(told);
+        }
     }
 }
 

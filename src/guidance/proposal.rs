@@ -24,18 +24,23 @@ const SPACING: f32 = 0.05;
 
 /// Proposes up to `count` subgoals for the task, in the order in which they are to be
 /// reached; subgoals that it has are not looked at. Fewer, if there is no further place
-/// that tools make the ball reach and that it does not reach by itself.
+/// that tools make the ball reach and that it does not reach by itself. `go_on` is asked
+/// before each with the number of those found; if it says no, that is all.
 pub fn propose_subgoals(
     task: &Task,
     model: &dyn RolloutModel,
     count: usize,
     config: &GuidanceConfig,
     seed: u64,
+    mut go_on: impl FnMut(usize) -> bool,
 ) -> Vec<Region> {
     let mut task = Task { subgoals: Vec::new(), ..task.clone() };
     // The actions from the start of an episode to each state in which the last subgoal was reached.
     let mut histories: Vec<Vec<Action>> = vec![Vec::new()];
     for number in 1..=count {
+        if !go_on(task.subgoals.len()) {
+            break;
+        }
         let mut rng = stream(seed, number as u64);
         let now = Arc::new(task.clone());
         let states: Vec<Snapshot> = histories.iter().map(|history| replay(&now, history)).collect();

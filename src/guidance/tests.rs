@@ -129,9 +129,13 @@ fn true_physics_guides_better_than_chance() {
 fn proposed_subgoals_lead_to_a_goal_that_chance_does_not_find() {
     let task = task::load("task6").unwrap();
     let config = GuidanceConfig::default();
-    let subgoals = propose_subgoals(&task, &TruePhysics, 2, &config, 0);
+    let subgoals = propose_subgoals(&task, &TruePhysics, 2, &config, 0, |_| true);
     assert_eq!(subgoals.len(), 2);
-    assert_eq!(propose_subgoals(&task, &TruePhysics, 2, &config, 0), subgoals, "the same seed, the same proposal");
+    assert_eq!(
+        propose_subgoals(&task, &TruePhysics, 2, &config, 0, |_| true),
+        subgoals,
+        "the same seed, the same proposal"
+    );
     let task = Arc::new(Task { subgoals, ..task });
     let prior = build(&task, &TruePhysics, "true physics", &config, 1, |_| true).unwrap();
     let goals = |prior: &ActionPrior| {

@@ -32,6 +32,24 @@ pub enum Edit {
     ResizeTool { index: usize, size: f32 },
     /// Deletes a static tool.
     DeleteTool { index: usize },
+    /// Moves a proposed subgoal.
+    MoveProposal { index: usize, position: [f32; 2] },
+    /// Resizes a proposed subgoal.
+    ResizeProposal { index: usize, radius: f32 },
+    /// Appends a proposed subgoal to the task's own; without a number, all that are
+    /// proposed take the place of the task's own.
+    AcceptProposal { index: Option<usize> },
+    /// Rejects a proposed subgoal, or all of them.
+    DeleteProposal { index: Option<usize> },
+}
+
+/// A task with the subgoals that are proposed for it and were neither accepted nor rejected yet.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Draft {
+    /// The task.
+    pub task: Task,
+    /// Proposed subgoals, in the order in which they are to be reached.
+    pub proposed: Vec<Region>,
 }
 
 impl Edit {
@@ -39,8 +57,8 @@ impl Edit {
     ///
     /// # Errors
     /// When there is no such object, or the result could not be played.
-    pub fn apply(&self, task: &Task) -> Result<Task, Problem> {
-        let mut task = task.clone();
+    pub fn apply(&self, draft: &Draft) -> Result<Draft, Problem> {
+        let Draft { mut task, mut proposed } = draft.clone();
         match *self {
             Self::AddSubgoal { position, radius } => task.subgoals.push(Region { position, radius }),
             Self::MoveSubgoal { index, position } => entry(&mut task.subgoals, "subgoals", index)?.position = position,
@@ -66,9 +84,33 @@ impl Edit {
                 entry(&mut task.tools, "tools", index)?;
                 task.tools.remove(index);
             }
+            Self::MoveProposal { index, position } => entry(&mut proposed, "proposals", index)?.position = position,
+            Self::ResizeProposal { index, radius } => entry(&mut proposed, "proposals", index)?.radius = radius,
+            Self::AcceptProposal { index } => match taken(&mut proposed, index)? {
+                regions if index.is_none() => task.subgoals = regions,
+                regions => task.subgoals.extend(regions),
+            },
+            Self::DeleteProposal { index } => _ = taken(&mut proposed, index)?,
         }
         validate(&task)?;
-        Ok(task)
+        // What is proposed must be fit to be accepted.
+        validate(&Task { subgoals: proposed.clone(), ..task.clone() })?;
+        Ok(Draft { task, proposed })
+    }
+}
+
+/// Takes one of the proposals away, or all of them, and returns what was taken.
+fn taken(proposed: &mut Vec<Region>, index: Option<usize>) -> Result<Vec<Region>, Problem> {
+    match index {
+        Some(index) => {
+            entry(proposed, "proposals", index)?;
+            Ok(vec![proposed.remove(index)])
+        }
+        None if proposed.is_empty() => {
+            let message = "there are none: `propose` makes some".to_owned();
+            Err(Problem { path: "proposals".to_owned(), message })
+        }
+        None => Ok(std::mem::take(proposed)),
     }
 }
 
@@ -83,21 +125,27 @@ fn entry<'a, T>(list: &'a mut [T], name: &str, index: usize) -> Result<&'a mut T
 /// A task being edited, with everything that can be undone and redone.
 #[derive(Debug, Clone)]
 pub struct Editor {
-    task: Task,
+    now: Draft,
     saved: Task,
-    past: Vec<Task>,
-    future: Vec<Task>,
+    past: Vec<Draft>,
+    future: Vec<Draft>,
 }
 
 impl Editor {
     /// Begins with a task as it was loaded.
     pub fn new(task: Task) -> Self {
-        Self { saved: task.clone(), task, past: Vec::new(), future: Vec::new() }
+        let now = Draft { task: task.clone(), proposed: Vec::new() };
+        Self { now, saved: task, past: Vec::new(), future: Vec::new() }
     }
 
     /// The task as it is now.
     pub fn task(&self) -> &Task {
-        &self.task
+        &self.now.task
+    }
+
+    /// Subgoals proposed for it.
+    pub fn proposed(&self) -> &[Region] {
+        &self.now.proposed
     }
 
     /// Makes a change; what was undone before is forgotten.
@@ -105,23 +153,30 @@ impl Editor {
     /// # Errors
     /// When the change makes no playable task; nothing is changed then.
     pub fn apply(&mut self, edit: &Edit) -> Result<(), Problem> {
-        let changed = edit.apply(&self.task)?;
-        self.past.push(std::mem::replace(&mut self.task, changed));
+        let changed = edit.apply(&self.now)?;
+        self.past.push(std::mem::replace(&mut self.now, changed));
         self.future.clear();
         Ok(())
+    }
+
+    /// Proposes subgoals in place of those that were proposed before. A change like others,
+    /// but one that comes by itself: what was undone before can still be redone.
+    pub fn propose(&mut self, regions: Vec<Region>) {
+        let changed = Draft { proposed: regions, ..self.now.clone() };
+        self.past.push(std::mem::replace(&mut self.now, changed));
     }
 
     /// Takes the latest change back. False if there is none.
     pub fn undo(&mut self) -> bool {
         let Some(before) = self.past.pop() else { return false };
-        self.future.push(std::mem::replace(&mut self.task, before));
+        self.future.push(std::mem::replace(&mut self.now, before));
         true
     }
 
     /// Makes the change again that was undone last. False if there is none.
     pub fn redo(&mut self) -> bool {
         let Some(after) = self.future.pop() else { return false };
-        self.past.push(std::mem::replace(&mut self.task, after));
+        self.past.push(std::mem::replace(&mut self.now, after));
         true
     }
 
@@ -137,13 +192,13 @@ impl Editor {
 
     /// Whether the task differs from the one that was loaded or saved last.
     pub fn is_dirty(&self) -> bool {
-        self.task != self.saved
+        self.now.task != self.saved
     }
 
     /// Takes note that the task was saved, under a new name if `name` says so.
     pub fn mark_saved(&mut self, name: String) {
-        self.task.name = name;
-        self.saved = self.task.clone();
+        self.now.task.name = name;
+        self.saved = self.now.task.clone();
     }
 }
 
@@ -190,5 +245,40 @@ mod tests {
             assert_eq!(editor.task(), &before);
             assert!(!editor.can_undo());
         }
+    }
+
+    #[test]
+    fn proposals_are_accepted_one_by_one_or_all_and_every_step_can_be_undone() {
+        let mut editor = editor();
+        let own = editor.task().subgoals.clone();
+        let regions = [[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]].map(|position| Region { position, radius: 4.0 });
+        editor.propose(regions.to_vec());
+        editor.apply(&Edit::MoveProposal { index: 1, position: [0.0, 0.1] }).unwrap();
+        editor.apply(&Edit::AcceptProposal { index: Some(1) }).unwrap();
+        assert_eq!(editor.task().subgoals.last().unwrap().position, [0.0, 0.1]);
+        assert_eq!(editor.task().subgoals.len(), own.len() + 1, "after the task's own");
+        editor.apply(&Edit::DeleteProposal { index: Some(0) }).unwrap();
+        editor.apply(&Edit::AcceptProposal { index: None }).unwrap();
+        assert_eq!(editor.task().subgoals, [regions[2]], "in place of the task's own");
+        assert!(editor.proposed().is_empty());
+        for index in [None, Some(0)] {
+            assert!(editor.apply(&Edit::AcceptProposal { index }).is_err());
+        }
+        for left in [1, 2, 3, 3, 0] {
+            assert!(editor.undo());
+            assert_eq!(editor.proposed().len(), left);
+        }
+        assert!(!editor.undo() && editor.task().subgoals == own);
+    }
+
+    #[test]
+    fn proposals_that_arrive_leave_what_can_be_redone() {
+        let mut editor = editor();
+        editor.apply(&Edit::MoveGoal { position: [0.1, 0.1] }).unwrap();
+        let edited = editor.task().clone();
+        editor.undo();
+        editor.propose(vec![Region { position: [0.0; 2], radius: 4.0 }]);
+        assert!(editor.redo());
+        assert_eq!(editor.task(), &edited);
     }
 }

@@ -11,7 +11,7 @@ mod schema;
 mod validate;
 
 pub use create::{RecordedLevel, RecordedTool};
-pub use edit::{Edit, Editor};
+pub use edit::{Draft, Edit, Editor};
 pub use file::{TaskError, load, parse, save, shipped, shipped_names, to_json};
 pub use schema::{
     BallSpec, Form, Goal, GoalShape, Marker, Placeable, Region, Rewards, Rules, SubgoalCheck, Task, ToolSpec, VERSION,

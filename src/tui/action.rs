@@ -55,6 +55,9 @@ pub enum Action {
     Shrink,
     Earlier,
     Later,
+    Propose,
+    AcceptProposals,
+    RejectProposals,
     ShowClusters,
     ShowSamples,
     ShowStage,
@@ -247,6 +250,9 @@ pub const ACTIONS: &[Entry] = &[
     entry(A::Shrink, Scene, "shrink", "(", "", "make the selected object smaller"),
     entry(A::Earlier, Scene, "earlier", "{", "", "the selected subgoal comes one earlier"),
     entry(A::Later, Scene, "later", "}", "", "the selected subgoal comes one later"),
+    entry(A::Propose, Scene, "propose-subgoals", "S", "", "let the model propose subgoals, in the background"),
+    entry(A::AcceptProposals, Scene, "accept-proposals", "Y", "", "accept the selected proposal, or all in place of the task's subgoals"),
+    entry(A::RejectProposals, Scene, "reject-proposals", "D", "", "reject the selected proposal, or all of them"),
     entry(A::PlayPause, Scene, "play", "space", "play", "stop or continue the ball"),
     entry(A::StepOn, Scene, "step-on", ".", "", "one physics step on"),
     entry(A::StepBack, Scene, "step-back", ",", "", "one physics step back"),
@@ -264,10 +270,10 @@ pub const ACTIONS: &[Entry] = &[
     entry(A::ShowCritic, Scene, "show-critic", "b", "", "show or hide what the critic thinks of every action now"),
     entry(A::ShowActor, Scene, "show-actor", "i", "", "show or hide where the actor would place the tool now"),
     entry(A::ShowModel, Scene, "show-model", "g", "", "show or hide what the model predicts for the next actions, and what happened"),
-    entry(A::HandPlay, Scene, "hand-play", "P", "hand play", "place tools yourself"),
+    entry(A::HandPlay, Scene, "hand-play", "P", "hand play", "place tools yourself, or stop doing so"),
 
     entry(A::Left, Hand, "hand-left", "left h", "", "move the tool left by 0.02"),
-    entry(A::Right, Hand, "hand-right", "right l", "", "move the tool right by 0.02"),
+    entry(A::Right, Hand, "hand-right", "right l", "move", "move the tool right by 0.02"),
     entry(A::Up, Hand, "hand-up", "up k", "", "move the tool up by 0.02"),
     entry(A::Down, Hand, "hand-down", "down j", "", "move the tool down by 0.02"),
     entry(A::FarLeft, Hand, "hand-far-left", "shift-left H", "", "move the tool left by 0.1"),
@@ -335,7 +341,86 @@ pub const ACTIONS: &[Entry] = &[
     entry(A::Last, List, "last", "end", "", "select the last line"),
 ];
 
+impl Entry {
+    /// The verb of the command language that does the same in a script; None for what only
+    /// a screen can do. Moving and resizing name the verb for a subgoal: the other objects
+    /// have verbs of the same form.
+    pub fn verb(&self) -> Option<&'static str> {
+        Some(match (self.action, self.context) {
+            (A::Train, _) => "train",
+            (A::Pause, _) => "pause",
+            (A::Stop, _) => "stop",
+            (A::Epsilon | A::EpsilonUp | A::EpsilonDown, _) | (A::Confirm, Schedule) => "epsilon",
+            (A::Clusters, _) => "clusters",
+            (A::Guide, _) => "guide",
+            (A::Export, _) | (A::Confirm | A::Vector, Figures) => "figure",
+            (A::Method, _) => "method",
+            (A::Task, _) => "task",
+            (A::Model, _) | (A::Confirm, Models) => "model",
+            (A::Seed, _) => "seed",
+            (A::Episodes, _) => "episodes",
+            (A::Undo, _) => "undo",
+            (A::Redo, _) => "redo",
+            (A::Save | A::SaveAs, _) => "save",
+            (A::Quit, _) => "quit",
+            (A::Left | A::Right | A::Up | A::Down | A::Coordinates, Scene)
+            | (A::FarLeft | A::FarRight | A::FarUp | A::FarDown, Scene) => "subgoal move",
+            (A::Grow | A::Shrink, _) => "subgoal size",
+            (A::Earlier | A::Later, _) => "subgoal swap",
+            (A::AddSubgoal, _) => "subgoal add",
+            (A::AddTool, _) => "tool add",
+            (A::DeleteObject, _) => "subgoal delete",
+            (A::Propose, _) => "propose",
+            (A::AcceptProposals, _) => "proposal accept",
+            (A::RejectProposals, _) => "proposal delete",
+            (A::Confirm, Hand) => "place",
+            (A::Restart, Hand) => "reset",
+            (A::Confirm | A::OpenRun, Runs) => "open",
+            (A::Evaluate, _) => "evaluate",
+            (A::Continue, _) => "continue",
+            (A::DeleteRun, _) => "delete",
+            (A::TrainModel, _) => "model train",
+            (A::EvaluateModel, _) => "model evaluate",
+            (A::StopModel, _) => "model stop",
+            _ => return None,
+        })
+    }
+}
+
 /// The entry with a name.
 pub fn named(name: &str) -> Option<&'static Entry> {
     ACTIONS.iter().find(|entry| entry.name == name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::workbench::VERBS;
+
+    /// Verbs that an action gives for another object, or for a run in another state.
+    const SAME_KEYS: [&str; 9] = [
+        "goal move",
+        "goal size",
+        "ball move",
+        "tool move",
+        "tool size",
+        "tool delete",
+        "proposal move",
+        "proposal size",
+        "resume",
+    ];
+    /// Verbs that the palette takes typed, and that no key has.
+    const TYPED: [&str; 6] = ["set", "out", "watch", "wait", "expect", "record"];
+
+    #[test]
+    fn every_verb_of_scripts_has_its_action_and_every_action_a_verb_that_exists() {
+        let of_actions: Vec<&str> = ACTIONS.iter().filter_map(Entry::verb).collect();
+        for verb in VERBS {
+            let ways = [of_actions.contains(&verb.name), SAME_KEYS.contains(&verb.name), TYPED.contains(&verb.name)];
+            assert_eq!(ways.iter().filter(|way| **way).count(), 1, "{}", verb.name);
+        }
+        for verb in of_actions {
+            assert!(VERBS.iter().any(|known| known.name == verb), "{verb}");
+        }
+    }
 }

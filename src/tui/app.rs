@@ -49,6 +49,8 @@ pub struct App {
     pub mouse: bool,
     /// The workbench is to be left.
     pub leaving: bool,
+    /// The workbench is to be left once nothing is trained any more.
+    pub leaving_later: bool,
     changed: bool,
 }
 
@@ -98,6 +100,7 @@ impl App {
             wish: None,
             mouse: true,
             leaving: false,
+            leaving_later: false,
             changed: true,
         }
     }
@@ -148,6 +151,11 @@ impl App {
             self.say(line.level, line.text);
         }
         self.age_notice(elapsed);
+        if self.leaving_later && self.desk.facts().training_runs().next().is_none() {
+            self.leaving_later = false;
+            self.quit();
+            self.changed = true;
+        }
         if self.tab.has_scene() {
             self.changed |= self.scene.update(&mut *self.desk, elapsed);
         }
@@ -244,6 +252,10 @@ impl App {
             Deed::Filter(text) => self.runs.filter(text),
             Deed::TypeTask => self.ask_for_task_file(),
             Deed::Quit => self.leaving = true,
+            Deed::QuitLater => {
+                self.leaving_later = true;
+                self.say(Level::Info, "leaving when all runs are done; quit again to change that");
+            }
         }
         Ok(())
     }

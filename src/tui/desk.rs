@@ -94,6 +94,8 @@ impl SessionDesk {
             dirty: false,
             can_undo: false,
             can_redo: false,
+            proposed: Vec::new(),
+            proposing: None,
             settings: settings(&session),
             prior: None,
             prior_state: session.prior_state(),
@@ -135,6 +137,8 @@ impl SessionDesk {
         facts.dirty = session.is_dirty();
         facts.can_undo = session.can_undo();
         facts.can_redo = session.can_redo();
+        facts.proposed = session.proposed().to_vec();
+        facts.proposing = session.proposing();
         facts.settings = settings(session);
         facts.prior_state = session.prior_state();
         let of_run = || session.run().and_then(RunView::prior);
@@ -197,7 +201,7 @@ impl SessionDesk {
             Notice::PriorReady => {
                 self.facts.prior_failure = None;
                 let training = self.session.run().is_some_and(RunView::is_active);
-                let more = if training { "; G gives them to the running training" } else { "" };
+                let more = if training { "; `guide` gives them to the running training" } else { "" };
                 self.log(Level::Good, format!("the action clusters are there{more}"));
             }
             Notice::PriorFailed(reason) => {
@@ -208,7 +212,11 @@ impl SessionDesk {
                 self.facts.models = models(&self.session);
                 self.log(Level::Good, told.clone());
             }
+            Notice::Proposed(Ok(told)) => {
+                self.log(Level::Good, format!("{told}: accept, move or reject them on the Edit screen"));
+            }
             Notice::Model(Err(reason)) => self.log(Level::Error, reason.clone()),
+            Notice::Proposed(Err(reason)) => self.log(Level::Error, format!("subgoals: {reason}")),
             Notice::Run { event: Event::EpisodeFinished(_), .. } | Notice::PriorStage { .. } | Notice::Changed => {}
             Notice::Run { index, event } => {
                 let level = match event {

@@ -7,12 +7,13 @@ use std::sync::Arc;
 use crate::env::EndReason;
 use crate::guidance::{ActionPrior, EpsilonSchedule};
 use crate::run::RunState;
-use crate::task::Task;
+use crate::task::{Region, Task};
 use crate::trainer::Trace;
 use crate::workbench::PriorState;
 
 use super::metric::{Curves, Metric};
 use super::playback::Episode;
+use super::scene::Objects;
 
 /// Everything there is to see.
 #[derive(Debug, Clone)]
@@ -27,6 +28,10 @@ pub struct Facts {
     pub can_undo: bool,
     /// An undone edit can be done again.
     pub can_redo: bool,
+    /// Subgoals that are proposed for the task.
+    pub proposed: Vec<Region>,
+    /// Subgoals found and looked for, while they are being looked for.
+    pub proposing: Option<(usize, usize)>,
     /// What the next run will use.
     pub settings: Settings,
     /// The clusters of the task.
@@ -148,6 +153,16 @@ impl Facts {
     /// The run that is being watched: the one that started last.
     pub fn current_run(&self) -> Option<&RunFacts> {
         self.current.and_then(|index| self.runs.get(index))
+    }
+
+    /// The objects of the task as it is being edited.
+    pub fn objects(&self) -> Objects<'_> {
+        Objects { task: &self.task, proposed: &self.proposed }
+    }
+
+    /// Runs that keep this program busy, now or later; one that is paused does not.
+    pub fn training_runs(&self) -> impl Iterator<Item = &RunFacts> {
+        self.active_runs().filter(|run| run.queued || run.state != RunState::Paused)
     }
 
     /// Runs this program is training or going to train.

@@ -21,7 +21,7 @@ pub enum KeymapError {
     #[error("{origin}:{line}: `{text}` is not NAME = KEY...: write `train = t`, or `train =` for no key")]
     Form { origin: String, line: usize, text: String },
     /// No action has the name.
-    #[error("{origin}:{line}: there is no action `{name}`{}: `?` in the workbench lists all names", suggestion(.nearest))]
+    #[error("{origin}:{line}: there is no action `{name}`{} (`?` in the workbench lists all names)", suggestion(.nearest))]
     Unknown { origin: String, line: usize, name: String, nearest: Option<&'static str> },
     /// A word is no key.
     #[error("{origin}:{line}: {source}")]
@@ -105,11 +105,15 @@ impl Keymap {
             let context = *context;
             ACTIONS.iter().filter(move |entry| entry.context == context && !entry.hint.is_empty())
         };
-        contexts
-            .iter()
-            .flat_map(of_context)
-            .filter_map(|entry| Some((self.keys(entry).into_iter().next()?, entry.hint, entry.action)))
-            .collect()
+        let mut hints: Vec<(String, &'static str, Action)> = Vec::new();
+        for entry in contexts.iter().flat_map(of_context) {
+            let key = self.keys(entry).into_iter().next();
+            // An inner context's key hides that of an outer one.
+            if let Some(key) = key.filter(|key| hints.iter().all(|(known, ..)| known != key)) {
+                hints.push((key, entry.hint, entry.action));
+            }
+        }
+        hints
     }
 }
 
@@ -201,6 +205,8 @@ mod tests {
         let contexts = [Context::Hand, Context::Everywhere];
         assert_eq!(map.action("space".parse().unwrap(), &contexts), Some(Action::Confirm));
         assert_eq!(map.action("t".parse().unwrap(), &contexts), Some(Action::Train));
-        assert_eq!(map.hints(&contexts)[0], ("enter".to_owned(), "place", Action::Confirm));
+        let hints = map.hints(&contexts);
+        assert_eq!(hints[1], ("enter".to_owned(), "place", Action::Confirm));
+        assert_eq!(hints.iter().filter(|(key, ..)| key == "enter").count(), 1);
     }
 }

@@ -11,6 +11,8 @@ pub struct KeyHelp {
     pub name: &'static str,
     /// What it does, in one line.
     pub about: &'static str,
+    /// The verb that does the same in a script.
+    pub verb: Option<&'static str>,
 }
 
 /// All actions by where they apply, in the order of the help.
@@ -21,6 +23,7 @@ pub fn keys() -> Vec<(&'static str, Vec<KeyHelp>)> {
             keys: entry.keys.split_whitespace().collect::<Vec<_>>().join(", "),
             name: entry.name,
             about: entry.about,
+            verb: entry.verb(),
         });
         (context.name(), help.collect())
     };

@@ -24,6 +24,7 @@ mod playback;
 mod preview;
 mod raster;
 mod rate;
+mod rescue;
 mod run;
 mod scene;
 mod screens;

@@ -5,7 +5,7 @@ use crossterm::event::{MouseButton, MouseEvent, MouseEventKind};
 use super::action::Action;
 use super::app::App;
 use super::facts::Level;
-use super::scene::{Object, View};
+use super::scene::View;
 use super::screens::{Tab, scene, schedule, training};
 
 /// Distance in units at which an object is still hit.
@@ -64,11 +64,11 @@ fn press_scene(app: &mut App, view: View, position: [f32; 2]) {
     app.scene.leave_past();
     // A cell is coarse: what is less than half a cell away counts as hit.
     let reach = REACH.max(42.0 / f32::from(view.area.height.max(1)));
-    let object = Object::at(&app.desk.facts().task, position, reach);
+    let object = app.desk.facts().objects().at(position, reach);
     app.scene.selected = object;
     match object {
         Some(object) => {
-            let name = object.name(&app.desk.facts().task);
+            let name = app.desk.facts().objects().name(object);
             app.say(Level::Info, format!("{name}: drag it, or move it with the arrow keys"));
         }
         None => app.say(Level::Info, format!("{:.2} {:.2}", position[0], position[1])),
@@ -77,7 +77,7 @@ fn press_scene(app: &mut App, view: View, position: [f32; 2]) {
 
 fn press_row(app: &mut App, row: usize) {
     match app.tab {
-        Tab::Edit => app.scene.selected = Object::all(&app.desk.facts().task).get(row).copied(),
+        Tab::Edit => app.scene.selected = app.desk.facts().objects().all().get(row).copied(),
         Tab::Runs if app.runs.selected == row => app.perform(Action::Confirm),
         Tab::Runs => app.runs.selected = row,
         Tab::Models if row < app.desk.facts().models.len() => app.lists.model = row,

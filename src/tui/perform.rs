@@ -301,8 +301,9 @@ impl App {
             let doing = if run.queued { "waits for a core" } else { "is being trained" };
             text.push(format!("{} {doing}, {} of {} episodes done.", run.name, run.done, run.episodes));
         }
-        if !text.is_empty() {
-            text.push("What is trained is stopped after its present episode and its checkpoint kept: it can be continued later. To let it go on, stay.".to_owned());
+        let trained = !text.is_empty();
+        if trained {
+            text.push("A run that is stopped keeps a checkpoint and can be continued later.".to_owned());
         }
         if let Some((work, _)) = &facts.model_work {
             text.push(format!("{work} ends, and nothing of it is kept."));
@@ -310,17 +311,24 @@ impl App {
         if facts.dirty {
             text.push(format!("The edits of {} are not saved and will be lost.", facts.task.name));
         }
+        if self.schedule.draft.is_some() {
+            text.push("The schedule you have drawn is not in use and will be lost.".to_owned());
+        }
         if text.is_empty() {
             self.leaving = true;
             return;
         }
-        let answers = vec![('y', "leave".to_owned(), Deed::Quit)];
-        let confirm = Confirm {
+        let leave = if trained { "keep a checkpoint, stop and leave" } else { "leave" };
+        let mut answers = vec![('y', leave.to_owned(), Deed::Quit)];
+        if facts.training_runs().next().is_some() {
+            answers.push(('w', "wait: leave when all runs are done".to_owned(), Deed::QuitLater));
+        }
+        self.leaving_later = false;
+        self.layers.push(Layer::Confirm(Confirm {
             title: "leave the workbench?".to_owned(),
             text: text.join("\n"),
             answers,
             shown: Default::default(),
-        };
-        self.layers.push(Layer::Confirm(confirm));
+        }));
     }
 }

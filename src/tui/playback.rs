@@ -50,7 +50,7 @@ impl Episode {
         let mut trace = Trace::default();
         // An action that is no position places nothing: the ball goes its way.
         while trace.step(&mut env, [f32::NAN; 2], Source::Policy).is_ok() {}
-        Self { title: "untouched".to_owned(), task: task.clone(), trace: Arc::new(trace) }
+        Self { title: "no tool placed".to_owned(), task: task.clone(), trace: Arc::new(trace) }
     }
 
     /// Physics steps of the whole episode.

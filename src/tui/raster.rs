@@ -99,6 +99,13 @@ impl Raster {
         }
     }
 
+    /// The outline of an axis-aligned ellipse with gaps.
+    pub fn dotted_ellipse(&mut self, centre: Dot, radii: [f32; 2], colour: Color) {
+        for (_, dot) in around(centre, radii).enumerate().filter(|(index, _)| index % 8 < 4) {
+            self.point(dot, colour);
+        }
+    }
+
     /// An axis-aligned ellipse, filled; at least one dot.
     pub fn disc(&mut self, centre: Dot, radii: [f32; 2], colour: Color) {
         self.point(centre, colour);

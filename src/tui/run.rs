@@ -1,7 +1,7 @@
 //! The event loop: events and time in, pictures out.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use crossterm::event::{self, Event, KeyCode};
@@ -11,6 +11,7 @@ use super::desk::SessionDesk;
 use super::graphics::Graphics;
 use super::keymap::{Keymap, KeymapError};
 use super::layers::{Layer, Tour};
+use super::rescue::{Guarded, tell_what_was_kept};
 use super::screens;
 #[cfg(unix)]
 use super::signals::{self, Listener, Request};
@@ -75,7 +76,8 @@ pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
     let mut screen = Screen::open(!options.no_mouse)?;
     #[cfg(unix)]
     let listener = Listener::start()?;
-    let mut app = App::new(Box::new(SessionDesk::new(session)), theme, keymap);
+    let mut app = Guarded(App::new(Box::new(SessionDesk::new(session)), theme, keymap));
+    tell_what_was_kept(&mut app, Path::new("."));
     app.mouse = !options.no_mouse;
     if options.tour {
         app.layers.push(Layer::Tour(Tour::default()));

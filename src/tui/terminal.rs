@@ -24,7 +24,7 @@ use ratatui::{Frame, Terminal};
 
 /// Whether the terminal is ours at the moment.
 static ACTIVE: AtomicBool = AtomicBool::new(false);
-/// Panics of other threads, held back while the screen is ours.
+/// Panics of other threads and last words, held back while the screen is ours.
 static PANICS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 /// The terminal cannot be used.
@@ -207,6 +207,11 @@ pub fn leave() {
         );
         let _ = disable_raw_mode();
     }
+}
+
+/// Says something on standard error once the terminal is given back.
+pub fn tell_at_the_end(line: String) {
+    PANICS.lock().unwrap_or_else(PoisonError::into_inner).push(line);
 }
 
 /// Panics of other threads since the last call, one line each.

@@ -112,9 +112,11 @@ impl Writer<'_> {
         self.line(command);
         match command {
             Command::Stop => self.wait(*run, None),
-            Command::Clusters(None) | Command::Continue(_) | Command::ModelTrain { .. } | Command::ModelEvaluate(_) => {
-                self.line(&Command::Wait);
-            }
+            Command::Clusters(None)
+            | Command::Propose(_)
+            | Command::Continue(_)
+            | Command::ModelTrain { .. }
+            | Command::ModelEvaluate(_) => self.line(&Command::Wait),
             _ if at.is_some() && until != *at && run.is_some_and(|run| self.paused.contains(&run)) => {
                 self.line(&Command::Resume { until });
                 self.wait(*run, until);
@@ -158,7 +160,9 @@ fn acts_on_run(command: &Command) -> bool {
         | Command::Evaluate
         | Command::Continue(None) => true,
         Command::Figure { kind, .. } => matches!(kind, FigureKind::Dashboard | FigureKind::Episode),
-        Command::Expect(expected) => !matches!(expected.quantity, Quantity::Clusters | Quantity::Subgoals),
+        Command::Expect(expected) => {
+            !matches!(expected.quantity, Quantity::Clusters | Quantity::Subgoals | Quantity::Proposals)
+        }
         _ => false,
     }
 }

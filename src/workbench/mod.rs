@@ -4,12 +4,14 @@
 //! line differ only in where their commands come from.
 
 mod command;
+mod editing;
 mod error;
 mod export;
 mod hand;
 mod journal;
 mod model_job;
 mod prior_job;
+mod proposal_job;
 mod rehearsal;
 mod runs;
 mod script;

@@ -10,10 +10,11 @@ use super::hand::HandPlay;
 use super::journal::Journal;
 use super::model_job::ModelJob;
 use super::prior_job::{PriorJob, PriorKey};
+use super::proposal_job::ProposalJob;
 use super::runs::RunView;
 use crate::guidance::{ActionPrior, EpsilonSchedule};
 use crate::run::Event;
-use crate::task::{Editor, Task, load, save};
+use crate::task::{Editor, Task};
 use crate::trainer::{Control, RunConfig};
 
 /// Something worth telling that happened in the background.
@@ -27,6 +28,8 @@ pub enum Notice {
     PriorFailed(String),
     /// A dynamics model was trained or measured: what came of it, or why it failed.
     Model(Result<String, String>),
+    /// Subgoals are proposed: how many, or why there are none.
+    Proposed(Result<String, String>),
     /// Something happened in a run.
     Run { index: usize, event: Event },
     /// Something else that is seen changed.
@@ -50,15 +53,16 @@ pub enum PriorState {
 /// takes in what the background threads have done.
 #[derive(Debug)]
 pub struct Session {
-    editor: Editor,
-    file: Option<PathBuf>,
+    pub(super) editor: Editor,
+    pub(super) file: Option<PathBuf>,
     pub(super) settings: RunConfig,
-    prior: Option<(PriorKey, Arc<ActionPrior>)>,
-    job: Option<PriorJob>,
+    pub(super) prior: Option<(PriorKey, Arc<ActionPrior>)>,
+    pub(super) job: Option<PriorJob>,
     job_stage: Option<usize>,
     /// Of clusters that could not be computed: trying again would fail again.
     hopeless: Option<PriorKey>,
     model_job: Option<ModelJob>,
+    pub(super) proposal_job: Option<ProposalJob>,
     pub(super) runs: Vec<RunView>,
     /// Number of the run that commands act on.
     pub(super) current: Option<usize>,
@@ -67,8 +71,8 @@ pub struct Session {
     /// Runs that are trained at the same time; more are queued.
     pub(super) cores: usize,
     pub(super) folder: PathBuf,
-    hand: HandPlay,
-    journal: Journal,
+    pub(super) hand: HandPlay,
+    pub(super) journal: Journal,
     quit: bool,
 }
 
@@ -86,6 +90,7 @@ impl Session {
             job_stage: None,
             hopeless: None,
             model_job: None,
+            proposal_job: None,
             runs: Vec::new(),
             current: None,
             numbered: 0,
@@ -121,6 +126,7 @@ impl Session {
                 | Command::Record(_)
                 | Command::Delete(_)
                 | Command::ModelStop
+                | Command::Propose(_)
                 | Command::Quit,
                 _,
             ) => {}
@@ -156,13 +162,10 @@ impl Session {
         match command {
             Command::Task(name) => self.load_task(name),
             Command::Save(path) => self.save_task(path.as_deref()),
-            Command::Undo => self.step_history(Editor::undo, "undo"),
-            Command::Redo => self.step_history(Editor::redo, "redo"),
-            Command::Edit(edit) => {
-                self.editor.apply(edit)?;
-                self.task_changed();
-                Ok("task edited".to_owned())
-            }
+            Command::Undo => self.step_history(Editor::undo, "undo", "the edit is taken back"),
+            Command::Redo => self.step_history(Editor::redo, "redo", "the edit is made again"),
+            Command::Edit(edit) => self.edit(edit),
+            Command::Propose(count) => self.propose(*count),
             Command::Seed(seed) => {
                 self.settings.seed = *seed;
                 Ok(format!("seed {seed}"))
@@ -226,6 +229,7 @@ impl Session {
         let mut notices = Vec::new();
         self.poll_job(&mut notices);
         self.poll_model_job(&mut notices);
+        self.poll_proposals(&mut notices);
         for (index, run) in self.runs.iter_mut().enumerate() {
             let (events, changed) = run.poll();
             if changed && events.is_empty() {
@@ -302,7 +306,7 @@ impl Session {
             for notice in self.poll() {
                 tell(&notice);
                 match notice {
-                    Notice::PriorFailed(reason) | Notice::Model(Err(reason)) => {
+                    Notice::PriorFailed(reason) | Notice::Model(Err(reason)) | Notice::Proposed(Err(reason)) => {
                         return Err(SessionError::Failed(reason));
                     }
                     Notice::Run { index, event: Event::Failed { reason, .. } }
@@ -327,45 +331,8 @@ impl Session {
     /// Whether nothing is under way but what is paused.
     pub fn is_idle(&self) -> bool {
         let busy = |run: &RunView| run.is_working() || run.is_queued();
-        self.job.is_none() && self.model_job.is_none() && !self.runs.iter().any(busy)
-    }
-
-    fn load_task(&mut self, name: &str) -> Result<String, SessionError> {
-        let task = load(name)?;
-        self.file = Path::new(name).is_file().then(|| PathBuf::from(name));
-        self.editor = Editor::new(task);
-        self.job = None;
-        // Clusters of another task say nothing about this one.
-        self.prior = None;
-        self.task_changed();
-        Ok(format!("task {}: {}", self.task().name, self.task().description))
-    }
-
-    fn save_task(&mut self, path: Option<&Path>) -> Result<String, SessionError> {
-        let path =
-            path.or(self.file.as_deref()).ok_or_else(|| SessionError::NoFile(self.task().name.clone()))?.to_owned();
-        let mut task = self.task().clone();
-        if let Some(stem) = path.file_stem() {
-            task.name = stem.to_string_lossy().into_owned();
-        }
-        save(&task, &path)?;
-        self.editor.mark_saved(task.name);
-        self.file = Some(path.clone());
-        self.task_changed();
-        Ok(format!("saved to {}", path.display()))
-    }
-
-    fn step_history(&mut self, step: fn(&mut Editor) -> bool, name: &'static str) -> Result<String, SessionError> {
-        if !step(&mut self.editor) {
-            return Err(SessionError::Nothing(name));
-        }
-        self.task_changed();
-        Ok(name.to_owned())
-    }
-
-    fn task_changed(&mut self) {
-        self.settings.task = Arc::new(self.editor.task().clone());
-        self.hand = HandPlay::new(self.settings.task.clone(), self.settings.seed);
+        let jobs = self.job.is_some() || self.model_job.is_some() || self.proposal_job.is_some();
+        !jobs && !self.runs.iter().any(busy)
     }
 
     fn set(&mut self, key: &str, value: &str) -> Result<String, SessionError> {
@@ -423,6 +390,7 @@ impl Session {
                 prior.stages.iter().map(|stage| stage.clusters.len()).sum::<usize>() as f64
             }
             Quantity::Subgoals => self.task().subgoals.len() as f64,
+            Quantity::Proposals => self.proposed().len() as f64,
         };
         let Expectation { comparison, value, .. } = *expected;
         if comparison.holds(found, value) {
@@ -430,31 +398,6 @@ impl Session {
         } else {
             Err(SessionError::Expectation { expected: *expected, found })
         }
-    }
-
-    /// The task as edited.
-    pub fn task(&self) -> &Task {
-        self.editor.task()
-    }
-
-    /// Whether the task has edits that are not saved.
-    pub fn is_dirty(&self) -> bool {
-        self.editor.is_dirty()
-    }
-
-    /// Whether there is an edit to undo.
-    pub fn can_undo(&self) -> bool {
-        self.editor.can_undo()
-    }
-
-    /// Whether there is an edit to redo.
-    pub fn can_redo(&self) -> bool {
-        self.editor.can_redo()
-    }
-
-    /// The file of the task, if it is not a shipped one.
-    pub fn file(&self) -> Option<&Path> {
-        self.file.as_deref()
     }
 
     /// The settings of the next run.

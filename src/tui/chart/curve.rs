@@ -52,7 +52,11 @@ pub fn draw(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Opti
     let found = range(&lines, plot);
     let axes = Axes::draw(area, plot.x, found.unwrap_or([0.0, 1.0]), plot.scale, theme, buffer)?;
     if found.is_none() {
-        let text = if plot.curves.iter().any(|curve| !curve.values.is_empty()) { "no values here" } else { plot.empty };
+        let text = match (plot.curves.iter().any(|curve| !curve.values.is_empty()), plot.scale) {
+            (false, _) => plot.empty,
+            (true, Scale::Linear) => "no values here",
+            (true, Scale::Log) => "no values above zero here",
+        };
         let row = axes.plot.y + axes.plot.height / 2;
         let start = axes.plot.x + axes.plot.width.saturating_sub(text.chars().count() as u16) / 2;
         buffer.set_stringn(start, row, text, usize::from(axes.plot.width), theme.faint());

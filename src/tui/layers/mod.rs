@@ -66,6 +66,8 @@ pub enum Deed {
     TypeTask,
     /// Leave the workbench.
     Quit,
+    /// Leave the workbench once nothing is trained any more.
+    QuitLater,
 }
 
 impl Layer {

@@ -4,11 +4,10 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
 
-use super::object::{Object, corners};
+use super::object::{Object, Objects, corners};
 use super::view::View;
 use crate::env::{Action, Placement};
 use crate::guidance::ActionPrior;
-use crate::task::Task;
 use crate::trainer::Source;
 use crate::tui::playback::Moment;
 use crate::tui::raster::{Dot, Raster};
@@ -59,8 +58,8 @@ pub struct Ghost {
 
 /// Everything to be drawn.
 pub struct Content<'a> {
-    /// The task.
-    pub task: &'a Task,
+    /// The task, and what is proposed for it.
+    pub objects: Objects<'a>,
     /// What happens in it.
     pub moment: &'a Moment,
     /// What to show over it.
@@ -118,11 +117,21 @@ impl Painter<'_> {
         }
     }
 
+    /// A predicted way of the ball: a line with the ball at its end.
+    fn way(&mut self, path: &[[f32; 2]], radius: f32) {
+        for pair in path.windows(2) {
+            self.raster.line(self.dot(pair[0]), self.dot(pair[1]), self.theme.accent);
+        }
+        if let Some(end) = path.last() {
+            self.circle(*end, radius, self.theme.accent);
+        }
+    }
+
     fn trail(&mut self, content: &Content) {
         self.path(&content.moment.trail, self.theme.trail, 2);
         if content.overlays.model {
             self.path(content.truth, self.theme.good, 4);
-            self.path(content.predicted, self.theme.accent, 1);
+            self.way(content.predicted, content.objects.task.ball.radius);
         }
     }
 
@@ -150,15 +159,15 @@ impl Painter<'_> {
     }
 
     fn tools(&mut self, content: &Content) {
-        for tool in &content.task.tools {
+        for tool in &content.objects.task.tools {
             self.tool(&tool.tool(), self.theme.tool, true);
         }
         for (action, source) in &content.moment.placed {
             let colour = if *source == Source::Clusters { self.theme.stage(0) } else { self.theme.placed };
-            self.tool(&content.task.placeable.tool(*action), colour, true);
+            self.tool(&content.objects.task.placeable.tool(*action), colour, true);
         }
         if let Some(action) = content.moment.blocked {
-            self.tool(&content.task.placeable.tool(action), self.theme.bad, false);
+            self.tool(&content.objects.task.placeable.tool(action), self.theme.bad, false);
         }
     }
 
@@ -168,33 +177,37 @@ impl Painter<'_> {
     }
 
     fn regions(&mut self, content: &Content) {
-        for (index, subgoal) in content.task.subgoals.iter().enumerate() {
+        for (index, subgoal) in content.objects.task.subgoals.iter().enumerate() {
             let reached = content.moment.reached.contains(&index);
             let colour = if reached { self.theme.dim } else { self.theme.stage(index) };
             self.circle(subgoal.position, subgoal.radius, colour);
         }
-        let goal = content.task.goal;
+        for proposal in content.objects.proposed {
+            let (centre, radii) = (self.dot(proposal.position), View::radii(self.size, proposal.radius));
+            self.raster.dotted_ellipse(centre, radii, self.theme.warn);
+        }
+        let goal = content.objects.task.goal;
         self.circle(goal.position, goal.radius, self.theme.goal);
         self.circle(goal.position, goal.radius * 0.75, self.theme.goal);
     }
 
     fn ball(&mut self, content: &Content) {
-        if let Some(marker) = &content.task.marker {
+        if let Some(marker) = &content.objects.task.marker {
             self.circle(marker.ball.position, marker.ball.radius, self.theme.ball);
         }
-        let (centre, radii) = (self.dot(content.moment.ball), View::radii(self.size, content.task.ball.radius));
+        let (centre, radii) = (self.dot(content.moment.ball), View::radii(self.size, content.objects.task.ball.radius));
         self.raster.disc(centre, radii, self.theme.ball);
     }
 
     fn ghost(&mut self, content: &Content) {
         if let Some(choice) = content.choice.filter(|_| content.overlays.actor) {
-            self.tool(&content.task.placeable.tool(choice), self.theme.warn, false);
+            self.tool(&content.objects.task.placeable.tool(choice), self.theme.warn, false);
         }
         let Some(ghost) = content.ghost else { return };
-        self.path(&ghost.predicted, self.theme.accent, 1);
+        self.way(&ghost.predicted, content.objects.task.ball.radius);
         let free = ghost.placement == Placement::Placed;
         let colour = if free { self.theme.good } else { self.theme.bad };
-        self.tool(&content.task.placeable.tool(ghost.action), colour, false);
+        self.tool(&content.objects.task.placeable.tool(ghost.action), colour, false);
     }
 }
 
@@ -240,19 +253,22 @@ impl Labels<'_> {
     fn all(&mut self, content: &Content) {
         let unicode = self.theme.marker != Marker::Ascii;
         let bold = |colour: Color| Style::new().fg(colour).add_modifier(Modifier::BOLD);
-        for (index, subgoal) in content.task.subgoals.iter().enumerate() {
+        for (index, subgoal) in content.objects.task.subgoals.iter().enumerate() {
             let reached = content.moment.reached.contains(&index);
             let mark = if unicode { "✓".to_owned() } else { "v".to_owned() };
             let text = if reached { mark } else { (index + 1).to_string() };
             let colour = if reached { self.theme.good } else { self.theme.stage(index) };
             self.put(subgoal.position, &text, bold(colour));
         }
+        for (index, proposal) in content.objects.proposed.iter().enumerate() {
+            self.put(proposal.position, &format!("{}?", index + 1), bold(self.theme.warn));
+        }
         let goal = match (content.moment.goal, unicode) {
             (true, true) => "★",
             (true, false) => "*",
             (false, _) => "G",
         };
-        self.put(content.task.goal.position, goal, bold(self.theme.goal));
+        self.put(content.objects.task.goal.position, goal, bold(self.theme.goal));
         self.means(content, if unicode { "+" } else { "x" });
         if self.theme.marker == Marker::Ascii || self.view.area.height < 12 {
             self.put(content.moment.ball, "o", bold(self.theme.ball));
@@ -274,12 +290,14 @@ impl Labels<'_> {
 
     /// Brackets around the selected object, and its name.
     fn selection(&mut self, content: &Content) {
-        let Some(object) = content.selected.filter(|object| object.is_in(content.task)) else { return };
-        let Some((x, y)) = object.position(content.task).and_then(|position| self.view.cell(position)) else { return };
+        let Some(object) = content.selected.filter(|object| content.objects.has(*object)) else { return };
+        let Some((x, y)) = content.objects.position(object).and_then(|position| self.view.cell(position)) else {
+            return;
+        };
         let style = self.theme.strong().add_modifier(Modifier::REVERSED);
         let area = self.view.area;
-        let name = object.name(content.task);
-        let reach = 1 + (object.size(content.task).unwrap_or(0.0) / 42.0 * f32::from(area.height) / 1.0) as u16;
+        let name = content.objects.name(object);
+        let reach = 1 + (content.objects.size(object).unwrap_or(0.0) / 42.0 * f32::from(area.height) / 1.0) as u16;
         if x >= area.x + reach {
             self.buffer.set_string(x - reach, y, "[", style);
         }
@@ -304,10 +322,10 @@ mod tests {
     }
 
     fn drawn<'a>(change: impl FnOnce(&mut Content<'a>)) -> (Buffer, View) {
-        let task: &Task = Box::leak(Box::new(crate::task::load("task1").unwrap()));
+        let task: &crate::task::Task = Box::leak(Box::new(crate::task::load("task1").unwrap()));
         let moment: &Moment = Box::leak(Box::new(Moment { ball: task.ball.position, ..Moment::default() }));
         let mut content = Content {
-            task,
+            objects: Objects { task, proposed: &[] },
             moment,
             overlays: Overlays::default(),
             prior: None,

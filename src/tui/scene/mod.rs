@@ -5,5 +5,5 @@ mod object;
 mod view;
 
 pub use draw::{Content, Ghost, Heat, Overlays, draw};
-pub use object::Object;
+pub use object::{Object, Objects};
 pub use view::View;

@@ -1,7 +1,7 @@
 //! The objects of a scene that a person can select and edit.
 
 use crate::physics::{Tool, to_normalised, to_units};
-use crate::task::Task;
+use crate::task::{Region, Task};
 
 /// Something in the scene with a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -10,6 +10,8 @@ pub enum Object {
     Ball,
     /// A subgoal, from 0.
     Subgoal(usize),
+    /// A subgoal that is proposed, from 0.
+    Proposal(usize),
     /// The final goal.
     Goal,
     /// A static tool, from 0.
@@ -17,77 +19,91 @@ pub enum Object {
 }
 
 impl Object {
-    /// All objects of a task, in the order of selection.
-    pub fn all(task: &Task) -> Vec<Self> {
-        let subgoals = (0..task.subgoals.len()).map(Self::Subgoal);
-        let tools = (0..task.tools.len()).map(Self::Tool);
-        subgoals.chain([Self::Goal, Self::Ball]).chain(tools).collect()
-    }
-
-    /// Whether the task has the object.
-    pub fn is_in(self, task: &Task) -> bool {
-        match self {
-            Self::Ball | Self::Goal => true,
-            Self::Subgoal(index) => index < task.subgoals.len(),
-            Self::Tool(index) => index < task.tools.len(),
-        }
-    }
-
-    /// Name for people, counted from 1.
-    pub fn name(self, task: &Task) -> String {
-        match self {
-            Self::Ball => "ball".to_owned(),
-            Self::Goal => "goal".to_owned(),
-            Self::Subgoal(index) => format!("subgoal {}", index + 1),
-            Self::Tool(index) => {
-                task.tools.get(index).map_or_else(String::new, |tool| format!("tool {} ({})", index + 1, tool.kind))
-            }
-        }
-    }
-
     /// The words of the command language that begin an edit of it.
     pub fn verb(self, what: &str) -> String {
         match self {
             Self::Ball => format!("ball {what}"),
             Self::Goal => format!("goal {what}"),
             Self::Subgoal(index) => format!("subgoal {what} {}", index + 1),
+            Self::Proposal(index) => format!("proposal {what} {}", index + 1),
             Self::Tool(index) => format!("tool {what} {}", index + 1),
+        }
+    }
+}
+
+/// The objects of a task, those that are proposed for it included.
+#[derive(Debug, Clone, Copy)]
+pub struct Objects<'a> {
+    /// The task.
+    pub task: &'a Task,
+    /// Proposed subgoals.
+    pub proposed: &'a [Region],
+}
+
+impl Objects<'_> {
+    /// All of them, in the order of selection.
+    pub fn all(self) -> Vec<Object> {
+        let subgoals = (0..self.task.subgoals.len()).map(Object::Subgoal);
+        let proposals = (0..self.proposed.len()).map(Object::Proposal);
+        let tools = (0..self.task.tools.len()).map(Object::Tool);
+        subgoals.chain(proposals).chain([Object::Goal, Object::Ball]).chain(tools).collect()
+    }
+
+    /// Whether the object is one of them.
+    pub fn has(self, object: Object) -> bool {
+        self.position(object).is_some()
+    }
+
+    /// Name for people, counted from 1.
+    pub fn name(self, object: Object) -> String {
+        match object {
+            Object::Ball => "ball".to_owned(),
+            Object::Goal => "goal".to_owned(),
+            Object::Subgoal(index) => format!("subgoal {}", index + 1),
+            Object::Proposal(index) => format!("proposal {}", index + 1),
+            Object::Tool(index) => self
+                .task
+                .tools
+                .get(index)
+                .map_or_else(String::new, |tool| format!("tool {} ({})", index + 1, tool.kind)),
         }
     }
 
     /// Normalised place.
-    pub fn position(self, task: &Task) -> Option<[f32; 2]> {
-        match self {
-            Self::Ball => Some(task.ball.position),
-            Self::Goal => Some(task.goal.position),
-            Self::Subgoal(index) => task.subgoals.get(index).map(|subgoal| subgoal.position),
-            Self::Tool(index) => task.tools.get(index).map(|tool| tool.position),
+    pub fn position(self, object: Object) -> Option<[f32; 2]> {
+        match object {
+            Object::Ball => Some(self.task.ball.position),
+            Object::Goal => Some(self.task.goal.position),
+            Object::Subgoal(index) => self.task.subgoals.get(index).map(|subgoal| subgoal.position),
+            Object::Proposal(index) => self.proposed.get(index).map(|proposal| proposal.position),
+            Object::Tool(index) => self.task.tools.get(index).map(|tool| tool.position),
         }
     }
 
     /// Radius or size in units.
-    pub fn size(self, task: &Task) -> Option<f32> {
-        match self {
-            Self::Ball => Some(task.ball.radius),
-            Self::Goal => Some(task.goal.radius),
-            Self::Subgoal(index) => task.subgoals.get(index).map(|subgoal| subgoal.radius),
-            Self::Tool(index) => task.tools.get(index).map(|tool| tool.tool().size),
+    pub fn size(self, object: Object) -> Option<f32> {
+        match object {
+            Object::Ball => Some(self.task.ball.radius),
+            Object::Goal => Some(self.task.goal.radius),
+            Object::Subgoal(index) => self.task.subgoals.get(index).map(|subgoal| subgoal.radius),
+            Object::Proposal(index) => self.proposed.get(index).map(|proposal| proposal.radius),
+            Object::Tool(index) => self.task.tools.get(index).map(|tool| tool.tool().size),
         }
     }
 
     /// The object at a normalised position, the nearest of those within reach, which is
     /// given in units.
-    pub fn at(task: &Task, position: [f32; 2], reach: f32) -> Option<Self> {
+    pub fn at(self, position: [f32; 2], reach: f32) -> Option<Object> {
         let point = to_units(position);
-        let distance = |object: &Self| {
-            let centre = to_units(object.position(task)?);
+        let distance = |object: Object| {
+            let centre = to_units(self.position(object)?);
             let from_centre = (centre[0] - point[0]).hypot(centre[1] - point[1]);
-            Some(match *object {
-                Self::Tool(index) => task.tools[index].tool().surface(point).0,
-                _ => from_centre - object.size(task)?,
+            Some(match object {
+                Object::Tool(index) => self.task.tools[index].tool().surface(point).0,
+                _ => from_centre - self.size(object)?,
             })
         };
-        let near = Self::all(task).into_iter().filter_map(|object| Some((distance(&object)?, object)));
+        let near = self.all().into_iter().filter_map(|object| Some((distance(object)?, object)));
         near.filter(|(distance, _)| *distance <= reach).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, object)| object)
     }
 }
@@ -121,10 +137,12 @@ mod tests {
     #[test]
     fn objects_are_found_where_they_are() {
         let task = crate::task::load("task1").unwrap();
-        for object in Object::all(&task) {
-            assert_eq!(Object::at(&task, object.position(&task).unwrap(), 0.0), Some(object));
+        let proposed = [Region { position: [-0.9, -0.9], radius: 3.0 }];
+        let objects = Objects { task: &task, proposed: &proposed };
+        for object in objects.all() {
+            assert_eq!(objects.at(objects.position(object).unwrap(), 0.0), Some(object));
         }
-        assert_eq!(Object::at(&task, [0.9, 0.9], 1.0), None);
+        assert_eq!(objects.at([0.9, 0.9], 1.0), None);
     }
 
     #[test]

@@ -7,6 +7,7 @@ use ratatui::style::{Modifier, Style};
 use ratatui::widgets::Widget;
 
 use super::{Hits, Tab};
+use crate::tui::action::Action;
 use crate::tui::app::App;
 use crate::tui::facts::Level;
 use crate::tui::theme::Theme;
@@ -80,16 +81,60 @@ fn footer(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
         buffer.set_stringn(area.x, area.y, text, usize::from(area.width), style);
         return;
     }
+    let mut put = |x: u16, key: &str, word: &str, action: Action| {
+        let (after, _) = buffer.set_stringn(x, area.y, key, usize::from(area.right() - x), theme.strong());
+        buffer.set_stringn(after + 1, area.y, word, word.len(), theme.faint());
+        hits.hints.push((Rect { x, width: hint_width(key, word) - 2, ..area }, action));
+    };
+    // Whoever is lost needs the help: it always has its place, at the right.
+    let (always, others): (Vec<_>, Vec<_>) =
+        app.keymap.hints(&app.contexts()).into_iter().partition(|(.., action)| *action == Action::Help);
+    let mut end = area.right();
+    for (key, word, action) in always {
+        end = end.saturating_sub(hint_width(&key, word) - 2).max(area.x);
+        put(end, &key, word, action);
+    }
     let mut x = area.x;
-    for (key, word, action) in app.keymap.hints(&app.contexts()) {
-        let width = (key.chars().count() + word.len() + 3) as u16;
-        if x + width > area.right() {
+    for (key, word, action) in others {
+        let width = hint_width(&key, word);
+        if x + width > end {
             break;
         }
-        let (after, _) = buffer.set_stringn(x, area.y, &key, usize::from(area.right() - x), theme.strong());
-        buffer.set_stringn(after + 1, area.y, word, word.len(), theme.faint());
-        hits.hints.push((Rect { x, width: width - 2, ..area }, action));
+        put(x, &key, word, action);
         x += width;
+    }
+}
+
+/// Columns of a key and its word, with the space after them.
+fn hint_width(key: &str, word: &str) -> u16 {
+    (key.chars().count() + word.len() + 3) as u16
+}
+
+/// As many of the parts, the first ones, as fit into a width.
+pub fn fitting(parts: &[String], width: usize) -> String {
+    let mut text = String::new();
+    for part in parts.iter().filter(|part| !part.is_empty()) {
+        let more = if text.is_empty() { part.clone() } else { format!(" · {part}") };
+        if text.chars().count() + more.chars().count() > width {
+            break;
+        }
+        text += &more;
+    }
+    text
+}
+
+/// A text that fits into a width; what is left out at its end, or at its beginning if
+/// `end` matters more, is marked.
+pub fn shortened(text: &str, width: usize, end: bool) -> String {
+    let length = text.chars().count();
+    if length <= width {
+        return text.to_owned();
+    }
+    let room = width.saturating_sub(2);
+    if end {
+        format!("..{}", text.chars().skip(length - room).collect::<String>())
+    } else {
+        format!("{}..", text.chars().take(room).collect::<String>())
     }
 }
 
@@ -107,7 +152,7 @@ pub fn level_style(level: Level, theme: &Theme) -> (&'static str, Style) {
 pub fn pane(title: &str, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Rect {
     let block = crate::tui::layers::block(theme)
         .border_style(theme.frame(false))
-        .title(format!(" {title} "))
+        .title(format!(" {} ", shortened(title, usize::from(area.width).saturating_sub(4), false)))
         .title_style(theme.strong());
     let inside = block.inner(area);
     block.render(area, buffer);
@@ -122,5 +167,20 @@ pub fn hint(text: &str, area: Rect, theme: &Theme, buffer: &mut Buffer) {
     for (y, line) in (top..area.bottom()).zip(lines) {
         let x = area.x + (area.width.saturating_sub(line.chars().count() as u16)) / 2;
         buffer.set_stringn(x, y, line, usize::from(width), theme.faint());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn titles_lose_whole_parts_and_names_say_what_is_missing() {
+        let parts = ["training", "", "a run", "12.5/s"].map(str::to_owned);
+        assert_eq!(fitting(&parts, 30), "training · a run · 12.5/s");
+        assert_eq!(fitting(&parts, 24), "training · a run");
+        assert_eq!(shortened("task1-ddpg-seed0", 16, true), "task1-ddpg-seed0");
+        assert_eq!(shortened("task1-ddpg-seed0", 10, true), "..pg-seed0");
+        assert_eq!(shortened("linear:0.8:0:10", 10, false), "linear:0..");
     }
 }

@@ -5,7 +5,7 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 
 use super::Hits;
-use super::frame::{hint, pane};
+use super::frame::{hint, pane, shortened};
 use super::lists::{line, select};
 use super::status::bar;
 use crate::tui::action::{Action, Context};
@@ -19,13 +19,19 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     let theme = &app.theme;
     let inside = pane("what predicts the rollouts behind the clusters", area, theme, buffer);
     hits.rows = Some((inside, 0));
+    let longest = facts.models.iter().map(|model| model.name.chars().count()).max().unwrap_or(0);
+    let column = longest.clamp(16, usize::from(inside.width / 3));
     for (y, (index, model)) in (inside.y..inside.bottom()).zip(facts.models.iter().enumerate()) {
         let mark = if model.name == facts.settings.model { ">" } else { " " };
-        let text = format!("{mark} {:<16} {}", model.name, model.about);
+        let text = format!("{mark} {:<column$} {}", shortened(&model.name, column, true), model.about);
+        let text = shortened(&text, usize::from(inside.width), false);
         line(&text, index == app.lists.model, inside, y, theme, buffer);
     }
     let rows = (facts.models.len() as u16 + 1).min(inside.height);
     let mut below = Rect { y: inside.y + rows, height: inside.height - rows, ..inside };
+    if let Some(model) = facts.models.get(app.lists.model) {
+        below = told(&format!("{}: {}", model.name, model.about), below, buffer);
+    }
     if let Some((name, done)) = &facts.model_work {
         let text = match done {
             Some(done) => {
@@ -39,9 +45,17 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     }
     let measured = facts.log.iter().rev().find(|entry| entry.level == Level::Good && entry.text.contains(MEASURED));
     let Some(measured) = measured else { return hint(&explanation(app), below, theme, buffer) };
-    for (y, text) in (below.y..below.bottom()).zip(wrap(&measured.text, usize::from(below.width.saturating_sub(2)))) {
-        buffer.set_stringn(below.x + 2, y, text, usize::from(below.width.saturating_sub(2)), Style::new());
+    told(&measured.text, below, buffer);
+}
+
+/// Writes a text at the top of an area and returns what is left below it.
+fn told(text: &str, area: Rect, buffer: &mut Buffer) -> Rect {
+    let lines = wrap(text, usize::from(area.width.saturating_sub(2)));
+    let height = (lines.len() as u16 + 1).min(area.height);
+    for (y, line) in (area.y..area.bottom()).zip(lines) {
+        buffer.set_stringn(area.x + 2, y, line, usize::from(area.width.saturating_sub(2)), Style::new());
     }
+    Rect { y: area.y + height, height: area.height - height, ..area }
 }
 
 /// What every result of an evaluation says.

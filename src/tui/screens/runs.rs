@@ -9,7 +9,7 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 
 use super::Hits;
-use super::frame::{hint, pane};
+use super::frame::{hint, pane, shortened};
 use super::status::{bar, state_colour};
 use crate::run::RunState;
 use crate::tui::action::{Action, Context};
@@ -89,7 +89,8 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
         };
         return hint(&text, inside, theme, buffer);
     }
-    let header = format!("   {:<28} {:<11} {:<18} {:>8}  {:>9}", "run", "state", "episodes", "success", "left");
+    let columns = Columns::of(usize::from(inside.width));
+    let header = columns.line("  ", ["run", "state", "episodes", "success", "left", "task, method, seed"]);
     buffer.set_stringn(inside.x, inside.y, header, usize::from(inside.width), theme.faint());
     let rows = Rect { y: inside.y + 1, height: inside.height - 1, ..inside };
     let selected = app.runs.selected.min(runs.len() - 1);
@@ -100,6 +101,37 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     }
 }
 
+/// Columns of the word for a run's state.
+const STATE: usize = 11;
+
+/// What has room in a line of the list.
+struct Columns {
+    /// Columns of the name.
+    name: usize,
+    /// A bar shows how much of the episodes is done.
+    bar: bool,
+    /// The time left is told.
+    left: bool,
+    /// Task, method and seed are told.
+    about: bool,
+}
+
+impl Columns {
+    fn of(width: usize) -> Self {
+        let (bar, left) = (width >= 90, width >= 70);
+        // Mark, state, episodes, success and time left, with the spaces between them.
+        let others = 3 + 1 + STATE + 1 + if bar { 18 } else { 11 } + 8 + if left { 11 } else { 0 };
+        Self { name: width.saturating_sub(others).clamp(8, 40), bar, left, about: width >= 130 }
+    }
+
+    fn line(&self, mark: &str, [run, state, episodes, success, left, about]: [&str; 6]) -> String {
+        let (name, count) = (self.name, if self.bar { 18 } else { 11 });
+        let left = if self.left { format!("  {left:>9}") } else { String::new() };
+        let about = if self.about { format!("  {about:<32}") } else { String::new() };
+        format!("{mark} {run:<name$} {state:<STATE$} {episodes:<count$} {success:>7}{left}{about}")
+    }
+}
+
 fn row(app: &App, run: &RunFacts, selected: bool, area: Rect, buffer: &mut Buffer) {
     let theme = &app.theme;
     let style = if selected { theme.selected() } else { Style::new() };
@@ -107,12 +139,17 @@ fn row(app: &App, run: &RunFacts, selected: bool, area: Rect, buffer: &mut Buffe
     let mark = [if app.runs.is_marked(run) { "*" } else { " " }, if watched { ">" } else { " " }].concat();
     let success = run.success.map_or_else(|| "-".to_owned(), |s| format!("{:.0} %", 100.0 * s));
     let left = run.seconds_left().map_or_else(String::new, span);
-    let progress = format!("{} {}/{}", bar(run.done, run.episodes, 6, theme), run.done, run.episodes);
     let width = usize::from(area.width);
-    let text = format!("{mark} {:<28.28} {:<11} {progress:<18} {success:>8}  {left:>9}", run.name, run.state_word());
+    let columns = Columns::of(width);
+    let bar = if columns.bar { bar(run.done, run.episodes, 6, theme) + " " } else { String::new() };
+    let progress = format!("{bar}{}/{}", run.done, run.episodes);
+    let name = shortened(&run.name, columns.name, true);
+    let about = format!("{}, {}, {}", run.task, run.method, run.seed);
+    let text = columns.line(&mark, [&name, run.state_word(), &progress, &success, &left, &about]);
     buffer.set_stringn(area.x, area.y, format!("{text:width$}"), width, style);
     if !selected {
-        let state = Rect { x: (area.x + 32).min(area.right()), width: 11.min(area.width.saturating_sub(32)), ..area };
+        let start = columns.name as u16 + 4;
+        let state = Rect { x: area.x + start, width: STATE as u16, ..area }.intersection(area);
         buffer.set_style(state, Style::new().fg(state_colour(&run.state, theme)));
     } else if let RunState::Failed(reason) | RunState::Stopped(reason) = &run.state {
         let room = width.saturating_sub(text.chars().count() + 2);

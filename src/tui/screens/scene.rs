@@ -332,7 +332,7 @@ fn explain_overlay(app: &mut App, action: Action) {
 
 fn select(app: &mut App, next: bool) {
     app.scene.leave_past();
-    let objects = Object::all(&app.desk.facts().task);
+    let objects = app.desk.facts().objects().all();
     let now = app.scene.selected.and_then(|selected| objects.iter().position(|object| *object == selected));
     let index = match (now, next) {
         (None, true) => 0,
@@ -380,6 +380,14 @@ fn edit(app: &mut App, action: Action) -> bool {
             choose_tool(app);
             return true;
         }
+        Action::Propose => {
+            ask_for_proposals(app);
+            return true;
+        }
+        Action::AcceptProposals | Action::RejectProposals => {
+            answer_proposals(app, action == Action::AcceptProposals);
+            return true;
+        }
         Action::Coordinates
         | Action::DeleteObject
         | Action::Grow
@@ -389,12 +397,15 @@ fn edit(app: &mut App, action: Action) -> bool {
         _ if step.is_some() => {}
         _ => return false,
     }
-    let Some(object) = app.scene.selected.filter(|object| object.is_in(&task)) else {
+    let objects = app.desk.facts().objects();
+    let Some(object) = app.scene.selected.filter(|object| objects.has(*object)) else {
         let key = app.keymap.key_for(Action::NextObject, Context::Scene);
         app.say(Level::Info, format!("nothing is selected: {key} or a click selects an object"));
         return true;
     };
-    let Some(position) = object.position(&task) else { return true };
+    let (Some(position), size, name) = (objects.position(object), objects.size(object), objects.name(object)) else {
+        return true;
+    };
     if let Some(by) = step {
         let [x, y] = moved(position, by);
         app.line(&format!("{} {x} {y}", object.verb("move")));
@@ -404,13 +415,13 @@ fn edit(app: &mut App, action: Action) -> bool {
         (Action::Coordinates, _) => {
             let [x, y] = position;
             let then = Then::Command(object.verb("move"));
-            let prompt = Prompt::new(object.name(&task), "x and y from -1 to 1", format!("{x} {y}"), then);
+            let prompt = Prompt::new(name, "x and y from -1 to 1", format!("{x} {y}"), then);
             app.layers.push(Layer::Prompt(prompt));
         }
         (Action::Grow | Action::Shrink, Object::Ball) => app.say(Level::Info, "the ball has a fixed size"),
         (Action::Grow | Action::Shrink, _) => {
             let by = if action == Action::Grow { 0.5 } else { -0.5 };
-            let size = (object.size(&task).unwrap_or(0.0) + by).max(0.5);
+            let size = (size.unwrap_or(0.0) + by).max(0.5);
             app.line(&format!("{} {size}", object.verb("size")));
         }
         (Action::DeleteObject, Object::Ball | Object::Goal) => {
@@ -430,6 +441,35 @@ fn reorder(app: &mut App, index: usize, later: bool, count: usize) {
     }
     app.line(&format!("subgoal swap {} {}", index + 1, other + 1));
     app.scene.selected = Some(Object::Subgoal(other));
+}
+
+/// Asks how many subgoals are to be proposed: as many as there are, to start with.
+fn ask_for_proposals(app: &mut App) {
+    let facts = app.desk.facts();
+    let hint = format!(
+        "how many subgoals, found by the model `{}`; they are only shown until you accept them",
+        facts.settings.model
+    );
+    let count = facts.task.subgoals.len().max(1).to_string();
+    let then = Then::Command("propose".to_owned());
+    app.layers.push(Layer::Prompt(Prompt::new("propose subgoals", hint, count, then)));
+}
+
+/// Accepts or rejects the selected proposal, or all of them.
+fn answer_proposals(app: &mut App, accept: bool) {
+    if app.desk.facts().proposed.is_empty() {
+        let key = app.keymap.key_for(Action::Propose, Context::Scene);
+        return app.say(Level::Info, format!("nothing is proposed: {key} lets the model propose subgoals"));
+    }
+    let verb = if accept { "accept" } else { "delete" };
+    match app.scene.selected {
+        Some(proposal @ Object::Proposal(_)) => {
+            let last = app.desk.facts().task.subgoals.len();
+            app.line(&proposal.verb(verb));
+            app.scene.selected = Some(Object::Subgoal(last)).filter(|_| accept);
+        }
+        _ => app.line(&format!("proposal {verb}")),
+    }
 }
 
 fn choose_tool(app: &mut App) {
@@ -457,6 +497,7 @@ fn play_by_hand(app: &mut App, action: Action) -> bool {
     match action {
         Action::Confirm => place(app),
         Action::Restart => app.line("reset"),
+        Action::HandPlay => back(app),
         _ => return false,
     }
     true

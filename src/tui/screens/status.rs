@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Style};
 
-use super::frame::pane;
+use super::frame::{pane, shortened};
 use crate::run::RunState;
 use crate::tui::action::{Action, Context};
 use crate::tui::app::App;
@@ -26,15 +26,21 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
     let facts = app.desk.facts();
     let settings = &facts.settings;
     let mut pen = Pen { area: inside, y: inside.y, theme, buffer };
-    pen.row("method", &format!("{}, seed {}", settings.method, settings.seed), Style::new());
-    pen.row("epsilon", &settings.epsilon.to_string(), Style::new());
+    pen.line("method", &format!("{}, seed {}", settings.method, settings.seed), Style::new());
+    pen.line("epsilon", &settings.epsilon.to_string(), Style::new());
     let (text, colour) = clusters(app);
-    pen.row("clusters", &text, colour.map_or(Style::new(), |colour| Style::new().fg(colour)));
-    pen.row("model", &settings.model, Style::new());
+    let style = colour.map_or(Style::new(), |colour| Style::new().fg(colour));
+    // What is said of a run must have its place; the Edit screen and the log have the rest.
+    if facts.current_run().is_some() {
+        pen.line("clusters", &text, style)
+    } else {
+        pen.row("clusters", &text, style)
+    }
+    pen.line("model", &settings.model, Style::new());
     match facts.current_run() {
         None => {
             let key = app.keymap.key_for(Action::Train, Context::Everywhere);
-            pen.row("run", &format!("none: {key} trains {} episodes", settings.episodes), theme.faint());
+            pen.row("run", &format!("none; {key} trains {} episodes", settings.episodes), theme.faint());
         }
         Some(run) => pen.run(run),
     }
@@ -57,11 +63,16 @@ pub fn clusters(app: &App) -> (String, Option<Color>) {
             (format!("computing stage {} of {stages}", (stage + 1).min(*stages)), Some(theme.warn))
         }
         (PriorState::Fresh, Some(prior)) => (count(prior), Some(theme.good)),
-        (PriorState::Stale, _) => (format!("out of date: {key} computes them"), Some(theme.warn)),
+        (PriorState::Stale, _) => (format!("out of date; {key} computes them"), Some(theme.warn)),
         (_, Some(prior)) => (format!("{} (of the run)", count(prior)), None),
-        (_, None) => (format!("none: {key} computes them"), None),
+        (_, None) => (format!("none; {key} computes them"), None),
     }
 }
+
+/// Columns of the labels.
+const LABEL: usize = 9;
+/// Columns from which on there is room for whole words.
+const ROOMY: usize = 26;
 
 struct Pen<'a> {
     area: Rect,
@@ -72,22 +83,32 @@ struct Pen<'a> {
 
 impl Pen<'_> {
     fn row(&mut self, label: &str, text: &str, style: Style) {
-        let room = usize::from(self.area.width).saturating_sub(9);
+        let room = self.room();
         for (index, line) in wrap(text, room).iter().enumerate() {
             if self.y >= self.area.bottom() {
                 return;
             }
             if index == 0 {
-                self.buffer.set_stringn(self.area.x, self.y, label, 9, self.theme.faint());
+                self.buffer.set_stringn(self.area.x, self.y, label, LABEL, self.theme.faint());
             }
-            self.buffer.set_stringn(self.area.x + 9, self.y, line, room, style);
+            self.buffer.set_stringn(self.area.x + LABEL as u16, self.y, line, room, style);
             self.y += 1;
         }
     }
 
+    /// A row that is one line whatever happens; the rows below it have their place.
+    fn line(&mut self, label: &str, text: &str, style: Style) {
+        let text = shortened(text, self.room(), false);
+        self.row(label, &text, style);
+    }
+
+    fn room(&self) -> usize {
+        usize::from(self.area.width).saturating_sub(LABEL)
+    }
+
     fn run(&mut self, run: &RunFacts) {
         let style = Style::new().fg(state_colour(&run.state, self.theme));
-        self.row("run", &run.name, Style::new());
+        self.row("run", &shortened(&run.name, self.room(), true), Style::new());
         let state = match (&run.state, run.preparing) {
             (RunState::Running, Some((stage, stages))) => format!("clusters, stage {} of {stages}", stage + 1),
             (RunState::Failed(reason), _) => format!("failed: {reason}"),
@@ -96,21 +117,23 @@ impl Pen<'_> {
         self.row("state", &state, style);
         self.progress(run);
         let latest = |metric| run.latest(metric).map_or_else(|| "-".to_owned(), number);
-        let percent = |share: Option<f32>| share.map_or_else(|| "-".to_owned(), |s| format!("{:.0} %", 100.0 * s));
+        let sign = if self.room() >= ROOMY { " %" } else { "%" };
+        let percent = |share: Option<f32>| share.map_or_else(|| "-".to_owned(), |s| format!("{:.0}{sign}", 100.0 * s));
         let greedy = run.evaluations.last().map(|(_, success)| *success);
         let text = format!("{}, greedy {}", percent(run.latest(Metric::Success)), percent(greedy));
-        self.row("success", &text, Style::new());
-        let text = format!("{}, now epsilon {}", latest(Metric::Return), latest(Metric::Epsilon));
-        self.row("return", &text, Style::new());
-        let speed = run.rate.map_or_else(|| "-".to_owned(), |rate| format!("{rate:.1} episodes/s"));
+        self.line("success", &text, Style::new());
+        let (now, per) = if self.room() >= ROOMY { ("now epsilon", " episodes/s") } else { ("eps.", "/s") };
+        let text = format!("{}, {now} {}", latest(Metric::Return), latest(Metric::Epsilon));
+        self.line("return", &text, Style::new());
+        let speed = run.rate.map_or_else(|| "-".to_owned(), |rate| format!("{rate:.1}{per}"));
         let left = run.seconds_left().map_or_else(String::new, |seconds| format!(", {} left", span(seconds)));
         if run.active {
-            self.row("speed", &format!("{speed}{left}"), Style::new());
+            self.line("speed", &format!("{speed}{left}"), Style::new());
         }
     }
 
     fn progress(&mut self, run: &RunFacts) {
-        let room = usize::from(self.area.width).saturating_sub(9);
+        let room = self.room();
         let count = format!(" {}/{}", run.done, run.episodes);
         let text = bar(run.done, run.episodes, room.saturating_sub(count.len()).min(24), self.theme) + &count;
         self.row("episodes", &text, Style::new().fg(self.theme.accent));

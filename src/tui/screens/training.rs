@@ -6,7 +6,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 
 use super::Hits;
-use super::frame::{WIDE, hint, pane};
+use super::frame::{WIDE, fitting, hint, pane};
 use crate::tui::action::{Action, Context};
 use crate::tui::app::App;
 use crate::tui::chart::{Curve, Plot, Range, Scale, draw as draw_chart};
@@ -156,10 +156,12 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     let title = match runs.as_slice() {
         [] => "training".to_owned(),
         [run] => {
-            let speed = run.rate.filter(|_| run.active).map(|rate| format!(" · {rate:.1} episodes/s"));
-            let left = run.seconds_left().map(|seconds| format!(", {} left", span(seconds)));
-            let (speed, left) = (speed.unwrap_or_default(), left.unwrap_or_default());
-            format!("training · {} · {} · {}/{}{speed}{left}", run.name, run.state_word(), run.done, run.episodes)
+            let speed = run.rate.filter(|_| run.active).map(|rate| format!("{rate:.1} episodes/s"));
+            let left = run.seconds_left().map(|seconds| format!("{} left", span(seconds)));
+            let (name, state) = (run.name.clone(), run.state_word().to_owned());
+            let done = format!("{}/{}", run.done, run.episodes);
+            let parts = ["training".to_owned(), name, state, done, left.unwrap_or_default(), speed.unwrap_or_default()];
+            fitting(&parts, usize::from(area.width).saturating_sub(4))
         }
         runs => format!("training · {} runs", runs.len()),
     };

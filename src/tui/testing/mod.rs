@@ -32,6 +32,7 @@ use super::theme::{Depth, Marker, Palette, Theme};
 use crate::env::{Action, Placement};
 use crate::guidance::{ActionPrior, Cluster, GuidanceConfig, StagePrior};
 use crate::run::RunState;
+use crate::task::Region;
 use crate::trainer::Trace;
 use crate::workbench::{Command, FigureKind, PriorState};
 
@@ -103,6 +104,8 @@ pub fn empty() -> Facts {
         dirty: false,
         can_undo: false,
         can_redo: false,
+        proposed: Vec::new(),
+        proposing: None,
         settings: Settings {
             method: "ddpg-mge".into(),
             seed: 0,
@@ -134,6 +137,7 @@ pub fn typical() -> Facts {
     facts.prior_state = PriorState::Fresh;
     facts.dirty = true;
     facts.can_undo = true;
+    facts.proposed = vec![Region { position: [-0.2, 0.5], radius: 4.0 }];
     facts.runs = vec![run("old", RunState::Finished, 2000), run("task1-ddpg-mge-seed0", RunState::Running, 700)];
     facts.current = Some(1);
     facts.figures = vec![PathBuf::from("figures/task1-scene.png")];

@@ -84,6 +84,28 @@ fn a_subgoal_is_moved_with_keys() {
 }
 
 #[test]
+fn subgoals_are_proposed_moved_accepted_and_rejected() {
+    check(empty(), "2 S enter", &["propose 1"], "");
+    check(empty(), "2 S ctrl-u 3 enter", &["propose 3"], "");
+    check(empty(), "2 S ctrl-u x enter", &[], "is not a number of subgoals");
+    check(empty(), "2 Y", &[], "nothing is proposed: S lets");
+    check(typical(), "2", &[], "proposed: 1; Y accepts, D rejects");
+    check(typical(), "2 tab tab right", &["proposal move 1 -0.19 0.5"], "proposal 1");
+    check(typical(), "2 tab tab )", &["proposal size 1 4.5"], "");
+    check(typical(), "2 tab tab Y", &["proposal accept 1"], "");
+    check(typical(), "2 tab tab delete", &["proposal delete 1"], "");
+    check(typical(), "2 Y", &["proposal accept"], "");
+    check(typical(), "2 D", &["proposal delete"], "");
+    let mut facts = typical();
+    facts.proposing = Some((1, 3));
+    check(facts, "2", &[], "looking for subgoal 2 of 3");
+    let (mut app, _) = app(typical());
+    let at = cell(&mut app, [-0.2, 0.5]);
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
+    assert_eq!(app.scene.selected, Some(Object::Proposal(0)));
+}
+
+#[test]
 fn a_subgoal_is_dragged_with_the_mouse() {
     let (mut app, asked) = app(empty());
     let from = cell(&mut app, [0.0, 0.2]);
@@ -106,7 +128,9 @@ fn tools_are_placed_by_hand() {
     check(empty(), "P", &[], "free");
     check(empty(), "P right enter", &["place 0.27 0.4"], "");
     check(empty(), "P space r", &["place 0.25 0.4", "reset"], "");
-    check(empty(), "P esc space", &[], "untouched");
+    check(empty(), "P esc space", &[], "no tool placed");
+    check(empty(), "P", &[], "hand play: move the tool, enter or a click places it");
+    check(empty(), "P P", &[], "no tool placed");
     let (mut app, asked) = app(empty());
     press(&mut app, "P");
     let at = cell(&mut app, [0.5, 0.5]);
@@ -132,7 +156,7 @@ fn stale_clusters_are_grey_and_say_so() {
     let at = cell(&mut app, [0.4, 0.5]);
     let screen = shot(&mut app, 120, 40);
     assert_eq!(screen[at].fg, app.theme.dim);
-    assert!(text(&screen).contains("out of date: c computes them"));
+    assert!(text(&screen).contains("out of date; c computes them"));
 }
 
 #[test]
@@ -232,7 +256,31 @@ fn leaving_asks_only_if_something_would_be_lost() {
     assert!(!leaving(typical(), "q esc"));
     assert!(leaving(typical(), "q y"));
     assert!(leaving(empty(), "e ctrl-c"), "from within a layer, too");
-    check(typical(), "q", &[], "checkpoint kept: it can be continued");
+    check(typical(), "q", &[], "y  keep a checkpoint, stop and leave");
+    check(empty(), "3 up q", &[], "The schedule you have drawn is not in use");
+}
+
+#[test]
+fn leaving_can_wait_until_all_runs_are_done() {
+    let mut facts = typical();
+    facts.dirty = false;
+    check(facts.clone(), "q w", &[], "leaving when all runs are done");
+    let (mut busy, _) = app(facts.clone());
+    press(&mut busy, "q w");
+    assert!(busy.leaving_later && !busy.leaving);
+    press(&mut busy, "q esc");
+    assert!(!busy.leaving_later, "the latest answer counts");
+    facts.runs[1].active = false;
+    facts.runs[1].state = RunState::Finished;
+    let (mut idle, _) = app(facts);
+    idle.leaving_later = true;
+    idle.tick(std::time::Duration::ZERO);
+    assert!(idle.leaving);
+    let (mut edited, _) = app(failed());
+    edited.leaving_later = true;
+    edited.schedule.draft = Some("0.1".parse().unwrap());
+    edited.tick(std::time::Duration::ZERO);
+    assert!(!edited.leaving && !edited.layers.is_empty(), "what is not saved is asked about");
 }
 
 #[test]
@@ -323,8 +371,8 @@ fn the_past_of_a_run_is_played_episode_by_episode() {
     check(typical(), "pageup pageup", &[], "episode 699 of 700");
     check(typical(), "home", &[], "episode 1 of 700");
     check(typical(), "home pagedown", &[], "episode 2 of 700");
-    check(typical(), "home s", &[], "untouched");
-    check(typical(), "home esc", &[], "untouched");
+    check(typical(), "home s", &[], "no tool placed");
+    check(typical(), "home esc", &[], "no tool placed");
     check(empty(), "pageup", &[], "no run with episodes is being watched");
 }
 

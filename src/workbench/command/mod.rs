@@ -39,6 +39,15 @@ pub const VERBS: &[Verb] = &[
     verb("tool move", "N X Y", "move a static tool (from 1)"),
     verb("tool size", "N SIZE", "resize a static tool, in units"),
     verb("tool delete", "N", "delete a static tool"),
+    verb(
+        "propose",
+        "[N]",
+        "let the model propose N subgoals in the background, as many as the task has if N is left out",
+    ),
+    verb("proposal accept", "[N]", "append a proposed subgoal to the task's own; without N, take all in place of them"),
+    verb("proposal delete", "[N]", "reject a proposed subgoal, or all of them"),
+    verb("proposal move", "N X Y", "move proposed subgoal N (from 1)"),
+    verb("proposal size", "N RADIUS", "resize a proposed subgoal, in units"),
     verb("seed", "N", "set the master seed"),
     verb("method", "NAME", "choose the method: ddpg, ddpg-mge, or one to compare them with"),
     verb("episodes", "N", "set the number of training episodes"),
@@ -86,6 +95,8 @@ pub enum Command {
     Redo,
     /// Change the task.
     Edit(Edit),
+    /// Let the model propose subgoals.
+    Propose(Option<usize>),
     /// Set the master seed.
     Seed(u64),
     /// Choose the algorithm.
@@ -188,10 +199,13 @@ pub enum Quantity {
     Clusters,
     /// Subgoals of the task.
     Subgoals,
+    /// Proposed subgoals that were neither accepted nor rejected.
+    Proposals,
 }
 
 impl Quantity {
-    const ALL: [Self; 5] = [Self::Episodes, Self::Success, Self::Greedy, Self::Clusters, Self::Subgoals];
+    const ALL: [Self; 6] =
+        [Self::Episodes, Self::Success, Self::Greedy, Self::Clusters, Self::Subgoals, Self::Proposals];
 
     /// The name in the language.
     pub fn name(self) -> &'static str {
@@ -201,6 +215,7 @@ impl Quantity {
             Self::Greedy => "greedy",
             Self::Clusters => "clusters",
             Self::Subgoals => "subgoals",
+            Self::Proposals => "proposals",
         }
     }
 }
@@ -287,6 +302,11 @@ mod tests {
         "tool move 1 0 0",
         "tool size 1 9",
         "tool delete 1",
+        "propose 2",
+        "proposal accept 1",
+        "proposal delete",
+        "proposal move 2 0.5 -0.25",
+        "proposal size 1 3.5",
         "seed 7",
         "method ddpg",
         "episodes 300",
@@ -340,6 +360,8 @@ mod tests {
             ("subgoal mvoe 1 0 0", "did you mean `subgoal move`?"),
             ("subgoal move 0 0 0", "numbers count from 1"),
             ("subgoal move 1 0", "coordinate is missing; usage: subgoal move N X Y"),
+            ("propose 0", "`0` is not a number of subgoals from 1 to 9"),
+            ("proposal accept 0", "numbers count from 1"),
             ("seed x", "`x` is not a seed"),
             ("epsilon 2", "not within 0 and 1"),
             ("figure pie a.png", "`pie` is not one of scene, clusters"),

@@ -80,6 +80,19 @@ impl Arguments<'_> {
         number.checked_sub(1).ok_or_else(|| "numbers count from 1".to_owned())
     }
 
+    fn optional_index(&mut self) -> Result<Option<usize>, String> {
+        if self.next < self.words.len() { self.index().map(Some) } else { Ok(None) }
+    }
+
+    fn optional_count(&mut self, most: usize) -> Result<Option<usize>, String> {
+        match self.optional_number("number of subgoals")? {
+            Some(count) if !(1..=most).contains(&count) => {
+                Err(format!("`{count}` is not a number of subgoals from 1 to {most}"))
+            }
+            count => Ok(count),
+        }
+    }
+
     fn path(&mut self) -> Option<PathBuf> {
         self.optional().map(PathBuf::from)
     }
@@ -109,6 +122,7 @@ fn read(verb: &str, mut arguments: Arguments<'_>) -> Result<Command, String> {
         "save" => Command::Save(args.path()),
         "undo" => Command::Undo,
         "redo" => Command::Redo,
+        "propose" => Command::Propose(args.optional_count(9)?),
         "seed" => Command::Seed(args.number("seed")?),
         "method" => Command::Method(args.word("a method")?.parse()?),
         "episodes" => Command::Episodes(args.number("number of episodes")?),
@@ -188,6 +202,10 @@ fn read_edit(verb: &str, args: &mut Arguments<'_>) -> Result<Edit, String> {
         "tool move" => Edit::MoveTool { index: args.index()?, position: args.position()? },
         "tool size" => Edit::ResizeTool { index: args.index()?, size: args.number("size")? },
         "tool delete" => Edit::DeleteTool { index: args.index()? },
+        "proposal move" => Edit::MoveProposal { index: args.index()?, position: args.position()? },
+        "proposal size" => Edit::ResizeProposal { index: args.index()?, radius: args.number("radius")? },
+        "proposal accept" => Edit::AcceptProposal { index: args.optional_index()? },
+        "proposal delete" => Edit::DeleteProposal { index: args.optional_index()? },
         // Only a verb of the table gets here, and a test reads them all.
         other => return Err(format!("`{other}` is not implemented")),
     })

@@ -19,6 +19,9 @@ impl fmt::Display for Command {
             Self::Undo => f.write_str("undo"),
             Self::Redo => f.write_str("redo"),
             Self::Edit(edit) => write_edit(edit, f),
+            Self::Propose(count) => {
+                write!(f, "propose{}", count.map(|count| format!(" {count}")).unwrap_or_default())
+            }
             Self::Seed(seed) => write!(f, "seed {seed}"),
             Self::Method(method) => write!(f, "method {method}"),
             Self::Episodes(episodes) => write!(f, "episodes {episodes}"),
@@ -61,6 +64,7 @@ impl fmt::Display for Command {
 }
 
 fn write_edit(edit: &Edit, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    let number = |index: Option<usize>| index.map(|index| format!(" {}", index + 1)).unwrap_or_default();
     match *edit {
         Edit::AddSubgoal { position: [x, y], radius } => write!(f, "subgoal add {x} {y} {radius}"),
         Edit::MoveSubgoal { index, position: [x, y] } => write!(f, "subgoal move {} {x} {y}", index + 1),
@@ -76,5 +80,9 @@ fn write_edit(edit: &Edit, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         Edit::MoveTool { index, position: [x, y] } => write!(f, "tool move {} {x} {y}", index + 1),
         Edit::ResizeTool { index, size } => write!(f, "tool size {} {size}", index + 1),
         Edit::DeleteTool { index } => write!(f, "tool delete {}", index + 1),
+        Edit::MoveProposal { index, position: [x, y] } => write!(f, "proposal move {} {x} {y}", index + 1),
+        Edit::ResizeProposal { index, radius } => write!(f, "proposal size {} {radius}", index + 1),
+        Edit::AcceptProposal { index } => write!(f, "proposal accept{}", number(index)),
+        Edit::DeleteProposal { index } => write!(f, "proposal delete{}", number(index)),
     }
 }

@@ -1,0 +1,192 @@
+//! The session's task: loaded, edited, saved, and subgoals proposed for it.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::command::Command;
+use super::hand::HandPlay;
+use super::proposal_job::{ProposalJob, ProposalKey};
+use super::session::Notice;
+use super::{Session, SessionError};
+use crate::task::{Edit, Editor, Region, Task, load, save};
+
+impl Session {
+    pub(super) fn load_task(&mut self, name: &str) -> Result<String, SessionError> {
+        let task = load(name)?;
+        self.file = Path::new(name).is_file().then(|| PathBuf::from(name));
+        self.editor = Editor::new(task);
+        self.job = None;
+        self.proposal_job = None;
+        // Clusters of another task say nothing about this one.
+        self.prior = None;
+        self.task_changed();
+        Ok(format!("task {}: {}", self.task().name, self.task().description))
+    }
+
+    pub(super) fn save_task(&mut self, path: Option<&Path>) -> Result<String, SessionError> {
+        let path =
+            path.or(self.file.as_deref()).ok_or_else(|| SessionError::NoFile(self.task().name.clone()))?.to_owned();
+        let mut task = self.task().clone();
+        if let Some(stem) = path.file_stem() {
+            task.name = stem.to_string_lossy().into_owned();
+        }
+        save(&task, &path)?;
+        self.editor.mark_saved(task.name);
+        self.file = Some(path.clone());
+        self.task_changed();
+        Ok(format!("saved to {}", path.display()))
+    }
+
+    pub(super) fn step_history(
+        &mut self,
+        step: fn(&mut Editor) -> bool,
+        name: &'static str,
+        told: &str,
+    ) -> Result<String, SessionError> {
+        if !step(&mut self.editor) {
+            return Err(SessionError::Nothing(name));
+        }
+        self.task_changed();
+        Ok(told.to_owned())
+    }
+
+    pub(super) fn task_changed(&mut self) {
+        self.settings.task = Arc::new(self.editor.task().clone());
+        self.hand = HandPlay::new(self.settings.task.clone(), self.settings.seed);
+    }
+
+    pub(super) fn edit(&mut self, edit: &Edit) -> Result<String, SessionError> {
+        let (own, offered) = (self.task().subgoals.len(), self.proposed().len());
+        self.editor.apply(edit)?;
+        self.task_changed();
+        Ok(match edit {
+            Edit::AcceptProposal { index: Some(_) } => format!("subgoal {} was proposed", own + 1),
+            Edit::AcceptProposal { index: None } => {
+                format!("{offered} proposed in place of {own} before: `undo` takes it back")
+            }
+            Edit::DeleteProposal { .. } => "rejected: `undo` takes it back".to_owned(),
+            _ => "task edited".to_owned(),
+        })
+    }
+
+    /// Begins to look for subgoals, as many as the task has if `count` does not say.
+    pub(super) fn propose(&mut self, count: Option<usize>) -> Result<String, SessionError> {
+        self.settings.validate()?;
+        let count = count.unwrap_or(self.task().subgoals.len().max(1));
+        let job = ProposalJob::spawn(&self.settings, count).map_err(SessionError::Thread)?;
+        self.proposal_job = Some(job);
+        Ok(format!("looking for {}", subgoals(count)))
+    }
+
+    pub(super) fn poll_proposals(&mut self, notices: &mut Vec<Notice>) {
+        let Some(job) = &mut self.proposal_job else { return };
+        if job.is_news() {
+            notices.push(Notice::Changed);
+        }
+        let Some(outcome) = job.outcome() else { return };
+        let (key, count) = (job.key.clone(), job.count);
+        self.proposal_job = None;
+        notices.push(Notice::Proposed(outcome.and_then(|regions| self.take_proposals(&key, count, regions))));
+    }
+
+    fn take_proposals(&mut self, key: &ProposalKey, count: usize, regions: Vec<Region>) -> Result<String, String> {
+        if *key != ProposalKey::of(&self.settings) {
+            return Err("the task or the model was changed while subgoals were looked for: `propose` again".to_owned());
+        }
+        if regions.is_empty() {
+            return Err("no place was found that tools make the ball reach on its way to the goal".to_owned());
+        }
+        let found = regions.len();
+        self.editor.propose(regions);
+        // The proposals belong where they arrived: only what is done from now on can refer to them.
+        self.journal.note(Command::Propose(Some(count)), self.current);
+        let all = if found < count { format!(" of the {count} looked for") } else { String::new() };
+        Ok(format!("{}{all} proposed", subgoals(found)))
+    }
+
+    /// The task as edited.
+    pub fn task(&self) -> &Task {
+        self.editor.task()
+    }
+
+    /// Whether the task has edits that are not saved.
+    pub fn is_dirty(&self) -> bool {
+        self.editor.is_dirty()
+    }
+
+    /// Whether there is an edit to undo.
+    pub fn can_undo(&self) -> bool {
+        self.editor.can_undo()
+    }
+
+    /// Whether there is an edit to redo.
+    pub fn can_redo(&self) -> bool {
+        self.editor.can_redo()
+    }
+
+    /// The file of the task, if it is not a shipped one.
+    pub fn file(&self) -> Option<&Path> {
+        self.file.as_deref()
+    }
+
+    /// Subgoals that are proposed for the task and were neither accepted nor rejected.
+    pub fn proposed(&self) -> &[Region] {
+        self.editor.proposed()
+    }
+
+    /// Subgoals found so far and looked for, while they are being looked for.
+    pub fn proposing(&self) -> Option<(usize, usize)> {
+        self.proposal_job.as_ref().map(|job| (job.found(), job.count))
+    }
+}
+
+fn subgoals(count: usize) -> String {
+    if count == 1 { "1 subgoal".to_owned() } else { format!("{count} subgoals") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::workbench::Script;
+
+    fn session() -> Session {
+        let mut session = Session::new(load("task2").unwrap(), "runs".into());
+        run(&mut session, "model true").unwrap();
+        session
+    }
+
+    fn run(session: &mut Session, lines: &str) -> Result<(), String> {
+        Script::parse(lines, "s", &[]).unwrap().run(session, |_| {}).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn proposed_subgoals_are_moved_accepted_and_taken_back() {
+        let mut session = session();
+        let before = session.task().clone();
+        run(&mut session, "propose 1\nwait\nexpect proposals = 1\nproposal move 1 0.25 0.5\nproposal accept").unwrap();
+        let [subgoal] = session.task().subgoals[..] else { panic!("{:?}", session.task().subgoals) };
+        assert_eq!(subgoal.position, [0.25, 0.5]);
+        run(&mut session, "undo\nexpect proposals = 1\nundo\nundo\nexpect proposals = 0").unwrap();
+        assert_eq!(session.task(), &before);
+    }
+
+    #[test]
+    fn a_recorded_session_proposes_and_accepts_the_same() {
+        let mut first = session();
+        run(&mut first, "goal size 5\npropose 2\nsubgoal size 1 3\nwait\nproposal accept 1").unwrap();
+        let script = first.to_script();
+        let mut second = session();
+        run(&mut second, &script).unwrap();
+        assert_eq!(second.task(), first.task(), "{script}");
+    }
+
+    #[test]
+    fn proposals_for_another_scene_are_not_offered() {
+        let mut session = session();
+        let error = run(&mut session, "propose 1\ngoal move 0.1 0.1\nwait").unwrap_err();
+        assert!(error.contains("was changed while"), "{error}");
+        let error = run(&mut session, "model uniform\npropose\nwait").unwrap_err();
+        assert!(error.contains("predicts nothing"), "{error}");
+        assert!(session.proposed().is_empty() && session.proposing().is_none());
+    }
+}
