@@ -320,7 +320,7 @@ impl Study<'_> {
             let found = rollout_model(&config.prior, task)?;
             // Only uniform actions have no model.
             Ok(found.map_or_else(Vec::new, |(model, _)| {
-                propose_subgoals(task, &*model, task.subgoals.len(), &config.guidance, *seed)
+                propose_subgoals(task, &*model, task.subgoals.len(), &config.guidance, *seed, |_| true)
             }))
         })?;
         Ok(Arc::new(Task { subgoals, ..(**task).clone() }))
