@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::learning::{TrainedRun, WHOLE_MODEL};
+use super::learning::{AS_SHIPPED, TrainedRun, WHOLE_MODEL};
 use crate::dynamics::tool_set_name;
 use crate::json;
 use crate::run::{RunDirectory, RunError, RunHistory, RunState};
+use crate::task::{self, Task};
 use crate::trainer::{Method, PriorSource, RunConfig};
 
 /// A run on disk.
@@ -85,12 +86,24 @@ pub fn read_runs(paths: &[PathBuf]) -> Result<Vec<FoundRun>, RunError> {
         let trained = TrainedRun::new(&config, &history);
         let state = directory.status()?.state;
         // As they are written: 0.99 is not 0.9900000095367432.
-        settings.push(compared_settings(&directory.config()?, config.method));
+        let mut compared = compared_settings(&directory.config()?, config.method);
+        compared.extend(task_changes(&config.task));
+        settings.push(compared);
         runs.push(FoundRun { path: path.clone(), state, config, trained });
     }
     name_models(&runs, &mut settings);
     tell_apart(&mut runs, &settings);
     Ok(runs)
+}
+
+/// Whether a task that is called as a shipped one has its subgoals, and all else of it.
+fn task_changes(task: &Task) -> Vec<(String, String)> {
+    let Some(shipped) = task::shipped().into_iter().find(|shipped| shipped.name == task.name) else {
+        return Vec::new();
+    };
+    let same_scene = Task { subgoals: shipped.subgoals.clone(), ..task.clone() } == shipped;
+    let told = |same| if same { AS_SHIPPED } else { "changed" }.to_owned();
+    vec![("subgoals".to_owned(), told(task.subgoals == shipped.subgoals)), ("scene".to_owned(), told(same_scene))]
 }
 
 /// Calls model files by what their names have beyond the tool set, so that tasks with different
@@ -210,6 +223,20 @@ mod tests {
         assert_eq!(find_runs(&paths[..1]).unwrap(), paths[..1]);
         let error = find_runs(&[folder.path().join("runs/nothing")]).unwrap_err().to_string();
         assert!(error.contains("holds no runs"), "{error}");
+    }
+
+    #[test]
+    fn a_changed_task_is_told_from_the_shipped_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut task = task::load("task1").unwrap();
+        for (name, changed) in [("a", false), ("b", true)] {
+            task.subgoals[0].radius += f32::from(u8::from(changed));
+            let config = RunConfig::new(Arc::new(task.clone())).with_setting("epsilon", "0.1").unwrap();
+            RunDirectory::create(folder.path().join(name), &config).unwrap();
+        }
+        let runs = read_runs(&find_runs(&[folder.path().to_owned()]).unwrap()).unwrap();
+        let labels: Vec<String> = runs.iter().map(|run| run.trained.row.label()).collect();
+        assert_eq!(labels, ["DDPG-MGE, epsilon 0.1", "DDPG-MGE, epsilon 0.1, subgoals changed"]);
     }
 
     #[test]

@@ -119,8 +119,11 @@ impl LearningRow {
 const WHOLE_SCHEDULE: &str = "epsilon";
 
 /// Settings that go without saying in a label, though another run has another value: the whole
-/// model of the tool set, and clusters that stay as they are.
-const USUAL: [(&str, &str); 2] = [("prior", WHOLE_MODEL), ("refinement.every", "0")];
+/// model of the tool set, clusters that stay as they are, a shipped task.
+const USUAL: [(&str, &str); 4] =
+    [("prior", WHOLE_MODEL), ("refinement.every", "0"), ("subgoals", AS_SHIPPED), ("scene", AS_SHIPPED)];
+/// What is called so of a task that is as it was shipped.
+pub(super) const AS_SHIPPED: &str = "shipped";
 /// What a whole model is called among models that lack something.
 pub(super) const WHOLE_MODEL: &str = "full";
 
