@@ -116,7 +116,10 @@ pub fn compare(
         draw("learning-greedy", &learning_curves(&runs, bootstrap, true)?)?;
     }
     if !report.common_tasks.is_empty() {
-        draw("performance-profile", &performance_profile(&report.profile_scores()?, bootstrap)?)?;
+        draw(
+            "performance-profile",
+            &performance_profile(&Learning(&report.learning).common_scores(FINAL)?, bootstrap)?,
+        )?;
     }
     // Plain data always serialises.
     let json = serde_json::to_string_pretty(&report).expect("a report is plain data") + "\n";
@@ -187,11 +190,6 @@ impl Comparison {
     /// Scores of a method on the common tasks.
     fn scores(&self, label: &str, score: Score) -> Result<TaskScores, StatsError> {
         Learning(&self.learning).scores(&self.common_tasks, label, score)
-    }
-
-    fn profile_scores(&self) -> Result<Vec<(String, TaskScores)>, StatsError> {
-        let labels = Learning(&self.learning).labels();
-        labels.into_iter().map(|label| Ok((label.clone(), self.scores(&label, FINAL)?))).collect()
     }
 
     /// Master seeds of the runs, each once.

@@ -163,6 +163,15 @@ impl<'a> Learning<'a> {
         TaskScores::new(tasks.iter().map(of_task).collect::<Result<_, StatsError>>()?)
     }
 
+    /// Scores of each method on the common tasks.
+    ///
+    /// # Errors
+    /// When there is no common task.
+    pub fn common_scores(self, score: Score) -> Result<Vec<(String, TaskScores)>, StatsError> {
+        let tasks = self.common_tasks();
+        self.labels().into_iter().map(|label| Ok((label.clone(), self.scores(&tasks, &label, score)?))).collect()
+    }
+
     /// With what the others are compared: plain DDPG, or else the first method.
     pub fn baseline(self) -> Option<String> {
         let labels = self.labels();

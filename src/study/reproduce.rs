@@ -9,10 +9,12 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::batch::train_to_end;
-use super::figures::{hits as hits_figure, launches, learning_curves, method_scores, relative_frames};
+use super::figures::{
+    hits as hits_figure, launches, learning_curves, method_scores, performance_profile, relative_frames,
+};
 use super::folder::Folder;
 use super::hits::{ActorNoise, Guided, Hits, count_hits};
-use super::learning::TrainedRun;
+use super::learning::{FINAL, Learning, LearningRow, TrainedRun};
 use super::plan::{PlannedRun, StudyPlan};
 use super::report::{HitsRow, ModelRow, Report, mean_errors};
 use crate::agent::{ConfigError, DdpgConfig};
@@ -344,6 +346,9 @@ impl Study<'_> {
         let of_paper: Vec<TrainedRun> = runs.iter().filter(|run| plan.is_of_paper(&run.row)).cloned().collect();
         self.figure("figure6", &learning_curves(&of_paper, &bootstrap, false)?)?;
         self.figure("figure6-greedy", &learning_curves(&of_paper, &bootstrap, true)?)?;
+        let of_paper: Vec<LearningRow> = of_paper.into_iter().map(|run| run.row).collect();
+        let finals = Learning(&of_paper).common_scores(FINAL)?;
+        self.figure("performance-profile", &performance_profile(&finals, &bootstrap)?)?;
         self.figure("methods", &method_scores(&report.learning, &bootstrap)?)
     }
 
