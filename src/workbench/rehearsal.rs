@@ -16,12 +16,14 @@ pub(super) struct Rehearsal {
     written: BTreeSet<PathBuf>,
     /// Whether the task is one that the script itself will write: then nothing more is known.
     blind: bool,
+    /// Whether subgoals will have been proposed: then it is not known what there is to edit.
+    proposed: bool,
 }
 
 impl Rehearsal {
     /// Begins as `session` is.
     pub fn new(session: &Session) -> Self {
-        Self { session: session.at_rest(), written: BTreeSet::new(), blind: false }
+        Self { session: session.at_rest(), written: BTreeSet::new(), blind: false, proposed: false }
     }
 
     /// What can be known of a command beforehand.
@@ -32,6 +34,8 @@ impl Rehearsal {
         match command {
             _ if self.blind => {}
             Command::Task(name) if self.written.contains(Path::new(name)) => self.blind = true,
+            Command::Propose(_) => self.proposed = true,
+            Command::Edit(_) | Command::Undo | Command::Redo if self.proposed => {}
             Command::Task(_)
             | Command::Edit(_)
             | Command::Undo
@@ -42,6 +46,7 @@ impl Rehearsal {
             | Command::Set { .. }
             | Command::Model(_) => {
                 self.session.apply(command.clone())?;
+                self.proposed &= !matches!(command, Command::Task(_));
             }
             Command::Save(Some(path)) | Command::ModelTrain { path, .. } => {
                 self.written.insert(path.clone());
@@ -108,6 +113,8 @@ mod tests {
         let text = "subgoal add 0 0\nsave mine.json\nmodel train box,bucket a.safetensors 3\nwait\n\
                     model a.safetensors\ntrain\nwait\ntask mine.json\nsubgoal move 9 0 0\nfigure episode a.gif";
         assert_eq!(rehearse(text), Ok(()));
+        assert_eq!(rehearse("propose 1\nwait\nproposal accept 1\nundo"), Ok(()));
+        assert!(rehearse("propose 1\nwait\ntask task1\nundo").unwrap_err().starts_with("s:4: "));
         assert!(!std::path::Path::new("mine.json").exists());
     }
 }

@@ -104,6 +104,7 @@ impl Session {
     /// A session with the same task and settings, and none of the work.
     pub(super) fn at_rest(&self) -> Self {
         let mut other = Self::new(self.task().clone(), self.folder.clone());
+        other.editor = self.editor.clone();
         other.settings = self.settings.clone();
         other
     }
