@@ -6,7 +6,7 @@ use super::action::Action;
 use super::app::App;
 use super::facts::Level;
 use super::scene::View;
-use super::screens::{Tab, scene, schedule, training};
+use super::screens::{Tab, edit, scene, schedule, training};
 
 /// Distance in units at which an object is still hit.
 const REACH: f32 = 2.0;
@@ -18,7 +18,7 @@ pub fn handle(app: &mut App, mouse: MouseEvent) -> bool {
         MouseEventKind::Down(MouseButton::Left) => press(app, at),
         MouseEventKind::Drag(MouseButton::Left) => drag(app, at),
         MouseEventKind::Up(MouseButton::Left) => {
-            scene::drop_object(app);
+            edit::drop_object(app);
             true
         }
         MouseEventKind::Moved => hover(app, at),

@@ -1,5 +1,6 @@
 //! The screens and what each of them remembers.
 
+pub mod edit;
 pub mod figures;
 pub mod lists;
 pub mod log;

@@ -5,8 +5,8 @@ use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 
 use super::Hits;
+use super::edit::direction;
 use super::frame::pane;
-use super::scene::direction;
 use crate::guidance::EpsilonSchedule;
 use crate::tui::action::{Action, Context};
 use crate::tui::app::App;
