@@ -166,11 +166,9 @@ impl<'c> Plot<'c> {
         canvas.outline(&rect.corners(), Pen::new(INK, FRAME_WIDTH))?;
         let baseline = rect.top - 0.8 * TITLE_SIZE;
         canvas.text([rect.left, baseline], frame.title, Type::TITLE)?;
-        canvas.text(
-            [rect.center()[0], rect.bottom + below - 0.7 * LABEL_SIZE],
-            &plot.x.label,
-            Type::LABEL.centered(),
-        )?;
+        // Below the middle, or further left where a long label would leave the page.
+        let middle = rect.center()[0].min(outer.right - 0.5 * Type::LABEL.width(&plot.x.label));
+        canvas.text([middle, rect.bottom + below - 0.7 * LABEL_SIZE], &plot.x.label, Type::LABEL.centered())?;
         canvas.text(
             [rect.left - left + 0.6 * LABEL_SIZE, rect.center()[1]],
             &plot.y.label,

@@ -84,6 +84,15 @@ impl Measure {
         }
     }
 
+    /// Decimals that tell two models apart.
+    fn digits(self) -> usize {
+        match self {
+            Self::OneStep | Self::OneStepContact | Self::ActionContact => 4,
+            Self::SceneOne | Self::SceneLast => 3,
+            Self::Precision | Self::Recall => 2,
+        }
+    }
+
     /// The measure of one model: a mean over its tools, or over its tasks. None if there was
     /// nothing to measure, as the precision of a model that never predicts a hit.
     fn of(self, ablated: &Ablated) -> Option<f64> {
@@ -328,7 +337,10 @@ impl AblationReport {
                 .measures
                 .iter()
                 .map(|summary| match summary.estimate {
-                    Some(Estimate { value, lower, upper }) => format!("{value:.3} [{lower:.3}, {upper:.3}]"),
+                    Some(Estimate { value, lower, upper }) => {
+                        let digits = summary.measure.digits();
+                        format!("{value:.digits$} [{lower:.digits$}, {upper:.digits$}]")
+                    }
                     None => "none".to_owned(),
                 })
                 .collect();
