@@ -61,7 +61,7 @@ pub fn tell_what_was_kept(app: &mut App, folder: &Path) {
     let kept = entries.flatten().map(|entry| entry.path()).filter(is_kept);
     if let Some(path) = kept.min() {
         let path = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let text = format!("{path} has edits that were not saved when the workbench ended: `task {path}` opens it");
+        let text = format!("edits of before were not saved: `task {path}` opens them");
         app.desk.log(Level::Warning, text.clone());
         app.say(Level::Warning, text);
     }
@@ -83,7 +83,7 @@ mod tests {
         }
         let (mut app, _) = app(empty());
         tell_what_was_kept(&mut app, folder.path());
-        assert!(app.notice.unwrap().text.starts_with("unsaved-task1"));
+        assert!(app.notice.unwrap().text.contains("`task unsaved-task1"));
         assert!(keep(&typical(), Path::new("/nowhere")).contains("are lost"));
     }
 }

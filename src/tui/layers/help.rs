@@ -6,10 +6,15 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 
 use super::Wish;
-use super::popup::frame;
+use super::popup::{frame, wrap};
 use crate::tui::action::{ACTIONS, Context};
 use crate::tui::keymap::Keymap;
 use crate::tui::theme::Theme;
+
+/// Columns of the whole, and of those the keys' and the names'.
+const WIDTH: u16 = 116;
+const KEYS: u16 = 17;
+const NAMES: u16 = 18;
 
 /// The help, scrolled to a line. What applies now comes first.
 pub struct Help {
@@ -38,12 +43,13 @@ impl Help {
     }
 
     pub(super) fn draw(&mut self, area: Rect, keymap: &Keymap, theme: &Theme, buffer: &mut Buffer) {
-        let lines = self.lines(keymap);
-        let inside =
-            frame("keys  (arrows scroll, any other key leaves)", (86, lines.len() as u16), area, theme, buffer);
+        let room = area.width.saturating_sub(4).min(WIDTH).saturating_sub(KEYS + NAMES);
+        let lines = self.lines(keymap, usize::from(room));
+        let wanted = (WIDTH, lines.len() as u16);
+        let inside = frame("keys  (arrows scroll, any other key leaves)", wanted, area, theme, buffer);
         self.scroll = self.scroll.min(lines.len().saturating_sub(usize::from(inside.height)));
         for (y, (keys, name, about)) in (inside.y..inside.bottom()).zip(lines.iter().skip(self.scroll)) {
-            let (x, _) = buffer.set_stringn(inside.x, y, format!("{keys:<16} "), 17, theme.strong());
+            let (x, _) = buffer.set_stringn(inside.x, y, format!("{keys:<16} "), usize::from(KEYS), theme.strong());
             let (x, _) = buffer.set_stringn(
                 x,
                 y,
@@ -55,15 +61,21 @@ impl Help {
         }
     }
 
-    fn lines(&self, keymap: &Keymap) -> Vec<(String, &'static str, &'static str)> {
+    /// Keys, name and what it does, which goes on in the next line where `room` is too little.
+    fn lines(&self, keymap: &Keymap, room: usize) -> Vec<(String, &'static str, String)> {
         let mut lines = Vec::new();
         for context in &self.contexts {
             if !lines.is_empty() {
-                lines.push((String::new(), "", ""));
+                lines.push(Default::default());
             }
-            lines.push((context.name().to_uppercase(), "", ""));
-            let entries = ACTIONS.iter().filter(|entry| entry.context == *context);
-            lines.extend(entries.map(|entry| (keymap.keys(entry).join(" "), entry.name, entry.about)));
+            lines.push((context.name().to_uppercase(), "", String::new()));
+            for entry in ACTIONS.iter().filter(|entry| entry.context == *context) {
+                for (index, about) in wrap(entry.about, room).into_iter().enumerate() {
+                    let first = index == 0;
+                    let keys = if first { keymap.keys(entry).join(" ") } else { String::new() };
+                    lines.push((keys, if first { entry.name } else { "" }, about));
+                }
+            }
         }
         lines
     }

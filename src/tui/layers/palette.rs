@@ -7,11 +7,12 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::{Position, Rect};
 use ratatui::style::Style;
 
-use super::popup::frame;
+use super::popup::{frame, wrap};
 use super::prompt::line;
 use super::{Deed, Wish};
 use crate::tui::action::{ACTIONS, Context, Entry};
 use crate::tui::keymap::Keymap;
+use crate::tui::screens::shortened;
 use crate::tui::text_input::TextInput;
 use crate::tui::theme::Theme;
 use crate::workbench::{VERBS, Verb};
@@ -139,17 +140,32 @@ impl Palette {
         self.choose()
     }
 
+    /// Explains what is selected at the bottom if its line has no room for that; the row
+    /// above.
+    fn explain(&self, inside: Rect, theme: &Theme, buffer: &mut Buffer) -> u16 {
+        let width = usize::from(inside.width);
+        let Some(item) = self.found.get(self.selected).filter(|item| text(**item).chars().count() + 12 > width) else {
+            return inside.bottom();
+        };
+        let lines = wrap(item.about(), width);
+        let top = inside.bottom().saturating_sub(lines.len() as u16);
+        for (y, line) in (top..inside.bottom()).zip(lines) {
+            buffer.set_stringn(inside.x, y, line, width, theme.faint());
+        }
+        top
+    }
+
     pub(super) fn draw(&mut self, area: Rect, keymap: &Keymap, theme: &Theme, buffer: &mut Buffer) -> (u16, u16) {
-        let inside = frame("commands", (90, 16), area, theme, buffer);
+        let inside = frame("commands", (116, 16), area, theme, buffer);
         let cursor = line(&self.input, ": ", inside, theme, buffer);
         let width = usize::from(inside.width);
         if let Some(error) = &self.error {
-            for (y, text) in (inside.y + 2..inside.bottom()).zip(super::popup::wrap(error, width)) {
+            for (y, text) in (inside.y + 2..inside.bottom()).zip(wrap(error, width)) {
                 buffer.set_stringn(inside.x, y, text, width, Style::new().fg(theme.bad));
             }
             return cursor;
         }
-        let rows = inside.y + 1..inside.bottom();
+        let rows = inside.y + 1..self.explain(inside, theme, buffer);
         let first = (self.selected + 1).saturating_sub(rows.len());
         self.shown = (Rect { y: inside.y + 1, height: rows.len() as u16, ..inside }, first);
         for (y, (index, item)) in rows.zip(self.found.iter().enumerate().skip(first)) {
@@ -157,9 +173,10 @@ impl Palette {
                 Item::Action(entry) => keymap.keys(entry).join(" "),
                 Item::Verb(_) => String::new(),
             };
-            let text = format!("{:<28} {}", item.name(), item.about());
+            let text = text(*item);
             let style = if index == self.selected { theme.selected() } else { Style::new() };
             let room = width.saturating_sub(keys.len() + 1);
+            let text = shortened(&text, room, false);
             buffer.set_stringn(inside.x, y, format!("{text:width$}"), width, style);
             buffer.set_stringn(
                 inside.x + room as u16,
@@ -171,6 +188,11 @@ impl Palette {
         }
         cursor
     }
+}
+
+/// Name and explanation, in one line.
+fn text(item: Item) -> String {
+    format!("{:<28} {}", item.name(), item.about())
 }
 
 fn begins_with(text: &str, name: &str) -> bool {

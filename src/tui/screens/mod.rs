@@ -14,7 +14,7 @@ mod workbench;
 
 mod frame;
 
-pub use frame::draw;
+pub use frame::{draw, shortened};
 pub use lists::Lists;
 pub use runs::Runs;
 pub use scene::Scene;
