@@ -13,7 +13,9 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
-    let mut file = tempfile::Builder::new().prefix(".mge-").tempfile_in(folder)?;
+    // Its error would name the temporary file, which nobody knows.
+    let file = tempfile::Builder::new().prefix(".mge-").tempfile_in(folder);
+    let mut file = file.map_err(|error| io::Error::from(error.kind()))?;
     file.write_all(bytes)?;
     file.as_file().sync_all()?;
     set_usual_permissions(file.as_file())?;

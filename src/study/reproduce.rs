@@ -22,7 +22,7 @@ use crate::dynamics::{DynamicsError, Ended, Evaluation, Model, Training, Variant
 use crate::figures::{ActionSamples, Figure, FigureError, Provenance, TaskActions, TaskGrid};
 use crate::guidance::{ActionPrior, GuidanceError, propose_subgoals};
 use crate::physics::ToolKind;
-use crate::run::{RunError, RunHistory, config_hash};
+use crate::run::{RunDirectory, RunError, RunHistory, config_hash};
 use crate::stats::{Bootstrap, StatsError};
 use crate::task::Task;
 use crate::trainer::{
@@ -62,6 +62,9 @@ pub enum StudyError {
     /// A setting of a method.
     #[error(transparent)]
     Setting(#[from] SettingError),
+    /// A run of the study has other settings.
+    #[error("{}: this run has other settings than the study: remove it, or choose another folder with --out", path.display())]
+    OtherRun { path: PathBuf },
     /// A training.
     #[error("{run}: {source}")]
     Training { run: String, source: Box<ConductError> },
@@ -307,7 +310,9 @@ impl Study<'_> {
         let parts = parts.into_iter().chain(differences.iter().map(|(key, value)| format!("{key}_{value}")));
         let arm = parts.collect::<Vec<_>>().join("-").replace(' ', "_");
         let name = format!("{}-{arm}-{}", config.task.name, config.seed);
-        let directory = train_to_end(&self.folder.path("runs").join(&name), &config, &Watch::default())
+        let path = self.folder.path("runs").join(&name);
+        check_run(&path, &config)?;
+        let directory = train_to_end(&path, &config, &Watch::default())
             .map_err(|source| StudyError::Training { run: name.clone(), source: Box::new(source) })?;
         self.advance(run_work(&config), name);
         let mut trained = TrainedRun::new(&config, &RunHistory::read(&directory)?);
@@ -357,6 +362,19 @@ impl Study<'_> {
         let provenance = Provenance::new(self.command, &seeds, config_hash(self.plan)?);
         Ok(figure.write_both(&self.folder.path("figures"), name, &provenance, self.dpi)?)
     }
+}
+
+/// A run that is there with other settings, as of another version of the program, is no part of
+/// the study. The path of its model may be written differently.
+fn check_run(path: &Path, config: &RunConfig) -> Result<(), StudyError> {
+    let Ok(found) = RunDirectory::open(path).and_then(|directory| directory.config::<RunConfig>()) else {
+        // What cannot be read, the training itself will tell of.
+        return Ok(());
+    };
+    if (RunConfig { prior: config.prior.clone(), ..found }) == *config {
+        return Ok(());
+    }
+    Err(StudyError::OtherRun { path: path.to_owned() })
 }
 
 /// File stem of a model.
