@@ -1,7 +1,9 @@
 //! The replay buffer: a ring of transitions and uniform minibatches from it.
 //!
 //! One transition is one contiguous row, so that a minibatch touches as few cache lines as it
-//! can. Storage grows with what is recorded, up to the capacity.
+//! can. What an agent saw after a step is mostly what it saw before the following one: the next
+//! observation is kept once, in the row behind, unless an episode ends there. Storage grows with
+//! what is recorded, up to the capacity.
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -106,8 +108,11 @@ pub struct ReplayBuffer {
     capacity: usize,
     /// Slot that the next transition is written to.
     next: usize,
-    /// Rows `[s, a, s', r]`, one a slot.
+    /// Rows `[s, a, r]`, one a slot.
     rows: Vec<f32>,
+    /// `s'` where the following slot does not begin with it, and always that of the latest
+    /// transition: the row behind it will be written over.
+    next_observations: Vec<Option<Box<[f32]>>>,
     /// `d`, one a slot.
     terminated: Vec<bool>,
 }
@@ -121,6 +126,7 @@ impl ReplayBuffer {
             capacity: capacity.max(1),
             next: 0,
             rows: Vec::new(),
+            next_observations: Vec::new(),
             terminated: Vec::new(),
         }
     }
@@ -156,8 +162,11 @@ impl ReplayBuffer {
         let terminated = *self.terminated.get(index)?;
         let row = &self.rows[index * self.stride()..][..self.stride()];
         let (observation, row) = row.split_at(self.observation_len);
-        let (action, row) = row.split_at(self.action_len);
-        let (next_observation, reward) = row.split_at(self.observation_len);
+        let (action, reward) = row.split_at(self.action_len);
+        let next_observation = match &self.next_observations[index] {
+            Some(own) => own,
+            None => self.observation((index + 1) % self.capacity),
+        };
         Some(Transition { observation, action, reward: reward[0], next_observation, terminated })
     }
 
@@ -167,20 +176,30 @@ impl ReplayBuffer {
     /// If a vector has the wrong length or a number is not finite; nothing is recorded then.
     pub fn push(&mut self, transition: Transition<'_>) -> Result<(), ReplayError> {
         self.check(&transition)?;
-        let reward = [transition.reward];
-        let parts = [transition.observation, transition.action, transition.next_observation, &reward];
-        if self.next == self.len() {
-            parts.iter().for_each(|part| self.rows.extend_from_slice(part));
+        let slot = self.next;
+        let latest = (slot + self.capacity - 1) % self.capacity;
+        let goes_on = |own: &mut Box<[f32]>| bits(own).eq(bits(transition.observation));
+        if latest != slot
+            && let Some(own) = self.next_observations.get_mut(latest)
+        {
+            own.take_if(goes_on);
+        }
+        let next_observation = Some(transition.next_observation.into());
+        let row = [transition.observation, transition.action, &[transition.reward]];
+        if slot == self.len() {
+            row.iter().for_each(|part| self.rows.extend_from_slice(part));
+            self.next_observations.push(next_observation);
             self.terminated.push(transition.terminated);
         } else {
-            let mut at = self.next * self.stride();
-            for part in parts {
+            let mut at = slot * self.stride();
+            for part in row {
                 self.rows[at..at + part.len()].copy_from_slice(part);
                 at += part.len();
             }
-            self.terminated[self.next] = transition.terminated;
+            self.next_observations[slot] = next_observation;
+            self.terminated[slot] = transition.terminated;
         }
-        self.next = (self.next + 1) % self.capacity;
+        self.next = (slot + 1) % self.capacity;
         Ok(())
     }
 
@@ -196,7 +215,11 @@ impl ReplayBuffer {
     }
 
     fn stride(&self) -> usize {
-        2 * self.observation_len + self.action_len + 1
+        self.observation_len + self.action_len + 1
+    }
+
+    fn observation(&self, slot: usize) -> &[f32] {
+        &self.rows[slot * self.stride()..][..self.observation_len]
     }
 
     fn check(&self, transition: &Transition<'_>) -> Result<(), ReplayError> {
@@ -219,6 +242,11 @@ impl ReplayBuffer {
     }
 }
 
+/// Equal bits, not equal numbers: 0 and -0 are told apart.
+fn bits(values: &[f32]) -> impl Iterator<Item = u32> {
+    values.iter().map(|value| value.to_bits())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -236,6 +264,44 @@ mod tests {
                     terminated: i % 3 == 0,
                 })
                 .unwrap();
+        }
+    }
+
+    #[test]
+    fn what_is_kept_once_is_never_seen_to_be() {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        for capacity in 1..6 {
+            let mut buffer = ReplayBuffer::new(1, 1, capacity);
+            let mut ring: Vec<[f32; 2]> = Vec::new();
+            let mut seen = 0.0;
+            for step in 0..200 {
+                // Few values: a new episode often begins as an old one ended, and 0 meets -0.
+                let value = |rng: &mut ChaCha8Rng| [0.0, -0.0, 1.0][rng.gen_range(0..3)];
+                let begins = rng.gen_bool(0.3);
+                let pair = [if begins { value(&mut rng) } else { seen }, value(&mut rng)];
+                seen = pair[1];
+                let [observation, next_observation] = pair.each_ref().map(std::slice::from_ref);
+                let transition =
+                    Transition { observation, action: &[0.5], reward: 0.0, next_observation, terminated: begins };
+                buffer.push(transition).unwrap();
+                if step < capacity {
+                    ring.push(pair)
+                } else {
+                    ring[step % capacity] = pair
+                }
+                if rng.gen_bool(0.2) {
+                    buffer = ReplayBuffer::from_bytes(&buffer.to_bytes()).unwrap();
+                }
+                for (slot, pair) in ring.iter().enumerate() {
+                    let held = buffer.get(slot).unwrap();
+                    let held = [held.observation[0], held.next_observation[0]];
+                    assert_eq!(
+                        held.map(f32::to_bits),
+                        pair.map(f32::to_bits),
+                        "slot {slot} of {capacity}, step {step}"
+                    );
+                }
+            }
         }
     }
 

@@ -9,7 +9,7 @@
 //! number of transitions, next slot (u64 each), the transitions in slot order (delta of `s`,
 //! delta of `s'`, words of `a` and `r`, one byte `d`), CRC-32C of everything before it (u32).
 
-use super::{ReplayBuffer, ReplayError, Transition};
+use super::{ReplayBuffer, ReplayError, Transition, bits};
 
 const MAGIC: [u8; 8] = *b"MGEREPL1";
 const CHECKSUM_LEN: usize = size_of::<u32>();
@@ -85,7 +85,24 @@ impl ReplayBuffer {
             return Err(ReplayError::Damaged("something follows its end"));
         }
         buffer.next = next;
+        buffer.close_ring();
         Ok(buffer)
+    }
+
+    /// A full buffer that was filled in slot order is brought to the form it had: its last slot
+    /// may go on in the first, and the latest transition keeps its own next observation.
+    fn close_ring(&mut self) {
+        if self.len() < self.capacity || self.next == 0 {
+            return;
+        }
+        let (last, latest) = (self.capacity - 1, self.next - 1);
+        let follows =
+            self.next_observations[last].as_deref().is_some_and(|own| bits(own).eq(bits(self.observation(0))));
+        if follows && last != latest {
+            self.next_observations[last] = None;
+        }
+        let own = self.get(latest).map(|transition| transition.next_observation.into());
+        self.next_observations[latest] = own;
     }
 }
 
@@ -193,7 +210,7 @@ mod tests {
     #[test]
     fn padded_scenes_shrink_to_a_tenth() {
         let buffer = recorded(1000, 1000);
-        let raw = buffer.rows.len() * 4;
+        let raw = buffer.len() * (2 * 160 + 2 + 1) * 4;
         let written = buffer.to_bytes().len();
         assert!(written * 10 < raw, "{written} of {raw} bytes");
     }
