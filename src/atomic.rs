@@ -13,9 +13,12 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
-    // Its error would name the temporary file, which nobody knows.
-    let file = tempfile::Builder::new().prefix(".mge-").tempfile_in(folder);
-    let mut file = file.map_err(|error| io::Error::from(error.kind()))?;
+    let mut file =
+        tempfile::Builder::new().prefix(".mge-").tempfile_in(folder).map_err(|error| match error.kind() {
+            // The error itself would name the temporary file, which nobody knows.
+            io::ErrorKind::NotFound => io::Error::new(io::ErrorKind::NotFound, "its folder does not exist"),
+            kind => kind.into(),
+        })?;
     file.write_all(bytes)?;
     file.as_file().sync_all()?;
     set_usual_permissions(file.as_file())?;
