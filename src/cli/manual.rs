@@ -8,7 +8,7 @@ use clap_mangen::Man;
 use super::Outcome;
 use super::arguments::Arguments;
 use crate::tui;
-use crate::workbench::VERBS;
+use crate::workbench::registry::verbs;
 
 /// Environment variables and what they do.
 const ENVIRONMENT: [(&str, &str); 6] = [
@@ -54,7 +54,7 @@ fn write_page(out: &mut impl Write) -> io::Result<()> {
         }
     }
     writeln!(out, ".SH COMMANDS OF SCRIPTS AND OF THE PALETTE")?;
-    for verb in VERBS {
+    for verb in verbs() {
         item(out, format!("{} {}", verb.name, verb.arguments).trim_end(), verb.help)?;
     }
     writeln!(out, ".SH ENVIRONMENT")?;
@@ -86,7 +86,7 @@ mod tests {
         let mut page = Vec::new();
         write_page(&mut page).unwrap();
         let page = String::from_utf8(page).unwrap();
-        for verb in VERBS {
+        for verb in verbs() {
             assert!(page.contains(&escape(verb.help)), "{}", verb.name);
         }
         for (_, keys) in tui::keys() {

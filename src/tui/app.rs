@@ -5,7 +5,6 @@ use std::time::Duration;
 use crossterm::event::{Event, KeyEvent, KeyEventKind, MouseEvent};
 use ratatui::layout::Rect;
 
-use super::action::{Action, Context};
 use super::desk::Desk;
 use super::facts::Level;
 use super::key::Key;
@@ -14,6 +13,7 @@ use super::layers::{Deed, Layer, Wish};
 use super::preview::Preview;
 use super::screens::{Curves, Hits, Lists, Runs, Scene, Schedule, Tab};
 use super::theme::Theme;
+use crate::workbench::registry::{Action, Context};
 
 /// Everything the screen knows of its own.
 pub struct App {
@@ -137,7 +137,7 @@ impl App {
             Tab::Figures => vec![Context::Figures, Context::List],
             Tab::Log => vec![Context::List],
         };
-        inner.into_iter().chain([Context::Everywhere]).collect()
+        inner.into_iter().chain([Context::Everywhere, Context::Typed]).collect()
     }
 
     /// Lets time pass and takes in what the session did.

@@ -1,6 +1,6 @@
 //! The keys as the manual page lists them.
 
-use super::action::{ACTIONS, Context};
+use crate::workbench::registry::{Context, ENTRIES};
 
 /// A key, or several, the action's name in a key file, and what it does.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -15,10 +15,10 @@ pub struct KeyHelp {
     pub verb: Option<&'static str>,
 }
 
-/// All actions by where they apply, in the order of the help.
+/// All actions that have keys, by where they apply, in the order of the help.
 pub fn keys() -> Vec<(&'static str, Vec<KeyHelp>)> {
     let of = |context: Context| {
-        let entries = ACTIONS.iter().filter(|entry| entry.context == context);
+        let entries = ENTRIES.iter().filter(|entry| entry.context == context);
         let help = entries.map(|entry| KeyHelp {
             keys: entry.keys.split_whitespace().collect::<Vec<_>>().join(", "),
             name: entry.name,
@@ -27,5 +27,5 @@ pub fn keys() -> Vec<(&'static str, Vec<KeyHelp>)> {
         });
         (context.name(), help.collect())
     };
-    Context::ALL.into_iter().map(of).collect()
+    Context::ALL.into_iter().filter(|context| *context != Context::Typed).map(of).collect()
 }

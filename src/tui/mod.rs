@@ -6,7 +6,6 @@
 //! The [`action`] table feeds the key map, the footer, the help and the palette.
 //! [`scene`], [`chart`] and [`raster`] draw; [`screens`] put them together; [`layers`] lie over them.
 
-mod action;
 mod app;
 mod chart;
 mod desk;

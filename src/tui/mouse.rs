@@ -2,11 +2,11 @@
 
 use crossterm::event::{MouseButton, MouseEvent, MouseEventKind};
 
-use super::action::Action;
 use super::app::App;
 use super::facts::Level;
 use super::scene::View;
 use super::screens::{Tab, edit, scene, schedule, training};
+use crate::workbench::registry::Action;
 
 /// Distance in units at which an object is still hit.
 const REACH: f32 = 2.0;

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use super::action::{Action, Context};
 use super::app::{App, TerminalWish};
 use super::facts::Level;
 use super::layers::{Chooser, Confirm, Deed, Help, Layer, Palette, Prompt, Then, Tour};
@@ -12,6 +11,7 @@ use crate::run::RunState;
 use crate::task;
 use crate::trainer::Method;
 use crate::workbench::Command;
+use crate::workbench::registry::{Action, Context};
 
 impl App {
     /// Does what an action asks for.
@@ -38,6 +38,7 @@ impl App {
             Action::SaveAs => self.ask_where_to_save(),
             Action::Copy => self.copy_command(),
             Action::Palette => self.layers.push(Layer::Palette(Palette::new(&self.contexts()))),
+            Action::Type(words) => self.layers.push(Layer::Palette(Palette::begun(&self.contexts(), words))),
             Action::Help => self.layers.push(Layer::Help(Help::new(&self.contexts()))),
             Action::Tour => self.layers.push(Layer::Tour(Tour::default())),
             Action::Screen(index) => self.show(Tab::ALL[usize::from(index) % Tab::ALL.len()]),

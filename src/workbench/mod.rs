@@ -12,13 +12,14 @@ mod journal;
 mod model_job;
 mod prior_job;
 mod proposal_job;
+pub mod registry;
 mod rehearsal;
 mod runs;
 mod script;
 mod session;
 mod training;
 
-pub use command::{Command, CommandError, Comparison, Expectation, FigureKind, Quantity, VERBS, Verb};
+pub use command::{Command, CommandError, Comparison, Expectation, FigureKind, Quantity};
 pub use error::SessionError;
 pub use hand::HandPlay;
 pub use runs::RunView;

@@ -7,9 +7,9 @@ use ratatui::style::Style;
 
 use super::Wish;
 use super::popup::{frame, wrap};
-use crate::tui::action::{ACTIONS, Context};
 use crate::tui::keymap::Keymap;
 use crate::tui::theme::Theme;
+use crate::workbench::registry::{Context, ENTRIES, Entry, Script};
 
 /// Columns of the whole, and of those the keys' and the names'.
 const WIDTH: u16 = 116;
@@ -69,8 +69,8 @@ impl Help {
                 lines.push(Default::default());
             }
             lines.push((context.name().to_uppercase(), "", String::new()));
-            for entry in ACTIONS.iter().filter(|entry| entry.context == *context) {
-                for (index, about) in wrap(entry.about, room).into_iter().enumerate() {
+            for entry in ENTRIES.iter().filter(|entry| entry.context == *context) {
+                for (index, about) in wrap(&about(entry), room).into_iter().enumerate() {
                     let first = index == 0;
                     let keys = if first { keymap.keys(entry).join(" ") } else { String::new() };
                     lines.push((keys, if first { entry.name } else { "" }, about));
@@ -78,5 +78,15 @@ impl Help {
             }
         }
         lines
+    }
+}
+
+/// What an entry does, after how it is written if it is typed.
+fn about(entry: &Entry) -> String {
+    match entry.script {
+        Script::Verb(verb) if entry.context == Context::Typed => {
+            format!("{}: {}", format!("{} {}", verb.name, verb.arguments).trim_end(), entry.about)
+        }
+        _ => entry.about.to_owned(),
     }
 }

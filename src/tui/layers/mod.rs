@@ -18,9 +18,9 @@ use crossterm::event::{KeyCode, KeyEvent, MouseButton, MouseEvent, MouseEventKin
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Position, Rect};
 
-use super::action::Action;
 use super::keymap::Keymap;
 use super::theme::Theme;
+use crate::workbench::registry::Action;
 
 /// Something over the screen.
 pub enum Layer {

@@ -10,12 +10,11 @@ use ratatui::style::Style;
 use super::popup::{frame, wrap};
 use super::prompt::line;
 use super::{Deed, Wish};
-use crate::tui::action::{ACTIONS, Context, Entry};
 use crate::tui::keymap::Keymap;
 use crate::tui::screens::shortened;
 use crate::tui::text_input::TextInput;
 use crate::tui::theme::Theme;
-use crate::workbench::{VERBS, Verb};
+use crate::workbench::registry::{Context, ENTRIES, Entry, Verb, verbs};
 
 /// What can be found.
 #[derive(Clone, Copy)]
@@ -55,9 +54,10 @@ pub struct Palette {
 impl Palette {
     /// A palette of the actions that apply now and of all commands.
     pub fn new(contexts: &[Context]) -> Self {
-        let actions = ACTIONS.iter().filter(|entry| contexts.contains(&entry.context)).map(Item::Action);
-        let verbs = VERBS.iter().filter(|verb| !verb.arguments.is_empty()).map(Item::Verb);
-        let items: Vec<Item> = actions.chain(verbs).collect();
+        let applies = |entry: &&Entry| contexts.contains(&entry.context) && entry.context != Context::Typed;
+        let actions = ENTRIES.iter().filter(applies).map(Item::Action);
+        let commands = verbs().filter(|verb| !verb.arguments.is_empty()).map(Item::Verb);
+        let items: Vec<Item> = actions.chain(commands).collect();
         Self {
             input: TextInput::default(),
             found: items.clone(),
@@ -66,6 +66,13 @@ impl Palette {
             shown: Default::default(),
             error: None,
         }
+    }
+
+    /// A palette in which a command is begun.
+    pub fn begun(contexts: &[Context], words: &str) -> Self {
+        let mut palette = Self::new(contexts);
+        palette.paste(&format!("{words} "));
+        palette
     }
 
     pub(super) fn paste(&mut self, text: &str) {
@@ -115,7 +122,7 @@ impl Palette {
         self.selected = 0;
         let text = self.input.text().trim();
         if is_command(text) {
-            self.found = VERBS.iter().filter(|verb| begins_with(text, verb.name)).map(Item::Verb).collect();
+            self.found = verbs().filter(|verb| begins_with(text, verb.name)).map(Item::Verb).collect();
             return;
         }
         let pattern = Pattern::parse(text, CaseMatching::Ignore, Normalization::Smart);
@@ -206,13 +213,13 @@ fn is_command(text: &str) -> bool {
         Some(rest) => rest.starts_with(' '),
         None => false,
     };
-    VERBS.iter().any(complete)
+    verbs().any(complete)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tui::action::Action;
+    use crate::workbench::registry::Action;
     use crossterm::event::KeyModifiers;
 
     fn check(typed: &str, wish: &Wish) {

@@ -9,11 +9,11 @@ use ratatui::style::Style;
 use super::Hits;
 use super::frame::{WIDE, hint, pane};
 use super::lists::{line, select};
-use crate::tui::action::{Action, Context};
 use crate::tui::app::App;
 use crate::tui::facts::Facts;
 use crate::tui::preview::Wanted;
 use crate::workbench::FigureKind;
+use crate::workbench::registry::{Action, Context};
 
 /// What a figure shows, in one line.
 fn about(kind: FigureKind) -> &'static str {

@@ -7,10 +7,10 @@ use ratatui::style::{Modifier, Style};
 use ratatui::widgets::Widget;
 
 use super::{Hits, Tab};
-use crate::tui::action::Action;
 use crate::tui::app::App;
 use crate::tui::facts::Level;
 use crate::tui::theme::Theme;
+use crate::workbench::registry::Action;
 
 /// The smallest terminal that shows the workbench.
 const LEAST: (u16, u16) = (60, 20);

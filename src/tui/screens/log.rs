@@ -6,8 +6,8 @@ use ratatui::style::Style;
 
 use super::frame::{hint, level_style, pane};
 use super::lists::select;
-use crate::tui::action::Action;
 use crate::tui::app::App;
+use crate::workbench::registry::Action;
 
 /// Draws the screen.
 pub fn draw(app: &App, area: Rect, buffer: &mut Buffer) {

@@ -23,10 +23,10 @@ pub use training::Curves;
 
 use ratatui::layout::Rect;
 
-use super::action::Action;
 use super::chart::Axes;
 use super::metric::Metric;
 use super::scene::View;
+use crate::workbench::registry::Action;
 
 /// A screen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -10,78 +10,6 @@ use crate::physics::ToolKind;
 use crate::task::Edit;
 use crate::trainer::{Method, PriorSource};
 
-/// A verb of the language, for help, completion and the manual.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Verb {
-    /// The words it begins with.
-    pub name: &'static str,
-    /// What follows them.
-    pub arguments: &'static str,
-    /// What it does, in one line.
-    pub help: &'static str,
-}
-
-/// Every verb there is.
-pub const VERBS: &[Verb] = &[
-    verb("task", "NAME|FILE", "load a shipped task or a task file"),
-    verb("save", "[FILE]", "save the edited task"),
-    verb("undo", "", "take the latest edit back"),
-    verb("redo", "", "make the undone edit again"),
-    verb("subgoal add", "X Y [RADIUS]", "append a subgoal"),
-    verb("subgoal move", "N X Y", "move subgoal N (from 1) to normalised X Y"),
-    verb("subgoal size", "N RADIUS", "resize a subgoal, in units"),
-    verb("subgoal swap", "N M", "exchange two subgoals in the order"),
-    verb("subgoal delete", "N", "delete a subgoal"),
-    verb("goal move", "X Y", "move the goal"),
-    verb("goal size", "RADIUS", "resize the goal, in units"),
-    verb("ball move", "X Y", "move the ball's start"),
-    verb("tool add", "TYPE X Y [SIZE]", "add a static tool: bucket, square, box, wall or floor"),
-    verb("tool move", "N X Y", "move a static tool (from 1)"),
-    verb("tool size", "N SIZE", "resize a static tool, in units"),
-    verb("tool delete", "N", "delete a static tool"),
-    verb(
-        "propose",
-        "[N]",
-        "let the model propose N subgoals in the background, as many as the task has if N is left out",
-    ),
-    verb("proposal accept", "[N]", "append a proposed subgoal to the task's own; without N, take all in place of them"),
-    verb("proposal delete", "[N]", "reject a proposed subgoal, or all of them"),
-    verb("proposal move", "N X Y", "move proposed subgoal N (from 1)"),
-    verb("proposal size", "N RADIUS", "resize a proposed subgoal, in units"),
-    verb("seed", "N", "set the master seed"),
-    verb("method", "NAME", "choose the method: ddpg, ddpg-mge, or one to compare them with"),
-    verb("episodes", "N", "set the number of training episodes"),
-    verb("epsilon", "SPEC", "set the epsilon threshold; a running training takes it at its next episode"),
-    verb("set", "KEY VALUE", "set any setting of the run by its JSON path, such as ddpg.critic_learning_rate 1e-4"),
-    verb("model train", "TYPE,... FILE [EPOCHS]", "train a dynamics model of these tool types, in the background"),
-    verb("model evaluate", "FILE|NAME", "measure a dynamics model on fresh launches and unseen scenes"),
-    verb("model stop", "", "end the training or evaluation of a dynamics model; nothing of it is kept"),
-    verb("model", "learned|true|uniform|FILE", "choose what predicts the rollouts behind the clusters"),
-    verb("clusters", "[FILE]", "compute the action clusters anew, and save them to a file"),
-    verb("guide", "", "give the action clusters to the running training"),
-    verb("out", "FOLDER", "choose the folder for runs"),
-    verb("train", "[FOLDER] [until N]", "start a run, or queue it; with `until`, pause it after N episodes"),
-    verb("pause", "", "pause the run"),
-    verb("resume", "[until N]", "go on with the paused run"),
-    verb("stop", "", "save a checkpoint and end the run"),
-    verb("wait", "", "wait until the run pauses or ends, or the clusters are there"),
-    verb("open", "FOLDER", "open a run that is on disk"),
-    verb("watch", "N", "act on run N of the session, counted from 1 in the order they began"),
-    verb("delete", "FOLDER", "delete a run that nobody works on, with all its files"),
-    verb("continue", "[FOLDER]", "go on with a run from its checkpoint"),
-    verb("evaluate", "", "play the greedy policy of the run"),
-    verb("place", "X Y", "hand play: place the tool and let the world run"),
-    verb("reset", "", "hand play: start again"),
-    verb("figure", "KIND FILE [DPI]", "export a figure: scene, clusters, learning, dashboard or episode"),
-    verb("expect", "WHAT OP VALUE", "fail the script unless it holds, such as expect success >= 0.5"),
-    verb("record", "FILE", "save the session so far as a script"),
-    verb("quit", "", "leave; a running training is checkpointed first"),
-];
-
-const fn verb(name: &'static str, arguments: &'static str, help: &'static str) -> Verb {
-    Verb { name, arguments, help }
-}
-
 /// Something a person can do.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Command {
@@ -283,6 +211,7 @@ fn suggestion(nearest: &Option<String>) -> String {
 mod tests {
     use super::read::find_verb;
     use super::*;
+    use crate::workbench::registry::verbs;
 
     /// One line for every verb.
     const LINES: &[&str] = &[
@@ -339,7 +268,7 @@ mod tests {
 
     #[test]
     fn every_verb_reads_and_writes_the_same_line() {
-        for verb in VERBS {
+        for verb in verbs() {
             let line = LINES.iter().find(|line| find_verb(&shell_words::split(line).unwrap()).unwrap().0 == verb);
             let line = line.unwrap_or_else(|| panic!("no line for {}", verb.name));
             let command = Command::parse(line).unwrap().unwrap();

@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
-use super::{Command, CommandError, Comparison, Expectation, FigureKind, Quantity, VERBS, Verb};
+use super::{Command, CommandError, Comparison, Expectation, FigureKind, Quantity};
 use crate::json;
 use crate::physics::ToolKind;
 use crate::task::Edit;
 use crate::trainer::PriorSource;
+use crate::workbench::registry::{Verb, verbs};
 
 impl Command {
     /// Reads one line. None if it is empty or a comment (`#`).
@@ -32,15 +33,17 @@ pub(super) fn find_verb(words: &[String]) -> Result<(&'static Verb, &[String]), 
         let parts: Vec<&str> = verb.name.split(' ').collect();
         words.len() >= parts.len() && parts.iter().zip(words).all(|(part, word)| part == word)
     };
-    if let Some(verb) = VERBS.iter().find(starts_with) {
-        return Ok((verb, &words[verb.name.split(' ').count()..]));
+    // `model train` is not `model` with an argument.
+    let parts = |verb: &Verb| verb.name.split(' ').count();
+    if let Some(verb) = verbs().filter(starts_with).max_by_key(|verb| parts(verb)) {
+        return Ok((verb, &words[parts(verb)..]));
     }
     let typed = words.iter().take(2).map(String::as_str).collect::<Vec<_>>().join(" ");
     let closeness = |verb: &Verb| {
         let one = strsim::jaro_winkler(verb.name, words.first().map_or("", String::as_str));
         one.max(strsim::jaro_winkler(verb.name, &typed))
     };
-    let nearest = VERBS.iter().max_by(|a, b| closeness(a).total_cmp(&closeness(b))).filter(|v| closeness(v) > 0.75);
+    let nearest = verbs().max_by(|a, b| closeness(a).total_cmp(&closeness(b))).filter(|v| closeness(v) > 0.75);
     Err(CommandError::Unknown { word: typed, nearest: nearest.map(|verb| verb.name.to_owned()) })
 }
 
