@@ -161,7 +161,6 @@ impl Conductor<'_> {
             }
             self.episode(&mut training)?;
         }
-        self.keep(&training, None, true)?;
         self.writer.record(&Event::Finished { episode: training.episode() })?;
         Ok(Ending::Finished)
     }
@@ -192,7 +191,7 @@ impl Conductor<'_> {
             }
             self.writer.record(&event)?;
         }
-        self.keep(training, score, false)
+        self.keep(training, score, training.is_finished())
     }
 
     /// Writes the checkpoints that are due.

@@ -107,6 +107,7 @@ impl SessionDesk {
             played: Arc::default(),
             played_end: None,
             model_work: None,
+            model_outcome: None,
             figures: Vec::new(),
             log: Vec::new(),
             log_total: 0,
@@ -208,14 +209,17 @@ impl SessionDesk {
                 self.facts.prior_failure = Some(reason.clone());
                 self.log(Level::Error, format!("action clusters: {reason}"));
             }
-            Notice::Model(Ok(told)) => {
+            Notice::Model(outcome) => {
                 self.facts.models = models(&self.session);
-                self.log(Level::Good, told.clone());
+                self.facts.model_outcome = Some(outcome.clone());
+                match outcome {
+                    Ok(told) => self.log(Level::Good, told.clone()),
+                    Err(reason) => self.log(Level::Error, reason.clone()),
+                }
             }
             Notice::Proposed(Ok(told)) => {
                 self.log(Level::Good, format!("{told}: accept, move or reject them on the Edit screen"));
             }
-            Notice::Model(Err(reason)) => self.log(Level::Error, reason.clone()),
             Notice::Proposed(Err(reason)) => self.log(Level::Error, format!("subgoals: {reason}")),
             Notice::Run { event: Event::EpisodeFinished(_), .. } | Notice::PriorStage { .. } | Notice::Changed => {}
             Notice::Run { index, event } => {
@@ -356,7 +360,7 @@ impl Desk for SessionDesk {
     }
 
     fn log(&mut self, level: Level, text: String) {
-        self.facts.log.push(LogLine { level, text });
+        self.facts.log.push(LogLine { time: jiff::Zoned::now().time(), level, text });
         self.facts.log_total += 1;
         let more = self.facts.log.len().saturating_sub(LOG);
         self.facts.log.drain(..more);

@@ -54,6 +54,8 @@ pub struct Facts {
     pub played_end: Option<EndReason>,
     /// What is being done about a dynamics model, and how much of it is done.
     pub model_work: Option<(String, Option<f32>)>,
+    /// What came of the latest work on a dynamics model.
+    pub model_outcome: Option<Result<String, String>>,
     /// Figures written in this session.
     pub figures: Vec<PathBuf>,
     /// What happened, oldest first, as far as it is kept.
@@ -130,6 +132,8 @@ pub struct RunFacts {
 /// A line of the log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LogLine {
+    /// When it happened: local time of day.
+    pub time: jiff::civil::Time,
     /// How much it matters.
     pub level: Level,
     /// What happened.

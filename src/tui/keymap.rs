@@ -174,6 +174,8 @@ mod tests {
         assert_eq!(action("f9"), Some(Action::Train));
         assert_eq!(action("t"), None);
         assert_eq!(action("q"), None);
+        let typed = Keymap::parse("set = f9", "keys").unwrap();
+        assert_eq!(typed.action("f9".parse().unwrap(), &[Context::Typed]), Some(Action::Type("set")));
         let swapped = Keymap::parse("train = p\npause = t", "keys").unwrap();
         assert_eq!(swapped.action("p".parse().unwrap(), &[Context::Everywhere]), Some(Action::Train));
     }

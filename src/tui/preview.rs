@@ -91,6 +91,12 @@ impl Preview {
         true
     }
 
+    /// Whether a picture is being made.
+    #[cfg(test)]
+    pub fn is_drawing(&self) -> bool {
+        self.job.is_some()
+    }
+
     /// Forgets the picture: a terminal that was left has forgotten it, too.
     pub fn forget(&mut self) {
         *self = Self { graphics: self.graphics, ..Self::default() };

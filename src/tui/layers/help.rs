@@ -23,10 +23,12 @@ pub struct Help {
 }
 
 impl Help {
-    /// The help for a moment at which these contexts apply.
+    /// The help for a moment at which these contexts apply. What is typed comes last.
     pub fn new(now: &[Context]) -> Self {
         let others = Context::ALL.into_iter().filter(|context| !now.contains(context));
-        Self { scroll: 0, contexts: now.iter().copied().chain(others).collect() }
+        let mut contexts: Vec<Context> = now.iter().copied().chain(others).collect();
+        contexts.sort_by_key(|context| *context == Context::Typed);
+        Self { scroll: 0, contexts }
     }
 
     pub(super) fn key(&mut self, key: KeyEvent) -> Wish {

@@ -14,28 +14,35 @@ use crate::tui::keymap::Keymap;
 use crate::tui::screens::shortened;
 use crate::tui::text_input::TextInput;
 use crate::tui::theme::Theme;
-use crate::workbench::registry::{Context, ENTRIES, Entry, Verb, verbs};
+use crate::workbench::registry::{Context, ENTRIES, Entry, Script, Verb, verbs};
 
 /// What can be found.
 #[derive(Clone, Copy)]
-enum Item {
-    Action(&'static Entry),
-    Verb(&'static Verb),
+struct Item {
+    entry: &'static Entry,
+    /// It can be asked for as it stands; otherwise its command is to be typed.
+    applies: bool,
 }
 
 impl Item {
-    fn name(self) -> String {
-        match self {
-            Self::Action(entry) => entry.name.to_owned(),
-            Self::Verb(verb) => format!("{} {}", verb.name, verb.arguments).trim_end().to_owned(),
+    fn verb(self) -> Option<&'static Verb> {
+        match &self.entry.script {
+            Script::Verb(verb) => Some(verb),
+            _ => None,
         }
     }
 
-    fn about(self) -> &'static str {
-        match self {
-            Self::Action(entry) => entry.about,
-            Self::Verb(verb) => verb.help,
+    /// Its command with what follows, or its name.
+    fn usage(self) -> String {
+        match self.verb() {
+            Some(verb) => format!("{} {}", verb.name, verb.arguments).trim_end().to_owned(),
+            None => self.entry.name.to_owned(),
         }
+    }
+
+    /// Usage and explanation, in one line.
+    fn line(self) -> String {
+        format!("{:<28} {}", self.usage(), self.entry.about)
     }
 }
 
@@ -54,10 +61,11 @@ pub struct Palette {
 impl Palette {
     /// A palette of the actions that apply now and of all commands.
     pub fn new(contexts: &[Context]) -> Self {
-        let applies = |entry: &&Entry| contexts.contains(&entry.context) && entry.context != Context::Typed;
-        let actions = ENTRIES.iter().filter(applies).map(Item::Action);
-        let commands = verbs().filter(|verb| !verb.arguments.is_empty()).map(Item::Verb);
-        let items: Vec<Item> = actions.chain(commands).collect();
+        let items = ENTRIES.iter().map(|entry| {
+            let applies = contexts.contains(&entry.context) && entry.context != Context::Typed;
+            Item { entry, applies }
+        });
+        let items: Vec<Item> = items.filter(|item| item.applies || item.verb().is_some()).collect();
         Self {
             input: TextInput::default(),
             found: items.clone(),
@@ -101,8 +109,8 @@ impl Palette {
             return Wish::Try(Deed::Line(text.to_owned()));
         }
         match self.found.get(self.selected) {
-            Some(Item::Action(entry)) => Wish::Do(Deed::Action(entry.action)),
-            Some(Item::Verb(_)) => {
+            Some(item) if item.applies => Wish::Do(Deed::Action(item.entry.action)),
+            Some(_) => {
                 self.complete();
                 Wish::Stay
             }
@@ -111,7 +119,7 @@ impl Palette {
     }
 
     fn complete(&mut self) {
-        if let Some(Item::Verb(verb)) = self.found.get(self.selected) {
+        if let Some(verb) = self.found.get(self.selected).and_then(|item| item.verb()) {
             self.input = TextInput::new(format!("{} ", verb.name));
             self.search();
         }
@@ -122,7 +130,8 @@ impl Palette {
         self.selected = 0;
         let text = self.input.text().trim();
         if is_command(text) {
-            self.found = verbs().filter(|verb| begins_with(text, verb.name)).map(Item::Verb).collect();
+            let begins = |item: &&Item| item.verb().is_some_and(|verb| begins_with(text, verb.name));
+            self.found = self.items.iter().filter(begins).copied().collect();
             return;
         }
         let pattern = Pattern::parse(text, CaseMatching::Ignore, Normalization::Smart);
@@ -130,8 +139,8 @@ impl Palette {
         let mut characters = Vec::new();
         let mut score = |text: &str| pattern.score(Utf32Str::new(text, &mut characters), &mut matcher);
         let scored = self.items.iter().filter_map(|item| {
-            let (name, about) = (score(&item.name()), score(item.about()));
-            name.map(|score| 2 * score).max(about).map(|score| (score, *item))
+            let name = score(item.entry.name).max(item.verb().and_then(|verb| score(verb.name)));
+            name.map(|score| 2 * score).max(score(item.entry.about)).map(|score| (score, *item))
         });
         let mut found: Vec<(u32, Item)> = scored.collect();
         found.sort_by_key(|(score, _)| std::cmp::Reverse(*score));
@@ -151,10 +160,10 @@ impl Palette {
     /// above.
     fn explain(&self, inside: Rect, theme: &Theme, buffer: &mut Buffer) -> u16 {
         let width = usize::from(inside.width);
-        let Some(item) = self.found.get(self.selected).filter(|item| text(**item).chars().count() + 12 > width) else {
+        let Some(item) = self.found.get(self.selected).filter(|item| item.line().chars().count() + 12 > width) else {
             return inside.bottom();
         };
-        let lines = wrap(item.about(), width);
+        let lines = wrap(item.entry.about, width);
         let top = inside.bottom().saturating_sub(lines.len() as u16);
         for (y, line) in (top..inside.bottom()).zip(lines) {
             buffer.set_stringn(inside.x, y, line, width, theme.faint());
@@ -176,14 +185,10 @@ impl Palette {
         let first = (self.selected + 1).saturating_sub(rows.len());
         self.shown = (Rect { y: inside.y + 1, height: rows.len() as u16, ..inside }, first);
         for (y, (index, item)) in rows.zip(self.found.iter().enumerate().skip(first)) {
-            let keys = match item {
-                Item::Action(entry) => keymap.keys(entry).join(" "),
-                Item::Verb(_) => String::new(),
-            };
-            let text = text(*item);
+            let keys = if item.applies { keymap.keys(item.entry).join(" ") } else { String::new() };
             let style = if index == self.selected { theme.selected() } else { Style::new() };
             let room = width.saturating_sub(keys.len() + 1);
-            let text = shortened(&text, room, false);
+            let text = shortened(&item.line(), room, false);
             buffer.set_stringn(inside.x, y, format!("{text:width$}"), width, style);
             buffer.set_stringn(
                 inside.x + room as u16,
@@ -195,11 +200,6 @@ impl Palette {
         }
         cursor
     }
-}
-
-/// Name and explanation, in one line.
-fn text(item: Item) -> String {
-    format!("{:<28} {}", item.name(), item.about())
 }
 
 fn begins_with(text: &str, name: &str) -> bool {

@@ -7,7 +7,11 @@ use ratatui::style::Style;
 use super::frame::{hint, level_style, pane};
 use super::lists::select;
 use crate::tui::app::App;
+use crate::tui::layers::wrap;
 use crate::workbench::registry::Action;
+
+/// Columns of the time of day and the space after it.
+const TIME: usize = 9;
 
 /// Draws the screen.
 pub fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
@@ -22,13 +26,17 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
     let end = facts.log.len() - app.lists.log.min(facts.log.len() - 1);
     let wrapped = facts.log[..end].iter().rev().flat_map(|entry| {
         let (mark, style) = level_style(entry.level, theme);
-        let lines = crate::tui::layers::wrap(&format!("{mark}{}", entry.text), width);
-        lines.into_iter().rev().map(move |text| (text, style))
+        let lines = wrap(&format!("{mark}{}", entry.text), width.saturating_sub(TIME));
+        let times =
+            std::iter::once(entry.time.strftime("%H:%M:%S").to_string()).chain(std::iter::repeat(String::new()));
+        let lines: Vec<_> = times.zip(lines).collect();
+        lines.into_iter().rev().map(move |(time, text)| (time, text, style))
     });
-    let mut lines: Vec<(String, Style)> = wrapped.take(usize::from(inside.height)).collect();
+    let mut lines: Vec<(String, String, Style)> = wrapped.take(usize::from(inside.height)).collect();
     lines.reverse();
-    for (y, (text, style)) in (inside.y..inside.bottom()).zip(lines) {
-        buffer.set_stringn(inside.x, y, text, width, style);
+    for (y, (time, text, style)) in (inside.y..inside.bottom()).zip(lines) {
+        buffer.set_stringn(inside.x, y, time, width, theme.faint());
+        buffer.set_stringn(inside.x + TIME as u16, y, text, width.saturating_sub(TIME), style);
     }
 }
 

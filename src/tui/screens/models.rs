@@ -30,7 +30,7 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     let rows = (facts.models.len() as u16 + 1).min(inside.height);
     let mut below = Rect { y: inside.y + rows, height: inside.height - rows, ..inside };
     if let Some(model) = facts.models.get(app.lists.model) {
-        below = told(&format!("{}: {}", model.name, model.about), below, buffer);
+        below = told(&format!("{}: {}", model.name, model.about), Style::new(), below, buffer);
     }
     if let Some((name, done)) = &facts.model_work {
         let text = match done {
@@ -43,23 +43,22 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
         buffer.set_stringn(below.x, below.y, text, usize::from(below.width), Style::new().fg(theme.accent));
         below = Rect { y: (below.y + 2).min(inside.bottom()), height: below.height.saturating_sub(2), ..below };
     }
-    let measured = facts.log.iter().rev().find(|entry| entry.level == Level::Good && entry.text.contains(MEASURED));
-    let Some(measured) = measured else { return hint(&explanation(app), below, theme, buffer) };
-    told(&measured.text, below, buffer);
+    match &facts.model_outcome {
+        Some(Ok(outcome)) => told(outcome, Style::new(), below, buffer),
+        Some(Err(reason)) => told(reason, Style::new().fg(theme.bad), below, buffer),
+        None => return hint(&explanation(app), below, theme, buffer),
+    };
 }
 
 /// Writes a text at the top of an area and returns what is left below it.
-fn told(text: &str, area: Rect, buffer: &mut Buffer) -> Rect {
+fn told(text: &str, style: Style, area: Rect, buffer: &mut Buffer) -> Rect {
     let lines = wrap(text, usize::from(area.width.saturating_sub(2)));
     let height = (lines.len() as u16 + 1).min(area.height);
     for (y, line) in (area.y..area.bottom()).zip(lines) {
-        buffer.set_stringn(area.x + 2, y, line, usize::from(area.width.saturating_sub(2)), Style::new());
+        buffer.set_stringn(area.x + 2, y, line, usize::from(area.width.saturating_sub(2)), style);
     }
     Rect { y: area.y + height, height: area.height - height, ..area }
 }
-
-/// What every result of an evaluation says.
-const MEASURED: &str = "error after one prediction";
 
 fn explanation(app: &App) -> String {
     let key = |action, context| app.keymap.key_for(action, context);

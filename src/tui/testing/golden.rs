@@ -2,24 +2,19 @@
 //! `MGE_UPDATE_GOLDEN=1 cargo test tui` writes them anew; look at the difference.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
-use super::{app, empty, failed, shot, text, typical};
+use super::{app, empty, failed, press, shot, text, typical};
 use crate::tui::facts::Facts;
 use crate::tui::screens::Tab;
+use crate::workbench::registry::Action;
 
 const SIZES: [(u16, u16); 4] = [(60, 20), (80, 24), (120, 40), (200, 60)];
 
-fn check(name: &str, facts: fn() -> Facts) {
+/// Compares what `draw` gives at every size with the file of that name and size.
+fn check(name: &str, draw: impl Fn(u16, u16) -> String) {
     for (width, height) in SIZES {
-        let (mut app, _) = app(facts());
-        let mut screens = String::new();
-        for tab in Tab::ALL {
-            app.tab = tab;
-            // What depends on where things are drawn is there in the second picture.
-            shot(&mut app, width, height);
-            app.tick(std::time::Duration::ZERO);
-            screens += &format!("=== {}\n{}", tab.title(), text(&shot(&mut app, width, height)));
-        }
+        let screens = draw(width, height);
         let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
             .join(format!("src/tui/testing/golden/{name}-{width}x{height}.txt"));
         if std::env::var_os("MGE_UPDATE_GOLDEN").is_some() {
@@ -31,19 +26,55 @@ fn check(name: &str, facts: fn() -> Facts) {
     }
 }
 
+/// All screens of the workbench in a state, the given figure selected.
+fn screens(facts: fn() -> Facts, figure: usize) -> impl Fn(u16, u16) -> String {
+    move |width, height| {
+        let (mut app, _) = app(facts());
+        app.lists.figure = figure;
+        let all = Tab::ALL.map(|tab| {
+            app.tab = tab;
+            // What depends on where things are drawn is there in the second picture.
+            shot(&mut app, width, height);
+            app.tick(Duration::ZERO);
+            while app.preview.is_drawing() {
+                std::thread::yield_now();
+                app.tick(Duration::ZERO);
+            }
+            format!("=== {}\n{}", tab.title(), text(&shot(&mut app, width, height)))
+        });
+        all.concat()
+    }
+}
+
 #[test]
 fn empty_screens_say_what_to_press() {
-    check("empty", empty);
+    check("empty", screens(empty, 0));
 }
 
 #[test]
 fn typical_screens() {
-    check("typical", typical);
+    check("typical", screens(typical, 0));
 }
 
 #[test]
 fn failed_screens_say_why() {
-    check("failed", failed);
+    check("failed", screens(failed, 1));
+}
+
+/// Help, palette, prompts, lists and questions over the screen, by the keys that open them.
+#[test]
+fn layers_over_the_screen() {
+    const KEYS: [&str; 9] = ["?", "? end", ":", ": e p s i", ": s e e d space x enter", "e", "m", "x", "q"];
+    check("layers", |width, height| {
+        let shots = KEYS.map(|keys| {
+            let (mut app, _) = app(typical());
+            press(&mut app, keys);
+            format!("=== {keys}\n{}", text(&shot(&mut app, width, height)))
+        });
+        let (mut app, _) = app(empty());
+        app.perform(Action::Tour);
+        shots.concat() + "=== tour\n" + &text(&shot(&mut app, width, height))
+    });
 }
 
 #[test]

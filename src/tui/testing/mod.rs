@@ -30,9 +30,10 @@ use super::scene::{Ghost, Heat};
 use super::screens;
 use super::theme::{Depth, Marker, Palette, Theme};
 use crate::env::{Action, Placement};
+use crate::figures::TaskGrid;
 use crate::guidance::{ActionPrior, Cluster, GuidanceConfig, StagePrior};
 use crate::run::RunState;
-use crate::task::Region;
+use crate::task::{Region, Task};
 use crate::trainer::Trace;
 use crate::workbench::{Command, FigureKind, PriorState};
 
@@ -84,13 +85,16 @@ impl Desk for FakeDesk {
     }
 
     fn figure(&self, kind: FigureKind) -> Result<Drawing, String> {
-        Err(format!("the {} figure has no picture in tests", kind.name()))
+        match kind {
+            FigureKind::Scene => Ok(Box::new(TaskGrid { tasks: vec![Task::clone(&self.facts.task)] })),
+            _ => Err(format!("there is nothing for the {} figure in tests", kind.name())),
+        }
     }
 
     fn look_for_runs(&mut self) {}
 
     fn log(&mut self, level: Level, text: String) {
-        self.facts.log.push(LogLine { level, text });
+        self.facts.log.push(at_noon(level, &text));
     }
 }
 
@@ -124,6 +128,7 @@ pub fn empty() -> Facts {
         played: Arc::new(Trace::default()),
         played_end: None,
         model_work: None,
+        model_outcome: None,
         figures: Vec::new(),
         log: Vec::new(),
         log_total: 0,
@@ -142,21 +147,27 @@ pub fn typical() -> Facts {
     facts.current = Some(1);
     facts.figures = vec![PathBuf::from("figures/task1-scene.png")];
     facts.log = vec![
-        LogLine { level: Level::Info, text: "training in runs/task1-ddpg-mge-seed0".into() },
-        LogLine { level: Level::Good, text: "the action clusters are there".into() },
+        at_noon(Level::Info, "training in runs/task1-ddpg-mge-seed0"),
+        at_noon(Level::Good, "the action clusters are there"),
     ];
     facts
 }
 
-/// A run and the clusters have failed.
+/// A run, the clusters, and the training of a model have failed.
 pub fn failed() -> Facts {
     let mut facts = empty();
     let reason = "the critic's loss is not finite after 1203 updates: try a smaller learning rate";
     facts.prior_failure = Some("no shipped dynamics model knows the tools box, bucket".into());
     facts.runs = vec![run("task1-ddpg-mge-seed0", RunState::Failed(reason.into()), 120)];
     facts.current = Some(0);
-    facts.log = vec![LogLine { level: Level::Error, text: format!("task1-ddpg-mge-seed0: {reason}") }];
+    facts.log = vec![at_noon(Level::Error, &format!("task1-ddpg-mge-seed0: {reason}"))];
+    facts.model_outcome = Some(Err("models/box.safetensors: epoch 12: the loss is not finite".into()));
     facts
+}
+
+/// A line of the log.
+fn at_noon(level: Level, text: &str) -> LogLine {
+    LogLine { time: jiff::civil::time(12, 0, 0, 0), level, text: text.to_owned() }
 }
 
 /// Clusters of both stages of the task.
