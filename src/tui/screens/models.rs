@@ -43,11 +43,12 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
         buffer.set_stringn(below.x, below.y, text, usize::from(below.width), Style::new().fg(theme.accent));
         below = Rect { y: (below.y + 2).min(inside.bottom()), height: below.height.saturating_sub(2), ..below };
     }
-    match &facts.model_outcome {
-        Some(Ok(outcome)) => told(outcome, Style::new(), below, buffer),
-        Some(Err(reason)) => told(reason, Style::new().fg(theme.bad), below, buffer),
+    let (outcome, style) = match &facts.model_outcome {
+        Some(Ok(outcome)) => (outcome, Style::new()),
+        Some(Err(reason)) => (reason, Style::new().fg(theme.bad)),
         None => return hint(&explanation(app), below, theme, buffer),
     };
+    told(outcome, style, below, buffer);
 }
 
 /// Writes a text at the top of an area and returns what is left below it.
