@@ -41,7 +41,11 @@ impl Problem {
     /// The same problem of a part, seen from the whole: `parent` goes before the path.
     pub fn within(self, parent: impl Display) -> Self {
         let Self { path, message } = self;
-        let path = if path.starts_with('[') { format!("{parent}{path}") } else { format!("{parent}.{path}") };
+        let path = match path.as_str() {
+            "." => parent.to_string(),
+            _ if path.starts_with('[') => format!("{parent}{path}"),
+            _ => format!("{parent}.{path}"),
+        };
         Self { path, message }
     }
 }

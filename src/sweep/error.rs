@@ -36,14 +36,6 @@ pub enum SweepError {
         .0.display()
     )]
     OtherRun(PathBuf),
-    /// Two different runs would have one name.
-    #[error("{origin}: two different runs would be called `{name}`: write the settings in which they differ as lists")]
-    SameName {
-        /// The sweep file.
-        origin: String,
-        /// The name.
-        name: String,
-    },
     /// A folder to collect from holds no sweep.
     #[error("{} is not the folder of a sweep: it has no runs/", .0.display())]
     NotASweep(PathBuf),

@@ -1,6 +1,5 @@
 //! From a sweep file to its runs: every combination, named, checked before any work.
 
-use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde::Serialize;
@@ -67,16 +66,23 @@ impl Sweep {
             };
             for job in expand(grid).map_err(wrong)? {
                 // Plain DDPG knows no thresholds, and grids may overlap: each run only once.
-                if !jobs.iter().any(|known| known.work == job.work) {
-                    jobs.push(job);
+                if jobs.iter().any(|known| known.work == job.work) {
+                    continue;
                 }
+                if jobs.iter().any(|known| known.name == job.name) {
+                    let message = format!(
+                        "two different runs would be called `{}`: write the settings in which they differ as lists",
+                        job.name
+                    );
+                    return Err(wrong(Problem::new(".", message)));
+                }
+                jobs.push(job);
             }
         }
         if jobs.is_empty() {
             let problem = Problem::new(".", "is empty: give a `task` and other settings");
             return Err(SweepError::Invalid { origin: origin.to_owned(), problem });
         }
-        check_names(&jobs, origin)?;
         Ok(Self { jobs })
     }
 }
@@ -146,13 +152,4 @@ fn name_part(axis: &Axis, value: usize) -> String {
 fn file_name(text: &str) -> String {
     let allowed = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' };
     text.trim_start_matches('.').chars().map(allowed).collect()
-}
-
-/// Each name stands for one run.
-fn check_names(jobs: &[Job], origin: &str) -> Result<(), SweepError> {
-    let mut names = BTreeSet::new();
-    match jobs.iter().find(|job| !names.insert(&job.name)) {
-        None => Ok(()),
-        Some(job) => Err(SweepError::SameName { origin: origin.to_owned(), name: job.name.clone() }),
-    }
 }

@@ -118,8 +118,8 @@ fn mistakes_are_explained_before_any_work() {
         (r#"{"kind": "dynamics", "layers": [5]}"#, "at tools: is missing"),
         (r#"{"kind": "dynamics", "tools": "box", "literal": 1}"#, "at literal: must be true or false"),
         (
-            r#"[{"task": "task1", "ddpg.gamma": 0.9}, {"task": "task1", "ddpg.gamma": 0.8}]"#,
-            "two different runs would be called `task1-ddpg-mge-seed0`",
+            "[{\"task\": \"task1\", \"ddpg.gamma\": 0.9},\n {\"task\": \"task1\", \"ddpg.gamma\": 0.8}]",
+            "s.json:2: at [1]: two different runs would be called `task1-ddpg-mge-seed0`",
         ),
     ] {
         let error = Sweep::parse(text.as_bytes(), "s.json").unwrap_err().to_string();
