@@ -91,17 +91,17 @@ impl App {
         }
     }
 
+    /// Asks a question over the screen; each answer has its key and its meaning.
+    pub fn ask(&mut self, title: &str, text: String, answers: Vec<(char, &str, Deed)>) {
+        let answers = answers.into_iter().map(|(key, meaning, deed)| (key, meaning.to_owned(), deed)).collect();
+        self.layers.push(Layer::Confirm(Confirm { title: title.to_owned(), text, answers, shown: Default::default() }));
+    }
+
     /// Asks before a task with unsaved edits is left.
     pub fn ask_to_discard(&mut self, line: String) {
         let name = &self.desk.facts().task.name;
         let text = format!("The edits of {name} are not saved and will be lost.");
-        let answers = vec![('y', "open the other task".to_owned(), Deed::Certainly(line))];
-        self.layers.push(Layer::Confirm(Confirm {
-            title: "lose the edits?".to_owned(),
-            text,
-            answers,
-            shown: Default::default(),
-        }));
+        self.ask("lose the edits?", text, vec![('y', "open the other task", Deed::Certainly(line))]);
     }
 
     fn ask_to_stop(&mut self) {
@@ -110,13 +110,7 @@ impl App {
             "{} ends after the present episode, {} of {}. Its checkpoint is kept: it can be continued later.",
             run.name, run.done, run.episodes
         );
-        let answers = vec![('y', "stop it".to_owned(), Deed::Line("stop".to_owned()))];
-        self.layers.push(Layer::Confirm(Confirm {
-            title: "stop the training?".to_owned(),
-            text,
-            answers,
-            shown: Default::default(),
-        }));
+        self.ask("stop the training?", text, vec![('y', "stop it", Deed::Line("stop".to_owned()))]);
     }
 
     fn ask_for_epsilon(&mut self) {
@@ -214,10 +208,8 @@ impl App {
     /// Asks before a file is overwritten.
     pub fn ask_to_overwrite(&mut self, line: String) {
         let path = self.would_overwrite(&line).unwrap_or_default();
-        let answers = vec![('y', "overwrite it".to_owned(), Deed::Certainly(line))];
         let text = format!("{} exists. What is in it now will be lost.", path.display());
-        let title = "overwrite the file?".to_owned();
-        self.layers.push(Layer::Confirm(Confirm { title, text, answers, shown: Default::default() }));
+        self.ask("overwrite the file?", text, vec![('y', "overwrite it", Deed::Certainly(line))]);
     }
 
     /// Exports every figure there is something for, and tells what was left out.
@@ -320,16 +312,11 @@ impl App {
             return;
         }
         let leave = if trained { "keep a checkpoint, stop and leave" } else { "leave" };
-        let mut answers = vec![('y', leave.to_owned(), Deed::Quit)];
+        let mut answers = vec![('y', leave, Deed::Quit)];
         if facts.training_runs().next().is_some() {
-            answers.push(('w', "wait: leave when all runs are done".to_owned(), Deed::QuitLater));
+            answers.push(('w', "wait: leave when all runs are done", Deed::QuitLater));
         }
         self.leaving_later = false;
-        self.layers.push(Layer::Confirm(Confirm {
-            title: "leave the workbench?".to_owned(),
-            text: text.join("\n"),
-            answers,
-            shown: Default::default(),
-        }));
+        self.ask("leave the workbench?", text.join("\n"), answers);
     }
 }

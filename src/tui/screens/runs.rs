@@ -14,7 +14,7 @@ use super::status::{bar, state_colour};
 use crate::run::RunState;
 use crate::tui::app::App;
 use crate::tui::facts::{Level, RunFacts};
-use crate::tui::layers::{Confirm, Deed, Layer, Prompt, Then};
+use crate::tui::layers::{Deed, Layer, Prompt, Then};
 use crate::tui::rate::span;
 use crate::workbench::registry::{Action, Context};
 
@@ -183,13 +183,8 @@ pub fn perform(app: &mut App, action: Action) {
         (Action::DeleteRun, Some((path, _))) => {
             let text =
                 format!("{} and everything in it is deleted from the disk. This cannot be undone.", path.display());
-            let answers = vec![('y', "delete it".to_owned(), Deed::Line(format!("delete {}", quoted(&path))))];
-            app.layers.push(Layer::Confirm(Confirm {
-                title: "delete the run?".to_owned(),
-                text,
-                answers,
-                shown: Default::default(),
-            }));
+            let deed = Deed::Line(format!("delete {}", quoted(&path)));
+            app.ask("delete the run?", text, vec![('y', "delete it", deed)]);
         }
         (Action::Continue, Some((path, _))) => app.line(&format!("continue {}", quoted(&path))),
         (Action::Evaluate, Some((path, _))) => {
