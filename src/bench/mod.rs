@@ -1,5 +1,6 @@
-//! The project's own timed work, with the shapes it has in use: what `mge bench` and
-//! `benches/work.rs` measure.
+//! The project's own timed work: what `mge bench` and `benches/work.rs` measure. Its shapes are
+//! fixed, those of the paper's networks, so that times can be compared between versions and with
+//! other programs; the default model has a few more features.
 
 mod agent;
 mod environment;

@@ -22,7 +22,6 @@ pub struct Arguments {
     pub workbench: Workbench,
 }
 
-/// How the workbench opens.
 #[derive(Debug, Args)]
 pub struct Play {
     /// Name of a shipped task, or path of a task file

@@ -1,25 +1,16 @@
 //! `mge dynamics`: train and evaluate dynamics models.
 
-use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use super::Outcome;
 use super::arguments::{Dynamics, DynamicsAblate, DynamicsEvaluate, DynamicsTrain};
 use super::progress::Progress;
-use crate::dynamics::{
-    self, DynamicsError, Ended, EvaluationConfig, Model, ModelConfig, TrainConfig, Training, Variant,
-    canonical_tool_set, evaluate,
-};
+use crate::dynamics::{self, Ended, EvaluationConfig, ModelConfig, TrainConfig, Variant, canonical_tool_set, evaluate};
 use crate::figures::{Figure, Provenance};
-use crate::nn::TensorFile;
-use crate::physics::ToolKind;
 use crate::stats::Bootstrap;
 use crate::study::ablation::{AblationPlan, ablation};
 use crate::study::{StudyPlan, StudyProgress, model_error_figure};
 use crate::task;
-
-/// Epochs between two checkpoints of a training.
-const CHECKPOINT_EVERY: u32 = 100;
 
 pub fn run(command: Dynamics) -> Outcome {
     match command {
@@ -33,23 +24,12 @@ fn train(arguments: &DynamicsTrain) -> Outcome {
     let (config, settings) = settings(arguments)?;
     let checkpoint = arguments.out.with_extension("checkpoint");
     let command = command_line(arguments);
-    let mut training = match std::fs::read(&checkpoint) {
-        Ok(bytes) => resume(&bytes, &checkpoint, &config, &settings, &arguments.tools)?,
-        Err(_) => Training::new(config, settings, &arguments.tools, &command)?,
-    };
     let mut progress = Progress::new(1, arguments.quiet);
-    let mut write_error = None;
-    let ended = training.run(|training, now| {
-        let message = format!("loss {:.5}", now.loss);
-        progress.set(u64::from(now.epoch), u64::from(now.epochs), &message);
-        if now.epoch.is_multiple_of(CHECKPOINT_EVERY) && now.epoch < now.epochs {
-            write_error = write(&checkpoint, &training.checkpoint()).err();
-        }
-        write_error.is_none()
-    });
-    if let Some(error) = write_error {
-        return Err(error.into());
-    }
+    let watch = |now: &dynamics::Progress| {
+        progress.set(u64::from(now.epoch), u64::from(now.epochs), &format!("loss {:.5}", now.loss));
+    };
+    let (training, ended) =
+        dynamics::train_resumably(&checkpoint, config, settings, &arguments.tools, &command, watch)?;
     let diverged = match ended {
         Ended::Diverged { epoch, reason } => {
             Some(format!("epoch {epoch}: {reason}; the model is that of the epoch before"))
@@ -86,25 +66,6 @@ fn settings(arguments: &DynamicsTrain) -> Result<(ModelConfig, TrainConfig), Box
     Ok((config, training))
 }
 
-fn resume(
-    bytes: &[u8],
-    path: &Path,
-    config: &ModelConfig,
-    settings: &TrainConfig,
-    tools: &[ToolKind],
-) -> Result<Training, Box<dyn std::error::Error>> {
-    let origin = path.display().to_string();
-    let file =
-        TensorFile::from_bytes(bytes).map_err(|source| DynamicsError::File { origin: origin.clone(), source })?;
-    let training = Training::resume(&file, &origin)?;
-    let model = training.model();
-    let tools = canonical_tool_set(tools)?;
-    if model.config() != config || model.provenance().training != *settings || model.tools() != tools {
-        return Err(format!("{origin} is of a training with other settings: use them, or remove the file").into());
-    }
-    Ok(training)
-}
-
 /// The command that makes the model again, for its provenance.
 fn command_line(arguments: &DynamicsTrain) -> String {
     let tools = arguments.tools.iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
@@ -128,15 +89,8 @@ fn command_line(arguments: &DynamicsTrain) -> String {
     command + if arguments.literal { " --literal" } else { "" } + " --out " + &name
 }
 
-fn write(path: &Path, file: &TensorFile) -> Result<(), String> {
-    crate::atomic::write(path, &file.to_bytes()).map_err(|error| format!("cannot write {}: {error}", path.display()))
-}
-
 fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
-    let model = match dynamics::shipped(&arguments.model)? {
-        Some(model) => model,
-        None => Model::load(Path::new(&arguments.model))?,
-    };
+    let model = dynamics::named(&arguments.model)?;
     let tasks: Vec<_> = task::shipped().into_iter().filter(|task| model.check_task(task).is_ok()).collect();
     let config = EvaluationConfig { launches: arguments.launches, seed: arguments.seed, ..EvaluationConfig::default() };
     let evaluation = evaluate(&model, &tasks, &config)?;
@@ -187,11 +141,13 @@ fn ablate(arguments: &DynamicsAblate) -> Outcome {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use clap::Parser;
 
     use super::*;
     use crate::cli::arguments::{Arguments, Command};
-    use crate::dynamics::Loss;
+    use crate::dynamics::{Loss, Model, Training};
 
     fn arguments(line: &str) -> DynamicsTrain {
         match Arguments::try_parse_from(line.split(' ')).unwrap().command {
@@ -239,7 +195,7 @@ mod tests {
         let mut first = Training::new(config, training, &given.tools, &command_line(&given)).unwrap();
         assert_eq!(first.run(|_, now| now.epoch < 2), Ended::Stopped);
         let checkpoint = resumed.with_extension("checkpoint");
-        write(&checkpoint, &first.checkpoint()).unwrap();
+        std::fs::write(&checkpoint, first.checkpoint().to_bytes()).unwrap();
 
         // Nobody else's checkpoint is taken for this training's.
         let refused = |change: &dyn Fn(&mut DynamicsTrain)| {

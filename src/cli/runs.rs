@@ -1,6 +1,7 @@
 //! Runs from the command line: `train`, `resume`, `evaluate`, `export`, `figures`, `script`,
 //! and the workbench itself.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -140,12 +141,17 @@ pub fn figures(arguments: &Figures) -> Outcome {
         session.apply(Command::Open(run.clone()))?;
     }
     let ending = if arguments.svg { "svg" } else { "png" };
+    let dashboard = |run: &Path| dashboard_path(arguments.out.as_deref(), run, ending);
+    let mut paths = BTreeSet::new();
+    if let Some(twice) = arguments.runs.iter().map(|run| dashboard(run)).find(|path| !paths.insert(path.clone())) {
+        return Err(format!("two runs would have their figure in {}: draw them one by one", twice.display()).into());
+    }
     let dpi = Some(arguments.print.dpi).filter(|dpi| !arguments.svg && *dpi != DEFAULT_DPI);
     let shared = arguments.out.clone().unwrap_or_else(|| arguments.runs[0].join("figures"));
     export(&mut session, FigureKind::Learning, shared.join(format!("learning.{ending}")), dpi)?;
     for run in &arguments.runs {
         session.apply(Command::Open(run.clone()))?;
-        export(&mut session, FigureKind::Dashboard, dashboard_path(arguments.out.as_deref(), run, ending), dpi)?;
+        export(&mut session, FigureKind::Dashboard, dashboard(run), dpi)?;
     }
     Ok(())
 }

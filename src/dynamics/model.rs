@@ -11,8 +11,8 @@ use super::graph::{EdgeType, GraphBuilder, Graphs, ObjectType};
 use super::network::Network;
 use super::normaliser::Normaliser;
 use crate::nn::{TensorFile, TensorFileError};
-use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, ToolKind};
-use crate::task::{GoalShape, Task};
+use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind};
+use crate::task::{GoalShape, Task, ToolSpec};
 
 /// Version of the file format this program writes and reads.
 pub const VERSION: u32 = 1;
@@ -98,10 +98,11 @@ impl Model {
     ///
     /// # Errors
     /// [`DynamicsError::UnseenEdge`] for a pair of objects it was never trained on,
-    /// [`DynamicsError::OtherPhysics`] for other rules or another ball than the launches had.
+    /// [`DynamicsError::OtherPhysics`] for other rules another ball or
+    /// tools of another form or material than the launches had.
     pub fn check_task(&self, task: &Task) -> Result<(), DynamicsError> {
         let unseen = task.tool_set().into_iter().find(|kind| !self.tools.contains(kind)).map(ObjectType::Tool);
-        let second_ball = task.marker.is_some() || task.goal.shape == GoalShape::Ball;
+        let second_ball = task.marker.is_some() || task.goal.shape == GoalShape::Ball || !task.balls.is_empty();
         if let Some(sender) = unseen.or(second_ball.then_some(ObjectType::Ball)) {
             let edge = EdgeType { receiver: ObjectType::Ball, sender };
             return Err(DynamicsError::UnseenEdge { edge, known: self.name() });
@@ -115,6 +116,12 @@ impl Model {
         }
         if task.ball.material() != Ball::default() {
             return other("the ball");
+        }
+        let tools = task.tools.iter().map(ToolSpec::tool).chain([task.placeable.tool([0.0; 2])]);
+        for tool in tools {
+            if tool != Tool::new(tool.kind, tool.position).with_size(tool.size) {
+                return other("angle, thickness or material of a tool");
+            }
         }
         Ok(())
     }

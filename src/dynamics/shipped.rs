@@ -1,5 +1,7 @@
 //! The models that come with the program, one for each tool set of the shipped tasks.
 
+use std::path::Path;
+
 use super::error::DynamicsError;
 use super::model::Model;
 use crate::physics::ToolKind;
@@ -30,6 +32,17 @@ pub fn shipped_for(tools: &[ToolKind]) -> Result<Option<Model>, DynamicsError> {
         }
     }
     Ok(best)
+}
+
+/// The shipped model of that name, or the model in the file of that path.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn named(name: &str) -> Result<Model, DynamicsError> {
+    match shipped(name)? {
+        Some(model) => Ok(model),
+        None => Model::load(Path::new(name)),
+    }
 }
 
 /// The shipped model of that name, if there is one.

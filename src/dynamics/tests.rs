@@ -177,11 +177,21 @@ fn an_edge_type_never_seen_is_refused() {
 fn a_task_with_other_physics_is_refused() {
     let tools = [ToolKind::Bucket, ToolKind::Box];
     let training = Training::new(small(), TrainConfig { observations: 2, ..quick() }, &tools, "test").unwrap();
-    let mut task = task::load("task1").unwrap();
+    let task = task::load("task1").unwrap();
     assert!(training.model().check_task(&task).is_ok());
-    task.ball.radius = 3.0;
-    let error = training.model().check_task(&task).unwrap_err();
-    assert!(error.to_string().contains("task1") && error.to_string().contains("ball"), "{error}");
+    let refused = |change: &dyn Fn(&mut task::Task), expected: &str| {
+        let mut other = task.clone();
+        change(&mut other);
+        let error = training.model().check_task(&other).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    };
+    refused(&|task| task.ball.radius = 3.0, "task `task1`: the ball differs");
+    refused(&|task| task.balls.push(task.ball), "never trained on ball-to-ball edges");
+    refused(&|task| task.tools[0].form.angle = Some(0.5), "angle, thickness or material of a tool");
+    refused(&|task| task.placeable.form.elasticity = Some(0.1), "angle, thickness or material of a tool");
+    let mut larger = task.clone();
+    larger.tools[0].form.size = Some(7.0);
+    assert!(training.model().check_task(&larger).is_ok());
 }
 
 #[test]

@@ -70,7 +70,7 @@ pub struct StagePrior {
     pub model_hits: usize,
     /// Rollouts made in the real environment (none for the last stage).
     pub environment_rollouts: usize,
-    /// Real rollouts that reached the stage.
+    /// Real rollouts that reached the stage and can go on from there.
     pub environment_hits: usize,
 }
 
@@ -278,7 +278,7 @@ fn imagine(
 }
 
 /// Step 3: actions from the clusters in the real environment. Returns the states in
-/// which the stage was reached and the last states of the other rollouts that can go on.
+/// which the stage was reached and the last states of all rollouts, of those that can go on.
 fn explore(
     env: &mut Environment,
     prior: &StagePrior,

@@ -200,7 +200,7 @@ impl RunDirectory {
         self.path.join("metrics.csv")
     }
 
-    /// `log.txt`
+    /// `episodes.jsonl`.
     pub fn episodes_path(&self) -> PathBuf {
         self.path.join("episodes.jsonl")
     }

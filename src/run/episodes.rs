@@ -42,10 +42,22 @@ impl EpisodeLog {
     pub fn open(path: &Path, episode: u64) -> Result<Self> {
         let mut file = AppendFile::open(path)?;
         let bytes = std::fs::read(path).map_err(RunError::io("read", path))?;
-        let whole = bytes.split_inclusive(|byte| *byte == b'\n').filter(|line| line.ends_with(b"\n"));
-        let kept = whole.take_while(|line| parse(line).is_ok_and(|played| played.episode <= episode));
-        file.cut(kept.map(|line| line.len() as u64).sum())?;
+        let mut kept = 0;
+        let mut end = 0;
+        // A line that is damaged costs its own episode, not those after it.
+        for line in bytes.split_inclusive(|byte| *byte == b'\n') {
+            end += line.len();
+            if line.ends_with(b"\n") && parse(line).is_ok_and(|played| played.episode <= episode) {
+                kept = end;
+            }
+        }
+        file.cut(kept as u64)?;
         Ok(Self { file })
+    }
+
+    /// Makes sure that all of it is on the disk.
+    pub fn sync(&self) -> Result<()> {
+        self.file.sync()
     }
 
     /// Appends one episode.
@@ -118,6 +130,11 @@ mod tests {
         let mut log = EpisodeLog::open(&path, 3).unwrap();
         log.append(&played(4)).unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap().lines().count(), 4);
+        assert_eq!(read_episode(&path, 4).unwrap(), played(4));
+
+        let damaged = std::fs::read_to_string(&path).unwrap().replacen("\"episode\":2", "\"epizode\":2", 1);
+        std::fs::write(&path, damaged).unwrap();
+        drop(EpisodeLog::open(&path, 4).unwrap());
         assert_eq!(read_episode(&path, 4).unwrap(), played(4));
     }
 }

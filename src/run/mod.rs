@@ -8,6 +8,8 @@
 //! config.json                 {"format": 1, "mge_version": "..", "config": {..}}, every default written out
 //! events.jsonl                one JSON object a line, appended and flushed as things happen: the log
 //! metrics.csv                 one row an episode, the fields of `EpisodeRecord`; no times, so one seed gives one file
+//! episodes.jsonl              the actions of each episode, so that it can be played again
+//! prior.json                  the action clusters in use, if there are any
 //! log.txt                     the same story in words, without the single episodes
 //! tensorboard/                TFEvents files, tags grouped as train/, loss/, eval/, time/
 //! checkpoint/last/            always the newest; `best/` and `episode-N/` beside it

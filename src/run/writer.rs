@@ -36,7 +36,14 @@ impl RunWriter {
     /// [`RunError::InUse`] if somebody else writes the run; [`RunError::LogTooShort`] or
     /// [`RunError::Malformed`] if its logs do not lead to `episode`; [`RunError::Io`].
     pub fn open(directory: &RunDirectory, episode: u64) -> Result<Self> {
-        let lock = directory.lock()?;
+        Self::locked(directory, directory.lock()?, episode)
+    }
+
+    /// As [`RunWriter::open`], of a run that is locked already.
+    ///
+    /// # Errors
+    /// As [`RunWriter::open`].
+    pub fn locked(directory: &RunDirectory, lock: RunLock, episode: u64) -> Result<Self> {
         let time = now();
         directory.checkpoints().tidy()?;
         let events = EventLog::open(&directory.events_path(), episode)?;
@@ -107,6 +114,7 @@ impl RunWriter {
         // First the logs: a resume needs them to reach at least as far as the checkpoint.
         self.events.sync()?;
         self.metrics.sync()?;
+        self.episodes.sync()?;
         self.directory.checkpoints().apply(actions, checkpoint)?;
         let saved = |action: &Action| match action {
             Action::Save(name) => Some(name.to_string()),

@@ -102,10 +102,12 @@ pub fn compare(
     if finished.is_empty() {
         return Err(StudyError::NothingFinished { runs: others.len() });
     }
+    let (finished, copies) = without_copies(finished);
     let configs: Vec<_> = finished.iter().map(|run| &run.config).collect();
     let hash = config_hash(&configs)?;
     let runs: Vec<TrainedRun> = finished.into_iter().map(|run| run.trained).collect();
-    let report = Comparison::new(&runs, others.iter().map(left_out).collect(), bootstrap, command)?;
+    let left_out = others.iter().map(left_out).chain(copies).collect();
+    let report = Comparison::new(&runs, left_out, bootstrap, command)?;
     let figures = out.join("figures");
     std::fs::create_dir_all(&figures).map_err(|source| StudyError::Io { path: figures.clone(), source })?;
     let provenance = Provenance::new(command, &report.seeds(), hash);
@@ -128,6 +130,23 @@ pub fn compare(
         crate::atomic::write(&path, text.as_bytes()).map_err(|source| StudyError::Io { path, source })?;
     }
     Ok(report)
+}
+
+/// The runs without those that repeat another with the same settings and seed: counted twice,
+/// they would make an interval too narrow.
+fn without_copies(runs: Vec<FoundRun>) -> (Vec<FoundRun>, Vec<LeftOut>) {
+    let mut kept: Vec<FoundRun> = Vec::new();
+    let mut copies = Vec::new();
+    for run in runs {
+        match kept.iter().find(|known| known.config == run.config) {
+            None => kept.push(run),
+            Some(known) => {
+                let reason = format!("has the settings and the seed of {}", known.path.display());
+                copies.push(LeftOut { run: run.path, reason });
+            }
+        }
+    }
+    (kept, copies)
 }
 
 fn left_out(run: &FoundRun) -> LeftOut {
@@ -304,4 +323,28 @@ fn aggregate(
         median: bootstrap.stratified(scores, median)?,
         optimality_gap: bootstrap.stratified(scores, |scores| optimality_gap(scores, 1.0))?,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::run::RunDirectory;
+    use crate::trainer::RunConfig;
+
+    #[test]
+    fn a_run_is_counted_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+        for (name, seed) in [("a", "0"), ("b", "0"), ("c", "1")] {
+            let config = config.with_setting("seed", seed).unwrap();
+            RunDirectory::create(folder.path().join(name), &config).unwrap();
+        }
+        let runs = read_runs(&find_runs(&[folder.path().to_owned()]).unwrap()).unwrap();
+        let (kept, copies) = without_copies(runs);
+        assert_eq!(kept.iter().map(FoundRun::name).collect::<Vec<_>>(), ["a", "c"]);
+        assert_eq!(copies.len(), 1);
+        assert!(copies[0].run.ends_with("b") && copies[0].reason.ends_with("/a"), "{copies:?}");
+    }
 }

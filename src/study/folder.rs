@@ -1,5 +1,6 @@
 //! The folder of a study: it belongs to one plan, and what is in it is not made again.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -25,7 +26,8 @@ impl Folder<'_> {
         match std::fs::read_to_string(&path) {
             Ok(found) if found == text(plan) => Ok(()),
             Ok(_) => Err(StudyError::OtherStudy { path: self.0.to_owned() }),
-            Err(_) => self.write("plan.json", text(plan).as_bytes()),
+            Err(error) if error.kind() == ErrorKind::NotFound => self.write("plan.json", text(plan).as_bytes()),
+            Err(source) => Err(StudyError::Io { path, source }),
         }
     }
 
@@ -45,11 +47,12 @@ impl Folder<'_> {
             Ok(text) => {
                 serde_json::from_str(&text).map_err(|error| StudyError::Content { path, message: error.to_string() })
             }
-            Err(_) => {
+            Err(error) if error.kind() == ErrorKind::NotFound => {
                 let value = make()?;
                 self.write_json(name, &value)?;
                 Ok(value)
             }
+            Err(source) => Err(StudyError::Io { path, source }),
         }
     }
 

@@ -33,7 +33,7 @@ impl FoundRun {
 }
 
 /// The folders of runs in `folders`, in order of their names: each is a run itself, or holds
-/// runs, or holds them in its folder `runs`.
+/// runs, or holds them in its folder `runs`. One that is named twice is one.
 ///
 /// # Errors
 /// [`RunError::NoRuns`] for a folder without runs; [`RunError::Io`].
@@ -51,6 +51,9 @@ pub fn find_runs(folders: &[PathBuf]) -> Result<Vec<PathBuf>, RunError> {
         }
         found.extend(runs);
     }
+    let mut known = BTreeSet::new();
+    // What cannot be resolved is told by whoever reads it.
+    found.retain(|path| std::fs::canonicalize(path).map_or(true, |path| known.insert(path)));
     Ok(found)
 }
 
@@ -221,6 +224,7 @@ mod tests {
         assert_eq!(labels, expected);
         assert!(runs.iter().all(|run| run.state == RunState::NotStarted && run.trained.row.episodes == 0));
         assert_eq!(find_runs(&paths[..1]).unwrap(), paths[..1]);
+        assert_eq!(find_runs(&[folder.path().to_owned(), paths[0].clone()]).unwrap(), paths);
         let error = find_runs(&[folder.path().join("runs/nothing")]).unwrap_err().to_string();
         assert!(error.contains("holds no runs"), "{error}");
     }

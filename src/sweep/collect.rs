@@ -5,8 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::error::SweepError;
-use super::models::RESULT;
+use super::models::{CHECKPOINT, RESULT};
 use super::results::{Kind, common_kind, kind_of};
+use crate::dynamics::Model;
 use crate::run::{RunDirectory, RunError, RunState};
 use crate::study::find_runs;
 
@@ -55,6 +56,11 @@ pub fn collect(folders: &[PathBuf], out: &Path) -> Result<usize, SweepError> {
     Ok(best.len())
 }
 
+/// Epochs in the checkpoint of a model that is not finished; 0 where there is none.
+fn trained_epochs(path: &Path) -> u32 {
+    Model::load(&path.join(CHECKPOINT)).map_or(0, |model| model.provenance().epoch)
+}
+
 /// Which of two runs of the same name got further.
 fn further<'a>(first: &'a Path, second: &'a Path) -> Result<&'a Path, SweepError> {
     let conflict = |problem| Err(SweepError::Conflict { first: first.into(), second: second.into(), problem });
@@ -71,8 +77,10 @@ fn further<'a>(first: &'a Path, second: &'a Path) -> Result<&'a Path, SweepError
     if !(a.starts_with(&b) || b.starts_with(&a)) {
         return conflict("have the same settings and different results");
     }
-    if a.len() != b.len() {
-        return Ok(if a.len() > b.len() { first } else { second });
+    let length = |bytes: &[u8], path| (bytes.len(), trained_epochs(path));
+    let (a, b) = (length(&a, first), length(&b, second));
+    if a != b {
+        return Ok(if a > b { first } else { second });
     }
     let is_finished = RunDirectory::open(second)?.status()?.state == RunState::Finished;
     Ok(if is_finished { second } else { first })

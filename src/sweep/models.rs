@@ -9,21 +9,17 @@ use serde_json::Value;
 use super::file::{Combination, Grid, value_text};
 use super::work::{Meter, WorkError};
 use crate::dynamics::{
-    DynamicsError, Ended, EvaluationConfig, ModelConfig, TrainConfig, Training, canonical_tool_set, evaluate,
-    tool_set_name,
+    DynamicsError, Ended, EvaluationConfig, ModelConfig, Progress, TrainConfig, Training, canonical_tool_set, evaluate,
+    tool_set_name, train_resumably,
 };
 use crate::json::{self, Problem};
-use crate::nn::TensorFile;
 use crate::physics::ToolKind;
 use crate::run::{RunDirectory, RunError};
 use crate::study::mean_errors;
 use crate::task::{self, Task};
 
-/// Epochs between two checkpoints of a training.
-const CHECKPOINT_EVERY: u32 = 100;
-
 const MODEL: &str = "model.safetensors";
-const CHECKPOINT: &str = "training.safetensors";
+pub(super) const CHECKPOINT: &str = "training.safetensors";
 pub(super) const RESULT: &str = "result.json";
 
 /// A dynamics model to be trained and evaluated: `config.json` of its folder.
@@ -75,7 +71,7 @@ impl ModelJob {
         if let Some((axis, literal, value)) = chosen().find(|(axis, _, _)| axis.key == "literal") {
             let wrong = || Problem::new(axis.path(value), "must be true or false");
             if literal.as_bool().ok_or_else(wrong)? {
-                job.model = ModelConfig::literal();
+                (job.model, job.training) = (ModelConfig::literal(), TrainConfig::literal());
             }
         }
         for (axis, value, number) in chosen().filter(|(axis, _, _)| axis.key != "literal") {
@@ -97,11 +93,10 @@ impl ModelJob {
         // Plain data always serialises.
         let mut whole = serde_json::to_value(self).expect("settings are plain data");
         let keys: Vec<String> = json::leaves(&whole).into_iter().map(|(path, _)| path).collect();
-        let short = |path: &str| path.trim_start_matches("model.").trim_start_matches("training.").to_owned();
         let known = |path: &String| path != "tools" && short(path) == key;
         let Some(place) = keys.iter().find(|path| known(path)).and_then(|path| json::at_mut(&mut whole, path)) else {
-            let names: Vec<String> = keys.iter().map(|path| short(path)).collect();
-            let hint = json::nearest(names.iter().map(String::as_str).chain(["literal", "kind"]), key);
+            let names: Vec<&str> = keys.iter().map(|path| short(path)).collect();
+            let hint = json::nearest(names.into_iter().chain(["literal", "kind"]), key);
             let hint = hint.map(|name| format!(": did you mean `{name}`?")).unwrap_or_default();
             return Err(format!("there is no setting `{key}` of a dynamics model{hint}"));
         };
@@ -132,22 +127,12 @@ impl ModelJob {
         let _lock = directory.lock()?;
         let checkpoint = folder.join(CHECKPOINT);
         let (model, training) = (self.model.clone(), self.training.clone());
-        let mut training = match std::fs::read(&checkpoint) {
-            Ok(bytes) => resume(&bytes, &checkpoint)?,
-            Err(_) => Training::new(model, training, &self.tools, command)?,
-        };
-        let (mut train_loss, mut failed) = (None, None);
-        let ended = training.run(|training, now| {
+        let mut train_loss = None;
+        let watch = |now: &Progress| {
             meter.set(u64::from(now.epoch));
             train_loss = Some(now.loss);
-            if now.epoch.is_multiple_of(CHECKPOINT_EVERY) && now.epoch < now.epochs {
-                failed = write(&checkpoint, &training.checkpoint().to_bytes()).err();
-            }
-            failed.is_none()
-        });
-        if let Some(error) = failed {
-            return Err(error.into());
-        }
+        };
+        let (training, ended) = train_resumably(&checkpoint, model, training, &self.tools, command, watch)?;
         let diverged = match ended {
             Ended::Diverged { epoch, reason } => Some(format!("epoch {epoch}: {reason}")),
             Ended::Done | Ended::Stopped => None,
@@ -192,16 +177,14 @@ fn read_tools(text: &str) -> Result<Vec<ToolKind>, String> {
     canonical_tool_set(&tools).map_err(|error| error.to_string())
 }
 
+/// The name of a model's setting as a sweep file has it.
+pub(super) fn short(path: &str) -> &str {
+    path.trim_start_matches("model.").trim_start_matches("training.")
+}
+
 /// The setting an error is about.
 fn field_of(error: &DynamicsError) -> Option<&'static str> {
     if let DynamicsError::Config { field, .. } = error { Some(field) } else { None }
-}
-
-fn resume(bytes: &[u8], path: &Path) -> Result<Training, DynamicsError> {
-    let origin = path.display().to_string();
-    let file =
-        TensorFile::from_bytes(bytes).map_err(|source| DynamicsError::File { origin: origin.clone(), source })?;
-    Training::resume(&file, &origin)
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), RunError> {

@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::error::SweepError;
-use super::models::{ModelJob, ModelResult, RESULT};
+use super::models::{ModelJob, ModelResult, RESULT, short};
 use crate::json;
 use crate::run::{RunDirectory, RunError};
 use crate::study::{FoundRun, find_runs, read_runs};
@@ -157,11 +157,6 @@ fn differing<'a>(settings: impl Iterator<Item = &'a Value>) -> BTreeSet<String> 
     }
     differing.remove("tools");
     differing
-}
-
-/// The name of a model's setting as a sweep file has it.
-fn short(path: &str) -> &str {
-    path.trim_start_matches("model.").trim_start_matches("training.")
 }
 
 impl Results {

@@ -1,11 +1,13 @@
 //! Sweeps from the file to the table: what is made of a file, what is done, what comes back.
 
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use serde_json::{Value, json};
 
 use super::*;
+use crate::dynamics::{ModelConfig, TrainConfig};
 use crate::run::{RunDirectory, RunState};
 use crate::trainer::{Control, Phase, Trainer};
 
@@ -137,21 +139,22 @@ fn what_is_done_stays_what_was_interrupted_goes_on_and_a_failure_stops_nothing()
     let sweep = sweep(&small(&json!({})));
     assert_eq!(finish(&sweep, &whole), []);
 
-    // One is finished, one was stopped in the middle, one is held by somebody else.
-    let [finished, stopped, held] = [0, 2, 3].map(|n| &sweep.jobs[n]);
+    // One is finished, one was stopped in the middle, one has a damaged log.
+    let [finished, stopped, damaged] = [0, 2, 3].map(|n| &sweep.jobs[n]);
     let done = Sweep { jobs: vec![finished.clone()] };
     assert_eq!(finish(&done, &broken), []);
     let log = std::fs::read(finished.folder(&broken).join("events.jsonl")).unwrap();
     stop_at(stopped, &broken, 4);
-    let Work::Train(config) = &held.work else { panic!("an agent") };
-    let lock = RunDirectory::create(held.folder(&broken), config).unwrap().lock().unwrap();
+    let Work::Train(config) = &damaged.work else { panic!("an agent") };
+    let events = RunDirectory::create(damaged.folder(&broken), config).unwrap().events_path();
+    std::fs::write(&events, "damaged\n{}\n").unwrap();
 
     let failures = finish(&sweep, &broken);
     assert_eq!(failures.len(), 1, "{failures:?}");
-    assert_eq!(failures[0].0, held.name);
-    assert!(failures[0].1.contains("is in use by process"), "{failures:?}");
+    assert_eq!(failures[0].0, damaged.name);
+    assert!(failures[0].1.contains("events.jsonl"), "{failures:?}");
     assert_eq!(std::fs::read(finished.folder(&broken).join("events.jsonl")).unwrap(), log);
-    drop(lock);
+    std::fs::remove_file(&events).unwrap();
     assert_eq!(finish(&sweep, &broken), []);
     for job in &sweep.jobs {
         assert_eq!(metrics(&whole, &job.name), metrics(&broken, &job.name), "{}", job.name);
@@ -161,6 +164,44 @@ fn what_is_done_stays_what_was_interrupted_goes_on_and_a_failure_stops_nothing()
     assert_eq!(results.to_csv(), read_results(&broken).unwrap().to_csv());
     let row = &results.rows[0];
     assert_eq!((&row["state"], &row["episodes"]), (&json!("finished"), &json!(8)));
+}
+
+#[test]
+fn a_run_that_another_process_works_on_is_waited_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = sweep(&small(&json!({"method": ["ddpg"], "seed": [0, 1], "epsilon": 0})));
+    let directory = |job: &Job| {
+        let Work::Train(config) = &job.work else { panic!("an agent") };
+        RunDirectory::create(job.folder(folder.path()), config).unwrap()
+    };
+    let [held, free] = [0, 1].map(|n| directory(&sweep.jobs[n]));
+    let lock = held.lock().unwrap();
+    let ended = AtomicUsize::new(0);
+    let failures = std::thread::scope(|scope| {
+        let work = scope.spawn(|| run(&sweep, folder.path(), &|now| ended.store(now.ended, Ordering::Relaxed)));
+        while ended.load(Ordering::Relaxed) < 1 {
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        assert!(!work.is_finished());
+        drop(lock);
+        work.join().unwrap().unwrap()
+    });
+    assert_eq!(failures, []);
+    for directory in [held, free] {
+        assert_eq!(directory.status().unwrap().state, RunState::Finished);
+    }
+}
+
+#[test]
+fn the_literal_reading_is_that_of_training_alone() {
+    let literal = |value: bool| {
+        let sweep = sweep(&json!({"kind": "dynamics", "tools": "box", "literal": value, "seed": 3}));
+        let Work::Dynamics(job) = &sweep.jobs[0].work else { panic!("a model") };
+        (job.model.clone(), job.training.clone())
+    };
+    let seed = |training: TrainConfig| TrainConfig { seed: 3, ..training };
+    assert_eq!(literal(true), (ModelConfig::literal(), seed(TrainConfig::literal())));
+    assert_eq!(literal(false), (ModelConfig::default(), seed(TrainConfig::default())));
 }
 
 /// Trains a job's run until it has paused, and stops it there.

@@ -14,7 +14,7 @@ use super::plan;
 use crate::dynamics::DynamicsError;
 use crate::run::{RunDirectory, RunError};
 use crate::study::train_to_end;
-use crate::trainer::{ConductError, RunConfig, Watch};
+use crate::trainer::{ConductError, RunConfig, Watch, panic_message};
 
 /// Time between two looks at how far the jobs are.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
@@ -51,6 +51,14 @@ pub(super) enum WorkError {
     /// A mistake of the program.
     #[error("it panicked: {0}")]
     Panic(String),
+}
+
+impl WorkError {
+    /// Whether another process works on the job.
+    fn is_in_use(&self) -> bool {
+        let (Self::Run(error) | Self::Training(ConductError::Run(error))) = self else { return false };
+        matches!(error, RunError::InUse { .. })
+    }
 }
 
 /// How far one job is.
@@ -91,14 +99,23 @@ impl Job {
             Work::Train(config) => Ok(train_to_end(&folder, config, &meter.watch).map(drop)?),
             Work::Dynamics(job) => job.run(&folder, &plan::provenance(self), meter),
         };
-        let outcome = catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
-            let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
-            let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
-            Err(WorkError::Panic(text.unwrap_or_else(|| "unknown reason".to_owned())))
-        });
-        // Whether it failed or was finished before: there is nothing left to wait for.
-        meter.set(self.size());
+        let outcome = catch_unwind(AssertUnwindSafe(work))
+            .unwrap_or_else(|panic| Err(WorkError::Panic(panic_message(&*panic).to_owned())));
+        if !outcome.as_ref().is_err_and(WorkError::is_in_use) {
+            // Whether it failed or was finished before: there is nothing left to wait for.
+            meter.set(self.size());
+        }
         outcome
+    }
+
+    /// Waits for the other process that works on the job, and does what that leaves.
+    fn run_after_others(&self, sweep: &Path, meter: &Meter) -> Result<(), WorkError> {
+        loop {
+            match self.run(sweep, meter) {
+                Err(error) if error.is_in_use() => std::thread::sleep(LOOK_EVERY),
+                outcome => return outcome,
+            }
+        }
     }
 
     /// A folder of this name with other settings would be taken for this job.
@@ -118,8 +135,8 @@ impl Job {
 }
 
 /// Does what is missing of a sweep in `folder`, on all threads of the current rayon pool.
-/// Finished runs stay as they are, interrupted ones go on, and one that fails does not stop
-/// the others. Returns the failures: names and reasons. `tell` hears of progress, from any
+/// Finished runs stay as they are, interrupted ones go on, one that fails does not stop the
+/// others, and those that another process works on are waited for at the end. Returns the failures: names and reasons. `tell` hears of progress, from any
 /// thread.
 ///
 /// # Errors
@@ -148,24 +165,39 @@ pub fn run(
                 tell(&state.progress(None));
             }
         });
-        let failures = sweep
-            .jobs
-            .par_iter()
-            .zip(&state.meters)
-            .filter_map(|(job, meter)| {
-                let failure = job.run(folder, meter).err().map(|error| error.to_string());
-                state.failed.fetch_add(usize::from(failure.is_some()), Ordering::Relaxed);
-                state.ended.fetch_add(1, Ordering::Relaxed);
-                let failure = failure?;
-                tell(&state.progress(Some((&job.name, &failure))));
-                Some((job.name.clone(), failure))
+        let end = |job: &Job, outcome: Result<(), WorkError>| {
+            let failure = outcome.err().map(|error| error.to_string());
+            state.failed.fetch_add(usize::from(failure.is_some()), Ordering::Relaxed);
+            state.ended.fetch_add(1, Ordering::Relaxed);
+            let failure = failure?;
+            tell(&state.progress(Some((&job.name, &failure))));
+            Some((job.name.clone(), failure))
+        };
+        let jobs = sweep.jobs.par_iter().zip(&state.meters);
+        let done: Vec<Ended<'_>> = jobs
+            .map(|(job, meter)| match job.run(folder, meter) {
+                Err(error) if error.is_in_use() => Ended::Elsewhere(job, meter),
+                outcome => Ended::Here(end(job, outcome)),
             })
             .collect();
+        let failures = done.into_iter().filter_map(|ended| match ended {
+            Ended::Here(failure) => failure,
+            Ended::Elsewhere(job, meter) => end(job, job.run_after_others(folder, meter)),
+        });
+        let failures = failures.collect();
         drop(finished);
         failures
     });
     tell(&state.progress(None));
     Ok(failures)
+}
+
+/// What became of a job at the first try.
+enum Ended<'a> {
+    /// It was done here; name and reason if it failed.
+    Here(Option<(String, String)>),
+    /// Another process works on it.
+    Elsewhere(&'a Job, &'a Meter),
 }
 
 struct State {

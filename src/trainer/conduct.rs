@@ -63,20 +63,23 @@ pub enum ConductError {
 /// When the run is in use, its files cannot be used, or the learner diverges; all but
 /// the first are also recorded in the run.
 pub fn conduct(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Watch) -> Result<Ending, ConductError> {
+    // Before anything is read: another process may be about to write it.
+    let lock = directory.lock()?;
     let config: RunConfig = directory.config()?;
     let checkpoint = match directory.checkpoints().names()?.is_empty() {
         true => None,
         false => Some(directory.checkpoints().load_newest()?.0),
     };
-    let writer = RunWriter::open(directory, checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode))?;
+    let writer = RunWriter::locked(directory, lock, checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode))?;
     let store = directory.checkpoints();
     let (best_score, existing) = (store.best_score()?, store.names()?);
+    watch.set_episode(checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode));
     let mut conductor = Conductor { writer, controls, watch, pause_after: None, best_score, existing };
     let outcome = guarded(&mut conductor, |conductor| {
         let training = match &checkpoint {
             Some(checkpoint) => Training::resume(config, checkpoint)?,
             None => {
-                let Some(prior) = conductor.prepare(&config)? else { return Ok(Ending::Stopped) };
+                let prior = conductor.prepare(&config)?;
                 Training::new(config, prior)?
             }
         };
@@ -119,18 +122,17 @@ struct Conductor<'a> {
 }
 
 impl Conductor<'_> {
-    /// Builds the prior of a new run, if it is guided. None if the run was stopped.
-    #[allow(clippy::option_option)]
-    fn prepare(&mut self, config: &RunConfig) -> Result<Option<Option<Arc<ActionPrior>>>, ConductError> {
+    /// The prior of a new run, if it is guided.
+    fn prepare(&mut self, config: &RunConfig) -> Result<Option<Arc<ActionPrior>>, ConductError> {
         if !config.is_guided() {
-            return Ok(Some(None));
+            return Ok(None);
         }
         let stages = config.task.subgoals.len() + 1;
         let prior = build_prior(config, |stage| {
             self.watch.set_phase(Phase::BuildingPrior { stage, stages });
             true
         })?;
-        Ok(prior.map(|prior| Some(Arc::new(prior))))
+        Ok(prior.map(Arc::new))
     }
 
     fn run(&mut self, mut training: Training) -> Result<Ending, ConductError> {
@@ -278,8 +280,7 @@ impl Conductor<'_> {
     /// Records the error as the run's end. If even that fails, the error itself is
     /// what the caller gets to see.
     fn fail(&mut self, error: &dyn std::fmt::Display) {
-        let episode = self.writer.directory().checkpoints().load(CheckpointName::Last).map_or(0, |last| last.episode);
-        let _ = self.writer.record(&Event::Failed { episode, reason: error.to_string() });
+        let _ = self.writer.record(&Event::Failed { episode: self.watch.episode(), reason: error.to_string() });
     }
 }
 

@@ -24,14 +24,14 @@ pub enum Granularity {
     Step,
 }
 
-/// How the exploration noise shrinks: linearly to `final_scale` over the first
-/// `share` of the episodes. Both methods get the same.
+/// How the exploration noise shrinks: linearly, so that nothing would be left of it after
+/// the first `share` of the episodes, but never below `final_scale`. Both methods get the same.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct NoiseDecay {
-    /// Last scale of the noise's standard deviation; 1 keeps it constant.
+    /// Least scale of the noise's standard deviation; 1 keeps it constant.
     pub final_scale: f32,
-    /// Share of the run's episodes after which it is reached.
+    /// Share of the run's episodes after which the scale would be 0.
     pub share: f32,
 }
 

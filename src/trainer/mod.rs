@@ -13,7 +13,7 @@
 //!    stray tools of half-guided stages fill the replay buffer; pilot runs ended at 0 to 0.36 on
 //!    task 1 instead of 0.79 to 0.88.
 //! 2. The annealing of the noise ([`NoiseDecay`]) is choice 8 of the agent's.
-//! 3. The threshold: 0.5 falling to 0 over half the run. From 0.8 (discount 0.99): 0.34, 0.61,
+//! 3. The threshold: 0.5 falling linearly to 0, over half of the trials' 2000 episodes. From 0.8 (discount 0.99): 0.34, 0.61,
 //!    0.08 instead of 0.55, 0.16, 0.28.
 //! 4. Clusters stay as they were built ([`Refinement`] off). Made anew every 50 episodes from the
 //!    agent's own rewarding actions: area under the curve 0.18, 0.36, 0.04 instead of 0.20, 0.28,
@@ -37,14 +37,14 @@ pub use conduct::{ConductError, Control, Ending, conduct};
 pub use config::{Evaluation, Granularity, ModelReplay, NoiseDecay, Refinement, RunConfig, RunConfigError};
 pub use method::{Method, PriorSource};
 pub use prior::{NamedModel, PriorError, build_prior, check_model, rollout_model};
-pub use setting::{SettingError, config_keys};
+pub use setting::{SettingError, config_keys, unusual_settings};
 pub use thread::Trainer;
 pub use trace::{Source, Trace, TracedStep};
 pub use training::{NETWORKS_SECTION, Training, TrainingError, greedy_episode};
 pub use watch::{LiveView, Phase, Watch};
 
 /// What a panic says.
-fn panic_message(panic: &(dyn std::any::Any + Send)) -> &str {
+pub(crate) fn panic_message(panic: &(dyn std::any::Any + Send)) -> &str {
     let text = panic.downcast_ref::<&str>().copied();
     text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("unknown reason")
 }

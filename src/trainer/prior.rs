@@ -1,9 +1,8 @@
 //! The action prior of a run's configuration.
 
-use std::path::Path;
 use std::sync::Arc;
 
-use crate::dynamics::{self, DynamicsError, Model};
+use crate::dynamics::{self, DynamicsError};
 use crate::guidance::{self, ActionPrior, LearnedModel, RolloutModel, TruePhysics};
 use crate::task::Task;
 
@@ -43,7 +42,7 @@ pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<NamedMo
             let names = || tools.iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
             dynamics::shipped_for(&tools)?.ok_or_else(|| PriorError::NoModel { tools: names() })?
         }
-        PriorSource::ModelFile(path) => Model::load(Path::new(path))?,
+        PriorSource::ModelFile(name) => dynamics::named(name)?,
     };
     let name = model.name();
     Ok(Some((Box::new(LearnedModel::for_task(Arc::new(model), task)?), name)))

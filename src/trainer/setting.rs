@@ -57,6 +57,16 @@ impl RunConfig {
     }
 }
 
+/// The settings, by path, in which a configuration differs from the usual one of its task;
+/// values as [`RunConfig::with_setting`] takes them.
+pub fn unusual_settings(config: &RunConfig) -> Vec<(String, String)> {
+    let (ours, usual) = (to_json(config), to_json(&RunConfig::new(config.task.clone())));
+    let usual = json::leaves(&usual);
+    let differs = |(path, value): &(String, &Value)| !is_of_task(path) && !usual.contains(&(path.clone(), *value));
+    let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    json::leaves(&ours).into_iter().filter(differs).map(|(path, value)| (path, text(value))).collect()
+}
+
 /// The paths of all settings but the task's.
 pub fn config_keys(config: &RunConfig) -> Vec<String> {
     json::leaves(&to_json(config)).into_iter().map(|(path, _)| path).filter(|path| !is_of_task(path)).collect()
@@ -67,8 +77,9 @@ fn is_of_task(key: &str) -> bool {
 }
 
 fn to_json(config: &RunConfig) -> Value {
-    // Plain data always serialises.
-    serde_json::to_value(config).expect("a configuration is plain data")
+    // Plain data always serialises. By way of text, so that 0.99 does not become 0.9900000095367432.
+    let text = serde_json::to_string(config).expect("a configuration is plain data");
+    serde_json::from_str(&text).expect("what was written can be read")
 }
 
 #[cfg(test)]
@@ -90,6 +101,18 @@ mod tests {
         assert_eq!(config().with_setting("epsilon", "0.25").unwrap().epsilon.to_string(), "0.25");
         let changed = config().with_setting("granularity", "step").unwrap();
         assert_eq!(changed.granularity, super::super::Granularity::Step);
+    }
+
+    #[test]
+    fn what_is_unusual_makes_the_same_configuration_again() {
+        let changes = [("ddpg.gamma", "0.9"), ("method", "ddpg"), ("epsilon", "0.25"), ("seed", "3")];
+        let set = |config: RunConfig, (key, value): (&str, &str)| config.with_setting(key, value).unwrap();
+        let changed = changes.into_iter().fold(config(), set);
+        let told = unusual_settings(&changed);
+        assert_eq!(told.len(), changes.len(), "{told:?}");
+        assert!(told.contains(&("ddpg.gamma".to_owned(), "0.9".to_owned())));
+        let again = told.iter().map(|(key, value)| (key.as_str(), value.as_str())).fold(config(), set);
+        assert_eq!(again, changed);
     }
 
     #[test]

@@ -218,6 +218,29 @@ fn a_method_that_predicts_needs_a_model() {
 }
 
 #[test]
+fn a_shipped_model_is_chosen_by_its_name() {
+    let task = crate::task::load("task1").unwrap();
+    let named = rollout_model(&PriorSource::from("bucket-box".to_owned()), &task).unwrap().unwrap();
+    let usual = rollout_model(&PriorSource::Learned, &task).unwrap().unwrap();
+    assert_eq!(named.1, usual.1);
+}
+
+#[test]
+fn a_checkpoint_of_other_settings_is_not_gone_on_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = config(Method::Ddpg, 4);
+    let run = new_run(folder.path(), "run", &config);
+    let (_nobody, controls) = unbounded();
+    conduct(&run, &controls, &Watch::default()).unwrap();
+    let text = std::fs::read_to_string(run.config_path()).unwrap();
+    let gamma = format!("\"gamma\": {}", config.ddpg.gamma);
+    assert!(text.contains(&gamma), "{text}");
+    std::fs::write(run.config_path(), text.replace(&gamma, "\"gamma\": 0.5")).unwrap();
+    let error = conduct(&run, &controls, &Watch::default()).unwrap_err().to_string();
+    assert!(error.contains("other settings of `ddpg`"), "{error}");
+}
+
+#[test]
 fn a_missing_model_fails_the_run_with_a_reason() {
     let folder = tempfile::tempdir().unwrap();
     let mut config = config(Method::DdpgMge, 4);

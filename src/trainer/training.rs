@@ -49,6 +49,9 @@ pub enum TrainingError {
     /// A checkpoint cannot be read or written.
     #[error(transparent)]
     Run(#[from] RunError),
+    /// The settings were changed after the run had begun.
+    #[error("config.json has other settings of `ddpg` than the run began with: put them back, or start a new run")]
+    OtherSettings,
 }
 
 /// Everything that changes during a run but the learner, which saves itself.
@@ -120,6 +123,9 @@ impl Training {
         })?;
         if learner.ddpg().observation_len() != observation_len(&config.task) {
             return Err(agent::StateError::Foreign.into());
+        }
+        if *learner.ddpg().config() != config.ddpg {
+            return Err(TrainingError::OtherSettings);
         }
         let progress = checkpoint.json(PROGRESS_SECTION)?;
         let model = consulted_model(&config)?;
@@ -308,12 +314,13 @@ impl Training {
         }
     }
 
-    /// A person may raise the threshold of a run that began without guidance.
+    /// A person may raise the threshold of a run that began without guidance and was given
+    /// clusters since.
     fn has_live_schedule(&self) -> bool {
         self.progress.prior.is_some() && self.progress.epsilon != self.config.epsilon
     }
 
-    /// Whether epsilon, drawn uniformly, is at or below the threshold. Always draws, so
+    /// Whether epsilon, drawn uniformly, is below the threshold. Always draws, so
     /// that the stream does not depend on the schedule.
     fn draw(&mut self, threshold: f32) -> bool {
         let epsilon: f32 = self.progress.streams.guidance.r#gen();

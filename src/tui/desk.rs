@@ -9,7 +9,7 @@ use crate::env::{Action, Environment, Placement};
 use crate::guidance::RolloutModel;
 use crate::run::{Event, RunDirectory, RunState};
 use crate::task::Task;
-use crate::trainer::{LiveView, Phase, RunConfig, rollout_model};
+use crate::trainer::{LiveView, Phase, RunConfig, rollout_model, unusual_settings};
 use crate::workbench::{Command, FigureKind, Notice, RunView, Session};
 
 use super::facts::{Facts, Level, LogLine, ModelFacts, RunFacts, Settings};
@@ -133,6 +133,7 @@ impl SessionDesk {
         let facts = &mut self.facts;
         if *facts.task != *session.task() {
             facts.task = Arc::new(session.task().clone());
+            facts.models = models(session);
         }
         facts.file = session.file().map(Path::to_owned);
         facts.dirty = session.is_dirty();
@@ -386,6 +387,7 @@ fn settings(session: &Session) -> Settings {
         epsilon: config.epsilon.clone(),
         model: String::from(config.prior.clone()),
         folder: session.folder().to_owned(),
+        unusual: unusual_settings(config),
     }
 }
 

@@ -40,11 +40,11 @@ pub struct Facts {
     pub prior_state: PriorState,
     /// Why the clusters could not be computed the last time.
     pub prior_failure: Option<String>,
-    /// Dynamics models one can choose, first the chosen one's name.
+    /// Dynamics models one can choose.
     pub models: Vec<ModelFacts>,
     /// Past and running runs, the latest last.
     pub runs: Vec<RunFacts>,
-    /// The run that started last in this session.
+    /// The run that is being watched.
     pub current: Option<usize>,
     /// The latest finished training episode.
     pub live: Option<Arc<Episode>>,
@@ -67,7 +67,7 @@ pub struct Facts {
 /// What the next run will use.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// `ddpg` or `ddpg-mge`.
+    /// Name of the method.
     pub method: String,
     /// Master seed.
     pub seed: u64,
@@ -79,6 +79,8 @@ pub struct Settings {
     pub model: String,
     /// Where runs go.
     pub folder: PathBuf,
+    /// All settings by path that are not the usual ones.
+    pub unusual: Vec<(String, String)>,
 }
 
 /// A dynamics model one can choose.
@@ -105,7 +107,7 @@ pub struct RunFacts {
     pub queued: bool,
     /// The task's name.
     pub task: String,
-    /// `ddpg` or `ddpg-mge`.
+    /// Name of the method.
     pub method: String,
     /// Master seed.
     pub seed: u64,
@@ -154,7 +156,7 @@ pub enum Level {
 }
 
 impl Facts {
-    /// The run that is being watched: the one that started last.
+    /// The run that is being watched.
     pub fn current_run(&self) -> Option<&RunFacts> {
         self.current.and_then(|index| self.runs.get(index))
     }

@@ -137,17 +137,11 @@ fn read_line(raw: &str, origin: &str, line: usize) -> Result<Line, KeymapError> 
     };
     let name = name.trim();
     let Some(entry) = named(name) else {
-        let nearest =
-            ENTRIES.iter().map(|entry| entry.name).max_by(|a, b| likeness(a, name).total_cmp(&likeness(b, name)));
-        let nearest = nearest.filter(|nearest| likeness(nearest, name) > 0.75);
+        let nearest = crate::json::nearest(ENTRIES.iter().map(|entry| entry.name), name);
         return Err(KeymapError::Unknown { origin, line, name: name.to_owned(), nearest });
     };
     let keys = keys.split_whitespace().map(str::parse).collect::<Result<Vec<Key>, KeyError>>();
     keys.map(|keys| Some((entry, keys))).map_err(|source| KeymapError::Key { origin, line, source })
-}
-
-fn likeness(a: &str, b: &str) -> f64 {
-    strsim::jaro_winkler(a, b)
 }
 
 #[cfg(test)]

@@ -253,16 +253,18 @@ impl App {
         let facts = self.desk.facts();
         let settings = &facts.settings;
         let task = facts.file.as_ref().map_or_else(|| facts.task.name.clone(), |file| file.display().to_string());
-        let text = format!(
-            "mge train {} --method {} --episodes {} --seed {} --epsilon {} --out {}",
-            shell_words::quote(&task),
-            settings.method,
-            settings.episodes,
-            settings.seed,
-            settings.epsilon,
-            shell_words::quote(&settings.folder.join("copy").display().to_string()),
-        );
-        self.say(Level::Good, format!("copied: {text}"));
+        let folder = settings.folder.join("copy").display().to_string();
+        let mut words = ["mge", "train", &task, "--out", &folder].map(str::to_owned).to_vec();
+        for (key, value) in &settings.unusual {
+            match key.as_str() {
+                "method" | "episodes" | "seed" | "epsilon" => words.extend([format!("--{key}"), value.clone()]),
+                "prior" => words.extend(["--model".to_owned(), value.clone()]),
+                _ => words.extend(["--set".to_owned(), format!("{key}={value}")]),
+            }
+        }
+        let text = shell_words::join(words);
+        let unsaved = if facts.dirty { " (without the edits of the task: save them first)" } else { "" };
+        self.say(Level::Good, format!("copied{unsaved}: {text}"));
         self.wish = Some(TerminalWish::Copy(text));
     }
 

@@ -61,7 +61,9 @@ impl Episode {
     /// The moment after `step` physics steps.
     pub fn at(&self, step: usize) -> Moment {
         let mut left = step.min(self.steps());
-        let mut path = vec![self.task.ball.position];
+        let start = self.task.ball.position;
+        let shift = self.trace.shift;
+        let mut path = vec![[start[0] + shift[0], start[1] + shift[1]]];
         let mut moment = Moment::default();
         for (index, traced) in self.trace.steps.iter().enumerate() {
             if left == 0 {

@@ -1,5 +1,5 @@
 //! Edits that nobody agreed to lose are kept: when a signal or a panic ends the workbench,
-//! the task goes into a file beside the runs, and the next start tells of it.
+//! the task goes into a file of the current folder, and the next start there tells of it.
 
 use std::ops::{Deref, DerefMut};
 use std::path::{Path, PathBuf};

@@ -27,8 +27,7 @@ impl Session {
     /// Writes a figure of what the session holds, with its numbers as CSV beside it.
     pub(super) fn export(&self, kind: FigureKind, path: &Path, dpi: Option<u32>) -> Result<String, SessionError> {
         let command = Command::Figure { kind, path: path.to_owned(), dpi }.to_string();
-        let settings = self.run().map_or(self.config(), RunView::config);
-        let provenance = Provenance::new(command, &[settings.seed], config_hash(settings)?);
+        let provenance = self.provenance(kind, command)?;
         match self.figure(kind)? {
             Some(figure) => figure.write(path, &provenance, dpi.unwrap_or(DEFAULT_DPI))?,
             None => {
@@ -37,6 +36,23 @@ impl Session {
             }
         }
         Ok(format!("wrote {}", path.display()))
+    }
+
+    /// The settings behind a figure: those of the runs it shows, or of the session.
+    fn provenance(&self, kind: FigureKind, command: String) -> Result<Provenance, SessionError> {
+        let by_hand = kind == FigureKind::Episode && !self.hand().trace().steps.is_empty();
+        let settings = match kind {
+            FigureKind::Learning => {
+                let configs: Vec<&RunConfig> = self.runs().iter().map(RunView::config).collect();
+                let seeds: BTreeSet<u64> = configs.iter().map(|config| config.seed).collect();
+                return Ok(Provenance::new(command, &Vec::from_iter(seeds), config_hash(&configs)?));
+            }
+            FigureKind::Dashboard | FigureKind::Episode if !by_hand => {
+                self.run().map_or(self.config(), RunView::config)
+            }
+            _ => self.config(),
+        };
+        Ok(Provenance::new(command, &[settings.seed], config_hash(settings)?))
     }
 
     /// A figure of what the session holds; None for the animation, which is no figure.
@@ -48,8 +64,7 @@ impl Session {
             FigureKind::Scene => Box::new(TaskGrid { tasks: vec![self.task().clone()] }),
             FigureKind::Clusters => {
                 let prior = self.prior().ok_or(SessionError::NoClusters)?;
-                let seed = self.run().map_or(self.config(), RunView::config).seed;
-                Box::new(ActionSamples { tasks: vec![TaskActions::sample(self.task(), prior, seed)] })
+                Box::new(ActionSamples { tasks: vec![TaskActions::sample(self.task(), prior, self.config().seed)] })
             }
             FigureKind::Learning if self.runs().iter().all(|run| run.records().is_empty()) => {
                 return Err(SessionError::NoRun);

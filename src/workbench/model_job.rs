@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread::JoinHandle;
 
-use crate::dynamics::{self, Ended, EvaluationConfig, Model, ModelConfig, TrainConfig, Training};
+use crate::dynamics::{self, Ended, EvaluationConfig, ModelConfig, TrainConfig, Training};
 use crate::physics::ToolKind;
 use crate::task;
 
@@ -113,11 +113,7 @@ fn train(tools: &[ToolKind], names: &str, path: &Path, settings: TrainConfig, se
 }
 
 fn evaluate(name: &str, seed: u64) -> Result<String, String> {
-    let shipped = dynamics::shipped(name).map_err(|error| error.to_string())?;
-    let model = match shipped {
-        Some(model) => model,
-        None => Model::load(Path::new(name)).map_err(|error| error.to_string())?,
-    };
+    let model = dynamics::named(name).map_err(|error| error.to_string())?;
     let tasks: Vec<_> = task::shipped().into_iter().filter(|task| model.check_task(task).is_ok()).collect();
     let config = EvaluationConfig { seed, ..EvaluationConfig::default() };
     let evaluation = dynamics::evaluate(&model, &tasks, &config).map_err(|error| error.to_string())?;
@@ -139,6 +135,7 @@ fn evaluate(name: &str, seed: u64) -> Result<String, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dynamics::Model;
 
     fn wait(mut job: ModelJob) -> Result<String, String> {
         loop {

@@ -21,7 +21,7 @@ impl PriorKey {
     pub fn of(config: &RunConfig) -> Self {
         Self {
             task: config.task.clone(),
-            source: config.prior.clone(),
+            source: config.rollout_source(),
             guidance: config.guidance.clone(),
             seed: config.seed,
         }
@@ -78,5 +78,20 @@ impl PriorJob {
 impl Drop for PriorJob {
     fn drop(&mut self) {
         self.cancelled.store(true, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trainer::Method;
+
+    #[test]
+    fn clusters_of_a_method_with_other_rollouts_are_out_of_date() {
+        let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+        let key = |method| PriorKey::of(&RunConfig { method, ..config.clone() });
+        assert_eq!(key(Method::Ddpg), key(Method::DdpgMge));
+        assert_ne!(key(Method::DdpgUniform), key(Method::DdpgMge));
+        assert_ne!(key(Method::DdpgMgeTrue), key(Method::DdpgMge));
     }
 }

@@ -256,8 +256,14 @@ impl RunView {
     /// The agent of the newest checkpoint.
     ///
     /// # Errors
-    /// When there is no checkpoint yet, or one that cannot be read.
+    /// When the method learns none, there is no checkpoint yet, or one that cannot be read.
     pub fn saved_agent(&self) -> Result<Ddpg, SessionError> {
+        if !self.config.method.learns() {
+            return Err(SessionError::Failed(format!(
+                "{} learns no policy: there is none to play or export",
+                self.config.method
+            )));
+        }
         let checkpoint = self.directory.checkpoints().load(CheckpointName::Last)?;
         Ok(Ddpg::load(checkpoint.section(NETWORKS_SECTION)?)?)
     }

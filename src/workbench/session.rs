@@ -343,10 +343,15 @@ impl Session {
 
     fn set_schedule(&mut self, schedule: &EpsilonSchedule) -> Result<String, SessionError> {
         self.settings.epsilon = schedule.clone();
-        match self.run_mut().map(|run| run.send(Control::SetSchedule(schedule.clone()))) {
-            Some(Ok(())) => Ok(format!("epsilon {schedule}, from the next episode on")),
-            _ => Ok(format!("epsilon {schedule}")),
+        let told = format!("epsilon {schedule}");
+        let Some(run) = self.run_mut() else { return Ok(told) };
+        if run.send(Control::SetSchedule(schedule.clone())).is_err() {
+            return Ok(told);
         }
+        Ok(match run.prior() {
+            Some(_) => format!("{told}, from the next episode on"),
+            None => format!("{told}; the run has no action clusters to draw from: compute them, then `guide`"),
+        })
     }
 
     fn compute_clusters(&mut self, file: Option<&Path>) -> Result<String, SessionError> {

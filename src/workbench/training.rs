@@ -223,4 +223,36 @@ mod tests {
         let error = try_line(&mut session, &format!("delete {shown}")).unwrap_err();
         assert!(!error.is_empty());
     }
+
+    #[test]
+    fn a_threshold_without_clusters_says_what_is_missing() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = session(folder.path(), &["train until 1"]);
+        let told = try_line(&mut session, "epsilon 0.5").unwrap();
+        assert!(told.contains("no action clusters") && told.contains("`guide`"), "{told}");
+        apply(&mut session, &["stop", "wait"]);
+    }
+
+    #[test]
+    fn a_figure_carries_the_seeds_of_all_it_shows() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = session(folder.path(), &["train", "wait", "seed 7", "train", "wait", "seed 9"]);
+        let mut seeds = |kind: &str| {
+            let path = folder.path().join(format!("{kind}.png"));
+            apply(&mut session, &[&format!("figure {kind} {}", path.display())]);
+            crate::figures::Provenance::read(&path).unwrap().seeds
+        };
+        assert_eq!(seeds("learning"), [0, 7]);
+        assert_eq!(seeds("dashboard"), [7]);
+        assert_eq!(seeds("scene"), [9]);
+    }
+
+    #[test]
+    fn planning_has_no_policy_to_play() {
+        let folder = tempfile::tempdir().unwrap();
+        let lines = ["method planning", "model true", "set planner.rollouts 8", "episodes 1", "train", "wait"];
+        let mut session = session(folder.path(), &lines);
+        let error = try_line(&mut session, "evaluate").unwrap_err();
+        assert!(error.contains("learns no policy"), "{error}");
+    }
 }

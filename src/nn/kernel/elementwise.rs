@@ -154,7 +154,7 @@ impl Kernel for Transpose<'_> {
     }
 }
 
-/// Σ x²; whole lines.
+/// Σ x².
 pub(in crate::nn) struct SumOfSquares<'a>(pub &'a [f32]);
 
 impl Kernel for SumOfSquares<'_> {

@@ -81,18 +81,12 @@ pub fn perform(app: &mut App, action: Action) {
     }
     let model = facts.models.get(app.lists.model.min(last)).cloned();
     match (action, model) {
-        (Action::Confirm, Some(model)) => app.line(&format!("model {}", shell_words::quote(&source(&model)))),
+        (Action::Confirm, Some(model)) => app.line(&format!("model {}", shell_words::quote(&model.name))),
         (Action::EvaluateModel, Some(model)) => evaluate(app, &model),
         (Action::TrainModel, _) => train(app),
         (Action::StopModel, _) => app.line("model stop"),
         _ => {}
     }
-}
-
-/// The word that chooses a model: a shipped one is that of its tool set.
-fn source(model: &ModelFacts) -> String {
-    let shipped = crate::dynamics::shipped_names().any(|name| name == model.name);
-    if shipped { "learned".to_owned() } else { model.name.clone() }
 }
 
 fn evaluate(app: &mut App, model: &ModelFacts) {

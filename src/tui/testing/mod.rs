@@ -117,6 +117,7 @@ pub fn empty() -> Facts {
             epsilon: "linear:0.8:0.05:1500".parse().unwrap(),
             model: "learned".into(),
             folder: PathBuf::from("runs"),
+            unusual: vec![("episodes".into(), "2000".into()), ("ddpg.gamma".into(), "0.9".into())],
         },
         prior: None,
         prior_state: PriorState::Absent,

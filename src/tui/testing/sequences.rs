@@ -312,7 +312,7 @@ fn the_terminal_is_asked_for_what_only_it_can_do() {
     let (mut app, _) = app(empty());
     press(&mut app, "y");
     let Some(TerminalWish::Copy(text)) = app.wish.take() else { panic!("{:?}", app.wish) };
-    assert!(text.starts_with("mge train task1 --method ddpg-mge --episodes 2000 --seed 0"), "{text}");
+    assert_eq!(text, "mge train task1 --out runs/copy --episodes 2000 --set 'ddpg.gamma=0.9'");
     press(&mut app, "f4");
     assert_eq!(app.wish.take(), Some(TerminalWish::Mouse(false)));
     press(&mut app, "ctrl-z");

@@ -45,7 +45,7 @@ pub const ENTRIES: &[Entry] = &[
     entry(A::Export, Everywhere, "export", "f", "export", "export the figures of the session as PNG", Like("figure")),
     entry(A::Method, Everywhere, "method", "m", "", "choose the method of the next run", verb("method", "NAME")),
     entry(A::Task, Everywhere, "task", "o", "open", "open a shipped task or a task file", verb("task", "NAME|FILE")),
-    entry(A::Model, Everywhere, "model", "d", "", "choose what predicts the rollouts behind the clusters", verb("model", "learned|true|uniform|FILE")),
+    entry(A::Model, Everywhere, "model", "d", "", "choose what predicts the rollouts behind the clusters", verb("model", "learned|true|uniform|NAME|FILE")),
     entry(A::Seed, Everywhere, "seed", "n", "", "set the master seed of the next run", verb("seed", "N")),
     entry(A::Episodes, Everywhere, "episodes", "N", "", "set the number of episodes of the next run", verb("episodes", "N")),
     entry(A::Undo, Everywhere, "undo", "u", "", "take the latest edit back", verb("undo", "")),
