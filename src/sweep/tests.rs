@@ -79,6 +79,7 @@ fn shipped_sweeps_are_possible() {
     assert_eq!(count("table1.json"), 4 * 3 * 4 * 4 * 3);
     assert_eq!(count("table1-one-at-a-time.json"), 4 + 2 + 3 + 3 + 2);
     assert_eq!(count("small.json"), 2 * 3 * 3);
+    assert_eq!(count("choices.json"), 300);
 }
 
 #[test]
