@@ -53,11 +53,6 @@ impl TensorFile {
         Ok(&entry.values)
     }
 
-    /// Names of the tensors, in order.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
-        self.tensors.keys().map(String::as_str)
-    }
-
     /// The safetensors bytes; equal content gives equal bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
         // One entry at most: the format's own metadata map has no order, so bytes would vary.
@@ -147,7 +142,7 @@ mod tests {
         let bytes = file().to_bytes();
         assert_eq!(TensorFile::from_bytes(&bytes).unwrap(), file());
         assert_eq!(file().to_bytes(), bytes, "equal content, equal bytes");
-        assert_eq!(file().names().collect::<Vec<_>>(), ["a", "b"]);
+        assert_eq!(file().tensors.keys().collect::<Vec<_>>(), ["a", "b"]);
         let empty = TensorFile::default();
         assert_eq!(TensorFile::from_bytes(&empty.to_bytes()).unwrap(), empty);
     }

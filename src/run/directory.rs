@@ -89,16 +89,6 @@ impl RunDirectory {
         Ok(parse_json::<Saved<C>>(&self.config_path(), &self.config_bytes()?)?.config)
     }
 
-    /// The version of the program that made the run.
-    ///
-    /// # Errors
-    /// As [`RunDirectory::config`].
-    pub fn mge_version(&self) -> Result<String> {
-        let bytes = self.config_bytes()?;
-        let saved: Saved<serde::de::IgnoredAny> = parse_json(&self.config_path(), &bytes)?;
-        Ok(saved.mge_version)
-    }
-
     fn config_bytes(&self) -> Result<Vec<u8>> {
         let path = self.config_path();
         let bytes = fs::read(&path).map_err(|error| match error.kind() {
@@ -262,7 +252,6 @@ mod tests {
 
         let run = RunDirectory::open(&path).unwrap();
         assert_eq!(run.config::<Config>().unwrap(), CONFIG);
-        assert_eq!(run.mge_version().unwrap(), env!("CARGO_PKG_VERSION"));
         assert_eq!(run.status().unwrap().state, RunState::NotStarted);
         assert_eq!(config_hash(&CONFIG).unwrap(), config_hash(&CONFIG).unwrap());
         assert_ne!(config_hash(&CONFIG).unwrap(), config_hash(&Config { seed: 4, ..CONFIG }).unwrap());

@@ -81,11 +81,16 @@ fn parse(line: &[u8]) -> serde_json::Result<PlayedEpisode> {
 ///
 /// # Errors
 /// [`RunError::Io`] if the run keeps no episodes, [`RunError::NoEpisode`] if it has not kept
-/// this one, [`RunError::Malformed`] if its line is not an episode.
+/// this one or is just writing it, [`RunError::Malformed`] if its line is not an episode.
 pub fn read_episode(path: &Path, episode: u64) -> Result<PlayedEpisode> {
     let file = std::fs::File::open(path).map_err(RunError::io("read", path))?;
-    for (number, line) in (1..).zip(BufReader::new(file).split(b'\n')) {
-        let line = line.map_err(RunError::io("read", path))?;
+    let mut reader = BufReader::new(file);
+    for number in 1.. {
+        let mut line = Vec::new();
+        reader.read_until(b'\n', &mut line).map_err(RunError::io("read", path))?;
+        if !line.ends_with(b"\n") {
+            break;
+        }
         if starts_at(&line, episode) {
             return parse(&line).map_err(|error| RunError::Malformed {
                 path: path.to_path_buf(),
@@ -126,7 +131,7 @@ mod tests {
             .open(&path)
             .and_then(|mut file| std::io::Write::write_all(&mut file, b"{\"episode\":6,\"shi"))
             .unwrap();
-        assert!(matches!(read_episode(&path, 6), Err(RunError::Malformed { line: Some(6), .. })));
+        assert!(matches!(read_episode(&path, 6), Err(RunError::NoEpisode { .. })));
         let mut log = EpisodeLog::open(&path, 3).unwrap();
         log.append(&played(4)).unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap().lines().count(), 4);

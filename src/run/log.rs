@@ -40,13 +40,17 @@ impl EventLog {
 
 /// Length of the part of a log that belongs to a checkpoint of `episode`.
 ///
-/// Lines behind the cut are not looked at: damage there goes away with the cut.
+/// Damage behind the last episode that is kept goes away with the cut.
 fn cut_point(path: &Path, bytes: &[u8], episode: u64) -> Result<u64> {
     let mut after_checkpoint = None;
     let mut end = 0;
     let mut last_episode = 0;
     for (number, line) in complete_lines(bytes) {
-        let event = parse(path, number, line)?.event;
+        let event = match parse(path, number, line) {
+            Ok(logged) => logged.event,
+            Err(_) if last_episode >= episode => break,
+            Err(error) => return Err(error),
+        };
         if let Event::EpisodeFinished(record) = &event {
             if record.episode > episode {
                 break;
@@ -258,6 +262,15 @@ mod tests {
         assert_eq!(log.events(), kept);
         log.write(1, &[]);
         assert_eq!(log.events(), kept[..2]);
+        log.write(0, &[]);
+        assert_eq!(log.events(), []);
+
+        let mut log = Log::new();
+        log.write(0, &kept);
+        log.raw("what a power failure left\n");
+        log.write(2, &[]);
+        assert_eq!(log.events(), kept, "damage behind the cut goes away");
+        log.raw("and again\n");
         log.write(0, &[]);
         assert_eq!(log.events(), []);
     }

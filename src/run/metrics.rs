@@ -17,9 +17,12 @@ impl MetricsLog {
     pub fn open(path: &Path, episode: u64) -> Result<Self> {
         let mut file = AppendFile::open(path)?;
         let bytes = std::fs::read(path).map_err(RunError::io("read", path))?;
-        let (rows, ends) = parse(path, whole_lines(&bytes))?;
+        let (rows, ends, damage) = parse(path, whole_lines(&bytes));
         let kept = rows.iter().take_while(|row| row.episode <= episode).count();
         let found = kept.checked_sub(1).map_or(0, |last| rows[last].episode);
+        if let Some(damage) = damage.filter(|_| found < episode) {
+            return Err(damage);
+        }
         if found < episode {
             return Err(RunError::LogTooShort { path: path.to_path_buf(), found, wanted: episode });
         }
@@ -56,7 +59,8 @@ impl MetricsLog {
 /// line that is not a row. A half-written last row is left out and is no error.
 pub fn read_metrics(path: &Path) -> Result<Vec<EpisodeRecord>> {
     let bytes = std::fs::read(path).map_err(RunError::io("read", path))?;
-    Ok(parse(path, whole_lines(&bytes))?.0)
+    let (rows, _, damage) = parse(path, whole_lines(&bytes));
+    damage.map_or(Ok(rows), Err)
 }
 
 fn whole_lines(bytes: &[u8]) -> &[u8] {
@@ -64,26 +68,27 @@ fn whole_lines(bytes: &[u8]) -> &[u8] {
     &bytes[..end]
 }
 
-/// The rows, and for each where it ends in `bytes`.
-fn parse(path: &Path, bytes: &[u8]) -> Result<(Vec<EpisodeRecord>, Vec<u64>)> {
+/// The rows up to the first that cannot be read, for each where it ends in `bytes`, and why
+/// that one cannot be read.
+fn parse(path: &Path, bytes: &[u8]) -> (Vec<EpisodeRecord>, Vec<u64>, Option<RunError>) {
     let malformed = |line: Option<u64>, reason: String| RunError::Malformed { path: path.to_path_buf(), line, reason };
     let mut reader = csv::Reader::from_reader(bytes);
+    let (mut rows, mut ends) = (Vec::new(), Vec::new());
     let header = match reader.headers() {
         Ok(header) => header.clone(),
-        Err(error) => return Err(malformed(Some(1), error.to_string())),
+        Err(error) => return (rows, ends, Some(malformed(Some(1), error.to_string()))),
     };
-    let (mut rows, mut ends) = (Vec::new(), Vec::new());
     let mut row = csv::StringRecord::new();
     loop {
         let line = reader.position().line();
         match reader.read_record(&mut row) {
-            Ok(false) => return Ok((rows, ends)),
+            Ok(false) => return (rows, ends, None),
             Ok(true) => {}
-            Err(error) => return Err(malformed(Some(line), error.to_string())),
+            Err(error) => return (rows, ends, Some(malformed(Some(line), error.to_string()))),
         }
         match row.deserialize(Some(&header)) {
             Ok(record) => rows.push(record),
-            Err(error) => return Err(malformed(Some(line), format!("not an episode: {error}"))),
+            Err(error) => return (rows, ends, Some(malformed(Some(line), format!("not an episode: {error}")))),
         }
         ends.push(reader.position().byte());
     }

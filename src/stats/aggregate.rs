@@ -1,7 +1,6 @@
 //! Many runs in one number.
 
 use super::scores::TaskScores;
-use super::{Result, StatsError};
 
 /// Mean over tasks of the mean over runs.
 pub fn mean(scores: &TaskScores) -> f64 {
@@ -26,17 +25,6 @@ pub fn iqm(scores: &TaskScores) -> f64 {
 pub fn optimality_gap(scores: &TaskScores, target: f64) -> f64 {
     let clipped: Vec<f64> = scores.all().map(|score| score.min(target)).collect();
     target - mean_of(&clipped)
-}
-
-/// Interquartile mean of plain values.
-///
-/// # Errors
-/// [`StatsError::Empty`]; [`StatsError::NotFinite`] with the position as the run.
-pub fn interquartile_mean(values: &[f64]) -> Result<f64> {
-    if values.is_empty() {
-        return Err(StatsError::Empty("values"));
-    }
-    Ok(iqm(&TaskScores::of_one_task(values)?))
 }
 
 /// Mean without the lowest and the highest quarter of the values, each rounded down.
@@ -102,12 +90,11 @@ pub(super) mod tests {
         // scipy.stats.trim_mean([1..9, 100], 0.25)
         let mut values = Vec::from_iter((1..10).map(f64::from));
         values.push(100.0);
-        assert_eq!(interquartile_mean(&values), Ok(5.5));
-        assert_eq!(interquartile_mean(&[3.0]), Ok(3.0));
-        assert_eq!(interquartile_mean(&[1.0, 2.0, 6.0]), Ok(3.0));
-        assert_eq!(interquartile_mean(&[9.0, 0.0, 1.0, 2.0]), Ok(1.5));
-        assert_eq!(interquartile_mean(&[]), Err(StatsError::Empty("values")));
-        assert!(interquartile_mean(&[1.0, f64::NAN]).is_err());
+        for (values, mean) in
+            [(values, 5.5), (vec![3.0], 3.0), (vec![1.0, 2.0, 6.0], 3.0), (vec![9.0, 0.0, 1.0, 2.0], 1.5)]
+        {
+            assert_eq!(iqm(&TaskScores::of_one_task(&values).unwrap()), mean);
+        }
         let even = TaskScores::new(vec![vec![1.0], vec![4.0]]).unwrap();
         assert_eq!(median(&even), 2.5);
     }

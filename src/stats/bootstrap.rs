@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::aggregate;
-use super::scores::{TaskScores, draw};
+use super::scores::TaskScores;
 use super::{Result, StatsError};
 
 /// How an interval is computed. State these numbers beside it.
@@ -87,38 +87,6 @@ impl Bootstrap {
             return Err(StatsError::Empty("values"));
         }
         self.stratified(&TaskScores::of_one_task(values)?, aggregate::mean)
-    }
-
-    /// Mean learning curve of several runs with a pointwise interval. Whole runs are resampled;
-    /// `curves[run][point]`.
-    ///
-    /// # Errors
-    /// As [`Bootstrap::stratified`]; [`StatsError::Empty`] without curves or points,
-    /// [`StatsError::Lengths`] if the curves differ in length, [`StatsError::NotFinite`] with the
-    /// point as the run and the run as the task.
-    pub fn mean_curve(&self, curves: &[Vec<f64>]) -> Result<Vec<Estimate>> {
-        let first = curves.first().ok_or(StatsError::Empty("learning curves"))?;
-        for (run, curve) in curves.iter().enumerate() {
-            if curve.len() != first.len() {
-                let (found, expected) = (curve.len(), first.len());
-                return Err(StatsError::Lengths { run, found, expected });
-            }
-            if let Some(point) = curve.iter().position(|value| !value.is_finite()) {
-                return Err(StatsError::NotFinite { task: run, run: point, value: curve[point] });
-            }
-        }
-        if first.is_empty() {
-            return Err(StatsError::Empty("points of learning curves"));
-        }
-        let mean_of = |runs: &[usize]| -> Vec<f64> {
-            let at = |point: usize| runs.iter().map(|&run| curves[run][point]).sum::<f64>();
-            (0..first.len()).map(|point| at(point) / runs.len() as f64).collect()
-        };
-        let mut runs: Vec<usize> = (0..curves.len()).collect();
-        self.percentiles(mean_of(&runs), |stream| {
-            runs.fill_with(|| draw(curves.len(), stream));
-            mean_of(&runs)
-        })
     }
 
     /// The interval of each of `values` from what `resample` gives in its place.
@@ -214,31 +182,10 @@ mod tests {
     }
 
     #[test]
-    fn curves_are_resampled_as_wholes() {
-        let curves = [vec![0.0, 1.0, 0.5], vec![1.0, 0.0, 0.5]];
-        let mean = Bootstrap::default().mean_curve(&curves).unwrap();
-        assert_eq!(mean[0], Estimate { value: 0.5, lower: 0.0, upper: 1.0 });
-        assert_eq!(mean[1], mean[0]);
-        assert_eq!(mean[2], Estimate { value: 0.5, lower: 0.5, upper: 0.5 });
-        // The second point is one minus the first in every resample, so their sum never varies.
-        let single = Bootstrap { resamples: 1, ..Default::default() };
-        let one = single.mean_curve(&curves).unwrap();
-        assert_eq!(one[0].lower + one[1].lower, 1.0);
-    }
-
-    #[test]
     fn wrong_input_is_refused() {
         let bootstrap = Bootstrap::default();
         assert_eq!(bootstrap.mean(&[]), Err(StatsError::Empty("values")));
         assert!(matches!(bootstrap.mean(&[f64::NAN]), Err(StatsError::NotFinite { .. })));
-        assert_eq!(bootstrap.mean_curve(&[]), Err(StatsError::Empty("learning curves")));
-        assert!(matches!(bootstrap.mean_curve(&[vec![]]), Err(StatsError::Empty(_))));
-        let uneven = bootstrap.mean_curve(&[vec![1.0], vec![1.0, 2.0]]);
-        assert_eq!(uneven, Err(StatsError::Lengths { run: 1, found: 2, expected: 1 }));
-        assert!(matches!(
-            bootstrap.mean_curve(&[vec![1.0], vec![f64::INFINITY]]),
-            Err(StatsError::NotFinite { task: 1, run: 0, .. })
-        ));
         for confidence in [0.0, 1.0, 95.0, f64::NAN] {
             let result = Bootstrap { confidence, ..bootstrap }.mean(&[1.0]);
             assert!(matches!(result, Err(StatsError::Confidence(_))), "{confidence}");

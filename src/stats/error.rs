@@ -24,24 +24,6 @@ pub enum StatsError {
     /// Two methods that were not run on the same tasks.
     #[error("the methods to compare have scores of {0} and {1} tasks")]
     Tasks(usize, usize),
-    /// Learning curves of different lengths.
-    #[error("learning curve {run} has {found} points, the first one {expected}")]
-    Lengths {
-        /// The curve, counted from 0.
-        run: usize,
-        /// Points it has.
-        found: usize,
-        /// Points the first one has.
-        expected: usize,
-    },
-    /// More hits than trials.
-    #[error("{hits} hits in {trials} trials")]
-    Hits {
-        /// Hits.
-        hits: u64,
-        /// Trials.
-        trials: u64,
-    },
     /// A confidence level that is none.
     #[error("the confidence level {0} is not between 0 and 1 (95 % is 0.95)")]
     Confidence(f64),

@@ -4,8 +4,7 @@
 //! - [`efficiency`]: episodes to a threshold, area under the learning curve;
 //! - [`scores`], [`aggregate`]: scores of runs by task; mean, median, interquartile mean;
 //! - [`bootstrap`]: confidence intervals from resampling the runs within each task;
-//! - [`comparison`], [`profile`]: probability of improvement, performance profiles;
-//! - [`proportion`]: Wilson's interval of hit counts.
+//! - [`comparison`], [`profile`]: probability of improvement, performance profiles.
 //!
 //! The definitions are those of Agarwal et al. 2021, "Deep Reinforcement Learning at the Edge of
 //! the Statistical Precipice", and agree with their library rliable on the same data. An interval
@@ -18,7 +17,6 @@ pub mod comparison;
 pub mod efficiency;
 mod error;
 pub mod profile;
-pub mod proportion;
 pub mod rolling;
 pub mod scores;
 

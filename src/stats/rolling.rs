@@ -10,23 +10,18 @@ pub const WINDOW: NonZeroUsize = NonZeroUsize::new(100).unwrap();
 
 /// Success rate over the last episodes, one episode at a time. Serialisable, as a part of a
 /// training's state.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
 pub struct RollingRate {
-    window: NonZeroUsize,
     recent: VecDeque<bool>,
 }
 
 impl RollingRate {
-    /// No episodes yet.
-    pub fn new(window: NonZeroUsize) -> Self {
-        Self { window, recent: VecDeque::new() }
-    }
-
     /// Adds an episode and gives the rate over the last `window` episodes, or over all of them as
     /// long as they are fewer.
-    pub fn push(&mut self, success: bool) -> f64 {
+    pub fn push(&mut self, success: bool, window: NonZeroUsize) -> f64 {
         self.recent.push_back(success);
-        if self.recent.len() > self.window.get() {
+        if self.recent.len() > window.get() {
             self.recent.pop_front();
         }
         let hits = self.recent.iter().filter(|&&success| success).count();
@@ -36,8 +31,8 @@ impl RollingRate {
 
 /// Success rate over the last `window` episodes, after each episode; over all of them at the start.
 pub fn rolling_success(successes: &[bool], window: NonZeroUsize) -> Vec<f64> {
-    let mut rate = RollingRate::new(window);
-    successes.iter().map(|&success| rate.push(success)).collect()
+    let mut rate = RollingRate::default();
+    successes.iter().map(|&success| rate.push(success, window)).collect()
 }
 
 /// Mean of the last `window` values, after each value; of all of them at the start. A value that is
@@ -78,13 +73,13 @@ mod tests {
 
     #[test]
     fn a_saved_rate_goes_on() {
-        let mut rate = RollingRate::new(window(3));
+        let mut rate = RollingRate::default();
         for success in [true, true, false] {
-            rate.push(success);
+            rate.push(success, window(3));
         }
         let text = serde_json::to_string(&rate).unwrap();
         let mut restored: RollingRate = serde_json::from_str(&text).unwrap();
-        assert_eq!(restored.push(false), rate.push(false));
+        assert_eq!(restored.push(false, window(3)), rate.push(false, window(3)));
         assert_eq!(restored, rate);
     }
 }

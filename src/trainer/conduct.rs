@@ -66,13 +66,22 @@ pub fn conduct(directory: &RunDirectory, controls: &Receiver<Control>, watch: &W
     // Before anything is read: another process may be about to write it.
     let lock = directory.lock()?;
     let config: RunConfig = directory.config()?;
-    let checkpoint = match directory.checkpoints().names()?.is_empty() {
-        true => None,
-        false => Some(directory.checkpoints().load_newest()?.0),
+    let (checkpoint, mut problems) = match directory.checkpoints().names()?.is_empty() {
+        true => (None, Vec::new()),
+        false => directory.checkpoints().load_newest().map(|(newest, problems)| (Some(newest), problems))?,
     };
-    let writer = RunWriter::locked(directory, lock, checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode))?;
+    let mut writer =
+        RunWriter::locked(directory, lock, checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode))?;
     let store = directory.checkpoints();
-    let (best_score, existing) = (store.best_score()?, store.names()?);
+    // A `best` that cannot be read is replaced by the next.
+    let best_score = store.best_score().unwrap_or_else(|problem| {
+        problems.push(problem);
+        None
+    });
+    for problem in &problems {
+        writer.note(&format!("a checkpoint cannot be used: {problem}"))?;
+    }
+    let existing = store.names()?;
     watch.set_episode(checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode));
     let mut conductor = Conductor { writer, controls, watch, pause_after: None, best_score, existing };
     let outcome = guarded(&mut conductor, |conductor| {

@@ -17,7 +17,7 @@ use crate::agent::{self, Ddpg, Learner, Transition, UpdateMetrics};
 use crate::env::{Action, Environment, EpisodeOver, Placement, Snapshot, Step, observation_len};
 use crate::guidance::{self, ActionPrior, EpsilonSchedule, Played, RolloutModel};
 use crate::run::{Checkpoint, EpisodeRecord, Event, RunError};
-use crate::stats::rolling::WINDOW;
+use crate::stats::rolling::{RollingRate, WINDOW};
 use crate::task::Task;
 
 /// The checkpoint section that holds the networks, as a safetensors file.
@@ -59,7 +59,7 @@ pub enum TrainingError {
 struct Progress {
     episode: u64,
     environment_steps: u64,
-    recent: VecDeque<bool>,
+    recent: RollingRate,
     streams: Streams,
     epsilon: EpsilonSchedule,
     prior: Option<Arc<ActionPrior>>,
@@ -101,7 +101,7 @@ impl Training {
         let progress = Progress {
             episode: 0,
             environment_steps: 0,
-            recent: VecDeque::with_capacity(WINDOW.get()),
+            recent: RollingRate::default(),
             streams: Streams::new(config.seed),
             epsilon: config.epsilon.clone(),
             prior,
@@ -355,11 +355,7 @@ impl Training {
         let steps = trace.steps.len() as u64;
         progress.episode += 1;
         progress.environment_steps += steps;
-        if progress.recent.len() == WINDOW.get() {
-            progress.recent.pop_front();
-        }
-        progress.recent.push_back(snapshot.goal_reached());
-        let successes = progress.recent.iter().filter(|success| **success).count();
+        let rolling_success = progress.recent.push(snapshot.goal_reached(), WINDOW);
         let placed = snapshot.placed().len() as u32;
         let blocked = trace.steps.iter().filter(|step| step.placement != Placement::Placed).count() as u32;
         EpisodeRecord {
@@ -378,7 +374,7 @@ impl Training {
             max_q: (means.updates > 0).then_some(f64::from(means.sum.max_q)),
             actor_loss: means.mean(|sum| sum.actor_loss),
             action_saturation: means.mean(|sum| sum.action_saturation),
-            rolling_success: successes as f64 / progress.recent.len() as f64,
+            rolling_success,
             terminated: last.terminated,
             truncated: last.truncated,
             end: last.end.map_or_else(String::new, |end| end.to_string()),

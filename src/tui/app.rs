@@ -10,6 +10,7 @@ use super::facts::Level;
 use super::key::Key;
 use super::keymap::Keymap;
 use super::layers::{Deed, Layer, Wish};
+use super::mouse::Grip;
 use super::preview::Preview;
 use super::screens::{Curves, Hits, Lists, Runs, Scene, Schedule, Tab};
 use super::theme::Theme;
@@ -43,6 +44,8 @@ pub struct App {
     pub notice: Option<Notice>,
     /// Where things were drawn, for the mouse.
     pub hits: Hits,
+    /// What the mouse took hold of.
+    pub grip: Option<Grip>,
     /// What only the owner of the terminal can do.
     pub wish: Option<TerminalWish>,
     /// Whether the mouse is captured.
@@ -97,6 +100,7 @@ impl App {
             preview: Preview::default(),
             notice: None,
             hits: Hits::default(),
+            grip: None,
             wish: None,
             mouse: true,
             leaving: false,

@@ -34,8 +34,8 @@ pub trait Desk {
     fn request_live(&self);
     /// What would become of a tool placed by hand, and what the model predicts.
     fn ghost(&mut self, action: Action) -> Ghost;
-    /// What the agent of the live episode thinks before its action number `action`.
-    fn mind(&self, action: usize) -> Option<Mind>;
+    /// What the watched agent, as it is now, thinks before action number `action` of an episode.
+    fn mind(&self, episode: &Episode, action: usize) -> Option<Mind>;
     /// What the model predicts for the next actions of an episode, from its action
     /// number `action` on: normalised positions of the ball.
     fn foresee(&mut self, episode: &Episode, action: usize) -> Vec<[f32; 2]>;
@@ -92,8 +92,6 @@ impl SessionDesk {
         let facts = Facts {
             file: None,
             dirty: false,
-            can_undo: false,
-            can_redo: false,
             proposed: Vec::new(),
             proposing: None,
             settings: settings(&session),
@@ -137,8 +135,6 @@ impl SessionDesk {
         }
         facts.file = session.file().map(Path::to_owned);
         facts.dirty = session.is_dirty();
-        facts.can_undo = session.can_undo();
-        facts.can_redo = session.can_redo();
         facts.proposed = session.proposed().to_vec();
         facts.proposing = session.proposing();
         facts.settings = settings(session);
@@ -188,7 +184,11 @@ impl SessionDesk {
 
     fn refresh_live(&mut self) {
         let Some(run) = self.session.run() else { return };
-        let Some(live) = run.live() else { return };
+        let Some(live) = run.live() else {
+            // The networks of another run have nothing to say of this one.
+            self.live = None;
+            return;
+        };
         if self.live.as_ref().is_some_and(|shown| Arc::ptr_eq(&shown.trace, &live.trace)) {
             return;
         }
@@ -322,9 +322,13 @@ impl Desk for SessionDesk {
         ghost
     }
 
-    fn mind(&self, action: usize) -> Option<Mind> {
+    fn mind(&self, episode: &Episode, action: usize) -> Option<Mind> {
         let live = self.live.as_ref()?;
-        let observation = replay(self.facts.live.as_ref()?, action)?.observation();
+        let observation = replay(episode, action)?.observation();
+        // Another run may be watched by now, on another task.
+        if observation.len() != live.ddpg.observation_len() {
+            return None;
+        }
         let choice: [f32; 2] = live.ddpg.act(&observation).try_into().ok()?;
         let middle = |index: usize| (index as f32 + 0.5) / HEAT_SIDE as f32 * 2.0 - 1.0;
         let rows = (0..HEAT_SIDE).map(|row| -middle(row));

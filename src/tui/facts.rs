@@ -24,10 +24,6 @@ pub struct Facts {
     pub file: Option<PathBuf>,
     /// The task differs from its file.
     pub dirty: bool,
-    /// An edit can be undone.
-    pub can_undo: bool,
-    /// An undone edit can be done again.
-    pub can_redo: bool,
     /// Subgoals that are proposed for the task.
     pub proposed: Vec<Region>,
     /// Subgoals found and looked for, while they are being looked for.

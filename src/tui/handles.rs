@@ -40,7 +40,7 @@ pub fn move_point(schedule: &EpsilonSchedule, index: usize, episode: u32, value:
             }
         },
         EpsilonSchedule::Points(points) => {
-            let low = index.checked_sub(1).map_or(0, |before| points[before].0 + 1);
+            let low = index.checked_sub(1).and_then(|before| points.get(before)).map_or(0, |p| p.0.saturating_add(1));
             let high = points.get(index + 1).map_or(u32::MAX, |after| after.0.saturating_sub(1));
             if let Some(point) = points.get_mut(index) {
                 *point = (episode.clamp(low, high.max(low)), value);

@@ -127,20 +127,24 @@ type Line = Option<(&'static Entry, Vec<Key>)>;
 
 fn read_line(raw: &str, origin: &str, line: usize) -> Result<Line, KeymapError> {
     let origin = origin.to_owned();
-    // `#` begins a comment at the start of a word only: it is a key, too.
-    let text = raw.split(" #").next().unwrap_or_default().trim();
+    let text = raw.trim();
     if text.is_empty() || text.starts_with('#') {
         return Ok(None);
     }
     let Some((name, keys)) = text.split_once('=') else {
         return Err(KeymapError::Form { origin, line, text: text.to_owned() });
     };
+    // `#` alone is a key; before a word, or after the keys, it begins a comment.
+    let words: Vec<&str> = keys.split_whitespace().collect();
+    let is_comment =
+        |(index, word): (usize, &&str)| word.starts_with('#') && (index > 0 || words.len() > 1 || word.len() > 1);
+    let keys = &words[..words.iter().enumerate().position(is_comment).unwrap_or(words.len())];
     let name = name.trim();
     let Some(entry) = named(name) else {
         let nearest = crate::json::nearest(ENTRIES.iter().map(|entry| entry.name), name);
         return Err(KeymapError::Unknown { origin, line, name: name.to_owned(), nearest });
     };
-    let keys = keys.split_whitespace().map(str::parse).collect::<Result<Vec<Key>, KeyError>>();
+    let keys = keys.iter().map(|key| key.parse()).collect::<Result<Vec<Key>, KeyError>>();
     keys.map(|keys| Some((entry, keys))).map_err(|source| KeymapError::Key { origin, line, source })
 }
 
@@ -170,6 +174,9 @@ mod tests {
         assert_eq!(action("q"), None);
         let typed = Keymap::parse("set = f9", "keys").unwrap();
         assert_eq!(typed.action("f9".parse().unwrap(), &[Context::Typed]), Some(Action::Type("set")));
+        let hash = Keymap::parse("train = #\npause = # none", "keys").unwrap();
+        assert_eq!(hash.action("#".parse().unwrap(), &[Context::Everywhere]), Some(Action::Train));
+        assert_eq!(hash.action("p".parse().unwrap(), &[Context::Everywhere]), None);
         let swapped = Keymap::parse("train = p\npause = t", "keys").unwrap();
         assert_eq!(swapped.action("p".parse().unwrap(), &[Context::Everywhere]), Some(Action::Train));
     }

@@ -4,12 +4,21 @@ use crossterm::event::{MouseButton, MouseEvent, MouseEventKind};
 
 use super::app::App;
 use super::facts::Level;
-use super::scene::View;
-use super::screens::{Tab, edit, scene, schedule, training};
+use super::scene::{Object, View};
+use super::screens::{Tab, edit, runs, scene, schedule, training};
 use crate::workbench::registry::Action;
 
 /// Distance in units at which an object is still hit.
 const REACH: f32 = 2.0;
+
+/// What a press took hold of, and a drag moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Grip {
+    /// An object of the scene.
+    Object(Object),
+    /// The selected point of the schedule.
+    SchedulePoint,
+}
 
 /// Applies a mouse event; true if anything changed.
 pub fn handle(app: &mut App, mouse: MouseEvent) -> bool {
@@ -18,6 +27,7 @@ pub fn handle(app: &mut App, mouse: MouseEvent) -> bool {
         MouseEventKind::Down(MouseButton::Left) => press(app, at),
         MouseEventKind::Drag(MouseButton::Left) => drag(app, at),
         MouseEventKind::Up(MouseButton::Left) => {
+            app.grip = None;
             edit::drop_object(app);
             true
         }
@@ -30,6 +40,7 @@ pub fn handle(app: &mut App, mouse: MouseEvent) -> bool {
 
 fn press(app: &mut App, at: (u16, u16)) -> bool {
     app.notice = None;
+    app.grip = None;
     if let Some((_, tab)) = app.hits.tabs.iter().find(|(area, _)| area.contains(at.into())) {
         let tab = *tab;
         app.show(tab);
@@ -39,6 +50,7 @@ fn press(app: &mut App, at: (u16, u16)) -> bool {
         press_scene(app, view, position);
     } else if let Some(axes) = app.hits.schedule.filter(|axes| axes.plot.contains(at.into())) {
         schedule::pick(app, &axes, at.0, at.1);
+        app.grip = Some(Grip::SchedulePoint);
     } else if let Some((rows, first)) = app.hits.rows.filter(|(rows, _)| rows.contains(at.into())) {
         press_row(app, first + usize::from(at.1 - rows.y));
     } else if let Some((_, metric)) = chart_at(app, at) {
@@ -66,6 +78,7 @@ fn press_scene(app: &mut App, view: View, position: [f32; 2]) {
     let reach = REACH.max(42.0 / f32::from(view.area.height.max(1)));
     let object = app.desk.facts().objects().at(position, reach);
     app.scene.selected = object;
+    app.grip = object.map(Grip::Object);
     match object {
         Some(object) => {
             let name = app.desk.facts().objects().name(object);
@@ -78,8 +91,8 @@ fn press_scene(app: &mut App, view: View, position: [f32; 2]) {
 fn press_row(app: &mut App, row: usize) {
     match app.tab {
         Tab::Edit => app.scene.selected = app.desk.facts().objects().all().get(row).copied(),
-        Tab::Runs if app.runs.selected == row => app.perform(Action::Confirm),
-        Tab::Runs => app.runs.selected = row,
+        Tab::Runs if runs::is_selected(app, row) => app.perform(Action::Confirm),
+        Tab::Runs => runs::select(app, row),
         Tab::Models if row < app.desk.facts().models.len() => app.lists.model = row,
         Tab::Figures if row < crate::workbench::FigureKind::ALL.len() => app.lists.figure = row,
         _ => {}
@@ -87,13 +100,12 @@ fn press_row(app: &mut App, row: usize) {
 }
 
 fn drag(app: &mut App, (column, row): (u16, u16)) -> bool {
-    if let Some(axes) = app.hits.schedule {
-        schedule::drag(app, axes.x_at(column), axes.y_at(row));
-        return true;
-    }
-    let Some(view) = app.hits.scene.filter(|_| app.tab.has_scene() && app.scene.hand.is_none()) else { return false };
-    if let Some(object) = app.scene.selected {
-        app.scene.drag = Some((object, view.nearest(column, row)));
+    match (app.grip, app.hits.schedule, app.hits.scene) {
+        (Some(Grip::SchedulePoint), Some(axes), _) => schedule::drag(app, axes.x_at(column), axes.y_at(row)),
+        (Some(Grip::Object(object)), _, Some(view)) if app.tab.has_scene() => {
+            app.scene.drag = Some((object, view.nearest(column, row)));
+        }
+        _ => return false,
     }
     true
 }

@@ -108,6 +108,9 @@ impl Raster {
 
     /// An axis-aligned ellipse, filled; at least one dot.
     pub fn disc(&mut self, centre: Dot, radii: [f32; 2], colour: Color) {
+        if !centre.iter().chain(&radii).all(|value| value.is_finite()) {
+            return;
+        }
         self.point(centre, colour);
         let (top, bottom) = ((centre[1] - radii[1]).floor().max(0.0), (centre[1] + radii[1]).min(self.height as f32));
         let mut y = top;
@@ -256,6 +259,9 @@ mod tests {
         let lines = drawn(Marker::Braille, |raster| {
             raster.line([f32::NAN, 0.0], [3.0, 3.0], Color::Red);
             raster.point([f32::INFINITY, 0.0], Color::Red);
+            raster.disc([f32::NAN, 1.0], [2.0; 2], Color::Red);
+            raster.disc([1.0; 2], [f32::NAN; 2], Color::Red);
+            raster.ellipse([1.0, f32::NAN], [2.0; 2], Color::Red);
         });
         assert_eq!(lines, ["    ", "    "]);
     }

@@ -88,21 +88,21 @@ pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
         let now = Instant::now();
         app.tick(now - last);
         last = now;
-        match turn(&mut app, &mut screen, &mut drawn) {
-            Ok(true) => {}
-            Ok(false) => return Ok(Leaving::HungUp),
-            Err(error) if is_gone(&error) => return Ok(Leaving::HungUp),
-            Err(error) => return Err(error.into()),
-        }
+        let mut there = unless_gone(turn(&mut app, &mut screen, &mut drawn))?;
         #[cfg(unix)]
         while let Some(request) = listener.next() {
             match request {
                 Request::Quit(signal) => return Ok(Leaving::Signal(signal)),
-                Request::Suspend => screen.suspend()?,
-                Request::Continue => screen.reenter()?,
+                Request::Suspend => there &= unless_gone(screen.suspend().map(|()| true))?,
+                Request::Continue => there &= unless_gone(screen.reenter().map(|()| true))?,
             }
             app.preview.forget();
             app.touch();
+        }
+        if !there {
+            #[cfg(unix)]
+            listener.note_leaving();
+            return Ok(Leaving::HungUp);
         }
     }
     Ok(Leaving::Quit)
@@ -120,6 +120,11 @@ fn turn(app: &mut App, screen: &mut Screen, drawn: &mut Option<Instant>) -> io::
     let there = wait_for_events(app, *drawn)?;
     fulfil(app, screen)?;
     Ok(there)
+}
+
+/// False if the terminal is gone, whether it said so in so many words or not.
+fn unless_gone(there: io::Result<bool>) -> io::Result<bool> {
+    if there.as_ref().is_err_and(is_gone) { Ok(false) } else { there }
 }
 
 /// Whether an error says that the terminal went away.

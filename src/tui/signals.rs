@@ -70,11 +70,16 @@ impl Listener {
         Ok(Self { requests, heard, handle })
     }
 
+    /// The workbench is being left: nobody is stuck, however long its trainings take to end.
+    pub fn note_leaving(&self) {
+        self.heard.store(true, Ordering::Relaxed);
+    }
+
     /// The next request, if there is one.
     pub fn next(&self) -> Option<Request> {
         let request = self.requests.try_recv().ok();
         if matches!(request, Some(Request::Quit(_))) {
-            self.heard.store(true, Ordering::Relaxed);
+            self.note_leaving();
         }
         request
     }
@@ -96,8 +101,7 @@ fn end_if_stuck(heard: &Arc<AtomicBool>) {
 
 impl Drop for Listener {
     fn drop(&mut self) {
-        // Leaving for whatever reason: nobody is stuck.
-        self.heard.store(true, Ordering::Relaxed);
+        self.note_leaving();
         self.handle.close();
     }
 }

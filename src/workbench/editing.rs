@@ -114,16 +114,6 @@ impl Session {
         self.editor.is_dirty()
     }
 
-    /// Whether there is an edit to undo.
-    pub fn can_undo(&self) -> bool {
-        self.editor.can_undo()
-    }
-
-    /// Whether there is an edit to redo.
-    pub fn can_redo(&self) -> bool {
-        self.editor.can_redo()
-    }
-
     /// The file of the task, if it is not a shipped one.
     pub fn file(&self) -> Option<&Path> {
         self.file.as_deref()

@@ -473,3 +473,13 @@ impl Session {
         self.quit
     }
 }
+
+impl Drop for Session {
+    /// All trainings are told to stop before the first is waited for.
+    fn drop(&mut self) {
+        for run in &mut self.runs {
+            // What is not being trained has nothing to stop.
+            let _ = run.send(Control::Stop { reason: "the program ended".to_owned() });
+        }
+    }
+}

@@ -136,8 +136,9 @@ pub fn number(value: f32) -> String {
         "-".to_owned()
     } else if size == 0.0 {
         "0".to_owned()
-    } else if !(1e-3..1e6).contains(&size) {
-        format!("{value:.0e}")
+    } else if !(1e-3..999_500.0).contains(&size) {
+        // What is too small for five characters is too small for most axes, too.
+        Some(format!("{value:.0e}")).filter(|text| text.len() <= 5).unwrap_or_else(|| "0".to_owned())
     } else if size >= 1e4 {
         format!("{:.0}k", value / 1e3)
     } else {
@@ -175,6 +176,9 @@ mod tests {
             (12_345.0, "12k"),
             (0.0001, "1e-4"),
             (3.2e7, "3e7"),
+            (-999_600.0, "-1e6"),
+            (-1e-10, "0"),
+            (-3e38, "-3e38"),
             (f32::NAN, "-"),
         ] {
             assert_eq!(number(value), text);

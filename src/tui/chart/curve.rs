@@ -102,7 +102,7 @@ fn visible(curve: &Curve, plot: &Plot) -> Vec<(f32, f32)> {
     }
     let width = plot.smoothing.max(1);
     let mut window: std::collections::VecDeque<f32> = std::collections::VecDeque::with_capacity(width);
-    let mut sum = 0.0f64;
+    let (mut sum, mut pushed) = (0.0f64, 0usize);
     let mut smooth = |value: f32| {
         if width == 1 || !value.is_finite() {
             return value;
@@ -112,6 +112,11 @@ fn visible(curve: &Curve, plot: &Plot) -> Vec<(f32, f32)> {
         }
         window.push_back(value);
         sum += f64::from(value);
+        pushed += 1;
+        if pushed % width == 0 {
+            // What a large value has cost in precision does not stay.
+            sum = window.iter().map(|value| f64::from(*value)).sum();
+        }
         (sum / window.len() as f64) as f32
     };
     // What comes before the window belongs to the means of its first values.

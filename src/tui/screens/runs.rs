@@ -21,8 +21,9 @@ use crate::workbench::registry::{Action, Context};
 /// State of the list of runs.
 #[derive(Debug, Default)]
 pub struct Runs {
-    /// The selected line of those shown.
-    pub selected: usize,
+    /// The selected run, and where it was in the list; another may have come before it since.
+    selected: Option<PathBuf>,
+    row: usize,
     filter: String,
     marked: HashSet<PathBuf>,
     since_look: Duration,
@@ -45,7 +46,13 @@ impl Runs {
     /// Shows only runs whose line has this text.
     pub fn filter(&mut self, text: String) {
         self.filter = text;
-        self.selected = 0;
+        (self.selected, self.row) = (None, 0);
+    }
+
+    /// The row of the selected run among those shown; near where it was if it is gone.
+    fn selected_row(&self, runs: &[&RunFacts]) -> usize {
+        let known = self.selected.as_ref().and_then(|path| runs.iter().position(|run| run.path == *path));
+        known.unwrap_or(self.row.min(runs.len().saturating_sub(1)))
     }
 
     /// Whether the run is marked for comparing.
@@ -93,7 +100,7 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     let header = columns.line("  ", ["run", "state", "episodes", "success", "left", "task, method, seed"]);
     buffer.set_stringn(inside.x, inside.y, header, usize::from(inside.width), theme.faint());
     let rows = Rect { y: inside.y + 1, height: inside.height - 1, ..inside };
-    let selected = app.runs.selected.min(runs.len() - 1);
+    let selected = app.runs.selected_row(&runs);
     let first = (selected + 1).saturating_sub(usize::from(rows.height));
     hits.rows = Some((rows, first));
     for (y, (index, run)) in (rows.y..rows.bottom()).zip(runs.iter().enumerate().skip(first)) {
@@ -162,14 +169,14 @@ fn row(app: &App, run: &RunFacts, selected: bool, area: Rect, buffer: &mut Buffe
 pub fn perform(app: &mut App, action: Action) {
     let runs = listed(app);
     let last = runs.len().saturating_sub(1);
-    let selected = app.runs.selected.min(last);
+    let selected = app.runs.selected_row(&runs);
     let path = runs.get(selected).map(|run| (run.path.clone(), run.opened));
     let quoted = |path: &PathBuf| shell_words::quote(&path.display().to_string()).into_owned();
     match (action, path) {
-        (Action::Up, _) => app.runs.selected = selected.saturating_sub(1),
-        (Action::Down, _) => app.runs.selected = (selected + 1).min(last),
-        (Action::First, _) => app.runs.selected = 0,
-        (Action::Last, _) => app.runs.selected = last,
+        (Action::Up, _) => select(app, selected.saturating_sub(1)),
+        (Action::Down, _) => select(app, (selected + 1).min(last)),
+        (Action::First, _) => select(app, 0),
+        (Action::Last, _) => select(app, last),
         (Action::Filter, _) => {
             let prompt = Prompt::new("show runs with", "part of a name, task, method or state", "", Then::Filter);
             app.layers.push(Layer::Prompt(prompt));
@@ -194,6 +201,18 @@ pub fn perform(app: &mut App, action: Action) {
         (Action::Mark, Some((path, opened))) => mark(app, path, opened),
         _ => {}
     }
+}
+
+/// Selects the run in a row of the list.
+pub fn select(app: &mut App, row: usize) {
+    let path = listed(app).get(row).map(|run| run.path.clone());
+    (app.runs.selected, app.runs.row) = (path, row);
+}
+
+/// Whether the run in a row of the list is the selected one.
+pub fn is_selected(app: &App, row: usize) -> bool {
+    let runs = listed(app);
+    row < runs.len() && app.runs.selected_row(&runs) == row
 }
 
 /// Watches a run and says where it is seen.

@@ -200,7 +200,7 @@ impl Scene {
         if self.mind.as_ref().is_some_and(|(known, at, _)| (*known, *at) == (trace, action)) {
             return false;
         }
-        self.mind = desk.mind(action).map(|mind| (trace, action, mind));
+        self.mind = desk.mind(shown, action).map(|mind| (trace, action, mind));
         true
     }
 

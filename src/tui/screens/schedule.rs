@@ -131,7 +131,8 @@ fn explanation(app: &App) -> String {
 /// Moves the selected point to an episode and a threshold.
 pub fn drag(app: &mut App, episode: f32, value: f32) {
     let shown = app.schedule.shown(&app.desk.facts().settings.epsilon);
-    let moved = handles::move_point(&shown, app.schedule.point, episode.round().max(0.0) as u32, value);
+    let index = app.schedule.point.min(handles::points(&shown).len() - 1);
+    let moved = handles::move_point(&shown, index, episode.round().max(0.0) as u32, value);
     change(app, moved);
 }
 

@@ -70,7 +70,7 @@ impl Desk for FakeDesk {
         Ghost { action, placement: Placement::Placed, predicted: vec![[0.2, 0.6], [0.1, 0.4], [-0.1, 0.3]] }
     }
 
-    fn mind(&self, _: usize) -> Option<Mind> {
+    fn mind(&self, _: &Episode, _: usize) -> Option<Mind> {
         Some(Mind { heat: Heat { side: 2, values: vec![0.0, 1.0, 2.0, 3.0] }, choice: [0.0; 2] })
     }
 
@@ -106,8 +106,6 @@ pub fn empty() -> Facts {
         task,
         file: None,
         dirty: false,
-        can_undo: false,
-        can_redo: false,
         proposed: Vec::new(),
         proposing: None,
         settings: Settings {
@@ -142,7 +140,6 @@ pub fn typical() -> Facts {
     facts.prior = Some(Arc::new(prior()));
     facts.prior_state = PriorState::Fresh;
     facts.dirty = true;
-    facts.can_undo = true;
     facts.proposed = vec![Region { position: [-0.2, 0.5], radius: 4.0 }];
     facts.runs = vec![run("old", RunState::Finished, 2000), run("task1-ddpg-mge-seed0", RunState::Running, 700)];
     facts.current = Some(1);

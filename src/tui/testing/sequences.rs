@@ -124,6 +124,59 @@ fn a_subgoal_is_dragged_with_the_mouse() {
 }
 
 #[test]
+fn only_what_was_taken_hold_of_is_dragged() {
+    let (down, drag, up) = (
+        MouseEventKind::Down(MouseButton::Left),
+        MouseEventKind::Drag(MouseButton::Left),
+        MouseEventKind::Up(MouseButton::Left),
+    );
+    let jitter = |app: &mut App, at: (u16, u16)| {
+        for (kind, at) in [(down, at), (drag, (at.0 + 1, at.1)), (up, (at.0 + 1, at.1))] {
+            mouse(app, kind, at);
+        }
+    };
+    let (mut app, asked) = app(empty());
+    press(&mut app, "2 tab");
+    shot(&mut app, 120, 40);
+    let (rows, _) = app.hits.rows.unwrap();
+    jitter(&mut app, (rows.x, rows.y));
+    assert_eq!(app.scene.selected, Some(Object::Subgoal(0)));
+    press(&mut app, "3");
+    shot(&mut app, 120, 40);
+    let tab = app.hits.tabs[2].0;
+    jitter(&mut app, (tab.x, tab.y));
+    assert!(app.schedule.draft.is_none());
+    assert!(asked.borrow().is_empty(), "{:?}", asked.borrow());
+}
+
+#[test]
+fn a_point_that_is_no_longer_there_is_not_dragged() {
+    let mut facts = empty();
+    facts.settings.epsilon = "points:0=0.8,1500=0.1".parse().unwrap();
+    let (mut app, _) = app(facts);
+    press(&mut app, "3");
+    app.schedule.point = 5;
+    crate::tui::screens::schedule::drag(&mut app, 700.0, 0.5);
+    assert_eq!(app.schedule.draft.unwrap().to_string(), "points:0=0.8,700=0.5");
+}
+
+#[test]
+fn the_selected_run_stays_selected_when_others_come() {
+    let (mut app, _) = app(typical());
+    press(&mut app, "5 down");
+    let (mut other, asked) = super::app({
+        let mut facts = typical();
+        let newest = facts.runs[1].clone();
+        facts.runs.push(crate::tui::facts::RunFacts { name: "new".into(), path: "runs/new".into(), ..newest });
+        facts
+    });
+    other.runs = std::mem::take(&mut app.runs);
+    other.tab = Tab::Runs;
+    press(&mut other, "C");
+    assert_eq!(*asked.borrow(), ["continue runs/old"]);
+}
+
+#[test]
 fn tools_are_placed_by_hand() {
     check(empty(), "P", &[], "free");
     check(empty(), "P right enter", &["place 0.27 0.4"], "");
