@@ -34,9 +34,20 @@ impl Axis {
         let range = RangedCoordf64::from(low..high);
         let places = range.key_points(RoundTicks(count));
         let step = places.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
-        let decimals =
-            if step.is_finite() && step > 0.0 { (-(step.log10() + 1e-9).floor()).max(0.0) as usize } else { 2 };
-        let ticks = places.into_iter().map(|value| (value, number(value, decimals))).collect();
+        let largest = places.iter().fold(0.0f64, |largest, value| largest.max(value.abs()));
+        let power = if largest > 0.0 { largest.log10().floor() as i32 } else { 0 };
+        let decimals = |step: f64| {
+            if step.is_finite() && step > 0.0 { (-(step.log10() + 1e-9).floor()).max(0.0) as usize } else { 2 }
+        };
+        let text = |value: f64| match power {
+            -4..=5 => number(value, decimals(step)),
+            _ if value == 0.0 => "0".to_owned(),
+            _ => {
+                let unit = 10f64.powi(power);
+                format!("{}·{}", number(value / unit, decimals(step / unit)), power_of_ten(power))
+            }
+        };
+        let ticks = places.iter().map(|value| (*value, text(*value))).collect();
         Self { label: label.to_owned(), low, high, ticks, logarithmic: false }
     }
 
@@ -85,9 +96,12 @@ impl Axis {
     }
 }
 
+/// Largest size of a value that an axis can reach: the widths of ranges are finite, too.
+const MOST: f64 = 1e300;
+
 /// Smallest and largest finite value.
 fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
-    values.into_iter().filter(|value| value.is_finite()).fold(None, |extent, value| {
+    values.into_iter().filter(|value| value.abs() <= MOST).fold(None, |extent, value| {
         let (low, high) = extent.unwrap_or((value, value));
         Some((low.min(value), high.max(value)))
     })
@@ -304,6 +318,19 @@ mod tests {
         assert_eq!(number(-0.001, 1), "0.0");
         assert_eq!(number(12_500.0, 0), "12\u{2009}500");
         assert_eq!(power_of_ten(-12), "10⁻¹²");
+    }
+
+    #[test]
+    fn tick_labels_stay_short() {
+        let labels =
+            |low, high| Axis::linear("", low, high, 4).ticks.into_iter().map(|(_, text)| text).collect::<Vec<_>>();
+        assert!(labels(0.0, 3e30).contains(&"2·10³⁰".to_owned()), "{:?}", labels(0.0, 3e30));
+        assert!(labels(-2e-9, 0.0).contains(&"\u{2212}1·10⁻⁹".to_owned()), "{:?}", labels(-2e-9, 0.0));
+        for high in [1e-200, 1e-12, 1e-4, 1.0, 1e5, 1e6, 1e200] {
+            assert!(labels(0.0, high).iter().all(|text| text.chars().count() <= 9), "{:?}", labels(0.0, high));
+        }
+        let axis = Axis::around("", [-1e308, 1e308, 2.0, 3.0], 4);
+        assert!(axis.low > 1.0 && axis.high < 4.0, "what is out of reach is left out");
     }
 
     #[test]

@@ -69,7 +69,8 @@ impl Optimiser {
     ///
     /// # Errors
     /// [`NnError::NotFinite`] when a gradient is infinite or NaN, [`NnError::OptimiserMismatch`]
-    /// when the networks are not those it was made for. Nothing is changed then.
+    /// when the networks have not as many parameters as those it was made for. Nothing is changed
+    /// then. They must come in the same order.
     pub fn update(
         &mut self,
         networks: &mut [&mut Mlp],

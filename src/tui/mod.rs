@@ -9,6 +9,7 @@
 
 mod app;
 mod chart;
+mod columns;
 mod desk;
 mod facts;
 mod graphics;

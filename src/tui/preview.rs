@@ -31,6 +31,8 @@ pub struct Wanted {
     pub stamp: u64,
     /// Columns and rows there are.
     pub room: [u16; 2],
+    /// Without colours.
+    pub grey: bool,
 }
 
 /// The picture of a figure, and the one being made.
@@ -54,7 +56,8 @@ impl Preview {
     pub fn update(&mut self, wanted: &Wanted, figure: impl FnOnce() -> Result<Drawing, String>) -> bool {
         let news = self.collect();
         let known = self.shown.as_ref().map(|(wanted, _)| wanted).into_iter().chain(self.job.as_ref().map(|(w, _)| w));
-        let mut same_kind = known.filter(|known| (known.kind, known.room) == (wanted.kind, wanted.room));
+        let mut same_kind =
+            known.filter(|known| (known.kind, known.room, known.grey) == (wanted.kind, wanted.room, wanted.grey));
         let recently = self.begun.is_some_and(|begun| begun.elapsed() < PAUSE);
         if same_kind.any(|known| known == wanted || recently) {
             return news;
@@ -63,8 +66,8 @@ impl Preview {
         match figure() {
             Ok(figure) => {
                 let (sender, receiver) = channel();
-                let (graphics, room) = (self.graphics, wanted.room);
-                let work = move || _ = sender.send(picture(&*figure, graphics, room));
+                let (graphics, room, grey) = (self.graphics, wanted.room, wanted.grey);
+                let work = move || _ = sender.send(picture(&*figure, graphics, room, grey));
                 match std::thread::Builder::new().name("mge-preview".to_owned()).spawn(work) {
                     Ok(_) => self.job = Some((wanted.clone(), receiver)),
                     Err(error) => self.shown = Some((wanted.clone(), Err(error.to_string()))),
@@ -136,7 +139,7 @@ impl Preview {
 }
 
 /// The figure in its own proportions, as large as there is room.
-fn picture(figure: &dyn Figure, graphics: Graphics, room: [u16; 2]) -> Result<Encoded, String> {
+fn picture(figure: &dyn Figure, graphics: Graphics, room: [u16; 2], grey: bool) -> Result<Encoded, String> {
     let cell = if graphics.protocol == Protocol::HalfBlock { FINE } else { graphics.cell };
     let pixels: [f64; 2] = std::array::from_fn(|axis| f64::from(room[axis]) * f64::from(cell[axis]));
     let size = figure.size();
@@ -148,6 +151,7 @@ fn picture(figure: &dyn Figure, graphics: Graphics, room: [u16; 2]) -> Result<En
     let bytes = figure.to_rgb(width, height).map_err(|error| error.to_string())?;
     let image = RgbImage::from_raw(width, height, bytes).ok_or("the picture has another size")?;
     let (image, size) = (DynamicImage::from(image), Size::new(cells[0], cells[1]));
+    let image = if grey { DynamicImage::from(image.grayscale().to_rgb8()) } else { image };
     let failed = |error: ratatui_image::errors::Errors| error.to_string();
     Ok(match graphics.protocol {
         Protocol::HalfBlock => Encoded::Halfblocks(Halfblocks::new(image, size).map_err(failed)?),
@@ -196,7 +200,7 @@ mod tests {
 
     fn shown(protocol: Protocol) -> Preview {
         let mut preview = Preview { graphics: Graphics { protocol, cell: [8, 16] }, ..Preview::default() };
-        let wanted = Wanted { kind: "scene", stamp: 0, room: [40, 20] };
+        let wanted = Wanted { kind: "scene", stamp: 0, room: [40, 20], grey: false };
         assert!(!preview.update(&wanted, figure));
         while !preview.update(&wanted, || panic!("it is being drawn already")) {
             std::thread::yield_now();
@@ -239,7 +243,7 @@ mod tests {
     #[test]
     fn why_there_is_no_picture_is_said() {
         let mut preview = Preview::default();
-        let wanted = Wanted { kind: "clusters", stamp: 0, room: [40, 20] };
+        let wanted = Wanted { kind: "clusters", stamp: 0, room: [40, 20], grey: false };
         assert!(preview.update(&wanted, || Err("no clusters".into())));
         let mut buffer = Buffer::empty(Rect::new(0, 0, 40, 20));
         let told = preview.draw("clusters", false, buffer.area, &theme(Depth::True), &mut buffer);

@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use crossterm::event::{self, Event, KeyCode};
+use crossterm::event::{self, Event, KeyCode, KeyEvent, KeyModifiers};
 
 use super::app::{App, TerminalWish};
 use super::desk::SessionDesk;
@@ -163,12 +163,18 @@ fn find_graphics(app: &mut App) {
     let (graphics, typed) = Graphics::detect();
     app.preview.graphics = graphics;
     for character in typed.chars() {
-        let code = match character {
-            '\r' => KeyCode::Enter,
-            '\t' => KeyCode::Tab,
-            other => KeyCode::Char(other),
-        };
-        app.event(Event::Key(code.into()));
+        app.event(Event::Key(typed_key(character)));
+    }
+}
+
+/// The key that sends a character.
+fn typed_key(character: char) -> KeyEvent {
+    match character {
+        '\r' => KeyCode::Enter.into(),
+        '\t' => KeyCode::Tab.into(),
+        '\x7f' => KeyCode::Backspace.into(),
+        '\x01'..='\x1a' => KeyEvent::new(KeyCode::Char((character as u8 - 1 + b'a') as char), KeyModifiers::CONTROL),
+        other => KeyCode::Char(other).into(),
     }
 }
 

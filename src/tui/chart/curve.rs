@@ -6,6 +6,7 @@ use ratatui::style::{Color, Style};
 
 use super::axes::{Axes, Scale, number};
 use super::range::Window;
+use crate::tui::columns;
 use crate::tui::raster::{Dot, Raster};
 use crate::tui::theme::{Marker, Theme};
 
@@ -58,7 +59,7 @@ pub fn draw(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Opti
             (true, Scale::Log) => "no values above zero here",
         };
         let row = axes.plot.y + axes.plot.height / 2;
-        let start = axes.plot.x + axes.plot.width.saturating_sub(text.chars().count() as u16) / 2;
+        let start = axes.plot.x + axes.plot.width.saturating_sub(columns::width(&text) as u16) / 2;
         buffer.set_stringn(start, row, text, usize::from(axes.plot.width), theme.faint());
         return Some(axes);
     }
@@ -84,7 +85,7 @@ fn title(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) {
             |at| curve.values.get((at.round() as usize).saturating_sub(1)).copied(),
         );
         let text = format!("  {} {}", curve.name, value.map_or_else(|| "-".to_owned(), number));
-        if x + text.len() as u16 <= end {
+        if x + columns::width(&text) as u16 <= end {
             (x, _) = buffer.set_stringn(x, area.y, text, usize::from(end - x), Style::new().fg(curve.colour));
         }
     }

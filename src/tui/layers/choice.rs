@@ -7,6 +7,7 @@ use ratatui::style::Style;
 
 use super::popup::{frame, wrap};
 use super::{Deed, Wish};
+use crate::tui::columns;
 use crate::tui::theme::Theme;
 
 /// A list to choose from.
@@ -54,8 +55,8 @@ impl Chooser {
     }
 
     pub(super) fn draw(&mut self, area: Rect, theme: &Theme, buffer: &mut Buffer) {
-        let names = self.items.iter().map(|(name, ..)| name.chars().count()).max().unwrap_or(0).min(40);
-        let about = self.items.iter().map(|(_, about, _)| about.chars().count()).max().unwrap_or(0);
+        let names = self.items.iter().map(|(name, ..)| columns::width(name)).max().unwrap_or(0).min(40);
+        let about = self.items.iter().map(|(_, about, _)| columns::width(about)).max().unwrap_or(0);
         let wanted = ((names + about + 6) as u16, self.items.len() as u16);
         let inside = frame(&self.title, wanted, area, theme, buffer);
         let first = (self.selected + 1).saturating_sub(usize::from(inside.height));
@@ -63,10 +64,10 @@ impl Chooser {
         for (row, (index, (name, about, _))) in
             (inside.y..inside.bottom()).zip(self.items.iter().enumerate().skip(first))
         {
-            let text = format!("{} {name:names$}  {about}", index + 1);
+            let text = format!("{} {}  {about}", index + 1, columns::padded(name, names));
             let style = if index == self.selected { theme.selected() } else { Style::new() };
             let width = usize::from(inside.width);
-            buffer.set_stringn(inside.x, row, format!("{text:width$}"), width, style);
+            buffer.set_stringn(inside.x, row, columns::padded(&text, width), width, style);
         }
     }
 }

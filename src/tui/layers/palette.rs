@@ -10,6 +10,7 @@ use ratatui::style::Style;
 use super::popup::{frame, wrap};
 use super::prompt::line;
 use super::{Deed, Wish};
+use crate::tui::columns;
 use crate::tui::keymap::Keymap;
 use crate::tui::screens::shortened;
 use crate::tui::text_input::TextInput;
@@ -160,7 +161,7 @@ impl Palette {
     /// above.
     fn explain(&self, inside: Rect, theme: &Theme, buffer: &mut Buffer) -> u16 {
         let width = usize::from(inside.width);
-        let Some(item) = self.found.get(self.selected).filter(|item| item.line().chars().count() + 12 > width) else {
+        let Some(item) = self.found.get(self.selected).filter(|item| columns::width(&item.line()) + 12 > width) else {
             return inside.bottom();
         };
         let lines = wrap(item.entry.about, width);

@@ -4,6 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::widgets::{Block, BorderType, Clear, Widget};
 
+use crate::tui::columns;
 use crate::tui::theme::{Marker, Theme};
 
 /// Clears and frames a box of the wanted inner size in the middle of `area`, as far as
@@ -44,7 +45,7 @@ pub fn wrap(text: &str, width: usize) -> Vec<String> {
     for paragraph in text.lines() {
         let mut line = String::new();
         for word in paragraph.split(' ').flat_map(|word| pieces(word, width)) {
-            if !line.is_empty() && line.chars().count() + 1 + word.chars().count() > width {
+            if !line.is_empty() && columns::width(&line) + 1 + columns::width(word) > width {
                 lines.push(std::mem::take(&mut line));
             }
             if !line.is_empty() {
@@ -57,14 +58,15 @@ pub fn wrap(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// A word in pieces of at most `width` characters.
+/// A word in pieces of at most `width` columns, each at least one character.
 fn pieces(word: &str, width: usize) -> impl Iterator<Item = &str> {
     let mut rest = Some(word);
     std::iter::from_fn(move || {
         let word = rest?;
-        let end = word.char_indices().nth(width.max(1)).map_or(word.len(), |(at, _)| at);
-        rest = Some(&word[end..]).filter(|rest| !rest.is_empty());
-        Some(&word[..end])
+        let least = word.chars().next().map_or(0, char::len_utf8);
+        let (piece, left) = word.split_at(columns::split(word, width).0.len().max(least));
+        rest = Some(left).filter(|left| !left.is_empty());
+        Some(piece)
     })
 }
 
@@ -76,5 +78,7 @@ mod tests {
     fn text_is_broken_at_spaces_and_at_its_own_lines() {
         assert_eq!(wrap("one two three\n\nfour", 8), ["one two", "three", "", "four"]);
         assert_eq!(wrap("a linear:0.8:0.05", 10), ["a", "linear:0.8", ":0.05"]);
+        assert_eq!(wrap("日本語 日本", 5), ["日本", "語", "日本"]);
+        assert_eq!(wrap("日本", 1), ["日", "本"]);
     }
 }

@@ -7,6 +7,7 @@ use ratatui::style::Style;
 
 use super::popup::{frame, wrap};
 use super::{Deed, Wish};
+use crate::tui::columns;
 use crate::tui::text_input::TextInput;
 use crate::tui::theme::Theme;
 
@@ -84,7 +85,9 @@ pub fn line(input: &TextInput, prefix: &str, area: Rect, theme: &Theme, buffer: 
     let start = area.x + prefix.len() as u16;
     let room = area.right().saturating_sub(start + 1);
     let hidden = input.cursor_column().saturating_sub(room);
-    let shown: String = input.text().chars().skip(usize::from(hidden)).collect();
+    let (before, shown) = columns::split(input.text(), usize::from(hidden));
+    // Half of a wide character cannot be hidden: all of it is shown then.
+    let hidden = columns::width(before) as u16;
     buffer.set_stringn(start, area.y, shown, usize::from(room), Style::new());
-    (start + input.cursor_column() - hidden, area.y)
+    ((start + input.cursor_column() - hidden).min(area.right().saturating_sub(1)), area.y)
 }

@@ -12,6 +12,7 @@ use super::lists::{line, select};
 use crate::tui::app::App;
 use crate::tui::facts::Facts;
 use crate::tui::preview::Wanted;
+use crate::tui::theme::Depth;
 use crate::workbench::FigureKind;
 use crate::workbench::registry::{Action, Context};
 
@@ -85,7 +86,12 @@ fn selected(app: &App) -> FigureKind {
 pub fn update(app: &mut App) -> bool {
     let Some(area) = app.hits.preview.filter(|area| area.width > 0 && area.height > 0) else { return false };
     let kind = selected(app);
-    let wanted = Wanted { kind: kind.name(), stamp: stamp(app.desk.facts()), room: [area.width, area.height] };
+    let wanted = Wanted {
+        kind: kind.name(),
+        stamp: stamp(app.desk.facts()),
+        room: [area.width, area.height],
+        grey: app.theme.depth == Depth::None,
+    };
     let desk = &app.desk;
     app.preview.update(&wanted, || desk.figure(kind))
 }

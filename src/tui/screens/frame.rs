@@ -8,8 +8,9 @@ use ratatui::widgets::Widget;
 
 use super::{Hits, Tab};
 use crate::tui::app::App;
+use crate::tui::columns;
 use crate::tui::facts::Level;
-use crate::tui::theme::Theme;
+use crate::tui::theme::{Marker, Theme};
 use crate::workbench::registry::Action;
 
 /// The smallest terminal that shows the workbench.
@@ -45,6 +46,20 @@ pub fn draw(app: &mut App, frame: &mut Frame) {
     if let Some(cursor) = app.draw_layers(area, frame.buffer_mut()) {
         frame.set_cursor_position(cursor);
     }
+    if app.theme.marker == Marker::Ascii {
+        plain_signs(frame.buffer_mut());
+    }
+}
+
+/// Puts signs that every terminal has in the place of our own; names stay as they are.
+fn plain_signs(buffer: &mut Buffer) {
+    for cell in &mut buffer.content {
+        match cell.symbol() {
+            "·" => _ = cell.set_char('-'),
+            "›" => _ = cell.set_char('>'),
+            _ => {}
+        }
+    }
 }
 
 fn tabs(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
@@ -67,7 +82,7 @@ fn tabs(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     let facts = app.desk.facts();
     let mark = if facts.dirty { " (edited)" } else { "" };
     let text = format!("{}{mark} ", facts.task.name);
-    let width = text.chars().count() as u16;
+    let width = columns::width(&text) as u16;
     if x + width < area.right() {
         buffer.set_string(area.right() - width, area.y, text, Style::new().add_modifier(Modifier::BOLD));
     }
@@ -115,7 +130,7 @@ pub fn fitting(parts: &[String], width: usize) -> String {
     let mut text = String::new();
     for part in parts.iter().filter(|part| !part.is_empty()) {
         let more = if text.is_empty() { part.clone() } else { format!(" · {part}") };
-        if text.chars().count() + more.chars().count() > width {
+        if columns::width(&text) + columns::width(&more) > width {
             break;
         }
         text += &more;
@@ -126,16 +141,11 @@ pub fn fitting(parts: &[String], width: usize) -> String {
 /// A text that fits into a width; what is left out at its end, or at its beginning if
 /// `end` matters more, is marked.
 pub fn shortened(text: &str, width: usize, end: bool) -> String {
-    let length = text.chars().count();
-    if length <= width {
+    if columns::width(text) <= width {
         return text.to_owned();
     }
     let room = width.saturating_sub(2);
-    if end {
-        format!("..{}", text.chars().skip(length - room).collect::<String>())
-    } else {
-        format!("{}..", text.chars().take(room).collect::<String>())
-    }
+    if end { format!("..{}", columns::end(text, room)) } else { format!("{}..", columns::split(text, room).0) }
 }
 
 /// How a line of a level is marked and coloured; the mark says it without colour, too.
@@ -165,7 +175,7 @@ pub fn hint(text: &str, area: Rect, theme: &Theme, buffer: &mut Buffer) {
     let lines = crate::tui::layers::wrap(text, usize::from(width));
     let top = area.y + area.height.saturating_sub(lines.len() as u16) / 2;
     for (y, line) in (top..area.bottom()).zip(lines) {
-        let x = area.x + (area.width.saturating_sub(line.chars().count() as u16)) / 2;
+        let x = area.x + (area.width.saturating_sub(columns::width(&line) as u16)) / 2;
         buffer.set_stringn(x, y, line, usize::from(width), theme.faint());
     }
 }

@@ -9,6 +9,7 @@ use super::frame::{hint, pane, shortened};
 use super::lists::{line, select};
 use super::status::bar;
 use crate::tui::app::App;
+use crate::tui::columns;
 use crate::tui::facts::{Level, ModelFacts};
 use crate::tui::layers::{Layer, Prompt, Then, wrap};
 use crate::workbench::registry::{Action, Context};
@@ -19,11 +20,12 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     let theme = &app.theme;
     let inside = pane("what predicts the rollouts behind the clusters", area, theme, buffer);
     hits.rows = Some((inside, 0));
-    let longest = facts.models.iter().map(|model| model.name.chars().count()).max().unwrap_or(0);
+    let longest = facts.models.iter().map(|model| columns::width(&model.name)).max().unwrap_or(0);
     let column = longest.clamp(16, usize::from(inside.width / 3));
     for (y, (index, model)) in (inside.y..inside.bottom()).zip(facts.models.iter().enumerate()) {
         let mark = if model.name == facts.settings.model { ">" } else { " " };
-        let text = format!("{mark} {:<column$} {}", shortened(&model.name, column, true), model.about);
+        let name = columns::padded(&shortened(&model.name, column, true), column);
+        let text = format!("{mark} {name} {}", model.about);
         let text = shortened(&text, usize::from(inside.width), false);
         line(&text, index == app.lists.model, inside, y, theme, buffer);
     }

@@ -13,6 +13,7 @@ use super::frame::{hint, pane, shortened};
 use super::status::{bar, state_colour};
 use crate::run::RunState;
 use crate::tui::app::App;
+use crate::tui::columns;
 use crate::tui::facts::{Level, RunFacts};
 use crate::tui::layers::{Deed, Layer, Prompt, Then};
 use crate::tui::rate::span;
@@ -135,7 +136,7 @@ impl Columns {
         let (name, count) = (self.name, if self.bar { 18 } else { 11 });
         let left = if self.left { format!("  {left:>9}") } else { String::new() };
         let about = if self.about { format!("  {about:<32}") } else { String::new() };
-        format!("{mark} {run:<name$} {state:<STATE$} {episodes:<count$} {success:>7}{left}{about}")
+        format!("{mark} {} {state:<STATE$} {episodes:<count$} {success:>7}{left}{about}", columns::padded(run, name))
     }
 }
 
@@ -153,13 +154,13 @@ fn row(app: &App, run: &RunFacts, selected: bool, area: Rect, buffer: &mut Buffe
     let name = shortened(&run.name, columns.name, true);
     let about = format!("{}, {}, {}", run.task, run.method, run.seed);
     let text = columns.line(&mark, [&name, run.state_word(), &progress, &success, &left, &about]);
-    buffer.set_stringn(area.x, area.y, format!("{text:width$}"), width, style);
+    buffer.set_stringn(area.x, area.y, columns::padded(&text, width), width, style);
     if !selected {
         let start = columns.name as u16 + 4;
         let state = Rect { x: area.x + start, width: STATE as u16, ..area }.intersection(area);
         buffer.set_style(state, Style::new().fg(state_colour(&run.state, theme)));
     } else if let RunState::Failed(reason) | RunState::Stopped(reason) = &run.state {
-        let room = width.saturating_sub(text.chars().count() + 2);
+        let room = width.saturating_sub(columns::width(&text) + 2);
         let x = area.right() - room as u16;
         buffer.set_stringn(x, area.y, reason, room, style);
     }
