@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::axes::{Axis, Frame, Plot};
 use super::canvas::{Canvas, Pen, Type};
-use super::data::{Estimate, Statistics, labels};
+use super::data::{Estimate, Statistics, labels, numbers};
 use super::geometry::Rect;
 use super::layout::note;
 use super::style::{
@@ -43,6 +43,7 @@ pub struct MethodScore {
     /// Its summary.
     pub estimate: Estimate,
     /// The score of each run; none where too many would be shown.
+    #[serde(deserialize_with = "numbers")]
     pub runs: Vec<f64>,
 }
 
