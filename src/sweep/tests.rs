@@ -80,6 +80,7 @@ fn shipped_sweeps_are_possible() {
     assert_eq!(count("table1-one-at-a-time.json"), 4 + 2 + 3 + 3 + 2);
     assert_eq!(count("small.json"), 2 * 3 * 3);
     assert_eq!(count("choices.json"), 300);
+    assert_eq!(count("task6-refined.json"), 10);
 }
 
 #[test]

@@ -59,7 +59,7 @@ pub fn draw(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Opti
             (true, Scale::Log) => "no values above zero here",
         };
         let row = axes.plot.y + axes.plot.height / 2;
-        let start = axes.plot.x + axes.plot.width.saturating_sub(columns::width(&text) as u16) / 2;
+        let start = axes.plot.x + axes.plot.width.saturating_sub(columns::width(text) as u16) / 2;
         buffer.set_stringn(start, row, text, usize::from(axes.plot.width), theme.faint());
         return Some(axes);
     }
