@@ -141,22 +141,24 @@ fn what_is_done_stays_what_was_interrupted_goes_on_and_a_failure_stops_nothing()
     let sweep = sweep(&small(&json!({})));
     assert_eq!(finish(&sweep, &whole), []);
 
-    // One is finished, one was stopped in the middle, one has a damaged log.
+    // One is finished, one was stopped in the middle, one has a damaged checkpoint.
     let [finished, stopped, damaged] = [0, 2, 3].map(|n| &sweep.jobs[n]);
     let done = Sweep { jobs: vec![finished.clone()] };
     assert_eq!(finish(&done, &broken), []);
     let log = std::fs::read(finished.folder(&broken).join("events.jsonl")).unwrap();
     stop_at(stopped, &broken, 4);
     let Work::Train(config) = &damaged.work else { panic!("an agent") };
-    let events = RunDirectory::create(damaged.folder(&broken), config).unwrap().events_path();
-    std::fs::write(&events, "damaged\n{}\n").unwrap();
+    RunDirectory::create(damaged.folder(&broken), config).unwrap();
+    let checkpoint = damaged.folder(&broken).join("checkpoint");
+    std::fs::create_dir_all(checkpoint.join("last")).unwrap();
+    std::fs::write(checkpoint.join("last/manifest.json"), "damaged").unwrap();
 
     let failures = finish(&sweep, &broken);
     assert_eq!(failures.len(), 1, "{failures:?}");
     assert_eq!(failures[0].0, damaged.name);
-    assert!(failures[0].1.contains("events.jsonl"), "{failures:?}");
+    assert!(failures[0].1.contains("manifest.json"), "{failures:?}");
     assert_eq!(std::fs::read(finished.folder(&broken).join("events.jsonl")).unwrap(), log);
-    std::fs::remove_file(&events).unwrap();
+    std::fs::remove_dir_all(&checkpoint).unwrap();
     assert_eq!(finish(&sweep, &broken), []);
     for job in &sweep.jobs {
         assert_eq!(metrics(&whole, &job.name), metrics(&broken, &job.name), "{}", job.name);
