@@ -49,6 +49,8 @@ pub trait Desk {
     /// # Errors
     /// Why there is none, in one line.
     fn figure(&self, kind: FigureKind) -> Result<Drawing, String>;
+    /// All settings of the next run, by path, that are not the usual ones.
+    fn unusual_settings(&self) -> Vec<(String, String)>;
     /// Looks for runs on disk.
     fn look_for_runs(&mut self);
     /// Adds a line to the log.
@@ -356,6 +358,10 @@ impl Desk for SessionDesk {
         figure.ok_or_else(|| "An animation: the Scene screen plays it.".to_owned())
     }
 
+    fn unusual_settings(&self) -> Vec<(String, String)> {
+        unusual_settings(self.session.config())
+    }
+
     fn look_for_runs(&mut self) {
         let Ok(entries) = std::fs::read_dir(self.session.folder()) else { return };
         let mut found: Vec<RunFacts> = entries.flatten().filter_map(|entry| glance(&entry.path())).collect();
@@ -391,7 +397,6 @@ fn settings(session: &Session) -> Settings {
         epsilon: config.epsilon.clone(),
         model: String::from(config.prior.clone()),
         folder: session.folder().to_owned(),
-        unusual: unusual_settings(config),
     }
 }
 

@@ -75,8 +75,6 @@ pub struct Settings {
     pub model: String,
     /// Where runs go.
     pub folder: PathBuf,
-    /// All settings by path that are not the usual ones.
-    pub unusual: Vec<(String, String)>,
 }
 
 /// A dynamics model one can choose.

@@ -255,10 +255,10 @@ impl App {
         let task = facts.file.as_ref().map_or_else(|| facts.task.name.clone(), |file| file.display().to_string());
         let folder = settings.folder.join("copy").display().to_string();
         let mut words = ["mge", "train", &task, "--out", &folder].map(str::to_owned).to_vec();
-        for (key, value) in &settings.unusual {
+        for (key, value) in self.desk.unusual_settings() {
             match key.as_str() {
-                "method" | "episodes" | "seed" | "epsilon" => words.extend([format!("--{key}"), value.clone()]),
-                "prior" => words.extend(["--model".to_owned(), value.clone()]),
+                "method" | "episodes" | "seed" | "epsilon" => words.extend([format!("--{key}"), value]),
+                "prior" => words.extend(["--model".to_owned(), value]),
                 _ => words.extend(["--set".to_owned(), format!("{key}={value}")]),
             }
         }

@@ -91,6 +91,10 @@ impl Desk for FakeDesk {
         }
     }
 
+    fn unusual_settings(&self) -> Vec<(String, String)> {
+        vec![("episodes".into(), "2000".into()), ("ddpg.gamma".into(), "0.9".into())]
+    }
+
     fn look_for_runs(&mut self) {}
 
     fn log(&mut self, level: Level, text: String) {
@@ -115,7 +119,6 @@ pub fn empty() -> Facts {
             epsilon: "linear:0.8:0.05:1500".parse().unwrap(),
             model: "learned".into(),
             folder: PathBuf::from("runs"),
-            unusual: vec![("episodes".into(), "2000".into()), ("ddpg.gamma".into(), "0.9".into())],
         },
         prior: None,
         prior_state: PriorState::Absent,
