@@ -105,7 +105,7 @@ pub enum Command {
     /// The whole study of the paper, into one folder with a report
     Reproduce(Reproduce),
     /// Print the manual page, with all keys and script commands: `mge man > mge.1`
-    Man,
+    Man(Man),
     /// Time the project's own work, one JSON line each
     Bench(Bench),
 }
@@ -458,6 +458,13 @@ pub struct Reproduce {
     /// No progress on stderr
     #[arg(long)]
     pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Man {
+    /// As Markdown: the page docs/reference.md
+    #[arg(long)]
+    pub markdown: bool,
 }
 
 #[derive(Debug, Args)]
