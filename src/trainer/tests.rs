@@ -138,7 +138,7 @@ fn a_new_schedule_holds_from_the_next_episode_on() {
     trainer.send(Control::Resume);
     assert_eq!(trainer.join(), Ok(Ending::Finished));
     let records = read_metrics(&run.metrics_path()).unwrap();
-    let epsilons: Vec<f64> = records.iter().map(|record| record.epsilon).collect();
+    let epsilons: Vec<f32> = records.iter().map(|record| record.epsilon).collect();
     assert_eq!(epsilons, [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
     let events = read_events(&run.events_path()).unwrap();
     assert!(events.iter().any(|logged| matches!(logged.event, Event::ScheduleChanged { episode: 3, .. })));

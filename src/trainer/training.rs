@@ -362,16 +362,16 @@ impl Training {
             episode: progress.episode,
             steps,
             environment_steps: progress.environment_steps,
-            return_: f64::from(trace.total_reward()),
+            return_: trace.total_reward(),
             goal: snapshot.goal_reached(),
             subgoals: snapshot.reached().iter().filter(|reached| **reached).count() as u32,
             subgoals_total: snapshot.reached().len() as u32,
             guided: trace.steps.iter().any(|step| step.source == Source::Clusters),
-            epsilon: f64::from(threshold),
-            noise_sigma: f64::from(self.config.ddpg.ou.sigma * noise_scale),
+            epsilon: threshold,
+            noise_sigma: self.config.ddpg.ou.sigma * noise_scale,
             critic_loss: means.mean(|sum| sum.critic_loss),
             mean_q: means.mean(|sum| sum.mean_q),
-            max_q: (means.updates > 0).then_some(f64::from(means.sum.max_q)),
+            max_q: (means.updates > 0).then_some(means.sum.max_q),
             actor_loss: means.mean(|sum| sum.actor_loss),
             action_saturation: means.mean(|sum| sum.action_saturation),
             rolling_success,
@@ -395,8 +395,8 @@ impl UpdateMeans {
         self.sum.action_saturation += metrics.action_saturation;
     }
 
-    fn mean(&self, of: impl Fn(&UpdateMetrics) -> f32) -> Option<f64> {
-        (self.updates > 0).then(|| f64::from(of(&self.sum)) / f64::from(self.updates))
+    fn mean(&self, of: impl Fn(&UpdateMetrics) -> f32) -> Option<f32> {
+        (self.updates > 0).then(|| (f64::from(of(&self.sum)) / f64::from(self.updates)) as f32)
     }
 }
 
