@@ -19,6 +19,7 @@ pub mod nn;
 pub mod physics;
 pub mod run;
 pub mod stats;
+pub mod streams;
 pub mod study;
 pub mod sweep;
 pub mod task;

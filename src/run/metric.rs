@@ -406,7 +406,8 @@ mod tests {
                 Direction::Neutral => "",
             };
             let tag = tag.map(|tag| format!("`{tag}`")).unwrap_or_default();
-            text += &format!("| `{name}` | {title} | {unit} | {direction} | {formula} | {} | {tag} |\n", meaning.trim());
+            text +=
+                &format!("| `{name}` | {title} | {unit} | {direction} | {formula} | {} | {tag} |\n", meaning.trim());
         }
         text
     }

@@ -18,6 +18,7 @@ use crate::env::{Action, Environment, EpisodeOver, Placement, Snapshot, Step, ob
 use crate::guidance::{self, ActionPrior, EpsilonSchedule, Played, RolloutModel};
 use crate::run::{Checkpoint, EpisodeRecord, Event, RunError};
 use crate::stats::rolling::{RollingRate, WINDOW};
+use crate::streams::Stream;
 use crate::task::Task;
 
 /// The checkpoint section that holds the networks, as a safetensors file.
@@ -93,11 +94,11 @@ impl Training {
     /// When a setting is out of range.
     pub fn new(config: RunConfig, prior: Option<Arc<ActionPrior>>) -> Result<Self, TrainingError> {
         config.validate()?;
-        let mut initialisation = streams::initialisation(config.seed);
+        let mut weights = Stream::AgentWeights.of(config.seed);
         let observations = observation_len(&config.task);
         let learner_streams = streams::learner(config.seed);
-        let learner = Learner::new(observations, 2, &config.ddpg, &mut initialisation, learner_streams)
-            .map_err(RunConfigError::from)?;
+        let learner =
+            Learner::new(observations, 2, &config.ddpg, &mut weights, learner_streams).map_err(RunConfigError::from)?;
         let progress = Progress {
             episode: 0,
             environment_steps: 0,
