@@ -53,7 +53,7 @@ mod writer;
 
 pub use checkpoint::Checkpoint;
 pub use directory::{FORMAT, RunDirectory, RunLock, config_hash};
-pub use episodes::{PlayedAction, PlayedEpisode, read_episode};
+pub use episodes::{PlayedAction, PlayedEpisode, Source, read_episode};
 pub use error::RunError;
 pub use event::{EpisodeRecord, Event, LoggedEvent};
 pub use history::{EvaluationRecord, RunHistory};
