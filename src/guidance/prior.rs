@@ -139,7 +139,7 @@ impl ActionPrior {
             model: "uniform".to_owned(),
             seed,
             config: GuidanceConfig::default(),
-            stages: vec![StagePrior::default(); task.subgoals.len() + 1],
+            stages: vec![StagePrior::default(); task.stage_count()],
         }
     }
 
@@ -162,7 +162,7 @@ impl ActionPrior {
             line: error.line(),
             message: error.to_string(),
         })?;
-        let wanted_stages = task.subgoals.len() + 1;
+        let wanted_stages = task.stage_count();
         if prior.task != task.name || prior.stages.len() != wanted_stages {
             return Err(GuidanceError::OtherTask {
                 origin: origin.to_owned(),
@@ -222,7 +222,7 @@ pub fn build(
     seed: u64,
     mut progress: impl FnMut(usize) -> bool,
 ) -> Option<ActionPrior> {
-    let stages = task.subgoals.len() + 1;
+    let stages = task.stage_count();
     let mut env = Environment::new(task.clone());
     env.reset(&mut Stream::PriorStart.of(seed));
     let mut starts = vec![env.snapshot().clone()];
