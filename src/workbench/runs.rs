@@ -12,7 +12,9 @@ use crate::run::{
     CheckpointName, EpisodeRecord, EvaluationRecord, Event, EventReader, RunDirectory, RunError, RunHistory, RunState,
     read_episode,
 };
-use crate::trainer::{Control, LiveView, NETWORKS_SECTION, Phase, RunConfig, Trace, Trainer, greedy_episode, saved_prior};
+use crate::trainer::{
+    Control, LiveView, NETWORKS_SECTION, Phase, RunConfig, Trace, Trainer, greedy_episode, saved_prior,
+};
 
 use super::SessionError;
 
