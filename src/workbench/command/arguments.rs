@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use crate::json;
+use crate::spelling::did_you_mean;
 
 /// The words after a verb, taken one by one.
 pub(super) struct Arguments<'a> {
@@ -76,7 +76,7 @@ impl<'a> Arguments<'a> {
         let word = self.word(what)?;
         all.iter().copied().find(|item| name(*item) == word).ok_or_else(|| {
             let known: Vec<&str> = all.iter().map(|item| name(*item)).collect();
-            let hint = json::did_you_mean(known.iter().copied(), word);
+            let hint = did_you_mean(known.iter().copied(), word);
             format!("`{word}` is not one of {}{hint}", known.join(", "))
         })
     }
