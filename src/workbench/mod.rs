@@ -12,14 +12,13 @@ mod journal;
 mod model_job;
 mod prior_job;
 mod proposal_job;
-pub mod registry;
 mod rehearsal;
 mod runs;
 mod script;
 mod session;
 mod training;
 
-pub use command::{Command, CommandError, Comparison, Expectation, FigureKind, Quantity};
+pub use command::{Command, CommandError, Comparison, Expectation, FigureKind, Quantity, Verb, verbs};
 pub use error::SessionError;
 pub use hand::HandPlay;
 pub use runs::RunView;

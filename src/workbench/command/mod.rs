@@ -1,7 +1,10 @@
 //! The command language: one command, one line.
 
 mod read;
+mod verbs;
 mod write;
+
+pub use verbs::{Verb, verbs};
 
 use std::path::PathBuf;
 
@@ -211,7 +214,6 @@ fn suggestion(nearest: &Option<String>) -> String {
 mod tests {
     use super::read::find_verb;
     use super::*;
-    use crate::workbench::registry::verbs;
 
     /// One line for every verb.
     const LINES: &[&str] = &[

@@ -2,12 +2,11 @@
 
 use std::path::PathBuf;
 
-use super::{Command, CommandError, Comparison, Expectation, FigureKind, Quantity};
+use super::{Command, CommandError, Comparison, Expectation, FigureKind, Quantity, Verb, verbs};
 use crate::json;
 use crate::physics::ToolKind;
 use crate::task::Edit;
 use crate::trainer::PriorSource;
-use crate::workbench::registry::{Verb, verbs};
 
 impl Command {
     /// Reads one line. None if it is empty or a comment (`#`).
@@ -22,7 +21,7 @@ impl Command {
         let unbalanced = |_| CommandError::Usage { problem: "a quote is not closed".into(), usage: "\"TEXT\"".into() };
         let words = shell_words::split(line).map_err(unbalanced)?;
         let (verb, rest) = find_verb(&words)?;
-        let problem = |problem| CommandError::Usage { problem, usage: format!("{} {}", verb.name, verb.arguments) };
+        let problem = |problem| CommandError::Usage { problem, usage: verb.usage() };
         let arguments = Arguments { words: rest, next: 0 };
         read(verb.name, arguments).map(Some).map_err(problem)
     }
