@@ -10,8 +10,8 @@ use crate::guidance::EpsilonSchedule;
 use crate::run::RunState;
 use crate::task;
 use crate::trainer::Method;
+use crate::tui::actions::{Action, Context};
 use crate::workbench::Command;
-use crate::workbench::registry::{Action, Context};
 
 impl App {
     /// Does what an action asks for.

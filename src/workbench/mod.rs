@@ -13,7 +13,6 @@ mod model_job;
 mod prior_job;
 mod proposal_job;
 mod proposals;
-pub mod registry;
 mod run;
 mod runs;
 mod script;
