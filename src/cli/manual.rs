@@ -10,7 +10,7 @@ use clap_mangen::Man;
 use super::Outcome;
 use super::arguments::Arguments;
 use crate::trainer::{RunConfig, config_keys};
-use crate::workbench::registry::{Verb, verbs};
+use crate::workbench::{Verb, verbs};
 use crate::{json, task, tui};
 
 /// Environment variables and what they do.
@@ -81,7 +81,7 @@ fn keys() -> Vec<Section> {
 
 /// What follows the keys: the command language, settings, environment and exit status.
 fn closing_sections() -> [Section; 4] {
-    let verb = |verb: &Verb| (format!("{} {}", verb.name, verb.arguments).trim_end().to_owned(), verb.help.to_owned());
+    let verb = |verb: &Verb| (verb.usage(), verb.help.to_owned());
     let owned = |pairs: &[(&str, &str)]| pairs.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect();
     [
         Section::new("Commands of scripts and of the palette", "", verbs().map(verb).collect()),
@@ -100,9 +100,24 @@ pub(super) fn commands() -> Vec<Command> {
             below(inner, &path, found);
         }
     }
+<<<<<<< HEAD
     let mut found = Vec::new();
     below(&Arguments::command(), "mge", &mut found);
     found
+=======
+    writeln!(out, ".SH COMMANDS OF SCRIPTS AND OF THE PALETTE")?;
+    for verb in verbs() {
+        item(out, &verb.usage(), verb.help)?;
+    }
+    writeln!(out, ".SH ENVIRONMENT")?;
+    for (name, about) in ENVIRONMENT {
+        item(out, name, about)?;
+    }
+    writeln!(out, ".SH EXIT STATUS")?;
+    item(out, "0", "It is done.")?;
+    item(out, "1", "It failed: one line on standard error says why and what to do.")?;
+    item(out, "2", "Wrong usage.")
+>>>>>>> main
 }
 
 fn about(command: &Command) -> String {
