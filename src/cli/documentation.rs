@@ -174,7 +174,7 @@ fn scripts_pass_the_dry_run() {
     for block in blocks("mge") {
         let session = Session::new(task::shipped().swap_remove(0), "runs".into());
         let script = Script::parse(&block.text, &block.place, &variables).unwrap_or_else(|error| panic!("{error}"));
-        script.rehearse(&session).unwrap_or_else(|error| panic!("{error}"));
+        script.dry_run(&session).unwrap_or_else(|error| panic!("{error}"));
     }
 }
 

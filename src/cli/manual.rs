@@ -100,24 +100,9 @@ pub(super) fn commands() -> Vec<Command> {
             below(inner, &path, found);
         }
     }
-<<<<<<< HEAD
     let mut found = Vec::new();
     below(&Arguments::command(), "mge", &mut found);
     found
-=======
-    writeln!(out, ".SH COMMANDS OF SCRIPTS AND OF THE PALETTE")?;
-    for verb in verbs() {
-        item(out, &verb.usage(), verb.help)?;
-    }
-    writeln!(out, ".SH ENVIRONMENT")?;
-    for (name, about) in ENVIRONMENT {
-        item(out, name, about)?;
-    }
-    writeln!(out, ".SH EXIT STATUS")?;
-    item(out, "0", "It is done.")?;
-    item(out, "1", "It failed: one line on standard error says why and what to do.")?;
-    item(out, "2", "Wrong usage.")
->>>>>>> main
 }
 
 fn about(command: &Command) -> String {
@@ -174,9 +159,11 @@ pub(super) fn markdown_page() -> String {
 
 /// The help of a command as a person sees it, whatever the environment is.
 fn markdown_help(out: &mut String, name: &str, command: &mut Command) {
-    let command = command.clone().term_width(100).disable_help_subcommand(true).mut_args(|argument| {
-        argument.hide_env_values(true)
-    });
+    let command = command
+        .clone()
+        .term_width(100)
+        .disable_help_subcommand(true)
+        .mut_args(|argument| argument.hide_env_values(true));
     let help = command.clone().render_help().to_string();
     let lines: Vec<&str> = help.lines().map(str::trim_end).collect();
     *out += &format!("\n### {name}\n\n```text\n{}\n```\n", lines.join("\n").trim());
