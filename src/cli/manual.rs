@@ -105,6 +105,11 @@ pub(super) fn commands() -> Vec<Command> {
     found
 }
 
+/// The name with those of the commands above, such as `mge dynamics train`.
+fn full_name(command: &Command) -> String {
+    command.get_display_name().unwrap_or(command.get_name()).to_owned()
+}
+
 fn about(command: &Command) -> String {
     command.get_about().map(ToString::to_string).unwrap_or_default()
 }
@@ -118,7 +123,7 @@ fn roff_page() -> io::Result<String> {
     man.render_description_section(&mut head)?;
     man.render_options_section(&mut head)?;
     let mut out = String::from_utf8_lossy(&head).into_owned();
-    let listed = commands().iter().map(|command| (command.to_string(), about(command))).collect();
+    let listed = commands().iter().map(|command| (full_name(command), about(command))).collect();
     roff_section(&mut out, "SH", &Section::new("Commands", "Each describes its options with --help.", listed));
     roff_section(&mut out, "SH", &Section::new("Keys of the workbench", KEY_FILE, Vec::new()));
     keys().iter().for_each(|section| roff_section(&mut out, "SS", section));
@@ -148,7 +153,7 @@ pub(super) fn markdown_page() -> String {
     let mut program = Arguments::command().bin_name("mge");
     markdown_help(&mut out, "mge", &mut program);
     for mut command in commands() {
-        let name = command.get_display_name().unwrap_or_default().to_owned();
+        let name = full_name(&command);
         markdown_help(&mut out, &name, &mut command);
     }
     out += &format!("\n## Keys of the workbench\n\n{KEY_FILE}\n");
