@@ -59,12 +59,14 @@ pub fn print(markdown: bool) -> Outcome {
 struct Section {
     title: String,
     about: &'static str,
+    /// What the terms and the meanings are, as the head of a table.
+    columns: [&'static str; 2],
     items: Vec<(String, String)>,
 }
 
 impl Section {
-    fn new(title: &str, about: &'static str, items: Vec<(String, String)>) -> Self {
-        Self { title: title.to_owned(), about, items }
+    fn new(title: &str, columns: [&'static str; 2], items: Vec<(String, String)>) -> Self {
+        Self { title: title.to_owned(), about: "", columns, items }
     }
 }
 
@@ -75,7 +77,9 @@ fn keys() -> Vec<Section> {
         let verb = key.verb.map(|verb| format!(" (in a script: {verb})")).unwrap_or_default();
         (keys, format!("{}: {}{verb}", key.name, key.about))
     };
-    let section = |(context, keys): (&str, Vec<_>)| Section::new(context, "", keys.into_iter().map(item).collect());
+    let section = |(context, keys): (&str, Vec<_>)| {
+        Section::new(context, ["keys", "action"], keys.into_iter().map(item).collect())
+    };
     tui::keys().into_iter().map(section).collect()
 }
 
@@ -83,11 +87,12 @@ fn keys() -> Vec<Section> {
 fn closing_sections() -> [Section; 4] {
     let verb = |verb: &Verb| (verb.usage(), verb.help.to_owned());
     let owned = |pairs: &[(&str, &str)]| pairs.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect();
+    let settings = Section::new("Settings of a run", ["setting", "default"], default_settings());
     [
-        Section::new("Commands of scripts and of the palette", "", verbs().map(verb).collect()),
-        Section::new("Settings of a run", "With their defaults; `set KEY VALUE` changes one.", default_settings()),
-        Section::new("Environment", "", owned(&ENVIRONMENT)),
-        Section::new("Exit status", "", owned(&EXIT_STATUS)),
+        Section::new("Commands of scripts and of the palette", ["command", "effect"], verbs().map(verb).collect()),
+        Section { about: "`--set KEY=VALUE`, or `set KEY VALUE` in a script, changes one.", ..settings },
+        Section::new("Environment", ["variable", "meaning"], owned(&ENVIRONMENT)),
+        Section::new("Exit status", ["status", "meaning"], owned(&EXIT_STATUS)),
     ]
 }
 
@@ -124,8 +129,10 @@ fn roff_page() -> io::Result<String> {
     man.render_options_section(&mut head)?;
     let mut out = String::from_utf8_lossy(&head).into_owned();
     let listed = commands().iter().map(|command| (full_name(command), about(command))).collect();
-    roff_section(&mut out, "SH", &Section::new("Commands", "Each describes its options with --help.", listed));
-    roff_section(&mut out, "SH", &Section::new("Keys of the workbench", KEY_FILE, Vec::new()));
+    let listed = Section::new("Commands", ["command", "effect"], listed);
+    roff_section(&mut out, "SH", &Section { about: "Each describes its options with --help.", ..listed });
+    let keys_of_the_workbench = Section::new("Keys of the workbench", ["keys", "action"], Vec::new());
+    roff_section(&mut out, "SH", &Section { about: KEY_FILE, ..keys_of_the_workbench });
     keys().iter().for_each(|section| roff_section(&mut out, "SS", section));
     closing_sections().iter().for_each(|section| roff_section(&mut out, "SH", section));
     Ok(out)
@@ -157,8 +164,8 @@ pub(super) fn markdown_page() -> String {
         markdown_help(&mut out, &name, &mut command);
     }
     out += &format!("\n## Keys of the workbench\n\n{KEY_FILE}\n");
-    keys().iter().for_each(|section| markdown_section(&mut out, "###", ["keys", "action"], section));
-    closing_sections().iter().for_each(|section| markdown_section(&mut out, "##", ["name", "meaning"], section));
+    keys().iter().for_each(|section| markdown_section(&mut out, "###", section));
+    closing_sections().iter().for_each(|section| markdown_section(&mut out, "##", section));
     out
 }
 
@@ -174,12 +181,13 @@ fn markdown_help(out: &mut String, name: &str, command: &mut Command) {
     *out += &format!("\n### {name}\n\n```text\n{}\n```\n", lines.join("\n").trim());
 }
 
-fn markdown_section(out: &mut String, level: &str, columns: [&str; 2], section: &Section) {
+fn markdown_section(out: &mut String, level: &str, section: &Section) {
     *out += &format!("\n{level} {}\n\n", section.title);
     if !section.about.is_empty() {
         *out += &format!("{}\n\n", section.about);
     }
-    *out += &format!("| {} | {} |\n|---|---|\n", columns[0], columns[1]);
+    let [terms, meanings] = section.columns;
+    *out += &format!("| {terms} | {meanings} |\n|---|---|\n");
     for (term, text) in &section.items {
         *out += &format!("| `{}` | {} |\n", cell(term), cell(text));
     }
@@ -197,8 +205,11 @@ fn default_settings() -> Vec<(String, String)> {
     // By way of text, so that 0.95 does not become 0.949999988079071.
     let text = serde_json::to_string(&config).unwrap_or_default();
     let mut values = serde_json::from_str(&text).unwrap_or_default();
-    let value = |key: &String| json::at_mut(&mut values, key).map(|value| value.to_string()).unwrap_or_default();
-    let values: Vec<String> = keys.iter().map(value).collect();
+    let mut value = |key: &String| {
+        let value = json::at_mut(&mut values, key);
+        value.map(|value| value.as_str().map_or_else(|| value.to_string(), str::to_owned)).unwrap_or_default()
+    };
+    let values: Vec<String> = keys.iter().map(&mut value).collect();
     keys.into_iter().zip(values).collect()
 }
 
