@@ -6,19 +6,15 @@ use std::time::{Duration, Instant};
 
 use crossterm::event::{self, Event, KeyCode, KeyEvent, KeyModifiers};
 
-use super::app::{App, TerminalWish};
-use super::desk::SessionDesk;
-use super::graphics::Graphics;
-use super::keymap::{Keymap, KeymapError};
-use super::layers::{Layer, Tour};
-use super::rescue::{Guarded, tell_what_was_kept};
-use super::screens;
+use super::app::{App, Guarded, TerminalRequest, report_kept};
+use super::input::{Keymap, KeymapError};
 #[cfg(unix)]
-use super::signals::{self, Listener, Request};
+use super::terminal::signals::{self, Listener, Request};
+use super::terminal::{Graphics, Screen, TerminalError};
 #[cfg(unix)]
-use super::terminal::Input;
-use super::terminal::{Screen, TerminalError};
-use super::theme::Theme;
+use super::terminal::{Input, wait_for_input};
+use super::view::SessionWorkspace;
+use super::widgets::theme::Theme;
 use crate::workbench::Session;
 
 /// Time between two pictures at least.
@@ -76,15 +72,15 @@ pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
     let mut screen = Screen::open(!options.no_mouse)?;
     #[cfg(unix)]
     let listener = Listener::start()?;
-    let mut app = Guarded(App::new(Box::new(SessionDesk::new(session)), theme, keymap));
-    tell_what_was_kept(&mut app, Path::new("."));
-    app.mouse = !options.no_mouse;
+    let app = App::new(Box::new(SessionWorkspace::new(session)), theme, keymap);
+    let mut app = Guarded(if options.no_mouse { app.without_mouse() } else { app });
+    report_kept(&mut app, Path::new("."));
     if options.tour {
-        app.layers.push(Layer::Tour(Tour::default()));
+        app.show_tour();
     }
     let mut drawn: Option<Instant> = None;
     let mut last = Instant::now();
-    while !app.leaving {
+    while !app.is_leaving() {
         let now = Instant::now();
         app.tick(now - last);
         last = now;
@@ -96,8 +92,7 @@ pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
                 Request::Suspend => there &= unless_gone(screen.suspend().map(|()| true))?,
                 Request::Continue => there &= unless_gone(screen.reenter().map(|()| true))?,
             }
-            app.preview.forget();
-            app.touch();
+            app.redraw();
         }
         if !there {
             #[cfg(unix)]
@@ -112,7 +107,7 @@ pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
 /// if the terminal is gone.
 fn turn(app: &mut App, screen: &mut Screen, drawn: &mut Option<Instant>) -> io::Result<bool> {
     if drawn.is_none_or(|at| at.elapsed() >= FRAME) && app.take_changed() {
-        screen.draw(|frame| screens::draw(app, frame))?;
+        screen.draw(|frame| app.draw(frame))?;
         if drawn.replace(Instant::now()).is_none() {
             find_graphics(app);
         }
@@ -144,13 +139,13 @@ fn wait_for_events(app: &mut App, drawn: Option<Instant>) -> io::Result<bool> {
         IDLE
     };
     #[cfg(unix)]
-    let pause = match super::terminal::wait_for_input(pause)? {
+    let pause = match wait_for_input(pause)? {
         Input::Gone => return Ok(false),
         Input::There | Input::None => Duration::ZERO,
     };
     if event::poll(pause)? {
         app.event(event::read()?);
-        while event::poll(Duration::ZERO)? && !app.leaving {
+        while event::poll(Duration::ZERO)? && !app.is_leaving() {
             app.event(event::read()?);
         }
     }
@@ -161,7 +156,7 @@ fn wait_for_events(app: &mut App, drawn: Option<Instant>) -> io::Result<bool> {
 /// was typed while the terminal answered counts.
 fn find_graphics(app: &mut App) {
     let (graphics, typed) = Graphics::detect();
-    app.preview.graphics = graphics;
+    app.set_graphics(graphics);
     for character in typed.chars() {
         app.event(Event::Key(typed_key(character)));
     }
@@ -179,13 +174,13 @@ fn typed_key(character: char) -> KeyEvent {
 }
 
 fn fulfil(app: &mut App, screen: &mut Screen) -> io::Result<()> {
-    match app.wish.take() {
-        Some(TerminalWish::Mouse(on)) => screen.set_mouse(on),
-        Some(TerminalWish::Copy(text)) => screen.copy(&text),
+    match app.take_request() {
+        Some(TerminalRequest::Mouse(on)) => screen.set_mouse(on),
+        Some(TerminalRequest::Copy(text)) => screen.copy(&text),
         #[cfg(unix)]
-        Some(TerminalWish::Suspend) => signals::stop_job(),
+        Some(TerminalRequest::Suspend) => signals::stop_job(),
         #[cfg(not(unix))]
-        Some(TerminalWish::Suspend) => Ok(()),
+        Some(TerminalRequest::Suspend) => Ok(()),
         None => Ok(()),
     }
 }

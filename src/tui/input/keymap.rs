@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::key::{Key, KeyError};
 use crate::tui::actions::{Action, Context, Entry, entries, named};
+use crate::tui::input::{Key, KeyError};
 
 /// Keys of every action.
 #[derive(Debug, Clone)]

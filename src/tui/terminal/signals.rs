@@ -10,7 +10,7 @@ use std::time::Duration;
 use signal_hook::consts::{SIGCONT, SIGHUP, SIGINT, SIGTERM, SIGTSTP};
 use signal_hook::iterator::{Handle, Signals};
 
-use super::terminal;
+use crate::tui::terminal;
 
 /// What a signal asks of the workbench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

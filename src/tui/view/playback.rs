@@ -1,5 +1,6 @@
 //! Episodes shown at human speed.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -15,8 +16,21 @@ pub struct Episode {
     pub title: String,
     /// The task it was played on.
     pub task: Arc<Task>,
-    /// What was done and what came of it.
+    /// What was done, and what happened.
     pub trace: Arc<Trace>,
+    /// Who acts in it.
+    pub origin: Origin,
+}
+
+/// Who acts in an episode.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Origin {
+    /// Nobody.
+    Untouched,
+    /// A person.
+    Hand,
+    /// The agent of the run in this folder.
+    Run(PathBuf),
 }
 
 /// What is to be seen at one moment of an episode.
@@ -50,7 +64,12 @@ impl Episode {
         let mut trace = Trace::default();
         // An action that is no position places nothing: the ball goes its way.
         while trace.step(&mut env, [f32::NAN; 2], Source::Policy).is_ok() {}
-        Self { title: "no tool placed".to_owned(), task: task.clone(), trace: Arc::new(trace) }
+        Self {
+            title: "no tool placed".to_owned(),
+            task: task.clone(),
+            trace: Arc::new(trace),
+            origin: Origin::Untouched,
+        }
     }
 
     /// Physics steps of the whole episode.

@@ -15,9 +15,9 @@ use ratatui_image::protocol::halfblocks::Halfblocks;
 use ratatui_image::protocol::kitty::Kitty;
 use ratatui_image::protocol::sixel::Sixel;
 
-use super::graphics::{Graphics, Protocol};
-use super::theme::{Depth, Marker, Theme};
 use crate::figures::Figure;
+use crate::tui::terminal::{Graphics, Protocol};
+use crate::tui::widgets::theme::{Depth, Marker, Theme};
 
 /// A figure that may change hands.
 pub type Drawing = Box<dyn Figure + Send>;
@@ -39,7 +39,7 @@ pub struct Wanted {
 #[derive(Default)]
 pub struct Preview {
     /// What the terminal can show.
-    pub graphics: Graphics,
+    graphics: Graphics,
     shown: Option<(Wanted, Result<Encoded, String>)>,
     job: Option<(Wanted, Receiver<Result<Encoded, String>>)>,
     begun: Option<Instant>,
@@ -51,6 +51,11 @@ const PAUSE: Duration = Duration::from_secs(2);
 const FINE: [u16; 2] = [6, 12];
 
 impl Preview {
+    /// What the terminal can show.
+    pub fn set_graphics(&mut self, graphics: Graphics) {
+        *self = Self { graphics, ..Self::default() };
+    }
+
     /// Takes in a picture that is finished, and begins the one that is wanted if it is
     /// another; true if there is something new to see.
     pub fn update(&mut self, wanted: &Wanted, figure: impl FnOnce() -> Result<Drawing, String>) -> bool {
@@ -192,7 +197,7 @@ fn darkness(colour: Color) -> f32 {
 mod tests {
     use super::*;
     use crate::figures::TaskGrid;
-    use crate::tui::theme::Palette;
+    use crate::tui::widgets::theme::Palette;
 
     fn figure() -> Result<Drawing, String> {
         Ok(Box::new(TaskGrid { tasks: vec![crate::task::load("task1").unwrap()] }))
@@ -246,7 +251,7 @@ mod tests {
         let wanted = Wanted { kind: "clusters", stamp: 0, room: [40, 20], grey: false };
         assert!(preview.update(&wanted, || Err("no clusters".into())));
         let mut buffer = Buffer::empty(Rect::new(0, 0, 40, 20));
-        let told = preview.draw("clusters", false, buffer.area, &theme(Depth::True), &mut buffer);
-        assert_eq!(told, Err("no clusters".to_owned()));
+        let shown = preview.draw("clusters", false, buffer.area, &theme(Depth::True), &mut buffer);
+        assert_eq!(shown, Err("no clusters".to_owned()));
     }
 }

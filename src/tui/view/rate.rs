@@ -11,7 +11,7 @@ pub struct Rate {
 
 /// The part of the past that counts.
 const MEMORY: Duration = Duration::from_secs(20);
-/// A rate over less time than this is not told.
+/// A rate over less time than this is not shown.
 const WARM_UP: Duration = Duration::from_secs(2);
 
 impl Rate {
@@ -34,7 +34,7 @@ impl Rate {
         self.counts.clear();
     }
 
-    /// Counts a second; None while it is too early to tell.
+    /// Counts a second; None while it is too early to say.
     pub fn per_second(&self) -> Option<f64> {
         let ((from, first), (to, last)) = (self.counts.front()?, self.counts.back()?);
         let time = to.duration_since(*from);
@@ -57,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_rate_is_told_after_the_warm_up_and_follows_the_latest_seconds() {
+    fn a_rate_is_shown_after_the_warm_up_and_follows_the_latest_seconds() {
         let start = Instant::now();
         let mut rate = Rate::default();
         let mut run = |from: u64, to: u64, per_second: u64| {

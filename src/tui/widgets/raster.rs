@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
 
-use super::theme::Marker;
+use crate::tui::widgets::theme::Marker;
 
 /// Dots over an area of cells. Later dots win the colour of their cell.
 pub struct Raster {

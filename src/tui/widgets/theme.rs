@@ -1,5 +1,6 @@
 //! Colours and markers, fitted to what the terminal can show.
 
+use ratatui::buffer::Buffer;
 use ratatui::style::{Color, Modifier, Style};
 
 /// What dots are made of.
@@ -136,6 +137,21 @@ const COLOUR_BLIND: Swatch = (
 );
 
 impl Theme {
+    /// Puts signs that every terminal has in the place of our own, where it needs that; names stay
+    /// as they are.
+    pub fn make_plain(&self, buffer: &mut Buffer) {
+        if self.marker != Marker::Ascii {
+            return;
+        }
+        for cell in &mut buffer.content {
+            match cell.symbol() {
+                "·" => _ = cell.set_char('-'),
+                "›" => _ = cell.set_char('>'),
+                _ => {}
+            }
+        }
+    }
+
     /// The theme of a palette at a depth.
     pub fn new(palette: Palette, depth: Depth, marker: Marker) -> Self {
         let (main, stages) = match palette {

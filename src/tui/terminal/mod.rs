@@ -3,6 +3,12 @@
 //! Raw mode, alternate screen, mouse capture, bracketed paste and cursor are one state:
 //! all on or all off. [`leave`] may be called any number of times, from any thread.
 
+mod graphics;
+#[cfg(unix)]
+pub mod signals;
+
+pub use graphics::{Graphics, Protocol};
+
 use std::io::{self, BufWriter, IsTerminal, Stdout, Write};
 use std::mem::ManuallyDrop;
 use std::panic;
@@ -196,7 +202,7 @@ pub fn wait_for_input(time: Duration) -> io::Result<Input> {
 /// Restores the terminal if it is ours; otherwise does nothing.
 pub fn leave() {
     if ACTIVE.swap(false, Ordering::SeqCst) {
-        // Each part is tried even if another fails; there is nobody left to tell.
+        // Each part is tried even if another fails; nobody is left to hear of it.
         let _ = execute!(
             io::stdout(),
             EndSynchronizedUpdate,
@@ -210,7 +216,7 @@ pub fn leave() {
 }
 
 /// Says something on standard error once the terminal is given back.
-pub fn tell_at_the_end(line: String) {
+pub fn report_at_the_end(line: String) {
     PANICS.lock().unwrap_or_else(PoisonError::into_inner).push(line);
 }
 

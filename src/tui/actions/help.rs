@@ -1,6 +1,6 @@
 //! The keys as the manual page lists them.
 
-use crate::tui::actions::{Context, entries};
+use super::{Context, entries};
 
 /// A key, or several, the action's name in a key file, and what it does.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -5,9 +5,8 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use super::{app, empty, failed, press, shot, text, typical};
-use crate::tui::actions::Action;
-use crate::tui::facts::Facts;
-use crate::tui::screens::Tab;
+use crate::tui::actions::{Action, Tab};
+use crate::tui::view::ViewModel;
 
 const SIZES: [(u16, u16); 4] = [(60, 20), (80, 24), (120, 40), (200, 60)];
 
@@ -16,7 +15,7 @@ fn check(name: &str, draw: impl Fn(u16, u16) -> String) {
     for (width, height) in SIZES {
         let screens = draw(width, height);
         let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-            .join(format!("src/tui/testing/golden/{name}-{width}x{height}.txt"));
+            .join(format!("src/tui/app/testing/golden/{name}-{width}x{height}.txt"));
         if std::env::var_os("MGE_UPDATE_GOLDEN").is_some() {
             std::fs::write(&path, &screens).unwrap();
         }
@@ -27,16 +26,16 @@ fn check(name: &str, draw: impl Fn(u16, u16) -> String) {
 }
 
 /// All screens of the workbench in a state, the given figure selected.
-fn screens(facts: fn() -> Facts, figure: usize) -> impl Fn(u16, u16) -> String {
+fn screens(view: fn() -> ViewModel, figure: usize) -> impl Fn(u16, u16) -> String {
     move |width, height| {
-        let (mut app, _) = app(facts());
-        app.lists.figure = figure;
+        let (mut app, _) = app(view());
+        app.screens.lists.figure = figure;
         let all = Tab::ALL.map(|tab| {
             app.tab = tab;
             // What depends on where things are drawn is there in the second picture.
             shot(&mut app, width, height);
             app.tick(Duration::ZERO);
-            while app.preview.is_drawing() {
+            while app.screens.preview.is_drawing() {
                 std::thread::yield_now();
                 app.tick(Duration::ZERO);
             }
@@ -79,8 +78,8 @@ fn layers_over_the_screen() {
 
 #[test]
 fn every_size_can_be_drawn() {
-    for facts in [empty, typical, failed] {
-        let (mut app, _) = app(facts());
+    for view in [empty, typical, failed] {
+        let (mut app, _) = app(view());
         for tab in Tab::ALL {
             app.tab = tab;
             for (width, height) in

@@ -4,8 +4,8 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::widgets::{Block, BorderType, Clear, Widget};
 
-use crate::tui::columns;
-use crate::tui::theme::{Marker, Theme};
+use crate::tui::widgets::columns;
+use crate::tui::widgets::theme::{Marker, Theme};
 
 /// Clears and frames a box of the wanted inner size in the middle of `area`, as far as
 /// there is room, and returns its inside.

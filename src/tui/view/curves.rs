@@ -1,7 +1,6 @@
 //! The curves of a run: one value an episode for every metric that is drawn.
 
-use crate::run::EpisodeRecord;
-pub use crate::run::Metric;
+use crate::run::{EpisodeRecord, Metric};
 
 /// One value an episode for every metric; NaN where there is none.
 #[derive(Debug, Clone, Default)]

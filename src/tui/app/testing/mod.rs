@@ -1,8 +1,8 @@
-//! A desk without a session, sessions' states as facts, and the tests of whole screens.
+//! A workspace without a session, sessions' states as view, and the tests of whole screens.
 
 mod golden;
 #[cfg(unix)]
-#[path = "../../../tests/terminal/mod.rs"]
+#[path = "../../../../tests/terminal/mod.rs"]
 #[allow(dead_code, reason = "shared: each test file needs a part of it")]
 mod pseudo_terminal;
 mod sequences;
@@ -18,75 +18,58 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
 
-use super::app::App;
-use super::desk::{Desk, Mind};
-use super::facts::{Facts, Level, LogLine, ModelFacts, RunFacts, Settings};
-use super::key::Key;
-use super::keymap::Keymap;
-use super::metric::{Curves, Metric};
-use super::playback::Episode;
-use super::preview::Drawing;
-use super::scene::{Ghost, Heat};
-use super::screens;
-use super::theme::{Depth, Marker, Palette, Theme};
-use crate::env::{Action, Placement};
+use super::App;
 use crate::figures::TaskGrid;
 use crate::guidance::{ActionPrior, Cluster, GuidanceConfig, StagePrior};
-use crate::run::RunState;
+use crate::run::{Metric, RunState};
 use crate::task::{Region, Task};
-use crate::trainer::Trace;
-use crate::workbench::{Command, FigureKind, PriorState};
+use crate::trainer::{PriorSource, Trace};
+use crate::tui::input::{Key, Keymap};
+use crate::tui::view::playback::{Episode, Origin};
+use crate::tui::view::{
+    Curves, HandEpisode, Level, LogLine, ModelSummary, RunSummary, Settings, TaskModel, ViewModel, Watched, Workspace,
+};
+use crate::tui::widgets::preview::Drawing;
+use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
+use crate::workbench::{Command, FigureKind, HandPlay, PriorState};
 
-/// A desk that writes down what it is asked.
-pub struct FakeDesk {
-    facts: Facts,
+/// A workspace that writes down what it is asked.
+pub struct RecordingWorkspace {
+    view: ViewModel,
     asked: Rc<RefCell<Vec<String>>>,
 }
 
-impl Desk for FakeDesk {
-    fn facts(&self) -> &Facts {
-        &self.facts
+impl Workspace for RecordingWorkspace {
+    fn view(&self) -> &ViewModel {
+        &self.view
     }
 
     fn poll(&mut self) -> bool {
         false
     }
 
-    /// Every line must be one of the command language, or it is refused.
-    fn apply(&mut self, line: &str) -> Result<String, String> {
-        match Command::parse(line) {
-            Ok(Some(command)) => {
-                self.asked.borrow_mut().push(command.to_string());
-                Ok(String::new())
-            }
-            Ok(None) => Ok(String::new()),
-            Err(error) => Err(error.to_string()),
-        }
+    fn apply(&mut self, command: Command) -> Result<String, String> {
+        self.asked.borrow_mut().push(command.to_string());
+        Ok(String::new())
     }
 
     fn request_live(&self) {}
 
-    fn ghost(&mut self, action: Action) -> Ghost {
-        Ghost { action, placement: Placement::Placed, predicted: vec![[0.2, 0.6], [0.1, 0.4], [-0.1, 0.3]] }
-    }
-
-    fn mind(&self, _: &Episode, _: usize) -> Option<Mind> {
-        Some(Mind { heat: Heat { side: 2, values: vec![0.0, 1.0, 2.0, 3.0] }, choice: [0.0; 2] })
-    }
-
-    fn foresee(&mut self, _: &Episode, _: usize) -> Vec<[f32; 2]> {
-        vec![[0.2, 0.6], [0.1, 0.4]]
+    fn model_for(&mut self, task: &Arc<Task>) -> Result<TaskModel, String> {
+        TaskModel::new(&PriorSource::TruePhysics, task)
     }
 
     fn past_episode(&self, episode: u64) -> Result<Arc<Episode>, String> {
-        let shown = Episode::untouched(&self.facts.task);
+        let shown = Episode::untouched(&self.view.task);
         let trace = Trace { episode, ..Trace::clone(&shown.trace) };
-        Ok(Arc::new(Episode { title: format!("episode {episode} of a run"), trace: Arc::new(trace), ..shown }))
+        let run = self.view.watched.as_ref().ok_or("no run is being watched")?;
+        let origin = Origin::Run(run.run.path.clone());
+        Ok(Arc::new(Episode { title: format!("episode {episode} of a run"), trace: Arc::new(trace), origin, ..shown }))
     }
 
     fn figure(&self, kind: FigureKind) -> Result<Drawing, String> {
         match kind {
-            FigureKind::Scene => Ok(Box::new(TaskGrid { tasks: vec![Task::clone(&self.facts.task)] })),
+            FigureKind::Scene => Ok(Box::new(TaskGrid { tasks: vec![Task::clone(&self.view.task)] })),
             _ => Err(format!("there is nothing for the {} figure in tests", kind.name())),
         }
     }
@@ -98,15 +81,17 @@ impl Desk for FakeDesk {
     fn look_for_runs(&mut self) {}
 
     fn log(&mut self, level: Level, text: String) {
-        self.facts.log.push(at_noon(level, &text));
+        self.view.log.push(at_noon(level, &text));
     }
 }
 
 /// The first start: nothing has happened.
-pub fn empty() -> Facts {
+pub fn empty() -> ViewModel {
     let task = Arc::new(crate::task::load("task1").unwrap());
-    let model = |name: &str, about: &str| ModelFacts { name: name.into(), about: about.into() };
-    Facts {
+    let play = HandPlay::new(task.clone(), 0);
+    let hand = HandEpisode { task: task.clone(), trace: Arc::default(), snapshot: Arc::new(play.snapshot().clone()) };
+    let model = |name: &str, about: &str| ModelSummary { name: name.into(), about: about.into() };
+    ViewModel {
         task,
         file: None,
         dirty: false,
@@ -125,10 +110,9 @@ pub fn empty() -> Facts {
         prior_failure: None,
         models: vec![model("learned", "the shipped model"), model("true", "the environment's own physics")],
         runs: Vec::new(),
-        current: None,
-        live: None,
-        played: Arc::new(Trace::default()),
-        played_end: None,
+        runs_unread: 0,
+        watched: None,
+        hand,
         model_work: None,
         model_outcome: None,
         figures: Vec::new(),
@@ -138,32 +122,53 @@ pub fn empty() -> Facts {
 }
 
 /// In the middle of a training, with another run finished.
-pub fn typical() -> Facts {
-    let mut facts = empty();
-    facts.prior = Some(Arc::new(prior()));
-    facts.prior_state = PriorState::Fresh;
-    facts.dirty = true;
-    facts.proposed = vec![Region { position: [-0.2, 0.5], radius: 4.0 }];
-    facts.runs = vec![run("old", RunState::Finished, 2000), run("task1-ddpg-mge-seed0", RunState::Running, 700)];
-    facts.current = Some(1);
-    facts.figures = vec![PathBuf::from("figures/task1-scene.png")];
-    facts.log = vec![
+pub fn typical() -> ViewModel {
+    let mut view = empty();
+    view.prior = Some(Arc::new(prior()));
+    view.prior_state = PriorState::Fresh;
+    view.dirty = true;
+    view.proposed = vec![Region { position: [-0.2, 0.5], radius: 4.0 }];
+    let running = run("task1-ddpg-mge-seed0", RunState::Running, 700);
+    view.runs = vec![Arc::new(run("old", RunState::Finished, 2000)), Arc::new(running)];
+    watch(&mut view, 1);
+    view.figures = vec![PathBuf::from("figures/task1-scene.png")];
+    view.log = vec![
         at_noon(Level::Info, "training in runs/task1-ddpg-mge-seed0"),
         at_noon(Level::Good, "the action clusters are there"),
     ];
-    facts
+    view
 }
 
 /// A run, the clusters, and the training of a model have failed.
-pub fn failed() -> Facts {
-    let mut facts = empty();
+pub fn failed() -> ViewModel {
+    let mut view = empty();
     let reason = "the critic's loss is not finite after 1203 updates: try a smaller learning rate";
-    facts.prior_failure = Some("no shipped dynamics model knows the tools box, bucket".into());
-    facts.runs = vec![run("task1-ddpg-mge-seed0", RunState::Failed(reason.into()), 120)];
-    facts.current = Some(0);
-    facts.log = vec![at_noon(Level::Error, &format!("task1-ddpg-mge-seed0: {reason}"))];
-    facts.model_outcome = Some(Err("models/box.safetensors: epoch 12: the loss is not finite".into()));
-    facts
+    view.prior_failure = Some("no shipped dynamics model knows the tools box, bucket".into());
+    view.runs = vec![Arc::new(run("task1-ddpg-mge-seed0", RunState::Failed(reason.into()), 120))];
+    watch(&mut view, 0);
+    view.log = vec![at_noon(Level::Error, &format!("task1-ddpg-mge-seed0: {reason}"))];
+    view.model_outcome = Some(Err("models/box.safetensors: epoch 12: the loss is not finite".into()));
+    view
+}
+
+/// Watches a run of the list, on the task as it is.
+pub fn watch(view: &mut ViewModel, index: usize) {
+    let run = view.runs[index].clone();
+    view.watched = Some(Watched { run, task: view.task.clone(), prior: None, live: None });
+}
+
+/// Changes a run of the list, also where it is being watched.
+pub fn change_run(view: &mut ViewModel, index: usize, change: impl FnOnce(&mut RunSummary)) {
+    let watched = view.watched.as_ref().is_some_and(|watched| watched.run.path == view.runs[index].path);
+    change(Arc::make_mut(&mut view.runs[index]));
+    if watched {
+        watch(view, index);
+    }
+}
+
+/// A finished run by name.
+pub fn run_summary(name: &str) -> RunSummary {
+    run(name, RunState::Finished, 0)
 }
 
 /// A line of the log.
@@ -190,7 +195,7 @@ fn prior() -> ActionPrior {
 }
 
 /// A run with curves that rise, fall, and have a gap.
-fn run(name: &str, state: RunState, done: u64) -> RunFacts {
+fn run(name: &str, state: RunState, done: u64) -> RunSummary {
     let mut curves = Curves::default();
     for episode in 0..done {
         let share = episode as f32 / 2000.0;
@@ -204,7 +209,7 @@ fn run(name: &str, state: RunState, done: u64) -> RunFacts {
             _ => share + 0.3 * wave,
         }));
     }
-    RunFacts {
+    RunSummary {
         name: name.into(),
         path: PathBuf::from("runs").join(name),
         opened: true,
@@ -225,13 +230,13 @@ fn run(name: &str, state: RunState, done: u64) -> RunFacts {
     }
 }
 
-/// The workbench with these facts, not moving, and what it asks its desk.
-pub fn app(facts: Facts) -> (App, Rc<RefCell<Vec<String>>>) {
+/// The workbench with these view, not moving, and what it asks its workspace.
+pub fn app(view: ViewModel) -> (App, Rc<RefCell<Vec<String>>>) {
     let asked = Rc::default();
-    let desk = FakeDesk { facts, asked: Rc::clone(&asked) };
+    let workspace = RecordingWorkspace { view, asked: Rc::clone(&asked) };
     let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
-    let mut app = App::new(Box::new(desk), theme, Keymap::default());
-    app.scene.player.playing = false;
+    let mut app = App::new(Box::new(workspace), theme, Keymap::default());
+    app.screens.scene.player.playing = false;
     app.tick(std::time::Duration::ZERO);
     (app, asked)
 }
@@ -248,7 +253,7 @@ pub fn press(app: &mut App, keys: &str) {
 /// The screen at a size.
 pub fn shot(app: &mut App, width: u16, height: u16) -> Buffer {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
-    terminal.draw(|frame| screens::draw(app, frame)).unwrap();
+    terminal.draw(|frame| app.draw(frame)).unwrap();
     terminal.backend().buffer().clone()
 }
 

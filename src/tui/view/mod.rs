@@ -1,23 +1,35 @@
 //! What the screens show, as plain data: screens are functions of this and of the
 //! screen's own state, and need neither a session nor a thread to be tested.
 
+mod curves;
+pub mod playback;
+mod rate;
+mod run_index;
+mod subject;
+mod workspace;
+
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::env::EndReason;
+pub use curves::Curves;
+pub use rate::span;
+pub use subject::{AgentView, Choice, Subject, TaskModel};
+pub use workspace::{SessionWorkspace, Workspace};
+
+use crate::agent::Ddpg;
+use crate::env::{EndReason, Snapshot};
 use crate::guidance::{ActionPrior, EpsilonSchedule};
-use crate::run::RunState;
+use crate::run::{Metric, RunState};
 use crate::task::{Region, Task};
 use crate::trainer::Trace;
+use crate::tui::scene::Objects;
 use crate::workbench::PriorState;
 
-use super::metric::{Curves, Metric};
-use super::playback::Episode;
-use super::scene::Objects;
+use playback::Episode;
 
 /// Everything there is to see.
 #[derive(Debug, Clone)]
-pub struct Facts {
+pub struct ViewModel {
     /// The task as it is being edited.
     pub task: Arc<Task>,
     /// Its file, if it is not a shipped one.
@@ -30,27 +42,25 @@ pub struct Facts {
     pub proposing: Option<(usize, usize)>,
     /// What the next run will use.
     pub settings: Settings,
-    /// The clusters of the task.
+    /// The clusters computed for the task as it is being edited, or as it was.
     pub prior: Option<Arc<ActionPrior>>,
-    /// How the clusters stand to the task and the settings.
+    /// How these clusters stand to the task and the settings.
     pub prior_state: PriorState,
     /// Why the clusters could not be computed the last time.
     pub prior_failure: Option<String>,
     /// Dynamics models one can choose.
-    pub models: Vec<ModelFacts>,
+    pub models: Vec<ModelSummary>,
     /// Past and running runs, the latest last.
-    pub runs: Vec<RunFacts>,
+    pub runs: Vec<Arc<RunSummary>>,
+    /// Runs in the folder that were not read yet, while they are being read.
+    pub runs_unread: usize,
     /// The run that is being watched.
-    pub current: Option<usize>,
-    /// The latest finished training episode.
-    pub live: Option<Arc<Episode>>,
+    pub watched: Option<Watched>,
     /// The episode a person plays.
-    pub played: Arc<Trace>,
-    /// Why the episode a person plays is over.
-    pub played_end: Option<EndReason>,
+    pub hand: HandEpisode,
     /// What is being done about a dynamics model, and how much of it is done.
     pub model_work: Option<(String, Option<f32>)>,
-    /// What came of the latest work on a dynamics model.
+    /// The result of the latest work on a dynamics model.
     pub model_outcome: Option<Result<String, String>>,
     /// Figures written in this session.
     pub figures: Vec<PathBuf>,
@@ -58,6 +68,46 @@ pub struct Facts {
     pub log: Vec<LogLine>,
     /// Lines of the log so far, also those no longer kept.
     pub log_total: usize,
+}
+
+/// The run that is being watched, with what only an open run has.
+#[derive(Debug, Clone)]
+pub struct Watched {
+    /// The run.
+    pub run: Arc<RunSummary>,
+    /// The task it is trained on.
+    pub task: Arc<Task>,
+    /// Its action clusters.
+    pub prior: Option<Arc<ActionPrior>>,
+    /// Its latest finished episode, while it is trained here.
+    pub live: Option<Live>,
+}
+
+/// The latest finished episode of a training.
+#[derive(Debug, Clone)]
+pub struct Live {
+    /// The episode.
+    pub episode: Arc<Episode>,
+    /// Actor and critic after it.
+    pub networks: Arc<Ddpg>,
+}
+
+/// The episode a person plays.
+#[derive(Debug, Clone)]
+pub struct HandEpisode {
+    /// The task it is played on.
+    pub task: Arc<Task>,
+    /// The actions so far.
+    pub trace: Arc<Trace>,
+    /// The state after them.
+    pub snapshot: Arc<Snapshot>,
+}
+
+impl HandEpisode {
+    /// Why it is over, if it is.
+    pub fn end(&self) -> Option<EndReason> {
+        self.snapshot.end()
+    }
 }
 
 /// What the next run will use.
@@ -79,7 +129,7 @@ pub struct Settings {
 
 /// A dynamics model one can choose.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ModelFacts {
+pub struct ModelSummary {
     /// The name to choose it by.
     pub name: String,
     /// What it is, in a few words.
@@ -88,7 +138,7 @@ pub struct ModelFacts {
 
 /// A run and its curves.
 #[derive(Debug, Clone)]
-pub struct RunFacts {
+pub struct RunSummary {
     /// Name of its folder.
     pub name: String,
     /// Its folder.
@@ -121,7 +171,7 @@ pub struct RunFacts {
     pub curves: Curves,
     /// Greedy evaluations: episodes finished, share of successes.
     pub evaluations: Vec<(u64, f32)>,
-    /// Episodes a second; None while it is too early to tell.
+    /// Episodes a second; None while it is too early to say.
     pub rate: Option<f64>,
 }
 
@@ -149,10 +199,10 @@ pub enum Level {
     Error,
 }
 
-impl Facts {
+impl ViewModel {
     /// The run that is being watched.
-    pub fn current_run(&self) -> Option<&RunFacts> {
-        self.current.and_then(|index| self.runs.get(index))
+    pub fn watched_run(&self) -> Option<&RunSummary> {
+        self.watched.as_ref().map(|watched| &*watched.run)
     }
 
     /// The objects of the task as it is being edited.
@@ -161,17 +211,17 @@ impl Facts {
     }
 
     /// Runs that keep this program busy, now or later; one that is paused does not.
-    pub fn training_runs(&self) -> impl Iterator<Item = &RunFacts> {
+    pub fn training_runs(&self) -> impl Iterator<Item = &RunSummary> {
         self.active_runs().filter(|run| run.queued || run.state != RunState::Paused)
     }
 
     /// Runs this program is training or going to train.
-    pub fn active_runs(&self) -> impl Iterator<Item = &RunFacts> {
-        self.runs.iter().filter(|run| run.active || run.queued)
+    pub fn active_runs(&self) -> impl Iterator<Item = &RunSummary> {
+        self.runs.iter().map(|run| &**run).filter(|run| run.active || run.queued)
     }
 }
 
-impl RunFacts {
+impl RunSummary {
     /// One word for what it is doing.
     pub fn state_word(&self) -> &'static str {
         if self.queued { "queued" } else { self.state.name() }
@@ -184,7 +234,7 @@ impl RunFacts {
     }
 
     /// For each subgoal whether each episode reached it, as 1 and 0.
-    pub fn hits(&self) -> Vec<Vec<f32>> {
+    pub fn subgoal_hits(&self) -> Vec<Vec<f32>> {
         let shares = self.curves.get(Metric::SubgoalShare);
         // Subgoals count in order: so many of them are the first so many.
         let reached = |subgoal: usize| {
