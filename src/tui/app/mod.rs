@@ -5,6 +5,7 @@ mod mouse;
 mod perform;
 mod questions;
 mod quit;
+mod recovery;
 #[cfg(test)]
 pub(super) mod testing;
 mod unsaved;
@@ -21,7 +22,7 @@ use super::effect::Effect;
 use super::input::{Key, Keymap};
 use super::layers::{Layer, Response, Tour};
 use super::screens::{Chrome, HitRegions, Notice, Screens, Ui, draw_frame};
-use super::terminal::Graphics;
+use super::terminal::{Graphics, Protocol};
 use super::view::{Choice, Level, Subject, Workspace};
 use super::widgets::theme::Theme;
 use mouse::Drag;
@@ -139,6 +140,16 @@ impl App {
     pub fn set_graphics(&mut self, graphics: Graphics) {
         self.screens.preview.set_graphics(graphics);
         self.changed = true;
+    }
+
+    /// Its cells have this size in pixels.
+    pub fn set_cell_size(&mut self, cell: [u16; 2]) {
+        self.set_graphics(Graphics { cell, ..self.screens.preview.graphics() });
+    }
+
+    /// It shows pictures in this way.
+    pub fn set_protocol(&mut self, protocol: Protocol) {
+        self.set_graphics(Graphics { protocol, ..self.screens.preview.graphics() });
     }
 
     /// Whether something moves, so that time must pass often.

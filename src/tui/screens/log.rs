@@ -5,10 +5,10 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 
 use super::Ui;
-use crate::tui::effect::Effect;
 use super::lists::{Lists, select};
 use super::pane::{hint, level_style, pane};
 use crate::tui::actions::Action;
+use crate::tui::effect::Effect;
 use crate::tui::widgets::popup::wrap;
 
 /// Columns of the time of day and the space after it.

@@ -5,21 +5,29 @@
 
 mod graphics;
 #[cfg(unix)]
+mod input;
+#[cfg(not(unix))]
+#[path = "other_input.rs"]
+mod input;
+#[cfg(unix)]
+mod parser;
+#[cfg(unix)]
 pub mod signals;
 
 pub use graphics::{Graphics, Protocol};
+pub use input::Input;
 
+use std::backtrace::Backtrace;
+use std::cell::RefCell;
 use std::io::{self, BufWriter, IsTerminal, Stdout, Write};
 use std::mem::ManuallyDrop;
 use std::panic;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, Once, PoisonError};
 use std::thread;
-#[cfg(unix)]
-use std::time::Duration;
 
 use crossterm::cursor::{Hide, Show};
-use crossterm::event::{DisableBracketedPaste, DisableMouseCapture, EnableBracketedPaste, EnableMouseCapture};
+use crossterm::event::{DisableBracketedPaste, DisableMouseCapture, EnableBracketedPaste, EnableMouseCapture, Event};
 use crossterm::terminal::{
     BeginSynchronizedUpdate, EndSynchronizedUpdate, EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode,
     enable_raw_mode,
@@ -32,6 +40,17 @@ use ratatui::{Frame, Terminal};
 static ACTIVE: AtomicBool = AtomicBool::new(false);
 /// Panics of other threads and last words, held back while the screen is ours.
 static PANICS: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+/// What a terminal sends.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Received {
+    /// A key, the mouse, a pasted text.
+    Event(Event),
+    /// Its primary device attributes: whether it shows sixel graphics.
+    Attributes { sixel: bool },
+    /// Width and height of a cell in pixels.
+    CellSize([u16; 2]),
+}
 
 /// The terminal cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -63,7 +82,7 @@ impl Screen {
         if !io::stdout().is_terminal() || !io::stdin().is_terminal() {
             return Err(TerminalError::NotATerminal);
         }
-        restore_on_panic();
+        install_panic_hook();
         enter(mouse)?;
         // From here on a failure must not keep the terminal.
         let guard = Restore;
@@ -163,42 +182,6 @@ fn enter(mouse: bool) -> io::Result<()> {
     entered
 }
 
-/// What there is to read.
-#[cfg(unix)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Input {
-    /// Nothing, or a signal came.
-    None,
-    /// Something was typed.
-    There,
-    /// The terminal is gone.
-    Gone,
-}
-
-/// Waits for input for a time.
-///
-/// # Errors
-/// When the system refuses.
-#[cfg(unix)]
-pub fn wait_for_input(time: Duration) -> io::Result<Input> {
-    use rustix::event::{PollFd, PollFlags, Timespec, poll};
-    let input = rustix::stdio::stdin();
-    let mut wanted = [PollFd::new(&input, PollFlags::IN)];
-    let time = Timespec { tv_sec: time.as_secs() as i64, tv_nsec: i64::from(time.subsec_nanos()) };
-    match poll(&mut wanted, Some(&time)) {
-        Ok(_) | Err(rustix::io::Errno::INTR) => {}
-        Err(error) => return Err(error.into()),
-    }
-    let found = wanted[0].revents();
-    Ok(if found.intersects(PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL) {
-        Input::Gone
-    } else if found.contains(PollFlags::IN) {
-        Input::There
-    } else {
-        Input::None
-    })
-}
-
 /// Restores the terminal if it is ours; otherwise does nothing.
 pub fn leave() {
     if ACTIVE.swap(false, Ordering::SeqCst) {
@@ -225,15 +208,48 @@ pub fn take_panics() -> Vec<String> {
     std::mem::take(&mut *PANICS.lock().unwrap_or_else(PoisonError::into_inner))
 }
 
-/// A panic of the screen's own thread restores the terminal before its message is
-/// printed. One of another thread fails that thread's work only: its message waits,
-/// so that it does not tear the screen.
-fn restore_on_panic() {
+thread_local! {
+    /// Whether a panic of this thread is caught, and what was said of the latest.
+    static CAUGHT: RefCell<Option<String>> = const { RefCell::new(None) };
+}
+
+/// Does some work of the screen's thread. A panic in it leaves the terminal alone and is returned:
+/// message, place and backtrace.
+///
+/// # Errors
+/// When the work panicked.
+pub fn catch<T>(work: impl FnOnce() -> T) -> Result<T, String> {
+    CAUGHT.set(Some(String::new()));
+    // What the work was changing may be half done; the caller goes on with what can be shown.
+    let outcome = panic::catch_unwind(panic::AssertUnwindSafe(work));
+    let report = CAUGHT.take().unwrap_or_default();
+    outcome.map_err(|payload| {
+        // A panic that another thread handed on was not said here.
+        let text = || payload.downcast_ref::<String>().cloned();
+        let said = || payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
+        if report.is_empty() { text().or_else(said).unwrap_or_else(|| "a thread panicked".to_owned()) } else { report }
+    })
+}
+
+/// A panic of the screen's own thread that nobody catches restores the terminal before its message is
+/// printed. One of another thread fails that thread's work only: its message waits, so that it does
+/// not tear the screen.
+pub(super) fn install_panic_hook() {
     static ONCE: Once = Once::new();
     let screen_thread = thread::current().id();
     ONCE.call_once(|| {
         let previous = panic::take_hook();
         panic::set_hook(Box::new(move |info| {
+            let is_caught = CAUGHT.with_borrow_mut(|caught| match caught {
+                Some(report) => {
+                    *report = format!("{info}\n\n{}", Backtrace::force_capture());
+                    true
+                }
+                None => false,
+            });
+            if is_caught {
+                return;
+            }
             if thread::current().id() == screen_thread || !ACTIVE.load(Ordering::SeqCst) {
                 leave();
                 previous(info);

@@ -1,16 +1,15 @@
 //! Signals as values that the event loop reads.
 
-use std::io;
+use std::io::{self, Write};
+use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::Duration;
 
-use signal_hook::consts::{SIGCONT, SIGHUP, SIGINT, SIGTERM, SIGTSTP};
+use signal_hook::consts::{SIGCONT, SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP, SIGWINCH};
 use signal_hook::iterator::{Handle, Signals};
-
-use crate::tui::terminal;
 
 /// What a signal asks of the workbench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,6 +20,8 @@ pub enum Request {
     Suspend,
     /// The process goes on after a stop: take the terminal again.
     Continue,
+    /// The terminal has another size.
+    Resize,
 }
 
 /// Listens for signals until it is dropped.
@@ -34,13 +35,16 @@ pub struct Listener {
 const PATIENCE: Duration = Duration::from_secs(5);
 
 impl Listener {
-    /// Starts to listen. A second request to quit does not wait for the first: it
-    /// restores the terminal and ends the process at once.
+    /// Starts to listen; the returned pipe can be read when a request has come. A second request to
+    /// quit does not wait for the first: it restores the terminal and ends the process at once.
     ///
     /// # Errors
     /// When the system refuses the handlers.
-    pub fn start() -> io::Result<Self> {
-        let mut signals = Signals::new([SIGTERM, SIGINT, SIGHUP, SIGTSTP, SIGCONT])?;
+    pub fn start() -> io::Result<(Self, UnixStream)> {
+        let (mut bell, wake) = UnixStream::pair()?;
+        bell.set_nonblocking(true)?;
+        wake.set_nonblocking(true)?;
+        let mut signals = Signals::new([SIGTERM, SIGINT, SIGHUP, SIGQUIT, SIGTSTP, SIGCONT, SIGWINCH])?;
         let handle = signals.handle();
         let (sender, requests) = channel();
         let heard = Arc::new(AtomicBool::new(false));
@@ -52,8 +56,9 @@ impl Listener {
                 let request = match signal {
                     SIGTSTP => Request::Suspend,
                     SIGCONT => Request::Continue,
+                    SIGWINCH => Request::Resize,
                     _ if asked_to_quit => {
-                        terminal::leave();
+                        super::leave();
                         std::process::exit(128 + signal);
                     }
                     _ => Request::Quit(signal),
@@ -65,9 +70,11 @@ impl Listener {
                 if sender.send(request).is_err() {
                     return;
                 }
+                // A bell that is full rings already.
+                let _ = bell.write(&[0]);
             }
         })?;
-        Ok(Self { requests, heard, handle })
+        Ok((Self { requests, heard, handle }, wake))
     }
 
     /// The workbench is being left: nobody is stuck, however long its trainings take to end.

@@ -305,3 +305,109 @@ impl Episode {
         matches!(&self.origin, Origin::Run(path) if path == run)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+
+    use super::*;
+    use crate::agent::DdpgConfig;
+    use crate::trainer::Trace;
+    use crate::tui::testing::{empty, run_summary, typical};
+    use crate::tui::view::Live;
+
+    fn task(name: &str) -> Arc<Task> {
+        Arc::new(crate::task::load(name).unwrap())
+    }
+
+    /// An episode of a run on a task.
+    fn episode(run: &str, task: &Arc<Task>) -> Arc<Episode> {
+        let shown = Episode::untouched(task);
+        let trace = Trace { episode: 7, ..Trace::clone(&shown.trace) };
+        let origin = Origin::Run(Path::new("runs").join(run));
+        Arc::new(Episode { title: format!("episode 7 of {run}"), trace: Arc::new(trace), origin, ..shown })
+    }
+
+    fn watched(run: &str, task: &Arc<Task>, live: bool) -> Watched {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(0);
+        let observation = Environment::new(task.clone()).observation().len();
+        let config = DdpgConfig { hidden: 4, ..DdpgConfig::default() };
+        let networks = Arc::new(Ddpg::new(observation, 2, &config, &mut rng).unwrap());
+        let live = live.then(|| Live { episode: episode(run, task), networks });
+        Watched { run: Arc::new(run_summary(run)), task: task.clone(), prior: None, live }
+    }
+
+    fn model(task: &Arc<Task>) -> TaskModel {
+        TaskModel::new(&PriorSource::TruePhysics, task).unwrap()
+    }
+
+    fn choose(view: &ViewModel, choice: Choice, before: Option<&Subject>) -> Subject {
+        Subject::choose(view, &choice, before, false)
+    }
+
+    #[test]
+    fn an_episode_of_another_task_is_shown_with_nothing_of_the_edited_one() {
+        let other = task("task4");
+        let mut view = typical();
+        view.watched = Some(watched("other", &other, false));
+        let past = episode("other", &other);
+        let mut subject = choose(&view, Choice::Past(past), None);
+        assert_eq!(subject.task().name, "task4");
+        assert!(subject.clusters().is_none(), "those of the session are of the edited task");
+        subject.set_model(Ok(model(&view.task)));
+        assert!(subject.predict(0).unwrap_err().contains("another task"));
+        subject.set_model(Ok(model(&subject.task().clone())));
+        assert!(!subject.predict(0).unwrap().is_empty());
+        let edited = choose(&view, Choice::Latest, Some(&subject));
+        assert_eq!(edited.task().name, "task1");
+        assert!(edited.predict(0).is_err(), "the model did not come along");
+        assert!(edited.clusters().is_some());
+    }
+
+    #[test]
+    fn the_past_ends_when_another_run_is_watched() {
+        let mut view = empty();
+        let edited = view.task.clone();
+        view.watched = Some(watched("a", &edited, false));
+        let past = choose(&view, Choice::Past(episode("a", &edited)), None);
+        assert!(past.is_of_run());
+        view.watched = Some(watched("b", &edited, false));
+        let after = choose(&view, past.choice().clone(), Some(&past));
+        assert!(matches!(after.choice(), Choice::Latest) && !after.is_of_run());
+        assert_eq!(after.run().unwrap().name, "b");
+    }
+
+    #[test]
+    fn a_training_on_another_task_is_named_and_not_shown_in_the_edited_one() {
+        let mut view = empty();
+        view.watched = Some(watched("other", &task("task4"), true));
+        let subject = choose(&view, Choice::Latest, None);
+        assert_eq!(
+            (subject.episode().origin.clone(), subject.note()),
+            (Origin::Untouched, Some("the run trains task4"))
+        );
+        assert!(subject.agent_view(0).is_err());
+        let mut edited = Task::clone(&view.task);
+        view.watched = Some(watched("same", &view.task, true));
+        assert!(choose(&view, Choice::Latest, None).agent_view(0).is_ok());
+        edited.goal.position[0] += 0.1;
+        view.task = Arc::new(edited);
+        let subject = choose(&view, Choice::Latest, None);
+        assert_eq!(subject.note(), Some("the run trains task1 as it was before the edits"));
+        let renamed = Task { name: "mine".to_owned(), ..task("task1").as_ref().clone() };
+        view.task = Arc::new(renamed);
+        assert!(choose(&view, Choice::Latest, None).is_of_run(), "another name is no other scene");
+    }
+
+    #[test]
+    fn a_training_episode_is_played_to_its_end_before_the_next() {
+        let mut view = empty();
+        view.watched = Some(watched("a", &view.task.clone(), true));
+        let first = choose(&view, Choice::Latest, None);
+        view.watched = Some(watched("a", &view.task.clone(), true));
+        let same = choose(&view, Choice::Latest, Some(&first));
+        assert!(Arc::ptr_eq(first.episode(), same.episode()));
+        let next = Subject::choose(&view, &Choice::Latest, Some(&same), true);
+        assert!(!Arc::ptr_eq(same.episode(), next.episode()));
+    }
+}

@@ -56,6 +56,11 @@ impl Preview {
         *self = Self { graphics, ..Self::default() };
     }
 
+    /// What the terminal is thought to show.
+    pub fn graphics(&self) -> Graphics {
+        self.graphics
+    }
+
     /// Takes in a picture that is finished, and begins the one that is wanted if it is
     /// another; true if there is something new to see.
     pub fn update(&mut self, wanted: &Wanted, figure: impl FnOnce() -> Result<Drawing, String>) -> bool {

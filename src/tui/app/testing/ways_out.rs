@@ -1,13 +1,16 @@
-//! What a panic leaves of the terminal, in a real one: the test starts itself again, in a
-//! pseudo-terminal, as a program that takes the terminal and panics.
+//! What a panic leaves of the terminal, and what arrives from it, in a real one: the test starts
+//! itself again, in a pseudo-terminal, as a program that takes the terminal.
 
 use std::io::Read;
+use std::os::unix::net::UnixStream;
+use std::time::Duration;
 
+use crossterm::event::{Event, KeyCode};
 use portable_pty::CommandBuilder;
 use ratatui::widgets::Paragraph;
 
 use super::pseudo_terminal::Terminal;
-use crate::tui::terminal::{Screen, take_panics};
+use crate::tui::terminal::{Input, Received, Screen, take_panics};
 
 fn start(test: &str) -> Terminal {
     let mut command = CommandBuilder::new(std::env::current_exe().unwrap());
@@ -34,7 +37,7 @@ fn program_whose_screen_panics() {
 }
 
 #[test]
-fn a_panic_of_the_screen_restores_the_terminal_and_then_tells() {
+fn a_panic_of_the_screen_restores_the_terminal_and_is_then_reported() {
     let mut terminal = start("program_whose_screen_panics");
     terminal.wait_for("before the panic");
     terminal.wait_until_taken();
@@ -64,6 +67,47 @@ fn a_panic_of_another_thread_leaves_the_screen_alive() {
     terminal.wait_for("alive: thread `worker`");
     terminal.wait_until_taken();
     terminal.type_text(" ");
+    assert_eq!(terminal.wait_for_exit(), 0);
+    terminal.wait_until_restored();
+}
+
+#[test]
+#[ignore = "the program of the test below"]
+fn program_that_counts_what_arrives() {
+    let mut screen = Screen::open(true).unwrap();
+    let (_bell, wake) = UnixStream::pair().unwrap();
+    let mut input = Input::new(wake);
+    let (mut keys, mut reports, mut pasted) = (0, 0, 0);
+    loop {
+        show(&mut screen, &format!("keys {keys}, reports {reports}, pasted {pasted}."));
+        let mut received = Vec::new();
+        assert!(input.wait(Duration::from_secs(600), &mut received).unwrap());
+        for received in received {
+            match received {
+                Received::Event(Event::Key(key)) if key.code == KeyCode::Char('q') => return,
+                Received::Event(Event::Key(_)) => keys += 1,
+                Received::Event(Event::Mouse(_)) => reports += 1,
+                Received::Event(Event::Paste(text)) => pasted += text.len(),
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn bursts_of_keys_mouse_reports_and_pastes_all_arrive() {
+    const BURST: usize = 1 << 16;
+    let mut terminal = start("program_that_counts_what_arrives");
+    terminal.wait_for("keys 0, reports 0, pasted 0.");
+    terminal.type_text(&"a".repeat(BURST));
+    terminal.wait_for("keys 65536, reports 0, pasted 0.");
+    let report = "\x1b[<35;10;5M";
+    let count = BURST.div_ceil(report.len());
+    terminal.type_text(&report.repeat(count));
+    terminal.wait_for(&format!("keys 65536, reports {count}, pasted 0."));
+    terminal.type_text(&format!("\x1b[200~{}\x1b[201~", "b".repeat(BURST)));
+    terminal.wait_for(&format!("keys 65536, reports {count}, pasted 65536."));
+    terminal.type_text("q");
     assert_eq!(terminal.wait_for_exit(), 0);
     terminal.wait_until_restored();
 }
