@@ -209,3 +209,18 @@ pub fn perform(state: &mut Schedule, ui: &Ui, action: Action) -> Vec<Effect> {
     }
     Vec::new()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tui::testing::empty;
+
+    #[test]
+    fn a_point_that_is_no_longer_there_is_not_dragged() {
+        let mut view = empty();
+        view.settings.epsilon = "points:0=0.8,1500=0.1".parse().unwrap();
+        let mut state = Schedule { draft: None, point: 5 };
+        drag(&mut state, &view, 700.0, 0.5);
+        assert_eq!(state.draft.unwrap().to_string(), "points:0=0.8,700=0.5");
+    }
+}

@@ -154,9 +154,14 @@ mod tests {
             ("linear:0.8:0:1000", 1, 500, 0.1, "linear:0.8:0.1:500"),
             ("linear:0.8:0:1000", 0, 500, 2.0, "linear:1:0:1000"),
             ("exp:0.8:0.1:0.999", 1, 100, 0.0, "exp:0.8:0.1:0.99309"),
+            ("exp:0.8:0.1:0.999", 0, 100, 0.5, "exp:0.5:0.1:0.999"),
+            ("exp:0.8:0.1:0.999", 2, 100, 0.25, "exp:0.8:0.25:0.999"),
+            ("step:0.8:0.5:500", 0, 200, 0.4, "step:0.4:0.5:500"),
             ("step:0.8:0.5:500", 1, 200, 0.2, "step:0.8:0.25:200"),
             ("points:0=0.8,100=0.4,200=0", 1, 150, 0.5, "points:0=0.8,150=0.5,200=0"),
             ("points:0=0.8,100=0.4,200=0", 1, 999, 0.5, "points:0=0.8,199=0.5,200=0"),
+            ("points:0=0.8,100=0.4,200=0", 1, 0, 0.5, "points:0=0.8,1=0.5,200=0"),
+            ("points:0=0.8,100=0.4", 7, 50, 0.5, "points:0=0.8,100=0.4"),
         ] {
             let moved = move_point(&schedule(before), index, episode, value);
             assert_eq!(moved.to_string(), after, "{before}");
@@ -177,6 +182,10 @@ mod tests {
     fn points_are_added_between_others_and_deleted() {
         let (added, index) = add_point(&schedule("linear:0.8:0:1000"), 1000, 0);
         assert_eq!((added.to_string().as_str(), index), ("points:0=0.8,500=0.4,1000=0", 1));
+        let (after_last, index) = add_point(&schedule("points:0=0.8,1000=0.2"), 2000, 1);
+        assert_eq!((after_last.to_string().as_str(), index), ("points:0=0.8,1000=0.2,1500=0.2", 2));
+        let (full, index) = add_point(&schedule("points:0=0.8,1=0.2"), 2000, 0);
+        assert_eq!((full.to_string().as_str(), index), ("points:0=0.8,1=0.2", 0), "there is no room between them");
         assert_eq!(delete_point(&added, 1).to_string(), "points:0=0.8,1000=0");
         assert_eq!(delete_point(&schedule("points:0=0.8"), 0).to_string(), "points:0=0.8");
     }

@@ -4,6 +4,7 @@ use crossterm::event::{Event, KeyModifiers, MouseButton, MouseEvent, MouseEventK
 
 use super::{app, change_run, empty, failed, press, shot, text, typical};
 use crate::run::RunState;
+use crate::task::Region;
 use crate::tui::actions::Tab;
 use crate::tui::app::{App, Leaving, TerminalRequest};
 use crate::tui::scene::Object;
@@ -486,4 +487,88 @@ fn a_question_is_answered_with_the_mouse() {
     shot(&mut app, 120, 40);
     mouse(&mut app, click, (60, row));
     assert_eq!(*asked.borrow(), ["stop"]);
+}
+
+#[test]
+fn the_selection_goes_to_the_neighbour_and_round() {
+    check(empty(), "tab tab tab backtab right", &["goal move -0.59 -0.2"], "");
+    check(empty(), "tab backtab backtab tab tab right", &["subgoal move 1 0.01 0.2"], "");
+    let last = empty().task.tools.len();
+    check(empty(), "backtab delete", &[&format!("tool delete {last}")], "");
+    let mut models = empty();
+    models.models.push(crate::tui::view::ModelSummary { name: "box".into(), about: "another".into() });
+    check(models.clone(), "6 down enter", &["model true"], "");
+    check(models.clone(), "6 down down up enter", &["model true"], "");
+    check(models, "6 end enter", &["model box"], "");
+    let mut runs = typical();
+    runs.runs.insert(0, std::sync::Arc::new(super::run_summary("oldest")));
+    check(runs.clone(), "5 down enter", &["open runs/old"], "");
+    check(runs.clone(), "5 end up enter", &["open runs/old"], "");
+    check(runs, "5 end enter", &["open runs/oldest"], "");
+    check(empty(), "o down enter", &["task task2"], "");
+    check(empty(), "d down up enter", &["model learned"], "");
+}
+
+#[test]
+fn a_subgoal_that_changes_places_stays_selected() {
+    let mut view = empty();
+    let mut task = crate::task::Task::clone(&view.task);
+    task.subgoals.push(Region { position: [0.4, 0.4], radius: 4.0 });
+    view.task = std::sync::Arc::new(task);
+    check(view.clone(), "tab } right", &["subgoal swap 1 2", "subgoal move 2 0.41 0.4"], "");
+    check(view, "tab tab { right", &["subgoal swap 2 1", "subgoal move 1 0.01 0.2"], "");
+    check(empty(), "tab {", &[], "it is the first one");
+}
+
+#[test]
+fn marking_a_run_reads_it_and_leaves_the_watched_one() {
+    let mut view = typical();
+    change_run(&mut view, 0, |run| run.opened = false);
+    let asked = ["open runs/old", "open runs/task1-ddpg-mge-seed0"];
+    check(view.clone(), "5 down space", &asked, "1 marked");
+    view.watched = None;
+    check(view, "5 down space", &["open runs/old"], "1 marked");
+    check(typical(), "5 down space", &[], "1 marked");
+    check(typical(), "5 down space up space", &[], "2 marked");
+    check(typical(), "5 down space space 4 v", &[], "No run is marked");
+}
+
+#[test]
+fn points_of_the_schedule_are_gone_through_in_both_directions() {
+    check(empty(), "3 backtab K enter", &["epsilon linear:0.8:0.15:1500"], "");
+    check(empty(), "3 tab backtab J enter", &["epsilon linear:0.7:0.05:1500"], "");
+    check(empty(), "3 tab tab J enter", &["epsilon linear:0.7:0.05:1500"], "");
+    check(empty(), "3 tab a enter", &["epsilon points:0=0.8,1500=0.05,2000=0.05"], "");
+    check(empty(), "3 delete", &[], "only a hand-drawn schedule has points to delete");
+}
+
+#[test]
+fn a_schedule_that_is_in_use_is_no_draft() {
+    let (mut app, asked) = app(empty());
+    press(&mut app, "3 up enter");
+    assert_eq!(*asked.borrow(), ["epsilon linear:0.81:0.05:1500"]);
+    assert!(!app.screens.schedule.is_edited());
+    press(&mut app, "q");
+    assert!(app.is_leaving(), "nothing is lost");
+}
+
+#[test]
+fn a_list_of_ten_thousand_runs_is_drawn_where_it_is_looked_at() {
+    let mut view = empty();
+    let names = (0..10_000).map(|number| format!("run-{number:05}"));
+    view.runs = names.map(|name| std::sync::Arc::new(super::run_summary(&name))).collect();
+    view.runs_unread = 12;
+    check(view.clone(), "5", &[], "12 more are being read");
+    check(view.clone(), "5 down down enter", &["open runs/run-09997"], "run-09997");
+    check(view.clone(), "5 end enter", &["open runs/run-00000"], "run-00000");
+    check(view, "5 / 0 4 2 1 1 enter enter", &["open runs/run-04211"], "with `04211`");
+}
+
+#[test]
+fn a_part_that_is_missing_says_why() {
+    check(typical(), "g", &[], "there is no training episode yet: t trains one");
+    check(typical(), "pageup b", &[], "no critic or actor: the networks are shown while the run is trained here");
+    let mut view = typical();
+    view.watched = None;
+    check(view, "pageup", &[], "no run with episodes is being watched");
 }
