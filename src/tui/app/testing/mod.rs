@@ -5,6 +5,7 @@ mod golden;
 #[path = "../../../../tests/terminal/mod.rs"]
 #[allow(dead_code, reason = "shared: each test file needs a part of it")]
 mod pseudo_terminal;
+mod real_sessions;
 mod sequences;
 #[cfg(unix)]
 mod ways_out;
