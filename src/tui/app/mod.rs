@@ -162,6 +162,12 @@ impl App {
         Ui { view: self.workspace.view(), subject: &self.subject, keymap: &self.keymap, theme: &self.theme }
     }
 
+    /// What the screens remember, to be changed, and what they draw from.
+    fn screens_and_ui(&mut self) -> (&mut Screens, Ui<'_>) {
+        let Self { workspace, subject, keymap, theme, screens, .. } = self;
+        (screens, Ui { view: workspace.view(), subject, keymap, theme })
+    }
+
     /// Where actions are looked for now, the innermost first.
     fn contexts(&self) -> Vec<Context> {
         let inner = match self.tab {

@@ -44,7 +44,8 @@ impl App {
             Some(Region::Scene(view, position)) => {
                 // A cell is coarse: what is less than half a cell away counts as hit.
                 let reach = scene::REACH.max(42.0 / f32::from(view.area.height.max(1)));
-                let effects = scene::press(&mut self.screens.scene, self.workspace.view(), position, reach);
+                let (screens, ui) = self.screens_and_ui();
+                let effects = scene::press(&mut screens.scene, &ui, position, reach);
                 self.drag = self.screens.scene.selected().map(|_| Drag::Object);
                 self.carry_out(effects);
             }

@@ -61,14 +61,9 @@ impl App {
     }
 
     fn perform_on_screen(&mut self, action: Action) {
-        let (screens, workspace) = (&mut self.screens, &self.workspace);
-        let ui = crate::tui::screens::Ui {
-            view: workspace.view(),
-            subject: &self.subject,
-            keymap: &self.keymap,
-            theme: &self.theme,
-        };
-        let effects = match self.tab {
+        let tab = self.tab;
+        let (screens, ui) = self.screens_and_ui();
+        let effects = match tab {
             Tab::Scene | Tab::Edit => scene::perform(&mut screens.scene, &ui, action),
             Tab::Schedule => schedule::perform(&mut screens.schedule, &ui, action),
             Tab::Training => training::perform(&mut screens.curves, &screens.runs, &ui, action),

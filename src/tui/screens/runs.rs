@@ -98,7 +98,7 @@ pub fn draw(state: &Runs, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mu
     if !state.filter.is_empty() {
         title = format!("{title} · with `{}`, esc shows all", state.filter);
     }
-    if view.runs_unread > 0 {
+    if view.runs_unread > 0 && !view.runs.is_empty() {
         title = format!("{title} · {} more are being read", view.runs_unread);
     }
     let inside = pane(&title, area, theme, buffer);

@@ -356,18 +356,21 @@ fn play_by_hand(scene: &mut Scene, action: Action, ui: &Ui) -> Option<Vec<Effect
 }
 
 /// What a press of the mouse does in the scene: the tool in hand is placed, or an object selected.
-pub fn press(scene: &mut Scene, view: &ViewModel, position: [f32; 2], reach: f32) -> Vec<Effect> {
+pub fn press(scene: &mut Scene, ui: &Ui, position: [f32; 2], reach: f32) -> Vec<Effect> {
     if let Some(hand) = &mut scene.hand {
         hand.hold(position);
         return vec![Effect::apply(command::Place(hand.cursor))];
     }
-    let object = view.objects().at(position, reach);
+    let objects = ui.view.objects();
+    let object = objects.at(position, reach);
     scene.select(object);
     let text = match object {
-        Some(object) => format!("{}: drag it, or move it with the arrow keys", view.objects().name(object)),
+        Some(object) => format!("{}: drag it, or move it with the arrow keys", objects.name(object)),
         None => format!("{:.2} {:.2}", position[0], position[1]),
     };
-    vec![Effect::Show(Choice::Latest), Effect::info(text)]
+    let mut effects = leave_past(ui.subject);
+    effects.push(Effect::info(text));
+    effects
 }
 
 /// What an episode shows at the moment.

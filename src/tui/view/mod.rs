@@ -52,7 +52,7 @@ pub struct ViewModel {
     pub models: Vec<ModelSummary>,
     /// Past and running runs, the latest last.
     pub runs: Vec<Arc<RunSummary>>,
-    /// Runs in the folder that were not read yet, while they are being read.
+    /// Runs in the folder that were not read yet; at least 1 while it is being read.
     pub runs_unread: usize,
     /// The run that is being watched.
     pub watched: Option<Watched>,

@@ -22,6 +22,8 @@ const LOOKED_AT: usize = 500;
 pub struct RunIndex {
     runs: Vec<Arc<RunSummary>>,
     unread: usize,
+    /// The folder that was looked at the last time.
+    folder: PathBuf,
     /// The folder to look at; None if the thread could not be started.
     looks: Option<Sender<PathBuf>>,
     reports: Receiver<Report>,
@@ -39,11 +41,16 @@ impl RunIndex {
         let (sender, reports) = channel();
         let work = move || Reader::new(sender).work(&folders);
         let thread = std::thread::Builder::new().name("mge-runs".to_owned()).spawn(work);
-        Self { runs: Vec::new(), unread: 0, looks: thread.is_ok().then_some(looks), reports }
+        Self { runs: Vec::new(), unread: 0, folder: PathBuf::new(), looks: thread.is_ok().then_some(looks), reports }
     }
 
     /// Looks at a folder, in the background.
-    pub fn look(&self, folder: &Path) {
+    pub fn look(&mut self, folder: &Path) {
+        if self.folder != folder {
+            // At least what is in it has not been counted.
+            (self.folder, self.unread) = (folder.to_owned(), 1);
+            self.runs.clear();
+        }
         if let Some(looks) = &self.looks {
             // Without the thread there is nobody to look.
             let _ = looks.send(folder.to_owned());

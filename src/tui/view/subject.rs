@@ -191,7 +191,7 @@ impl Subject {
     /// Why that is not known.
     pub fn agent_view(&self, action: usize) -> Result<AgentView, String> {
         let networks = self.networks.as_ref().ok_or(if self.is_of_run() {
-            "the networks are shown while the run is trained here"
+            "the networks are known while it trains here"
         } else {
             "no agent acts in this episode"
         })?;

@@ -87,7 +87,7 @@ impl SessionWorkspace {
             runs: Vec::new(),
             runs_unread: 0,
             watched: None,
-            hand: hand_episode(&session, &task),
+            hand: hand_episode(&session, &task, None),
             model_work: None,
             model_outcome: None,
             figures: Vec::new(),
@@ -97,7 +97,6 @@ impl SessionWorkspace {
         };
         let index = RunIndex::new();
         let mut workspace = Self { session, view, rates: HashMap::new(), model: None, index, touched: Instant::now() };
-        workspace.look_for_runs();
         workspace.refresh();
         workspace
     }
@@ -120,7 +119,7 @@ impl SessionWorkspace {
         let hand = session.hand_play();
         let actions = hand.trace().steps.len();
         if actions == 0 || view.hand.trace.steps.len() != actions || *view.hand.task != **hand.task() {
-            view.hand = hand_episode(session, &view.task);
+            view.hand = hand_episode(session, &view.task, Some(&view.hand));
         }
         view.model_work = session.model_work().map(|(name, done)| (name.to_owned(), done));
         self.refresh_runs();
@@ -140,8 +139,6 @@ impl SessionWorkspace {
     fn refresh_runs(&mut self) {
         let old = std::mem::take(&mut self.view.runs).into_iter().filter(|run| run.opened);
         let mut old: HashMap<PathBuf, Arc<RunSummary>> = old.map(|run| (run.path.clone(), run)).collect();
-        // What is drawn must not hold the curves: they grow in place.
-        self.view.watched = None;
         let now = Instant::now();
         let opened = self.session.runs().iter().map(|run| {
             let path = run.directory().path();
@@ -297,6 +294,7 @@ impl Workspace for SessionWorkspace {
 
     fn look_for_runs(&mut self) {
         self.index.look(self.session.folder());
+        self.view.runs_unread = self.index.unread();
     }
 
     fn log(&mut self, level: Level, text: String) {
@@ -319,12 +317,14 @@ fn settings(session: &Session) -> Settings {
     }
 }
 
-/// The episode played by hand, on `task` itself if that is the same.
-fn hand_episode(session: &Session, task: &Arc<Task>) -> HandEpisode {
+/// The episode played by hand, on `task` itself if that is the same; an episode that was `known`
+/// stays the same.
+fn hand_episode(session: &Session, task: &Arc<Task>, known: Option<&HandEpisode>) -> HandEpisode {
     let hand = session.hand_play();
+    let known = known.filter(|known| *known.trace == *hand.trace() && *known.task == **hand.task());
     HandEpisode {
         task: if **hand.task() == **task { task.clone() } else { hand.task().clone() },
-        trace: Arc::new(hand.trace().clone()),
+        trace: known.map_or_else(|| Arc::new(hand.trace().clone()), |known| known.trace.clone()),
         snapshot: Arc::new(hand.snapshot().clone()),
     }
 }

@@ -318,8 +318,8 @@ fn leaving_can_wait_until_all_runs_are_done() {
     idle.tick(std::time::Duration::ZERO);
     assert!(idle.is_leaving());
     let (mut edited, _) = app(failed());
-    edited.leaving = Leaving::WhenIdle;
     press(&mut edited, "3 up");
+    edited.leaving = Leaving::WhenIdle;
     edited.tick(std::time::Duration::ZERO);
     assert!(!edited.is_leaving() && !edited.layers.is_empty(), "what is not saved is asked about");
 }
@@ -567,7 +567,7 @@ fn a_list_of_ten_thousand_runs_is_drawn_where_it_is_looked_at() {
 #[test]
 fn a_part_that_is_missing_says_why() {
     check(typical(), "g", &[], "there is no training episode yet: t trains one");
-    check(typical(), "pageup b", &[], "no critic or actor: the networks are shown while the run is trained here");
+    check(typical(), "pageup b", &[], "no critic or actor: the networks are known while it trains here");
     let mut view = typical();
     view.watched = None;
     check(view, "pageup", &[], "no run with episodes is being watched");
