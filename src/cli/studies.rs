@@ -6,6 +6,7 @@ use super::Outcome;
 use super::arguments::{Bench, Report, Reproduce};
 use super::progress::Progress;
 use crate::bench::WORKS;
+use crate::evidence;
 use crate::stats::Bootstrap;
 use crate::study::{self, StudyPlan, StudyProgress};
 
@@ -42,7 +43,7 @@ pub fn report(arguments: &Report) -> Outcome {
         command += &format!(" --resamples {} --seed {}", bootstrap.resamples, bootstrap.seed);
     }
     command += &arguments.print.option();
-    study::compare(&arguments.runs, &arguments.out, &bootstrap, &command, arguments.print.dpi)?;
+    evidence::report(&arguments.runs, &arguments.out, &bootstrap, &command, arguments.print.dpi)?;
     println!("{}", arguments.out.join("report.md").display());
     Ok(())
 }

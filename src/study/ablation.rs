@@ -14,6 +14,7 @@ use crate::dynamics::{
     Ablated, Ablation, EvaluationConfig, Hits, LaunchErrors, Model, ModelConfig, SceneErrors, TrainConfig, Variant,
     tool_set_name,
 };
+use crate::evidence::figures::estimate;
 use crate::figures::{self, Figure, Provenance, Statistics};
 use crate::physics::ToolKind;
 use crate::run::config_hash;
@@ -357,7 +358,7 @@ impl AblationReport {
             let estimate = row.measures.iter().find(|summary| summary.measure == measure).and_then(|s| s.estimate);
             figures::Variant {
                 label: row.variant.label().to_owned(),
-                estimate: estimate.map_or(figures::Estimate::exact(f64::NAN), super::figures::estimate),
+                estimate: estimate.map_or(figures::Estimate::exact(f64::NAN), estimate),
             }
         });
         figures::Ablation {

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 
-use super::learning::{Learning, LearningRow};
 use super::plan::StudyPlan;
 use crate::dynamics::Evaluation;
+use crate::evidence::{Groups, LearningRow};
 use crate::stats::{Bootstrap, Estimate, StatsError};
 
 /// The numbers of a study.
@@ -16,7 +16,7 @@ pub struct Report {
     pub version: u32,
     /// How often exploration reached each stage.
     pub hits: Vec<HitsRow>,
-    /// How the trainings went.
+    /// Training results.
     pub learning: Vec<LearningRow>,
     /// How well the dynamics models predict.
     pub models: Vec<ModelRow>,
@@ -137,7 +137,7 @@ impl Report {
 
     fn write_learning(&self, text: &mut String, plan: &StudyPlan, bootstrap: &Bootstrap) -> Result<(), StatsError> {
         let _ = write!(text, "## Learning\n\n{} episodes, {} seeds. ", plan.learning_episodes, plan.learning_seeds);
-        Learning(&self.learning).write_table(text, bootstrap)
+        Groups(&self.learning).write_table(text, bootstrap)
     }
 }
 

@@ -9,16 +9,15 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::batch::train_to_end;
-use super::figures::{
-    hits as hits_figure, launches, learning_curves, method_scores, performance_profile, relative_frames,
-};
+use super::figures::{hits as hits_figure, launches, relative_frames};
 use super::folder::Folder;
 use super::hits::{ActorNoise, Guided, Hits, count_hits};
-use super::learning::{FINAL, Learning, LearningRow, TrainedRun};
 use super::plan::{PlannedRun, StudyPlan};
 use super::report::{HitsRow, ModelRow, Report, mean_errors};
 use crate::agent::{ConfigError, DdpgConfig};
 use crate::dynamics::{DynamicsError, Ended, Evaluation, Model, Training, Variant, evaluate, tool_set_name};
+use crate::evidence::figures::{learning_curves, method_scores, performance_profile};
+use crate::evidence::{FINAL, Groups, LearningRow, TrainedRun};
 use crate::figures::{ActionSamples, Figure, FigureError, Provenance, TaskActions, TaskGrid};
 use crate::guidance::{ActionPrior, GuidanceError, propose_subgoals};
 use crate::physics::ToolKind;
@@ -68,9 +67,6 @@ pub enum StudyError {
     /// A training.
     #[error("{run}: {source}")]
     Training { run: String, source: Box<ConductError> },
-    /// There is nothing to report yet.
-    #[error("none of the {runs} runs is finished: go on with them, such as with `mge resume`")]
-    NothingFinished { runs: usize },
     /// A statistic.
     #[error(transparent)]
     Stats(#[from] StatsError),
@@ -352,7 +348,7 @@ impl Study<'_> {
         self.figure("figure6", &learning_curves(&of_paper, &bootstrap, false)?)?;
         self.figure("figure6-greedy", &learning_curves(&of_paper, &bootstrap, true)?)?;
         let of_paper: Vec<LearningRow> = of_paper.into_iter().map(|run| run.row).collect();
-        let finals = Learning(&of_paper).common_scores(FINAL)?;
+        let finals = Groups(&of_paper).common_scores(FINAL)?;
         self.figure("performance-profile", &performance_profile(&finals, &bootstrap)?)?;
         self.figure("methods", &method_scores(&report.learning, &bootstrap)?)
     }

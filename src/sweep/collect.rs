@@ -8,8 +8,8 @@ use super::error::SweepError;
 use super::models::{CHECKPOINT, RESULT};
 use super::results::{Kind, common_kind, kind_of};
 use crate::dynamics::Model;
+use crate::evidence::find_runs;
 use crate::run::{RunDirectory, RunError, RunState};
-use crate::study::find_runs;
 
 /// Copies the runs of several sweep folders into the folder `out`, where there may be some
 /// already. Of a run that is there more than once, the copy that got further is taken.

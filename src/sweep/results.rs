@@ -8,9 +8,9 @@ use serde_json::{Value, json};
 
 use super::error::SweepError;
 use super::models::{ModelJob, ModelResult, RESULT, short};
+use crate::evidence::{FoundRun, find_runs, read_runs};
 use crate::json;
 use crate::run::{RunDirectory, RunError};
-use crate::study::{FoundRun, find_runs, read_runs};
 
 /// The results of a sweep: rows of columns by name.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -1,0 +1,136 @@
+//! Rows of runs by task and label.
+
+use super::row::LearningRow;
+use crate::stats::aggregate::{iqm, mean};
+use crate::stats::comparison::improvement_interval;
+use crate::stats::{Bootstrap, Estimate, StatsError, TaskScores};
+
+/// A score of a run; None if the run has none.
+pub type Score = fn(&LearningRow) -> Option<f64>;
+
+/// Area under the curve of the rolling success, 0 to 1.
+pub const AREA: Score = |row| row.efficiency.auc;
+/// Rolling success at the end, 0 to 1.
+pub const FINAL: Score = |row| row.efficiency.final_success;
+
+/// Rows of runs in groups: a group is the runs on one task with one label, which differ in nothing
+/// but the seed.
+#[derive(Debug, Clone, Copy)]
+pub struct Groups<'a>(pub &'a [LearningRow]);
+
+/// A score of one group.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GroupSummary {
+    /// Name of the task.
+    pub task: String,
+    /// Label of the group.
+    pub label: String,
+    /// Runs in the group.
+    pub runs: usize,
+    /// Interquartile mean of the score, with its interval.
+    pub iqm: Estimate,
+    /// Mean of the score, with its interval.
+    pub mean: Estimate,
+    /// Probability that a run of the group has a higher score than a run of the baseline on the
+    /// same task. None for the baseline itself and where it has no runs.
+    pub improvement: Option<Estimate>,
+}
+
+impl<'a> Groups<'a> {
+    /// Labels, in the order in which they appear.
+    pub fn labels(self) -> Vec<String> {
+        distinct(self.0.iter().map(LearningRow::label))
+    }
+
+    /// Names of the tasks, in the order in which they appear.
+    pub fn tasks(self) -> Vec<String> {
+        distinct(self.0.iter().map(|row| row.task.clone()))
+    }
+
+    /// The rows of one group.
+    pub fn of(self, task: &str, label: &str) -> Vec<&'a LearningRow> {
+        self.0.iter().filter(|row| row.task == task && row.label() == label).collect()
+    }
+
+    /// Tasks on which every label has runs.
+    pub fn common_tasks(self) -> Vec<String> {
+        let labels = self.labels();
+        let common = |task: &String| labels.iter().all(|label| !self.of(task, label).is_empty());
+        self.tasks().into_iter().filter(common).collect()
+    }
+
+    /// Scores of a label on these tasks.
+    ///
+    /// # Errors
+    /// When it has no run on one of them.
+    pub fn scores(self, tasks: &[String], label: &str, score: Score) -> Result<TaskScores, StatsError> {
+        let of_task = |task: &String| Ok(scores(&self.of(task, label), score)?.all().collect::<Vec<f64>>());
+        TaskScores::new(tasks.iter().map(of_task).collect::<Result<_, StatsError>>()?)
+    }
+
+    /// Scores of each label on the common tasks.
+    ///
+    /// # Errors
+    /// When there is no common task.
+    pub fn common_scores(self, score: Score) -> Result<Vec<(String, TaskScores)>, StatsError> {
+        let tasks = self.common_tasks();
+        self.labels().into_iter().map(|label| Ok((label.clone(), self.scores(&tasks, &label, score)?))).collect()
+    }
+
+    /// Label of the group that others are compared with: plain DDPG, or else the first method.
+    pub fn baseline(self) -> Option<String> {
+        let labels = self.labels();
+        labels.iter().find(|label| *label == "DDPG").or(labels.first()).cloned()
+    }
+
+    /// A score of one group, compared with the group of the label `baseline` on the same task.
+    /// None if the group has no runs.
+    ///
+    /// # Errors
+    /// When a statistic cannot be computed.
+    pub fn summary(
+        self,
+        task: &str,
+        label: &str,
+        baseline: &str,
+        score: Score,
+        bootstrap: &Bootstrap,
+    ) -> Result<Option<GroupSummary>, StatsError> {
+        let (runs, base) = (self.of(task, label), self.of(task, baseline));
+        if runs.is_empty() {
+            return Ok(None);
+        }
+        let of_runs = scores(&runs, score)?;
+        let improvement = match label != baseline && !base.is_empty() {
+            true => Some(improvement_interval(&of_runs, &scores(&base, score)?, bootstrap)?),
+            false => None,
+        };
+        Ok(Some(GroupSummary {
+            task: task.to_owned(),
+            label: label.to_owned(),
+            runs: runs.len(),
+            iqm: bootstrap.stratified(&of_runs, iqm)?,
+            mean: bootstrap.stratified(&of_runs, mean)?,
+            improvement,
+        }))
+    }
+}
+
+/// Scores of runs on one task; a run without a score counts as 0.
+///
+/// # Errors
+/// When there are no runs.
+pub(super) fn scores(rows: &[&LearningRow], score: Score) -> Result<TaskScores, StatsError> {
+    TaskScores::of_one_task(&rows.iter().map(|row| score(row).unwrap_or(0.0)).collect::<Vec<_>>())
+}
+
+/// Each value once, in order of appearance.
+fn distinct(values: impl Iterator<Item = String>) -> Vec<String> {
+    let mut found: Vec<String> = Vec::new();
+    for value in values {
+        if !found.contains(&value) {
+            found.push(value);
+        }
+    }
+    found
+}

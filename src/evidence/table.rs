@@ -1,0 +1,79 @@
+//! The sample-efficiency table, for people.
+
+use std::fmt::Write as _;
+
+use super::groups::{AREA, FINAL, Groups, scores};
+use super::row::LearningRow;
+use crate::stats::aggregate::{iqm, mean};
+use crate::stats::comparison::probability_of_improvement;
+use crate::stats::rolling::WINDOW;
+use crate::stats::{Bootstrap, Estimate, StatsError};
+
+impl Groups<'_> {
+    /// The sample-efficiency table in Markdown, one row for each group, with the text that explains it.
+    ///
+    /// # Errors
+    /// When a statistic cannot be computed.
+    pub fn write_table(self, text: &mut String, bootstrap: &Bootstrap) -> Result<(), StatsError> {
+        let Some(baseline) = self.baseline() else { return Ok(()) };
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            text,
+            "Area under the curve of the rolling success (window {WINDOW}) and final rolling success: interquartile mean with its interval. Episodes to 50 % and 80 %: median over the seeds that reached it, and how many did. Probability of improvement over {baseline} in the area under the curve.\n\n| task | method | seeds | area | final | to 50 % | to 80 % | greedy at the end | P(better than {baseline}) |\n|---|---|---|---|---|---|---|---|---|"
+        );
+        for task in self.tasks() {
+            let base = self.of(&task, &baseline);
+            for label in self.labels() {
+                let runs = self.of(&task, &label);
+                if runs.is_empty() {
+                    continue;
+                }
+                let areas = scores(&runs, AREA)?;
+                let last = bootstrap.stratified(&scores(&runs, FINAL)?, iqm)?;
+                let better = match label != baseline && !base.is_empty() {
+                    true => format!("{:.2}", probability_of_improvement(&areas, &scores(&base, AREA)?)?),
+                    false => String::new(),
+                };
+                let _ = writeln!(
+                    text,
+                    "| {task} | {label} | {} | {} | {} | {} | {} | {} | {better} |",
+                    runs.len(),
+                    format_share(bootstrap.stratified(&areas, iqm)?),
+                    format_share(last),
+                    reached(runs.iter().map(|row| row.efficiency.episodes_to_50)),
+                    reached(runs.iter().map(|row| row.efficiency.episodes_to_80)),
+                    greedy_mean(&runs)?,
+                );
+            }
+        }
+        text.push('\n');
+        Ok(())
+    }
+}
+
+/// Mean success of the last greedy evaluations; nothing for a method that has none.
+fn greedy_mean(rows: &[&LearningRow]) -> Result<String, StatsError> {
+    if rows.iter().all(|row| row.greedy_success.is_none()) {
+        return Ok(String::new());
+    }
+    Ok(format!("{:.2}", mean(&scores(rows, |row| row.greedy_success)?)))
+}
+
+/// A share with its interval, to two digits.
+pub(super) fn format_share(estimate: Estimate) -> String {
+    format!("{:.2} [{:.2}, {:.2}]", estimate.value, estimate.lower, estimate.upper)
+}
+
+/// Median of the runs that reached it, and how many of all did.
+fn reached(episodes: impl Iterator<Item = Option<u64>>) -> String {
+    let all: Vec<Option<u64>> = episodes.collect();
+    let mut there: Vec<u64> = all.iter().flatten().copied().collect();
+    there.sort_unstable();
+    let middle = there.len() / 2;
+    let median = match there.len() {
+        0 => return format!("never (0/{})", all.len()),
+        odd if odd % 2 == 1 => there[middle],
+        _ => (there[middle - 1] + there[middle]).div_ceil(2),
+    };
+    format!("{median} ({}/{})", there.len(), all.len())
+}
