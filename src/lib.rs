@@ -8,6 +8,7 @@
 
 pub mod agent;
 pub mod atomic;
+pub mod batch;
 pub mod bench;
 pub mod cli;
 pub mod dynamics;

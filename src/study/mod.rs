@@ -6,7 +6,6 @@
 
 pub mod ablation;
 pub mod audit;
-mod batch;
 mod figures;
 mod folder;
 pub mod hits;
@@ -14,8 +13,7 @@ mod plan;
 mod report;
 mod reproduce;
 
-pub use batch::train_to_end;
 pub use figures::model_error_figure;
 pub use plan::StudyPlan;
-pub use report::{HitsRow, ModelRow, Report, mean_errors};
-pub use reproduce::{StudyError, StudyProgress, reproduce};
+pub use report::{HitsRow, ModelRow, Report};
+pub use reproduce::{StudyError, reproduce};

@@ -5,7 +5,6 @@ use std::fmt::Write as _;
 use serde::{Deserialize, Serialize};
 
 use super::plan::StudyPlan;
-use crate::dynamics::Evaluation;
 use crate::evidence::{Groups, LearningRow};
 use crate::stats::{Bootstrap, Estimate, StatsError};
 
@@ -50,19 +49,6 @@ pub struct ModelRow {
     pub one_step_error: f64,
     /// Mean error after 1, 2, ... actions in unseen scenes of the tasks, normalised.
     pub rollout_error: Vec<f64>,
-}
-
-/// Mean error of one prediction on fresh launches, and mean errors after 1, 2, ... actions in
-/// unseen scenes: over the tools and over the scenes of an evaluation.
-pub fn mean_errors(evaluation: &Evaluation) -> (f64, Vec<f64>) {
-    let average = |values: &mut dyn Iterator<Item = f64>| {
-        let values: Vec<f64> = values.collect();
-        values.iter().sum::<f64>() / values.len().max(1) as f64
-    };
-    let horizon = evaluation.scenes.iter().map(|scene| scene.rollout.model.len()).min().unwrap_or(0);
-    let after = |n: usize| average(&mut evaluation.scenes.iter().map(|scene| scene.rollout.model[n].mean));
-    let one_step = average(&mut evaluation.launches.iter().map(|tool| tool.errors.model.one_step.mean));
-    (one_step, (0..horizon).map(after).collect())
 }
 
 impl Report {

@@ -1,12 +1,13 @@
 //! Sweeps from the file to the table: what is made of a file, what is done, what comes back.
 
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use serde_json::{Value, json};
 
 use super::*;
+use crate::batch::{Batch, BatchProgress};
 use crate::dynamics::{ModelConfig, TrainConfig};
 use crate::run::{RunDirectory, RunState};
 use crate::trainer::{Control, Phase, Trainer};
@@ -33,7 +34,16 @@ fn names(sweep: &Sweep) -> Vec<&str> {
 }
 
 fn finish(sweep: &Sweep, folder: &Path) -> Vec<(String, String)> {
-    run(sweep, folder, &|_| {}).unwrap()
+    run_sweep(sweep, folder, &mut |_| {}).unwrap()
+}
+
+fn run_sweep(
+    sweep: &Sweep,
+    folder: &Path,
+    on_progress: &mut dyn FnMut(&BatchProgress<'_>),
+) -> Result<Vec<(String, String)>, SweepError> {
+    let interrupt = AtomicBool::new(false);
+    run(sweep, folder, &Batch { threads: 2, interrupt: &interrupt }, on_progress)
 }
 
 fn metrics(folder: &Path, name: &str) -> Vec<u8> {
@@ -182,7 +192,8 @@ fn a_run_that_another_process_works_on_is_waited_for() {
     let lock = held.lock().unwrap();
     let ended = AtomicUsize::new(0);
     let failures = std::thread::scope(|scope| {
-        let work = scope.spawn(|| run(&sweep, folder.path(), &|now| ended.store(now.ended, Ordering::Relaxed)));
+        let work =
+            scope.spawn(|| run_sweep(&sweep, folder.path(), &mut |now| ended.store(now.ended, Ordering::Relaxed)));
         while ended.load(Ordering::Relaxed) < 1 {
             std::thread::sleep(Duration::from_millis(2));
         }
@@ -230,7 +241,7 @@ fn a_run_with_other_settings_is_not_taken_for_one_of_the_sweep() {
     assert_eq!(finish(&sweep(&small(&one)), folder.path()), []);
     let mut other = small(&one);
     other["ddpg.gamma"] = json!(0.5);
-    let error = run(&sweep(&other), folder.path(), &|_| {}).unwrap_err().to_string();
+    let error = run_sweep(&sweep(&other), folder.path(), &mut |_| {}).unwrap_err().to_string();
     assert!(error.contains("holds a run with other settings"), "{error}");
 }
 
