@@ -134,3 +134,51 @@ fn distinct(values: impl Iterator<Item = String>) -> Vec<String> {
     }
     found
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::stats::efficiency::Efficiency;
+
+    fn row(task: &str, method: &str, seed: u64, auc: Option<f64>) -> LearningRow {
+        LearningRow {
+            task: task.to_owned(),
+            method: method.to_owned(),
+            epsilon: "0".to_owned(),
+            settings: BTreeMap::new(),
+            seed,
+            episodes: 10,
+            efficiency: Efficiency { episodes_to_50: None, episodes_to_80: None, auc, final_success: auc },
+            greedy_success: None,
+        }
+    }
+
+    #[test]
+    fn runs_that_differ_in_nothing_but_the_seed_are_one_group_with_its_statistics() {
+        let rows = [
+            row("task1", "ddpg-uniform", 0, Some(0.75)),
+            row("task1", "ddpg", 0, Some(0.25)),
+            row("task1", "ddpg-uniform", 1, Some(0.25)),
+            row("task1", "ddpg", 1, None),
+            row("task2", "ddpg", 0, Some(1.0)),
+        ];
+        let groups = Groups(&rows);
+        let (bootstrap, baseline) = (Bootstrap::default(), groups.baseline().unwrap());
+        assert_eq!((baseline.as_str(), groups.tasks()), ("DDPG", vec!["task1".to_owned(), "task2".to_owned()]));
+        assert_eq!(groups.common_tasks(), ["task1"]);
+        let summary = |task: &str, label: &str| groups.summary(task, label, &baseline, AREA, &bootstrap).unwrap();
+        let label = &groups.labels()[0];
+        let better = summary("task1", label).unwrap();
+        assert_eq!((better.runs, better.mean.value, better.iqm.value), (2, 0.5, 0.5));
+        // 0.75 beats 0.25 and nothing; 0.25 beats nothing and ties with 0.25.
+        assert_eq!(better.improvement.map(|estimate| estimate.value), Some(0.875));
+        let base = summary("task1", "DDPG").unwrap();
+        assert_eq!((base.runs, base.improvement), (2, None));
+        assert_eq!(base.mean.value, 0.125, "a run without a score counts as 0");
+        assert_eq!(summary("task2", label), None);
+        let all = groups.common_scores(AREA).unwrap();
+        assert_eq!(all[1].1.tasks(), [[0.25, 0.0]]);
+    }
+}

@@ -77,3 +77,17 @@ fn reached(episodes: impl Iterator<Item = Option<u64>>) -> String {
     };
     format!("{median} ({}/{})", there.len(), all.len())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn episodes_to_a_threshold_are_the_median_of_the_runs_that_reached_it() {
+        let check = |episodes: &[Option<u64>], expected: &str| assert_eq!(reached(episodes.iter().copied()), expected);
+        check(&[Some(900), Some(100), Some(200)], "200 (3/3)");
+        check(&[Some(900), None, Some(100), Some(200)], "200 (3/4)");
+        check(&[Some(900), Some(100), Some(301), Some(200)], "251 (4/4)");
+        check(&[None, None], "never (0/2)");
+    }
+}

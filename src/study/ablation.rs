@@ -12,7 +12,7 @@ use crate::dynamics::{
     Ablated, Ablation, EvaluationConfig, Hits, LaunchErrors, ModelConfig, SceneErrors, TrainConfig, Variant,
     tool_set_name,
 };
-use crate::evidence::figures::estimate;
+use crate::evidence::figures::estimate as figure_estimate;
 use crate::figures::{self, Figure, Provenance, Statistics};
 use crate::physics::ToolKind;
 use crate::run::config_hash;
@@ -319,7 +319,7 @@ impl AblationReport {
             let estimate = row.measures.iter().find(|summary| summary.measure == measure).and_then(|s| s.estimate);
             figures::Variant {
                 label: row.variant.label().to_owned(),
-                estimate: estimate.map_or(figures::Estimate::exact(f64::NAN), estimate),
+                estimate: estimate.map_or(figures::Estimate::exact(f64::NAN), figure_estimate),
             }
         });
         figures::Ablation {

@@ -254,7 +254,11 @@ fn models_are_trained_evaluated_and_told_in_a_table() {
         "evaluation.hit_rollouts": 10
     });
     let sweep = sweep(&file);
-    assert_eq!(finish(&sweep, folder.path()), []);
+    let mut reports = Vec::new();
+    let failures = run_sweep(&sweep, folder.path(), &mut |now| reports.push((now.done, now.total)));
+    assert_eq!(failures.unwrap(), []);
+    assert!(reports.iter().all(|(_, total)| *total == 2 * 3), "two models of three epochs each: {reports:?}");
+    assert_eq!(reports.last(), Some(&(2 * 3, 2 * 3)));
     let results = read_results(folder.path()).unwrap();
     for (row, layers) in results.rows.iter().zip([2, 3]) {
         assert_eq!(
@@ -274,6 +278,30 @@ fn models_are_trained_evaluated_and_told_in_a_table() {
     results.write(folder.path()).unwrap();
     let csv = std::fs::read_to_string(folder.path().join("results.csv")).unwrap();
     assert!(csv.starts_with("run,state,tools,layers,seed,epochs_done,train_loss,"), "{csv}");
+}
+
+#[test]
+fn of_two_copies_the_one_that_got_further_is_taken_without_its_lock() {
+    let folder = tempfile::tempdir().unwrap();
+    let [finished, killed] = ["finished", "killed"].map(|name| folder.path().join(name));
+    let sweep = sweep(&small(&json!({"method": ["ddpg"], "seed": [0], "epsilon": 0})));
+    finish(&sweep, &finished);
+    finish(&sweep, &killed);
+    let job = &sweep.jobs[0];
+    // All episodes are done, but it was killed before it could say that it is finished.
+    let path = job.folder(&killed).join("events.jsonl");
+    let log = std::fs::read_to_string(&path).unwrap();
+    let whole_lines: Vec<&str> = log.lines().filter(|line| !line.contains("\"finished\"")).collect();
+    assert_eq!(whole_lines.len() + 1, log.lines().count(), "{log}");
+    std::fs::write(&path, whole_lines.join("\n") + "\n").unwrap();
+    assert!(job.folder(&finished).join("lock").exists());
+    for (n, folders) in [[&finished, &killed], [&killed, &finished]].into_iter().enumerate() {
+        let out = folder.path().join(format!("out{n}"));
+        assert_eq!(collect(&folders.map(Clone::clone), &out).unwrap(), 1);
+        let run = RunDirectory::open(job.folder(&out)).unwrap();
+        assert_eq!(run.status().unwrap().state, RunState::Finished);
+        assert!(!run.path().join("lock").exists(), "a lock belongs to the process that made it");
+    }
 }
 
 #[test]
