@@ -3,8 +3,6 @@
 
 use std::sync::Arc;
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -33,8 +31,7 @@ pub fn audit(task: &Arc<Task>, episodes: u32, seeds: u64) -> Result<Vec<AuditRow
     let played: Vec<[Hits; 3]> = (0..seeds)
         .into_par_iter()
         .map(|seed| {
-            let mut rng = ChaCha8Rng::seed_from_u64(seed);
-            let mut actor = ActorNoise::untrained(task, &DdpgConfig::default(), &mut rng)?;
+            let mut actor = ActorNoise::untrained(task, &DdpgConfig::default(), seed)?;
             let prior = guidance::build(task, &TruePhysics, "true physics", &GuidanceConfig::default(), seed, |_| true);
             let guided = prior.map(|prior| count_hits(task, &mut Guided(&prior), episodes, seed));
             Ok([

@@ -2,9 +2,6 @@
 
 use std::sync::Arc;
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-
 use super::hits::{Explorer, Guided};
 use super::plan::StudyPlan;
 use super::report::{HitsRow, Report};
@@ -18,6 +15,7 @@ use crate::figures::{
 use crate::guidance::ActionPrior;
 use crate::physics::{Ball, PHYSICS_DT, ToolKind, to_normalised, to_units};
 use crate::stats::{Bootstrap, StatsError};
+use crate::streams::Stream;
 use crate::task::{Form, Task, ToolSpec};
 
 /// Launches drawn for each tool in figure 1.
@@ -58,7 +56,7 @@ fn nearest_in_size(launches: &[Launch], size: f32) -> Vec<&Launch> {
 /// Figure 2: an episode of guided play at three instants: the last one at which most edges
 /// are active, and those halfway there and halfway on to the end.
 pub(super) fn relative_frames(task: &Task, prior: &ActionPrior, cutoff: f32, seed: u64) -> RelativeFrames {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut rng = Stream::Episode.of(seed);
     let mut env = Environment::new(Arc::new(task.clone()));
     env.reset(&mut rng);
     let mut explorer = Guided(prior);

@@ -3,9 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-
 use super::figures::{hits as hits_figure, launches, relative_frames};
 use super::folder::Folder;
 use super::hits::{ActorNoise, Guided, Hits, count_hits};
@@ -24,7 +21,7 @@ use crate::physics::ToolKind;
 use crate::run::{RunDirectory, RunError, RunHistory, config_hash};
 use crate::stats::{Bootstrap, StatsError};
 use crate::task::Task;
-use crate::trainer::{ConductError, PriorError, PriorSource, RunConfig, SettingError, build_prior, rollout_model};
+use crate::trainer::{PriorError, PriorSource, RunConfig, SettingError, TrainerError, build_prior, rollout_model};
 
 /// Why a study could not be finished. What it has done so far stays.
 #[derive(Debug, thiserror::Error)]
@@ -64,7 +61,7 @@ pub enum StudyError {
     OtherRun { path: PathBuf },
     /// A training.
     #[error("{run}: {source}")]
-    Training { run: String, source: Box<ConductError> },
+    Training { run: String, source: Box<TrainerError> },
     /// A statistic.
     #[error(transparent)]
     Stats(#[from] StatsError),
@@ -85,7 +82,7 @@ pub enum StudyError {
 impl JobError for StudyError {
     fn is_in_use(&self) -> bool {
         let Self::Training { source, .. } = self else { return false };
-        matches!(&**source, ConductError::Run(RunError::InUse { .. }))
+        matches!(&**source, TrainerError::Run(RunError::InUse { .. }))
     }
 }
 
@@ -379,8 +376,7 @@ impl Job for CountJob<'_> {
             Ok(match &self.prior {
                 Some(prior) => count_hits(task, &mut Guided(prior), episodes, seed),
                 None => {
-                    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-                    let mut actor = ActorNoise::untrained(task, &DdpgConfig::default(), &mut rng)?;
+                    let mut actor = ActorNoise::untrained(task, &DdpgConfig::default(), seed)?;
                     count_hits(task, &mut actor, episodes, seed)
                 }
             })

@@ -9,14 +9,14 @@ use super::plan;
 use crate::batch::{self, Batch, BatchProgress, JobError, JobFailure, JobHandle, train_to_end};
 use crate::dynamics::DynamicsError;
 use crate::run::{RunDirectory, RunError};
-use crate::trainer::{ConductError, RunConfig};
+use crate::trainer::{RunConfig, TrainerError};
 
 /// Why a job failed.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum WorkError {
     /// An agent's training.
     #[error(transparent)]
-    Training(#[from] ConductError),
+    Training(#[from] TrainerError),
     /// A dynamics model.
     #[error(transparent)]
     Dynamics(#[from] DynamicsError),
@@ -27,7 +27,7 @@ pub(super) enum WorkError {
 
 impl JobError for WorkError {
     fn is_in_use(&self) -> bool {
-        let (Self::Run(error) | Self::Training(ConductError::Run(error))) = self else { return false };
+        let (Self::Run(error) | Self::Training(TrainerError::Run(error))) = self else { return false };
         matches!(error, RunError::InUse { .. })
     }
 }

@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
-use super::command::Expectation;
+use super::command::Expect;
 use crate::env::EpisodeOver;
 use crate::run::RunError;
-use crate::task::{Problem, TaskError};
+use crate::task::TaskError;
 use crate::trainer::{RunConfigError, SettingError};
+use crate::validation::ValidationError;
 
 /// A command that could not be carried out.
 #[derive(Debug, thiserror::Error)]
@@ -16,7 +17,7 @@ pub enum SessionError {
     Task(#[from] TaskError),
     /// An edit.
     #[error(transparent)]
-    Edit(#[from] Problem),
+    Edit(#[from] ValidationError),
     /// A setting.
     #[error(transparent)]
     Setting(#[from] SettingError),
@@ -73,5 +74,5 @@ pub enum SessionError {
     Thread(std::io::Error),
     /// An expectation does not hold.
     #[error("expected {} {} {}, but it is {found}", expected.quantity.name(), expected.comparison.sign(), expected.value)]
-    Expectation { expected: Expectation, found: f64 },
+    Expectation { expected: Expect, found: f64 },
 }

@@ -6,12 +6,12 @@ use std::time::Duration;
 use super::edit::{direction, edit, moved};
 use crate::env::Action as Place;
 use crate::trainer::Trace;
+use crate::tui::actions::{Action, Context};
 use crate::tui::app::App;
 use crate::tui::desk::{Desk, LOOK_AHEAD, Mind};
 use crate::tui::facts::{Facts, Level};
 use crate::tui::playback::{Episode, Player};
 use crate::tui::scene::{Ghost, Object, Overlays};
-use crate::workbench::registry::{Action, Context};
 
 /// State of the scene.
 #[derive(Default)]
@@ -268,7 +268,7 @@ fn watch(app: &mut App, action: Action) -> bool {
         Action::ShowActor => scene.overlays.actor = !scene.overlays.actor,
         Action::ShowModel => scene.overlays.model = !scene.overlays.model,
         Action::ShowStage => {
-            let stages = app.desk.facts().task.subgoals.len() + 1;
+            let stages = app.desk.facts().task.stage_count();
             let next = scene.overlays.stage.map_or(0, |stage| stage + 1);
             scene.overlays.stage = Some(next).filter(|stage| *stage < stages);
         }
