@@ -17,6 +17,7 @@ pub mod evidence;
 pub mod figures;
 pub mod guidance;
 pub mod json;
+pub mod markdown;
 pub mod nn;
 pub mod physics;
 pub mod protocol;

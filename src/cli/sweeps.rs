@@ -23,8 +23,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
         let (program, folder) = (std::env::current_exe()?, std::path::absolute(&folder)?);
         let name = stem(arguments);
         let text = match arguments.plan {
-            true => sweep::plan(&sweep, &program, &folder),
-            false => sweep::slurm(&sweep, &program, &folder, &name),
+            true => sweep::plan(&sweep, &program, &folder)?,
+            false => sweep::slurm(&sweep, &program, &folder, &name)?,
         };
         print!("{text}");
         return Ok(());

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::found::FoundRun;
-use super::groups::{AREA, FINAL, Groups, Score};
+use super::groups::{AREA, FINAL, Groups, HELD, Score};
 use super::row::{LearningRow, TrainedRun};
 use crate::run::RunState;
 use crate::stats::aggregate::{iqm, mean, median, optimality_gap};
@@ -49,7 +49,7 @@ pub struct LeftOut {
 pub struct AggregateRow {
     /// Its label.
     pub method: String,
-    /// What is aggregated: `auc` or `final_success`.
+    /// What is aggregated: the key of a measure, `auc`, `final_success` or `held_success`.
     pub measure: String,
     /// Runs behind the numbers.
     pub runs: usize,
@@ -78,6 +78,22 @@ pub struct ImprovementRow {
     /// The probability; a tie counts one half.
     pub probability: Estimate,
 }
+
+/// A score that is aggregated over tasks.
+pub(super) struct Measure {
+    /// Its name in `report.json`.
+    pub key: &'static str,
+    /// Its name for people.
+    pub label: &'static str,
+    score: Score,
+}
+
+/// The scores that are aggregated over tasks.
+pub(super) const MEASURES: [Measure; 3] = [
+    Measure { key: "auc", label: "area under the curve", score: AREA },
+    Measure { key: "final_success", label: "final success", score: FINAL },
+    Measure { key: "held_success", label: "held success", score: HELD },
+];
 
 /// The runs without those that repeat another with the same settings and seed: counted twice,
 /// they would make an interval too narrow.
@@ -139,9 +155,9 @@ impl Comparison {
             return Ok(report);
         }
         let mut aggregates = Vec::new();
-        for (measure, score) in [("auc", AREA), ("final_success", FINAL)] {
+        for Measure { key, score, .. } in MEASURES {
             for label in &labels {
-                aggregates.push(aggregate(label, measure, &report.scores(label, score)?, bootstrap)?);
+                aggregates.push(aggregate(label, key, &report.scores(label, score)?, bootstrap)?);
             }
         }
         let mut improvements = Vec::new();

@@ -12,6 +12,8 @@ pub type Score = fn(&LearningRow) -> Option<f64>;
 pub const AREA: Score = |row| row.efficiency.auc;
 /// Rolling success at the end, 0 to 1.
 pub const FINAL: Score = |row| row.efficiency.final_success;
+/// Least rolling success over the last quarter of the episodes, 0 to 1.
+pub const HELD: Score = |row| row.efficiency.held_success;
 
 /// Rows of runs in groups: a group is the runs on one task with one label, which differ in nothing
 /// but the seed.
@@ -150,7 +152,7 @@ mod tests {
             settings: BTreeMap::new(),
             seed,
             episodes: 10,
-            efficiency: Efficiency { episodes_to_50: None, episodes_to_80: None, auc, final_success: auc },
+            efficiency: Efficiency { auc, final_success: auc, ..Efficiency::default() },
             greedy_success: None,
         }
     }

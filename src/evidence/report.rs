@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::comparison::{Comparison, LeftOut, left_out, without_copies};
+use super::comparison::{Comparison, LeftOut, MEASURES, left_out, without_copies};
 use super::error::EvidenceError;
 use super::figures::{learning_curves, method_scores, performance_profile};
 use super::found::{FoundRun, find_runs, read_runs};
@@ -11,6 +11,7 @@ use super::groups::{FINAL, Groups};
 use super::row::TrainedRun;
 use super::table::format_share;
 use crate::figures::{Figure, Provenance};
+use crate::markdown;
 use crate::run::{RunState, config_hash};
 use crate::stats::{Bootstrap, StatsError};
 
@@ -74,8 +75,8 @@ impl Comparison {
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
-            "Made by `{}` with mge {}, from {} finished runs with the seeds {seeds}. Intervals in brackets are {:.0} % percentile bootstrap intervals over seeds, resampled within each task ({resamples} resamples, seed {seed}).\n",
-            self.command,
+            "Made by {} with mge {}, from {} finished runs with the seeds {seeds}. Intervals in brackets are {:.0} % percentile bootstrap intervals over seeds, resampled within each task ({resamples} resamples, seed {seed}).\n",
+            markdown::code(&self.command),
             self.mge_version,
             self.learning.len(),
             100.0 * confidence,
@@ -95,7 +96,7 @@ impl Comparison {
         }
         let _ = writeln!(text, "Left out, because they are not finished:\n");
         for LeftOut { run, reason } in &self.left_out {
-            let _ = writeln!(text, "- `{}`: {reason}", run.display());
+            let _ = writeln!(text, "- {}: {}", markdown::code(&run.display().to_string()), markdown::text(reason));
         }
         text.push('\n');
     }
@@ -107,13 +108,15 @@ impl Comparison {
         }
         let _ = writeln!(
             text,
-            "## Over all tasks\n\nOver {}, stratified by task. The optimality gap is how far the mean falls short of 1.\n\n| measure | method | runs | IQM | mean | median | optimality gap |\n|---|---|---|---|---|---|---|",
-            self.common_tasks.join(", ")
+            "## Over all tasks\n\nOver {}, stratified by task. The optimality gap is how far the mean falls short of 1.\n",
+            markdown::text(&self.common_tasks.join(", "))
         );
+        *text += &markdown::header(["measure", "method", "runs", "IQM", "mean", "median", "optimality gap"]);
         for row in &self.aggregates {
-            let [iqm, mean, median, gap] = [row.iqm, row.mean, row.median, row.optimality_gap].map(format_share);
-            let measure = if row.measure == "auc" { "area under the curve" } else { "final success" };
-            let _ = writeln!(text, "| {measure} | {} | {} | {iqm} | {mean} | {median} | {gap} |", row.method, row.runs);
+            let measure = MEASURES.iter().find(|measure| measure.key == row.measure);
+            let label = measure.map_or(row.measure.as_str(), |measure| measure.label).to_owned();
+            let shares = [row.iqm, row.mean, row.median, row.optimality_gap].map(format_share);
+            *text += &markdown::row([label, row.method.clone(), row.runs.to_string()].into_iter().chain(shares));
         }
         text.push('\n');
     }
@@ -126,12 +129,13 @@ impl Comparison {
         let learning = Groups(&self.learning);
         let baseline = learning.baseline().filter(|_| learning.labels().len() > MOST_PAIRED);
         if let Some(baseline) = &baseline {
-            let _ = write!(text, " Over {baseline}; all pairs are in `report.json`.");
+            let _ = write!(text, " Over {}; all pairs are in `report.json`.", markdown::text(baseline));
         }
-        text.push_str("\n\n| method | over | probability |\n|---|---|---|\n");
+        *text += "\n\n";
+        *text += &markdown::header(["method", "over", "probability"]);
         for row in self.improvements.iter().filter(|row| baseline.as_ref().is_none_or(|baseline| row.over == *baseline))
         {
-            let _ = writeln!(text, "| {} | {} | {} |", row.method, row.over, format_share(row.probability));
+            *text += &markdown::row([&row.method, &row.over, &format_share(row.probability)]);
         }
         text.push('\n');
     }

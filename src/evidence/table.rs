@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
-use super::groups::{AREA, FINAL, Groups, scores};
+use super::groups::{AREA, FINAL, Groups, HELD, scores};
 use super::row::LearningRow;
+use crate::markdown;
 use crate::stats::aggregate::{iqm, mean};
-use crate::stats::comparison::probability_of_improvement;
 use crate::stats::rolling::WINDOW;
 use crate::stats::{Bootstrap, Estimate, StatsError};
 
@@ -19,31 +19,42 @@ impl Groups<'_> {
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
-            "Area under the curve of the rolling success (window {WINDOW}) and final rolling success: interquartile mean with its interval. Episodes to 50 % and 80 %: median over the seeds that reached it, and how many did. Probability of improvement over {baseline} in the area under the curve.\n\n| task | method | seeds | area | final | to 50 % | to 80 % | greedy at the end | P(better than {baseline}) |\n|---|---|---|---|---|---|---|---|---|"
+            "Area under the curve of the rolling success (window {WINDOW}), final rolling success, and least rolling success over the last quarter of the episodes (what is held): interquartile mean with its interval; of the area also the mean. Episodes to 50 % and 80 %: median over the seeds that reached it, and how many did. Probability of improvement over {} in the area under the curve, with its interval.\n",
+            markdown::text(&baseline)
         );
+        let better = format!("P(better than {baseline})");
+        *text += &markdown::header([
+            "task",
+            "method",
+            "seeds",
+            "area",
+            "mean area",
+            "final",
+            "held",
+            "to 50 %",
+            "to 80 %",
+            "greedy at the end",
+            &better,
+        ]);
         for task in self.tasks() {
-            let base = self.of(&task, &baseline);
             for label in self.labels() {
+                let Some(area) = self.summary(&task, &label, &baseline, AREA, bootstrap)? else { continue };
                 let runs = self.of(&task, &label);
-                if runs.is_empty() {
-                    continue;
-                }
-                let areas = scores(&runs, AREA)?;
-                let last = bootstrap.stratified(&scores(&runs, FINAL)?, iqm)?;
-                let better = match label != baseline && !base.is_empty() {
-                    true => format!("{:.2}", probability_of_improvement(&areas, &scores(&base, AREA)?)?),
-                    false => String::new(),
-                };
-                let _ = writeln!(
-                    text,
-                    "| {task} | {label} | {} | {} | {} | {} | {} | {} | {better} |",
-                    runs.len(),
-                    format_share(bootstrap.stratified(&areas, iqm)?),
-                    format_share(last),
+                let interquartile =
+                    |score| Ok::<_, StatsError>(format_share(bootstrap.stratified(&scores(&runs, score)?, iqm)?));
+                *text += &markdown::row([
+                    task.clone(),
+                    label,
+                    runs.len().to_string(),
+                    format_share(area.iqm),
+                    format_share(area.mean),
+                    interquartile(FINAL)?,
+                    interquartile(HELD)?,
                     reached(runs.iter().map(|row| row.efficiency.episodes_to_50)),
                     reached(runs.iter().map(|row| row.efficiency.episodes_to_80)),
                     greedy_mean(&runs)?,
-                );
+                    area.improvement.map_or_else(String::new, format_share),
+                ]);
             }
         }
         text.push('\n');

@@ -14,6 +14,7 @@ use crate::dynamics::{
 };
 use crate::evidence::figures::estimate as figure_estimate;
 use crate::figures::{self, Figure, Provenance, Statistics};
+use crate::markdown;
 use crate::physics::ToolKind;
 use crate::run::config_hash;
 use crate::stats::{Bootstrap, Estimate, StatsError};
@@ -289,25 +290,23 @@ impl AblationReport {
     /// The results as a table for people.
     pub fn to_markdown(&self, command: &str) -> String {
         let mut text = format!(
-            "Made by `{command}`: {} epochs, {} seeds. Mean over the seeds with its 95 % bootstrap interval; errors in normalised units (the screen is 2 wide), of launches and of whole scenes that no model was trained on.\n\n",
-            self.epochs, self.seeds
+            "Made by {}: {} epochs, {} seeds. Mean over the seeds with its 95 % bootstrap interval; errors in normalised units (the screen is 2 wide), of launches and of whole scenes that no model was trained on.\n\n",
+            markdown::code(command),
+            self.epochs,
+            self.seeds
         );
-        let header: Vec<&str> = Measure::ALL.iter().map(|measure| measure.label()).collect();
-        text += &format!("| tools | model | {} |\n|---|---|{}\n", header.join(" | "), "---|".repeat(header.len()));
+        text += &markdown::header(["tools", "model"].into_iter().chain(Measure::ALL.map(Measure::label)));
         for row in &self.summaries {
-            let cells: Vec<String> = row
-                .measures
-                .iter()
-                .map(|summary| match summary.estimate {
-                    Some(Estimate { value, lower, upper }) => {
-                        let digits = summary.measure.digits();
-                        format!("{value:.digits$} [{lower:.digits$}, {upper:.digits$}]")
-                    }
-                    None => "none".to_owned(),
-                })
-                .collect();
+            let cells = row.measures.iter().map(|summary| match summary.estimate {
+                Some(Estimate { value, lower, upper }) => {
+                    let digits = summary.measure.digits();
+                    format!("{value:.digits$} [{lower:.digits$}, {upper:.digits$}]")
+                }
+                None => "none".to_owned(),
+            });
             let failures = if row.failures > 0 { format!(" ({} diverged)", row.failures) } else { String::new() };
-            text += &format!("| {} | {}{failures} | {} |\n", row.tools, row.variant.label(), cells.join(" | "));
+            let model = format!("{}{failures}", row.variant.label());
+            text += &markdown::row([row.tools.clone(), model].into_iter().chain(cells));
         }
         text
     }

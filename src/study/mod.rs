@@ -12,6 +12,8 @@ pub mod hits;
 mod plan;
 mod report;
 mod reproduce;
+#[cfg(test)]
+mod tests;
 
 pub use figures::model_error_figure;
 pub use plan::StudyPlan;

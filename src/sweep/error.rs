@@ -49,6 +49,9 @@ pub enum SweepError {
         .0.display()
     )]
     OtherRun(PathBuf),
+    /// A plan has one command a line.
+    #[error("{:?} has a line break, and a plan has one command a line: choose another folder with --out", .0.display().to_string())]
+    LineBreak(PathBuf),
     /// A folder to collect from holds no sweep.
     #[error("{} is not the folder of a sweep: it has no runs/", .0.display())]
     NotASweep(PathBuf),
