@@ -14,9 +14,11 @@
 mod runner;
 #[cfg(test)]
 mod tests;
+mod threads;
 mod training;
 
 pub use runner::{
     Batch, BatchError, BatchProgress, Job, JobError, JobFailure, JobHandle, Outcome, all, default_threads,
 };
+pub use threads::start_global_pool;
 pub use training::train_to_end;

@@ -182,7 +182,7 @@ impl Batch<'_> {
         thread::scope(|scope| {
             for started in 0..workers {
                 let (state, sender) = (&state, sender.clone());
-                let spawned = pool(share).and_then(|pool| {
+                let spawned = pool(share).or_else(|_| pool(1)).and_then(|pool| {
                     let work = move || state.work(self.interrupt, &pool, &sender);
                     let thread = thread::Builder::new().name("mge-worker".to_owned()).spawn_scoped(scope, work);
                     thread.map_err(|error| error.to_string())

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::error::StudyError;
 use super::folder::Folder;
-use super::reproduce::StudyError;
 use crate::batch::{self, Batch, BatchProgress, Job, JobHandle};
 use crate::dynamics::{
     Ablated, Ablation, EvaluationConfig, Hits, LaunchErrors, ModelConfig, SceneErrors, TrainConfig, Variant,

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::reproduce::StudyError;
+use super::error::StudyError;
 
 /// A study's folder.
 #[derive(Debug, Clone, Copy)]

@@ -6,6 +6,7 @@
 
 pub mod ablation;
 pub mod audit;
+mod error;
 mod figures;
 mod folder;
 pub mod hits;
@@ -15,7 +16,8 @@ mod reproduce;
 #[cfg(test)]
 mod tests;
 
+pub use error::StudyError;
 pub use figures::model_error_figure;
 pub use plan::StudyPlan;
 pub use report::{HitsRow, ModelRow, Report};
-pub use reproduce::{StudyError, reproduce};
+pub use reproduce::reproduce;

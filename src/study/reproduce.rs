@@ -3,98 +3,24 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::error::StudyError;
 use super::figures::{hits as hits_figure, launches, relative_frames};
 use super::folder::Folder;
 use super::hits::{ActorNoise, Guided, Hits, count_hits};
 use super::plan::{PlannedRun, StudyPlan};
 use super::report::{HitsRow, ModelRow, Report};
-use crate::agent::{ConfigError, DdpgConfig};
-use crate::batch::{self, Batch, BatchError, BatchProgress, Job, JobError, JobFailure, JobHandle, train_to_end};
-use crate::dynamics::{
-    DynamicsError, Ended, Evaluation, Model, Variant, evaluate_with_progress, tool_set_name, train_to_file,
-};
+use crate::agent::DdpgConfig;
+use crate::batch::{self, Batch, BatchProgress, Job, JobHandle, train_to_end};
+use crate::dynamics::{Ended, Evaluation, Model, Variant, evaluate_with_progress, tool_set_name, train_to_file};
 use crate::evidence::figures::{learning_curves, method_scores, performance_profile};
 use crate::evidence::{FINAL, Groups, LearningRow, TrainedRun};
-use crate::figures::{ActionSamples, Figure, FigureError, Provenance, TaskActions, TaskGrid};
-use crate::guidance::{ActionPrior, GuidanceError, propose_subgoals};
+use crate::figures::{ActionSamples, Figure, Provenance, TaskActions, TaskGrid};
+use crate::guidance::{ActionPrior, propose_subgoals};
 use crate::physics::ToolKind;
-use crate::run::{RunDirectory, RunError, RunHistory, config_hash};
-use crate::stats::{Bootstrap, StatsError};
+use crate::run::{RunDirectory, RunHistory, config_hash};
+use crate::stats::Bootstrap;
 use crate::task::Task;
-use crate::trainer::{PriorError, PriorSource, RunConfig, SettingError, TrainerError, build_prior, rollout_model};
-
-/// Why a study could not be finished. What it has done so far stays.
-#[derive(Debug, thiserror::Error)]
-pub enum StudyError {
-    /// The folder holds another study.
-    #[error("{}: this folder holds a study with other numbers: choose another with --out", path.display())]
-    OtherStudy { path: PathBuf },
-    /// A file cannot be read or written.
-    #[error("{}: {source}", path.display())]
-    Io { path: PathBuf, source: std::io::Error },
-    /// A file is not what it should be.
-    #[error("{}: {message}: remove it, and the study makes it again", path.display())]
-    Content { path: PathBuf, message: String },
-    /// A dynamics model.
-    #[error(transparent)]
-    Dynamics(#[from] DynamicsError),
-    /// A model's training diverged.
-    #[error("the training of the {tools} model diverged in epoch {epoch}: {reason}")]
-    Diverged { tools: String, epoch: u32, reason: String },
-    /// An action prior.
-    #[error(transparent)]
-    Prior(#[from] PriorError),
-    /// A saved action prior.
-    #[error(transparent)]
-    Guidance(#[from] GuidanceError),
-    /// The untrained agent.
-    #[error(transparent)]
-    Agent(#[from] ConfigError),
-    /// A run's files.
-    #[error(transparent)]
-    Run(#[from] RunError),
-    /// A setting of a method.
-    #[error(transparent)]
-    Setting(#[from] SettingError),
-    /// A run of the study has other settings.
-    #[error("{}: this run has other settings than the study: remove it, or choose another folder with --out", path.display())]
-    OtherRun { path: PathBuf },
-    /// A training.
-    #[error("{run}: {source}")]
-    Training { run: String, source: Box<TrainerError> },
-    /// A statistic.
-    #[error(transparent)]
-    Stats(#[from] StatsError),
-    /// A figure.
-    #[error(transparent)]
-    Figure(#[from] FigureError),
-    /// Threads.
-    #[error(transparent)]
-    Batch(#[from] BatchError),
-    /// A mistake of the program.
-    #[error("a part of the study panicked: {0}")]
-    Panic(String),
-    /// It was asked to stop.
-    #[error("interrupted: the same command continues where it stopped")]
-    Interrupted,
-}
-
-impl JobError for StudyError {
-    fn is_in_use(&self) -> bool {
-        let Self::Training { source, .. } = self else { return false };
-        matches!(&**source, TrainerError::Run(RunError::InUse { .. }))
-    }
-}
-
-impl From<JobFailure<StudyError>> for StudyError {
-    fn from(failure: JobFailure<StudyError>) -> Self {
-        match failure {
-            JobFailure::Error(error) => error,
-            JobFailure::Panic(message) => Self::Panic(message),
-            JobFailure::Interrupted => Self::Interrupted,
-        }
-    }
-}
+use crate::trainer::{PriorSource, RunConfig, build_prior, rollout_model};
 
 /// Training episodes that take as long as other pieces of a study, roughly: weights of progress.
 const EPISODES_PER_EPOCH: f64 = 4.0;
