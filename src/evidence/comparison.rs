@@ -149,33 +149,28 @@ impl Comparison {
             aggregates: Vec::new(),
             improvements: Vec::new(),
         };
-        report.common_tasks = Groups(&report.learning).common_tasks();
-        let labels = Groups(&report.learning).labels();
-        if report.common_tasks.is_empty() {
+        let groups = Groups::new(&report.learning);
+        let common_tasks = groups.common_tasks();
+        if common_tasks.is_empty() {
             return Ok(report);
         }
+        let scores = |label: &str, score| groups.scores(&common_tasks, label, score);
         let mut aggregates = Vec::new();
         for Measure { key, score, .. } in MEASURES {
-            for label in &labels {
-                aggregates.push(aggregate(label, key, &report.scores(label, score)?, bootstrap)?);
+            for label in groups.labels() {
+                aggregates.push(aggregate(label, key, &scores(label, score)?, bootstrap)?);
             }
         }
         let mut improvements = Vec::new();
-        for method in &labels {
-            for over in labels.iter().filter(|over| *over != method) {
-                let (x, y) = (report.scores(method, AREA)?, report.scores(over, AREA)?);
-                let probability = improvement_interval(&x, &y, bootstrap)?;
+        for method in groups.labels() {
+            for over in groups.labels().iter().filter(|over| *over != method) {
+                let probability = improvement_interval(&scores(method, AREA)?, &scores(over, AREA)?, bootstrap)?;
                 let (method, over) = (method.clone(), over.clone());
                 improvements.push(ImprovementRow { method, over, measure: "auc".to_owned(), probability });
             }
         }
-        (report.aggregates, report.improvements) = (aggregates, improvements);
+        (report.aggregates, report.improvements, report.common_tasks) = (aggregates, improvements, common_tasks);
         Ok(report)
-    }
-
-    /// Scores of a method on the common tasks.
-    fn scores(&self, label: &str, score: Score) -> Result<TaskScores, StatsError> {
-        Groups(&self.learning).scores(&self.common_tasks, label, score)
     }
 
     /// Master seeds of the runs, each once.

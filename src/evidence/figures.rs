@@ -23,15 +23,17 @@ pub const INTERVAL: &str = "95 % bootstrap interval over seeds";
 pub fn learning_curves(runs: &[TrainedRun], bootstrap: &Bootstrap, greedy: bool) -> Result<LearningCurves, StatsError> {
     let rows: Vec<LearningRow> = runs.iter().map(|run| run.row.clone()).collect();
     let (mut panels, mut seeds) = (Vec::new(), Vec::new());
-    for task in Groups(&rows).tasks() {
-        let mut panel = CurvePanel { task, curves: Vec::new() };
-        for label in Groups(&rows).labels() {
-            let chosen = runs.iter().filter(|run| run.row.task == panel.task && run.row.label() == label);
+    let groups = Groups::new(&rows);
+    let labels: Vec<String> = rows.iter().map(LearningRow::label).collect();
+    for task in groups.tasks() {
+        let mut panel = CurvePanel { task: task.clone(), curves: Vec::new() };
+        for label in groups.labels() {
+            let of_group = runs.iter().zip(&labels).filter(|(run, of)| run.row.task == *task && *of == label);
             let curves: Vec<&[[f64; 2]]> =
-                chosen.map(|run| if greedy { &*run.greedy } else { &*run.training }).collect();
+                of_group.map(|(run, _)| if greedy { &*run.greedy } else { &*run.training }).collect();
             if curves.iter().any(|curve| !curve.is_empty()) {
                 seeds.push(curves.len());
-                panel.curves.push(summary_curve(label, &curves, bootstrap)?);
+                panel.curves.push(summary_curve(label.clone(), &curves, bootstrap)?);
             }
         }
         panels.push(panel);
@@ -46,19 +48,19 @@ pub fn learning_curves(runs: &[TrainedRun], bootstrap: &Bootstrap, greedy: bool)
 /// # Errors
 /// When a statistic cannot be computed.
 pub fn method_scores(rows: &[LearningRow], bootstrap: &Bootstrap) -> Result<MethodScores, StatsError> {
-    let groups = Groups(rows);
+    let groups = Groups::new(rows);
     let (mut panels, mut seeds) = (Vec::new(), Vec::new());
     for task in groups.tasks() {
-        let mut panel = ScorePanel { task, methods: Vec::new() };
+        let mut panel = ScorePanel { task: task.clone(), methods: Vec::new() };
         for label in groups.labels() {
-            let runs = groups.of(&panel.task, &label);
+            let runs = groups.of(task, label);
             if runs.is_empty() {
                 continue;
             }
             seeds.push(runs.len());
-            let scores = scores(&runs, AREA)?;
+            let scores = scores(runs, AREA)?;
             let estimate = estimate(bootstrap.stratified(&scores, iqm)?);
-            panel.methods.push(MethodScore { label, estimate, runs: scores.all().collect() });
+            panel.methods.push(MethodScore { label: label.clone(), estimate, runs: scores.all().collect() });
         }
         panels.push(panel);
     }
@@ -66,8 +68,8 @@ pub fn method_scores(rows: &[LearningRow], bootstrap: &Bootstrap) -> Result<Meth
     if tasks.len() > 1 && tasks.len() == panels.len() {
         let mut panel = ScorePanel { task: "All tasks".to_owned(), methods: Vec::new() };
         for label in groups.labels() {
-            let estimate = estimate(bootstrap.stratified(&groups.scores(&tasks, &label, AREA)?, iqm)?);
-            panel.methods.push(MethodScore { label, estimate, runs: Vec::new() });
+            let estimate = estimate(bootstrap.stratified(&groups.scores(&tasks, label, AREA)?, iqm)?);
+            panel.methods.push(MethodScore { label: label.clone(), estimate, runs: Vec::new() });
         }
         panels.push(panel);
     }

@@ -1,5 +1,7 @@
 //! Rows of runs by task and label.
 
+use std::collections::HashMap;
+
 use super::row::LearningRow;
 use crate::stats::aggregate::{iqm, mean};
 use crate::stats::comparison::improvement_interval;
@@ -17,8 +19,13 @@ pub const HELD: Score = |row| row.efficiency.held_success;
 
 /// Rows of runs in groups: a group is the runs on one task with one label, which differ in nothing
 /// but the seed.
-#[derive(Debug, Clone, Copy)]
-pub struct Groups<'a>(pub &'a [LearningRow]);
+#[derive(Debug, Clone)]
+pub struct Groups<'a> {
+    labels: Vec<String>,
+    tasks: Vec<String>,
+    /// Rows by the places of their task and label.
+    rows: HashMap<(usize, usize), Vec<&'a LearningRow>>,
+}
 
 /// A score of one group.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,34 +46,44 @@ pub struct GroupSummary {
 }
 
 impl<'a> Groups<'a> {
+    /// Groups rows.
+    pub fn new(rows: &'a [LearningRow]) -> Self {
+        let mut groups = Self { labels: Vec::new(), tasks: Vec::new(), rows: HashMap::new() };
+        for row in rows {
+            let key = (place_or_push(&mut groups.tasks, &row.task), place_or_push(&mut groups.labels, &row.label()));
+            groups.rows.entry(key).or_default().push(row);
+        }
+        groups
+    }
+
     /// Labels, in the order in which they appear.
-    pub fn labels(self) -> Vec<String> {
-        distinct(self.0.iter().map(LearningRow::label))
+    pub fn labels(&self) -> &[String] {
+        &self.labels
     }
 
     /// Names of the tasks, in the order in which they appear.
-    pub fn tasks(self) -> Vec<String> {
-        distinct(self.0.iter().map(|row| row.task.clone()))
+    pub fn tasks(&self) -> &[String] {
+        &self.tasks
     }
 
-    /// The rows of one group.
-    pub fn of(self, task: &str, label: &str) -> Vec<&'a LearningRow> {
-        self.0.iter().filter(|row| row.task == task && row.label() == label).collect()
+    /// The rows of one group; none if there is no such group.
+    pub fn of(&self, task: &str, label: &str) -> &[&'a LearningRow] {
+        let (Some(task), Some(label)) = (place(&self.tasks, task), place(&self.labels, label)) else { return &[] };
+        self.rows.get(&(task, label)).map_or(&[], Vec::as_slice)
     }
 
     /// Tasks on which every label has runs.
-    pub fn common_tasks(self) -> Vec<String> {
-        let labels = self.labels();
-        let common = |task: &String| labels.iter().all(|label| !self.of(task, label).is_empty());
-        self.tasks().into_iter().filter(common).collect()
+    pub fn common_tasks(&self) -> Vec<String> {
+        let common = |task: &&String| self.labels.iter().all(|label| !self.of(task, label).is_empty());
+        self.tasks.iter().filter(common).cloned().collect()
     }
 
     /// Scores of a label on these tasks.
     ///
     /// # Errors
     /// When it has no run on one of them.
-    pub fn scores(self, tasks: &[String], label: &str, score: Score) -> Result<TaskScores, StatsError> {
-        let of_task = |task: &String| Ok(scores(&self.of(task, label), score)?.all().collect::<Vec<f64>>());
+    pub fn scores(&self, tasks: &[String], label: &str, score: Score) -> Result<TaskScores, StatsError> {
+        let of_task = |task: &String| Ok(scores(self.of(task, label), score)?.all().collect::<Vec<f64>>());
         TaskScores::new(tasks.iter().map(of_task).collect::<Result<_, StatsError>>()?)
     }
 
@@ -74,15 +91,14 @@ impl<'a> Groups<'a> {
     ///
     /// # Errors
     /// When there is no common task.
-    pub fn common_scores(self, score: Score) -> Result<Vec<(String, TaskScores)>, StatsError> {
+    pub fn common_scores(&self, score: Score) -> Result<Vec<(String, TaskScores)>, StatsError> {
         let tasks = self.common_tasks();
-        self.labels().into_iter().map(|label| Ok((label.clone(), self.scores(&tasks, &label, score)?))).collect()
+        self.labels.iter().map(|label| Ok((label.clone(), self.scores(&tasks, label, score)?))).collect()
     }
 
     /// Label of the group that others are compared with: plain DDPG, or else the first method.
-    pub fn baseline(self) -> Option<String> {
-        let labels = self.labels();
-        labels.iter().find(|label| *label == "DDPG").or(labels.first()).cloned()
+    pub fn baseline(&self) -> Option<&str> {
+        self.labels.iter().find(|label| *label == "DDPG").or(self.labels.first()).map(String::as_str)
     }
 
     /// A score of one group, compared with the group of the label `baseline` on the same task.
@@ -91,7 +107,7 @@ impl<'a> Groups<'a> {
     /// # Errors
     /// When a statistic cannot be computed.
     pub fn summary(
-        self,
+        &self,
         task: &str,
         label: &str,
         baseline: &str,
@@ -102,9 +118,9 @@ impl<'a> Groups<'a> {
         if runs.is_empty() {
             return Ok(None);
         }
-        let of_runs = scores(&runs, score)?;
+        let of_runs = scores(runs, score)?;
         let improvement = match label != baseline && !base.is_empty() {
-            true => Some(improvement_interval(&of_runs, &scores(&base, score)?, bootstrap)?),
+            true => Some(improvement_interval(&of_runs, &scores(base, score)?, bootstrap)?),
             false => None,
         };
         Ok(Some(GroupSummary {
@@ -118,23 +134,23 @@ impl<'a> Groups<'a> {
     }
 }
 
+fn place(names: &[String], name: &str) -> Option<usize> {
+    names.iter().position(|known| known == name)
+}
+
+fn place_or_push(names: &mut Vec<String>, name: &str) -> usize {
+    place(names, name).unwrap_or_else(|| {
+        names.push(name.to_owned());
+        names.len() - 1
+    })
+}
+
 /// Scores of runs on one task; a run without a score counts as 0.
 ///
 /// # Errors
 /// When there are no runs.
 pub(super) fn scores(rows: &[&LearningRow], score: Score) -> Result<TaskScores, StatsError> {
     TaskScores::of_one_task(&rows.iter().map(|row| score(row).unwrap_or(0.0)).collect::<Vec<_>>())
-}
-
-/// Each value once, in order of appearance.
-fn distinct(values: impl Iterator<Item = String>) -> Vec<String> {
-    let mut found: Vec<String> = Vec::new();
-    for value in values {
-        if !found.contains(&value) {
-            found.push(value);
-        }
-    }
-    found
 }
 
 #[cfg(test)]
@@ -166,11 +182,11 @@ mod tests {
             row("task1", "ddpg", 1, None),
             row("task2", "ddpg", 0, Some(1.0)),
         ];
-        let groups = Groups(&rows);
+        let groups = Groups::new(&rows);
         let (bootstrap, baseline) = (Bootstrap::default(), groups.baseline().unwrap());
-        assert_eq!((baseline.as_str(), groups.tasks()), ("DDPG", vec!["task1".to_owned(), "task2".to_owned()]));
+        assert_eq!((baseline, groups.tasks()), ("DDPG", ["task1", "task2"].map(str::to_owned).as_slice()));
         assert_eq!(groups.common_tasks(), ["task1"]);
-        let summary = |task: &str, label: &str| groups.summary(task, label, &baseline, AREA, &bootstrap).unwrap();
+        let summary = |task: &str, label: &str| groups.summary(task, label, baseline, AREA, &bootstrap).unwrap();
         let label = &groups.labels()[0];
         let better = summary("task1", label).unwrap();
         assert_eq!((better.runs, better.mean.value, better.iqm.value), (2, 0.5, 0.5));

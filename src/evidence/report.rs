@@ -52,7 +52,7 @@ pub fn report(
         draw("learning-greedy", &learning_curves(&runs, bootstrap, true)?)?;
     }
     if !report.common_tasks.is_empty() {
-        draw("performance-profile", &performance_profile(&Groups(&report.learning).common_scores(FINAL)?, bootstrap)?)?;
+        draw("performance-profile", &performance_profile(&Groups::new(&report.learning).common_scores(FINAL)?, bootstrap)?)?;
     }
     // Plain data always serialises.
     let json = serde_json::to_string_pretty(&report).expect("a report is plain data") + "\n";
@@ -83,7 +83,7 @@ impl Comparison {
         );
         self.write_left_out(&mut text);
         text.push_str("## Sample efficiency\n\n");
-        Groups(&self.learning).write_table(&mut text, &self.bootstrap)?;
+        Groups::new(&self.learning).write_table(&mut text, &self.bootstrap)?;
         self.write_aggregates(&mut text);
         self.write_improvements(&mut text);
         self.write_figures(&mut text);
@@ -126,7 +126,7 @@ impl Comparison {
             return;
         }
         text.push_str("## Probability of improvement\n\nHow likely a run of the method has a larger area under the curve than a run of the other on the same task, mean over the tasks; 0.5 is no difference.");
-        let learning = Groups(&self.learning);
+        let learning = Groups::new(&self.learning);
         let baseline = learning.baseline().filter(|_| learning.labels().len() > MOST_PAIRED);
         if let Some(baseline) = &baseline {
             let _ = write!(text, " Over {}; all pairs are in `report.json`.", markdown::text(baseline));

@@ -14,13 +14,13 @@ impl Groups<'_> {
     ///
     /// # Errors
     /// When a statistic cannot be computed.
-    pub fn write_table(self, text: &mut String, bootstrap: &Bootstrap) -> Result<(), StatsError> {
+    pub fn write_table(&self, text: &mut String, bootstrap: &Bootstrap) -> Result<(), StatsError> {
         let Some(baseline) = self.baseline() else { return Ok(()) };
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
             "Area under the curve of the rolling success (window {WINDOW}), final rolling success, and least rolling success over the last quarter of the episodes (what is held): interquartile mean with its interval; of the area also the mean. Episodes to 50 % and 80 %: median over the seeds that reached it, and how many did. Probability of improvement over {} in the area under the curve, with its interval.\n",
-            markdown::text(&baseline)
+            markdown::text(baseline)
         );
         let better = format!("P(better than {baseline})");
         *text += &markdown::header([
@@ -38,13 +38,13 @@ impl Groups<'_> {
         ]);
         for task in self.tasks() {
             for label in self.labels() {
-                let Some(area) = self.summary(&task, &label, &baseline, AREA, bootstrap)? else { continue };
-                let runs = self.of(&task, &label);
+                let Some(area) = self.summary(task, label, baseline, AREA, bootstrap)? else { continue };
+                let runs = self.of(task, label);
                 let interquartile =
-                    |score| Ok::<_, StatsError>(format_share(bootstrap.stratified(&scores(&runs, score)?, iqm)?));
+                    |score| Ok::<_, StatsError>(format_share(bootstrap.stratified(&scores(runs, score)?, iqm)?));
                 *text += &markdown::row([
                     task.clone(),
-                    label,
+                    label.clone(),
                     runs.len().to_string(),
                     format_share(area.iqm),
                     format_share(area.mean),
@@ -52,7 +52,7 @@ impl Groups<'_> {
                     interquartile(HELD)?,
                     reached(runs.iter().map(|row| row.efficiency.episodes_to_50)),
                     reached(runs.iter().map(|row| row.efficiency.episodes_to_80)),
-                    greedy_mean(&runs)?,
+                    greedy_mean(runs)?,
                     area.improvement.map_or_else(String::new, format_share),
                 ]);
             }

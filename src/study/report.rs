@@ -121,7 +121,7 @@ impl Report {
 
     fn write_learning(&self, text: &mut String, plan: &StudyPlan, bootstrap: &Bootstrap) -> Result<(), StatsError> {
         let _ = write!(text, "## Learning\n\n{} episodes, {} seeds. ", plan.learning_episodes, plan.learning_seeds);
-        Groups(&self.learning).write_table(text, bootstrap)
+        Groups::new(&self.learning).write_table(text, bootstrap)
     }
 }
 

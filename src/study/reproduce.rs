@@ -163,7 +163,7 @@ impl<'a> Study<'a> {
         self.figure("figure6", &learning_curves(&of_paper, &bootstrap, false)?)?;
         self.figure("figure6-greedy", &learning_curves(&of_paper, &bootstrap, true)?)?;
         let of_paper: Vec<LearningRow> = of_paper.into_iter().map(|run| run.row).collect();
-        let finals = Groups(&of_paper).common_scores(FINAL)?;
+        let finals = Groups::new(&of_paper).common_scores(FINAL)?;
         self.figure("performance-profile", &performance_profile(&finals, &bootstrap)?)?;
         self.figure("methods", &method_scores(&report.learning, &bootstrap)?)
     }
