@@ -52,7 +52,10 @@ pub fn report(
         draw("learning-greedy", &learning_curves(&runs, bootstrap, true)?)?;
     }
     if !report.common_tasks.is_empty() {
-        draw("performance-profile", &performance_profile(&Groups::new(&report.learning).common_scores(FINAL)?, bootstrap)?)?;
+        draw(
+            "performance-profile",
+            &performance_profile(&Groups::new(&report.learning).common_scores(FINAL)?, bootstrap)?,
+        )?;
     }
     // Plain data always serialises.
     let json = serde_json::to_string_pretty(&report).expect("a report is plain data") + "\n";
