@@ -1,13 +1,13 @@
 //! Networks on dfdx: fused multilayer perceptrons, resumable optimisers, weights on disk.
 //!
-//! - [`Mlp`]: a stack of dense layers whose parameters are dfdx tensors on the
+//! - [`Mlp`]: a stack of dense layers whose parameters are one dfdx tensor on the
 //!   [`dfdx::tensor::Cpu`]. A whole stack joins dfdx's tape as *one* operation.
 //! - [`sum_of_branches`]: several such stacks side by side, their outputs summed by row.
 //! - [`rows`]: the few differentiable row operations that graphs and critics need.
 //! - [`Optimiser`]: Adam, SGD or RMSprop with a state that can be saved and restored.
 //! - [`TensorFile`]: named tensors and text metadata as safetensors bytes.
 //!
-//! The room knows vectors only: a batch is a matrix with one sample a row. Nothing here draws
+//! The module knows vectors only: a batch is a matrix with one sample a row. Nothing here draws
 //! from dfdx's device generator, whose state cannot be saved.
 
 mod branch;
@@ -15,6 +15,7 @@ mod error;
 mod init;
 mod kernel;
 mod layer;
+mod matrix;
 mod mlp;
 mod optimiser;
 mod predict;
@@ -28,21 +29,8 @@ mod tests;
 pub use branch::{Branch, sum_of_branches};
 pub use error::{NnError, TensorFileError};
 pub use init::{Init, InitScheme};
+pub use matrix::{Matrix, matrix};
 pub use mlp::Mlp;
 pub use optimiser::{Optimiser, OptimiserKind};
 pub use shape::{Activation, MlpShape};
 pub use tensor_file::TensorFile;
-
-use dfdx::tensor::{Cpu, NoneTape, Tensor, TensorFromVec};
-
-/// A row-major matrix on the CPU: one sample a row.
-pub type Matrix<T = NoneTape> = Tensor<(usize, usize), f32, Cpu, T>;
-
-/// A matrix of `rows` × `columns` from its row-major `values`.
-///
-/// # Panics
-/// If `values.len() != rows * columns`.
-pub fn matrix(device: &Cpu, values: Vec<f32>, rows: usize, columns: usize) -> Matrix {
-    assert_eq!(values.len(), rows * columns, "a {rows} x {columns} matrix");
-    device.tensor_from_vec(values, (rows, columns))
-}

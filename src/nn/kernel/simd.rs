@@ -7,7 +7,7 @@
 /// compiled for it (`#[target_feature]`); pointers must be valid for `LANES` floats.
 pub(in crate::nn) trait Simd {
     type V: Copy;
-    /// Floats in a vector: divides [`LINE`](super::LINE).
+    /// Floats in a vector: divides [`LINE`](super::dispatch::LINE).
     const LANES: usize;
     /// Vectors that one row of the widest register tile spans.
     const TILE_VECTORS: usize;

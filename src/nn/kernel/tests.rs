@@ -3,6 +3,7 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::dispatch::Level;
 use super::*;
 use crate::nn::Activation;
 
