@@ -76,7 +76,7 @@ fn propose(name: &str, subgoals: usize, model: String, seed: u64, out: Option<&P
     let mut task = task::load(name)?;
     let (model, _) = rollout_model(&PriorSource::from(model), &task)?
         .ok_or("`uniform` predicts nothing: use learned, true, or a model file")?;
-    task.subgoals = propose_subgoals(&task, &*model, subgoals, &GuidanceConfig::default(), seed, |_| true);
+    task.subgoals = propose_subgoals(&task, &*model, subgoals, &GuidanceConfig::default(), seed, |_| true)?;
     match task.subgoals.len() {
         0 => return Err("no place was found that tools make the ball reach on its way to the goal".into()),
         found if found < subgoals => eprintln!("{found} of {subgoals} subgoals: no further place was found"),

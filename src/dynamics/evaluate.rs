@@ -12,7 +12,7 @@ use super::error::DynamicsError;
 use super::launch::{Launch, Split, collect, is_deflected};
 use super::model::Model;
 use super::predictor::Predictor;
-use super::rollout::{distance_to_way, rollouts};
+use super::rollout::{distance_to_segment, rollouts};
 use crate::env::{Action, Environment, Snapshot};
 use crate::physics::{Ball, BallState, STEPS_PER_ACTION, Tool, ToolKind, to_normalised};
 use crate::task::Task;
@@ -225,7 +225,7 @@ const SUBGOAL_RADIUS: f32 = 4.0;
 /// Farthest that a launch's subgoal is from the ball's last position, along each axis, in units.
 const SUBGOAL_OFFSET: f32 = 16.0;
 
-/// Centres of subgoals that about half of the launches hit.
+/// Centres of subgoals near the end of the path, which about half of the launches hit.
 fn subgoals(launches: &[Launch], seed: u64) -> Vec<[f32; 2]> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let near = |launch: &Launch| {
@@ -234,9 +234,9 @@ fn subgoals(launches: &[Launch], seed: u64) -> Vec<[f32; 2]> {
     launches.iter().map(near).collect()
 }
 
-/// Whether a ball on its straight way from one state to the next touches a launch's subgoal.
+/// Whether a ball that moves straight from one state to the next touches a launch's subgoal.
 fn passes(subgoal: [f32; 2], from: &BallState, to: &BallState) -> bool {
-    distance_to_way(subgoal, from.position, to.position) <= SUBGOAL_RADIUS + Ball::default().radius
+    distance_to_segment(subgoal, from.position, to.position) <= SUBGOAL_RADIUS + Ball::default().radius
 }
 
 fn one_tool(predictor: &dyn Predictor, launches: &[Launch], subgoals: &[[f32; 2]]) -> Result<OneTool, DynamicsError> {

@@ -47,11 +47,13 @@ mod launch;
 mod model;
 mod network;
 mod normaliser;
+mod object;
 mod predictor;
 mod resumable;
 mod rollout;
 mod samples;
 mod shipped;
+mod tool_set;
 mod train;
 
 pub use ablate::{Ablated, Ablation, Variant};
@@ -60,20 +62,22 @@ pub use codec::Codec;
 pub use config::{
     Coordinates, EdgeActivation, EdgeFunctions, Geometry, Loss, ModelConfig, RateSchedule, Targets, TrainConfig,
 };
-pub use error::{DynamicsError, canonical_tool_set, tool_set_name};
+pub use error::DynamicsError;
 pub use evaluate::{
     Compared, Errors, Evaluation, EvaluationConfig, Hits, LaunchErrors, OneTool, SceneErrors, evaluate,
 };
-pub use graph::{EdgeType, Edges, GraphBuilder, Graphs, Layout, NODE_FEATURES, ObjectType};
+pub use graph::{Edges, GraphBuilder, Graphs, Layout, NODE_FEATURES};
 pub use launch::{Launch, Split, collect, data_hash};
 pub use model::{Model, Provenance, VERSION};
 pub use network::Network;
 pub use normaliser::{Columns, Normaliser};
+pub use object::{EdgeType, ObjectType};
 pub use predictor::Predictor;
 pub use resumable::train_resumably;
-pub use rollout::{Predicted, rollouts};
+pub use rollout::{Rollout, RolloutAction, rollouts};
 pub use samples::Samples;
 pub use shipped::{named, shipped, shipped_for, shipped_names};
+pub use tool_set::{canonical_tool_set, tool_set_name};
 pub use train::{Ended, Progress, Training};
 #[cfg(test)]
 mod tests;

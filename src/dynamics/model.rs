@@ -6,10 +6,12 @@ use serde::{Deserialize, Serialize};
 
 use super::codec::Codec;
 use super::config::{ModelConfig, TrainConfig};
-use super::error::{DynamicsError, canonical_tool_set, tool_set_name};
-use super::graph::{EdgeType, GraphBuilder, Graphs, ObjectType};
+use super::error::DynamicsError;
+use super::graph::{GraphBuilder, Graphs};
 use super::network::Network;
 use super::normaliser::Normaliser;
+use super::object::{EdgeType, ObjectType};
+use super::tool_set::{canonical_tool_set, tool_set_name};
 use crate::nn::{TensorFile, TensorFileError};
 use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind};
 use crate::task::{GoalShape, Task, ToolSpec};

@@ -4,7 +4,8 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 use super::config::{ModelConfig, TrainConfig};
-use super::error::{DynamicsError, canonical_tool_set};
+use super::error::DynamicsError;
+use super::tool_set::canonical_tool_set;
 use super::train::{Ended, Progress, Training};
 use crate::nn::TensorFile;
 use crate::physics::ToolKind;

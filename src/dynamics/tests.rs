@@ -381,7 +381,9 @@ fn rollouts_follow_free_flight_and_stop_at_the_stage() {
     // Far from the ball on its first two actions.
     let actions: Vec<Action> = vec![[-0.9, -0.9], [-0.9, -0.8]];
     let found = rollouts(&free, &task, &[env.snapshot()], std::slice::from_ref(&actions)).unwrap().remove(0);
-    assert_eq!((found.placed.as_slice(), found.touched.as_slice()), ([true, false].as_slice(), [false; 2].as_slice()));
+    let expected = [(actions[0], true), (actions[1], false)];
+    let expected = expected.map(|(action, placed)| RolloutAction { action, placed, touched: false });
+    assert_eq!(found.actions, expected);
     let mut real = env.clone();
     for (index, action) in actions.iter().enumerate() {
         real.step(*action).unwrap();
@@ -396,8 +398,8 @@ fn rollouts_follow_free_flight_and_stop_at_the_stage() {
     let below = std::sync::Arc::new(below);
     let start = Environment::new(below.clone());
     let found = rollouts(&free, &below, &[start.snapshot()], &[vec![[-0.9, -0.9]; 8]]).unwrap().remove(0);
-    assert!(found.hit && found.placed.len() < 8, "{found:?}");
-    assert_eq!(found.placed.len(), found.path.len().saturating_sub(2) / 8 + 1, "it ends with the action that hits");
+    assert!(found.hit && found.actions.len() < 8, "{found:?}");
+    assert_eq!(found.actions.len(), found.path.len().saturating_sub(2) / 8 + 1, "it ends with the action that hits");
 }
 
 #[test]

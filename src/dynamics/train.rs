@@ -15,13 +15,14 @@ use rand_chacha::ChaCha8Rng;
 
 use super::codec::Codec;
 use super::config::{Loss, ModelConfig, TrainConfig};
-use super::error::{DynamicsError, canonical_tool_set};
+use super::error::DynamicsError;
 use super::graph::GraphBuilder;
 use super::launch::{Launch, Split, collect, data_hash};
 use super::model::{Model, Provenance, entry};
 use super::network::Network;
 use super::normaliser::Normaliser;
 use super::samples::Samples;
+use super::tool_set::canonical_tool_set;
 use crate::nn::{NnError, Optimiser, TensorFile, matrix};
 use crate::physics::ToolKind;
 

@@ -6,8 +6,10 @@ use std::sync::Arc;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-use super::prior::{GuidanceConfig, stream, uniform};
-use super::rollout::{Rollout, RolloutModel};
+use super::config::GuidanceConfig;
+use super::prior::{stream, uniform};
+use super::rollout::RolloutModel;
+use crate::dynamics::{DynamicsError, Rollout};
 use crate::env::{Action, Environment, Snapshot};
 use crate::physics::{Ball, SCREEN};
 use crate::task::{Region, Task};
@@ -29,6 +31,9 @@ const SPACING: f32 = 0.05;
 /// reached; subgoals that it has are not looked at. Fewer, if there is no further place
 /// that tools make the ball reach and that it does not reach by itself. `go_on` is asked
 /// before each with the number of those found; if it says no, that is all.
+///
+/// # Errors
+/// When the model cannot predict the task.
 pub fn propose_subgoals(
     task: &Task,
     model: &dyn RolloutModel,
@@ -36,7 +41,7 @@ pub fn propose_subgoals(
     config: &GuidanceConfig,
     seed: u64,
     mut go_on: impl FnMut(usize) -> bool,
-) -> Vec<Region> {
+) -> Result<Vec<Region>, DynamicsError> {
     let mut task = Task { subgoals: Vec::new(), ..task.clone() };
     // The actions from the start of an episode to each state in which the last subgoal was reached.
     let mut histories: Vec<Vec<Action>> = vec![Vec::new()];
@@ -50,7 +55,7 @@ pub fn propose_subgoals(
         let chosen: Vec<usize> = (0..config.model_rollouts).map(|_| rng.gen_range(0..states.len())).collect();
         let sequences = random_sequences(config, &mut rng);
         let starts: Vec<&Snapshot> = chosen.iter().map(|&start| &states[start]).collect();
-        let rollouts = model.rollouts(&now, &starts, &sequences);
+        let rollouts = model.rollouts(&now, &starts, &sequences)?;
         let Some(region) = best_region(&task, &rollouts) else { break };
         task.subgoals.push(region);
         let passing = (0..rollouts.len()).filter(|&index| passes(&rollouts[index].path, &region));
@@ -64,7 +69,7 @@ pub fn propose_subgoals(
             break;
         }
     }
-    task.subgoals
+    Ok(task.subgoals)
 }
 
 fn random_sequences(config: &GuidanceConfig, rng: &mut ChaCha8Rng) -> Vec<Vec<Action>> {

@@ -6,6 +6,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
+use crate::dynamics::{DynamicsError, Rollout};
 use crate::env::{Action, Environment, Placement, Snapshot, Step};
 use crate::task::{self, Task};
 
@@ -19,13 +20,18 @@ fn rng() -> ChaCha8Rng {
 struct Bullseye([f32; 2]);
 
 impl RolloutModel for Bullseye {
-    fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Vec<Rollout> {
+    fn rollouts(
+        &self,
+        task: &Arc<Task>,
+        starts: &[&Snapshot],
+        sequences: &[Vec<Action>],
+    ) -> Result<Vec<Rollout>, DynamicsError> {
         let roll_out = |(start, sequence): (&&Snapshot, &Vec<Action>)| {
             let [x, y] = task.stages()[start.stage()].position;
             let miss = (sequence[0][0] - self.0[0]).hypot(sequence[0][1] - self.0[1]);
             Rollout { path: vec![[x + 1.0, y], [x + miss, y]], hit: miss < 0.02, ..Rollout::default() }
         };
-        starts.iter().zip(sequences).map(roll_out).collect()
+        Ok(starts.iter().zip(sequences).map(roll_out).collect())
     }
 }
 
@@ -55,7 +61,7 @@ fn a_plan_homes_in_on_the_best_action() {
     let env = Environment::new(task.clone());
     let distance = |iterations: usize| {
         let config = PlannerConfig { iterations, ..PlannerConfig::default() };
-        let [x, y] = plan(&Bullseye([0.3, -0.6]), &task, env.snapshot(), &config, &mut rng());
+        let [x, y] = plan(&Bullseye([0.3, -0.6]), &task, env.snapshot(), &config, &mut rng()).unwrap();
         (x - 0.3).hypot(y + 0.6)
     };
     let (shooting, entropy) = (distance(1), distance(4));
@@ -111,7 +117,7 @@ fn only_tools_that_the_ball_touched_are_rewarding() {
 fn true_physics_guides_better_than_chance() {
     let task = Arc::new(task::load("task3").unwrap());
     let config = GuidanceConfig { model_rollouts: 300, environment_rollouts: 40, ..GuidanceConfig::default() };
-    let prior = build(&task, &TruePhysics, "true physics", &config, 1, |_| true).unwrap();
+    let prior = build(&task, &TruePhysics, "true physics", &config, 1, |_| true).unwrap().unwrap();
     let reached = |prior: &ActionPrior| {
         let (mut rng, mut env) = (rng(), Environment::new(task.clone()));
         let episode = |_: u32| {
@@ -129,15 +135,15 @@ fn true_physics_guides_better_than_chance() {
 fn proposed_subgoals_lead_to_a_goal_that_chance_does_not_find() {
     let task = task::load("task6").unwrap();
     let config = GuidanceConfig::default();
-    let subgoals = propose_subgoals(&task, &TruePhysics, 2, &config, 0, |_| true);
+    let subgoals = propose_subgoals(&task, &TruePhysics, 2, &config, 0, |_| true).unwrap();
     assert_eq!(subgoals.len(), 2);
     assert_eq!(
-        propose_subgoals(&task, &TruePhysics, 2, &config, 0, |_| true),
+        propose_subgoals(&task, &TruePhysics, 2, &config, 0, |_| true).unwrap(),
         subgoals,
         "the same seed, the same proposal"
     );
     let task = Arc::new(Task { subgoals, ..task });
-    let prior = build(&task, &TruePhysics, "true physics", &config, 1, |_| true).unwrap();
+    let prior = build(&task, &TruePhysics, "true physics", &config, 1, |_| true).unwrap().unwrap();
     let goals = |prior: &ActionPrior| {
         let (mut rng, mut env) = (rng(), Environment::new(task.clone()));
         let episode = |_: u32| {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::env::{Action, Environment, Placement};
+use crate::env::{Action, Environment, Placement, Snapshot};
 use crate::guidance::RolloutModel;
 use crate::run::{Event, RunDirectory, RunState};
 use crate::task::Task;
@@ -319,7 +319,7 @@ impl Desk for SessionDesk {
         {
             // After the placement the tool in hand would only overlap itself: the ball goes its way.
             let sequence = vec![action; LOOK_AHEAD];
-            ghost.predicted = model.rollouts(&task, &[&snapshot], &[sequence]).pop().map_or_else(Vec::new, |r| r.path);
+            ghost.predicted = predicted_path(model, &task, &snapshot, sequence);
         }
         ghost
     }
@@ -343,7 +343,7 @@ impl Desk for SessionDesk {
         let Some(env) = replay(episode, action) else { return Vec::new() };
         let next = episode.trace.steps.iter().skip(action).take(LOOK_AHEAD).map(|step| step.action).collect();
         let Some(model) = self.rollout_model() else { return Vec::new() };
-        model.rollouts(&episode.task, &[env.snapshot()], &[next]).pop().map_or_else(Vec::new, |rollout| rollout.path)
+        predicted_path(model, &episode.task, env.snapshot(), next)
     }
 
     fn past_episode(&self, episode: u64) -> Result<Arc<Episode>, String> {
@@ -380,6 +380,12 @@ impl Desk for SessionDesk {
 
 /// The environment as it was before an episode's action number `action`. None if the
 /// episode cannot be repeated.
+/// Normalised positions of the ball that the model predicts, none if it cannot predict the task.
+fn predicted_path(model: &dyn RolloutModel, task: &Arc<Task>, from: &Snapshot, actions: Vec<Action>) -> Vec<[f32; 2]> {
+    let rollouts = model.rollouts(task, &[from], &[actions]).unwrap_or_default();
+    rollouts.into_iter().next().map_or_else(Vec::new, |rollout| rollout.path)
+}
+
 fn replay(episode: &Episode, action: usize) -> Option<Environment> {
     let mut env = Environment::shifted(episode.task.clone(), episode.trace.shift);
     for step in episode.trace.steps.iter().take(action) {
