@@ -13,7 +13,7 @@ use super::launch::{Launch, Split, collect, is_deflected};
 use super::model::Model;
 use super::predictor::Predictor;
 use super::rollout::{distance_to_segment, rollouts};
-use crate::env::{Action, Environment, Snapshot};
+use crate::env::{Action, Environment, Snapshot, uniform_action};
 use crate::physics::{Ball, BallState, STEPS_PER_ACTION, Tool, ToolKind, to_normalised};
 use crate::task::Task;
 
@@ -146,7 +146,7 @@ pub fn evaluate(model: &Model, tasks: &[Task], config: &EvaluationConfig) -> Res
         let task = Arc::new(task.clone());
         let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
         let starts = random_states(&task, config.episodes, &mut rng);
-        let actions = |rng: &mut ChaCha8Rng, horizon| (0..horizon).map(|_| random_action(rng)).collect();
+        let actions = |rng: &mut ChaCha8Rng, horizon| (0..horizon).map(|_| uniform_action(rng)).collect();
         let sequences: Vec<Vec<Action>> = starts.iter().map(|_| actions(&mut rng, config.horizon)).collect();
         let truth = TrueScenes::play(&task, &starts, &sequences);
         let (hit_starts, hit_sequences): (Vec<&Snapshot>, Vec<Vec<Action>>) = (0..config.hit_rollouts)
@@ -279,10 +279,6 @@ fn states(launches: &[Launch], step: usize) -> Vec<BallState> {
     launches.iter().map(|launch| launch.states[step]).collect()
 }
 
-fn random_action(rng: &mut ChaCha8Rng) -> Action {
-    [rng.gen_range(-1.0..=1.0), rng.gen_range(-1.0..=1.0)]
-}
-
 /// The states before every action of random episodes.
 fn random_states(task: &Arc<Task>, episodes: usize, rng: &mut ChaCha8Rng) -> Vec<Snapshot> {
     let mut states = Vec::new();
@@ -291,7 +287,7 @@ fn random_states(task: &Arc<Task>, episodes: usize, rng: &mut ChaCha8Rng) -> Vec
         env.reset(rng);
         while env.snapshot().end().is_none() {
             states.push(env.snapshot().clone());
-            if env.step(random_action(rng)).is_err() {
+            if env.step(uniform_action(rng)).is_err() {
                 break;
             }
         }

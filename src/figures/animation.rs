@@ -50,7 +50,7 @@ impl Animation {
     fn draw_moment(&self, canvas: &Canvas<'_>, index: usize, trail: usize) -> Result<(), FigureError> {
         let page = canvas.page().inset(MARGIN);
         let Some(moment) = self.moments.get(index) else { return canvas.nothing(page, "nothing happened") };
-        let stages = self.task.stages().len();
+        let stages = self.task.stage_count();
         let reached = if moment.reached >= stages {
             "goal reached".to_owned()
         } else {

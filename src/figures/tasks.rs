@@ -97,7 +97,7 @@ impl Figure for TaskGrid {
             for (n, region) in task.subgoals.iter().enumerate() {
                 row("subgoal", "", (n + 1).to_string(), region.position, region.radius);
             }
-            row("goal", "", (task.subgoals.len() + 1).to_string(), task.goal.position, task.goal.radius);
+            row("goal", "", task.stage_count().to_string(), task.goal.position, task.goal.radius);
         }
         table
     }

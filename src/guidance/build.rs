@@ -7,10 +7,10 @@ use rand_chacha::ChaCha8Rng;
 
 use super::clusters::cluster;
 use super::config::{GuidanceConfig, StartStates};
-use super::prior::{ActionPrior, StagePrior, stream, uniform};
+use super::prior::{ActionPrior, StagePrior, stream};
 use super::rollout::RolloutModel;
 use crate::dynamics::DynamicsError;
-use crate::env::{Action, Environment, Snapshot};
+use crate::env::{Action, Environment, Snapshot, uniform_action};
 use crate::task::Task;
 
 /// Builds the prior of a task stage by stage. `progress` is called before each stage
@@ -28,7 +28,7 @@ pub fn build(
     seed: u64,
     mut progress: impl FnMut(usize) -> bool,
 ) -> Result<Option<ActionPrior>, DynamicsError> {
-    let stages = task.subgoals.len() + 1;
+    let stages = task.stage_count();
     let mut env = Environment::new(task.clone());
     env.reset(&mut stream(seed, 0));
     let mut starts = vec![env.snapshot().clone()];
@@ -72,7 +72,7 @@ fn imagine(
 ) -> Result<StagePrior, DynamicsError> {
     let chosen: Vec<&Snapshot> = (0..config.model_rollouts).map(|_| &starts[rng.gen_range(0..starts.len())]).collect();
     let sequences: Vec<Vec<Action>> =
-        chosen.iter().map(|_| (0..config.horizon).map(|_| uniform(rng)).collect()).collect();
+        chosen.iter().map(|_| (0..config.horizon).map(|_| uniform_action(rng)).collect()).collect();
     let rollouts = model.rollouts(task, &chosen, &sequences)?;
     let actions: Vec<Action> = rollouts.iter().flat_map(|rollout| rollout.rewarding(config.rewarding)).collect();
     Ok(StagePrior {

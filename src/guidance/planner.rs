@@ -9,10 +9,9 @@ use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
 use super::config::GuidanceError;
-use super::prior::uniform;
 use super::rollout::RolloutModel;
 use crate::dynamics::{DynamicsError, Rollout};
-use crate::env::{Action, Snapshot};
+use crate::env::{Action, Snapshot, uniform_action};
 use crate::task::Task;
 
 /// How an action is planned.
@@ -79,7 +78,7 @@ pub fn plan(
         let sequences: Vec<Vec<Action>> = (0..config.rollouts)
             .map(|_| match &fitted {
                 Some(plan) => plan.sample(rng),
-                None => (0..config.horizon).map(|_| uniform(rng)).collect(),
+                None => (0..config.horizon).map(|_| uniform_action(rng)).collect(),
             })
             .collect();
         let target = task.stages()[from.stage().min(task.subgoals.len())].position;

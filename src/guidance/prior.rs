@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::clusters::{Cluster, cluster};
 use super::config::{GuidanceConfig, GuidanceError};
-use crate::env::Action;
+use crate::env::{Action, uniform_action};
 use crate::task::Task;
 
 /// The clusters of one stage and what they were made from.
@@ -55,7 +55,7 @@ impl ActionPrior {
             model: "uniform".to_owned(),
             seed,
             config: GuidanceConfig::default(),
-            stages: vec![StagePrior::default(); task.subgoals.len() + 1],
+            stages: vec![StagePrior::default(); task.stage_count()],
         }
     }
 
@@ -64,7 +64,7 @@ impl ActionPrior {
     pub fn sample(&self, stage: usize, rng: &mut impl Rng) -> Action {
         match self.stages.get(stage) {
             Some(stage) => stage.sample(rng),
-            None => uniform(rng),
+            None => uniform_action(rng),
         }
     }
 
@@ -86,7 +86,7 @@ impl ActionPrior {
             return Err(GuidanceError::Version { origin: origin(), found: version, wanted: Self::VERSION });
         }
         let prior: Self = serde_json::from_str(text).map_err(syntax)?;
-        let wanted_stages = task.subgoals.len() + 1;
+        let wanted_stages = task.stage_count();
         if prior.task != task.name || prior.stages.len() != wanted_stages {
             return Err(GuidanceError::OtherTask {
                 origin: origin(),
@@ -146,14 +146,9 @@ impl StagePrior {
         }
         match self.clusters.last() {
             Some(cluster) => cluster.sample(rng),
-            None => uniform(rng),
+            None => uniform_action(rng),
         }
     }
-}
-
-/// An action drawn uniformly.
-pub(super) fn uniform(rng: &mut impl Rng) -> Action {
-    [rng.gen_range(-1.0..=1.0), rng.gen_range(-1.0..=1.0)]
 }
 
 /// The random stream of a seed for one purpose.

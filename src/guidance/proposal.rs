@@ -7,10 +7,10 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
 use super::config::GuidanceConfig;
-use super::prior::{stream, uniform};
+use super::prior::stream;
 use super::rollout::RolloutModel;
 use crate::dynamics::{DynamicsError, Rollout};
-use crate::env::{Action, Environment, Snapshot};
+use crate::env::{Action, Environment, Snapshot, uniform_action};
 use crate::physics::{Ball, SCREEN};
 use crate::task::{Region, Task};
 
@@ -73,7 +73,7 @@ pub fn propose_subgoals(
 }
 
 fn random_sequences(config: &GuidanceConfig, rng: &mut ChaCha8Rng) -> Vec<Vec<Action>> {
-    (0..config.model_rollouts).map(|_| (0..config.horizon).map(|_| uniform(rng)).collect()).collect()
+    (0..config.model_rollouts).map(|_| (0..config.horizon).map(|_| uniform_action(rng)).collect()).collect()
 }
 
 fn replay(task: &Arc<Task>, history: &[Action]) -> Snapshot {

@@ -7,8 +7,8 @@ use rand::Rng;
 
 use super::{
     Init, Matrix, MlpShape, NnError, TensorFile, TensorFileError,
-    kernel::{Blend, Buffer, Kernel, Update},
-    layer::{Layer, Parameters},
+    kernel::{Blend, Kernel, Update},
+    layer::{Layer, LoadedParameters, Parameters},
     matrix,
     predict::PredictWorkspace,
     stack::{self, Pass, Pool, Workspace},
@@ -22,8 +22,8 @@ pub struct Mlp {
     shape: MlpShape,
     layers: Arc<[Layer]>,
     parameters: Parameters,
-    /// Copies of parameters under change: dfdx gives no access to the memory of a tensor.
-    copies: [Buffer; 2],
+    /// Always equal to `parameters`.
+    loaded: Arc<LoadedParameters>,
     training: Pool<Workspace>,
     prediction: Pool<PredictWorkspace>,
 }
@@ -50,11 +50,12 @@ impl Mlp {
     }
 
     fn from_values(shape: MlpShape, values: Vec<f32>) -> Self {
+        let layers: Arc<[Layer]> = Layer::all(&shape).into();
         Self {
-            layers: Layer::all(&shape).into(),
+            loaded: LoadedParameters::new(&layers, &values).into(),
             parameters: Cpu::default().tensor_from_vec(values, (shape.parameters(),)),
+            layers,
             shape,
-            copies: Default::default(),
             training: Pool::default(),
             prediction: Pool::default(),
         }
@@ -113,7 +114,7 @@ impl Mlp {
 
     /// A pass of `rows` rows with the present parameters.
     pub(super) fn pass(&self, rows: usize) -> Pass {
-        Pass::new(self.layers.clone(), &self.parameters, &self.training, rows)
+        Pass::new(self.layers.clone(), self.loaded.clone(), &self.training, rows)
     }
 
     /// Outputs for `rows` samples without a tape: `x` holds `rows` × inputs values, `out` becomes
@@ -127,7 +128,7 @@ impl Mlp {
         assert_eq!(x.len(), rows * self.shape.inputs(), "input of the network");
         out.resize(rows * self.shape.outputs(), 0.0);
         let mut workspace = self.prediction.take();
-        workspace.predict(&self.layers, &self.parameters, x, rows, out);
+        workspace.predict(&self.layers, &self.loaded, x, rows, out);
         self.prediction.give_back(workspace);
     }
 
@@ -138,20 +139,16 @@ impl Mlp {
     /// If the networks have different shapes.
     pub fn soft_update(&mut self, online: &Mlp, tau: f32) {
         assert_eq!(self.shape, online.shape, "target and online network");
-        self.edit(|target, copy| {
-            copy.resize(target.len());
-            online.parameters.copy_into(copy);
-            Update { rule: Blend { tau }, state: [target], input: copy }.go();
-        });
+        let input = online.values();
+        self.edit(|target| Update { rule: Blend { tau }, state: [target], input }.go());
     }
 
-    /// Changes the parameters, by way of a copy. `change` has a second buffer to use.
-    pub(super) fn edit(&mut self, change: impl FnOnce(&mut [f32], &mut Buffer)) {
-        let [parameters, other] = &mut self.copies;
-        parameters.resize(self.shape.parameters());
-        self.parameters.copy_into(parameters);
-        change(parameters, other);
-        self.parameters.copy_from(parameters);
+    /// Changes the parameters.
+    pub(super) fn edit(&mut self, change: impl FnOnce(&mut [f32])) {
+        // A copy only while a pass with the old values is still kept on a tape.
+        let loaded = Arc::make_mut(&mut self.loaded);
+        loaded.edit(&self.layers, change);
+        self.parameters.copy_from(loaded.values());
     }
 
     /// The layers, in the order of their parameters.
@@ -164,11 +161,9 @@ impl Mlp {
         &self.parameters
     }
 
-    /// A copy of all parameters.
-    pub(super) fn values(&self) -> Vec<f32> {
-        let mut values = vec![0.0; self.shape.parameters()];
-        self.parameters.copy_into(&mut values);
-        values
+    /// All parameters.
+    pub(super) fn values(&self) -> &[f32] {
+        self.loaded.values()
     }
 
     /// Adds weights and biases to `file` as `prefix.0.weight` (inputs × outputs), `prefix.0.bias`
@@ -176,7 +171,7 @@ impl Mlp {
     pub fn save(&self, file: &mut TensorFile, prefix: &str) {
         let values = self.values();
         for (i, layer) in self.layers.iter().enumerate() {
-            let (weight, bias) = layer.split(&values);
+            let (weight, bias) = layer.split(values);
             file.insert(format!("{prefix}.{i}.weight"), vec![layer.inputs, layer.outputs], weight.to_vec());
             file.insert(format!("{prefix}.{i}.bias"), vec![layer.outputs], bias.to_vec());
         }
@@ -201,6 +196,6 @@ impl Clone for Mlp {
     /// A network with equal parameters of its own: its tensor gets a new identity, so the gradients
     /// of the two are kept apart on one tape.
     fn clone(&self) -> Self {
-        Self::from_values(self.shape.clone(), self.values())
+        Self::from_values(self.shape.clone(), self.values().to_vec())
     }
 }

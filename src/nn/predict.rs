@@ -4,14 +4,13 @@ use rayon::prelude::*;
 
 use super::{
     kernel::{Buffer, padded},
-    layer::{Layer, LoadedParameters, Parameters, unpad_rows},
+    layer::{Layer, LoadedParameters, unpad_rows},
     stack::{Rows, dense, multiplications, threads_for},
 };
 
 /// Memory of a prediction.
 #[derive(Debug, Default)]
 pub(super) struct PredictWorkspace {
-    parameters: LoadedParameters,
     threads: Vec<PredictSpace>,
 }
 
@@ -24,13 +23,11 @@ const CHUNK: usize = 192;
 
 impl PredictWorkspace {
     /// `y` = outputs for `rows` rows of `x`; both dense.
-    pub fn predict(&mut self, layers: &[Layer], parameters: &Parameters, x: &[f32], rows: usize, y: &mut [f32]) {
+    pub fn predict(&mut self, layers: &[Layer], parameters: &LoadedParameters, x: &[f32], rows: usize, y: &mut [f32]) {
         let (Some(first), Some(last)) = (layers.first(), layers.last()) else { return };
         if rows == 0 {
             return;
         }
-        self.parameters.load(layers, parameters);
-        let parameters = &self.parameters;
         let count = threads_for(rows * multiplications(layers)).min(rows);
         self.threads.resize_with(count, Default::default);
         let share = rows.div_ceil(count);

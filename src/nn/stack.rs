@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use super::{
     kernel::{Buffer, ColumnSums, Derivative, Epilogue, Kernel, Product, Start, Transpose, padded},
-    layer::{Layer, LoadedParameters, Parameters, pad_rows, unpad_rows},
+    layer::{Layer, LoadedParameters, pad_rows, unpad_rows},
 };
 
 /// Memory of passes that are done, for the next ones: a pass of the paper's 17 layers over 128 rows
@@ -47,6 +47,7 @@ impl<W: Default> Pool<W> {
 #[derive(Debug)]
 pub(super) struct Pass {
     layers: Arc<[Layer]>,
+    parameters: Arc<LoadedParameters>,
     workspace: Workspace,
     pool: Pool<Workspace>,
 }
@@ -57,7 +58,6 @@ pub(super) struct Workspace {
     rows: usize,
     /// Dense.
     input: Buffer,
-    parameters: LoadedParameters,
     /// The first `cuts` are in use, the others keep their memory.
     spans: Vec<Span>,
     cuts: usize,
@@ -98,10 +98,10 @@ const WORTH_A_SPAN: usize = 8;
 /// Runs all layers of the passes and keeps what [`backward`] needs.
 pub(super) fn forward(passes: &mut [Pass]) {
     let mut shares = shares(cut(passes));
-    for Pass { layers, workspace, .. } in passes {
-        let (input, parameters) = (&workspace.input, &workspace.parameters);
+    for Pass { layers, parameters, workspace, .. } in passes {
+        let input = &workspace.input;
         for span in &mut workspace.spans[..workspace.cuts] {
-            shares[span.share].push((&**layers, parameters, input, span));
+            shares[span.share].push((&**layers, &**parameters, input, span));
         }
     }
     each(shares, |(layers, parameters, input, span)| span.forward(layers, parameters, input));
@@ -112,9 +112,9 @@ pub(super) fn forward(passes: &mut [Pass]) {
 pub(super) fn backward(passes: &mut [Pass], inputs: bool) {
     let last_share = passes.iter().flat_map(|pass| pass.workspace.spans()).map(|span| span.share).max();
     let mut shares = shares(last_share.map_or(0, |share| share + 1));
-    for Pass { layers, workspace, .. } in passes {
+    for Pass { layers, parameters, workspace, .. } in passes {
         for span in &mut workspace.spans[..workspace.cuts] {
-            shares[span.share].push((&**layers, &workspace.parameters, span));
+            shares[span.share].push((&**layers, &**parameters, span));
         }
     }
     let first = usize::from(!inputs);
@@ -182,12 +182,11 @@ fn each<T: Send>(shares: Vec<Vec<T>>, work: impl Fn(T) + Send + Sync) {
 
 impl Pass {
     /// A pass of `rows` rows on memory of the pool.
-    pub fn new(layers: Arc<[Layer]>, parameters: &Parameters, pool: &Pool<Workspace>, rows: usize) -> Self {
+    pub fn new(layers: Arc<[Layer]>, parameters: Arc<LoadedParameters>, pool: &Pool<Workspace>, rows: usize) -> Self {
         let mut workspace = pool.take();
-        workspace.parameters.load(&layers, parameters);
         workspace.rows = rows;
         workspace.input.resize(rows * layers[0].inputs);
-        Self { layers, workspace, pool: pool.clone() }
+        Self { layers, parameters, workspace, pool: pool.clone() }
     }
 
     fn multiplications(&self) -> usize {

@@ -138,7 +138,7 @@ fn gradients_agree_with_central_differences() {
             let mut found = wide(grads.get(&x).as_vec());
             found.extend(wide(gradient(&net, &mut grads)));
             let parameters = net.values();
-            let split = |layer: &Layer| layer.split(&parameters);
+            let split = |layer: &Layer| layer.split(parameters);
             let mut values: Vec<_> =
                 net.layers().iter().map(split).map(|(w, b)| (wide(w.to_vec()), wide(b.to_vec()))).collect();
             let mut x = wide(x.as_vec());
@@ -295,8 +295,8 @@ fn soft_update_keeps_one_minus_tau_of_the_target() {
     let before = target.clone();
     target.soft_update(&online, 0.1);
     let mix = |(before, online): (&f32, &f32)| 0.9 * before + 0.1 * online;
-    let expected: Vec<f32> = before.values().iter().zip(&online.values()).map(mix).collect();
-    close(&target.values(), &expected, 1e-6, "parameters");
+    let expected: Vec<f32> = before.values().iter().zip(online.values()).map(mix).collect();
+    close(target.values(), &expected, 1e-6, "parameters");
     target.soft_update(&online, 1.0);
     assert_eq!(target.values(), online.values());
 }

@@ -136,7 +136,7 @@ impl Conductor<'_> {
         if !config.is_guided() {
             return Ok(None);
         }
-        let stages = config.task.subgoals.len() + 1;
+        let stages = config.task.stage_count();
         let prior = build_prior(config, |stage| {
             self.watch.set_phase(Phase::BuildingPrior { stage, stages });
             true

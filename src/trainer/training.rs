@@ -271,7 +271,7 @@ impl Training {
         if self.config.refinement.every == 0 {
             return;
         }
-        let stages = self.config.task.subgoals.len() + 1;
+        let stages = self.config.task.stage_count();
         self.progress.rewarding.resize(stages, VecDeque::new());
         let kept = &mut self.progress.rewarding[stage];
         kept.extend(actions);
