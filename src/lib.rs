@@ -21,6 +21,7 @@ pub mod protocol;
 pub mod run;
 pub mod spelling;
 pub mod stats;
+pub mod streams;
 pub mod study;
 pub mod sweep;
 pub mod task;

@@ -7,10 +7,11 @@ use rand_chacha::ChaCha8Rng;
 
 use super::clusters::cluster;
 use super::config::{GuidanceConfig, StartStates};
-use super::prior::{ActionPrior, StagePrior, stream};
+use super::prior::{ActionPrior, StagePrior};
 use super::rollout::RolloutModel;
 use crate::dynamics::DynamicsError;
 use crate::env::{Action, Environment, Snapshot, uniform_action};
+use crate::streams::Stream;
 use crate::task::Task;
 
 /// Builds the prior of a task stage by stage. `progress` is called before each stage
@@ -30,7 +31,7 @@ pub fn build(
 ) -> Result<Option<ActionPrior>, DynamicsError> {
     let stages = task.stage_count();
     let mut env = Environment::new(task.clone());
-    env.reset(&mut stream(seed, 0));
+    env.reset(&mut Stream::PriorStart.of(seed));
     let mut starts = vec![env.snapshot().clone()];
     let mut prior = ActionPrior {
         version: ActionPrior::VERSION,
@@ -45,7 +46,7 @@ pub fn build(
         if !progress(stage) {
             return Ok(None);
         }
-        let mut rng = stream(seed, 1 + stage as u64);
+        let mut rng = Stream::PriorStage(stage).of(seed);
         let mut built = imagine(task, model, config, &starts, &mut rng)?;
         if stage + 1 < stages {
             built.environment_rollouts = environment_rollouts;

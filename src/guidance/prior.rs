@@ -1,6 +1,6 @@
 //! The action prior of a task: clusters of rewarding actions for every stage.
 
-use rand::{Rng, SeedableRng};
+use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
@@ -149,11 +149,4 @@ impl StagePrior {
             None => uniform_action(rng),
         }
     }
-}
-
-/// The random stream of a seed for one purpose.
-pub(super) fn stream(seed: u64, number: u64) -> ChaCha8Rng {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    rng.set_stream(number);
-    rng
 }

@@ -1,11 +1,10 @@
 //! The session's figures: what it holds, as the data of a figure, into a file.
 
 use std::collections::BTreeSet;
-use std::path::Path;
 
 use super::SessionError;
-use super::command::{Command, FigureKind};
-use super::runs::RunView;
+use super::command::{self, Command, FigureKind};
+use super::run::RunView;
 use super::session::Session;
 use crate::env::Placement;
 use crate::figures::{
@@ -13,7 +12,7 @@ use crate::figures::{
     Statistics, TaskActions, TaskGrid,
 };
 use crate::physics::PHYSICS_DT;
-use crate::run::{EpisodeRecord, config_hash};
+use crate::run::{EpisodeRecord, Metric, config_hash};
 use crate::stats::rolling::WINDOW;
 use crate::task::Task;
 use crate::trainer::{RunConfig, Trace};
@@ -25,8 +24,9 @@ const ANIMATION_DPI: u32 = 137;
 
 impl Session {
     /// Writes a figure of what the session holds, with its numbers as CSV beside it.
-    pub(super) fn export(&self, kind: FigureKind, path: &Path, dpi: Option<u32>) -> Result<String, SessionError> {
-        let command = Command::Figure { kind, path: path.to_owned(), dpi }.to_string();
+    pub(super) fn export(&self, command: &command::Figure) -> Result<String, SessionError> {
+        let command::Figure { kind, ref path, dpi } = *command;
+        let command = Command::from(command.clone()).to_string();
         let provenance = self.provenance(kind, command)?;
         match self.figure(kind)? {
             Some(figure) => figure.write(path, &provenance, dpi.unwrap_or(DEFAULT_DPI))?,
@@ -40,7 +40,7 @@ impl Session {
 
     /// The settings behind a figure: those of the runs it shows, or of the session.
     fn provenance(&self, kind: FigureKind, command: String) -> Result<Provenance, SessionError> {
-        let by_hand = kind == FigureKind::Episode && !self.hand().trace().steps.is_empty();
+        let by_hand = kind == FigureKind::Episode && !self.hand_play().trace().steps.is_empty();
         let settings = match kind {
             FigureKind::Learning => {
                 let configs: Vec<&RunConfig> = self.runs().iter().map(RunView::config).collect();
@@ -77,8 +77,8 @@ impl Session {
 
     /// The greedy episode of the current run, or the one played by hand.
     fn episode_to_show(&self) -> Result<(&Task, Trace), SessionError> {
-        if !self.hand().trace().steps.is_empty() {
-            return Ok((self.hand().task(), self.hand().trace().clone()));
+        if !self.hand_play().trace().steps.is_empty() {
+            return Ok((self.hand_play().task(), self.hand_play().trace().clone()));
         }
         let run = self.run().ok_or(SessionError::NoRun)?;
         Ok((&run.config().task, run.greedy_episode(run.config().seed)?))
@@ -118,7 +118,7 @@ fn label(config: &RunConfig) -> String {
 fn dashboard(run: &RunView) -> Dashboard {
     let config = run.config();
     let column = |of: &dyn Fn(&EpisodeRecord) -> f64| run.records().iter().map(of).collect::<Vec<f64>>();
-    let optional = |of: fn(&EpisodeRecord) -> Option<f64>| column(&|record| of(record).unwrap_or(f64::NAN));
+    let metric = |metric: Metric| column(&|record| metric.of(record));
     let greedy = |record: &EpisodeRecord| {
         let evaluation = run.evaluations().iter().find(|evaluation| evaluation.episode == record.episode);
         evaluation.map_or(f64::NAN, |evaluation| evaluation.success)
@@ -127,14 +127,14 @@ fn dashboard(run: &RunView) -> Dashboard {
         title: format!("{} on {}", label(config), config.task.name),
         window: WINDOW.get(),
         episode: column(&|record| record.episode as f64),
-        success: column(&|record| record.rolling_success),
+        success: metric(Metric::Success),
         greedy_success: column(&greedy),
-        episode_return: column(&|record| record.return_),
-        critic_loss: optional(|record| record.critic_loss),
-        actor_loss: optional(|record| record.actor_loss),
-        q_mean: optional(|record| record.mean_q),
-        saturation: optional(|record| record.action_saturation),
-        epsilon: column(&|record| record.epsilon),
+        episode_return: metric(Metric::Return),
+        critic_loss: metric(Metric::CriticLoss),
+        actor_loss: metric(Metric::ActorLoss),
+        q_mean: metric(Metric::MeanQ),
+        saturation: metric(Metric::Saturation),
+        epsilon: metric(Metric::Epsilon),
     }
 }
 
