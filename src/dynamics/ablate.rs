@@ -112,7 +112,7 @@ pub struct Ablation<'a> {
 
 impl Ablation<'_> {
     /// Trains and evaluates a variant. Variants with one seed learn from the same launches
-    /// and are evaluated on the same ones. `watch` sees every epoch's progress. A training
+    /// and are evaluated on the same ones. `on_progress` is called after every epoch. A training
     /// that diverges gives its last good state and the reason.
     ///
     /// # Errors
@@ -121,12 +121,12 @@ impl Ablation<'_> {
         &self,
         variant: Variant,
         seed: u64,
-        mut watch: impl FnMut(&Progress),
+        mut on_progress: impl FnMut(&Progress),
     ) -> Result<(Model, Ablated), DynamicsError> {
         let settings = TrainConfig { seed, ..self.training.clone() };
         let mut training = Training::new(variant.apply(self.model.clone()), settings, self.tools, self.command)?;
         let ended = training.run(|_, progress| {
-            watch(progress);
+            on_progress(progress);
             true
         });
         let failure = match ended {

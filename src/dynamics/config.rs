@@ -114,7 +114,7 @@ impl Default for ModelConfig {
 
 impl ModelConfig {
     /// The paper's literal reading: the next position after a whole action interval from
-    /// centre distances. The cutoff covers the way of a fast ball in that time.
+    /// centre distances. The cutoff covers the distance that a fast ball moves in that time.
     pub fn literal() -> Self {
         Self {
             geometry: Geometry::Centre,
@@ -170,7 +170,7 @@ pub struct TrainConfig {
     pub batch: usize,
     /// Learning rate at the start.
     pub learning_rate: f32,
-    /// How the learning rate goes on.
+    /// How the learning rate changes.
     pub schedule: RateSchedule,
     /// Optimiser.
     pub optimiser: OptimiserKind,

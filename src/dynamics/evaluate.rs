@@ -96,7 +96,7 @@ pub struct OneTool {
     pub rollout: Vec<Errors>,
     /// After the whole action, of launches in which the ball was deflected.
     pub action_contact: Errors,
-    /// Predicted against real hits of a subgoal near the ball's way, of the same launches.
+    /// Predicted against real hits of a subgoal near the ball's path, of the same launches.
     pub hits: Hits,
 }
 

@@ -1,7 +1,7 @@
 //! Task-agnostic dynamics models: launches, graphs, the network, training, prediction
 //! (paper, sections 2.1, 4.1, 5.2 and appendix A.1).
 //!
-//! The way of the data: [`collect`] launches balls at single tools → [`Samples`] are graphs
+//! Data flow: [`collect`] launches balls at single tools → [`Samples`] are graphs
 //! and targets of every prediction interval in them → [`Training`] fits a [`Network`] →
 //! [`Model`] predicts, as one batch for thousands of scenes → [`rollouts`] for guidance,
 //! [`evaluate()`] and [`Ablation`] for evidence.

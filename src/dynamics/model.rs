@@ -194,7 +194,7 @@ impl Model {
         Self::from_bytes(&bytes, &origin)
     }
 
-    /// Writes the model file, whole or not at all.
+    /// Writes the model file atomically.
     ///
     /// # Errors
     /// When the file cannot be written.

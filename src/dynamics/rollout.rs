@@ -34,7 +34,7 @@ pub struct RolloutAction {
     pub touched: bool,
 }
 
-/// One rollout under way.
+/// A rollout in progress.
 struct Scene {
     snapshot: Snapshot,
     ball: BallState,

@@ -86,7 +86,7 @@ fn imagine(
 }
 
 /// Step 3: actions from the clusters in the real environment. Returns the states in
-/// which the stage was reached and the last states of all rollouts, of those that can go on.
+/// which the stage was reached and the last states of all rollouts, of those that can continue.
 fn explore(
     env: &mut Environment,
     prior: &StagePrior,

@@ -88,9 +88,9 @@ pub fn plan(
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
         ranked.truncate(config.elites);
         fitted = Some(Plan::fit(&ranked, config));
-        let leader = ranked.swap_remove(0);
-        if best.as_ref().is_none_or(|(least, _)| leader.0 < *least) {
-            best = Some(leader);
+        let first = ranked.swap_remove(0);
+        if best.as_ref().is_none_or(|(least, _)| first.0 < *least) {
+            best = Some(first);
         }
     }
     // There is at least one iteration of at least one rollout of at least one action.

@@ -22,7 +22,7 @@ pub struct StagePrior {
     pub model_hits: usize,
     /// Rollouts made in the real environment (none for the last stage).
     pub environment_rollouts: usize,
-    /// Real rollouts that reached the stage and can go on from there.
+    /// Real rollouts that reached the stage and can continue from there.
     pub environment_hits: usize,
 }
 

@@ -36,9 +36,9 @@ impl RolloutModel for Bullseye {
 }
 
 #[test]
-fn two_heaps_become_two_clusters_with_their_means_and_deviations() {
-    let heap = |x: f32| [[x - 0.1, 0.0], [x + 0.1, 0.0], [x, 0.2], [x, -0.2]];
-    let actions: Vec<Action> = heap(-0.5).into_iter().chain(heap(0.5)).chain([[0.5, 0.0]; 4]).collect();
+fn two_groups_become_two_clusters_with_their_means_and_deviations() {
+    let group = |x: f32| [[x - 0.1, 0.0], [x + 0.1, 0.0], [x, 0.2], [x, -0.2]];
+    let actions: Vec<Action> = group(-0.5).into_iter().chain(group(0.5)).chain([[0.5, 0.0]; 4]).collect();
     for count in [ClusterCount::Fixed(2), ClusterCount::Silhouette(4)] {
         let found = clusters::cluster(&actions, count, 0.02, &rng());
         assert_eq!(found.iter().map(|cluster| cluster.count).collect::<Vec<_>>(), [8, 4], "{count:?}");
@@ -126,7 +126,7 @@ fn of_plans_that_hit_the_soonest_is_taken() {
 
 #[test]
 fn any_hit_is_better_than_the_nearest_miss() {
-    /// Actions on the left miss by a hair, those on the right hit late.
+    /// Actions on the left narrowly miss, those on the right hit late.
     #[derive(Debug)]
     struct HitsOnTheRight;
     impl RolloutModel for HitsOnTheRight {
@@ -190,7 +190,7 @@ fn a_saved_prior_is_read_back_and_only_for_its_task() {
 }
 
 #[test]
-fn a_plan_homes_in_on_the_best_action() {
+fn a_plan_converges_to_the_best_action() {
     let task = Arc::new(task::load("task1").unwrap());
     let env = Environment::new(task.clone());
     let distance = |iterations: usize| {

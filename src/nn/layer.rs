@@ -1,4 +1,4 @@
-//! Dense layers within the parameters of their network, and their way to the kernels.
+//! Dense layers within the parameters of their network, and the copy that the kernels work on.
 
 use dfdx::prelude::*;
 

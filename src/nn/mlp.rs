@@ -140,7 +140,7 @@ impl Mlp {
     pub fn soft_update(&mut self, online: &Mlp, tau: f32) {
         assert_eq!(self.shape, online.shape, "target and online network");
         let input = online.values();
-        self.edit(|target| Update { rule: Blend { tau }, state: [target], input }.go());
+        self.edit(|target| Update { rule: Blend { tau }, state: [target], input }.execute());
     }
 
     /// Changes the parameters.

@@ -140,7 +140,7 @@ fn norm(networks: &[&mut Mlp], grads: &mut Gradients<f32, Cpu>) -> Result<f64, C
         let gradient = grads.get_or_alloc_mut(network.parameters())?;
         for layer in network.layers() {
             let (weight, bias) = layer.split(gradient);
-            squares += f64::from(SumOfSquares(weight).go()) + f64::from(SumOfSquares(bias).go());
+            squares += f64::from(SumOfSquares(weight).execute()) + f64::from(SumOfSquares(bias).execute());
         }
     }
     Ok(squares.sqrt())
@@ -179,22 +179,22 @@ impl AnyRule {
 
     /// Applies the rule to all parameters of a network, the halves of many side by side.
     fn apply(self, step: Step<'_>) {
-        if step.parameters.len() > WORTH_A_THREAD {
+        if step.parameters.len() > MIN_PER_THREAD {
             let (front, back) = step.halves();
             rayon::join(|| self.apply(front), || self.apply(back));
             return;
         }
         let Step { parameters, gradient: input, mean, square } = step;
         match self {
-            Self::Adam(rule) => Update { rule, state: [parameters, mean, square], input }.go(),
-            Self::RmsProp(rule) => Update { rule, state: [parameters, square], input }.go(),
-            Self::Sgd(rule) => Update { rule, state: [parameters], input }.go(),
+            Self::Adam(rule) => Update { rule, state: [parameters, mean, square], input }.execute(),
+            Self::RmsProp(rule) => Update { rule, state: [parameters, square], input }.execute(),
+            Self::Sgd(rule) => Update { rule, state: [parameters], input }.execute(),
         }
     }
 }
 
 /// Parameters below which a second thread costs more than it brings.
-const WORTH_A_THREAD: usize = 50_000;
+const MIN_PER_THREAD: usize = 50_000;
 
 /// Parameters, their gradient, and their moments where the optimiser has them.
 struct Step<'a> {

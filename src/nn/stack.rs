@@ -90,10 +90,10 @@ struct Span {
 }
 
 /// Multiplications below which a second thread costs more than it brings.
-const WORTH_A_THREAD: usize = 1 << 20;
+const MULTIPLICATIONS_PER_THREAD: usize = 1 << 20;
 
 /// Rows below which a span of its own costs more than uneven shares.
-const WORTH_A_SPAN: usize = 8;
+const MIN_SPAN_ROWS: usize = 8;
 
 /// Runs all layers of the passes and keeps what [`backward`] needs.
 pub(super) fn forward(passes: &mut [Pass]) {
@@ -104,7 +104,7 @@ pub(super) fn forward(passes: &mut [Pass]) {
             shares[span.share].push((&**layers, &**parameters, input, span));
         }
     }
-    each(shares, |(layers, parameters, input, span)| span.forward(layers, parameters, input));
+    for_each_share(shares, |(layers, parameters, input, span)| span.forward(layers, parameters, input));
 }
 
 /// Propagates the gradients of the outputs back through the layers of the passes; through the first
@@ -118,7 +118,7 @@ pub(super) fn backward(passes: &mut [Pass], inputs: bool) {
         }
     }
     let first = usize::from(!inputs);
-    each(shares, |(layers, parameters, span)| {
+    for_each_share(shares, |(layers, parameters, span)| {
         span.start_backward(layers);
         (first..layers.len()).rev().for_each(|i| span.backward(i, layers, parameters));
     });
@@ -135,8 +135,8 @@ fn cut(passes: &mut [Pass]) -> usize {
         let (rows, each) = (pass.workspace.rows, multiplications(&pass.layers));
         // The row at which a share ends.
         let end = |share: usize| match ((total * (share + 1) / threads).saturating_sub(before) / each).min(rows) {
-            row if row < WORTH_A_SPAN => 0,
-            row if row + WORTH_A_SPAN > rows => rows,
+            row if row < MIN_SPAN_ROWS => 0,
+            row if row + MIN_SPAN_ROWS > rows => rows,
             row => row,
         };
         let spans = &mut pass.workspace.spans;
@@ -165,7 +165,7 @@ pub(super) fn multiplications(layers: &[Layer]) -> usize {
 
 /// Threads that this many multiplications are worth.
 pub(super) fn threads_for(multiplications: usize) -> usize {
-    rayon::current_num_threads().min(multiplications / WORTH_A_THREAD).max(1)
+    rayon::current_num_threads().min(multiplications / MULTIPLICATIONS_PER_THREAD).max(1)
 }
 
 fn shares<T>(count: usize) -> Vec<Vec<T>> {
@@ -173,7 +173,7 @@ fn shares<T>(count: usize) -> Vec<Vec<T>> {
 }
 
 /// Does the work of every share, each on a thread of its own.
-fn each<T: Send>(shares: Vec<Vec<T>>, work: impl Fn(T) + Send + Sync) {
+fn for_each_share<T: Send>(shares: Vec<Vec<T>>, work: impl Fn(T) + Send + Sync) {
     match <[_; 1]>::try_from(shares) {
         Ok([alone]) => alone.into_iter().for_each(work),
         Err(shares) => shares.into_par_iter().for_each(|share| share.into_iter().for_each(&work)),
@@ -281,7 +281,7 @@ impl Span {
     fn start_backward(&mut self, layers: &[Layer]) {
         let last = layers.len() - 1;
         let (output, gradient) = (&self.outputs[last], &mut self.slopes[last]);
-        Derivative { activation: layers[last].activation, output, gradient }.go();
+        Derivative { activation: layers[last].activation, output, gradient }.execute();
     }
 
     /// dL/dz of layer `i - 1` from that of layer `i`; for layer 0, dL/dx.
@@ -289,7 +289,7 @@ impl Span {
         let layer = &layers[i];
         let (rows, columns) = (padded(layer.inputs), padded(layer.outputs));
         self.transposed.resize(rows * columns);
-        Transpose { from: parameters.weight(layer), rows, columns, to: &mut self.transposed }.go();
+        Transpose { from: parameters.weight(layer), rows, columns, to: &mut self.transposed }.execute();
         let (before, after) = self.slopes.split_at_mut(i);
         let (c, epilogue) = match before.last_mut() {
             Some(slopes) => {
@@ -313,7 +313,7 @@ impl Span {
             c_row: rows,
             epilogue,
         }
-        .go();
+        .execute();
     }
 }
 
@@ -343,7 +343,7 @@ pub(super) fn dense(layer: &Layer, parameters: &LoadedParameters, rows: usize, x
         c_row: columns,
         epilogue: Epilogue::Activate(layer.activation),
     }
-    .go();
+    .execute();
 }
 
 /// The gradients of layer `i`, summed over the rows of all spans in order.
@@ -384,8 +384,8 @@ impl ParameterSum<'_> {
                 c_row: columns,
                 epilogue: Epilogue::None,
             }
-            .go();
-            ColumnSums { x: &span.slopes[i], sums: db }.go();
+            .execute();
+            ColumnSums { x: &span.slopes[i], sums: db }.execute();
         }
         if layer.is_padded() {
             unpad_rows(space, layer.outputs, sum);

@@ -228,7 +228,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
 }
 
 #[test]
-fn a_row_is_predicted_alike_in_any_company() {
+fn a_row_is_predicted_alike_in_any_batch() {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     let net = Mlp::new(MlpShape::uniform(7, 40, 3, 4, Activation::Relu), InitScheme::FanIn, &mut rng).unwrap();
     let x = random(500, 7, &mut rng).as_vec();

@@ -60,7 +60,7 @@ fn a_touch_counts_only_before_the_stage_is_reached() {
         assert!(found.actions[0].placed, "{found:?}");
         found.actions[0].touched
     };
-    assert!(place([x + 9.0, y - 8.0]), "beside the ball's way to the subgoal");
+    assert!(place([x + 9.0, y - 8.0]), "beside the ball's path to the subgoal");
     assert!(!place([x, y - 24.9]), "near the ball only where it has reached the subgoal");
-    assert!(!place([x + 12.0, y - 8.0]), "too far from its way");
+    assert!(!place([x + 12.0, y - 8.0]), "too far from its path");
 }

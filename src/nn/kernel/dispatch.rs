@@ -24,12 +24,12 @@ pub(in crate::nn) trait Kernel: Sized {
     unsafe fn run<S: Simd>(self) -> Self::Output;
 
     /// Does the work with the best instructions of this processor.
-    fn go(self) -> Self::Output {
-        self.go_with(Level::best())
+    fn execute(self) -> Self::Output {
+        self.execute_at(Level::best())
     }
 
     /// Does the work with the instructions of `level`.
-    fn go_with(self, level: Level) -> Self::Output {
+    fn execute_at(self, level: Level) -> Self::Output {
         assert!(level.is_available(), "{level:?} on this processor");
         match level {
             // SAFETY: the processor has the instruction set, as asserted.
