@@ -126,11 +126,6 @@ impl ModelConfig {
         }
     }
 
-    /// Predictions in one action interval.
-    pub fn predictions_per_action(&self) -> u32 {
-        STEPS_PER_ACTION / self.interval
-    }
-
     /// Checks the ranges.
     ///
     /// # Errors

@@ -188,17 +188,6 @@ impl<'a> Compared<&'a dyn Predictor> {
     }
 }
 
-impl<T> Compared<T> {
-    /// Another value of each predictor.
-    pub fn map_ref<U>(&self, mut value: impl FnMut(&T) -> U) -> Compared<U> {
-        Compared {
-            model: value(&self.model),
-            constant_velocity: value(&self.constant_velocity),
-            nearest_sample: value(&self.nearest_sample),
-        }
-    }
-}
-
 impl Errors {
     fn of(mut distances: Vec<f64>) -> Self {
         let count = distances.len();

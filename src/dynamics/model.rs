@@ -17,7 +17,7 @@ use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind}
 use crate::task::{GoalShape, Task, ToolSpec};
 
 /// Version of the file format this program writes and reads.
-pub const VERSION: u32 = 1;
+const VERSION: u32 = 1;
 
 /// A dynamics model of one tool set.
 #[derive(Debug, Clone)]
@@ -79,15 +79,10 @@ impl Model {
         &self.provenance
     }
 
-    /// Builds the graphs that [`predict`](Self::predict) takes.
-    pub fn builder(&self) -> &GraphBuilder {
-        &self.builder
-    }
-
     /// The states of the balls one prediction interval later. `graphs` holds one scene for
-    /// each of `balls`, in order, as [`builder`](Self::builder) made them; their features
+    /// each of `balls`, in order, as the model's builder made them; their features
     /// are normalised in place.
-    pub fn predict(&self, graphs: &mut Graphs, balls: &[BallState]) -> Vec<BallState> {
+    pub(super) fn predict(&self, graphs: &mut Graphs, balls: &[BallState]) -> Vec<BallState> {
         assert_eq!(graphs.scenes, balls.len(), "one ball a scene");
         self.normaliser.normalise(graphs);
         let mut outputs = self.network.predict(graphs);

@@ -9,6 +9,19 @@
 //!
 //! The module knows vectors only: a batch is a matrix with one sample a row. Nothing here draws
 //! from dfdx's device generator, whose state cannot be saved.
+//!
+//! # What dfdx does, and what is done here
+//! Tensors, tape, gradients, losses and element-wise operations are dfdx's. Done here is what it
+//! lacks or what is measurably faster (one core, AVX2 or AVX-512; `mge bench` times the whole):
+//!
+//! - **Fused stacks.** A training step of 17 layers of 64 on 128 rows takes 2.6 ms with dfdx's own
+//!   operations, of which 1.9 ms are a scalar `tanh` and the rest mostly copies between layers; as
+//!   one operation with vectorised kernels it takes a quarter of that.
+//! - **Instructions chosen at run time.** Without FMA the same kernels take twice as long, and a
+//!   program compiled for every processor cannot assume it.
+//! - **Optimisers.** Those of dfdx keep their moments private, so that a training could not be
+//!   resumed to the same bits.
+//! - **Kept workspaces and parameters in the kernels' layout.** See their types.
 
 mod branch;
 mod error;

@@ -2,6 +2,15 @@
 
 use super::*;
 
+/// Another value of each predictor.
+fn of_each<T, U>(compared: &Compared<T>, value: impl Fn(&T) -> U) -> Compared<U> {
+    Compared {
+        model: value(&compared.model),
+        constant_velocity: value(&compared.constant_velocity),
+        nearest_sample: value(&compared.nearest_sample),
+    }
+}
+
 #[test]
 fn evaluation_and_ablation_report_every_part() {
     let settings = EvaluationConfig { launches: 20, episodes: 1, horizon: 2, hit_rollouts: 10, seed: 3 };
@@ -35,7 +44,7 @@ fn evaluation_and_ablation_report_every_part() {
             assert_eq!(launch.errors.model.rollout.len(), 8);
             assert!(launch.errors.model.one_step.mean > 0.0);
             assert!(launch.errors.nearest_sample.one_step_contact.count > 0);
-            let hits = launch.errors.map_ref(|tool| tool.hits);
+            let hits = of_each(&launch.errors, |tool| tool.hits);
             assert_eq!(hits.model.rollouts, launch.errors.model.action_contact.count);
             let real = |hits: Hits| hits.true_positives + hits.false_negatives;
             assert!(real(hits.model) > 0 && real(hits.model) == real(hits.constant_velocity), "{hits:?}");
@@ -76,19 +85,19 @@ fn shipped_models_predict_better_than_the_baselines() {
     for name in shipped_names() {
         let evaluation = evaluate(&shipped(name).unwrap().unwrap(), &task::shipped(), &settings).unwrap();
         for launch in &evaluation.launches {
-            let errors = launch.errors.map_ref(|tool| tool.one_step_contact.mean);
+            let errors = of_each(&launch.errors, |tool| tool.one_step_contact.mean);
             assert!(errors.model < 0.7 * errors.constant_velocity, "{name}: {errors:?}");
             // A captured ball rests: the nearest sample knows that to the last digit.
             let share = if launch.tool == ToolKind::Bucket { 1.2 } else { 0.7 };
             assert!(errors.model < share * errors.nearest_sample, "{name}, {}: {errors:?}", launch.tool);
-            let score = launch.errors.map_ref(|tool| {
+            let score = of_each(&launch.errors, |tool| {
                 let Hits { true_positives, false_positives, false_negatives, .. } = tool.hits;
                 2 * true_positives * 100 / (2 * true_positives + false_positives + false_negatives)
             });
             assert!(score.model > 80 && score.model > score.constant_velocity, "{name}: F1 {score:?} %");
         }
         for scene in &evaluation.scenes {
-            let errors = scene.rollout.map_ref(|errors| errors[0].mean);
+            let errors = of_each(&scene.rollout, |errors| errors[0].mean);
             assert!(errors.model < errors.constant_velocity, "{}: {errors:?}", scene.task);
         }
     }

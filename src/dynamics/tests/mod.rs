@@ -11,6 +11,12 @@ use dfdx::prelude::{AsArray, Backward, Cpu};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::baseline::ConstantVelocity;
+use super::codec::Codec;
+use super::graph::{GraphBuilder, Graphs};
+use super::launch::data_hash;
+use super::network::Network;
+use super::normaliser::Columns;
 use super::*;
 use crate::env::{Action, Environment};
 use crate::nn::{Optimiser, OptimiserKind, TensorFile, matrix};
