@@ -49,12 +49,12 @@ mod network;
 mod normaliser;
 mod object;
 mod predictor;
-mod resumable;
 mod rollout;
 mod samples;
 mod shipped;
 mod tool_set;
 mod train;
+mod train_to_file;
 
 pub use ablate::{Ablated, Ablation, Variant};
 pub use config::{
@@ -62,16 +62,17 @@ pub use config::{
 };
 pub use error::DynamicsError;
 pub use evaluate::{
-    Compared, Errors, Evaluation, EvaluationConfig, Hits, LaunchErrors, OneTool, SceneErrors, evaluate,
+    Compared, Errors, Evaluation, EvaluationConfig, EvaluationProgress, Hits, LaunchErrors, OneTool, SceneErrors,
+    evaluate, evaluate_with_progress,
 };
 pub use launch::{Launch, Split, collect};
 pub use model::{Model, Provenance};
 pub use object::{EdgeType, ObjectType};
 pub use predictor::Predictor;
-pub use resumable::train_resumably;
 pub use rollout::{Rollout, RolloutAction, rollouts};
 pub use shipped::{named, shipped, shipped_for, shipped_names};
 pub use tool_set::{canonical_tool_set, tool_set_name};
 pub use train::{Ended, Progress, Training};
+pub use train_to_file::{TrainedModel, checkpoint_of, train_to_file};
 #[cfg(test)]
 mod tests;
