@@ -10,7 +10,7 @@ use crate::guidance::RolloutModel;
 use crate::run::{Event, RunDirectory, RunState};
 use crate::task::Task;
 use crate::trainer::{LiveView, Phase, RunConfig, rollout_model, unusual_settings};
-use crate::workbench::{Command, FigureKind, Notice, RunView, Session};
+use crate::workbench::{Command, FigureKind, Notice, RunView, Session, shipped_models};
 
 use super::facts::{Facts, Level, LogLine, ModelFacts, RunFacts, Settings};
 use super::metric::Curves;
@@ -138,7 +138,7 @@ impl SessionDesk {
         facts.file = session.file().map(Path::to_owned);
         facts.dirty = session.is_dirty();
         facts.proposed = session.proposed().to_vec();
-        facts.proposing = session.proposing();
+        facts.proposing = session.proposing().map(|progress| (progress.done, progress.total));
         facts.settings = settings(session);
         facts.prior_state = session.prior_state();
         let of_run = || session.run().and_then(RunView::prior);
@@ -148,7 +148,7 @@ impl SessionDesk {
             facts.played = Arc::new(hand.trace().clone());
         }
         facts.played_end = hand.snapshot().end();
-        facts.model_work = session.model_work().map(|(name, done)| (name.to_owned(), done));
+        facts.model_work = session.model_work().map(|(name, progress)| (name, progress.share()));
         self.refresh_runs();
         self.refresh_live();
     }
@@ -202,40 +202,52 @@ impl SessionDesk {
 
     fn note(&mut self, notice: &Notice) {
         match notice {
-            Notice::PriorReady => {
-                self.facts.prior_failure = None;
-                let training = self.session.run().is_some_and(RunView::is_active);
-                let more = if training { "; `guide` gives them to the running training" } else { "" };
-                self.log(Level::Good, format!("the action clusters are there{more}"));
-            }
-            Notice::PriorFailed(reason) => {
-                self.facts.prior_failure = Some(reason.clone());
-                self.log(Level::Error, format!("action clusters: {reason}"));
-            }
-            Notice::Model(outcome) => {
-                self.facts.models = models(&self.session);
-                self.facts.model_outcome = Some(outcome.clone());
-                match outcome {
-                    Ok(told) => self.log(Level::Good, told.clone()),
-                    Err(reason) => self.log(Level::Error, reason.clone()),
-                }
-            }
-            Notice::Proposed(Ok(told)) => {
-                self.log(Level::Good, format!("{told}: accept, move or reject them on the Edit screen"));
-            }
-            Notice::Proposed(Err(reason)) => self.log(Level::Error, format!("subgoals: {reason}")),
-            Notice::Run { event: Event::EpisodeFinished(_), .. } | Notice::PriorStage { .. } | Notice::Changed => {}
-            Notice::Run { index, event } => {
+            Notice::Finished { command, outcome } => self.note_outcome(command, outcome),
+            Notice::Run { event: Event::EpisodeFinished(_), .. } | Notice::Progress { .. } | Notice::Changed => {}
+            Notice::Run { run, event } => {
                 let level = match event {
                     Event::Failed { .. } => Level::Error,
                     Event::Stopped { .. } => Level::Warning,
                     Event::Finished { .. } => Level::Good,
                     _ => Level::Info,
                 };
-                let name = self.session.runs().get(*index).map_or_else(String::new, RunView::name);
+                let name = self.session.run_numbered(*run).map_or_else(String::new, RunView::name);
                 self.log(level, format!("{name}: {event}"));
             }
         }
+    }
+
+    /// Notes how a computation ended.
+    fn note_outcome(&mut self, command: &Command, outcome: &Result<String, String>) {
+        match command {
+            Command::Clusters(_) => self.facts.prior_failure = outcome.as_ref().err().cloned(),
+            Command::ModelTrain(_) | Command::ModelEvaluate(_) => {
+                self.facts.models = models(&self.session);
+                self.facts.model_outcome = Some(outcome.clone());
+            }
+            Command::Figure(figure) if outcome.is_ok() => {
+                self.facts.figures.retain(|known| *known != figure.path);
+                self.facts.figures.push(figure.path.clone());
+            }
+            Command::Delete(_) => self.look_for_runs(),
+            _ => {}
+        }
+        let training = self.session.run().is_some_and(RunView::is_active);
+        let (level, text) = match (command, outcome) {
+            // It is seen on the screen.
+            (Command::Open(_) | Command::Continue(_), Ok(_)) => return,
+            (Command::Clusters(_), Ok(report)) if training => {
+                (Level::Good, format!("{report}; `guide` gives them to the running training"))
+            }
+            (Command::Propose(_), Ok(report)) => {
+                (Level::Good, format!("{report}: accept, move or reject them on the Edit screen"))
+            }
+            (_, Ok(report)) => (Level::Good, report.clone()),
+            (Command::Clusters(_), Err(reason)) => (Level::Error, format!("action clusters: {reason}")),
+            (Command::Propose(_), Err(reason)) => (Level::Error, format!("subgoals: {reason}")),
+            (_, Err(reason)) => (Level::Error, reason.clone()),
+        };
+        self.log(level, text);
     }
 
     /// The model of the present settings; None if it predicts nothing or cannot be had.
@@ -278,19 +290,7 @@ impl Desk for SessionDesk {
         self.touched = Instant::now();
         let outcome = match Command::parse(line) {
             Ok(None) => return Ok(String::new()),
-            Ok(Some(command)) => {
-                let figure = if let Command::Figure(figure) = &command { Some(figure.path.clone()) } else { None };
-                let deleted = matches!(command, Command::Delete(_));
-                let outcome = self.session.apply(command).map_err(|error| error.to_string());
-                if deleted {
-                    self.look_for_runs();
-                }
-                if let (Ok(_), Some(path)) = (&outcome, figure) {
-                    self.facts.figures.retain(|known| *known != path);
-                    self.facts.figures.push(path);
-                }
-                outcome
-            }
+            Ok(Some(command)) => self.session.apply(command).map_err(|error| error.to_string()),
             Err(error) => Err(error.to_string()),
         };
         match &outcome {
@@ -406,10 +406,9 @@ fn models(session: &Session) -> Vec<ModelFacts> {
         model("true", "the environment's own physics: the upper bound of guidance"),
         model("uniform", "no model: uniform random actions in place of clusters"),
     ];
-    models.extend(crate::dynamics::shipped_names().filter_map(|name| {
-        let known = crate::dynamics::shipped(name).ok().flatten()?;
+    models.extend(shipped_models().iter().map(|(name, known)| {
         let about = known.check_task(session.task()).map_or_else(|error| error.to_string(), |()| "shipped".to_owned());
-        Some(model(name, &about))
+        model(name, &about)
     }));
     if let Ok(entries) = std::fs::read_dir("models") {
         let files = entries.flatten().map(|entry| entry.path());

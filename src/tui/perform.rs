@@ -229,7 +229,7 @@ impl App {
                 Err(error) => return self.say(Level::Error, format!("{kind}: {error}")),
             }
         }
-        self.say(Level::Good, format!("wrote {} into figures/, with their numbers as CSV", written.join(", ")));
+        self.say(Level::Good, format!("drawing {} into figures/, with their numbers as CSV", written.join(", ")));
     }
 
     /// Exports one figure.
@@ -241,7 +241,6 @@ impl App {
     }
 
     fn write_figure(&mut self, kind: &str, format: &str) -> Result<String, String> {
-        std::fs::create_dir_all("figures").map_err(|error| format!("cannot make the folder figures: {error}"))?;
         let path = format!("figures/{}-{kind}.{format}", self.desk.facts().task.name);
         self.desk.apply(&format!("figure {kind} {}", shell_words::quote(&path)))
     }

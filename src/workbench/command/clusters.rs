@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use super::arguments::{optional, quoted_path};
-use super::{Execute, Recording, Verb};
+use super::{Awaits, Execute, Recording, Verb};
 use crate::trainer::Control;
 use crate::workbench::{Session, SessionError};
 
@@ -27,11 +27,16 @@ impl Execute for Clusters {
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        session.compute_clusters(self.0.as_deref())
+        session.compute_clusters(self)
     }
 
     fn begins_work(&self) -> bool {
         self.0.is_none()
+    }
+
+    /// A file that is named is there when the next line is carried out.
+    fn awaits(&self) -> Awaits {
+        if self.0.is_some() { Awaits::Everything } else { Awaits::Nothing }
     }
 
     fn overwrites(&self) -> Option<&Path> {

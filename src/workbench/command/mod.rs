@@ -65,6 +65,17 @@ pub(super) enum Recording {
     As(Command),
 }
 
+/// What a script waits for after a command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Awaits {
+    /// Nothing.
+    Nothing,
+    /// The result of the computation that the command began, if it did.
+    Result,
+    /// The end of all that is under way.
+    Everything,
+}
+
 /// What a command does.
 trait Execute {
     /// Its verbs, in the order of the help.
@@ -83,7 +94,7 @@ trait Execute {
         Ok(String::new())
     }
 
-    /// Carries it out and returns what to report.
+    /// Carries it out, without waiting for anything, and returns what to report.
     ///
     /// # Errors
     /// When it cannot be carried out; nothing has changed then.
@@ -112,6 +123,11 @@ trait Execute {
     /// Whether it only begins something, for whose end the recorded script waits.
     fn begins_work(&self) -> bool {
         false
+    }
+
+    /// What a script waits for after it.
+    fn awaits(&self) -> Awaits {
+        Awaits::Nothing
     }
 
     /// The file it replaces if there is one by that name.
@@ -198,6 +214,10 @@ impl Command {
 
     pub(super) fn acts_on_run(&self) -> bool {
         self.behaviour().acts_on_run()
+    }
+
+    pub(super) fn awaits(&self) -> Awaits {
+        self.behaviour().awaits()
     }
 
     pub(super) fn begins_work(&self) -> bool {

@@ -7,7 +7,6 @@ use super::arguments::{optional, quoted, quoted_path};
 use super::{Execute, Recording, Verb};
 use crate::physics::ToolKind;
 use crate::workbench::dry_run::DryRun;
-use crate::workbench::model_job::ModelJob;
 use crate::workbench::{Session, SessionError};
 
 /// Trains a dynamics model of a tool set into a file.
@@ -41,8 +40,7 @@ impl Execute for ModelTrain {
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        let job = ModelJob::train(&self.tools, &self.path, self.epochs, session.config().seed);
-        session.begin_model_job(job)
+        session.train_model(self)
     }
 
     fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
@@ -78,8 +76,7 @@ impl Execute for ModelEvaluate {
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        let job = ModelJob::evaluate(&self.0, session.config().seed);
-        session.begin_model_job(job)
+        session.evaluate_model(self)
     }
 
     fn begins_work(&self) -> bool {
@@ -106,7 +103,7 @@ impl Execute for ModelStop {
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        session.end_model_job()
+        session.stop_model_work()
     }
 
     fn recording(&self, _session: &Session) -> Recording {

@@ -4,9 +4,9 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use super::arguments::{optional, quoted_path};
-use super::{Execute, Recording, Verb};
+use super::{Awaits, Execute, Recording, Verb};
 use crate::workbench::dry_run::{DryRun, check_figure};
-use crate::workbench::{Session, SessionError};
+use crate::workbench::{Session, SessionError, write_file};
 
 /// Exports a figure.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,6 +51,10 @@ impl Execute for Figure {
 
     fn acts_on_run(&self) -> bool {
         matches!(self.kind, FigureKind::Dashboard | FigureKind::Episode)
+    }
+
+    fn awaits(&self) -> Awaits {
+        Awaits::Result
     }
 }
 
@@ -213,8 +217,7 @@ impl Execute for Record {
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        crate::atomic::write(&self.0, session.to_script().as_bytes())
-            .map_err(|source| SessionError::Write { path: self.0.clone(), source })?;
+        write_file(&self.0, session.to_script().as_bytes())?;
         Ok(format!("saved the session to {}", self.0.display()))
     }
 
@@ -227,7 +230,7 @@ impl Execute for Record {
     }
 }
 
-/// Waits for what is under way.
+/// Lets a script wait for what is under way. Elsewhere it says what that is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wait;
 
@@ -236,7 +239,7 @@ impl Execute for Wait {
         &[Verb {
             name: "wait",
             arguments: "",
-            help: "wait until the run pauses or ends, or the clusters are there",
+            help: "in a script: wait until runs pause or end and computations are done",
             read: |_| Ok(Self.into()),
         }]
     }
@@ -246,11 +249,15 @@ impl Execute for Wait {
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        session.wait(|_| {})
+        Ok(session.under_way())
     }
 
     fn recording(&self, _session: &Session) -> Recording {
         Recording::Never
+    }
+
+    fn awaits(&self) -> Awaits {
+        Awaits::Everything
     }
 }
 

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use super::arguments::{optional, quoted_path, until};
-use super::{Execute, Recording, Verb};
+use super::{Awaits, Execute, Recording, Verb};
 use crate::trainer::Control;
 use crate::workbench::dry_run::DryRun;
 use crate::workbench::{Session, SessionError};
@@ -164,12 +164,16 @@ impl Execute for Open {
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        session.open(&self.0)
+        session.open(self)
     }
 
     /// A run of the session may be in another folder when the script is played.
     fn recording(&self, session: &Session) -> Recording {
         session.number_of(&self.0).map_or(Recording::Now, |number| Recording::As(Watch(number).into()))
+    }
+
+    fn awaits(&self) -> Awaits {
+        Awaits::Result
     }
 }
 
@@ -215,7 +219,11 @@ impl Execute for Continue {
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        session.continue_run(self.0.as_deref())
+        session.continue_run(self)
+    }
+
+    fn awaits(&self) -> Awaits {
+        Awaits::Result
     }
 
     fn acts_on_run(&self) -> bool {
@@ -246,7 +254,11 @@ impl Execute for Delete {
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        session.delete(&self.0)
+        session.delete(self)
+    }
+
+    fn awaits(&self) -> Awaits {
+        Awaits::Result
     }
 
     fn recording(&self, _session: &Session) -> Recording {
@@ -278,6 +290,10 @@ impl Execute for Evaluate {
 
     fn recording(&self, _session: &Session) -> Recording {
         Recording::AtEpisode
+    }
+
+    fn awaits(&self) -> Awaits {
+        Awaits::Result
     }
 
     fn acts_on_run(&self) -> bool {

@@ -40,7 +40,8 @@ impl Execute for Task {
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         let report = session.change(|setup| self.prepare(setup))?;
-        session.forget_task();
+        session.forget_clusters();
+        session.forget_proposals();
         Ok(report)
     }
 
@@ -291,7 +292,7 @@ impl Execute for Propose {
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        session.propose(self.0)
+        session.propose(self)
     }
 
     fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
