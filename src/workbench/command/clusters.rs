@@ -1,6 +1,5 @@
 //! The action clusters.
 
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use super::arguments::{optional, quoted_path};
@@ -13,17 +12,17 @@ use crate::workbench::{Session, SessionError};
 pub struct Clusters(pub Option<PathBuf>);
 
 impl Execute for Clusters {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "clusters",
-            arguments: "[FILE]",
-            help: "compute the action clusters of the task anew, and save them to a file",
-            read: |args| Ok(Self(args.optional_path()).into()),
-        }]
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new(
+            "clusters",
+            "[FILE]",
+            "compute the action clusters of the task anew, and save them to a file",
+            |args| Ok(Self(args.optional_path()).into()),
+        )]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "clusters{}", optional(self.0.as_deref().map(quoted_path)))
+    fn arguments(&self) -> String {
+        optional(self.0.as_deref().map(quoted_path))
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -49,17 +48,8 @@ impl Execute for Clusters {
 pub struct Guide;
 
 impl Execute for Guide {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "guide",
-            arguments: "",
-            help: "give the action clusters to the running training",
-            read: |_| Ok(Self.into()),
-        }]
-    }
-
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("guide")
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("guide", "", "give the action clusters to the running training", |_| Ok(Self.into()))]
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {

@@ -15,6 +15,7 @@ mod task;
 
 use std::fmt;
 use std::path::Path;
+use std::sync::LazyLock;
 
 use super::dry_run::DryRun;
 use super::setup::Setup;
@@ -44,6 +45,15 @@ pub struct Verb {
 }
 
 impl Verb {
+    fn new(
+        name: &'static str,
+        arguments: &'static str,
+        help: &'static str,
+        read: fn(&mut Arguments<'_>) -> Result<Command, String>,
+    ) -> Self {
+        Self { name, arguments, help, read }
+    }
+
     /// How it is written: its words and what follows them.
     pub fn usage(&self) -> String {
         format!("{} {}", self.name, self.arguments).trim_end().to_owned()
@@ -79,12 +89,19 @@ pub(super) enum Awaits {
 /// What a command does.
 trait Execute {
     /// Its verbs, in the order of the help.
-    fn verbs() -> &'static [Verb]
+    fn verbs() -> Vec<Verb>
     where
         Self: Sized;
 
-    /// Writes the line that is read back as this command.
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result;
+    /// Its arguments as they are read back, each after a space.
+    fn arguments(&self) -> String {
+        String::new()
+    }
+
+    /// The whole line, if it is not that of the first verb with the arguments.
+    fn line(&self) -> Option<String> {
+        None
+    }
 
     /// Changes the task or the settings of the next run, and returns what to report.
     ///
@@ -157,11 +174,18 @@ macro_rules! commands {
                     $(Self::$name(command) => command),*
                 }
             }
+
+            fn first_verb(&self) -> &'static str {
+                match self {
+                    $(Self::$name(_) => $name::verbs()[0].name),*
+                }
+            }
         }
 
         /// Every verb of the command language.
         pub fn verbs() -> impl Iterator<Item = &'static Verb> {
-            [$($name::verbs()),*].into_iter().flatten()
+            static VERBS: LazyLock<Vec<Verb>> = LazyLock::new(|| [$($name::verbs()),*].concat());
+            VERBS.iter()
         }
     };
 }
@@ -228,7 +252,10 @@ impl Command {
 impl fmt::Display for Command {
     /// The line that is read back as this command.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.behaviour().write(f)
+        match self.behaviour().line() {
+            Some(line) => f.write_str(&line),
+            None => write!(f, "{}{}", self.first_verb(), self.behaviour().arguments()),
+        }
     }
 }
 

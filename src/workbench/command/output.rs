@@ -1,6 +1,5 @@
 //! What comes out of a session: figures, checks, its recording, and its end.
 
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use super::arguments::{optional, quoted_path};
@@ -20,21 +19,21 @@ pub struct Figure {
 }
 
 impl Execute for Figure {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "figure",
-            arguments: "KIND FILE [DPI]",
-            help: "export a figure: scene, clusters, learning, dashboard or episode",
-            read: |args| {
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new(
+            "figure",
+            "KIND FILE [DPI]",
+            "export a figure: scene, clusters, learning, dashboard or episode",
+            |args| {
                 let kind = args.one_of("a kind", &FigureKind::ALL, FigureKind::name)?;
                 let (path, dpi) = (args.path("a file")?, args.optional_number("resolution")?);
                 Ok(Self { kind, path, dpi }.into())
             },
-        }]
+        )]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "figure {} {}{}", self.kind.name(), quoted_path(&self.path), optional(self.dpi))
+    fn arguments(&self) -> String {
+        format!(" {} {}{}", self.kind.name(), quoted_path(&self.path), optional(self.dpi))
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -101,21 +100,21 @@ pub struct Expect {
 }
 
 impl Execute for Expect {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "expect",
-            arguments: "WHAT OP VALUE",
-            help: "fail the script unless it holds, such as expect success >= 0.5",
-            read: |args| {
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new(
+            "expect",
+            "WHAT OP VALUE",
+            "fail the script unless it holds, such as expect success >= 0.5",
+            |args| {
                 let quantity = args.one_of("a quantity", &Quantity::ALL, Quantity::name)?;
                 let comparison = args.one_of("a comparison", &Comparison::ALL, Comparison::sign)?;
                 Ok(Self { quantity, comparison, value: args.number("number")? }.into())
             },
-        }]
+        )]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "expect {} {} {}", self.quantity.name(), self.comparison.sign(), self.value)
+    fn arguments(&self) -> String {
+        format!(" {} {} {}", self.quantity.name(), self.comparison.sign(), self.value)
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -203,17 +202,14 @@ impl Comparison {
 pub struct Record(pub PathBuf);
 
 impl Execute for Record {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "record",
-            arguments: "FILE",
-            help: "save the session so far as a script",
-            read: |args| Ok(Self(args.path("a file")?).into()),
-        }]
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("record", "FILE", "save the session so far as a script", |args| {
+            Ok(Self(args.path("a file")?).into())
+        })]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "record {}", quoted_path(&self.0))
+    fn arguments(&self) -> String {
+        format!(" {}", quoted_path(&self.0))
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -235,17 +231,10 @@ impl Execute for Record {
 pub struct Wait;
 
 impl Execute for Wait {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "wait",
-            arguments: "",
-            help: "in a script: wait until runs pause or end and computations are done",
-            read: |_| Ok(Self.into()),
-        }]
-    }
-
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("wait")
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("wait", "", "in a script: wait until runs pause or end and computations are done", |_| {
+            Ok(Self.into())
+        })]
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -266,17 +255,13 @@ impl Execute for Wait {
 pub struct Quit;
 
 impl Execute for Quit {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "quit",
-            arguments: "",
-            help: "leave the workbench; a running training is checkpointed first",
-            read: |_| Ok(Self.into()),
-        }]
-    }
-
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("quit")
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new(
+            "quit",
+            "",
+            "leave the workbench; a running training is checkpointed first",
+            |_| Ok(Self.into()),
+        )]
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
