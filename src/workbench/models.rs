@@ -5,7 +5,7 @@ use std::sync::{Arc, LazyLock};
 use super::command::{Command, ModelEvaluate, ModelTrain};
 use super::job::{Progress, Reporter};
 use super::{Session, SessionError, create_parent};
-use crate::dynamics::{self, Ended, EvaluationConfig, Model, ModelConfig, TrainConfig, Training};
+use crate::dynamics::{self, Ended, EvaluationConfig, Model, ModelConfig, TrainConfig, train_to_file};
 use crate::task;
 
 /// The shipped dynamics models, by name. They are read once.
@@ -80,16 +80,17 @@ fn train_into_file(train: &ModelTrain, seed: u64, reporter: &Reporter) -> Result
     let command = format!("mge dynamics train --tools {names} --seed {seed} --epochs {} --out {file}", settings.epochs);
     let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     create_parent(path).map_err(|error| error.to_string())?;
-    let mut training =
-        Training::new(ModelConfig::default(), settings, tools, &command).map_err(|error| failed(&error))?;
-    let ended = training.run(|_, now| reporter.progress(now.epoch as usize, now.epochs as usize));
-    match ended {
-        Ended::Done => {}
-        Ended::Stopped => return Err(failed(&"ended before it was trained")),
-        Ended::Diverged { epoch, reason } => return Err(failed(&format_args!("epoch {epoch}: {reason}"))),
+    let on_progress = |now: &dynamics::Progress| reporter.progress(now.epoch as usize, now.epochs as usize);
+    let trained = train_to_file(path, ModelConfig::default(), settings, tools, &command, on_progress)
+        .map_err(|error| failed(&error))?;
+    if trained.ended == Ended::Stopped {
+        return Err(failed(&"ended before it was trained; train it again to continue"));
     }
-    training.model().save(path).map_err(|error| failed(&error))?;
-    Ok(format!("trained {}: validation loss {:.5}", path.display(), training.validation_loss()))
+    trained.remove_checkpoint();
+    if let Some(reason) = trained.divergence() {
+        return Err(failed(&reason));
+    }
+    Ok(format!("trained {}: validation loss {:.5}", path.display(), trained.training.validation_loss()))
 }
 
 fn evaluate(name: &str, seed: u64) -> Result<String, String> {
