@@ -367,9 +367,8 @@ impl RunJob<'_> {
         let subgoals = self.study.folder.cached(&format!("subgoals/{}-{seed}.json", task.name), || {
             let found = rollout_model(&config.prior, task)?;
             // Only uniform actions have no model.
-            Ok(found.map_or_else(Vec::new, |(model, _)| {
-                propose_subgoals(task, &*model, task.subgoals.len(), &config.guidance, *seed, |_| true)
-            }))
+            let Some((model, _)) = found else { return Ok(Vec::new()) };
+            Ok(propose_subgoals(task, &*model, task.subgoals.len(), &config.guidance, *seed, |_| true)?)
         })?;
         Ok(Arc::new(Task { subgoals, ..(**task).clone() }))
     }
