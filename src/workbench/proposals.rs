@@ -82,7 +82,8 @@ fn search(config: &RunConfig, count: usize, reporter: &Reporter) -> Result<Vec<R
     let model = rollout_model(&config.prior, &config.task).map_err(|error| error.to_string())?;
     let (model, _) = model.ok_or("`uniform` predicts nothing: choose another model, such as learned or true")?;
     let go_on = |found| reporter.progress(found, count);
-    Ok(propose_subgoals(&config.task, &*model, count, &config.guidance, config.seed, go_on))
+    propose_subgoals(&config.task, &*model, count, &config.guidance, config.seed, go_on)
+        .map_err(|error| error.to_string())
 }
 
 fn subgoals(count: usize) -> String {

@@ -108,7 +108,7 @@ impl RunView {
     }
 
     /// Whether what its log says so far is still being read.
-    pub(super) fn is_unread(&self) -> bool {
+    pub fn is_unread(&self) -> bool {
         self.unread
     }
 

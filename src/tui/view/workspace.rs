@@ -148,6 +148,11 @@ impl SessionWorkspace {
             } else {
                 rate.forget();
             }
+            let on_disk = self.index.runs().iter().find(|known| run.is_unread() && known.path == path);
+            if let Some(known) = on_disk {
+                // Until its log is read, what is known of it without.
+                return (path.to_owned(), Arc::new(RunSummary { opened: true, ..RunSummary::clone(known) }));
+            }
             let known = old.remove(path).map(Arc::unwrap_or_clone).map(|run| run.curves);
             (path.to_owned(), Arc::new(summary_of(run, known.unwrap_or_default(), rate.per_second())))
         });
