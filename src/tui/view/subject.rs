@@ -65,7 +65,9 @@ impl TaskModel {
 
     /// Predicted normalised positions of the ball when `actions` are taken from a state.
     fn path(&self, start: &Snapshot, actions: Vec<Action>) -> Vec<[f32; 2]> {
-        self.model.rollouts(&self.task, &[start], &[actions]).pop().map_or_else(Vec::new, |rollout| rollout.path)
+        // A model that cannot predict the state shows no path.
+        let rollouts = self.model.rollouts(&self.task, &[start], &[actions]).unwrap_or_default();
+        rollouts.into_iter().next().map_or_else(Vec::new, |rollout| rollout.path)
     }
 }
 
