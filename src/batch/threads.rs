@@ -26,7 +26,9 @@ fn can_start(threads: usize) -> bool {
     let (hold, held) = crossbeam_channel::bounded::<()>(0);
     thread::scope(|scope| {
         // Until the other end of the channel is dropped.
-        let wait = || drop(held.recv());
+        let wait = || {
+            let _ = held.recv();
+        };
         let all = (0..threads).all(|_| thread::Builder::new().spawn_scoped(scope, wait).is_ok());
         drop(hold);
         all
