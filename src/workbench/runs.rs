@@ -289,8 +289,8 @@ mod tests {
     fn a_threshold_without_clusters_says_what_is_missing() {
         let folder = tempfile::tempdir().unwrap();
         let mut session = session(folder.path(), &["train until 1"]);
-        let told = try_line(&mut session, "epsilon 0.5").unwrap();
-        assert!(told.contains("no action clusters") && told.contains("`guide`"), "{told}");
+        let report = try_line(&mut session, "epsilon 0.5").unwrap();
+        assert!(report.contains("no action clusters") && report.contains("`guide`"), "{report}");
         apply(&mut session, &["stop", "wait"]);
     }
 
@@ -391,7 +391,7 @@ mod tests {
             try_line(&mut session, "expect subgoals >= 0").unwrap();
         }
         assert!(session.wait(|_| {}).is_err());
-        assert!(session.wait(|_| {}).is_ok(), "it is told once");
+        assert!(session.wait(|_| {}).is_ok(), "it is reported once");
     }
 
     #[test]
