@@ -1,5 +1,8 @@
 //! Sweeps as a user runs them: at once, through GNU parallel, as a Slurm array; and the report.
 
+// A skipped check says so.
+#![allow(clippy::print_stderr)]
+
 use std::path::Path;
 use std::process::{Command, Output};
 

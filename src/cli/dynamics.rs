@@ -2,9 +2,9 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use super::Outcome;
 use super::arguments::{Dynamics, DynamicsAblate, DynamicsEvaluate, DynamicsTrain};
 use super::progress::Progress;
+use super::{Outcome, output};
 use crate::dynamics::{self, Ended, EvaluationConfig, ModelConfig, TrainConfig, Variant, canonical_tool_set, evaluate};
 use crate::figures::{Figure, Provenance};
 use crate::stats::Bootstrap;
@@ -42,8 +42,7 @@ fn train(arguments: &DynamicsTrain) -> Outcome {
     }
     // The model is whole: what is left of the training is only in the way.
     let _ = std::fs::remove_file(&checkpoint);
-    println!("{}", arguments.out.display());
-    Ok(())
+    Ok(output::line(arguments.out.display())?)
 }
 
 fn settings(arguments: &DynamicsTrain) -> Result<(ModelConfig, TrainConfig), Box<dyn std::error::Error>> {
@@ -100,8 +99,7 @@ fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
         let provenance = Provenance::new(command, &[arguments.seed], &model.provenance().data_hash);
         model_error_figure(&evaluation, &model).write(path, &provenance, arguments.print.dpi)?;
     }
-    println!("{}", serde_json::to_string_pretty(&evaluation)?);
-    Ok(())
+    Ok(output::line(serde_json::to_string_pretty(&evaluation)?)?)
 }
 
 fn ablate(arguments: &DynamicsAblate) -> Outcome {
@@ -135,8 +133,7 @@ fn ablate(arguments: &DynamicsAblate) -> Outcome {
     let threads = arguments.threads.unwrap_or_else(rayon::current_num_threads);
     ablation(&plan, &arguments.out, &command, threads, arguments.print.dpi, &tell)?;
     drop(progress);
-    println!("{}", arguments.out.join("ablation.md").display());
-    Ok(())
+    Ok(output::line(arguments.out.join("ablation.md").display())?)
 }
 
 #[cfg(test)]

@@ -5,10 +5,13 @@ use std::io::{self, Write};
 use clap::CommandFactory;
 use clap_mangen::Man;
 
-use super::Outcome;
 use super::arguments::Arguments;
-use crate::tui;
+use super::{Outcome, output};
+use crate::dynamics::{MODEL_SETTINGS, TRAIN_SETTINGS};
+use crate::task::RULES;
+use crate::validation::Setting;
 use crate::workbench::verbs;
+use crate::{trainer, tui};
 
 /// Environment variables and what they do.
 const ENVIRONMENT: [(&str, &str); 6] = [
@@ -27,7 +30,7 @@ const ENVIRONMENT: [(&str, &str); 6] = [
 pub fn print() -> Outcome {
     let mut page = Vec::new();
     write_page(&mut page)?;
-    Ok(io::stdout().lock().write_all(&page)?)
+    Ok(output::lines(String::from_utf8_lossy(&page))?)
 }
 
 fn write_page(out: &mut impl Write) -> io::Result<()> {
@@ -57,6 +60,11 @@ fn write_page(out: &mut impl Write) -> io::Result<()> {
     for verb in verbs() {
         item(out, &verb.usage(), verb.help)?;
     }
+    settings(out, "OF A TRAINING", trainer::settings())?;
+    let rules = RULES.into_iter().map(|setting| (format!("rules.{}", setting.path), setting));
+    settings(out, "OF A TASK", rules)?;
+    let model = MODEL_SETTINGS.into_iter().chain(TRAIN_SETTINGS);
+    settings(out, "OF A DYNAMICS MODEL", model.map(|setting| (setting.path.to_owned(), setting)))?;
     writeln!(out, ".SH ENVIRONMENT")?;
     for (name, about) in ENVIRONMENT {
         item(out, name, about)?;
@@ -65,6 +73,15 @@ fn write_page(out: &mut impl Write) -> io::Result<()> {
     item(out, "0", "It is done.")?;
     item(out, "1", "It failed: one line on standard error says why and what to do.")?;
     item(out, "2", "Wrong usage.")
+}
+
+/// The numbers that can be set, with their ranges.
+fn settings(out: &mut impl Write, whose: &str, settings: impl Iterator<Item = (String, Setting)>) -> io::Result<()> {
+    writeln!(out, ".SH NUMBERS {whose}")?;
+    for (path, Setting { range, about, .. }) in settings {
+        item(out, &path, &format!("{about}: {range}"))?;
+    }
+    Ok(())
 }
 
 fn item(out: &mut impl Write, term: &str, text: &str) -> io::Result<()> {
@@ -88,6 +105,10 @@ mod tests {
         let page = String::from_utf8(page).unwrap();
         for verb in verbs() {
             assert!(page.contains(&escape(verb.help)), "{}", verb.name);
+        }
+        for (path, setting) in trainer::settings() {
+            let text = format!("{}: {}", setting.about, setting.range);
+            assert!(page.contains(&escape(&path)) && page.contains(&escape(&text)), "{path}");
         }
         for (_, keys) in tui::keys() {
             assert!(keys.iter().all(|key| page.contains(&escape(key.name))));

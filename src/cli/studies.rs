@@ -2,9 +2,9 @@
 
 use std::sync::Mutex;
 
-use super::Outcome;
 use super::arguments::{Bench, Report, Reproduce};
 use super::progress::Progress;
+use super::{Outcome, output};
 use crate::bench::WORKS;
 use crate::stats::Bootstrap;
 use crate::study::{self, StudyPlan, StudyProgress};
@@ -29,8 +29,7 @@ pub fn reproduce(arguments: &Reproduce) -> Outcome {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads.unwrap_or(0)).build()?;
     pool.install(|| study::reproduce(&plan, &arguments.out, &command, arguments.print.dpi, &tell))?;
     drop(progress);
-    println!("{}", arguments.out.join("report.md").display());
-    Ok(())
+    Ok(output::line(arguments.out.join("report.md").display())?)
 }
 
 pub fn report(arguments: &Report) -> Outcome {
@@ -43,8 +42,7 @@ pub fn report(arguments: &Report) -> Outcome {
     }
     command += &arguments.print.option();
     study::compare(&arguments.runs, &arguments.out, &bootstrap, &command, arguments.print.dpi)?;
-    println!("{}", arguments.out.join("report.md").display());
-    Ok(())
+    Ok(output::line(arguments.out.join("report.md").display())?)
 }
 
 pub fn bench(arguments: &Bench) -> Outcome {
@@ -55,7 +53,7 @@ pub fn bench(arguments: &Bench) -> Outcome {
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads.max(1)).build()?;
     for work in WORKS.iter().filter(|work| chosen(work.name)) {
-        println!("{}", serde_json::to_string(&pool.install(|| work.measure()))?);
+        output::line(serde_json::to_string(&pool.install(|| work.measure()))?)?;
     }
     Ok(())
 }

@@ -58,7 +58,8 @@ pub use ablate::{Ablated, Ablation, Variant};
 pub use baseline::{ConstantVelocity, NearestSample};
 pub use codec::Codec;
 pub use config::{
-    Coordinates, EdgeActivation, EdgeFunctions, Geometry, Loss, ModelConfig, RateSchedule, Targets, TrainConfig,
+    Coordinates, EdgeActivation, EdgeFunctions, Geometry, Loss, MODEL_SETTINGS, ModelConfig, RateSchedule,
+    TRAIN_SETTINGS, Targets, TrainConfig,
 };
 pub use error::{DynamicsError, canonical_tool_set, tool_set_name};
 pub use evaluate::{

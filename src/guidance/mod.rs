@@ -16,8 +16,8 @@ mod tests;
 
 pub use clusters::{Cluster, ClusterCount};
 pub use model::LearnedModel;
-pub use planner::{PlannerConfig, plan};
-pub use prior::{ActionPrior, GuidanceConfig, GuidanceError, StagePrior, StartStates, build};
+pub use planner::{PlannerConfig, SETTINGS as PLANNER_SETTINGS, plan};
+pub use prior::{ActionPrior, GuidanceConfig, GuidanceError, SETTINGS, StagePrior, StartStates, build};
 pub use proposal::propose_subgoals;
 pub use rollout::{Played, Rewarding, Rollout, RolloutAction, RolloutModel, TruePhysics};
 pub use schedule::{EpsilonSchedule, ScheduleError};

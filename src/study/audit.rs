@@ -9,9 +9,10 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::hits::{ActorNoise, Guided, Hits, Uniform, count_hits};
-use crate::agent::{ConfigError, DdpgConfig};
+use crate::agent::DdpgConfig;
 use crate::guidance::{self, GuidanceConfig, TruePhysics};
 use crate::task::Task;
+use crate::validation::ValidationError;
 
 /// One way of exploring one task.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -29,7 +30,7 @@ pub struct AuditRow {
 ///
 /// # Errors
 /// When the default learner is misconfigured.
-pub fn audit(task: &Arc<Task>, episodes: u32, seeds: u64) -> Result<Vec<AuditRow>, ConfigError> {
+pub fn audit(task: &Arc<Task>, episodes: u32, seeds: u64) -> Result<Vec<AuditRow>, ValidationError> {
     let played: Vec<[Hits; 3]> = (0..seeds)
         .into_par_iter()
         .map(|seed| {
@@ -44,7 +45,7 @@ pub fn audit(task: &Arc<Task>, episodes: u32, seeds: u64) -> Result<Vec<AuditRow
                 guided.unwrap_or(Hits { episodes: 0, goal: 0, subgoals: Vec::new() }),
             ])
         })
-        .collect::<Result<_, ConfigError>>()?;
+        .collect::<Result<_, ValidationError>>()?;
     let ways = ["uniform", "actor + OU", "guided by true physics"];
     Ok(ways
         .into_iter()

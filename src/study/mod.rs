@@ -18,10 +18,9 @@ mod report;
 mod reproduce;
 
 pub use batch::train_to_end;
-pub use comparison::{AggregateRow, Comparison, ImprovementRow, LeftOut, compare};
+pub use comparison::compare;
 pub use figures::model_error_figure;
 pub use found::{FoundRun, find_runs, read_runs};
-pub use learning::{LearningRow, TrainedRun};
 pub use plan::StudyPlan;
-pub use report::{HitsRow, ModelRow, Report, mean_errors};
-pub use reproduce::{StudyError, StudyProgress, reproduce};
+pub use report::mean_errors;
+pub use reproduce::{StudyProgress, reproduce};

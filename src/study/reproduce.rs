@@ -17,7 +17,7 @@ use super::hits::{ActorNoise, Guided, Hits, count_hits};
 use super::learning::{FINAL, Learning, LearningRow, TrainedRun};
 use super::plan::{PlannedRun, StudyPlan};
 use super::report::{HitsRow, ModelRow, Report, mean_errors};
-use crate::agent::{ConfigError, DdpgConfig};
+use crate::agent::DdpgConfig;
 use crate::dynamics::{DynamicsError, Ended, Evaluation, Model, Training, Variant, evaluate, tool_set_name};
 use crate::figures::{ActionSamples, Figure, FigureError, Provenance, TaskActions, TaskGrid};
 use crate::guidance::{ActionPrior, GuidanceError, propose_subgoals};
@@ -28,6 +28,7 @@ use crate::task::Task;
 use crate::trainer::{
     PriorError, PriorSource, RunConfig, SettingError, TrainerError, Watch, build_prior, rollout_model,
 };
+use crate::validation::ValidationError;
 
 /// Why a study could not be finished. What it has done so far stays.
 #[derive(Debug, thiserror::Error)]
@@ -55,7 +56,7 @@ pub enum StudyError {
     Guidance(#[from] GuidanceError),
     /// The untrained agent.
     #[error(transparent)]
-    Agent(#[from] ConfigError),
+    Agent(#[from] ValidationError),
     /// A run's files.
     #[error(transparent)]
     Run(#[from] RunError),

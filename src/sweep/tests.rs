@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 
+use super::expand::{Job, Work};
 use super::*;
 use crate::dynamics::{ModelConfig, TrainConfig};
 use crate::run::{RunDirectory, RunState};
@@ -118,7 +119,10 @@ fn mistakes_are_explained_before_any_work() {
             r#"{"kind": "dynamics", "tools": "box", "layer": [3]}"#,
             "at layer[0]: there is no setting `layer` of a dynamics model: did you mean `layers`?",
         ),
-        (r#"{"kind": "dynamics", "tools": "box", "layers": [0]}"#, "must be from 1 to 64"),
+        (
+            r#"{"kind": "dynamics", "tools": "box", "layers": [0]}"#,
+            "layers: is 0, but must be a whole number from 1 to 64",
+        ),
         (r#"{"kind": "dynamics", "layers": [5]}"#, "at tools: is missing"),
         (r#"{"kind": "dynamics", "tools": "box", "literal": 1}"#, "at literal: must be true or false"),
         (

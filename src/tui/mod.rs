@@ -36,12 +36,10 @@ mod terminal;
 mod text_input;
 mod theme;
 
-pub use key::KeyError;
-pub use keymap::KeymapError;
-pub use manual::{KeyHelp, keys};
-pub use run::{Leaving, Options, TuiError, run};
+pub use keymap::Keymap;
+pub use manual::keys;
+pub use run::{Leaving, Options, run};
 pub use still::Still;
-pub use terminal::TerminalError;
 
 #[cfg(test)]
 mod testing;
