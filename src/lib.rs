@@ -29,16 +29,19 @@
 
 pub mod agent;
 mod atomic;
+mod batch;
 mod bench;
 mod cli;
 pub mod dynamics;
 pub mod env;
+mod evidence;
 mod figures;
 /// Every parser as a function of bytes, for the targets in `fuzz/`.
 #[doc(hidden)]
 pub mod fuzz;
 pub mod guidance;
 mod json;
+mod markdown;
 pub mod nn;
 pub mod physics;
 pub mod protocol;

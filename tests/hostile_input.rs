@@ -120,7 +120,7 @@ fn escapes_in_names_and_texts_never_reach_the_terminal() {
         let output = run(path, arguments);
         assert!(!output.status.success(), "{arguments:?}");
         let message = stderr(&output);
-        assert!(message.contains("\\u{1b}"), "{arguments:?}: {message:?}");
+        assert!(message.contains("\\u{"), "{arguments:?}: {message:?}");
         let is_raw = |c: char| c.is_control() && c != '\n' || c == '\u{202e}';
         assert!(!message.contains(is_raw), "{arguments:?}: {message:?}");
     }

@@ -18,6 +18,8 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
+use crate::batch::start_global_pool;
+
 use arguments::{Arguments, Command};
 
 /// What a command returns: nothing, or one line for the person.
@@ -57,6 +59,7 @@ fn print_usage(error: &clap::Error) -> Result<ExitCode, Box<dyn std::error::Erro
 
 fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>> {
     let Some(command) = arguments.command else { return runs::workbench(&arguments.workbench) };
+    start_global_pool();
     let outcome = match command {
         Command::Tasks(tasks) => tasks::run(tasks),
         Command::Simulate => physics::simulate(),

@@ -41,4 +41,4 @@ pub use collect::collect;
 pub use expand::Sweep;
 pub use plan::{plan, slurm};
 pub use results::read_results;
-pub use work::{SweepProgress, run};
+pub use work::run;
