@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 
+use super::error::SweepError;
 use super::expand::{Job, Work};
 use super::*;
 use crate::batch::{Batch, BatchProgress};
