@@ -18,7 +18,7 @@ use crate::task;
 use crate::tui;
 use crate::workbench::{self, Command, FigureKind, Notice, Output, RunView, Session, command};
 
-/// Opens the workbench; the status says which signal ended it, if one did.
+/// Opens the workbench; the status is that of the signal that ended it, if one did.
 pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::Error>> {
     let session = Session::on_task(&arguments.task, arguments.runs.clone())?;
     let first_start = !arguments.runs.exists();

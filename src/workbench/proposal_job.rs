@@ -50,10 +50,11 @@ impl ProposalJob {
             let model = rollout_model(&config.prior, &config.task).map_err(|error| error.to_string())?;
             let (model, _) =
                 model.ok_or("`uniform` predicts nothing: choose another model, such as learned or true")?;
-            Ok(propose_subgoals(&config.task, &*model, count, &config.guidance, config.seed, |found| {
+            let proposed = propose_subgoals(&config.task, &*model, count, &config.guidance, config.seed, |found| {
                 seen.store(found, Ordering::Relaxed);
                 !stop.load(Ordering::Relaxed)
-            }))
+            });
+            proposed.map_err(|error| error.to_string())
         };
         let thread = std::thread::Builder::new().name("mge-proposals".to_owned()).spawn(work)?;
         Ok(Self { key, count, found, shown: 0, cancelled, thread: Some(thread) })
