@@ -19,7 +19,7 @@ mod row;
 mod settings;
 mod table;
 
-pub use found::{FoundRun, find_runs, read_runs, read_runs_with_progress};
+pub use found::{FoundRun, find_runs, read_runs};
 pub use groups::{FINAL, Groups};
 pub use report::report;
 pub use row::{LearningRow, TrainedRun};

@@ -70,6 +70,9 @@ pub enum GuidanceError {
     /// It has numbers that clusters of actions cannot have.
     #[error("{origin}: the clusters or actions of stage {stage} are out of range: build it again")]
     Numbers { origin: String, stage: usize },
+    /// A setting it was built with is out of range.
+    #[error("{origin}: config.{error}")]
+    Config { origin: String, error: ValidationError },
 }
 
 /// The numbers among the settings of [`GuidanceConfig`].

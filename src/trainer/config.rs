@@ -193,7 +193,7 @@ const SETTINGS: [Setting; 14] = [
         "checkpoints.last_every",
         0,
         1_000_000_000,
-        "episodes between checkpoints called `last`; 0: at the end",
+        "episodes between checkpoints called `last`; 0 for none",
     ),
     Setting::count(
         "checkpoints.periodic_every",
@@ -204,7 +204,7 @@ const SETTINGS: [Setting; 14] = [
     Setting {
         path: "checkpoints.periodic_kept",
         range: Range::CountOrNull(0, 1_000_000),
-        about: "so many of the newest of them are kept; null: all",
+        about: "newest of these that are kept; null for all",
     },
 ];
 

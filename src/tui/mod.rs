@@ -20,7 +20,7 @@ mod terminal;
 mod view;
 mod widgets;
 
-pub use actions::keys;
+pub use actions::{KeyHelp, keys};
 pub use input::Keymap;
 pub use run::{Leaving, Options, run};
 pub use still::Still;
