@@ -41,7 +41,7 @@ pub use ablation::{Ablation, Variant};
 pub use actions::{ActionSamples, Cluster, StageActions, TaskActions};
 pub use animation::{Animation, Moment};
 pub use canvas::{Canvas, Surface};
-pub use curves::{CurvePanel, LearningCurves, PerformanceProfile};
+pub use curves::{CurvePanel, LearningCurves, PerformanceProfile, Progress};
 pub use dashboard::Dashboard;
 pub use data::{Curve, Estimate, Statistics};
 pub use hits::{Hits, PolicyHits, TaskHits};
