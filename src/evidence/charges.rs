@@ -73,7 +73,7 @@ mod tests {
         let launches = launches_of(&dynamics::shipped_for(&config.task.tool_set()).unwrap().unwrap());
         assert!(launches > 0);
         let mut charges = Charges::default();
-        let mut check = |method: Method, epsilon: f64, expected: u64| {
+        let mut check = |method: Method, epsilon: f32, expected: u64| {
             let config = RunConfig { method, epsilon: EpsilonSchedule::Constant(epsilon), ..config.clone() };
             assert_eq!(charges.of(&config), expected, "{method}, epsilon {epsilon}");
         };

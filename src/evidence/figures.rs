@@ -42,7 +42,8 @@ pub fn learning_curves(runs: &[TrainedRun], bootstrap: &Bootstrap, greedy: bool)
         panels.push(panel);
     }
     let window = if greedy { EVALUATIONS } else { WINDOW };
-    Ok(LearningCurves { greedy, window: window.get(), statistics: interquartile_means(INTERVAL, &seeds), panels })
+    let statistics = interquartile_means(INTERVAL, &seeds);
+    Ok(LearningCurves { greedy, window: window.get(), statistics, panels, ..LearningCurves::default() })
 }
 
 /// Interquartile mean of the rolling success over seeds, against all actions in the real environment,

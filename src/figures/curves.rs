@@ -27,7 +27,7 @@ pub struct LearningCurves {
 }
 
 /// What the success of a run is drawn against.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Progress {
     /// Episodes of training.
     #[default]
