@@ -151,11 +151,12 @@ pub fn clip_polygon(polygon: &[Point], rect: &Rect) -> Vec<Point> {
     })
 }
 
-/// The strokes of a dashed polyline: `on` drawn, `off` left out, in turn.
-pub fn dashes(points: &[Point], on: f64, off: f64) -> Vec<Vec<Point>> {
+/// The strokes of a dashed polyline: the lengths of `pattern` drawn and left out, in turn.
+pub fn dashes(points: &[Point], pattern: &[f64]) -> Vec<Vec<Point>> {
+    let mut lengths = pattern.iter().copied().cycle();
     let mut strokes = Vec::new();
-    let Some(&first) = points.first() else { return strokes };
-    let (mut stroke, mut drawing, mut left) = (vec![first], true, on);
+    let (Some(&first), Some(mut left)) = (points.first(), lengths.next()) else { return strokes };
+    let (mut stroke, mut drawing) = (vec![first], true);
     for pair in points.windows(2) {
         let (mut from, to) = (pair[0], pair[1]);
         let mut length = (to[0] - from[0]).hypot(to[1] - from[1]);
@@ -170,7 +171,7 @@ pub fn dashes(points: &[Point], on: f64, off: f64) -> Vec<Vec<Point>> {
                 stroke = vec![from];
             }
             drawing = !drawing;
-            left = if drawing { on } else { off };
+            left = lengths.next().unwrap_or(f64::INFINITY);
         }
         left -= length;
         if drawing {
@@ -223,7 +224,7 @@ mod tests {
 
     #[test]
     fn dashes_cover_the_asked_share() {
-        let drawn: f64 = dashes(&[[0.0, 0.0], [10.0, 0.0]], 2.0, 3.0).iter().map(|s| s[s.len() - 1][0] - s[0][0]).sum();
+        let drawn: f64 = dashes(&[[0.0, 0.0], [10.0, 0.0]], &[2.0, 3.0]).iter().map(|s| s[s.len() - 1][0] - s[0][0]).sum();
         assert_eq!(drawn, 4.0);
     }
 }

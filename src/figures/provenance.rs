@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::FigureError;
+use super::xml::escaped;
 
 /// The command, seeds, config and program behind a figure.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -30,7 +31,7 @@ impl Provenance {
     }
 
     /// Keywords and texts, as in a PNG's text chunks.
-    fn chunks(&self) -> [(&'static str, String); 4] {
+    pub(super) fn chunks(&self) -> [(&'static str, String); 4] {
         let seeds = self.seeds.iter().map(u64::to_string).collect::<Vec<_>>().join(" ");
         [
             ("Software", format!("mge {}", self.version)),
@@ -68,9 +69,8 @@ impl Provenance {
     pub(super) fn to_svg(&self) -> String {
         let mut text = String::from("<metadata>\n");
         for (keyword, value) in self.chunks() {
-            let value = value.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
             // Writing to a string cannot fail.
-            let _ = writeln!(text, "{keyword}: {value}");
+            let _ = writeln!(text, "{keyword}: {}", escaped(&value));
         }
         text + "</metadata>\n"
     }

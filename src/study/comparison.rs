@@ -111,7 +111,7 @@ pub fn compare(
     let figures = out.join("figures");
     std::fs::create_dir_all(&figures).map_err(|source| StudyError::Io { path: figures.clone(), source })?;
     let provenance = Provenance::new(command, &report.seeds(), hash);
-    let draw = |name: &str, figure: &dyn Figure| figure.write_both(&figures, name, &provenance, dpi);
+    let draw = |name: &str, figure: &dyn Figure| figure.write_all(&figures, name, &provenance, dpi);
     draw("methods", &method_scores(&report.learning, bootstrap)?)?;
     draw("learning", &learning_curves(&runs, bootstrap, false)?)?;
     if runs.iter().any(|run| !run.greedy.is_empty()) {

@@ -1,0 +1,60 @@
+//! From the SVG of a page to pixels and PNG.
+
+use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::usvg::{Options, Tree};
+
+use super::FigureError;
+use super::font::FONTS;
+use super::provenance::Provenance;
+
+/// Largest side of an image in pixels.
+pub const MAX_SIDE: u32 = 20_000;
+
+/// The shapes of an SVG, its text as outlines of the bundled fonts.
+///
+/// # Errors
+/// When it is no SVG.
+pub fn tree(svg: &str) -> Result<Tree, FigureError> {
+    let options = Options { fontdb: FONTS.clone(), ..Options::default() };
+    Tree::from_str(svg, &options).map_err(|error| FigureError::Encoding(error.to_string()))
+}
+
+/// The page as `width` x `height` pixels, rows of red, green, blue bytes.
+///
+/// # Errors
+/// When the size is 0 or too large.
+pub fn rgb(svg: &str, width: u32, height: u32) -> Result<Vec<u8>, FigureError> {
+    let fits = (1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height);
+    let pixels = if fits { Pixmap::new(width, height) } else { None };
+    let mut pixels = pixels.ok_or(FigureError::Size { width, height })?;
+    pixels.fill(resvg::tiny_skia::Color::WHITE);
+    let tree = tree(svg)?;
+    let size = tree.size();
+    let scale = Transform::from_scale(width as f32 / size.width(), height as f32 / size.height());
+    resvg::render(&tree, scale, &mut pixels.as_mut());
+    Ok(pixels.pixels().iter().flat_map(|pixel| [pixel.red(), pixel.green(), pixel.blue()]).collect())
+}
+
+/// Rows of red, green, blue bytes as a PNG of `dpi` dots per inch that carries its provenance.
+///
+/// # Errors
+/// When the encoder fails.
+pub fn png(
+    pixels: &[u8],
+    [width, height]: [u32; 2],
+    provenance: &Provenance,
+    dpi: u32,
+) -> Result<Vec<u8>, png::EncodingError> {
+    const INCHES_PER_METRE: f64 = 39.370_078_74;
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    let per_metre = (f64::from(dpi) * INCHES_PER_METRE).round() as u32;
+    encoder.set_pixel_dims(Some(png::PixelDimensions { xppu: per_metre, yppu: per_metre, unit: png::Unit::Meter }));
+    provenance.describe(&mut encoder)?;
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(pixels)?;
+    writer.finish()?;
+    Ok(bytes)
+}
