@@ -31,7 +31,7 @@ fn session(folder: &std::path::Path) -> Session {
     let directory = RunDirectory::create(folder.join("run"), &config).expect("a new folder");
     let mut writer = RunWriter::open(&directory, 0).expect("a new run");
     for episode in 1..=EPISODES {
-        let wave = (episode as f64 / 40.0).sin();
+        let wave = (episode as f32 / 40.0).sin();
         let record = EpisodeRecord {
             episode,
             steps: 10,

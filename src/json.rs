@@ -1,8 +1,5 @@
 //! JSON whose errors a person can act on: where in the text, at which path, what is wrong.
 
-use std::fmt::Display;
-use std::io::{self, BufRead};
-
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
@@ -20,45 +17,6 @@ pub struct SyntaxError {
     pub path: String,
     /// What is wrong.
     pub message: String,
-}
-
-/// Well-formed JSON says something that cannot be used.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{path}: {message}")]
-pub struct Problem {
-    /// JSON path, such as `tools[1].size`.
-    pub path: String,
-    /// What is wrong and what to do.
-    pub message: String,
-}
-
-impl Problem {
-    /// A problem at a JSON path.
-    pub fn new(path: impl Display, message: impl Display) -> Self {
-        Self { path: path.to_string(), message: message.to_string() }
-    }
-
-    /// The same problem of a part, seen from the whole: `parent` goes before the path.
-    pub fn within(self, parent: impl Display) -> Self {
-        let Self { path, message } = self;
-        let path = match path.as_str() {
-            "." => parent.to_string(),
-            _ if path.starts_with('[') => format!("{parent}{path}"),
-            _ => format!("{parent}.{path}"),
-        };
-        Self { path, message }
-    }
-}
-
-/// Whether a number is finite and in `[low, high]`.
-///
-/// # Errors
-/// When it is not.
-pub fn in_range(value: f32, path: impl Display, low: f32, high: f32) -> Result<(), Problem> {
-    if (low..=high).contains(&value) {
-        return Ok(());
-    }
-    Err(Problem::new(path, format_args!("is {value}, but must be a number from {low} to {high}")))
 }
 
 /// Reads one JSON value; `origin` names the text in errors.
@@ -80,88 +38,6 @@ fn syntax_error(path: String, error: &serde_json::Error, origin: &str) -> Syntax
     SyntaxError { origin: origin.to_owned(), line, column, path, message }
 }
 
-/// Why a stream of JSON Lines cannot be worked through.
-#[derive(Debug, thiserror::Error)]
-pub enum LinesError {
-    /// A line is not JSON or not of the expected form.
-    #[error(transparent)]
-    Syntax(#[from] SyntaxError),
-    /// A line says something that cannot be used.
-    #[error("{origin}:{line}: {problem}")]
-    Invalid {
-        /// Name of the stream.
-        origin: String,
-        /// Line, from 1.
-        line: usize,
-        /// What is wrong in it.
-        problem: Problem,
-    },
-    /// The input cannot be read.
-    #[error("cannot read {origin}: {source}")]
-    Read {
-        /// Name of the stream.
-        origin: String,
-        /// What went wrong.
-        source: io::Error,
-    },
-    /// The output cannot be written.
-    #[error("cannot write the results: {0}")]
-    Write(#[source] io::Error),
-}
-
-/// Hands every value of a stream of JSON Lines to `each`, in order, until one fails.
-/// Empty lines are skipped.
-///
-/// # Errors
-/// The first line that cannot be read, with its number, or the error of `each`.
-pub fn for_each_line<T: DeserializeOwned>(
-    mut input: impl BufRead,
-    origin: &str,
-    mut each: impl FnMut(T) -> Result<(), LineFailure>,
-) -> Result<(), LinesError> {
-    let mut text = Vec::new();
-    for line in 1.. {
-        text.clear();
-        let length = input
-            .read_until(b'\n', &mut text)
-            .map_err(|source| LinesError::Read { origin: origin.to_owned(), source })?;
-        if length == 0 {
-            break;
-        }
-        let content = text.trim_ascii_end();
-        if content.is_empty() {
-            continue;
-        }
-        let value = parse(content, origin).map_err(|error| SyntaxError { line, ..error })?;
-        each(value).map_err(|failure| match failure {
-            LineFailure::Invalid(problem) => LinesError::Invalid { origin: origin.to_owned(), line, problem },
-            LineFailure::Write(source) => LinesError::Write(source),
-        })?;
-    }
-    Ok(())
-}
-
-/// Why a well-formed line could not be worked on.
-#[derive(Debug)]
-pub enum LineFailure {
-    /// It says something that cannot be used.
-    Invalid(Problem),
-    /// The result cannot be written.
-    Write(io::Error),
-}
-
-impl From<Problem> for LineFailure {
-    fn from(problem: Problem) -> Self {
-        Self::Invalid(problem)
-    }
-}
-
-impl From<io::Error> for LineFailure {
-    fn from(error: io::Error) -> Self {
-        Self::Write(error)
-    }
-}
-
 /// The paths and values of everything in a JSON value that is not an object itself, such as
 /// `ddpg.gamma`.
 pub fn leaves(value: &Value) -> Vec<(String, &Value)> {
@@ -180,18 +56,6 @@ pub fn leaves(value: &Value) -> Vec<(String, &Value)> {
 /// The value at a path as in [`leaves`].
 pub fn at_mut<'a>(value: &'a mut Value, path: &str) -> Option<&'a mut Value> {
     path.split('.').try_fold(value, |place, part| place.get_mut(part))
-}
-
-/// The known name that is most like what was typed, if any is like it.
-pub fn nearest<'a>(known: impl IntoIterator<Item = &'a str>, typed: &str) -> Option<&'a str> {
-    let closeness = |name: &str| strsim::jaro_winkler(name, typed);
-    let best = known.into_iter().max_by(|a, b| closeness(a).total_cmp(&closeness(b)));
-    best.filter(|name| closeness(name) > 0.75)
-}
-
-/// `: did you mean X?` with the [`nearest`] known name; nothing if none is like it.
-pub fn did_you_mean<'a>(known: impl IntoIterator<Item = &'a str>, typed: &str) -> String {
-    nearest(known, typed).map(|name| format!(": did you mean `{name}`?")).unwrap_or_default()
 }
 
 /// The line, from 1, on which the value at a JSON path begins, in a text that is JSON.
@@ -264,15 +128,6 @@ impl Places<'_> {
         }
         self.at += 1;
     }
-}
-
-/// Writes one value as a line of JSON.
-///
-/// # Errors
-/// When the output cannot be written.
-pub fn write_line(mut output: impl io::Write, value: &impl serde::Serialize) -> io::Result<()> {
-    serde_json::to_writer(&mut output, value)?;
-    output.write_all(b"\n")
 }
 
 #[cfg(test)]

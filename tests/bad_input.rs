@@ -1,6 +1,6 @@
 //! Wrong scenes, tasks, levels and episodes: one clear line each that says where.
 
-use mge::{env, physics, task};
+use mge::{protocol, task};
 use serde_json::{Value, json};
 
 /// A record with one thing changed: JSON pointer of the parent, key, and the new value
@@ -40,7 +40,7 @@ fn scene() -> Value {
 
 fn simulate(input: &str) -> Result<String, String> {
     let mut output = Vec::new();
-    physics::simulate(input.as_bytes(), &mut output).map_err(|error| error.to_string())?;
+    protocol::simulate(input.as_bytes(), &mut output).map_err(|error| error.to_string())?;
     Ok(String::from_utf8(output).unwrap())
 }
 
@@ -116,7 +116,7 @@ fn wrong_lines() {
         assert_says(&error, &["stdin:1"]);
     }
     let mut output = Vec::new();
-    let error = physics::simulate(&b"{\"id\": \"\xff\"}"[..], &mut output).unwrap_err();
+    let error = protocol::simulate(&b"{\"id\": \"\xff\"}"[..], &mut output).unwrap_err();
     assert_says(&error.to_string(), &["stdin:1"]);
 }
 
@@ -228,7 +228,7 @@ fn wrong_recordings() {
     episode["steps"].as_array_mut().unwrap().truncate(1);
     let play = |level: &str, episode: &str| {
         let mut output = Vec::new();
-        let played = env::play_episodes(level.as_bytes(), "levels.jsonl", episode.as_bytes(), &mut output);
+        let played = protocol::play_episodes(level.as_bytes(), "levels.jsonl", episode.as_bytes(), &mut output);
         played.map(|()| output.len()).map_err(|error| error.to_string())
     };
     assert!(play(&level.to_string(), &episode.to_string()).unwrap() > 0);

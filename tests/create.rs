@@ -2,7 +2,7 @@
 
 use std::io::BufReader;
 
-use mge::{env, physics};
+use mge::protocol;
 use serde_json::Value;
 
 const LAUNCHES: &str = include_str!("data/create/launches.jsonl");
@@ -22,7 +22,7 @@ fn pairs(records: &str, answers: &[u8]) -> Vec<(Value, Value)> {
 
 fn simulated(records: &str) -> Vec<(Value, Value)> {
     let mut answers = Vec::new();
-    physics::simulate(records.as_bytes(), &mut answers).unwrap();
+    protocol::simulate(records.as_bytes(), &mut answers).unwrap();
     pairs(records, &answers)
 }
 
@@ -74,7 +74,7 @@ fn scenes_agree_at_every_step() {
 #[test]
 fn episodes_agree_in_every_rule() {
     let mut answers = Vec::new();
-    env::play_episodes(LEVELS.as_bytes(), "levels", BufReader::new(EPISODES.as_bytes()), &mut answers).unwrap();
+    protocol::play_episodes(LEVELS.as_bytes(), "levels", BufReader::new(EPISODES.as_bytes()), &mut answers).unwrap();
     let mut errors = Vec::new();
     for (theirs, ours) in pairs(EPISODES, &answers) {
         let steps = |record: &Value| record["steps"].as_array().unwrap().clone();

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use mge::env::{EndReason, Environment, Placement, StepLine, replay};
+use mge::env::{EndReason, Environment, Placement};
 use mge::physics::ToolKind;
+use mge::protocol::{StepLine, replay};
 use mge::task::{self, GoalShape, Task};
 use serde_json::{Value, json};
 

@@ -21,7 +21,8 @@ pub struct Ddpg {
     pub(super) device: Cpu,
 }
 
-/// What an update saw and did; the [room's page](super#metrics) has the formulas.
+/// What an update saw and did. All but the norms are means over the minibatch before the networks
+/// change; the actor's see the critic after its step. The [metrics](super#metrics) have the formulas.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct UpdateMetrics {
     /// Mean squared difference of the critic from its target.
@@ -34,9 +35,9 @@ pub struct UpdateMetrics {
     pub max_q: f32,
     /// Fraction of the actor's action components beyond ±0.99.
     pub action_saturation: f32,
-    /// Euclidean norm of the critic's gradient.
+    /// Euclidean norm of the critic's gradient, `‖∇θ critic_loss‖₂`; watch for spikes.
     pub critic_gradient_norm: f32,
-    /// Euclidean norm of the actor's gradient.
+    /// Euclidean norm of the actor's gradient, `‖∇θ actor_loss‖₂`; at 0 the actor learns nothing.
     pub actor_gradient_norm: f32,
 }
 

@@ -9,18 +9,10 @@
 //!
 //! # Metrics
 //!
-//! What an update reports ([`UpdateMetrics`]). All but the norms are means over the minibatch
-//! before the networks change; the actor's see the critic after its step.
+//! What an update reports is [`UpdateMetrics`]; a run records it as means over an episode, in
+//! this glossary:
 //!
-//! | name | formula | to watch for |
-//! |---|---|---|
-//! | `critic_loss` | 1/N Σ (Q(s, a) - y)², y = clamp(r + γ (1 - d) Q'(s', μ'(s'))) | growth: the critic diverges |
-//! | `actor_loss` | -1/N Σ Q(s, μ(s)) | minus the value the actor hopes for |
-//! | `mean_q` | 1/N Σ Q(s, a) | above the greatest possible return: overestimation |
-//! | `max_q` | max Q(s, a) | the same, sooner |
-//! | `action_saturation` | fraction of components of μ(s) with magnitude above 0.99 | near 1: the actor is stuck at its bounds, where tanh passes no gradient |
-//! | `critic_gradient_norm` | ‖∇θ critic_loss‖₂ | spikes |
-//! | `actor_gradient_norm` | ‖∇θ actor_loss‖₂ | 0: the actor learns nothing |
+#![doc = include_str!("../../docs/metrics.md")]
 //!
 //! # Choices the paper leaves open
 //!

@@ -369,6 +369,9 @@ pub struct Figures {
     /// SVG instead of PNG
     #[arg(long, conflicts_with = "dpi")]
     pub svg: bool,
+    /// PDF instead of PNG
+    #[arg(long, conflicts_with_all = ["dpi", "svg"])]
+    pub pdf: bool,
     #[command(flatten)]
     pub print: Print,
 }

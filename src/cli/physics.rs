@@ -8,11 +8,11 @@ use std::sync::Arc;
 
 use super::Outcome;
 use super::arguments::{Env, Play};
-use crate::env::{self, Action};
-use crate::{json, physics, task};
+use crate::env::Action;
+use crate::{json, protocol, task};
 
 pub fn simulate() -> Outcome {
-    Ok(physics::simulate(io::stdin().lock(), results())?)
+    Ok(protocol::simulate(io::stdin().lock(), results())?)
 }
 
 pub fn play(arguments: &Play) -> Outcome {
@@ -26,7 +26,7 @@ pub fn play(arguments: &Play) -> Outcome {
 pub fn serve(command: &Env) -> Outcome {
     let Env::Serve { task, seed } = command;
     let task = Arc::new(task::load(task)?);
-    Ok(env::serve(&task, *seed, io::stdin().lock(), results())?)
+    Ok(protocol::serve(&task, *seed, io::stdin().lock(), results())?)
 }
 
 fn results() -> impl io::Write {
@@ -36,7 +36,7 @@ fn results() -> impl io::Write {
 fn play_episodes(levels: &Path) -> Outcome {
     let name = levels.display().to_string();
     let file = File::open(levels).map_err(|error| format!("{name}: {error}"))?;
-    Ok(env::play_episodes(BufReader::new(file), &name, io::stdin().lock(), results())?)
+    Ok(protocol::play_episodes(BufReader::new(file), &name, io::stdin().lock(), results())?)
 }
 
 fn play_actions(task: &str, actions: &Path) -> Outcome {
@@ -44,7 +44,7 @@ fn play_actions(task: &str, actions: &Path) -> Outcome {
     let name = actions.display().to_string();
     let text = std::fs::read(actions).map_err(|error| format!("{name}: {error}"))?;
     let actions: Vec<Action> = json::parse(&text, &name)?;
-    let played = env::play_actions(task, &actions, results())?;
+    let played = protocol::play_actions(task, &actions, results())?;
     if played < actions.len() {
         eprintln!("the episode was over after {played} of {} actions", actions.len());
     }

@@ -140,13 +140,17 @@ pub fn figures(arguments: &Figures) -> Outcome {
     for run in &arguments.runs {
         session.apply(Command::Open(run.clone()))?;
     }
-    let ending = if arguments.svg { "svg" } else { "png" };
+    let ending = match (arguments.svg, arguments.pdf) {
+        (true, _) => "svg",
+        (_, true) => "pdf",
+        _ => "png",
+    };
     let dashboard = |run: &Path| dashboard_path(arguments.out.as_deref(), run, ending);
     let mut paths = BTreeSet::new();
     if let Some(twice) = arguments.runs.iter().map(|run| dashboard(run)).find(|path| !paths.insert(path.clone())) {
         return Err(format!("two runs would have their figure in {}: draw them one by one", twice.display()).into());
     }
-    let dpi = Some(arguments.print.dpi).filter(|dpi| !arguments.svg && *dpi != DEFAULT_DPI);
+    let dpi = Some(arguments.print.dpi).filter(|dpi| ending == "png" && *dpi != DEFAULT_DPI);
     let shared = arguments.out.clone().unwrap_or_else(|| arguments.runs[0].join("figures"));
     export(&mut session, FigureKind::Learning, shared.join(format!("learning.{ending}")), dpi)?;
     for run in &arguments.runs {

@@ -1,12 +1,13 @@
 //! Task-agnostic launches: one tool, and a ball launched at it at various angles and
 //! velocities (paper, section 5.2 and figure 1).
 
-use rand::{Rng, SeedableRng};
+use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 use crate::physics::{Ball, BallState, GRAVITY, PHYSICS_DT, SCREEN, STEPS_PER_ACTION, Tool, ToolKind, World};
+use crate::streams::Stream;
 
 /// One observation of a tool's dynamics: one interaction with the environment of 40
 /// physics steps.
@@ -37,9 +38,8 @@ const MAX_LEAD: f32 = 1.0;
 /// `count` launches at tools of one type, each from a random stream of its own.
 pub fn collect(kind: ToolKind, count: usize, split: Split, seed: u64) -> Vec<Launch> {
     let launch = |index: usize| {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        rng.set_stream((split as u64) << 48 | (kind.index() as u64) << 40 | index as u64);
-        launch(kind, &mut rng)
+        let stream = Stream::Launch { split: split as u64, kind: kind.index() as u64, index: index as u64 };
+        launch(kind, &mut stream.of(seed))
     };
     (0..count).into_par_iter().map(launch).collect()
 }

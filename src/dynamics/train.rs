@@ -9,9 +9,7 @@ use std::time::Instant;
 
 use dfdx::losses::{huber_loss, mse_loss};
 use dfdx::prelude::*;
-use rand::SeedableRng;
 use rand::seq::SliceRandom;
-use rand_chacha::ChaCha8Rng;
 
 use super::codec::Codec;
 use super::config::{Loss, ModelConfig, TrainConfig};
@@ -24,6 +22,7 @@ use super::normaliser::Normaliser;
 use super::samples::Samples;
 use crate::nn::{NnError, Optimiser, TensorFile, matrix};
 use crate::physics::ToolKind;
+use crate::streams::Stream;
 
 /// A training under way: the model, the optimiser and the data.
 #[derive(Debug)]
@@ -87,7 +86,7 @@ impl Training {
         let normaliser = Normaliser::of(&data.samples.graphs, layout.edge, &data.samples.targets);
         data.normalise(&normaliser);
         let outputs = Codec::new(&config).outputs();
-        let network = Network::new(&config, layout, outputs, &mut stream(training.seed, 0))?;
+        let network = Network::new(&config, layout, outputs, &mut Stream::ModelWeights.of(training.seed))?;
         let optimiser = Optimiser::new(training.optimiser, &network.networks());
         let provenance = Provenance {
             training,
@@ -146,7 +145,7 @@ impl Training {
     /// One pass over the observations. Returns the mean loss.
     fn train_epoch(&mut self) -> Result<f32, NnError> {
         let config = &self.model.provenance.training;
-        let mut rng = stream(config.seed, 1 + u64::from(self.epoch()));
+        let mut rng = Stream::ModelEpoch(self.epoch()).of(config.seed);
         let mut order: Vec<usize> = (0..self.samples.observations()).collect();
         order.shuffle(&mut rng);
         let (batch, share, loss_kind) = (config.batch, config.contact_share, config.loss);
@@ -247,11 +246,4 @@ impl Data {
             normaliser.targets.normalise(&mut samples.targets);
         }
     }
-}
-
-fn stream(seed: u64, number: u64) -> ChaCha8Rng {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    // Launches use the streams with other upper bits.
-    rng.set_stream(1 << 63 | number);
-    rng
 }

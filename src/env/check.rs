@@ -1,12 +1,13 @@
-//! A checker of environments in the spirit of Gymnasium's: it plays a task and holds it
-//! to the contract that agents rely on.
+//! A checker of environments in the spirit of Gymnasium's: it plays a task and checks
+//! the contract that agents rely on.
 
 use std::sync::Arc;
 
-use rand::{Rng, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::environment::{Action, Environment, EpisodeOver, Placement, Step};
+use super::action::{Action, EpisodeOver, Placement, Step, uniform_action};
+use super::environment::Environment;
 use super::episode::Snapshot;
 use super::observation::{OBJECT_FEATURES, OBJECT_SLOTS, observation_len};
 use crate::task::Task;
@@ -14,19 +15,19 @@ use crate::task::Task;
 /// Episodes that are played for each of the checks.
 const EPISODES: u64 = 8;
 
-/// A promise of the environment that a task's environment broke.
+/// A part of the contract that a task's environment violates.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{promise}: {message}")]
+#[error("{contract}: {message}")]
 pub struct Violation {
-    /// What was promised.
-    pub promise: Promise,
+    /// What the contract says.
+    pub contract: Contract,
     /// What happened instead, and when.
     pub message: String,
 }
 
-/// What every environment promises.
+/// The contract of every environment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Promise {
+pub enum Contract {
     /// Observations have the task's length, are finite, and mark exactly one next stage.
     Observation,
     /// Rewards are finite and within what the rules can add up to.
@@ -46,7 +47,7 @@ pub enum Promise {
     Clipping,
 }
 
-impl std::fmt::Display for Promise {
+impl std::fmt::Display for Contract {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{self:?}")
     }
@@ -78,10 +79,10 @@ impl Subject for Environment {
     }
 }
 
-/// Plays the task and reports the first promise its environment breaks.
+/// Plays the task and reports the first violation of the contract.
 ///
 /// # Errors
-/// The broken promise, with what happened instead.
+/// The violation, with what happened instead.
 pub fn check(task: &Arc<Task>) -> Result<(), Violation> {
     check_subject(&mut Environment::new(task.clone()), task)
 }
@@ -89,7 +90,7 @@ pub fn check(task: &Arc<Task>) -> Result<(), Violation> {
 fn check_subject(subject: &mut impl Subject, task: &Task) -> Result<(), Violation> {
     for seed in 0..EPISODES {
         let first = play(subject, task, seed)?;
-        expect(Promise::Determinism, play(subject, task, seed)? == first, || {
+        expect(Contract::Determinism, play(subject, task, seed)? == first, || {
             format!("two episodes with seed {seed} and the same actions differ")
         })?;
         check_reset_midway(subject, seed, &first)?;
@@ -114,34 +115,34 @@ fn play(subject: &mut impl Subject, task: &Task, seed: u64) -> Result<Episode, V
     let mut episode = Episode { start, steps: Vec::new() };
     for number in 1..=task.rules.max_actions {
         let when = format!("action {number} of seed {seed}");
-        let action = [0; 2].map(|_| rng.gen_range(-1.0..=1.0));
+        let action = uniform_action(&mut rng);
         let step = subject.step(action);
-        let step = step.map_err(|_| violation(Promise::End, format!("{when} is refused before the end")))?;
+        let step = step.map_err(|_| violation(Contract::End, format!("{when} is refused before the end")))?;
         check_observation(&step.observation, task, &when)?;
         check_reward(&step, task, &when)?;
         check_flags(&step, &when)?;
         let is_over = step.end.is_some();
         episode.steps.push((action, step));
         if is_over {
-            expect(Promise::End, subject.step([0.0; 2]) == Err(EpisodeOver), || {
+            expect(Contract::End, subject.step([0.0; 2]) == Err(EpisodeOver), || {
                 format!("a step after {when}, the last, is not refused")
             })?;
             return Ok(episode);
         }
     }
-    Err(violation(Promise::End, format!("seed {seed} goes on after {} actions", task.rules.max_actions)))
+    Err(violation(Contract::End, format!("seed {seed} goes on after {} actions", task.rules.max_actions)))
 }
 
 fn check_observation(observation: &[f32], task: &Task, when: &str) -> Result<(), Violation> {
     let (length, expected) = (observation.len(), observation_len(task));
-    expect(Promise::Observation, length == expected, || format!("{when}: length {length}, not {expected}"))?;
-    expect(Promise::Observation, observation.iter().all(|value| value.is_finite()), || {
+    expect(Contract::Observation, length == expected, || format!("{when}: length {length}, not {expected}"))?;
+    expect(Contract::Observation, observation.iter().all(|value| value.is_finite()), || {
         format!("{when}: a value is not finite")
     })?;
     let stages = &observation[OBJECT_SLOTS * OBJECT_FEATURES..];
     let marked = stages.iter().filter(|stage| **stage == 1.0).count();
     let blank = stages.iter().filter(|stage| **stage == 0.0).count();
-    expect(Promise::Observation, marked == 1 && blank + 1 == stages.len(), || {
+    expect(Contract::Observation, marked == 1 && blank + 1 == stages.len(), || {
         format!("{when}: the next stage is not a one-hot: {stages:?}")
     })
 }
@@ -155,14 +156,14 @@ fn check_reward(step: &Step, task: &Task, when: &str) -> Result<(), Violation> {
     let terms = [rewards.step, rewards.blocked, rewards.goal, rewards.goal - cost, subgoals, rewards.target_moved];
     let highest: f32 = terms.iter().map(|term| term.max(0.0)).sum();
     let lowest: f32 = terms.iter().map(|term| term.min(0.0)).sum();
-    expect(Promise::Bounds, (lowest..=highest).contains(&step.reward), || {
+    expect(Contract::Bounds, (lowest..=highest).contains(&step.reward), || {
         format!("{when}: the reward {} is not in [{lowest}, {highest}]", step.reward)
     })
 }
 
 fn check_flags(step: &Step, when: &str) -> Result<(), Violation> {
     let flags = (step.terminated, step.truncated, step.end.is_some());
-    expect(Promise::End, matches!(flags, (false, false, false) | (true, false, true) | (false, true, true)), || {
+    expect(Contract::End, matches!(flags, (false, false, false) | (true, false, true) | (false, true, true)), || {
         format!("{when}: terminated, truncated and whether there is a reason are {flags:?}")
     })
 }
@@ -171,9 +172,9 @@ fn check_reset_midway(subject: &mut impl Subject, seed: u64, episode: &Episode) 
     subject.reset(seed);
     let half = &episode.steps[..episode.steps.len() / 2];
     let is_same = half.iter().all(|(action, step)| subject.step(*action).as_ref() == Ok(step));
-    expect(Promise::Determinism, is_same, || format!("an episode with seed {seed} differs from the one before"))?;
+    expect(Contract::Determinism, is_same, || format!("an episode with seed {seed} differs from the one before"))?;
     let is_fresh = subject.reset(seed) == episode.start;
-    expect(Promise::Reset, is_fresh, || format!("a reset midway does not give the start of seed {seed}"))
+    expect(Contract::Reset, is_fresh, || format!("a reset midway does not give the start of seed {seed}"))
 }
 
 fn check_snapshot(subject: &mut impl Subject, seed: u64, episode: &Episode) -> Result<(), Violation> {
@@ -181,12 +182,12 @@ fn check_snapshot(subject: &mut impl Subject, seed: u64, episode: &Episode) -> R
     let (before, after) = episode.steps.split_at(episode.steps.len() / 2);
     let differs = || format!("an episode with seed {seed} goes on differently when restored midway");
     for (action, _) in before {
-        subject.step(*action).map_err(|_| violation(Promise::Snapshot, differs()))?;
+        subject.step(*action).map_err(|_| violation(Contract::Snapshot, differs()))?;
     }
     let snapshot = subject.snapshot();
     for _ in 0..2 {
         let is_same = after.iter().all(|(action, step)| subject.step(*action).as_ref() == Ok(step));
-        expect(Promise::Snapshot, is_same, differs)?;
+        expect(Contract::Snapshot, is_same, differs)?;
         subject.restore(&snapshot);
     }
     Ok(())
@@ -196,7 +197,7 @@ fn check_seeding(subject: &mut impl Subject, task: &Task) -> Result<(), Violatio
     let first = subject.reset(0);
     let differs = (1..EPISODES).any(|seed| subject.reset(seed) != first);
     let has_noise = task.rules.start_noise > 0.0;
-    expect(Promise::Seeding, differs == has_noise, || match has_noise {
+    expect(Contract::Seeding, differs == has_noise, || match has_noise {
         true => format!("{EPISODES} seeds give one start in spite of the noise"),
         false => "seeds give different starts though there is no noise".to_owned(),
     })
@@ -207,26 +208,26 @@ fn check_clipping(subject: &mut impl Subject) -> Result<(), Violation> {
         subject.reset(0);
         let wide = subject.step(outside);
         subject.reset(0);
-        expect(Promise::Clipping, wide == subject.step(clipped), || {
+        expect(Contract::Clipping, wide == subject.step(clipped), || {
             format!("the action {outside:?} is not taken for {clipped:?}")
         })?;
     }
     for action in [[f32::NAN, 0.0], [0.0, f32::INFINITY]] {
         subject.reset(0);
         let placement = subject.step(action).map(|step| step.placement);
-        expect(Promise::Clipping, placement == Ok(Placement::Invalid), || {
+        expect(Contract::Clipping, placement == Ok(Placement::Invalid), || {
             format!("the action {action:?} is not refused as invalid")
         })?;
     }
     Ok(())
 }
 
-fn expect(promise: Promise, holds: bool, message: impl FnOnce() -> String) -> Result<(), Violation> {
-    if holds { Ok(()) } else { Err(violation(promise, message())) }
+fn expect(contract: Contract, holds: bool, message: impl FnOnce() -> String) -> Result<(), Violation> {
+    if holds { Ok(()) } else { Err(violation(contract, message())) }
 }
 
-fn violation(promise: Promise, message: String) -> Violation {
-    Violation { promise, message }
+fn violation(contract: Contract, message: String) -> Violation {
+    Violation { contract, message }
 }
 
 #[cfg(test)]
@@ -235,7 +236,7 @@ mod tests {
     use crate::task::shipped;
 
     #[test]
-    fn every_shipped_task_keeps_its_promises() {
+    fn every_shipped_task_keeps_the_contract() {
         for mut task in shipped() {
             check(&Arc::new(task.clone())).unwrap_or_else(|violation| panic!("{}: {violation}", task.name));
             task.rules.start_noise = 0.05;
@@ -279,17 +280,17 @@ mod tests {
         let task = Arc::new(crate::task::load("task1").unwrap());
         let broken = |fault: fn(u32, u32, &mut Step)| {
             let mut subject = Faulty { inner: Environment::new(task.clone()), actions: 0, resets: 0, fault };
-            check_subject(&mut subject, &task).map_err(|violation| violation.promise)
+            check_subject(&mut subject, &task).map_err(|violation| violation.contract)
         };
         assert_eq!(broken(|_, _, _| {}), Ok(()));
-        assert_eq!(broken(|_, _, step| _ = step.observation.pop()), Err(Promise::Observation));
-        assert_eq!(broken(|_, _, step| step.observation[0] = f32::NAN), Err(Promise::Observation));
-        assert_eq!(broken(|_, _, step| step.reward = 1e6), Err(Promise::Bounds));
-        assert_eq!(broken(|_, _, step| step.end = None), Err(Promise::End));
-        assert_eq!(broken(|_, _, step| step.truncated = step.end.is_some()), Err(Promise::End));
-        assert_eq!(broken(|resets, _, step| step.reward += 1e-3 * resets as f32), Err(Promise::Determinism));
+        assert_eq!(broken(|_, _, step| _ = step.observation.pop()), Err(Contract::Observation));
+        assert_eq!(broken(|_, _, step| step.observation[0] = f32::NAN), Err(Contract::Observation));
+        assert_eq!(broken(|_, _, step| step.reward = 1e6), Err(Contract::Bounds));
+        assert_eq!(broken(|_, _, step| step.end = None), Err(Contract::End));
+        assert_eq!(broken(|_, _, step| step.truncated = step.end.is_some()), Err(Contract::End));
+        assert_eq!(broken(|resets, _, step| step.reward += 1e-3 * resets as f32), Err(Contract::Determinism));
         // The counter of actions is no part of the snapshot.
-        assert_eq!(broken(|_, actions, step| step.reward -= 1e-4 * actions as f32), Err(Promise::Snapshot));
-        assert_eq!(broken(|_, _, step| step.placement = Placement::Overlap), Err(Promise::Clipping));
+        assert_eq!(broken(|_, actions, step| step.reward -= 1e-4 * actions as f32), Err(Contract::Snapshot));
+        assert_eq!(broken(|_, _, step| step.placement = Placement::Overlap), Err(Contract::Clipping));
     }
 }

@@ -3,86 +3,12 @@
 use std::sync::Arc;
 
 use rand::Rng;
-use serde::{Deserialize, Serialize};
 
+use super::action::{Action, EpisodeOver, Placement, Step};
 use super::episode::Snapshot;
 use super::observation::observe;
 use crate::physics::{BallState, World};
 use crate::task::Task;
-
-/// A tool placement: normalised x and y in [-1, 1].
-pub type Action = [f32; 2];
-
-/// What became of an action's tool.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Placement {
-    /// It stands in the scene.
-    Placed,
-    /// Too near a tool placed earlier in the episode.
-    Overlap,
-    /// Its shape would touch something.
-    Collision,
-    /// The action is not a pair of finite numbers.
-    Invalid,
-}
-
-/// Why an episode is over.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum EndReason {
-    /// The goal was reached (terminated).
-    Goal,
-    /// The target ball's centre left the screen (terminated).
-    OutOfBounds,
-    /// The marker ball left the screen before the target moved (terminated).
-    MarkerOut,
-    /// Nothing moves any more (terminated).
-    Standstill,
-    /// The limit of actions was reached (truncated).
-    MaxActions,
-}
-
-impl std::fmt::Display for EndReason {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Goal => "goal",
-            Self::OutOfBounds => "left the screen",
-            Self::MarkerOut => "marker left the screen",
-            Self::Standstill => "standstill",
-            Self::MaxActions => "out of actions",
-        })
-    }
-}
-
-/// The outcome of one action.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Step {
-    /// The observation after the action.
-    pub observation: Vec<f32>,
-    /// Sum of the reward terms that applied.
-    pub reward: f32,
-    /// The task itself ended the episode.
-    pub terminated: bool,
-    /// The limit of actions ended the episode.
-    pub truncated: bool,
-    /// Why, if the episode is over.
-    pub end: Option<EndReason>,
-    /// What became of the tool.
-    pub placement: Placement,
-    /// Subgoals reached in this action.
-    pub subgoals: Vec<usize>,
-    /// The goal was reached in this action.
-    pub goal: bool,
-    /// Tools placed by the agent (by order of placement) that the ball touched in this
-    /// action before it reached the first of `subgoals` or the goal.
-    pub touched: Vec<usize>,
-}
-
-/// `step` was called after the episode was over.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("the episode is over: reset the environment before the next step")]
-pub struct EpisodeOver;
 
 /// A task being played.
 #[derive(Debug, Clone)]
@@ -99,7 +25,7 @@ impl Environment {
     }
 
     /// The environment of a task at a start that noise has shifted, as
-    /// [`Environment::shift`] tells of an earlier episode.
+    /// [`Environment::shift`] reported it for an earlier episode.
     pub fn shifted(task: Arc<Task>, shift: [f32; 2]) -> Self {
         let now = Snapshot::new(&task, shift);
         Self { task, shift, now }
@@ -136,7 +62,7 @@ impl Environment {
     /// The current observation.
     pub fn observation(&self) -> Vec<f32> {
         let mut observation = Vec::new();
-        let stages = self.task.subgoals.len() + 1;
+        let stages = self.task.stage_count();
         observe(self.now.world(), self.task.tools.len(), self.now.stage(), stages, &mut observation);
         observation
     }
@@ -214,18 +140,19 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
+    use crate::env::{EndReason, uniform_action};
     use crate::task;
 
     #[test]
     fn an_imagined_step_with_the_true_outcome_is_the_step() {
         let mut rng = ChaCha8Rng::seed_from_u64(0);
         for task in task::shipped() {
-            let stages = task.stages().len();
+            let stages = task.stage_count();
             let mut real = Environment::new(Arc::new(task));
             for _ in 0..300 {
                 let mut imagined = real.clone();
                 let stage = real.snapshot().stage();
-                let action = [rng.gen_range(-1.0..=1.0), rng.gen_range(-1.0..=1.0)];
+                let action = uniform_action(&mut rng);
                 let step = real.step(action).unwrap();
                 let hits = step.subgoals.len() + usize::from(step.goal);
                 assert!(stage + hits <= stages);

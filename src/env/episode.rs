@@ -1,6 +1,6 @@
 //! One episode of a task: placements, physics, stages reached, reward, end.
 
-use super::environment::{Action, EndReason, Placement, Step};
+use super::action::{Action, EndReason, Placement, Step};
 use crate::physics::{Ball, BallState, ObjectId, SCREEN, Sensor, World, to_normalised, to_units};
 use crate::task::{Goal, GoalShape, Region, SubgoalCheck, Task};
 
@@ -17,8 +17,8 @@ pub(super) fn goal_object(task: &Task) -> ObjectId {
     }
 }
 
-/// What the balls of the world are called, in order.
-pub(super) fn ball_names(task: &Task) -> Vec<String> {
+/// Names of the balls of a task's world, by index.
+pub fn ball_names(task: &Task) -> Vec<String> {
     let marker = task.marker.is_some().then_some("marker");
     let goal = (task.goal.shape == GoalShape::Ball).then_some("goal_ball");
     let named = ["target"].into_iter().chain(marker).chain(goal).map(str::to_owned);
@@ -136,7 +136,7 @@ impl Snapshot {
         self.end
     }
 
-    /// What would become of a tool placed at `action`, without placing it.
+    /// Whether a tool could be placed at `action`, without placing it.
     pub fn check_placement(&self, task: &Task, action: Action) -> Placement {
         if !action.iter().all(|value| value.is_finite()) {
             return Placement::Invalid;

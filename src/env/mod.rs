@@ -3,16 +3,16 @@
 //! Meanings are Gymnasium's: an episode is *terminated* by the task itself (goal, ball
 //! out of the screen or standing still) and *truncated* by the limit of actions.
 
+mod action;
 mod check;
 mod environment;
 mod episode;
 mod observation;
-mod replay;
-mod serve;
+#[cfg(test)]
+mod tests;
 
-pub use check::{Promise, Violation, check};
-pub use environment::{Action, EndReason, Environment, EpisodeOver, Placement, Step};
-pub use episode::Snapshot;
+pub use action::{Action, EndReason, EpisodeOver, Placement, Step, uniform_action};
+pub use check::{Contract, Violation, check};
+pub use environment::Environment;
+pub use episode::{Snapshot, ball_names};
 pub use observation::{OBJECT_FEATURES, OBJECT_SLOTS, VELOCITY_SCALE, observation_len};
-pub use replay::{StepLine, play_actions, play_episodes, replay};
-pub use serve::serve;

@@ -15,7 +15,7 @@ pub const VELOCITY_SCALE: f32 = 10.0;
 /// Length of a task's observation vector: object slots, then a one-hot of the next
 /// stage (subgoals in order, then the goal).
 pub fn observation_len(task: &Task) -> usize {
-    OBJECT_SLOTS * OBJECT_FEATURES + task.subgoals.len() + 1
+    OBJECT_SLOTS * OBJECT_FEATURES + task.stage_count()
 }
 
 /// Fills `observation` with the balls, the scene's tools, the placed tools, zeros for

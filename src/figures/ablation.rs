@@ -1,5 +1,6 @@
 //! What each part of the method contributes.
 
+use super::Figure;
 use super::axes::{Axis, Frame, Plot};
 use super::canvas::{Canvas, Pen};
 use super::data::{Estimate, Statistics};
@@ -7,7 +8,6 @@ use super::geometry::clip_polyline;
 use super::layout::note;
 use super::style::{BLUE, GREY, INK, LABEL_SIZE, MARGIN, SINGLE_COLUMN, SKY, THIN_WIDTH};
 use super::table::{Table, cell};
-use super::Figure;
 
 /// One measure for the full method and for variants of it.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -1,7 +1,6 @@
 //! Figure 4: actions sampled from the clusters, over each scene.
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use super::Figure;
 use super::canvas::{Canvas, Pen};
 use super::geometry::ellipse;
 use super::layout::{LEGEND, Mark, legend, note};
@@ -9,9 +8,10 @@ use super::scene::{Position, SceneView};
 use super::style::{Color, GREEN, INK, MARGIN, WHITE, faded, stage_color};
 use super::table::{Table, cell32};
 use super::tasks::{cells, heading, page_size};
-use super::Figure;
 use crate::guidance::ActionPrior;
 use crate::task::Task;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 
 /// Sampled actions over the scenes of the tasks.
 #[derive(Debug, Clone, Default, PartialEq)]

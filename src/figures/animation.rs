@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::Figure;
 use super::canvas::{Canvas, Pen, svg};
 use super::layout::note;
 use super::output::{pixels, write_with_table};
@@ -12,7 +13,6 @@ use super::scene::{PLACED_TOOL, Position, SceneView, Window};
 use super::style::{BLUE, MARGIN, SINGLE_COLUMN, faded};
 use super::table::{Table, cell32};
 use super::tasks::heading;
-use super::Figure;
 use crate::task::Task;
 
 /// The moments of an episode on its task. As a figure it is its last moment, with the
@@ -49,7 +49,7 @@ impl Animation {
     fn draw_moment(&self, canvas: &Canvas<'_>, index: usize, trail: usize) {
         let page = canvas.page().inset(MARGIN);
         let Some(moment) = self.moments.get(index) else { return canvas.nothing(page, "nothing happened") };
-        let stages = self.task.stages().len();
+        let stages = self.task.stage_count();
         let reached = if moment.reached >= stages {
             "goal reached".to_owned()
         } else {

@@ -1,5 +1,6 @@
 //! Figure 6, rolling success against episodes, and performance profiles.
 
+use super::Figure;
 use super::axes::{Axis, Frame, Plot};
 use super::canvas::{Canvas, Type};
 use super::data::{Curve, Statistics, labels};
@@ -7,7 +8,6 @@ use super::layout::{LEGEND, Mark, legend, legend_height, note, panels};
 use super::style::{DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, SINGLE_COLUMN, Series, series};
 use super::table::{Table, cell};
 use super::tasks::{COLUMNS, heading};
-use super::Figure;
 
 /// Success against episodes, one panel a task.
 #[derive(Debug, Clone, Default, PartialEq)]

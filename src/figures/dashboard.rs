@@ -2,13 +2,13 @@
 
 use std::num::NonZeroUsize;
 
+use super::Figure;
 use super::axes::{Axis, Frame, Plot, Y_LABEL, number};
 use super::canvas::{Canvas, Pen, Type};
 use super::curves::LAST_TICK;
 use super::layout::{Panel, note, panels};
 use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, SKY, TITLE_SIZE, VERMILLION, faded};
 use super::table::{Table, cell};
-use super::Figure;
 use crate::stats::rolling::rolling_mean;
 
 /// Series of one run, each with one value an episode; what is not finite leaves a gap.

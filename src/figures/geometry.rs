@@ -224,7 +224,8 @@ mod tests {
 
     #[test]
     fn dashes_cover_the_asked_share() {
-        let drawn: f64 = dashes(&[[0.0, 0.0], [10.0, 0.0]], &[2.0, 3.0]).iter().map(|s| s[s.len() - 1][0] - s[0][0]).sum();
+        let drawn: f64 =
+            dashes(&[[0.0, 0.0], [10.0, 0.0]], &[2.0, 3.0]).iter().map(|s| s[s.len() - 1][0] - s[0][0]).sum();
         assert_eq!(drawn, 4.0);
     }
 }

@@ -1,5 +1,6 @@
 //! Figure 5: how often guided and random exploration reach goals and subgoals.
 
+use super::Figure;
 use super::axes::number;
 use super::bars::{BarCluster, BarLook, grouped_bars};
 use super::canvas::Canvas;
@@ -9,7 +10,6 @@ use super::layout::{Mark, legend, note};
 use super::style::{DOUBLE_COLUMN, GAP, MARGIN, series};
 use super::table::{Table, cell};
 use super::tasks::heading;
-use super::Figure;
 
 /// Hits of each policy on each task.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -1,12 +1,12 @@
 //! Figure 1: launches of the ball at single tools.
 
+use super::Figure;
 use super::axes::number;
 use super::canvas::{Canvas, Pen};
 use super::layout::{LEGEND, Mark, NOTE, legend, note, panels, squares_height};
 use super::scene::{Position, SCENE_TOOL, SceneView, Window};
 use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, VERMILLION, faded};
 use super::table::{Table, cell32};
-use super::Figure;
 use crate::physics::to_units;
 use crate::task::ToolSpec;
 

@@ -168,7 +168,8 @@ fn note_lines(width: f64, text: &str) -> Vec<String> {
     /// The least share of the width that a last line fills.
     const LAST: f64 = 0.3;
     let lines = broken(width, text);
-    let full = |lines: &[String]| lines.len() < 2 || lines.last().is_some_and(|last| Type::SMALL.width(last) >= LAST * width);
+    let full =
+        |lines: &[String]| lines.len() < 2 || lines.last().is_some_and(|last| Type::SMALL.width(last) >= LAST * width);
     let narrower = (0..40).map(|n| broken(width * (1.0 - 0.01 * f64::from(n)), text));
     narrower.take_while(|other| other.len() == lines.len()).find(|lines| full(lines)).unwrap_or(lines)
 }

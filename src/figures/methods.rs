@@ -1,5 +1,6 @@
 //! Scores of many methods side by side: one row a method, one panel a task.
 
+use super::Figure;
 use super::axes::{Axis, Frame, Plot};
 use super::canvas::{Canvas, Pen, Type};
 use super::data::{Estimate, Statistics, labels};
@@ -11,7 +12,6 @@ use super::style::{
 };
 use super::table::{Table, cell};
 use super::tasks::heading;
-use super::Figure;
 
 /// A score of every method on every task: dots with intervals, and the runs behind them.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -1,5 +1,6 @@
 //! Prediction error of the dynamics models: one step, and rollouts.
 
+use super::Figure;
 use super::axes::{Axis, Frame, Plot, number};
 use super::bars::{BarCluster, BarLook, grouped_bars};
 use super::canvas::{Canvas, Pen};
@@ -8,7 +9,6 @@ use super::geometry::Rect;
 use super::layout::{Mark, legend, note, panels};
 use super::style::{DOUBLE_COLUMN, LINE_WIDTH, MARGIN, Series, series};
 use super::table::{Table, cell};
-use super::Figure;
 
 /// Errors of several predictors on several tools (or tool sets).
 #[derive(Debug, Clone, Default, PartialEq)]

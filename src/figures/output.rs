@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::canvas::{Canvas, svg};
+use super::pdf::pdf;
 use super::provenance::Provenance;
 use super::render::{self, MAX_SIDE};
 use super::table::Table;
-use super::pdf::pdf;
 
 /// Why a figure could not be drawn, written or read.
 #[derive(Debug, thiserror::Error)]
@@ -26,6 +26,7 @@ pub enum FigureError {
     #[error("{}: {source}", path.display())]
     Io { path: PathBuf, source: std::io::Error },
     /// The file is not one this program wrote.
+    #[cfg(test)]
     #[error("{}: {message}", path.display())]
     Unreadable { path: PathBuf, message: String },
 }

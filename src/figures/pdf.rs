@@ -36,7 +36,9 @@ pub fn pdf(svg: &str, provenance: &Provenance) -> Result<Vec<u8>, FigureError> {
     let mut states = resources.ext_g_states();
     for opacity in &page.opacities {
         let share = f32::from(*opacity) / 255.0;
-        states.insert(Name(state(*opacity).as_bytes())).start::<ExtGraphicsState<'_>>()
+        states
+            .insert(Name(state(*opacity).as_bytes()))
+            .start::<ExtGraphicsState<'_>>()
             .non_stroking_alpha(share)
             .stroking_alpha(share);
     }
@@ -137,7 +139,11 @@ impl Page {
                 PathSegment::CubicTo(a, b, to) => _ = self.content.cubic_to(a.x, a.y, b.x, b.y, to.x, to.y),
                 PathSegment::Close => _ = self.content.close_path(),
             }
-            if let PathSegment::MoveTo(to) | PathSegment::LineTo(to) | PathSegment::QuadTo(_, to) | PathSegment::CubicTo(_, _, to) = segment {
+            if let PathSegment::MoveTo(to)
+            | PathSegment::LineTo(to)
+            | PathSegment::QuadTo(_, to)
+            | PathSegment::CubicTo(_, _, to) = segment
+            {
                 last = to;
             }
         }

@@ -1,8 +1,8 @@
 //! Where a figure comes from, carried inside its file.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
+#[cfg(test)]
 use super::FigureError;
 use super::xml::escaped;
 
@@ -41,6 +41,7 @@ impl Provenance {
         ]
     }
 
+    #[cfg(test)]
     fn from_chunks(find: impl Fn(&str) -> Option<String>) -> Option<Self> {
         Some(Self {
             version: find("Software")?.strip_prefix("mge ")?.to_owned(),
@@ -80,11 +81,12 @@ impl Provenance {
         self.chunks().map(|(keyword, text)| format!("{keyword}: {text}")).join("\n")
     }
 
-    /// Reads the provenance in a PNG written by this program.
+    /// Reads back the provenance in a PNG written by this program.
     ///
     /// # Errors
     /// When the file cannot be read, is no PNG, or carries no provenance of ours.
-    pub fn read(path: &Path) -> Result<Self, FigureError> {
+    #[cfg(test)]
+    pub(crate) fn read(path: &std::path::Path) -> Result<Self, FigureError> {
         let unreadable = |message: String| FigureError::Unreadable { path: path.to_owned(), message };
         let file = std::fs::File::open(path).map_err(|source| FigureError::io(path, source))?;
         let reader = png::Decoder::new(std::io::BufReader::new(file))

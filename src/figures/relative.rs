@@ -1,5 +1,6 @@
 //! Figure 2: the dynamic relative coordinate system, with the moving ball as its origin.
 
+use super::Figure;
 use super::axes::{X_LABEL, number};
 use super::canvas::{Canvas, Pen, Type};
 use super::geometry::{Point, Rect, circle};
@@ -7,7 +8,6 @@ use super::layout::{LEGEND, Mark, NOTE, legend, note, panels, squares_height};
 use super::scene::{PLACED_TOOL, Position, SceneView, Window};
 use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, TITLE_SIZE, VERMILLION, WHITE, faded};
 use super::table::{Table, cell32};
-use super::Figure;
 use crate::task::Task;
 
 /// One scene at a few instants, above in the screen's coordinates, below in the ball's.

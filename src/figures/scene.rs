@@ -113,7 +113,7 @@ impl<'c, 'p> SceneView<'c, 'p> {
 
     /// Everything of the task that does not move: tools, subgoals, goal.
     pub fn surroundings(&self, task: &Task) {
-        let stages = task.stages().len();
+        let stages = task.stage_count();
         for (n, region) in task.subgoals.iter().enumerate() {
             self.subgoal(region, n, stages);
         }
@@ -169,7 +169,7 @@ impl<'c, 'p> SceneView<'c, 'p> {
     /// The numbers of the subgoals and the goal's G, on discs of `plate` that keep them
     /// legible over what was drawn before.
     pub fn names(&self, task: &Task, plate: Color) {
-        let stages = task.stages().len();
+        let stages = task.stage_count();
         for (n, region) in task.subgoals.iter().enumerate() {
             self.name(region.position, &(n + 1).to_string(), stage_color(n, stages), plate);
         }

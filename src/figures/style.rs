@@ -60,15 +60,8 @@ const METHODS: [(&str, Color); 8] = [
 const OTHERS: [Color; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK];
 
 /// Dash patterns of compared lines, in order of appearance: told apart without colours.
-const DASHES: [&[f64]; 7] = [
-    &[],
-    &[3.6, 1.6],
-    &[1.0, 1.5],
-    &[5.0, 1.5, 1.0, 1.5],
-    &[2.0, 1.0],
-    &[6.0, 1.2, 1.2, 1.2, 1.2, 1.2],
-    &[8.0, 2.0],
-];
+const DASHES: [&[f64]; 7] =
+    [&[], &[3.6, 1.6], &[1.0, 1.5], &[5.0, 1.5, 1.0, 1.5], &[2.0, 1.0], &[6.0, 1.2, 1.2, 1.2, 1.2, 1.2], &[8.0, 2.0]];
 
 /// How one of several compared things looks: its colour says the method, its dash pattern and
 /// hatching say its place in the legend.

@@ -1,12 +1,12 @@
 //! Figure 3: the tasks.
 
+use super::Figure;
 use super::canvas::Canvas;
 use super::geometry::Rect;
 use super::layout::{Panel, note, note_height, panels, squares_height};
 use super::scene::{SceneView, Window};
 use super::style::{DOUBLE_COLUMN, MARGIN, SINGLE_COLUMN};
 use super::table::{Table, cell32};
-use super::Figure;
 use crate::task::Task;
 
 /// Tasks side by side, three in a row.
@@ -94,7 +94,7 @@ impl Figure for TaskGrid {
             for (n, region) in task.subgoals.iter().enumerate() {
                 row("subgoal", "", (n + 1).to_string(), region.position, region.radius);
             }
-            row("goal", "", (task.subgoals.len() + 1).to_string(), task.goal.position, task.goal.radius);
+            row("goal", "", task.stage_count().to_string(), task.goal.position, task.goal.radius);
         }
         table
     }

@@ -3,13 +3,14 @@
 
 use std::sync::Arc;
 
-use rand::{Rng, SeedableRng};
+use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::clusters::{Cluster, ClusterCount, cluster};
 use super::rollout::{Rewarding, RolloutModel};
 use crate::env::{Action, Environment, Snapshot};
+use crate::streams::Stream;
 use crate::task::Task;
 
 /// How the prior is built.
@@ -138,7 +139,7 @@ impl ActionPrior {
             model: "uniform".to_owned(),
             seed,
             config: GuidanceConfig::default(),
-            stages: vec![StagePrior::default(); task.subgoals.len() + 1],
+            stages: vec![StagePrior::default(); task.stage_count()],
         }
     }
 
@@ -161,7 +162,7 @@ impl ActionPrior {
             line: error.line(),
             message: error.to_string(),
         })?;
-        let wanted_stages = task.subgoals.len() + 1;
+        let wanted_stages = task.stage_count();
         if prior.task != task.name || prior.stages.len() != wanted_stages {
             return Err(GuidanceError::OtherTask {
                 origin: origin.to_owned(),
@@ -221,9 +222,9 @@ pub fn build(
     seed: u64,
     mut progress: impl FnMut(usize) -> bool,
 ) -> Option<ActionPrior> {
-    let stages = task.subgoals.len() + 1;
+    let stages = task.stage_count();
     let mut env = Environment::new(task.clone());
-    env.reset(&mut stream(seed, 0));
+    env.reset(&mut Stream::PriorStart.of(seed));
     let mut starts = vec![env.snapshot().clone()];
     let mut prior = ActionPrior {
         version: ActionPrior::VERSION,
@@ -238,7 +239,7 @@ pub fn build(
         if !progress(stage) {
             return None;
         }
-        let mut rng = stream(seed, 1 + stage as u64);
+        let mut rng = Stream::PriorStage(stage).of(seed);
         let mut built = imagine(task, model, config, &starts, &mut rng);
         if stage + 1 < stages {
             built.environment_rollouts = environment_rollouts;
@@ -310,11 +311,4 @@ fn explore(
 /// An action drawn uniformly.
 pub(super) fn uniform(rng: &mut impl Rng) -> Action {
     [rng.gen_range(-1.0..=1.0), rng.gen_range(-1.0..=1.0)]
-}
-
-/// The random stream of a seed for one purpose.
-pub(super) fn stream(seed: u64, number: u64) -> ChaCha8Rng {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    rng.set_stream(number);
-    rng
 }

@@ -6,15 +6,13 @@ use std::sync::Arc;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-use super::prior::{GuidanceConfig, stream, uniform};
+use super::prior::{GuidanceConfig, uniform};
 use super::rollout::{Rollout, RolloutModel};
 use crate::env::{Action, Environment, Snapshot};
 use crate::physics::{Ball, SCREEN};
+use crate::streams::Stream;
 use crate::task::{Region, Task};
 
-/// Random streams of proposals begin here: clusters are built from those before, so that a
-/// subgoal is never proposed for the very rollouts it is then reached in.
-const PROPOSALS: u64 = 1 << 16;
 /// Share of the rollouts, those that come nearest to the goal, whose ways are looked at.
 const NEAR: f32 = 0.05;
 /// A proposed subgoal is reached by at least and at most these shares of random rollouts:
@@ -44,7 +42,7 @@ pub fn propose_subgoals(
         if !go_on(task.subgoals.len()) {
             break;
         }
-        let mut rng = stream(seed, PROPOSALS + number as u64);
+        let mut rng = Stream::Proposal(number).of(seed);
         let now = Arc::new(task.clone());
         let states: Vec<Snapshot> = histories.iter().map(|history| replay(&now, history)).collect();
         let chosen: Vec<usize> = (0..config.model_rollouts).map(|_| rng.gen_range(0..states.len())).collect();

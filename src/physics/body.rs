@@ -2,10 +2,10 @@
 
 use rapier2d::prelude::*;
 
-use super::contact::Motion;
+use super::motion::Motion;
 use super::tool::Tool;
 use super::units::PHYSICS_DT;
-use crate::json::{Problem, in_range};
+use crate::validation::{ValidationError, in_range};
 
 /// Idle steps in a row after which a resting ball falls asleep (0.3 s).
 pub(super) const SLEEP_STEPS: u32 = 9;
@@ -34,7 +34,7 @@ impl Ball {
     ///
     /// # Errors
     /// The first field, by name, whose number is not finite or out of range.
-    pub fn check(&self) -> Result<(), Problem> {
+    pub fn check(&self) -> Result<(), ValidationError> {
         in_range(self.radius, "radius", 0.1, 42.0)?;
         in_range(self.mass, "mass", 1e-3, 1e6)?;
         in_range(self.elasticity, "elasticity", 0.0, 1.0)?;
@@ -81,7 +81,7 @@ pub(super) struct Body {
     /// Not wrapped, unlike the rotation of `rigid`.
     pub angle: f32,
     pub bias_velocity: Vector,
-    pub bias_spin: f32,
+    pub bias_angular_velocity: f32,
     /// Idle steps in a row.
     pub idle: u32,
     pub asleep: bool,
@@ -106,7 +106,7 @@ impl Body {
             shape: SharedShape::ball(ball.radius),
             angle: state.angle,
             bias_velocity: Vector::ZERO,
-            bias_spin: 0.0,
+            bias_angular_velocity: 0.0,
             idle: 0,
             asleep: false,
             captured: false,
@@ -126,18 +126,18 @@ impl Body {
     /// Integrates the position with the velocities of the previous step.
     pub fn advance(&mut self) {
         let position = self.rigid.translation() + (self.rigid.linvel() + self.bias_velocity) * PHYSICS_DT;
-        self.angle += (self.rigid.angvel() + self.bias_spin) * PHYSICS_DT;
+        self.angle += (self.rigid.angvel() + self.bias_angular_velocity) * PHYSICS_DT;
         self.rigid.set_translation(position, false);
         self.bias_velocity = Vector::ZERO;
-        self.bias_spin = 0.0;
+        self.bias_angular_velocity = 0.0;
     }
 
     /// Counts one more idle step, or starts again. A ball is idle while its energy is at
     /// most what one step of gravity gives it.
     pub fn count_idle(&mut self, gravity: Vector) {
         let threshold = (gravity * PHYSICS_DT).length_squared();
-        let spin = self.ball.radius * self.ball.radius / 2.0 * self.rigid.angvel().powi(2);
-        let is_idle = self.rigid.linvel().length_squared() + spin <= threshold;
+        let rotation = self.ball.radius * self.ball.radius / 2.0 * self.rigid.angvel().powi(2);
+        let is_idle = self.rigid.linvel().length_squared() + rotation <= threshold;
         self.idle = if is_idle { self.idle.saturating_add(1) } else { 0 };
     }
 
@@ -161,9 +161,9 @@ impl Body {
     pub fn motion(&self) -> Motion {
         Motion {
             velocity: self.rigid.linvel(),
-            spin: self.rigid.angvel(),
+            angular_velocity: self.rigid.angvel(),
             bias_velocity: self.bias_velocity,
-            bias_spin: self.bias_spin,
+            bias_angular_velocity: self.bias_angular_velocity,
             inverse_mass: 1.0 / self.ball.mass,
             inverse_inertia: 1.0 / self.ball.inertia(),
         }
@@ -171,8 +171,8 @@ impl Body {
 
     pub fn set_motion(&mut self, motion: &Motion) {
         self.rigid.set_linvel(motion.velocity, false);
-        self.rigid.set_angvel(motion.spin, false);
+        self.rigid.set_angvel(motion.angular_velocity, false);
         self.bias_velocity = motion.bias_velocity;
-        self.bias_spin = motion.bias_spin;
+        self.bias_angular_velocity = motion.bias_angular_velocity;
     }
 }

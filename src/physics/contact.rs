@@ -4,52 +4,18 @@
 
 use rapier2d::prelude::*;
 
+use super::motion::Motion;
+use super::touch::ObjectId;
 use super::units::PHYSICS_DT;
-use super::world::ObjectId;
 
-/// Sweeps over all contacts in one step.
-pub(super) const SWEEPS: usize = 10;
+/// Iterations of the solver in one step, each over all contacts.
+pub(super) const ITERATIONS: usize = 10;
 /// Penetration that is left alone, in units.
 const SLOP: f32 = 0.1;
 /// Share of the remaining penetration that one step removes: 1 - 0.9^(60 dt).
 const BIAS_SHARE: f32 = 0.19;
 /// Steps after which a lost contact forgets its accumulated impulses.
 const PERSISTENCE: u64 = 3;
-
-/// Velocities of one ball while impulses act, with its inverse mass and inertia.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Motion {
-    pub velocity: Vector,
-    pub spin: f32,
-    pub bias_velocity: Vector,
-    pub bias_spin: f32,
-    pub inverse_mass: f32,
-    pub inverse_inertia: f32,
-}
-
-impl Motion {
-    fn at(&self, arm: Vector) -> Vector {
-        self.velocity + arm.perp() * self.spin
-    }
-
-    fn bias_at(&self, arm: Vector) -> Vector {
-        self.bias_velocity + arm.perp() * self.bias_spin
-    }
-
-    fn push(&mut self, impulse: Vector, arm: Vector) {
-        self.velocity += impulse * self.inverse_mass;
-        self.spin += arm.perp_dot(impulse) * self.inverse_inertia;
-    }
-
-    fn push_bias(&mut self, impulse: Vector, arm: Vector) {
-        self.bias_velocity += impulse * self.inverse_mass;
-        self.bias_spin += arm.perp_dot(impulse) * self.inverse_inertia;
-    }
-
-    fn inverse_effective_mass(&self, arm: Vector, direction: Vector) -> f32 {
-        self.inverse_mass + self.inverse_inertia * arm.perp_dot(direction).powi(2)
-    }
-}
 
 /// Geometry of a contact as detection found it.
 #[derive(Debug, Clone, Copy, Default)]
@@ -159,7 +125,7 @@ impl Contact {
         }
     }
 
-    /// One sweep: bias, normal and friction impulse towards their targets.
+    /// One iteration: bias, normal and friction impulse towards their targets.
     pub fn solve(&mut self, motions: &mut [Motion]) {
         let Geometry { normal, arm, other_arm, friction, .. } = self.geometry;
         let velocity = self.relative_velocity(motions);

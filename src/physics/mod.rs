@@ -19,24 +19,27 @@
 //! - **Grazing contacts.** A ball that lies or slides on an edge is in contact in one step
 //!   and 1e-6 units clear of it in the next; rounding can shift such a contact by a step.
 //!   Two scenes of 100 show it (1e-3 and 0.035 units), and the long rests of episodes.
-//! - **The order of simultaneous contacts.** Ten sweeps do not converge for a ball wedged
+//! - **The order of simultaneous contacts.** Ten iterations of the solver do not converge for a ball wedged
 //!   between two objects, so the order in which contacts are solved matters. CREATE takes
 //!   it from the tree of its broad phase; here it is other balls first, then tools in the
-//!   order in which they were added. About ten episodes of 360 part ways for this reason
-//!   after a while, by up to some units, without another outcome.
+//!   order in which they were added. About ten episodes of 360 differ for this reason
+//!   after a while, by up to some units, with the same outcome.
 
 mod body;
 mod contact;
-mod scene;
+mod motion;
 mod step;
 #[cfg(test)]
 mod tests;
 mod tool;
+mod touch;
 mod units;
 mod world;
 
 pub use body::{Ball, BallState};
-pub use scene::{MAX_OBJECTS, Row, START_OVERLAP, Scene, Trajectory, simulate};
 pub use tool::{Tool, ToolKind};
-pub use units::{ACTION_INTERVAL, GRAVITY, PHYSICS_DT, SCREEN, STEPS_PER_ACTION, to_normalised, to_units};
-pub use world::{ObjectId, Sensor, Touch, World};
+pub use touch::{ObjectId, Touch};
+pub use units::{
+    ACTION_INTERVAL, GRAVITY, MAX_OBJECTS, PHYSICS_DT, SCREEN, START_OVERLAP, STEPS_PER_ACTION, to_normalised, to_units,
+};
+pub use world::{Sensor, World};

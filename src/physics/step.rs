@@ -5,10 +5,11 @@ use rapier2d::parry::query;
 use rapier2d::prelude::*;
 
 use super::body::{Body, SLEEP_STEPS};
-use super::contact::{Contact, Geometry, SWEEPS};
+use super::contact::{Contact, Geometry, ITERATIONS};
 use super::tool::{Tool, ToolKind};
+use super::touch::{ObjectId, Touch};
 use super::units::PHYSICS_DT;
-use super::world::{ObjectId, StaticTool, Touch, World, reaches};
+use super::world::{StaticTool, World, reaches};
 
 impl World {
     /// Advances by one physics step of 1/30 s in CREATE's order: positions, collision
@@ -158,7 +159,7 @@ impl World {
         for contact in contacts.iter_mut().filter(is_solved) {
             contact.warm_start(motions);
         }
-        for _ in 0..SWEEPS {
+        for _ in 0..ITERATIONS {
             for contact in contacts.iter_mut().filter(is_solved) {
                 contact.solve(motions);
             }

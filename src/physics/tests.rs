@@ -200,8 +200,9 @@ fn digest(world: &mut World, steps: usize, digest: &mut Sha256) {
     for _ in 0..steps {
         world.step();
         for ball in 0..world.ball_count() {
-            let row: Row = world.ball(ball).into();
-            row.iter().for_each(|number| digest.update(number.to_bits().to_le_bytes()));
+            let BallState { position, velocity, angle, angular_velocity } = world.ball(ball);
+            let numbers = [position, velocity, [angle, angular_velocity]];
+            numbers.as_flattened().iter().for_each(|number| digest.update(number.to_bits().to_le_bytes()));
         }
         digest.update([world.touches().len() as u8]);
     }

@@ -3,7 +3,7 @@
 use rapier2d::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::json::{Problem, in_range};
+use crate::validation::{ValidationError, in_range};
 
 /// The paper's tool types (section 5.1). All are static.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -129,7 +129,7 @@ impl Tool {
     ///
     /// # Errors
     /// The first field, by name, whose number is not finite or out of range.
-    pub fn check(&self) -> Result<(), Problem> {
+    pub fn check(&self) -> Result<(), ValidationError> {
         for (axis, value) in self.position.iter().enumerate() {
             in_range(*value, format_args!("position[{axis}]"), -1000.0, 1000.0)?;
         }

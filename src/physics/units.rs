@@ -1,5 +1,5 @@
-//! Lengths and times. The screen is 84 x 84 units with the origin at the lower left;
-//! outside this room positions are normalised to [-1, 1].
+//! Lengths, times and limits. The screen is 84 x 84 units with the origin at the lower left;
+//! outside this module positions are normalised to [-1, 1].
 
 /// Width and height of the screen in units.
 pub const SCREEN: f32 = 84.0;
@@ -11,6 +11,12 @@ pub const STEPS_PER_ACTION: u32 = 40;
 pub const ACTION_INTERVAL: f32 = STEPS_PER_ACTION as f32 * PHYSICS_DT;
 /// CREATE's gravity in units per second squared.
 pub const GRAVITY: [f32; 2] = [0.0, -2.0];
+
+/// More objects of one kind than this are refused.
+pub const MAX_OBJECTS: usize = 64;
+/// A resting ball may sink this far into what it lies on, in units; a start deeper
+/// inside a tool is refused.
+pub const START_OVERLAP: f32 = 0.5;
 
 /// A normalised position in units.
 pub fn to_units(normalised: [f32; 2]) -> [f32; 2] {

@@ -7,8 +7,10 @@ use rapier2d::parry::query;
 use rapier2d::prelude::*;
 
 use super::body::{Ball, BallState, Body};
-use super::contact::{Contact, Motion};
+use super::contact::Contact;
+use super::motion::Motion;
 use super::tool::Tool;
+use super::touch::{ObjectId, Touch};
 
 /// A static region that notices balls and exerts no force.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,26 +19,6 @@ pub enum Sensor {
     Circle { position: [f32; 2], radius: f32 },
     /// A convex polygon: counter-clockwise world vertices in units.
     Polygon { vertices: Vec<[f32; 2]> },
-}
-
-/// An object of the world, by the order in which its kind was added.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum ObjectId {
-    /// A ball.
-    Ball(usize),
-    /// A static tool.
-    Tool(usize),
-    /// A sensor.
-    Sensor(usize),
-}
-
-/// A ball overlapped an object when a step looked for collisions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Touch {
-    /// Index of the ball.
-    pub ball: usize,
-    /// What it touched.
-    pub object: ObjectId,
 }
 
 /// A static tool and its rapier collider.
@@ -66,7 +48,7 @@ pub struct World {
     /// Contacts of the latest step in the order of detection, then those lost lately.
     pub(super) contacts: Vec<Contact>,
     pub(super) touches: Vec<Touch>,
-    /// Room for the work of a step, so that stepping allocates nothing.
+    /// Buffers of a step, so that stepping allocates nothing.
     pub(super) motions: Vec<Motion>,
     pub(super) previous: Vec<Contact>,
     pub(super) step: u64,
@@ -137,7 +119,7 @@ impl World {
         body.rigid.set_angvel(state.angular_velocity, false);
         body.angle = state.angle;
         body.bias_velocity = Vector::ZERO;
-        body.bias_spin = 0.0;
+        body.bias_angular_velocity = 0.0;
         body.idle = 0;
         body.asleep = false;
         body.captured = false;

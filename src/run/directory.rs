@@ -195,6 +195,11 @@ impl RunDirectory {
         self.path.join("episodes.jsonl")
     }
 
+    /// `prior.json`
+    pub fn prior_path(&self) -> PathBuf {
+        self.path.join("prior.json")
+    }
+
     /// `log.txt`.
     pub fn log_path(&self) -> PathBuf {
         self.path.join("log.txt")

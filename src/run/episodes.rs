@@ -9,14 +9,52 @@ use serde::{Deserialize, Serialize};
 use super::append::AppendFile;
 use super::{Result, RunError};
 
+/// Where an action came from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// The actor, with or without noise.
+    Policy,
+    /// The action clusters.
+    Clusters,
+    /// A plan through the model.
+    Planner,
+    /// A person.
+    Hand,
+}
+
 /// One action of an episode that was played.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(from = "ActionLine", into = "ActionLine")]
 pub struct PlayedAction {
     /// Where the tool was to be placed, normalised.
     pub action: [f32; 2],
-    /// It was drawn from the action clusters.
-    pub guided: bool,
+    /// Who chose it.
+    pub source: Source,
+}
+
+/// An action as it is written. `source` is left out where `guided` says it all, as it always did.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ActionLine {
+    action: [f32; 2],
+    guided: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    source: Option<Source>,
+}
+
+impl From<ActionLine> for PlayedAction {
+    fn from(line: ActionLine) -> Self {
+        let by_flag = if line.guided { Source::Clusters } else { Source::Policy };
+        Self { action: line.action, source: line.source.unwrap_or(by_flag) }
+    }
+}
+
+impl From<PlayedAction> for ActionLine {
+    fn from(played: PlayedAction) -> Self {
+        let source = Some(played.source).filter(|source| matches!(source, Source::Planner | Source::Hand));
+        Self { action: played.action, guided: played.source == Source::Clusters, source }
+    }
 }
 
 /// An episode that was played.
@@ -112,8 +150,23 @@ mod tests {
     use super::*;
 
     fn played(episode: u64) -> PlayedEpisode {
-        let action = PlayedAction { action: [0.1 + episode as f32, -0.3], guided: episode.is_multiple_of(2) };
+        let source = if episode.is_multiple_of(2) { Source::Clusters } else { Source::Policy };
+        let action = PlayedAction { action: [0.1 + episode as f32, -0.3], source };
         PlayedEpisode { episode, shift: [0.0, 0.01], actions: vec![action; 3] }
+    }
+
+    #[test]
+    fn every_source_is_kept_and_older_lines_are_read() {
+        for (source, line) in [
+            (Source::Policy, r#"{"action":[0.5,-0.5],"guided":false}"#),
+            (Source::Clusters, r#"{"action":[0.5,-0.5],"guided":true}"#),
+            (Source::Planner, r#"{"action":[0.5,-0.5],"guided":false,"source":"planner"}"#),
+            (Source::Hand, r#"{"action":[0.5,-0.5],"guided":false,"source":"hand"}"#),
+        ] {
+            let played = PlayedAction { action: [0.5, -0.5], source };
+            assert_eq!(serde_json::to_string(&played).unwrap(), line);
+            assert_eq!(serde_json::from_str::<PlayedAction>(line).unwrap(), played);
+        }
     }
 
     #[test]

@@ -8,61 +8,62 @@ use super::number;
 
 /// One finished episode: a row of `metrics.csv` and the body of [`Event::EpisodeFinished`].
 ///
-/// Holds no time: the same seed gives the same bytes. Learning figures are means over the updates
-/// of the episode and `None` as long as there was no update.
+/// Every number and every truth value but `episode` is a [`Metric`](super::Metric) of the same
+/// name, which says its unit, its meaning and its formula. Holds no time: the same seed gives the
+/// same bytes. Learning figures are `None` as long as there was no update.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EpisodeRecord {
     /// Number of this episode, counted from 1.
     pub episode: u64,
-    /// Actions in this episode.
+    /// [`Metric::Actions`](super::Metric::Actions).
     pub steps: u64,
-    /// Actions in the whole run so far.
+    /// [`Metric::EnvironmentSteps`](super::Metric::EnvironmentSteps).
     pub environment_steps: u64,
-    /// Sum of the rewards, undiscounted.
+    /// [`Metric::Return`](super::Metric::Return).
     #[serde(rename = "return", with = "number::required")]
-    pub return_: f64,
-    /// The goal was reached.
+    pub return_: f32,
+    /// [`Metric::Goal`](super::Metric::Goal).
     pub goal: bool,
-    /// Subgoals reached, in order.
+    /// [`Metric::Subgoals`](super::Metric::Subgoals).
     pub subgoals: u32,
-    /// Subgoals of the task.
+    /// [`Metric::SubgoalsTotal`](super::Metric::SubgoalsTotal).
     pub subgoals_total: u32,
-    /// Actions were drawn from the action clusters in this episode.
+    /// [`Metric::Guided`](super::Metric::Guided).
     pub guided: bool,
-    /// Value of the epsilon schedule.
+    /// [`Metric::Epsilon`](super::Metric::Epsilon).
     #[serde(with = "number::required")]
-    pub epsilon: f64,
-    /// Standard deviation of the exploration noise.
+    pub epsilon: f32,
+    /// [`Metric::Noise`](super::Metric::Noise).
     #[serde(with = "number::required")]
-    pub noise_sigma: f64,
-    /// Mean squared Bellman error.
+    pub noise_sigma: f32,
+    /// [`Metric::CriticLoss`](super::Metric::CriticLoss).
     #[serde(with = "number::optional")]
-    pub critic_loss: Option<f64>,
-    /// Mean of Q over the minibatches.
+    pub critic_loss: Option<f32>,
+    /// [`Metric::MeanQ`](super::Metric::MeanQ).
     #[serde(with = "number::optional")]
-    pub mean_q: Option<f64>,
-    /// Largest Q over the minibatches.
+    pub mean_q: Option<f32>,
+    /// [`Metric::MaxQ`](super::Metric::MaxQ).
     #[serde(with = "number::optional")]
-    pub max_q: Option<f64>,
-    /// Minus the mean Q of the actor's own actions.
+    pub max_q: Option<f32>,
+    /// [`Metric::ActorLoss`](super::Metric::ActorLoss).
     #[serde(with = "number::optional")]
-    pub actor_loss: Option<f64>,
-    /// Fraction of the actor's action components at the edge of the action space.
+    pub actor_loss: Option<f32>,
+    /// [`Metric::Saturation`](super::Metric::Saturation).
     #[serde(with = "number::optional")]
-    pub action_saturation: Option<f64>,
-    /// Fraction of the last 100 episodes (of all, before there are 100) that reached the goal.
+    pub action_saturation: Option<f32>,
+    /// [`Metric::Success`](super::Metric::Success).
     #[serde(with = "number::required")]
     pub rolling_success: f64,
-    /// The episode ended by the task's own rules.
+    /// [`Metric::Terminated`](super::Metric::Terminated).
     pub terminated: bool,
-    /// The episode ended by the limit of actions.
+    /// [`Metric::Truncated`](super::Metric::Truncated).
     pub truncated: bool,
     /// Why it ended, in the environment's words, such as `goal` or `left the screen`.
     pub end: String,
-    /// Tools placed.
+    /// [`Metric::Placed`](super::Metric::Placed).
     pub placed: u32,
-    /// Actions that were blocked or invalid.
+    /// [`Metric::Blocked`](super::Metric::Blocked).
     pub blocked: u32,
 }
 

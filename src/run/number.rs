@@ -1,81 +1,104 @@
 //! Numbers that survive JSON when they are not finite: `NaN`, `inf` and `-inf` as words.
 //!
 //! JSON has no such numbers, and serde_json writes `null` for them, which would make a diverged
-//! loss the same as a loss that does not exist yet.
+//! loss the same as a loss that does not exist yet. Finite numbers are written as the shortest
+//! text that reads back to the same number of their type: an f32 of 0.2 is `0.2`.
 
 use std::fmt;
+use std::marker::PhantomData;
 
+use serde::Serialize;
 use serde::de::{self, Deserializer, Visitor};
 use serde::ser::Serializer;
 
-struct Number;
+/// A floating-point type of a record.
+pub(super) trait Float: Copy + Serialize + Into<f64> {
+    /// The nearest number of this type.
+    fn from_f64(value: f64) -> Self;
+}
 
-impl Visitor<'_> for Number {
-    type Value = f64;
+impl Float for f32 {
+    fn from_f64(value: f64) -> Self {
+        value as f32
+    }
+}
+
+impl Float for f64 {
+    fn from_f64(value: f64) -> Self {
+        value
+    }
+}
+
+struct NumberVisitor<T>(PhantomData<T>);
+
+impl<T: Float> Visitor<'_> for NumberVisitor<T> {
+    type Value = T;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("a number, \"NaN\", \"inf\" or \"-inf\"")
     }
 
-    fn visit_f64<E: de::Error>(self, value: f64) -> Result<f64, E> {
-        Ok(value)
+    fn visit_f64<E: de::Error>(self, value: f64) -> Result<T, E> {
+        Ok(T::from_f64(value))
     }
 
-    fn visit_i64<E: de::Error>(self, value: i64) -> Result<f64, E> {
-        Ok(value as f64)
+    fn visit_i64<E: de::Error>(self, value: i64) -> Result<T, E> {
+        Ok(T::from_f64(value as f64))
     }
 
-    fn visit_u64<E: de::Error>(self, value: u64) -> Result<f64, E> {
-        Ok(value as f64)
+    fn visit_u64<E: de::Error>(self, value: u64) -> Result<T, E> {
+        Ok(T::from_f64(value as f64))
     }
 
-    fn visit_str<E: de::Error>(self, text: &str) -> Result<f64, E> {
-        match text {
-            "NaN" => Ok(f64::NAN),
-            "inf" => Ok(f64::INFINITY),
-            "-inf" => Ok(f64::NEG_INFINITY),
-            _ => Err(E::invalid_value(de::Unexpected::Str(text), &self)),
-        }
+    fn visit_str<E: de::Error>(self, text: &str) -> Result<T, E> {
+        let value = match text {
+            "NaN" => f64::NAN,
+            "inf" => f64::INFINITY,
+            "-inf" => f64::NEG_INFINITY,
+            _ => return Err(E::invalid_value(de::Unexpected::Str(text), &self)),
+        };
+        Ok(T::from_f64(value))
     }
 }
 
-fn write<S: Serializer>(value: f64, serializer: S) -> Result<S::Ok, S::Error> {
-    if value.is_finite() {
-        serializer.serialize_f64(value)
+fn write<T: Float, S: Serializer>(value: T, serializer: S) -> Result<S::Ok, S::Error> {
+    let wide: f64 = value.into();
+    if wide.is_finite() {
+        value.serialize(serializer)
     } else {
         // Display of f64 gives exactly the three words above.
-        serializer.collect_str(&value)
+        serializer.collect_str(&wide)
     }
 }
 
-/// For `f64`: `#[serde(with = "number::required")]`.
+/// For `f32` and `f64`: `#[serde(with = "number::required")]`.
 pub(super) mod required {
     use super::*;
 
-    pub fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    pub fn serialize<T: Float, S: Serializer>(value: &T, serializer: S) -> Result<S::Ok, S::Error> {
         write(*value, serializer)
     }
 
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-        deserializer.deserialize_any(Number)
+    pub fn deserialize<'de, T: Float, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
+        deserializer.deserialize_any(NumberVisitor(PhantomData))
     }
 }
 
-/// For `Option<f64>`: `#[serde(with = "number::optional")]`.
+/// For `Option<f32>` and `Option<f64>`: `#[serde(with = "number::optional")]`.
 pub(super) mod optional {
     use super::*;
 
-    pub fn serialize<S: Serializer>(value: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    pub fn serialize<T: Float, S: Serializer>(value: &Option<T>, serializer: S) -> Result<S::Ok, S::Error> {
         match value {
             Some(value) => write(*value, serializer),
             None => serializer.serialize_none(),
         }
     }
 
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
-        struct Maybe;
-        impl<'de> Visitor<'de> for Maybe {
-            type Value = Option<f64>;
+    pub fn deserialize<'de, T: Float, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
+        struct Maybe<T>(PhantomData<T>);
+        impl<'de, T: Float> Visitor<'de> for Maybe<T> {
+            type Value = Option<T>;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str("nothing, a number, \"NaN\", \"inf\" or \"-inf\"")
@@ -90,10 +113,10 @@ pub(super) mod optional {
             }
 
             fn visit_some<D: Deserializer<'de>>(self, inner: D) -> Result<Self::Value, D::Error> {
-                inner.deserialize_any(Number).map(Some)
+                inner.deserialize_any(NumberVisitor(PhantomData)).map(Some)
             }
         }
-        deserializer.deserialize_option(Maybe)
+        deserializer.deserialize_option(Maybe(PhantomData))
     }
 }
 
@@ -107,6 +130,24 @@ mod tests {
         a: f64,
         #[serde(with = "super::optional")]
         b: Option<f64>,
+    }
+
+    #[derive(Serialize, Deserialize)]
+    struct Single {
+        #[serde(with = "super::required")]
+        x: f32,
+    }
+
+    #[test]
+    fn single_precision_is_written_short_and_read_back_to_the_bit() {
+        assert_eq!(serde_json::to_string(&Single { x: 0.2 }).unwrap(), r#"{"x":0.2}"#);
+        // Every exponent, with digits spread over the mantissas.
+        for bits in (0..u32::MAX).step_by(65_537) {
+            let x = f32::from_bits(bits);
+            let text = serde_json::to_string(&Single { x }).unwrap();
+            let back: Single = serde_json::from_str(&text).unwrap();
+            assert!(back.x.to_bits() == bits || (x.is_nan() && back.x.is_nan()), "{text}");
+        }
     }
 
     fn through_json(pair: Pair) -> (String, Pair) {

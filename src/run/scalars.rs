@@ -1,26 +1,7 @@
 //! What TensorBoard shows of a run: events as tagged numbers over the episode.
 
-use super::event::{EpisodeRecord, Event, LoggedEvent};
-
-type Column = (&'static str, fn(&EpisodeRecord) -> Option<f64>);
-
-/// Tags of an episode. What has no value yet is left out.
-const EPISODE: [Column; 14] = [
-    ("train/return", |r| Some(r.return_)),
-    ("train/success_rolling", |r| Some(r.rolling_success)),
-    ("train/goal", |r| Some(f64::from(u8::from(r.goal)))),
-    ("train/subgoals", |r| Some(f64::from(r.subgoals))),
-    ("train/steps", |r| Some(r.steps as f64)),
-    ("train/guided", |r| Some(f64::from(u8::from(r.guided)))),
-    ("train/epsilon", |r| Some(r.epsilon)),
-    ("train/noise_sigma", |r| Some(r.noise_sigma)),
-    ("train/blocked", |r| Some(f64::from(r.blocked))),
-    ("train/mean_q", |r| r.mean_q),
-    ("train/max_q", |r| r.max_q),
-    ("train/action_saturation", |r| r.action_saturation),
-    ("loss/critic", |r| r.critic_loss),
-    ("loss/actor", |r| r.actor_loss),
-];
+use super::event::{Event, LoggedEvent};
+use super::metric::Metric;
 
 /// Turns the events of one process into numbers. Keeps only the clock for the `time/` tags.
 #[derive(Debug, Default)]
@@ -35,8 +16,8 @@ impl Scalars {
         let started = *self.started.get_or_insert(logged.time);
         match &logged.event {
             Event::EpisodeFinished(record) => {
-                let of_column = |(tag, value): &Column| value(record).map(|value| (*tag, value));
-                let mut values: Vec<_> = EPISODE.iter().filter_map(of_column).collect();
+                let scalar = |metric: &Metric| Some((metric.info().tag?, (metric.info().value)(record)?));
+                let mut values: Vec<_> = Metric::ALL.iter().filter_map(scalar).collect();
                 values.push(("time/seconds", logged.time - started));
                 if let Some(previous) = self.previous.filter(|&previous| previous < logged.time) {
                     let rate = record.steps as f64 / (logged.time - previous);
@@ -60,6 +41,7 @@ impl Scalars {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::run::EpisodeRecord;
 
     #[test]
     fn episodes_and_evaluations_have_numbers() {
@@ -77,12 +59,5 @@ mod tests {
 
         let evaluated = Event::Evaluated { episode: 1, episodes: 4, success: 0.5, mean_return: 3.0 };
         assert_eq!(at(13.0, evaluated), [("eval/success", 0.5), ("eval/mean_return", 3.0)]);
-    }
-
-    #[test]
-    fn tags_are_grouped_and_unique() {
-        let tags: std::collections::BTreeSet<_> = EPISODE.iter().map(|(tag, _)| *tag).collect();
-        assert_eq!(tags.len(), EPISODE.len());
-        assert!(tags.iter().all(|tag| tag.starts_with("train/") || tag.starts_with("loss/")));
     }
 }

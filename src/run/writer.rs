@@ -169,7 +169,7 @@ mod tests {
         writer.record(&started(episodes.start() - 1)).unwrap();
         let policy = Retention { last_every: 5, ..Default::default() };
         for episode in episodes {
-            let return_ = (episode as f64).sin();
+            let return_ = (episode as f32).sin();
             let record = EpisodeRecord { episode, return_, steps: 3, ..Default::default() };
             writer.record(&Event::EpisodeFinished(record)).unwrap();
             let moment = Moment { episode, score: None, best_score: None, closing: false, existing: &[] };

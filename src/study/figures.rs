@@ -133,6 +133,7 @@ pub(super) fn learning_curves(
     greedy: bool,
 ) -> Result<LearningCurves, StatsError> {
     let rows: Vec<LearningRow> = runs.iter().map(|run| run.row.clone()).collect();
+    let window = if greedy { EVALUATIONS } else { WINDOW };
     let (mut panels, mut seeds) = (Vec::new(), Vec::new());
     for task in Learning(&rows).tasks() {
         let mut panel = CurvePanel { task, curves: Vec::new() };
@@ -142,12 +143,16 @@ pub(super) fn learning_curves(
                 chosen.map(|run| if greedy { &*run.greedy } else { &*run.training }).collect();
             if curves.iter().any(|curve| !curve.is_empty()) {
                 seeds.push(curves.len());
-                panel.curves.push(summary_curve(label, &curves, bootstrap)?);
+                let mut curve = summary_curve(label, &curves, bootstrap)?;
+                curve.partial = match greedy {
+                    true => window.get() - 1,
+                    false => curve.x.iter().take_while(|episode| **episode < window.get() as f64).count(),
+                };
+                panel.curves.push(curve);
             }
         }
         panels.push(panel);
     }
-    let window = if greedy { EVALUATIONS } else { WINDOW };
     Ok(LearningCurves { greedy, window: window.get(), statistics: interquartile_means(INTERVAL, &seeds), panels })
 }
 
@@ -211,6 +216,7 @@ pub(super) fn performance_profile(
             y: band.iter().map(|estimate| estimate.value).collect(),
             low: band.iter().map(|estimate| estimate.lower).collect(),
             high: band.iter().map(|estimate| estimate.upper).collect(),
+            partial: 0,
         });
     }
     let tasks = methods.first().map_or(0, |(_, scores)| scores.tasks().len());

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use rand::{Rng, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::agent::{ConfigError, Ddpg, DdpgConfig, OrnsteinUhlenbeck};
-use crate::env::{Action, Environment, observation_len};
+use crate::env::{Action, Environment, observation_len, uniform_action};
 use crate::guidance::ActionPrior;
 use crate::task::Task;
 
@@ -36,7 +36,7 @@ pub struct Uniform;
 
 impl Explorer for Uniform {
     fn act(&mut self, _: &Environment, rng: &mut ChaCha8Rng) -> Action {
-        [rng.gen_range(-1.0..=1.0), rng.gen_range(-1.0..=1.0)]
+        uniform_action(rng)
     }
 }
 

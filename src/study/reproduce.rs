@@ -26,7 +26,7 @@ use crate::run::{RunDirectory, RunError, RunHistory, config_hash};
 use crate::stats::{Bootstrap, StatsError};
 use crate::task::Task;
 use crate::trainer::{
-    ConductError, PriorError, PriorSource, RunConfig, SettingError, Watch, build_prior, rollout_model,
+    PriorError, PriorSource, RunConfig, SettingError, TrainerError, Watch, build_prior, rollout_model,
 };
 
 /// Why a study could not be finished. What it has done so far stays.
@@ -67,7 +67,7 @@ pub enum StudyError {
     OtherRun { path: PathBuf },
     /// A training.
     #[error("{run}: {source}")]
-    Training { run: String, source: Box<ConductError> },
+    Training { run: String, source: Box<TrainerError> },
     /// There is nothing to report yet.
     #[error("none of the {runs} runs is finished: go on with them, such as with `mge resume`")]
     NothingFinished { runs: usize },

@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use crate::json::{Problem, SyntaxError};
+use crate::json::SyntaxError;
 use crate::run::RunError;
+use crate::validation::ValidationError;
 
 /// Why a sweep cannot be done.
 #[derive(Debug, thiserror::Error)]
@@ -17,7 +18,7 @@ pub enum SweepError {
         /// The sweep file, and the line.
         origin: String,
         /// Where and what.
-        problem: Problem,
+        problem: ValidationError,
     },
     /// A file cannot be read or written.
     #[error("{}: {source}", path.display())]

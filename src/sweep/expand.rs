@@ -9,8 +9,10 @@ use super::error::SweepError;
 use super::file::{Axis, Combination, Grid, SweepFile, value_text};
 use super::models::ModelJob;
 use super::training::{Agents, absolute_paths, check_aliases};
-use crate::json::{self, Problem};
+use crate::json;
+use crate::spelling::did_you_mean;
 use crate::trainer::RunConfig;
+use crate::validation::ValidationError;
 
 /// A sweep, ready to be worked on: every combination is known to be possible.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,7 +61,7 @@ impl Sweep {
         let file: SweepFile = json::parse(text, origin)?;
         let mut jobs: Vec<Job> = Vec::new();
         for (path, grid) in &file.grids {
-            let wrong = |problem: Problem| {
+            let wrong = |problem: ValidationError| {
                 let problem = if path == "." { problem } else { problem.within(path) };
                 let line = json::line_of(text, &problem.path).unwrap_or(1);
                 SweepError::Invalid { origin: format!("{origin}:{line}"), problem }
@@ -74,20 +76,20 @@ impl Sweep {
                         "two different runs would be called `{}`: write the settings in which they differ as lists",
                         job.name
                     );
-                    return Err(wrong(Problem::new(".", message)));
+                    return Err(wrong(ValidationError::new(".", message)));
                 }
                 jobs.push(job);
             }
         }
         if jobs.is_empty() {
-            let problem = Problem::new(".", "is empty: give a `task` and other settings");
+            let problem = ValidationError::new(".", "is empty: give a `task` and other settings");
             return Err(SweepError::Invalid { origin: origin.to_owned(), problem });
         }
         Ok(Self { jobs })
     }
 }
 
-fn expand(grid: &Grid) -> Result<Vec<Job>, Problem> {
+fn expand(grid: &Grid) -> Result<Vec<Job>, ValidationError> {
     let combinations = grid.combinations()?;
     let kind = grid.kind.as_ref().map_or("train", |kind| kind.as_str().unwrap_or(""));
     match kind {
@@ -101,8 +103,8 @@ fn expand(grid: &Grid) -> Result<Vec<Job>, Problem> {
             Ok((job.base_name(), job.training.seed, Work::Dynamics(Box::new(job))))
         }),
         _ => {
-            let message = format!("must be `train` or `dynamics`{}", json::did_you_mean(["train", "dynamics"], kind));
-            Err(Problem::new("kind", message))
+            let message = format!("must be `train` or `dynamics`{}", did_you_mean(["train", "dynamics"], kind));
+            Err(ValidationError::new("kind", message))
         }
     }
 }
@@ -113,8 +115,8 @@ impl Grid {
     fn expand(
         &self,
         combinations: &[Combination],
-        mut make: impl FnMut(&Self, &Combination) -> Result<(String, u64, Work), Problem>,
-    ) -> Result<Vec<Job>, Problem> {
+        mut make: impl FnMut(&Self, &Combination) -> Result<(String, u64, Work), ValidationError>,
+    ) -> Result<Vec<Job>, ValidationError> {
         let job = |combination: &Combination| {
             let (base, seed, work) = make(self, combination)?;
             let mut name = base;

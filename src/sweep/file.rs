@@ -3,7 +3,7 @@
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};
 use serde_json::{Map, Value};
 
-use crate::json::Problem;
+use crate::validation::ValidationError;
 
 /// Most combinations of one sweep; more are surely a mistake.
 const MOST_COMBINATIONS: usize = 10_000;
@@ -50,11 +50,11 @@ impl Grid {
     ///
     /// # Errors
     /// When there are too many.
-    pub fn combinations(&self) -> Result<Vec<Combination>, Problem> {
+    pub fn combinations(&self) -> Result<Vec<Combination>, ValidationError> {
         let count = self.axes.iter().try_fold(1usize, |count, axis| count.checked_mul(axis.values.len()));
         if count.is_none_or(|count| count > MOST_COMBINATIONS) {
             let message = format!("makes more than {MOST_COMBINATIONS} combinations: shorten the lists");
-            return Err(Problem::new(".", message));
+            return Err(ValidationError::new(".", message));
         }
         let mut combinations = vec![Vec::new()];
         for axis in &self.axes {

@@ -12,11 +12,13 @@ use crate::dynamics::{
     DynamicsError, Ended, EvaluationConfig, ModelConfig, Progress, TrainConfig, Training, canonical_tool_set, evaluate,
     tool_set_name, train_resumably,
 };
-use crate::json::{self, Problem};
+use crate::json;
 use crate::physics::ToolKind;
 use crate::run::{RunDirectory, RunError};
+use crate::spelling::nearest;
 use crate::study::mean_errors;
 use crate::task::{self, Task};
+use crate::validation::ValidationError;
 
 const MODEL: &str = "model.safetensors";
 pub(super) const CHECKPOINT: &str = "training.safetensors";
@@ -58,7 +60,7 @@ pub struct ModelResult {
 
 impl ModelJob {
     /// The job of a combination of settings.
-    pub(super) fn new(grid: &Grid, combination: &Combination) -> Result<Self, Problem> {
+    pub(super) fn new(grid: &Grid, combination: &Combination) -> Result<Self, ValidationError> {
         let mut tools = None;
         let mut job = Self {
             tools: Vec::new(),
@@ -69,21 +71,21 @@ impl ModelJob {
         let chosen = || grid.axes.iter().zip(combination).map(|(axis, &value)| (axis, &axis.values[value], value));
         // It decides where the others start from, wherever it stands.
         if let Some((axis, literal, value)) = chosen().find(|(axis, _, _)| axis.key == "literal") {
-            let wrong = || Problem::new(axis.path(value), "must be true or false");
+            let wrong = || ValidationError::new(axis.path(value), "must be true or false");
             if literal.as_bool().ok_or_else(wrong)? {
                 (job.model, job.training) = (ModelConfig::literal(), TrainConfig::literal());
             }
         }
         for (axis, value, number) in chosen().filter(|(axis, _, _)| axis.key != "literal") {
-            let wrong = |message: String| Problem::new(axis.path(number), message);
+            let wrong = |message: String| ValidationError::new(axis.path(number), message);
             match axis.key.replace('-', "_").as_str() {
                 "tools" => tools = Some(read_tools(&value_text(value)).map_err(wrong)?),
                 key => job = job.with_setting(key, value).map_err(wrong)?,
             }
         }
-        let missing = || Problem::new("tools", "is missing: name a tool set, such as \"box,bucket\"");
+        let missing = || ValidationError::new("tools", "is missing: name a tool set, such as \"box,bucket\"");
         job.tools = tools.ok_or_else(missing)?;
-        let wrong = |error: DynamicsError| Problem::new(field_of(&error).unwrap_or("."), error);
+        let wrong = |error: DynamicsError| ValidationError::new(field_of(&error).unwrap_or("."), error);
         job.model.validate().map_err(wrong)?;
         job.training.validate().map_err(wrong)?;
         Ok(job)
@@ -96,7 +98,7 @@ impl ModelJob {
         let known = |path: &String| path != "tools" && short(path) == key;
         let Some(place) = keys.iter().find(|path| known(path)).and_then(|path| json::at_mut(&mut whole, path)) else {
             let names: Vec<&str> = keys.iter().map(|path| short(path)).collect();
-            let hint = json::nearest(names.into_iter().chain(["literal", "kind"]), key);
+            let hint = nearest(names.into_iter().chain(["literal", "kind"]), key);
             let hint = hint.map(|name| format!(": did you mean `{name}`?")).unwrap_or_default();
             return Err(format!("there is no setting `{key}` of a dynamics model{hint}"));
         };

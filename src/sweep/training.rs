@@ -9,9 +9,10 @@ use serde_json::Value;
 use super::expand::Work;
 use super::file::{Axis, Combination, Grid, value_text};
 use crate::guidance::EpsilonSchedule;
-use crate::json::{self, Problem};
+use crate::spelling::{did_you_mean, nearest};
 use crate::task::{self, Task};
 use crate::trainer::{Method, RunConfig, SettingError, check_model, config_keys};
+use crate::validation::ValidationError;
 
 /// Other names of settings: those of the command line.
 const ALIASES: [(&str, &str); 2] = [("threshold", "epsilon"), ("model", "prior")];
@@ -41,11 +42,11 @@ pub(super) fn absolute_paths(grid: &Grid) -> Grid {
 }
 
 /// A setting under two names would have two values at once.
-pub(super) fn check_aliases(grid: &Grid) -> Result<(), Problem> {
+pub(super) fn check_aliases(grid: &Grid) -> Result<(), ValidationError> {
     for (alias, name) in ALIASES {
         let has = |key: &str| grid.axes.iter().any(|axis| axis.key == key);
         if has(alias) && has(name) {
-            return Err(Problem::new(alias, format!("is another name of `{name}`: give only one of them")));
+            return Err(ValidationError::new(alias, format!("is another name of `{name}`: give only one of them")));
         }
     }
     Ok(())
@@ -60,7 +61,7 @@ pub(super) struct Agents {
 
 impl Agents {
     /// The configuration of a combination, with the beginning of its name and its seed.
-    pub fn config(&mut self, grid: &Grid, combination: &Combination) -> Result<(String, u64, Work), Problem> {
+    pub fn config(&mut self, grid: &Grid, combination: &Combination) -> Result<(String, u64, Work), ValidationError> {
         let mut config = RunConfig::new(self.task(grid, combination)?);
         let mut chosen: Vec<(&Axis, usize)> = grid.axes.iter().zip(combination.iter().copied()).collect();
         chosen.retain(|(axis, _)| axis.key != "task");
@@ -81,7 +82,7 @@ impl Agents {
         }
         if let Some((path, error)) = out_of_range {
             // Two settings may be in range only together.
-            config.validate().map_err(|_| Problem::new(path, error))?;
+            config.validate().map_err(|_| ValidationError::new(path, error))?;
         }
         if !config.method.uses("epsilon") {
             config.epsilon = EpsilonSchedule::Constant(0.0);
@@ -90,50 +91,53 @@ impl Agents {
         Ok((format!("{}-{}", config.task.name, config.method), config.seed, Work::Train(Box::new(config))))
     }
 
-    fn task(&mut self, grid: &Grid, combination: &Combination) -> Result<Arc<Task>, Problem> {
+    fn task(&mut self, grid: &Grid, combination: &Combination) -> Result<Arc<Task>, ValidationError> {
         let place = grid.axes.iter().position(|axis| axis.key == "task");
         let Some(place) = place else {
-            let alike = |axis: &&Axis| json::nearest(["task"], &axis.key).is_some();
+            let alike = |axis: &&Axis| nearest(["task"], &axis.key).is_some();
             if let Some(axis) = grid.axes.iter().find(alike) {
                 let message = format!("there is no setting `{}`: did you mean `task`?", axis.key);
-                return Err(Problem::new(&axis.key, message));
+                return Err(ValidationError::new(&axis.key, message));
             }
             let shipped = task::shipped().iter().map(|task| task.name.clone()).collect::<Vec<_>>().join(", ");
-            return Err(Problem::new("task", format!("is missing: name one or more of {shipped}, or task files")));
+            return Err(ValidationError::new(
+                "task",
+                format!("is missing: name one or more of {shipped}, or task files"),
+            ));
         };
         let (axis, value) = (&grid.axes[place], combination[place]);
         let name = value_text(&axis.values[value]);
         if let Some(known) = self.tasks.get(&name) {
             return Ok(known.clone());
         }
-        let task = Arc::new(task::load(&name).map_err(|error| Problem::new(axis.path(value), error))?);
+        let task = Arc::new(task::load(&name).map_err(|error| ValidationError::new(axis.path(value), error))?);
         self.tasks.insert(name, task.clone());
         Ok(task)
     }
 
     /// A model that is not there, or does not know the tools, would fail the run later.
-    fn check_model(&mut self, grid: &Grid, config: &RunConfig) -> Result<(), Problem> {
+    fn check_model(&mut self, grid: &Grid, config: &RunConfig) -> Result<(), ValidationError> {
         let key = (config.task.name.clone(), config.method, String::from(config.prior.clone()));
         if self.models.contains(&key) {
             return Ok(());
         }
         let path = grid.axes.iter().find(|axis| setting(&axis.key) == "prior").map_or("task", |axis| &axis.key);
-        check_model(config).map_err(|error| Problem::new(path, error))?;
+        check_model(config).map_err(|error| ValidationError::new(path, error))?;
         self.models.insert(key);
         Ok(())
     }
 }
 
 /// A setting's error at its path; names that a sweep knows beyond the settings are suggested too.
-fn explain(axis: &Axis, value: usize, config: &RunConfig, error: &SettingError) -> Problem {
+fn explain(axis: &Axis, value: usize, config: &RunConfig, error: &SettingError) -> ValidationError {
     let (path, key) = (axis.path(value), axis.key.as_str());
     if key == "method" {
         let known: Result<Method, String> = value_text(&axis.values[value]).parse();
-        return Problem::new(path, known.err().unwrap_or_else(|| error.to_string()));
+        return ValidationError::new(path, known.err().unwrap_or_else(|| error.to_string()));
     }
-    let SettingError::Unknown { .. } = error else { return Problem::new(path, error) };
+    let SettingError::Unknown { .. } = error else { return ValidationError::new(path, error) };
     let keys = config_keys(config);
     let others = ["task", "kind"].into_iter().chain(ALIASES.iter().map(|(alias, _)| *alias));
-    let hint = json::did_you_mean(keys.iter().map(String::as_str).chain(others), key);
-    Problem::new(path, format!("there is no setting `{key}`{hint}"))
+    let hint = did_you_mean(keys.iter().map(String::as_str).chain(others), key);
+    ValidationError::new(path, format!("there is no setting `{key}`{hint}"))
 }

@@ -14,7 +14,7 @@ use super::plan;
 use crate::dynamics::DynamicsError;
 use crate::run::{RunDirectory, RunError};
 use crate::study::train_to_end;
-use crate::trainer::{ConductError, RunConfig, Watch, panic_message};
+use crate::trainer::{RunConfig, TrainerError, Watch, panic_message};
 
 /// Time between two looks at how far the jobs are.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
@@ -41,7 +41,7 @@ pub struct SweepProgress<'a> {
 pub(super) enum WorkError {
     /// An agent's training.
     #[error(transparent)]
-    Training(#[from] ConductError),
+    Training(#[from] TrainerError),
     /// A dynamics model.
     #[error(transparent)]
     Dynamics(#[from] DynamicsError),
@@ -56,7 +56,7 @@ pub(super) enum WorkError {
 impl WorkError {
     /// Whether another process works on the job.
     fn is_in_use(&self) -> bool {
-        let (Self::Run(error) | Self::Training(ConductError::Run(error))) = self else { return false };
+        let (Self::Run(error) | Self::Training(TrainerError::Run(error))) = self else { return false };
         matches!(error, RunError::InUse { .. })
     }
 }

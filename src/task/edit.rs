@@ -1,9 +1,8 @@
 //! Editing a task: small steps, each valid as a whole, undone and redone without limit.
 
 use super::schema::{Form, Region, Task, ToolSpec};
-use super::validate::validate;
-use crate::json::Problem;
 use crate::physics::ToolKind;
+use crate::validation::ValidationError;
 
 /// One change of a task. Numbers of subgoals and tools count from 0 here.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,7 +56,7 @@ impl Edit {
     ///
     /// # Errors
     /// When there is no such object, or the result could not be played.
-    pub fn apply(&self, draft: &Draft) -> Result<Draft, Problem> {
+    pub fn apply(&self, draft: &Draft) -> Result<Draft, ValidationError> {
         let Draft { mut task, mut proposed } = draft.clone();
         match *self {
             Self::AddSubgoal { position, radius } => task.subgoals.push(Region { position, radius }),
@@ -92,15 +91,15 @@ impl Edit {
             },
             Self::DeleteProposal { index } => _ = taken(&mut proposed, index)?,
         }
-        validate(&task)?;
+        task.validate()?;
         // What is proposed must be fit to be accepted.
-        validate(&Task { subgoals: proposed.clone(), ..task.clone() })?;
+        Task { subgoals: proposed.clone(), ..task.clone() }.validate()?;
         Ok(Draft { task, proposed })
     }
 }
 
 /// Takes one of the proposals away, or all of them, and returns what was taken.
-fn taken(proposed: &mut Vec<Region>, index: Option<usize>) -> Result<Vec<Region>, Problem> {
+fn taken(proposed: &mut Vec<Region>, index: Option<usize>) -> Result<Vec<Region>, ValidationError> {
     match index {
         Some(index) => {
             entry(proposed, "proposals", index)?;
@@ -108,15 +107,15 @@ fn taken(proposed: &mut Vec<Region>, index: Option<usize>) -> Result<Vec<Region>
         }
         None if proposed.is_empty() => {
             let message = "there are none: `propose` makes some".to_owned();
-            Err(Problem { path: "proposals".to_owned(), message })
+            Err(ValidationError { path: "proposals".to_owned(), message })
         }
         None => Ok(std::mem::take(proposed)),
     }
 }
 
-fn entry<'a, T>(list: &'a mut [T], name: &str, index: usize) -> Result<&'a mut T, Problem> {
+fn entry<'a, T>(list: &'a mut [T], name: &str, index: usize) -> Result<&'a mut T, ValidationError> {
     let count = list.len();
-    list.get_mut(index).ok_or_else(|| Problem {
+    list.get_mut(index).ok_or_else(|| ValidationError {
         path: format!("{name}[{index}]"),
         message: format!("there are only {count}: choose one from 0 to {}", count.saturating_sub(1)),
     })
@@ -152,7 +151,7 @@ impl Editor {
     ///
     /// # Errors
     /// When the change makes no playable task; nothing is changed then.
-    pub fn apply(&mut self, edit: &Edit) -> Result<(), Problem> {
+    pub fn apply(&mut self, edit: &Edit) -> Result<(), ValidationError> {
         let changed = edit.apply(&self.now)?;
         self.past.push(std::mem::replace(&mut self.now, changed));
         self.future.clear();

@@ -7,8 +7,9 @@ use serde::de::IgnoredAny;
 
 use super::create;
 use super::schema::Task;
-use super::validate::validate;
-use crate::json::{self, Problem, SyntaxError, did_you_mean};
+use crate::json::{self, SyntaxError};
+use crate::spelling::did_you_mean;
+use crate::validation::ValidationError;
 
 /// The six tasks, by name, as they lie in `tasks/`.
 const SHIPPED: [(&str, &str); 6] = [
@@ -33,8 +34,8 @@ pub enum TaskError {
     #[error(transparent)]
     Syntax(#[from] SyntaxError),
     /// The numbers make no playable task.
-    #[error("{origin}: {problem}")]
-    Invalid { origin: String, problem: Problem },
+    #[error("{origin}: {error}")]
+    Invalid { origin: String, error: ValidationError },
 }
 
 /// Names of the shipped tasks.
@@ -75,13 +76,13 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
 /// # Errors
 /// When the text is not JSON, not a task, or a task that cannot be played.
 pub fn parse(text: &str, origin: &str) -> Result<Task, TaskError> {
-    let invalid = |problem| TaskError::Invalid { origin: origin.to_owned(), problem };
+    let invalid = |error| TaskError::Invalid { origin: origin.to_owned(), error };
     let task: Task = if is_create_level(text) {
         create::level_task(json::parse(text.as_bytes(), origin)?).map_err(invalid)?
     } else {
         json::parse(text.as_bytes(), origin)?
     };
-    validate(&task).map_err(invalid)?;
+    task.validate().map_err(invalid)?;
     Ok(task)
 }
 
@@ -106,7 +107,7 @@ pub fn to_json(task: &Task) -> String {
 /// # Errors
 /// When the task is invalid or the file cannot be written.
 pub fn save(task: &Task, path: &Path) -> Result<(), TaskError> {
-    validate(task).map_err(|problem| TaskError::Invalid { origin: path.display().to_string(), problem })?;
+    task.validate().map_err(|error| TaskError::Invalid { origin: path.display().to_string(), error })?;
     crate::atomic::write(path, to_json(task).as_bytes())
         .map_err(|source| TaskError::Io { path: path.to_owned(), source })
 }

@@ -10,11 +10,9 @@ mod file;
 mod schema;
 mod validate;
 
-pub use create::{RecordedLevel, RecordedTool};
 pub use edit::{Draft, Edit, Editor};
 pub use file::{TaskError, load, parse, save, shipped, shipped_names, to_json};
 pub use schema::{
-    BallSpec, Form, Goal, GoalShape, Marker, Placeable, Region, Rewards, Rules, SubgoalCheck, Task, ToolSpec, VERSION,
+    BallSpec, Form, Goal, GoalShape, Marker, Placeable, Region, Rewards, Rules, STANDARD_RADIUS, SubgoalCheck, Task,
+    ToolSpec, VERSION,
 };
-
-pub use crate::json::Problem;

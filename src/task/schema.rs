@@ -6,6 +6,8 @@ use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind,
 
 /// The version of the format this program writes.
 pub const VERSION: u32 = 1;
+/// Radius of CREATE's balls and stars, and of regions unless a task says otherwise, in units.
+pub const STANDARD_RADIUS: f32 = 4.0;
 
 /// A puzzle: scene, placeable tool, subgoals, goal and rules.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -314,7 +316,7 @@ impl Rules {
 impl BallSpec {
     /// A ball of CREATE's standard size and material, at rest.
     pub fn at(position: [f32; 2]) -> Self {
-        Self { position, velocity: [0.0; 2], radius: 4.0, mass: 10.0, elasticity: 1.0, friction: 1.0 }
+        Self { position, velocity: [0.0; 2], radius: STANDARD_RADIUS, mass: 10.0, elasticity: 1.0, friction: 1.0 }
     }
 
     /// What the ball is made of.
@@ -374,6 +376,11 @@ impl Task {
         self.subgoals.iter().copied().chain([self.goal.region()]).collect()
     }
 
+    /// Number of [stages](Self::stages): the subgoals and the goal.
+    pub fn stage_count(&self) -> usize {
+        self.subgoals.len() + 1
+    }
+
     /// The tool types of the scene and of the agent, each once, in canonical order:
     /// the tool set a dynamics model of this task must know.
     pub fn tool_set(&self) -> Vec<ToolKind> {
@@ -383,7 +390,7 @@ impl Task {
 }
 
 fn default_radius() -> f32 {
-    4.0
+    STANDARD_RADIUS
 }
 
 fn default_mass() -> f32 {

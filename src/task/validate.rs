@@ -1,11 +1,20 @@
 //! What a task must satisfy beyond its schema.
 
 use super::schema::{BallSpec, Form, GoalShape, Region, Task, VERSION};
-use crate::json::{Problem, in_range};
 use crate::physics::{MAX_OBJECTS, START_OVERLAP, Tool, ToolKind, to_units};
+use crate::validation::{ValidationError, in_range};
 
-/// The first reason why the task cannot be played.
-pub(super) fn validate(task: &Task) -> Result<(), Problem> {
+impl Task {
+    /// Checks that the task can be played: every number in its range, a clear start.
+    ///
+    /// # Errors
+    /// The first reason why it cannot.
+    pub fn validate(&self) -> Result<(), ValidationError> {
+        validate(self)
+    }
+}
+
+fn validate(task: &Task) -> Result<(), ValidationError> {
     if task.version != VERSION {
         let message = format!("is {}, but this program reads version {VERSION}", task.version);
         return problem("version", message);
@@ -45,7 +54,7 @@ pub(super) fn validate(task: &Task) -> Result<(), Problem> {
     clear_start(task)
 }
 
-fn rules(task: &Task) -> Result<(), Problem> {
+fn rules(task: &Task) -> Result<(), ValidationError> {
     let rules = &task.rules;
     if !(1..=1000).contains(&rules.max_actions) {
         return problem("rules.max_actions", "must be 1 to 1000");
@@ -77,7 +86,7 @@ fn rules(task: &Task) -> Result<(), Problem> {
 }
 
 /// No ball may start inside a tool or another ball.
-fn clear_start(task: &Task) -> Result<(), Problem> {
+fn clear_start(task: &Task) -> Result<(), ValidationError> {
     let mut balls = vec![("ball".to_owned(), task.ball)];
     balls.extend(task.marker.as_ref().map(|marker| ("marker.ball".to_owned(), marker.ball)));
     if task.goal.shape == GoalShape::Ball {
@@ -109,7 +118,7 @@ fn penetration(tool: &Tool, ball: &BallSpec) -> f32 {
     ball.radius - tool.surface(to_units(ball.position)).0
 }
 
-fn ball(ball: &BallSpec, path: &str) -> Result<(), Problem> {
+fn ball(ball: &BallSpec, path: &str) -> Result<(), ValidationError> {
     position(ball.position, &format!("{path}.position"))?;
     for (axis, velocity) in ball.velocity.iter().enumerate() {
         in_range(*velocity, format!("{path}.velocity[{axis}]"), -1000.0, 1000.0)?;
@@ -117,14 +126,14 @@ fn ball(ball: &BallSpec, path: &str) -> Result<(), Problem> {
     ball.material().check().map_err(|problem| problem.within(path))
 }
 
-fn form(form: &Form, kind: ToolKind, path: &str) -> Result<(), Problem> {
+fn form(form: &Form, kind: ToolKind, path: &str) -> Result<(), ValidationError> {
     if form.radius.is_some() && !kind.is_segment() {
         return problem(&format!("{path}.radius"), "only walls and floors have a radius: remove it");
     }
     form.apply(Tool::new(kind, [0.0; 2])).check().map_err(|problem| problem.within(path))
 }
 
-fn regions(regions: &[Region], path: &str) -> Result<(), Problem> {
+fn regions(regions: &[Region], path: &str) -> Result<(), ValidationError> {
     for (i, region) in regions.iter().enumerate() {
         position(region.position, &format!("{path}[{i}].position"))?;
         in_range(region.radius, format!("{path}[{i}].radius"), 0.1, 42.0)?;
@@ -133,10 +142,10 @@ fn regions(regions: &[Region], path: &str) -> Result<(), Problem> {
 }
 
 /// Levels place walls just outside the screen, hence the margin.
-fn position(position: [f32; 2], path: &str) -> Result<(), Problem> {
+fn position(position: [f32; 2], path: &str) -> Result<(), ValidationError> {
     position.iter().enumerate().try_for_each(|(axis, value)| in_range(*value, format!("{path}[{axis}]"), -1.5, 1.5))
 }
 
-fn problem(path: &str, message: impl Into<String>) -> Result<(), Problem> {
-    Err(Problem::new(path, message.into()))
+fn problem(path: &str, message: impl Into<String>) -> Result<(), ValidationError> {
+    Err(ValidationError::new(path, message.into()))
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::json;
+use crate::spelling::did_you_mean;
 
 /// A way of learning, or of acting without learning. All share one loop.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -107,7 +107,7 @@ impl std::str::FromStr for Method {
     fn from_str(text: &str) -> Result<Self, String> {
         Self::ALL.into_iter().find(|method| method.name() == text).ok_or_else(|| {
             let known = Self::ALL.map(Self::name);
-            let hint = json::did_you_mean(known, text);
+            let hint = did_you_mean(known, text);
             format!("unknown method `{text}`: use one of {}{hint}", known.join(", "))
         })
     }

@@ -1,6 +1,6 @@
 //! The training loop on its own thread: control in, events out.
 //!
-//! [`Training`] is the loop without threads or files. [`conduct()`] runs it into a run
+//! [`Training`] is the loop without threads or files. [`train`] runs it into a run
 //! directory, which every reader of the run reads; [`Trainer`] does so on a thread.
 //! What crosses the threads: [`Control`] values in, the run's event log out, and a
 //! latest-wins [`Watch`] for whoever looks on.
@@ -21,11 +21,11 @@
 //!    seeds, 4000 episodes) area under the curve over all tasks 0.48 [0.45, 0.50] instead of 0.36
 //!    [0.31, 0.41].
 
-mod conduct;
 mod config;
 mod imagination;
 mod method;
 mod prior;
+mod run_loop;
 mod setting;
 mod streams;
 #[cfg(test)]
@@ -35,13 +35,14 @@ mod trace;
 mod training;
 mod watch;
 
-pub use conduct::{ConductError, Control, Ending, conduct};
+pub use crate::run::Source;
 pub use config::{Evaluation, Granularity, ModelReplay, NoiseDecay, Refinement, RunConfig, RunConfigError};
 pub use method::{Method, PriorSource};
-pub use prior::{NamedModel, PriorError, build_prior, check_model, rollout_model};
+pub use prior::{NamedModel, PriorError, build_prior, check_model, rollout_model, saved_prior};
+pub use run_loop::{Control, Ending, TrainerError, train};
 pub use setting::{SettingError, config_keys, unusual_settings};
 pub use thread::Trainer;
-pub use trace::{Source, Trace, TracedStep};
+pub use trace::{Trace, TracedStep};
 pub use training::{NETWORKS_SECTION, Training, TrainingError, greedy_episode};
 pub use watch::{LiveView, Phase, Watch};
 

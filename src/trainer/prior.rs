@@ -1,9 +1,11 @@
 //! The action prior of a run's configuration.
 
+use std::io::ErrorKind;
 use std::sync::Arc;
 
 use crate::dynamics::{self, DynamicsError};
-use crate::guidance::{self, ActionPrior, LearnedModel, RolloutModel, TruePhysics};
+use crate::guidance::{self, ActionPrior, GuidanceError, LearnedModel, RolloutModel, TruePhysics};
+use crate::run::{RunDirectory, RunError};
 use crate::task::Task;
 
 use super::config::RunConfig;
@@ -23,6 +25,12 @@ pub enum PriorError {
     /// The method predicts, but the source of rollouts does not.
     #[error("the method {method} needs a model to predict with, but the source of rollouts is `uniform`")]
     NoPrediction { method: &'static str },
+    /// The saved prior of a run is none, or one of another task.
+    #[error(transparent)]
+    Saved(#[from] GuidanceError),
+    /// The saved prior of a run cannot be read or written.
+    #[error(transparent)]
+    Run(#[from] RunError),
 }
 
 /// A rollout model and its name, as a prior records it.
@@ -58,6 +66,19 @@ pub fn build_prior(config: &RunConfig, progress: impl FnMut(usize) -> bool) -> R
         return Ok(Some(ActionPrior::uniform(&config.task, config.seed)));
     };
     Ok(guidance::build(&config.task, &*model, &name, &config.guidance, config.seed, progress))
+}
+
+/// The prior that was last in force in a run on disk; none if it never had one.
+///
+/// # Errors
+/// When `prior.json` cannot be read, is no prior, or one of another task.
+pub fn saved_prior(directory: &RunDirectory, task: &Task) -> Result<Option<ActionPrior>, PriorError> {
+    let path = directory.prior_path();
+    match std::fs::read_to_string(&path) {
+        Ok(text) => Ok(Some(ActionPrior::parse(&text, &path.display().to_string(), task)?)),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(RunError::io("read", &path)(error).into()),
+    }
 }
 
 /// Whether a run will find the models it needs.

@@ -4,6 +4,7 @@ use serde_json::Value;
 
 use super::config::{RunConfig, RunConfigError};
 use crate::json;
+use crate::spelling::nearest;
 
 /// A setting that cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -41,7 +42,7 @@ impl RunConfig {
         let place = if is_of_task(key) { None } else { json::at_mut(&mut config, key) };
         let Some(place) = place else {
             let keys = config_keys(self);
-            let hint = json::nearest(keys.iter().map(String::as_str), key).map(str::to_owned);
+            let hint = nearest(keys.iter().map(String::as_str), key).map(str::to_owned);
             return Err(SettingError::Unknown { key: key.to_owned(), hint });
         };
         *place = match serde_json::from_str(value) {

@@ -33,7 +33,7 @@ fn new_run(folder: &Path, name: &str, config: &RunConfig) -> RunDirectory {
 
 fn finish(directory: &RunDirectory) -> Ending {
     let (_nobody, controls) = unbounded();
-    conduct(directory, &controls, &Watch::default()).unwrap()
+    train(directory, &controls, &Watch::default()).unwrap()
 }
 
 /// Trains until the run has paused at `episode`, then stops it.
@@ -138,7 +138,7 @@ fn a_new_schedule_holds_from_the_next_episode_on() {
     trainer.send(Control::Resume);
     assert_eq!(trainer.join(), Ok(Ending::Finished));
     let records = read_metrics(&run.metrics_path()).unwrap();
-    let epsilons: Vec<f64> = records.iter().map(|record| record.epsilon).collect();
+    let epsilons: Vec<f32> = records.iter().map(|record| record.epsilon).collect();
     assert_eq!(epsilons, [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
     let events = read_events(&run.events_path()).unwrap();
     assert!(events.iter().any(|logged| matches!(logged.event, Event::ScheduleChanged { episode: 3, .. })));
@@ -151,7 +151,7 @@ fn a_live_view_is_given_to_whoever_asks() {
     let (_nobody, controls) = unbounded();
     let watch = Watch::default();
     watch.request();
-    conduct(&run, &controls, &watch).unwrap();
+    train(&run, &controls, &watch).unwrap();
     let view = watch.take().unwrap();
     assert_eq!(view.trace.episode, 1);
     assert!(view.trace.steps.iter().all(|step| step.path.len() == 40));
@@ -231,12 +231,12 @@ fn a_checkpoint_of_other_settings_is_not_gone_on_with() {
     let config = config(Method::Ddpg, 4);
     let run = new_run(folder.path(), "run", &config);
     let (_nobody, controls) = unbounded();
-    conduct(&run, &controls, &Watch::default()).unwrap();
+    train(&run, &controls, &Watch::default()).unwrap();
     let text = std::fs::read_to_string(run.config_path()).unwrap();
     let gamma = format!("\"gamma\": {}", config.ddpg.gamma);
     assert!(text.contains(&gamma), "{text}");
     std::fs::write(run.config_path(), text.replace(&gamma, "\"gamma\": 0.5")).unwrap();
-    let error = conduct(&run, &controls, &Watch::default()).unwrap_err().to_string();
+    let error = train(&run, &controls, &Watch::default()).unwrap_err().to_string();
     assert!(error.contains("other settings of `ddpg`"), "{error}");
 }
 
@@ -247,7 +247,7 @@ fn a_missing_model_fails_the_run_with_a_reason() {
     config.prior = PriorSource::ModelFile("nowhere.safetensors".to_owned());
     let run = new_run(folder.path(), "run", &config);
     let (_nobody, controls) = unbounded();
-    let error = conduct(&run, &controls, &Watch::default()).unwrap_err().to_string();
+    let error = train(&run, &controls, &Watch::default()).unwrap_err().to_string();
     assert!(error.contains("nowhere.safetensors"), "{error}");
     assert_eq!(run.status().unwrap().state, RunState::Failed(error));
 }

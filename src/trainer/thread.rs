@@ -6,8 +6,8 @@ use std::thread::JoinHandle;
 
 use crossbeam_channel::{Sender, unbounded};
 
-use super::conduct::{Control, Ending, conduct};
 use super::panic_message;
+use super::run_loop::{Control, Ending, train};
 use super::watch::{Phase, Watch};
 use crate::run::RunDirectory;
 
@@ -31,7 +31,7 @@ impl Trainer {
         let watch = Arc::new(Watch::default());
         let (run, seen) = (directory.clone(), watch.clone());
         let work = move || {
-            let outcome = catch_unwind(AssertUnwindSafe(|| conduct(&run, &receiver, &seen)));
+            let outcome = catch_unwind(AssertUnwindSafe(|| train(&run, &receiver, &seen)));
             seen.set_phase(Phase::Ended);
             match outcome {
                 Ok(outcome) => outcome.map_err(|error| error.to_string()),

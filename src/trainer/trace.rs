@@ -6,22 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::env::{Action, Environment, EpisodeOver, Placement, Step};
 use crate::physics::to_normalised;
-use crate::run::{PlayedAction, PlayedEpisode};
+use crate::run::{PlayedAction, PlayedEpisode, Source};
 use crate::task::Task;
-
-/// Where an action came from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Source {
-    /// The actor, with or without noise.
-    Policy,
-    /// The action clusters.
-    Clusters,
-    /// A plan through the model.
-    Planner,
-    /// A person.
-    Hand,
-}
 
 /// One action of an episode and what came of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -75,7 +61,7 @@ impl Trace {
 
     /// What has to be kept to play it again.
     pub fn played(&self) -> PlayedEpisode {
-        let step = |step: &TracedStep| PlayedAction { action: step.action, guided: step.source == Source::Clusters };
+        let step = |step: &TracedStep| PlayedAction { action: step.action, source: step.source };
         PlayedEpisode { episode: self.episode, shift: self.shift, actions: self.steps.iter().map(step).collect() }
     }
 
@@ -83,9 +69,8 @@ impl Trace {
     pub fn replay(task: &Arc<Task>, played: &PlayedEpisode) -> Self {
         let mut env = Environment::shifted(task.clone(), played.shift);
         let mut trace = Self { episode: played.episode, shift: played.shift, steps: Vec::new() };
-        for PlayedAction { action, guided } in &played.actions {
-            let source = if *guided { Source::Clusters } else { Source::Policy };
-            if trace.step(&mut env, *action, source).is_err() {
+        for PlayedAction { action, source } in &played.actions {
+            if trace.step(&mut env, *action, *source).is_err() {
                 break;
             }
         }

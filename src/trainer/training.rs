@@ -12,12 +12,13 @@ use super::imagination::imagine;
 use super::method::Method;
 use super::prior::{PriorError, consulted_model};
 use super::streams::{self, Streams};
-use super::trace::{Source, Trace};
+use super::trace::Trace;
 use crate::agent::{self, Ddpg, Learner, Transition, UpdateMetrics};
 use crate::env::{Action, Environment, EpisodeOver, Placement, Snapshot, Step, observation_len};
 use crate::guidance::{self, ActionPrior, EpsilonSchedule, Played, RolloutModel};
-use crate::run::{Checkpoint, EpisodeRecord, Event, RunError};
+use crate::run::{Checkpoint, EpisodeRecord, Event, RunError, Source};
 use crate::stats::rolling::{RollingRate, WINDOW};
+use crate::streams::Stream;
 use crate::task::Task;
 
 /// The checkpoint section that holds the networks, as a safetensors file.
@@ -93,11 +94,11 @@ impl Training {
     /// When a setting is out of range.
     pub fn new(config: RunConfig, prior: Option<Arc<ActionPrior>>) -> Result<Self, TrainingError> {
         config.validate()?;
-        let mut initialisation = streams::initialisation(config.seed);
+        let mut weights = Stream::AgentWeights.of(config.seed);
         let observations = observation_len(&config.task);
         let learner_streams = streams::learner(config.seed);
-        let learner = Learner::new(observations, 2, &config.ddpg, &mut initialisation, learner_streams)
-            .map_err(RunConfigError::from)?;
+        let learner =
+            Learner::new(observations, 2, &config.ddpg, &mut weights, learner_streams).map_err(RunConfigError::from)?;
         let progress = Progress {
             episode: 0,
             environment_steps: 0,
@@ -271,7 +272,7 @@ impl Training {
         if self.config.refinement.every == 0 {
             return;
         }
-        let stages = self.config.task.subgoals.len() + 1;
+        let stages = self.config.task.stage_count();
         self.progress.rewarding.resize(stages, VecDeque::new());
         let kept = &mut self.progress.rewarding[stage];
         kept.extend(actions);
@@ -362,16 +363,16 @@ impl Training {
             episode: progress.episode,
             steps,
             environment_steps: progress.environment_steps,
-            return_: f64::from(trace.total_reward()),
+            return_: trace.total_reward(),
             goal: snapshot.goal_reached(),
             subgoals: snapshot.reached().iter().filter(|reached| **reached).count() as u32,
             subgoals_total: snapshot.reached().len() as u32,
             guided: trace.steps.iter().any(|step| step.source == Source::Clusters),
-            epsilon: f64::from(threshold),
-            noise_sigma: f64::from(self.config.ddpg.ou.sigma * noise_scale),
+            epsilon: threshold,
+            noise_sigma: self.config.ddpg.ou.sigma * noise_scale,
             critic_loss: means.mean(|sum| sum.critic_loss),
             mean_q: means.mean(|sum| sum.mean_q),
-            max_q: (means.updates > 0).then_some(f64::from(means.sum.max_q)),
+            max_q: (means.updates > 0).then_some(means.sum.max_q),
             actor_loss: means.mean(|sum| sum.actor_loss),
             action_saturation: means.mean(|sum| sum.action_saturation),
             rolling_success,
@@ -395,8 +396,8 @@ impl UpdateMeans {
         self.sum.action_saturation += metrics.action_saturation;
     }
 
-    fn mean(&self, of: impl Fn(&UpdateMetrics) -> f32) -> Option<f64> {
-        (self.updates > 0).then(|| f64::from(of(&self.sum)) / f64::from(self.updates))
+    fn mean(&self, of: impl Fn(&UpdateMetrics) -> f32) -> Option<f32> {
+        (self.updates > 0).then(|| (f64::from(of(&self.sum)) / f64::from(self.updates)) as f32)
     }
 }
 

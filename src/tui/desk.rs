@@ -13,7 +13,7 @@ use crate::trainer::{LiveView, Phase, RunConfig, rollout_model, unusual_settings
 use crate::workbench::{Command, FigureKind, Notice, RunView, Session};
 
 use super::facts::{Facts, Level, LogLine, ModelFacts, RunFacts, Settings};
-use super::metric::{Curves, Metric};
+use super::metric::Curves;
 use super::playback::Episode;
 use super::preview::Drawing;
 use super::rate::Rate;
@@ -440,7 +440,7 @@ fn run_facts(view: &RunView, mut curves: Curves, rate: Option<f64>) -> RunFacts 
     let records = view.records();
     curves.truncate(records.len());
     for record in &records[curves.episodes()..] {
-        curves.push(Metric::values(record));
+        curves.push_record(record);
     }
     let config = view.config();
     let evaluations = view.evaluations().iter().map(|e| (e.episode, e.success as f32)).collect();

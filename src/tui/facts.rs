@@ -185,7 +185,7 @@ impl RunFacts {
 
     /// For each subgoal whether each episode reached it, as 1 and 0.
     pub fn hits(&self) -> Vec<Vec<f32>> {
-        let shares = self.curves.get(Metric::Subgoals);
+        let shares = self.curves.get(Metric::SubgoalShare);
         // Subgoals count in order: so many of them are the first so many.
         let reached = |subgoal: usize| {
             let least = (subgoal as f32 + 0.5) / self.subgoals as f32;

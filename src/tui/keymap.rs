@@ -141,7 +141,7 @@ fn read_line(raw: &str, origin: &str, line: usize) -> Result<Line, KeymapError> 
     let keys = &words[..words.iter().enumerate().position(is_comment).unwrap_or(words.len())];
     let name = name.trim();
     let Some(entry) = named(name) else {
-        let nearest = crate::json::nearest(ENTRIES.iter().map(|entry| entry.name), name);
+        let nearest = crate::spelling::nearest(ENTRIES.iter().map(|entry| entry.name), name);
         return Err(KeymapError::Unknown { origin, line, name: name.to_owned(), nearest });
     };
     let keys = keys.iter().map(|key| key.parse()).collect::<Result<Vec<Key>, KeyError>>();

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use super::command::Expectation;
 use crate::env::EpisodeOver;
 use crate::run::RunError;
-use crate::task::{Problem, TaskError};
+use crate::task::TaskError;
 use crate::trainer::{RunConfigError, SettingError};
+use crate::validation::ValidationError;
 
 /// A command that could not be carried out.
 #[derive(Debug, thiserror::Error)]
@@ -16,7 +17,7 @@ pub enum SessionError {
     Task(#[from] TaskError),
     /// An edit.
     #[error(transparent)]
-    Edit(#[from] Problem),
+    Edit(#[from] ValidationError),
     /// A setting.
     #[error(transparent)]
     Setting(#[from] SettingError),

@@ -13,7 +13,7 @@ use crate::figures::{
     Statistics, TaskActions, TaskGrid,
 };
 use crate::physics::PHYSICS_DT;
-use crate::run::{EpisodeRecord, config_hash};
+use crate::run::{EpisodeRecord, Metric, config_hash};
 use crate::stats::rolling::WINDOW;
 use crate::task::Task;
 use crate::trainer::{RunConfig, Trace};
@@ -94,6 +94,7 @@ fn learning_curves(runs: &[RunView]) -> LearningCurves {
             label: label(config),
             x: run.records().iter().map(|record| record.episode as f64).collect(),
             y: run.records().iter().map(|record| record.rolling_success).collect(),
+            partial: run.records().len().min(WINDOW.get() - 1),
             ..Curve::default()
         };
         match panels.iter_mut().find(|panel| panel.task == config.task.name) {
@@ -110,7 +111,7 @@ fn learning_curves(runs: &[RunView]) -> LearningCurves {
 fn label(config: &RunConfig) -> String {
     let method = config.method.label();
     match config.method.has_clusters() {
-        true => format!("{method}, epsilon {}, seed {}", config.epsilon, config.seed),
+        true => format!("{method}, epsilon {}, seed {}", config.epsilon.describe(), config.seed),
         false => format!("{method}, seed {}", config.seed),
     }
 }
@@ -118,7 +119,7 @@ fn label(config: &RunConfig) -> String {
 fn dashboard(run: &RunView) -> Dashboard {
     let config = run.config();
     let column = |of: &dyn Fn(&EpisodeRecord) -> f64| run.records().iter().map(of).collect::<Vec<f64>>();
-    let optional = |of: fn(&EpisodeRecord) -> Option<f64>| column(&|record| of(record).unwrap_or(f64::NAN));
+    let metric = |metric: Metric| column(&|record| metric.of(record));
     let greedy = |record: &EpisodeRecord| {
         let evaluation = run.evaluations().iter().find(|evaluation| evaluation.episode == record.episode);
         evaluation.map_or(f64::NAN, |evaluation| evaluation.success)
@@ -127,14 +128,14 @@ fn dashboard(run: &RunView) -> Dashboard {
         title: format!("{} on {}", label(config), config.task.name),
         window: WINDOW.get(),
         episode: column(&|record| record.episode as f64),
-        success: column(&|record| record.rolling_success),
+        success: metric(Metric::Success),
         greedy_success: column(&greedy),
-        episode_return: column(&|record| record.return_),
-        critic_loss: optional(|record| record.critic_loss),
-        actor_loss: optional(|record| record.actor_loss),
-        q_mean: optional(|record| record.mean_q),
-        saturation: optional(|record| record.action_saturation),
-        epsilon: column(&|record| record.epsilon),
+        episode_return: metric(Metric::Return),
+        critic_loss: metric(Metric::CriticLoss),
+        actor_loss: metric(Metric::ActorLoss),
+        q_mean: metric(Metric::MeanQ),
+        saturation: metric(Metric::Saturation),
+        epsilon: metric(Metric::Epsilon),
     }
 }
 

@@ -44,7 +44,7 @@ impl PriorJob {
         let cancelled = Arc::new(AtomicBool::new(false));
         let (seen, stop, config) = (stage.clone(), cancelled.clone(), config.clone());
         let key = PriorKey::of(&config);
-        let stages = config.task.subgoals.len() + 1;
+        let stages = config.task.stage_count();
         let work = move || {
             build_prior(&config, |stage| {
                 seen.store(stage, Ordering::Relaxed);

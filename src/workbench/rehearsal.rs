@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use super::SessionError;
 use super::command::{Command, FigureKind};
 use super::session::Session;
+use crate::figures::ENDINGS;
 use crate::trainer::{PriorSource, check_model};
 
 /// A session in which nothing is computed, trained or written.
@@ -72,7 +73,7 @@ impl Rehearsal {
 fn check_figure(kind: FigureKind, path: &Path) -> Result<(), SessionError> {
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("");
     let (known, expected): (&[&str], _) =
-        if kind == FigureKind::Episode { (&["gif"], "`.gif`") } else { (&["png", "svg"], "`.png` or `.svg`") };
+        if kind == FigureKind::Episode { (&["gif"], "`.gif`") } else { (&ENDINGS, "`.png`, `.svg` or `.pdf`") };
     if known.contains(&ending) {
         return Ok(());
     }
@@ -98,7 +99,7 @@ mod tests {
             ("task tsk3", "did you mean `task3`?"),
             ("subgoal move 3 0 0", "subgoal"),
             ("undo", "nothing to undo"),
-            ("figure dashboard a.jpeg", "`.png` or `.svg`"),
+            ("figure dashboard a.jpeg", "`.png`, `.svg` or `.pdf`"),
             ("figure episode a.png", "`.gif`"),
             ("model nowhere.safetensors\ntrain b", "nowhere.safetensors"),
         ] {

@@ -1,17 +1,20 @@
 //! A run as the workbench shows it: its log so far, and the trainer if it is ours.
 
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::agent::Ddpg;
+use crate::guidance::ActionPrior;
 use crate::run::{
     CheckpointName, EpisodeRecord, EvaluationRecord, Event, EventReader, RunDirectory, RunError, RunHistory, RunState,
     read_episode,
 };
-use crate::trainer::{Control, LiveView, NETWORKS_SECTION, Phase, RunConfig, Trace, Trainer, greedy_episode};
+use crate::trainer::{
+    Control, LiveView, NETWORKS_SECTION, Phase, RunConfig, Trace, Trainer, greedy_episode, saved_prior,
+};
 
 use super::SessionError;
 
@@ -26,6 +29,8 @@ pub struct RunView {
     trainer: Option<Trainer>,
     live: Option<LiveView>,
     failure: Option<String>,
+    /// The saved prior, or why it cannot be used; read when it is first asked for.
+    saved_prior: OnceLock<Result<Option<Arc<ActionPrior>>, String>>,
     /// It was asked to leave its pause and has not said so yet.
     leaving_pause: bool,
     trained_here: bool,
@@ -70,6 +75,7 @@ impl RunView {
             trainer: None,
             live: None,
             failure: None,
+            saved_prior: OnceLock::new(),
             leaving_pause: false,
             trained_here: false,
             turn: None,
@@ -144,6 +150,9 @@ impl RunView {
         for event in &events {
             self.history.note(event);
             self.leaving_pause &= !matches!(event, Event::Resumed { .. });
+            if matches!(event, Event::ClustersChanged { .. } | Event::Started { .. }) {
+                self.saved_prior.take();
+            }
         }
         if let Some(trainer) = &mut self.trainer {
             if let Some(view) = trainer.watch().take() {
@@ -217,9 +226,17 @@ impl RunView {
         self.trainer.as_ref().map(|trainer| trainer.watch().phase())
     }
 
-    /// The action prior of the run, if the run is ours and has one.
-    pub fn prior(&self) -> Option<Arc<crate::guidance::ActionPrior>> {
-        self.trainer.as_ref().and_then(|trainer| trainer.watch().prior())
+    /// The action prior of the run, if it has one: that in use, or the one saved with a past run.
+    pub fn prior(&self) -> Option<Arc<ActionPrior>> {
+        match &self.trainer {
+            Some(trainer) => trainer.watch().prior(),
+            None => self.saved_prior.get_or_init(|| self.read_prior()).clone().ok().flatten(),
+        }
+    }
+
+    fn read_prior(&self) -> Result<Option<Arc<ActionPrior>>, String> {
+        let prior = saved_prior(&self.directory, &self.config.task).map_err(|error| error.to_string())?;
+        Ok(prior.map(Arc::new))
     }
 
     /// Whether this process trains it now.
@@ -234,7 +251,8 @@ impl RunView {
 
     /// What went wrong with it here, if anything.
     pub fn failure(&self) -> Option<&str> {
-        self.failure.as_deref()
+        let of_prior = || self.saved_prior.get().and_then(|prior| prior.as_ref().err());
+        self.failure.as_ref().or_else(of_prior).map(String::as_str)
     }
 
     /// Whether somebody works on it, or how it ended.

@@ -1,6 +1,8 @@
 //! The small arithmetic that CREATE's level files write into strings.
 
-/// What an expression is worth.
+use crate::task::schema::STANDARD_RADIUS;
+
+/// The value of an expression.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Value {
     Number(f64),
@@ -15,7 +17,7 @@ const MAX_LENGTH: usize = 200;
 const CONSTANTS: [(&str, f64); 4] = [
     // A ball's centre above the middle of the floor it lies on, normalised.
     ("OFFSET", 0.11),
-    ("GOAL_RADIUS", super::GOAL_RADIUS as f64),
+    ("GOAL_RADIUS", STANDARD_RADIUS as f64),
     ("LINE_THICKNESS", 2.0),
     ("np.pi", std::f64::consts::PI),
 ];

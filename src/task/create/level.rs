@@ -8,14 +8,15 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use serde_json::{Map, Value as Json};
 
-use super::GOAL_RADIUS;
 use super::expression::{Value, evaluate};
-use crate::json::Problem;
 use crate::physics::ToolKind;
-use crate::task::schema::{BallSpec, Form, Goal, GoalShape, Marker, Placeable, Region, Rules, Task, ToolSpec, VERSION};
+use crate::task::schema::{
+    BallSpec, Form, Goal, GoalShape, Marker, Placeable, Region, Rules, STANDARD_RADIUS, Task, ToolSpec, VERSION,
+};
+use crate::validation::ValidationError;
 
 /// Radius of CREATE's subgoals, in units.
-const SUBGOAL_RADIUS: f32 = 3.0;
+const SUBSTANDARD_RADIUS: f32 = 3.0;
 /// Radius of the basketball that stands in for the target ball, in units.
 const BASKETBALL_RADIUS: f32 = 3.5;
 /// Half the side of the basket, in units.
@@ -56,14 +57,19 @@ pub(crate) struct LevelFile {
 /// # Errors
 /// At the first object or rule this program lacks, and at the first number that cannot
 /// be read.
-pub(in crate::task) fn level_task(level: LevelFile) -> Result<Task, Problem> {
+pub(in crate::task) fn level_task(level: LevelFile) -> Result<Task, ValidationError> {
     let is_marker_level = match level.lvl_type.as_deref() {
         None => false,
         Some("marker") => true,
-        Some(other) => return Err(Problem::new("lvl_type", format_args!("is `{other}`, but only `marker` is known"))),
+        Some(other) => {
+            return Err(ValidationError::new("lvl_type", format_args!("is `{other}`, but only `marker` is known")));
+        }
     };
     if let Some(reward) = level.reward.as_deref().filter(|reward| *reward != "sparse") {
-        return Err(Problem::new("reward", format_args!("is `{reward}`, but only `sparse` rewards are supported")));
+        return Err(ValidationError::new(
+            "reward",
+            format_args!("is `{reward}`, but only `sparse` rewards are supported"),
+        ));
     }
     let mut objects = Objects::default();
     for (index, object) in level.env.iter().enumerate() {
@@ -80,7 +86,7 @@ pub(in crate::task) fn level_task(level: LevelFile) -> Result<Task, Problem> {
             subgoals: regions(&level.marker_sec_goals, "marker_sec_goals")?,
         })
     } else if !level.marker_sec_goals.is_empty() {
-        return Err(Problem::new("marker_sec_goals", "needs a marker: set `lvl_type` to `marker`"));
+        return Err(ValidationError::new("marker_sec_goals", "needs a marker: set `lvl_type` to `marker`"));
     } else {
         None
     };
@@ -99,27 +105,27 @@ pub(in crate::task) fn level_task(level: LevelFile) -> Result<Task, Problem> {
     })
 }
 
-fn target(level: &LevelFile) -> Result<BallSpec, Problem> {
+fn target(level: &LevelFile) -> Result<BallSpec, ValidationError> {
     let radius = match &level.target_ball_radius {
         _ if truth(&level.ball_is_basket, "ball_is_basket")? => BASKETBALL_RADIUS,
         Some(radius) => number(radius, "target_ball_radius")?,
-        None => GOAL_RADIUS,
+        None => STANDARD_RADIUS,
     };
     Ok(BallSpec { radius, ..BallSpec::at(pair(&level.target, "target")?) })
 }
 
-fn goal(level: &LevelFile) -> Result<Goal, Problem> {
+fn goal(level: &LevelFile) -> Result<Goal, ValidationError> {
     let (shape, radius) = if truth(&level.goal_is_basket, "goal_is_basket")? {
         (GoalShape::Basket, BASKET_HALF_SIDE)
     } else if truth(&level.moving_goal, "moving_goal")? {
-        (GoalShape::Ball, GOAL_RADIUS)
+        (GoalShape::Ball, STANDARD_RADIUS)
     } else {
-        (GoalShape::Star, GOAL_RADIUS)
+        (GoalShape::Star, STANDARD_RADIUS)
     };
     Ok(Goal { position: pair(&level.goal, "goal")?, radius, shape })
 }
 
-fn rules(level: &LevelFile) -> Result<Rules, Problem> {
+fn rules(level: &LevelFile) -> Result<Rules, ValidationError> {
     let mut rules = Rules::of_create();
     if let Some(steps) = level.max_num_steps {
         rules.max_actions = steps.saturating_add(1);
@@ -152,7 +158,7 @@ struct Objects {
 
 impl Objects {
     /// Names, default sizes and materials are CREATE's.
-    fn add(&mut self, object: &Map<String, Json>, path: &str) -> Result<(), Problem> {
+    fn add(&mut self, object: &Map<String, Json>, path: &str) -> Result<(), ValidationError> {
         let mut object = Object::new(object, path)?;
         match object.name {
             "floor" | "wall" => {
@@ -188,7 +194,7 @@ impl Objects {
                 self.add_tool(object, ToolKind::Box, form)
             }
             "marker_ball" | "target_ball" => {
-                let radius = object.number("radius")?.unwrap_or(GOAL_RADIUS);
+                let radius = object.number("radius")?.unwrap_or(STANDARD_RADIUS);
                 self.add_ball(object, |ball| BallSpec { radius, ..ball })
             }
             "basket_ball" => self.add_ball(object, |ball| BallSpec { radius: BASKETBALL_RADIUS, ..ball }),
@@ -209,7 +215,7 @@ impl Objects {
         kind: ToolKind,
         length: f32,
         elasticity: Option<f32>,
-    ) -> Result<(), Problem> {
+    ) -> Result<(), ValidationError> {
         let thickness = object.number("thickness")?.unwrap_or(2.0);
         // CREATE divides as integers: a thickness of 1 leaves no rounding at all.
         let radius = (thickness / 2.0).floor();
@@ -217,14 +223,14 @@ impl Objects {
         self.add_tool(object, kind, form)
     }
 
-    fn add_tool(&mut self, mut object: Object, kind: ToolKind, form: Form) -> Result<(), Problem> {
+    fn add_tool(&mut self, mut object: Object, kind: ToolKind, form: Form) -> Result<(), ValidationError> {
         let position = object.position()?;
         object.finish()?;
         self.tools.push(ToolSpec { kind, position, form });
         Ok(())
     }
 
-    fn add_ball(&mut self, mut object: Object, change: impl Fn(BallSpec) -> BallSpec) -> Result<(), Problem> {
+    fn add_ball(&mut self, mut object: Object, change: impl Fn(BallSpec) -> BallSpec) -> Result<(), ValidationError> {
         let position = object.position()?;
         object.finish()?;
         let index = self.balls.len() + self.tools.len();
@@ -233,10 +239,10 @@ impl Objects {
     }
 
     /// CREATE takes the first object of a marker level for its marker.
-    fn take_marker(&mut self) -> Result<BallSpec, Problem> {
+    fn take_marker(&mut self) -> Result<BallSpec, ValidationError> {
         match self.balls.first() {
             Some((0, _)) => Ok(self.balls.remove(0).1),
-            _ => Err(Problem::new("env[0]", "must be the marker ball: move it to the first place")),
+            _ => Err(ValidationError::new("env[0]", "must be the marker ball: move it to the first place")),
         }
     }
 }
@@ -249,9 +255,10 @@ struct Object<'a> {
 }
 
 impl<'a> Object<'a> {
-    fn new(object: &'a Map<String, Json>, path: &'a str) -> Result<Self, Problem> {
+    fn new(object: &'a Map<String, Json>, path: &'a str) -> Result<Self, ValidationError> {
         let name = object.get("name").and_then(Json::as_str);
-        let name = name.ok_or_else(|| Problem::new(format_args!("{path}.name"), "must be the name of an object"))?;
+        let name =
+            name.ok_or_else(|| ValidationError::new(format_args!("{path}.name"), "must be the name of an object"))?;
         let mut properties = object.clone();
         // Looks, and the handle of random shifts, do not matter here.
         for unused in ["name", "color", "id"] {
@@ -264,96 +271,99 @@ impl<'a> Object<'a> {
         format!("{}.{property}", self.path)
     }
 
-    fn number(&mut self, property: &str) -> Result<Option<f32>, Problem> {
+    fn number(&mut self, property: &str) -> Result<Option<f32>, ValidationError> {
         let value = self.properties.shift_remove(property);
         value.map(|value| number(&value, &self.at(property))).transpose()
     }
 
-    fn required(&mut self, property: &str) -> Result<f32, Problem> {
-        let missing = Problem::new(self.at(property), format_args!("is missing: a {} needs it", self.name));
+    fn required(&mut self, property: &str) -> Result<f32, ValidationError> {
+        let missing = ValidationError::new(self.at(property), format_args!("is missing: a {} needs it", self.name));
         self.number(property)?.ok_or(missing)
     }
 
-    fn position(&mut self) -> Result<[f32; 2], Problem> {
+    fn position(&mut self) -> Result<[f32; 2], ValidationError> {
         let path = self.at("pos");
         let value = self.properties.shift_remove("pos");
-        pair(&value.ok_or_else(|| Problem::new(&path, "is missing"))?, &path)
+        pair(&value.ok_or_else(|| ValidationError::new(&path, "is missing"))?, &path)
     }
 
     /// In CREATE a segment's friction above 1 brakes rolling balls by a rule of its own.
-    fn expect_friction_one(&mut self) -> Result<(), Problem> {
+    fn expect_friction_one(&mut self) -> Result<(), ValidationError> {
         match self.number("friction")? {
             None | Some(1.0) => Ok(()),
             Some(friction) => {
                 let message = format_args!("is {friction}, but a {} always has friction 1", self.name);
-                Err(Problem::new(self.at("friction"), message))
+                Err(ValidationError::new(self.at("friction"), message))
             }
         }
     }
 
-    fn expect_solid(&mut self) -> Result<(), Problem> {
+    fn expect_solid(&mut self) -> Result<(), ValidationError> {
         match truth(&self.properties.shift_remove("sensor"), &self.at("sensor"))? {
             false => Ok(()),
-            true => Err(Problem::new(self.at("sensor"), format_args!("is true, but a {} is solid here", self.name))),
+            true => {
+                Err(ValidationError::new(self.at("sensor"), format_args!("is true, but a {} is solid here", self.name)))
+            }
         }
     }
 
-    fn lacking(&self, what: &str) -> Problem {
+    fn lacking(&self, what: &str) -> ValidationError {
         let message = format_args!("{what}, an object this program does not have: remove it or use another level");
-        Problem::new(self.at("name"), message)
+        ValidationError::new(self.at("name"), message)
     }
 
     /// What is left over is a property that CREATE's object does not have either.
-    fn finish(self) -> Result<(), Problem> {
+    fn finish(self) -> Result<(), ValidationError> {
         match self.properties.keys().next() {
             None => Ok(()),
-            Some(property) => {
-                Err(Problem::new(self.at(property), format_args!("is not a property of a {}: remove it", self.name)))
-            }
+            Some(property) => Err(ValidationError::new(
+                self.at(property),
+                format_args!("is not a property of a {}: remove it", self.name),
+            )),
         }
     }
 }
 
-fn regions(values: &[Json], path: &str) -> Result<Vec<Region>, Problem> {
+fn regions(values: &[Json], path: &str) -> Result<Vec<Region>, ValidationError> {
     let region =
-        |(index, value)| Ok(Region { position: pair(value, &format!("{path}[{index}]"))?, radius: SUBGOAL_RADIUS });
+        |(index, value)| Ok(Region { position: pair(value, &format!("{path}[{index}]"))?, radius: SUBSTANDARD_RADIUS });
     values.iter().enumerate().map(region).collect()
 }
 
-fn pair(json: &Json, path: &str) -> Result<[f32; 2], Problem> {
+fn pair(json: &Json, path: &str) -> Result<[f32; 2], ValidationError> {
     match value(json, path)? {
         Value::List(values) => match values[..] {
             [Value::Number(x), Value::Number(y)] => Ok([x as f32, y as f32]),
-            _ => Err(Problem::new(path, "must be two numbers, [x, y]")),
+            _ => Err(ValidationError::new(path, "must be two numbers, [x, y]")),
         },
-        _ => Err(Problem::new(path, "must be two numbers, [x, y]")),
+        _ => Err(ValidationError::new(path, "must be two numbers, [x, y]")),
     }
 }
 
-fn number(json: &Json, path: &str) -> Result<f32, Problem> {
+fn number(json: &Json, path: &str) -> Result<f32, ValidationError> {
     match value(json, path)? {
         Value::Number(number) => Ok(number as f32),
-        _ => Err(Problem::new(path, "must be a number")),
+        _ => Err(ValidationError::new(path, "must be a number")),
     }
 }
 
-fn truth(json: &Option<Json>, path: &str) -> Result<bool, Problem> {
+fn truth(json: &Option<Json>, path: &str) -> Result<bool, ValidationError> {
     match json.as_ref().map(|json| value(json, path)).transpose()? {
         None => Ok(false),
         Some(Value::Truth(truth)) => Ok(truth),
-        Some(_) => Err(Problem::new(path, "must be true or false")),
+        Some(_) => Err(ValidationError::new(path, "must be true or false")),
     }
 }
 
-fn value(json: &Json, path: &str) -> Result<Value, Problem> {
+fn value(json: &Json, path: &str) -> Result<Value, ValidationError> {
     match json {
-        Json::String(text) => evaluate(text).map_err(|message| Problem::new(path, message)),
+        Json::String(text) => evaluate(text).map_err(|message| ValidationError::new(path, message)),
         Json::Bool(truth) => Ok(Value::Truth(*truth)),
         Json::Number(number) => Ok(Value::Number(number.as_f64().unwrap_or(f64::NAN))),
         Json::Array(values) => {
             let values = values.iter().enumerate().map(|(index, item)| value(item, &format!("{path}[{index}]")));
             Ok(Value::List(values.collect::<Result<_, _>>()?))
         }
-        Json::Null | Json::Object(_) => Err(Problem::new(path, "must be a number, a list or an expression")),
+        Json::Null | Json::Object(_) => Err(ValidationError::new(path, "must be a number, a list or an expression")),
     }
 }

@@ -268,7 +268,7 @@ fn watch(app: &mut App, action: Action) -> bool {
         Action::ShowActor => scene.overlays.actor = !scene.overlays.actor,
         Action::ShowModel => scene.overlays.model = !scene.overlays.model,
         Action::ShowStage => {
-            let stages = app.desk.facts().task.subgoals.len() + 1;
+            let stages = app.desk.facts().task.stage_count();
             let next = scene.overlays.stage.map_or(0, |stage| stage + 1);
             scene.overlays.stage = Some(next).filter(|stage| *stage < stages);
         }

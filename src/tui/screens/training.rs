@@ -29,7 +29,7 @@ pub struct Curves {
     pub comparing: bool,
     /// Each value is the mean of so many episodes.
     pub smoothing: usize,
-    logarithmic: HashSet<usize>,
+    logarithmic: HashSet<Metric>,
 }
 
 const SMOOTHINGS: [usize; 4] = [1, 10, 50, 200];
@@ -43,7 +43,7 @@ impl Default for Curves {
             alone: false,
             comparing: false,
             smoothing: 10,
-            logarithmic: HashSet::from([Metric::CriticLoss as usize]),
+            logarithmic: HashSet::from([Metric::CriticLoss]),
         }
     }
 }
@@ -55,13 +55,14 @@ impl Curves {
     }
 
     fn switch_scale(&mut self) {
-        if !self.logarithmic.remove(&self.selected) {
-            self.logarithmic.insert(self.selected);
+        let metric = Metric::CURVES[self.selected];
+        if !self.logarithmic.remove(&metric) {
+            self.logarithmic.insert(metric);
         }
     }
 
     fn scale(&self, metric: Metric) -> Scale {
-        if self.logarithmic.contains(&(metric as usize)) { Scale::Log } else { Scale::Linear }
+        if self.logarithmic.contains(&metric) { Scale::Log } else { Scale::Linear }
     }
 
     /// Smoothing of a metric: the success rate is a mean already, schedules are exact.
@@ -91,7 +92,7 @@ pub fn episodes(app: &App) -> usize {
 pub fn chart(app: &App, metric: Metric, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     let runs = shown_runs(app);
     let many = runs.len() > 1;
-    let hits_of = runs.first().filter(|_| metric == Metric::Subgoals && !many);
+    let hits_of = runs.first().filter(|_| metric == Metric::SubgoalShare && !many);
     let by_subgoal = hits_of.map(|run| run.hits()).unwrap_or_default();
     let single = by_subgoal.iter().enumerate().map(|(index, values)| Curve {
         name: (index + 1).to_string(),
@@ -119,7 +120,7 @@ pub fn chart(app: &App, metric: Metric, area: Rect, buffer: &mut Buffer, hits: &
         title: &title,
         curves: single.chain(curves).collect(),
         x: app.curves.range.window(episodes(app)),
-        y: metric.range(),
+        y: metric.info().range,
         scale: app.curves.scale(metric),
         smoothing,
         crosshair: app.curves.crosshair,
@@ -169,16 +170,16 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     if runs.is_empty() {
         return hint(&nothing(app), inside, &app.theme, buffer);
     }
-    let selected = Metric::ALL[app.curves.selected];
+    let selected = Metric::CURVES[app.curves.selected];
     if app.curves.alone {
         return chart(app, selected, inside, buffer, hits);
     }
     let columns: u16 = if area.width >= WIDE { 2 } else { 1 };
-    let rows = (inside.height / 7).clamp(1, (Metric::ALL.len() as u16).div_ceil(columns));
+    let rows = (inside.height / 7).clamp(1, (Metric::CURVES.len() as u16).div_ceil(columns));
     let (width, height) = (inside.width / columns, inside.height / rows);
     let page = usize::from(columns * rows);
     let first = app.curves.selected / page * page;
-    for (index, metric) in (0..page as u16).zip(&Metric::ALL[first..]) {
+    for (index, metric) in (0..page as u16).zip(&Metric::CURVES[first..]) {
         let (column, row) = (index / rows, index % rows);
         let place = Rect { x: inside.x + column * width + 1, y: inside.y + row * height, width: width - 1, height };
         chart(app, *metric, place, buffer, hits);
@@ -206,7 +207,7 @@ fn nothing(app: &App) -> String {
 /// What an action does on this screen.
 pub fn perform(app: &mut App, action: Action) {
     let episodes = episodes(app);
-    let last = Metric::ALL.len() - 1;
+    let last = Metric::CURVES.len() - 1;
     let curves = &mut app.curves;
     match action {
         Action::Up => curves.selected = curves.selected.checked_sub(1).unwrap_or(last),

@@ -391,7 +391,8 @@ fn a_frame_of_a_long_run_is_fast() {
     let mut facts = typical();
     let values = facts.runs[1].curves.clone();
     for _ in 0..150 {
-        let episode: [f32; 10] = std::array::from_fn(|metric| values.get(crate::tui::metric::Metric::ALL[metric])[300]);
+        let episode: [f32; 10] =
+            std::array::from_fn(|metric| values.get(crate::tui::metric::Metric::CURVES[metric])[300]);
         (0..660).for_each(|_| facts.runs[1].curves.push(episode));
     }
     let (mut app, _) = app(facts);

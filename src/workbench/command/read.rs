@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use super::{Command, CommandError, Comparison, Expectation, FigureKind, Quantity};
-use crate::json;
 use crate::physics::ToolKind;
+use crate::spelling::did_you_mean;
 use crate::task::Edit;
 use crate::trainer::PriorSource;
 use crate::workbench::registry::{Verb, verbs};
@@ -112,7 +112,7 @@ impl Arguments<'_> {
         let word = self.word(what)?;
         all.iter().copied().find(|item| name(*item) == word).ok_or_else(|| {
             let known: Vec<&str> = all.iter().map(|item| name(*item)).collect();
-            let hint = json::did_you_mean(known.iter().copied(), word);
+            let hint = did_you_mean(known.iter().copied(), word);
             format!("`{word}` is not one of {}{hint}", known.join(", "))
         })
     }

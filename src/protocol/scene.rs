@@ -1,35 +1,26 @@
-//! Scenes as data: static tools and one ball, in the schema of the trajectories that
-//! were recorded in CREATE, and their simulation to trajectories.
+//! Recorded scenes: static tools and one ball, and their simulation to trajectories.
 
 use std::io::{BufRead, Write};
 
 use serde::de::{IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::body::{Ball, BallState};
-use super::tool::{Tool, ToolKind};
-use super::units::{GRAVITY, to_units};
-use super::world::{ObjectId, World};
-use crate::json::{self, LinesError, Problem, in_range};
+use super::lines::{LinesError, for_each_line, write_line};
+use crate::physics::{Ball, BallState, GRAVITY, MAX_OBJECTS, ObjectId, START_OVERLAP, Tool, ToolKind, World, to_units};
+use crate::validation::{ValidationError, in_range};
 
-/// More objects of one kind than this are refused.
-pub const MAX_OBJECTS: usize = 64;
-/// A resting ball may sink this far into what it lies on, in units; a start deeper
-/// inside a tool is refused.
-pub const START_OVERLAP: f32 = 0.5;
 /// The longest trajectory of a scene, in physics steps.
 const MAX_STEPS: u32 = 100_000;
 
 /// One ball's motion as a row: x, y, vx, vy, angle, angular velocity.
-pub type Row = [f32; 6];
+pub(super) type Row = [f32; 6];
 
 /// Static tools and one ball with its first state, to be simulated for some steps.
-/// What a recording has found out (contacts, the rest of the trajectory) is ignored.
+/// What the recording measured (contacts, the rest of the trajectory) is ignored.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Scene {
-    /// Name of the record.
-    pub id: String,
+struct Scene {
+    id: String,
     tools: Vec<SceneTool>,
     ball: SceneBall,
     steps: u32,
@@ -87,17 +78,17 @@ struct SceneBall {
     friction: f32,
 }
 
-/// What became of a scene.
+/// The motion of a scene's ball.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Trajectory {
+struct Trajectory {
     /// Name of the scene.
-    pub id: String,
+    id: String,
     /// The ball's start and its state after every step.
-    pub traj: Vec<Row>,
+    traj: Vec<Row>,
     /// The first step that found the ball touching a tool, from 1.
-    pub first_contact: Option<u32>,
+    first_contact: Option<u32>,
     /// The first step after which a bucket had captured the ball, from 1.
-    pub captured_step: Option<u32>,
+    captured_step: Option<u32>,
 }
 
 impl Scene {
@@ -105,10 +96,10 @@ impl Scene {
     ///
     /// # Errors
     /// When a number is out of range or the ball starts inside a tool.
-    pub fn world(&self) -> Result<World, Problem> {
+    fn world(&self) -> Result<World, ValidationError> {
         if self.tools.len() > MAX_OBJECTS {
             let message = format_args!("has {} entries; at most {MAX_OBJECTS} are allowed", self.tools.len());
-            return Err(Problem::new("tools", message));
+            return Err(ValidationError::new("tools", message));
         }
         let (ball, state) = self.ball()?;
         let mut world = World::new(GRAVITY);
@@ -117,7 +108,7 @@ impl Scene {
             let tool = tool.tool().map_err(|problem| problem.within(format_args!("tools[{index}]")))?;
             if ball.radius - tool.surface(state.position).0 > START_OVERLAP {
                 let message = format_args!("the ball starts inside tools[{index}] ({}): move one of them", tool.kind);
-                return Err(Problem::new("traj[0]", message));
+                return Err(ValidationError::new("traj[0]", message));
             }
             world.add_tool(tool);
         }
@@ -128,20 +119,20 @@ impl Scene {
     ///
     /// # Errors
     /// When the scene cannot be built or asks for no steps or too many.
-    pub fn simulate(&self) -> Result<Trajectory, Problem> {
+    fn simulate(&self) -> Result<Trajectory, ValidationError> {
         if !(1..=MAX_STEPS).contains(&self.steps) {
-            return Err(Problem::new("steps", format_args!("is {}, but must be 1 to {MAX_STEPS}", self.steps)));
+            return Err(ValidationError::new("steps", format_args!("is {}, but must be 1 to {MAX_STEPS}", self.steps)));
         }
         let mut world = self.world()?;
         let mut trajectory = Trajectory {
             id: self.id.clone(),
-            traj: vec![world.ball(0).into()],
+            traj: vec![row(world.ball(0))],
             first_contact: None,
             captured_step: None,
         };
         for step in 1..=self.steps {
             world.step();
-            trajectory.traj.push(world.ball(0).into());
+            trajectory.traj.push(row(world.ball(0)));
             if world.touches().iter().any(|touch| matches!(touch.object, ObjectId::Tool(_))) {
                 trajectory.first_contact.get_or_insert(step);
             }
@@ -152,7 +143,7 @@ impl Scene {
         Ok(trajectory)
     }
 
-    fn ball(&self) -> Result<(Ball, BallState), Problem> {
+    fn ball(&self) -> Result<(Ball, BallState), ValidationError> {
         let SceneBall { radius, mass, elasticity, friction } = self.ball;
         let ball = Ball { radius, mass, elasticity, friction };
         ball.check().map_err(|problem| problem.within("ball"))?;
@@ -165,31 +156,31 @@ impl Scene {
 }
 
 impl SceneTool {
-    fn tool(&self) -> Result<Tool, Problem> {
+    fn tool(&self) -> Result<Tool, ValidationError> {
         let place = self.pos_norm.map(to_units).or(self.pos);
-        let mut tool = Tool::new(self.kind, place.ok_or_else(|| Problem::new("pos_norm", "is missing"))?);
+        let mut tool = Tool::new(self.kind, place.ok_or_else(|| ValidationError::new("pos_norm", "is missing"))?);
         let (name, size) = if self.kind.is_segment() { ("length", self.length) } else { ("size", self.size) };
-        tool.size = size.ok_or_else(|| Problem::new(name, format_args!("is missing: a {} needs it", self.kind)))?;
+        tool.size =
+            size.ok_or_else(|| ValidationError::new(name, format_args!("is missing: a {} needs it", self.kind)))?;
         tool.angle = self.angle.unwrap_or(tool.angle);
         tool.radius = self.radius.unwrap_or(tool.radius);
         tool.elasticity = self.elasticity.unwrap_or(tool.elasticity);
         tool.friction = self.friction.unwrap_or(tool.friction);
         if self.sensor {
-            return Err(Problem::new("sensor", "is true, but the tools of a scene are solid: remove it"));
+            return Err(ValidationError::new("sensor", "is true, but the tools of a scene are solid: remove it"));
         }
         tool.check().map_err(|problem| match problem.path.as_str() {
-            "size" => Problem { path: name.to_owned(), ..problem },
+            "size" => ValidationError { path: name.to_owned(), ..problem },
             _ => problem,
         })?;
         Ok(tool)
     }
 }
 
-impl From<BallState> for Row {
-    fn from(state: BallState) -> Row {
-        let BallState { position: [x, y], velocity: [vx, vy], angle, angular_velocity } = state;
-        [x, y, vx, vy, angle, angular_velocity]
-    }
+/// A ball's motion as a row.
+pub(super) fn row(state: BallState) -> Row {
+    let BallState { position: [x, y], velocity: [vx, vy], angle, angular_velocity } = state;
+    [x, y, vx, vy, angle, angular_velocity]
 }
 
 /// The first row of a trajectory; the others are skipped.
@@ -218,8 +209,8 @@ fn first_row<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Row, D::Error
 /// # Errors
 /// At the first line that is not a scene that can be simulated, with its number.
 pub fn simulate(input: impl BufRead, mut output: impl Write) -> Result<(), LinesError> {
-    json::for_each_line(input, "stdin", |scene: Scene| {
-        json::write_line(&mut output, &scene.simulate()?)?;
+    for_each_line(input, "stdin", |scene: Scene| {
+        write_line(&mut output, &scene.simulate()?)?;
         Ok(())
     })?;
     output.flush().map_err(LinesError::Write)

@@ -11,15 +11,15 @@
 //! last seed. A request that cannot be carried out is answered by `{"error": ".."}`, and the
 //! environment stays as it was.
 
-use std::io::{self, BufRead, Write};
+use std::io::{BufRead, Write};
 use std::sync::Arc;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::environment::{Action, EndReason, Environment, Placement};
-use super::observation::{OBJECT_FEATURES, OBJECT_SLOTS, observation_len};
+use super::lines::{Lines, LinesError, write_line};
+use crate::env::{Action, EndReason, Environment, OBJECT_FEATURES, OBJECT_SLOTS, Placement, observation_len};
 use crate::json;
 use crate::task::Task;
 
@@ -73,25 +73,17 @@ struct Info {
 /// until a reset brings another.
 ///
 /// # Errors
-/// When the input cannot be read or an answer cannot be written.
-pub fn serve(task: &Arc<Task>, seed: u64, mut input: impl BufRead, mut output: impl Write) -> io::Result<()> {
+/// When the input cannot be read, a line does not end, or an answer cannot be written.
+pub fn serve(task: &Arc<Task>, seed: u64, input: impl BufRead, mut output: impl Write) -> Result<(), LinesError> {
     let mut server = Server { env: Environment::new(task.clone()), rng: ChaCha8Rng::seed_from_u64(seed), begun: false };
-    let mut line = Vec::new();
-    for number in 1.. {
-        line.clear();
-        if input.read_until(b'\n', &mut line)? == 0 {
-            break;
-        }
-        if line.trim_ascii().is_empty() {
-            continue;
-        }
-        let answer = match json::parse(line.trim_ascii(), "stdin") {
+    let mut lines = Lines::new(input, "stdin");
+    while let Some((line, text)) = lines.read()? {
+        let answer = match json::parse(text, "stdin") {
             Ok(request) => server.answer(request),
-            Err(error) => Answer::Error { error: json::SyntaxError { line: number, ..error }.to_string() },
+            Err(error) => Answer::Error { error: json::SyntaxError { line, ..error }.to_string() },
         };
-        json::write_line(&mut output, &answer)?;
         // Whoever asked waits for the answer.
-        output.flush()?;
+        write_line(&mut output, &answer).and_then(|()| output.flush()).map_err(LinesError::Write)?;
         if matches!(answer, Answer::Closed { .. }) {
             break;
         }

@@ -43,7 +43,7 @@ pub enum Ending {
 
 /// Why a training ended early.
 #[derive(Debug, thiserror::Error)]
-pub enum ConductError {
+pub enum TrainerError {
     /// The run's files.
     #[error(transparent)]
     Run(#[from] RunError),
@@ -62,7 +62,7 @@ pub enum ConductError {
 /// # Errors
 /// When the run is in use, its files cannot be used, or the learner diverges; all but
 /// the first are also recorded in the run.
-pub fn conduct(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Watch) -> Result<Ending, ConductError> {
+pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Watch) -> Result<Ending, TrainerError> {
     // Before anything is read: another process may be about to write it.
     let lock = directory.lock()?;
     let config: RunConfig = directory.config()?;
@@ -83,42 +83,42 @@ pub fn conduct(directory: &RunDirectory, controls: &Receiver<Control>, watch: &W
     }
     let existing = store.names()?;
     watch.set_episode(checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode));
-    let mut conductor = Conductor { writer, controls, watch, pause_after: None, best_score, existing };
-    let outcome = guarded(&mut conductor, |conductor| {
+    let mut run_loop = RunLoop { writer, controls, watch, pause_after: None, best_score, existing };
+    let outcome = record_panic(&mut run_loop, |run_loop| {
         let training = match &checkpoint {
             Some(checkpoint) => Training::resume(config, checkpoint)?,
             None => {
-                let prior = conductor.prepare(&config)?;
+                let prior = run_loop.build_prior(&config)?;
                 Training::new(config, prior)?
             }
         };
-        conductor.run(training)
+        run_loop.run(training)
     });
     watch.set_phase(Phase::Ended);
     if let Err(error) = &outcome {
-        conductor.fail(error);
+        run_loop.fail(error);
     }
     outcome
 }
 
 /// Does the work; a panic in it is recorded as the run's end before it goes on.
-fn guarded<T>(conductor: &mut Conductor<'_>, work: impl FnOnce(&mut Conductor<'_>) -> T) -> T {
-    match catch_unwind(AssertUnwindSafe(|| work(conductor))) {
+fn record_panic<T>(run_loop: &mut RunLoop<'_>, work: impl FnOnce(&mut RunLoop<'_>) -> T) -> T {
+    match catch_unwind(AssertUnwindSafe(|| work(run_loop))) {
         Ok(outcome) => outcome,
         Err(panic) => {
-            conductor.fail(&format_args!("the training panicked: {}", panic_message(&*panic)));
+            run_loop.fail(&format_args!("the training panicked: {}", panic_message(&*panic)));
             resume_unwind(panic)
         }
     }
 }
 
-/// What a control asks the loop to do.
-enum Request {
+/// What the loop does after the controls.
+enum Next {
     GoOn,
     Stop(String),
 }
 
-struct Conductor<'a> {
+struct RunLoop<'a> {
     writer: RunWriter,
     controls: &'a Receiver<Control>,
     watch: &'a Watch,
@@ -130,13 +130,13 @@ struct Conductor<'a> {
     existing: Vec<CheckpointName>,
 }
 
-impl Conductor<'_> {
+impl RunLoop<'_> {
     /// The prior of a new run, if it is guided.
-    fn prepare(&mut self, config: &RunConfig) -> Result<Option<Arc<ActionPrior>>, ConductError> {
+    fn build_prior(&mut self, config: &RunConfig) -> Result<Option<Arc<ActionPrior>>, TrainerError> {
         if !config.is_guided() {
             return Ok(None);
         }
-        let stages = config.task.subgoals.len() + 1;
+        let stages = config.task.stage_count();
         let prior = build_prior(config, |stage| {
             self.watch.set_phase(Phase::BuildingPrior { stage, stages });
             true
@@ -144,7 +144,7 @@ impl Conductor<'_> {
         Ok(prior.map(Arc::new))
     }
 
-    fn run(&mut self, mut training: Training) -> Result<Ending, ConductError> {
+    fn run(&mut self, mut training: Training) -> Result<Ending, TrainerError> {
         let config = training.config();
         let started = Event::Started {
             mge_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -157,16 +157,14 @@ impl Conductor<'_> {
         self.writer.record(&started)?;
         self.watch.set_prior(training.prior().cloned());
         self.watch.set_episode(training.episode());
-        if training.episode() == 0
-            && let Some(prior) = training.prior()
-        {
-            let prior = prior.clone();
-            self.record_prior(&prior, 0)?;
+        match training.prior().cloned() {
+            Some(prior) if training.episode() == 0 => self.record_prior(&prior, 0)?,
+            prior => self.restore_prior(prior.as_deref())?,
         }
         self.watch.set_phase(Phase::Training);
         while !training.is_finished() {
-            if let Request::Stop(reason) = self.obey(&mut training)? {
-                self.keep(&training, None, true)?;
+            if let Next::Stop(reason) = self.handle_controls(&mut training)? {
+                self.save_due(&training, None, true)?;
                 self.writer.record(&Event::Stopped { episode: training.episode(), reason })?;
                 return Ok(Ending::Stopped);
             }
@@ -176,7 +174,7 @@ impl Conductor<'_> {
         Ok(Ending::Finished)
     }
 
-    fn episode(&mut self, training: &mut Training) -> Result<(), ConductError> {
+    fn episode(&mut self, training: &mut Training) -> Result<(), TrainerError> {
         let (record, trace) = training.run_episode()?;
         self.watch.set_episode(record.episode);
         self.writer.record(&Event::EpisodeFinished(record))?;
@@ -202,11 +200,11 @@ impl Conductor<'_> {
             }
             self.writer.record(&event)?;
         }
-        self.keep(training, score, training.is_finished())
+        self.save_due(training, score, training.is_finished())
     }
 
     /// Writes the checkpoints that are due.
-    fn keep(&mut self, training: &Training, score: Option<f64>, closing: bool) -> Result<(), ConductError> {
+    fn save_due(&mut self, training: &Training, score: Option<f64>, closing: bool) -> Result<(), TrainerError> {
         let (episode, best_score) = (training.episode(), self.best_score);
         let moment = Moment { episode, score, best_score, closing, existing: &self.existing };
         let actions = what_to_keep(&training.config().checkpoints, &moment);
@@ -225,7 +223,7 @@ impl Conductor<'_> {
     }
 
     /// Does what was asked since the last episode; blocks while paused.
-    fn obey(&mut self, training: &mut Training) -> Result<Request, ConductError> {
+    fn handle_controls(&mut self, training: &mut Training) -> Result<Next, TrainerError> {
         let mut paused = false;
         loop {
             if !paused && self.pause_after.is_some_and(|episode| training.episode() >= episode) {
@@ -238,11 +236,11 @@ impl Conductor<'_> {
                 true => self.controls.recv().unwrap_or(Control::Stop { reason: "the program ended".to_owned() }),
                 false => match self.controls.try_recv() {
                     Ok(control) => control,
-                    Err(_) => return Ok(Request::GoOn),
+                    Err(_) => return Ok(Next::GoOn),
                 },
             };
             match control {
-                Control::Stop { reason } => return Ok(Request::Stop(reason)),
+                Control::Stop { reason } => return Ok(Next::Stop(reason)),
                 Control::Pause if !paused => {
                     paused = true;
                     self.pause(training)?;
@@ -271,19 +269,34 @@ impl Conductor<'_> {
         }
     }
 
-    fn pause(&mut self, training: &Training) -> Result<(), ConductError> {
-        self.keep(training, None, true)?;
+    fn pause(&mut self, training: &Training) -> Result<(), TrainerError> {
+        self.save_due(training, None, true)?;
         self.writer.record(&Event::Paused { episode: training.episode() })?;
         self.watch.set_phase(Phase::Paused);
         Ok(())
     }
 
     /// Saves the prior beside the log and records that it holds from now on.
-    fn record_prior(&mut self, prior: &ActionPrior, episode: u64) -> Result<(), ConductError> {
-        let path = self.writer.directory().path().join("prior.json");
-        crate::atomic::write(&path, prior.to_json().as_bytes()).map_err(RunError::io("write", &path))?;
+    fn record_prior(&mut self, prior: &ActionPrior, episode: u64) -> Result<(), TrainerError> {
+        self.write_prior(&prior.to_json())?;
         let clusters = prior.stages.iter().map(|stage| stage.clusters.len() as u32).collect();
         Ok(self.writer.record(&Event::ClustersChanged { episode, clusters })?)
+    }
+
+    /// Makes the saved prior that of the checkpoint: a later one may have been saved since.
+    fn restore_prior(&self, prior: Option<&ActionPrior>) -> Result<(), RunError> {
+        let path = self.writer.directory().prior_path();
+        let saved = std::fs::read_to_string(&path).ok();
+        match prior.map(ActionPrior::to_json) {
+            wanted if wanted == saved => Ok(()),
+            Some(text) => self.write_prior(&text),
+            None => std::fs::remove_file(&path).map_err(RunError::io("remove", &path)),
+        }
+    }
+
+    fn write_prior(&self, text: &str) -> Result<(), RunError> {
+        let path = self.writer.directory().prior_path();
+        crate::atomic::write(&path, text.as_bytes()).map_err(RunError::io("write", &path))
     }
 
     /// Records the error as the run's end. If even that fails, the error itself is
@@ -306,7 +319,7 @@ mod tests {
         let (_sender, controls) = crossbeam_channel::unbounded();
         let watch = Watch::default();
         let writer = RunWriter::open(&directory, 0).unwrap();
-        let mut conductor = Conductor {
+        let mut run_loop = RunLoop {
             writer,
             controls: &controls,
             watch: &watch,
@@ -314,9 +327,9 @@ mod tests {
             best_score: None,
             existing: Vec::new(),
         };
-        let work = || guarded(&mut conductor, |_| -> () { panic!("on purpose") });
+        let work = || record_panic(&mut run_loop, |_| -> () { panic!("on purpose") });
         assert!(catch_unwind(AssertUnwindSafe(work)).is_err());
-        drop(conductor);
+        drop(run_loop);
         let state = directory.status().unwrap().state;
         assert_eq!(state, RunState::Failed("the training panicked: on purpose".into()));
     }

@@ -7,21 +7,23 @@ use std::sync::Arc;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
-use super::environment::{Action, Environment, Placement};
-use super::episode::ball_names;
-use crate::json::{self, LinesError, Problem};
-use crate::physics::{MAX_OBJECTS, Row};
-use crate::task::{RecordedLevel, RecordedTool, Task};
+use super::level::{RecordedLevel, RecordedTool};
+use super::lines::{LinesError, for_each_line, write_line};
+use super::scene::{Row, row};
+use crate::env::{Action, Environment, Placement, ball_names};
+use crate::physics::MAX_OBJECTS;
+use crate::task::Task;
+use crate::validation::ValidationError;
 
 /// How far a recorded start may be from the level's, in units: recordings are rounded.
 const START_TOLERANCE: f32 = 1e-3;
 
-/// What one action brought, as a line of JSON.
+/// The outcome of one action, as a line of JSON.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StepLine {
     /// The normalised position asked for.
     pub action: Action,
-    /// What became of the tool.
+    /// Whether the tool was placed.
     pub outcome: Placement,
     /// Reward of this action.
     pub reward: f32,
@@ -39,8 +41,8 @@ pub struct StepLine {
     pub balls: BTreeMap<String, Row>,
 }
 
-/// A recorded episode: the level, the tool and the actions. The rest is what the
-/// recording found out, and is ignored.
+/// A recorded episode: the level, the tool and the actions. What the recording measured is
+/// ignored.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RecordedEpisode {
@@ -100,7 +102,7 @@ pub fn replay(task: Arc<Task>, actions: impl IntoIterator<Item = Action>) -> imp
 
 fn balls(environment: &Environment, names: &[String]) -> BTreeMap<String, Row> {
     let world = environment.snapshot().world();
-    names.iter().enumerate().map(|(index, name)| (name.clone(), world.ball(index).into())).collect()
+    names.iter().enumerate().map(|(index, name)| (name.clone(), row(world.ball(index)))).collect()
 }
 
 /// Plays actions in a task and writes one line of JSON per action. Returns how many
@@ -111,7 +113,7 @@ fn balls(environment: &Environment, names: &[String]) -> BTreeMap<String, Row> {
 pub fn play_actions(task: Arc<Task>, actions: &[Action], mut output: impl Write) -> io::Result<usize> {
     let mut played = 0;
     for line in replay(task, actions.iter().copied()) {
-        json::write_line(&mut output, &line)?;
+        write_line(&mut output, &line)?;
         played += 1;
     }
     output.flush()?;
@@ -129,32 +131,32 @@ pub fn play_episodes(
     mut output: impl Write,
 ) -> Result<(), LinesError> {
     let mut known: Vec<RecordedLevel> = Vec::new();
-    json::for_each_line(levels, levels_origin, |level: RecordedLevel| {
+    for_each_line(levels, levels_origin, |level: RecordedLevel| {
         if known.iter().any(|other| other.name == level.name) {
-            return Err(Problem::new("level", format_args!("`{}` is there twice", level.name)).into());
+            return Err(ValidationError::new("level", format_args!("`{}` is there twice", level.name)).into());
         }
         if known.len() == MAX_OBJECTS {
-            return Err(Problem::new("level", format_args!("is one of more than {MAX_OBJECTS} levels")).into());
+            return Err(ValidationError::new("level", format_args!("is one of more than {MAX_OBJECTS} levels")).into());
         }
         known.push(level);
         Ok(())
     })?;
-    json::for_each_line(episodes, "stdin", |episode: RecordedEpisode| {
+    for_each_line(episodes, "stdin", |episode: RecordedEpisode| {
         let task = Arc::new(episode.task(&known)?);
         let actions = episode.steps.iter().map(|step| step.action);
         let line = EpisodeLine { id: episode.id, steps: replay(task, actions).collect() };
-        json::write_line(&mut output, &line)?;
+        write_line(&mut output, &line)?;
         Ok(())
     })?;
     output.flush().map_err(LinesError::Write)
 }
 
 impl RecordedEpisode {
-    fn task(&self, levels: &[RecordedLevel]) -> Result<Task, Problem> {
+    fn task(&self, levels: &[RecordedLevel]) -> Result<Task, ValidationError> {
         let Some(level) = levels.iter().find(|level| level.name == self.level) else {
             let names = levels.iter().map(|level| level.name.as_str()).collect::<Vec<_>>().join(", ");
             let message = format_args!("`{}` is not among the levels ({names})", self.level);
-            return Err(Problem::new("level", message));
+            return Err(ValidationError::new("level", message));
         };
         let task = level.task(&self.tool).map_err(|problem| match problem.path.split('.').next() {
             Some("tool" | "placeable") => problem,
@@ -165,14 +167,14 @@ impl RecordedEpisode {
     }
 
     /// A recording that starts elsewhere cannot be compared.
-    fn check_start(&self, task: &Task) -> Result<(), Problem> {
+    fn check_start(&self, task: &Task) -> Result<(), ValidationError> {
         let environment = Environment::new(Arc::new(task.clone()));
         let balls = balls(&environment, &ball_names(task));
         for (name, row) in &self.start {
             let same = |ours: &Row| ours.iter().zip(row).all(|(a, b)| (a - b).abs() <= START_TOLERANCE);
             if !balls.get(name).is_some_and(same) {
                 let message = format_args!("is not how level `{}` starts", self.level);
-                return Err(Problem::new(format_args!("start.{name}"), message));
+                return Err(ValidationError::new(format_args!("start.{name}"), message));
             }
         }
         Ok(())

@@ -3,18 +3,17 @@
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-use super::GOAL_RADIUS;
-use crate::json::Problem;
 use crate::physics::{PHYSICS_DT, ToolKind, to_normalised};
-use crate::task::schema::{
-    BallSpec, Form, Goal, GoalShape, Marker, Placeable, Region, Rewards, Rules, Task, ToolSpec, VERSION,
+use crate::task::{
+    BallSpec, Form, Goal, GoalShape, Marker, Placeable, Region, Rewards, Rules, STANDARD_RADIUS, Task, ToolSpec,
+    VERSION,
 };
-use crate::task::validate::validate;
+use crate::validation::ValidationError;
 
 /// A recorded level: all of a task but the tool that the agent places.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct RecordedLevel {
+pub(super) struct RecordedLevel {
     /// Name of the level.
     #[serde(rename = "level")]
     pub name: String,
@@ -31,7 +30,7 @@ pub struct RecordedLevel {
 /// The tool of a recorded episode.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct RecordedTool {
+pub(super) struct RecordedTool {
     #[serde(rename = "type")]
     kind: ToolKind,
     size: Option<f32>,
@@ -109,8 +108,8 @@ impl RecordedLevel {
     ///
     /// # Errors
     /// When the level has an object or a rule this program lacks, or makes no valid task.
-    pub fn task(&self, tool: &RecordedTool) -> Result<Task, Problem> {
-        let list = |objects: &[Object], path: &str| -> Result<Vec<Region>, Problem> {
+    pub fn task(&self, tool: &RecordedTool) -> Result<Task, ValidationError> {
+        let list = |objects: &[Object], path: &str| -> Result<Vec<Region>, ValidationError> {
             let region = |(i, object): (usize, &Object)| {
                 object.region().map_err(|problem| problem.within(format_args!("{path}[{i}]")))
             };
@@ -119,7 +118,7 @@ impl RecordedLevel {
         let marker = self.marker.as_ref().map(|marker| self.marker(marker)).transpose()?;
         if self.rules.goal_must_wait_for_marker != marker.is_some() {
             let message = "must be true if the level has a marker ball, and false if not";
-            return Err(Problem::new("rules.goal_must_wait_for_marker", message));
+            return Err(ValidationError::new("rules.goal_must_wait_for_marker", message));
         }
         let mut task = Task {
             version: VERSION,
@@ -135,28 +134,28 @@ impl RecordedLevel {
             rules: self.rules.rules().map_err(|problem| problem.within("rules"))?,
         };
         for (i, object) in self.fixed.iter().enumerate() {
-            let place = |problem: Problem| problem.within(format_args!("fixed[{i}]"));
+            let place = |problem: ValidationError| problem.within(format_args!("fixed[{i}]"));
             if object.kind == "ball" {
                 task.balls.push(object.ball().map_err(place)?);
             } else {
                 task.tools.push(object.tool().map_err(place)?);
             }
         }
-        validate(&task)?;
+        task.validate()?;
         Ok(task)
     }
 
-    fn marker(&self, marker: &Object) -> Result<Marker, Problem> {
+    fn marker(&self, marker: &Object) -> Result<Marker, ValidationError> {
         let ball = marker.ball().map_err(|problem| problem.within("marker"))?;
         Ok(Marker { ball, move_threshold: self.rules.move_threshold, must_hit: false, subgoals: Vec::new() })
     }
 }
 
 impl RecordedRules {
-    fn rules(&self) -> Result<Rules, Problem> {
+    fn rules(&self) -> Result<Rules, ValidationError> {
         if (self.physics_steps_per_second * PHYSICS_DT - 1.0).abs() > 1e-6 {
             let message = format_args!("is {}, but the physics runs at 30", self.physics_steps_per_second);
-            return Err(Problem::new("physics_steps_per_second", message));
+            return Err(ValidationError::new("physics_steps_per_second", message));
         }
         Ok(Rules {
             max_actions: self.max_steps.saturating_add(1),
@@ -178,11 +177,11 @@ impl RecordedRules {
 }
 
 impl RecordedTool {
-    fn placeable(&self) -> Result<Placeable, Problem> {
+    fn placeable(&self) -> Result<Placeable, ValidationError> {
         let size = if self.kind.is_segment() { self.length.or(self.size) } else { self.size };
         let radius = self.radius.or(self.thickness.map(|thickness| (thickness / 2.0).floor()));
         let form = Form {
-            size: Some(size.ok_or_else(|| Problem::new("tool.size", "is missing"))?),
+            size: Some(size.ok_or_else(|| ValidationError::new("tool.size", "is missing"))?),
             angle: self.angle,
             radius: radius.filter(|_| self.kind.is_segment()),
             elasticity: self.elasticity,
@@ -193,12 +192,12 @@ impl RecordedTool {
 }
 
 impl Object {
-    fn position(&self) -> Result<[f32; 2], Problem> {
+    fn position(&self) -> Result<[f32; 2], ValidationError> {
         let place = self.pos_norm.or(self.pos.map(to_normalised));
-        place.ok_or_else(|| Problem::new("pos_norm", "is missing"))
+        place.ok_or_else(|| ValidationError::new("pos_norm", "is missing"))
     }
 
-    fn ball(&self) -> Result<BallSpec, Problem> {
+    fn ball(&self) -> Result<BallSpec, ValidationError> {
         let usual = BallSpec::at(self.position()?);
         Ok(BallSpec {
             radius: self.radius.unwrap_or(usual.radius),
@@ -209,26 +208,26 @@ impl Object {
         })
     }
 
-    fn region(&self) -> Result<Region, Problem> {
-        let radius = self.radius.ok_or_else(|| Problem::new("radius", "is missing"))?;
+    fn region(&self) -> Result<Region, ValidationError> {
+        let radius = self.radius.ok_or_else(|| ValidationError::new("radius", "is missing"))?;
         Ok(Region { position: self.position()?, radius })
     }
 
-    fn goal(&self) -> Result<Goal, Problem> {
+    fn goal(&self) -> Result<Goal, ValidationError> {
         let (shape, radius) = match self.kind.as_str() {
-            "goal_star" => (GoalShape::Star, GOAL_RADIUS),
-            "goal_ball" => (GoalShape::Ball, self.radius.unwrap_or(GOAL_RADIUS)),
+            "goal_star" => (GoalShape::Star, STANDARD_RADIUS),
+            "goal_ball" => (GoalShape::Ball, self.radius.unwrap_or(STANDARD_RADIUS)),
             "basket" => (GoalShape::Basket, self.size.unwrap_or(10.0) / 2.0),
             other => return Err(self.lacking(other)),
         };
         Ok(Goal { position: self.position()?, radius, shape })
     }
 
-    fn tool(&self) -> Result<ToolSpec, Problem> {
+    fn tool(&self) -> Result<ToolSpec, ValidationError> {
         let kind: ToolKind = self.kind.parse().map_err(|_| self.lacking(&self.kind))?;
         let (name, size) = if kind.is_segment() { ("length", self.length) } else { ("size", self.size) };
         let form = Form {
-            size: Some(size.ok_or_else(|| Problem::new(name, "is missing"))?),
+            size: Some(size.ok_or_else(|| ValidationError::new(name, "is missing"))?),
             angle: self.angle,
             radius: self.radius.filter(|_| kind.is_segment()),
             elasticity: self.elasticity,
@@ -237,7 +236,7 @@ impl Object {
         Ok(ToolSpec { kind, position: self.position()?, form })
     }
 
-    fn lacking(&self, name: &str) -> Problem {
-        Problem::new("type", format_args!("`{name}`, an object this program does not have"))
+    fn lacking(&self, name: &str) -> ValidationError {
+        ValidationError::new("type", format_args!("`{name}`, an object this program does not have"))
     }
 }

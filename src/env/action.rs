@@ -1,0 +1,83 @@
+//! An action and its outcome.
+
+use rand::Rng;
+use serde::{Deserialize, Serialize};
+
+/// A tool placement: normalised x and y in [-1, 1].
+pub type Action = [f32; 2];
+
+/// An action drawn uniformly from [-1, 1] x [-1, 1].
+pub fn uniform_action(rng: &mut impl Rng) -> Action {
+    [rng.gen_range(-1.0..=1.0), rng.gen_range(-1.0..=1.0)]
+}
+
+/// Whether an action's tool was placed, and if not, why.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Placement {
+    /// It stands in the scene.
+    Placed,
+    /// Too near a tool placed earlier in the episode.
+    Overlap,
+    /// Its shape would touch something.
+    Collision,
+    /// The action is not a pair of finite numbers.
+    Invalid,
+}
+
+/// Why an episode is over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EndReason {
+    /// The goal was reached (terminated).
+    Goal,
+    /// The target ball's centre left the screen (terminated).
+    OutOfBounds,
+    /// The marker ball left the screen before the target moved (terminated).
+    MarkerOut,
+    /// Nothing moves any more (terminated).
+    Standstill,
+    /// The limit of actions was reached (truncated).
+    MaxActions,
+}
+
+impl std::fmt::Display for EndReason {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Goal => "goal",
+            Self::OutOfBounds => "left the screen",
+            Self::MarkerOut => "marker left the screen",
+            Self::Standstill => "standstill",
+            Self::MaxActions => "out of actions",
+        })
+    }
+}
+
+/// The outcome of one action.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// The observation after the action.
+    pub observation: Vec<f32>,
+    /// Sum of the reward terms that applied.
+    pub reward: f32,
+    /// The task itself ended the episode.
+    pub terminated: bool,
+    /// The limit of actions ended the episode.
+    pub truncated: bool,
+    /// Why, if the episode is over.
+    pub end: Option<EndReason>,
+    /// What became of the tool.
+    pub placement: Placement,
+    /// Subgoals reached in this action.
+    pub subgoals: Vec<usize>,
+    /// The goal was reached in this action.
+    pub goal: bool,
+    /// Tools placed by the agent (by order of placement) that the ball touched in this
+    /// action before it reached the first of `subgoals` or the goal.
+    pub touched: Vec<usize>,
+}
+
+/// `step` was called after the episode was over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("the episode is over: reset the environment before the next step")]
+pub struct EpisodeOver;

@@ -1,0 +1,424 @@
+//! The metrics: every number of an episode, in one table.
+//!
+//! The table names the columns of `metrics.csv` and the fields of an event, the tags of TensorBoard,
+//! the curves on screen and the panels of the dashboard, and it is printed as the glossary below.
+//!
+#![doc = include_str!("../../docs/metrics.md")]
+
+use super::event::EpisodeRecord;
+
+/// Which way a metric should go as an agent learns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// More is better.
+    Higher,
+    /// Less is better.
+    Lower,
+    /// It describes, and is neither good nor bad.
+    Neutral,
+}
+
+/// What is known of a metric: a row of the table.
+#[derive(Clone, Copy, Debug)]
+pub struct MetricInfo {
+    /// Column of `metrics.csv` and field of the event; of a derived metric, its name alone.
+    pub name: &'static str,
+    /// Title of its curve.
+    pub title: &'static str,
+    /// Unit of its values, such as `actions`; empty for a bare number.
+    pub unit: &'static str,
+    /// Which way it should go.
+    pub direction: Direction,
+    /// Range of its axis, where every value lies in one.
+    pub range: Option<[f32; 2]>,
+    /// Tag in TensorBoard, if it is shown there.
+    pub tag: Option<&'static str>,
+    /// How it is computed.
+    pub formula: &'static str,
+    /// What it is and what to watch for, in sentences.
+    pub meaning: &'static str,
+    /// Its value in an episode's record; `None` where there is none yet.
+    pub value: fn(&EpisodeRecord) -> Option<f64>,
+}
+
+/// Makes the enum, whose documentation is the `meaning`, and the table from one list.
+macro_rules! metrics {
+    ($($(#[doc = $meaning:literal])+ $metric:ident { $($field:ident: $value:expr),+ $(,)? })+) => {
+        /// A number of every episode.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum Metric {
+            $($(#[doc = $meaning])+ $metric,)+
+        }
+
+        impl Metric {
+            /// All of them, in the order of the columns of `metrics.csv`.
+            pub const ALL: &[Self] = &[$(Self::$metric),+];
+
+            /// Its row of the table.
+            pub fn info(self) -> &'static MetricInfo {
+                static TABLE: &[MetricInfo] =
+                    &[$(MetricInfo { meaning: concat!($($meaning),+), $($field: $value),+ }),+];
+                &TABLE[self as usize]
+            }
+        }
+    };
+}
+
+const SHARE: Option<[f32; 2]> = Some([0.0, 1.0]);
+
+fn truth(value: bool) -> Option<f64> {
+    Some(f64::from(u8::from(value)))
+}
+
+metrics! {
+    /// Actions of the episode.
+    Actions {
+        name: "steps",
+        title: "actions in an episode",
+        unit: "actions",
+        direction: Direction::Neutral,
+        range: None,
+        tag: Some("train/steps"),
+        formula: "T",
+        value: |record| Some(record.steps as f64),
+    }
+    /// Actions of the whole run so far.
+    EnvironmentSteps {
+        name: "environment_steps",
+        title: "actions so far",
+        unit: "actions",
+        direction: Direction::Neutral,
+        range: None,
+        tag: None,
+        formula: "Σ T",
+        value: |record| Some(record.environment_steps as f64),
+    }
+    /// Rewards of the episode, not discounted.
+    Return {
+        name: "return",
+        title: "return",
+        unit: "reward",
+        direction: Direction::Higher,
+        range: None,
+        tag: Some("train/return"),
+        formula: "Σ r",
+        value: |record| Some(record.return_.into()),
+    }
+    /// Whether the goal was reached.
+    Goal {
+        name: "goal",
+        title: "goal reached",
+        unit: "",
+        direction: Direction::Higher,
+        range: SHARE,
+        tag: Some("train/goal"),
+        formula: "1 if reached, else 0",
+        value: |record| truth(record.goal),
+    }
+    /// Subgoals reached.
+    Subgoals {
+        name: "subgoals",
+        title: "subgoals reached",
+        unit: "subgoals",
+        direction: Direction::Higher,
+        range: None,
+        tag: Some("train/subgoals"),
+        formula: "count",
+        value: |record| Some(record.subgoals.into()),
+    }
+    /// Subgoals of the task.
+    SubgoalsTotal {
+        name: "subgoals_total",
+        title: "subgoals of the task",
+        unit: "subgoals",
+        direction: Direction::Neutral,
+        range: None,
+        tag: None,
+        formula: "count",
+        value: |record| Some(record.subgoals_total.into()),
+    }
+    /// Whether any action was drawn from the action clusters.
+    Guided {
+        name: "guided",
+        title: "guided episode",
+        unit: "",
+        direction: Direction::Neutral,
+        range: SHARE,
+        tag: Some("train/guided"),
+        formula: "1 if any, else 0",
+        value: |record| truth(record.guided),
+    }
+    /// Threshold of guided exploration: the probability that actions come from the clusters.
+    Epsilon {
+        name: "epsilon",
+        title: "epsilon",
+        unit: "share",
+        direction: Direction::Neutral,
+        range: SHARE,
+        tag: Some("train/epsilon"),
+        formula: "the schedule at this episode",
+        value: |record| Some(record.epsilon.into()),
+    }
+    /// Standard deviation of a kick of the exploration noise.
+    Noise {
+        name: "noise_sigma",
+        title: "exploration noise",
+        unit: "normalised",
+        direction: Direction::Neutral,
+        range: None,
+        tag: Some("train/noise_sigma"),
+        formula: "`ou.sigma` times the scale of `noise_decay`",
+        value: |record| Some(record.noise_sigma.into()),
+    }
+    /// Mean squared Bellman error. Growth: the critic diverges.
+    CriticLoss {
+        name: "critic_loss",
+        title: "critic loss",
+        unit: "reward²",
+        direction: Direction::Lower,
+        range: None,
+        tag: Some("loss/critic"),
+        formula: "1/N Σ (Q(s, a) - y)², y = clamp(r + γ (1 - d) Q'(s', μ'(s')))",
+        value: |record| record.critic_loss.map(f64::from),
+    }
+    /// Value of the actions in the minibatches. Above the greatest possible return: overestimation.
+    MeanQ {
+        name: "mean_q",
+        title: "mean Q",
+        unit: "reward",
+        direction: Direction::Neutral,
+        range: None,
+        tag: Some("train/mean_q"),
+        formula: "1/N Σ Q(s, a)",
+        value: |record| record.mean_q.map(f64::from),
+    }
+    /// Greatest value of an action in the episode's minibatches. Shows overestimation sooner.
+    MaxQ {
+        name: "max_q",
+        title: "greatest Q",
+        unit: "reward",
+        direction: Direction::Neutral,
+        range: None,
+        tag: Some("train/max_q"),
+        formula: "max Q(s, a)",
+        value: |record| record.max_q.map(f64::from),
+    }
+    /// Minus the value that the actor expects of its own actions.
+    ActorLoss {
+        name: "actor_loss",
+        title: "actor loss",
+        unit: "reward",
+        direction: Direction::Lower,
+        range: None,
+        tag: Some("loss/actor"),
+        formula: "-1/N Σ Q(s, μ(s))",
+        value: |record| record.actor_loss.map(f64::from),
+    }
+    /// Share of the actor's outputs at the edge of the action space. Near 1: the actor is stuck at
+    /// its bounds, where tanh passes no gradient.
+    Saturation {
+        name: "action_saturation",
+        title: "action saturation",
+        unit: "share",
+        direction: Direction::Lower,
+        range: SHARE,
+        tag: Some("train/action_saturation"),
+        formula: "share of components of μ(s) with magnitude above 0.99",
+        value: |record| record.action_saturation.map(f64::from),
+    }
+    /// Share of the last 100 episodes (of all, before there are 100) that reached the goal.
+    Success {
+        name: "rolling_success",
+        title: "success rate (last 100)",
+        unit: "share",
+        direction: Direction::Higher,
+        range: SHARE,
+        tag: Some("train/success_rolling"),
+        formula: "mean of `goal` over the window",
+        value: |record| Some(record.rolling_success),
+    }
+    /// Whether the episode ended by the task's own rules.
+    Terminated {
+        name: "terminated",
+        title: "ended by the rules",
+        unit: "",
+        direction: Direction::Neutral,
+        range: SHARE,
+        tag: None,
+        formula: "1 if so, else 0",
+        value: |record| truth(record.terminated),
+    }
+    /// Whether the episode ended by the limit of actions.
+    Truncated {
+        name: "truncated",
+        title: "ended by the limit of actions",
+        unit: "",
+        direction: Direction::Neutral,
+        range: SHARE,
+        tag: None,
+        formula: "1 if so, else 0",
+        value: |record| truth(record.truncated),
+    }
+    /// Tools placed.
+    Placed {
+        name: "placed",
+        title: "tools placed",
+        unit: "tools",
+        direction: Direction::Neutral,
+        range: None,
+        tag: None,
+        formula: "count",
+        value: |record| Some(record.placed.into()),
+    }
+    /// Actions that were blocked or invalid, so that no tool was placed.
+    Blocked {
+        name: "blocked",
+        title: "blocked actions",
+        unit: "actions",
+        direction: Direction::Lower,
+        range: None,
+        tag: Some("train/blocked"),
+        formula: "count",
+        value: |record| Some(record.blocked.into()),
+    }
+    /// Share of the task's subgoals that were reached; derived, no column of its own.
+    SubgoalShare {
+        name: "subgoal_share",
+        title: "hits by subgoal",
+        unit: "share",
+        direction: Direction::Higher,
+        range: SHARE,
+        tag: None,
+        formula: "`subgoals` / `subgoals_total`",
+        value: |record| Some(f64::from(record.subgoals) / f64::from(record.subgoals_total.max(1))),
+    }
+}
+
+impl Metric {
+    /// Those that have a curve on screen, in its order.
+    pub const CURVES: [Self; 10] = [
+        Self::Success,
+        Self::Return,
+        Self::SubgoalShare,
+        Self::CriticLoss,
+        Self::ActorLoss,
+        Self::MeanQ,
+        Self::Saturation,
+        Self::Epsilon,
+        Self::Noise,
+        Self::Actions,
+    ];
+
+    /// Its value in an episode; NaN where there is none yet.
+    pub fn of(self, record: &EpisodeRecord) -> f64 {
+        (self.info().value)(record).unwrap_or(f64::NAN)
+    }
+
+    /// Title of its curve.
+    pub fn title(self) -> &'static str {
+        self.info().title
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use serde_json::Value;
+
+    use super::*;
+
+    fn record() -> EpisodeRecord {
+        EpisodeRecord {
+            episode: 3,
+            steps: 5,
+            environment_steps: 17,
+            return_: 2.5,
+            goal: true,
+            subgoals: 1,
+            subgoals_total: 4,
+            guided: true,
+            epsilon: 0.25,
+            noise_sigma: 0.125,
+            critic_loss: Some(0.5),
+            mean_q: Some(-1.5),
+            max_q: Some(3.0),
+            actor_loss: Some(1.75),
+            action_saturation: Some(0.0625),
+            rolling_success: 0.75,
+            terminated: true,
+            truncated: false,
+            end: "goal".to_owned(),
+            placed: 2,
+            blocked: 6,
+        }
+    }
+
+    /// What is in the record and not in the table would be missing from every curve and tag; what
+    /// the table reads from another field would be shown under a wrong name.
+    #[test]
+    fn table_and_record_agree_field_by_field() {
+        let Value::Object(fields) = serde_json::to_value(record()).unwrap() else { panic!("a record is an object") };
+        let number = |value: &Value| value.as_f64().or(value.as_bool().map(|truth| f64::from(u8::from(truth))));
+        let written = fields.iter().filter(|(name, _)| *name != "episode");
+        let written: Vec<(&str, f64)> =
+            written.filter_map(|(name, value)| Some((name.as_str(), number(value)?))).collect();
+        let columns = Metric::ALL.iter().filter(|metric| **metric != Metric::SubgoalShare);
+        let table: Vec<(&str, f64)> = columns.map(|metric| (metric.info().name, metric.of(&record()))).collect();
+        assert_eq!(table, written);
+        assert_eq!(Metric::SubgoalShare.of(&record()), 0.25);
+    }
+
+    #[test]
+    fn what_was_not_measured_is_no_number() {
+        for metric in [Metric::CriticLoss, Metric::MeanQ, Metric::MaxQ, Metric::ActorLoss, Metric::Saturation] {
+            assert!(metric.of(&EpisodeRecord::default()).is_nan(), "{metric:?}");
+        }
+    }
+
+    #[test]
+    fn names_titles_and_tags_are_unique() {
+        let of = |text: fn(&MetricInfo) -> &'static str| -> BTreeSet<_> {
+            Metric::ALL.iter().map(|metric| text(metric.info())).collect()
+        };
+        assert_eq!(of(|info| info.name).len(), Metric::ALL.len());
+        assert_eq!(of(|info| info.title).len(), Metric::ALL.len());
+        let tags: Vec<_> = Metric::ALL.iter().filter_map(|metric| metric.info().tag).collect();
+        assert_eq!(tags.iter().collect::<BTreeSet<_>>().len(), tags.len());
+        assert!(tags.iter().all(|tag| tag.starts_with("train/") || tag.starts_with("loss/")));
+    }
+
+    /// The page of the glossary.
+    fn glossary() -> String {
+        let mut text = "# Metrics\n\n\
+            One value an episode, in the columns of `metrics.csv`, the events of `events.jsonl` and the curves.\n\
+            Symbols: observation s, action a, reward r, next observation s', terminated d, actor μ, critic Q,\n\
+            targets μ' and Q', batch size N, discount γ. Losses, Q and saturation are means over the updates of\n\
+            the episode (the greatest Q: their maximum), each over the minibatch before the networks change, and\n\
+            empty until the first update.\n\n\
+            | name | title | unit | better | formula | meaning | TensorBoard |\n|---|---|---|---|---|---|---|\n"
+            .to_owned();
+        for metric in Metric::ALL {
+            let MetricInfo { name, title, unit, direction, formula, meaning, tag, .. } = metric.info();
+            let direction = match direction {
+                Direction::Higher => "higher",
+                Direction::Lower => "lower",
+                Direction::Neutral => "",
+            };
+            let tag = tag.map(|tag| format!("`{tag}`")).unwrap_or_default();
+            text +=
+                &format!("| `{name}` | {title} | {unit} | {direction} | {formula} | {} | {tag} |\n", meaning.trim());
+        }
+        text
+    }
+
+    /// `MGE_UPDATE_GOLDEN=1 cargo test metric` writes the page anew.
+    #[test]
+    fn the_glossary_is_that_of_the_table() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/metrics.md");
+        if std::env::var_os("MGE_UPDATE_GOLDEN").is_some() {
+            std::fs::write(path, glossary()).unwrap();
+        }
+        assert_eq!(std::fs::read_to_string(path).unwrap(), glossary());
+    }
+}

@@ -1,0 +1,125 @@
+//! Random streams: which stream of a seed serves which purpose, all in one place.
+//!
+//! A seed gives 2^64 independent ChaCha8 streams. Every purpose draws from one of its own, so that,
+//! for example, one evaluation more leaves the training as it was. The numbers are part of every
+//! recorded result and must not change.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+/// What random numbers are drawn for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stream {
+    /// The start noise of an episode outside of training, or whatever else is alone with its seed.
+    Episode,
+    /// Start of the episode from which an action prior is built.
+    PriorStart,
+    /// Rollouts and clusters of a stage of an action prior, from 0.
+    PriorStage(usize),
+    /// Rollouts for proposed subgoal `n`, from 1: others than those the subgoal's clusters come
+    /// from, so that a place is never proposed for the very rollouts it is then reached in.
+    Proposal(usize),
+    /// Start noise of training episodes.
+    TrainingStart,
+    /// Epsilon, and actions from the clusters.
+    Guidance,
+    /// Start noise of evaluation episodes.
+    Evaluation,
+    /// Initial weights of the agent.
+    AgentWeights,
+    /// Exploration noise.
+    ExplorationNoise,
+    /// Minibatches from the replay buffer.
+    Minibatch,
+    /// Plans, imagined rollouts and refined clusters.
+    ModelRollouts,
+    /// A launch for a dynamics model: part of the data, index of the tool's type, number.
+    Launch {
+        /// Training, validation or test, from 0.
+        split: u64,
+        /// Index of the tool's type.
+        kind: u64,
+        /// Number of the launch.
+        index: u64,
+    },
+    /// Initial weights of a dynamics model.
+    ModelWeights,
+    /// Order and draws of a dynamics model's epoch, from 0.
+    ModelEpoch(u32),
+}
+
+impl Stream {
+    /// The stream of a seed for this purpose, at its beginning.
+    pub fn of(self, seed: u64) -> ChaCha8Rng {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(self.number());
+        rng
+    }
+
+    fn number(self) -> u64 {
+        const PROPOSALS: u64 = 1 << 16;
+        const TRAINING: u64 = 1 << 32;
+        const MODEL: u64 = 1 << 63;
+        match self {
+            Self::Episode | Self::PriorStart => 0,
+            Self::PriorStage(stage) => 1 + stage as u64,
+            Self::Proposal(number) => PROPOSALS + number as u64,
+            Self::TrainingStart => TRAINING + 1,
+            Self::Guidance => TRAINING + 2,
+            Self::Evaluation => TRAINING + 3,
+            Self::AgentWeights => TRAINING + 4,
+            Self::ExplorationNoise => TRAINING + 5,
+            Self::Minibatch => TRAINING + 6,
+            Self::ModelRollouts => TRAINING + 7,
+            // The first launches have the numbers of a prior's streams. Where both have the same seed
+            // they use the same random numbers for different things, which does no harm.
+            Self::Launch { split, kind, index } => split << 48 | kind << 40 | index,
+            Self::ModelWeights => MODEL,
+            Self::ModelEpoch(epoch) => MODEL | (1 + u64::from(epoch)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn purposes_of_one_training_never_share_a_stream() {
+        use Stream::*;
+        let single =
+            [PriorStart, TrainingStart, Guidance, Evaluation, AgentWeights, ExplorationNoise, Minibatch, ModelRollouts];
+        let stages = (0..200).flat_map(|n| [PriorStage(n), Proposal(n + 1)]);
+        let all: Vec<u64> = single.into_iter().chain(stages).map(Stream::number).collect();
+        assert_eq!(all.iter().collect::<BTreeSet<_>>().len(), all.len());
+        let launch = |split, kind, index| Launch { split, kind, index };
+        let of_model = [
+            ModelWeights,
+            ModelEpoch(0),
+            ModelEpoch(1),
+            launch(0, 0, 0),
+            launch(0, 0, 1),
+            launch(0, 1, 0),
+            launch(1, 0, 0),
+        ];
+        assert_eq!(of_model.map(Stream::number).iter().collect::<BTreeSet<_>>().len(), of_model.len());
+    }
+
+    /// Every recorded run and model depends on these.
+    #[test]
+    fn numbers_are_those_of_recorded_results() {
+        let numbers = [
+            (Stream::PriorStage(2), 3),
+            (Stream::Proposal(1), 65_537),
+            (Stream::TrainingStart, 4_294_967_297),
+            (Stream::ModelRollouts, 4_294_967_303),
+            (Stream::Launch { split: 2, kind: 3, index: 4 }, 562_949_953_421_312 + 3_298_534_883_328 + 4),
+            (Stream::ModelEpoch(4), 9_223_372_036_854_775_813),
+        ];
+        for (stream, number) in numbers {
+            assert_eq!(stream.number(), number, "{stream:?}");
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! Text that comes from files and people, made fit to be shown.
+
+use std::borrow::Cow;
+use std::fmt::Write;
+
+/// One line of text without anything a terminal would act on: control characters, line
+/// breaks included, and characters that reorder text are written as escapes such as `\u{1b}`.
+pub fn printable(text: &str) -> Cow<'_, str> {
+    escape(text, is_unsafe)
+}
+
+/// [`printable`], but with its line breaks and tabs.
+pub fn printable_lines(text: &str) -> Cow<'_, str> {
+    escape(text, |c| is_unsafe(c) && c != '\n' && c != '\t')
+}
+
+/// Control characters (C0, DEL, C1), line separators and marks that reorder text.
+fn is_unsafe(c: char) -> bool {
+    c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+fn escape(text: &str, is_unsafe: impl Fn(char) -> bool) -> Cow<'_, str> {
+    if !text.contains(&is_unsafe) {
+        return Cow::Borrowed(text);
+    }
+    let mut escaped = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        if is_unsafe(c) {
+            escaped.extend(c.escape_default());
+        } else {
+            escaped.push(c);
+        }
+    }
+    Cow::Owned(escaped)
+}
+
+/// At most `most` characters of a text: what is left out of the middle is counted.
+pub fn excerpt(text: &str, most: usize) -> Cow<'_, str> {
+    let count = text.chars().count();
+    if count <= most {
+        return Cow::Borrowed(text);
+    }
+    let (first, last) = (most - most / 4, most / 4);
+    let mut short: String = text.chars().take(first).collect();
+    // Writing to a string cannot fail.
+    let _ = write!(short, " [{} characters] ", count - first - last);
+    short.extend(text.chars().skip(count - last));
+    Cow::Owned(short)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_terminal_would_act_on_is_written_out() {
+        let hostile = "a\u{1b}]52;c;eA==\u{7}b\u{9b}2Jc\u{202e}d\u{7f}\ne\tf";
+        let shown = printable(hostile);
+        assert_eq!(shown, "a\\u{1b}]52;c;eA==\\u{7}b\\u{9b}2Jc\\u{202e}d\\u{7f}\\ne\\tf");
+        assert!(printable_lines(hostile).ends_with("\\u{7f}\ne\tf"));
+        assert!(matches!(printable("plain Ünïcode text"), Cow::Borrowed(_)));
+    }
+
+    #[test]
+    fn a_long_text_keeps_its_beginning_and_its_end() {
+        assert_eq!(excerpt("short", 5), "short");
+        let text = format!("begin{}end", "é".repeat(1000));
+        let short = excerpt(&text, 40);
+        assert!(
+            short.starts_with("begin") && short.ends_with("end") && short.contains(" [968 characters] "),
+            "{short}"
+        );
+    }
+}
