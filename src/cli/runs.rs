@@ -179,6 +179,11 @@ fn dashboard_path(out: Option<&Path>, run: &Path, ending: &str) -> PathBuf {
 }
 
 pub fn script(arguments: &Script) -> Outcome {
+    after_script(arguments).map(|_| ())
+}
+
+/// The session as it is at the end of a script.
+pub fn after_script(arguments: &Script) -> Result<Session, Box<dyn std::error::Error>> {
     let variables: Vec<(String, String)> =
         arguments.variables.iter().map(|text| split_definition(text, "--define")).collect::<Result<_, _>>()?;
     let script = workbench::Script::load(&arguments.file, &variables)?;
@@ -188,7 +193,7 @@ pub fn script(arguments: &Script) -> Outcome {
         Told::Answer(command, answer) => progress.say(&format!("> {command}\n  {answer}")),
         Told::Notice(notice) => show(notice, 0, &mut progress),
     })?;
-    Ok(())
+    Ok(session)
 }
 
 fn split_definition(text: &str, flag: &str) -> Result<(String, String), String> {

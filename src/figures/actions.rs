@@ -5,7 +5,7 @@ use super::canvas::{Canvas, Pen};
 use super::geometry::ellipse;
 use super::layout::{LEGEND, Mark, legend, note};
 use super::scene::{Position, SceneView};
-use super::style::{Color, GREEN, INK, MARGIN, WHITE, faded, stage_color};
+use super::style::{Color, GREEN, MARGIN, WHITE, faded, stage_color};
 use super::table::{Table, cell32};
 use super::tasks::{cells, heading, page_size};
 use crate::guidance::ActionPrior;
@@ -76,8 +76,9 @@ impl TaskActions {
             }
         }
         for (n, stage) in self.stages.iter().enumerate() {
+            let name = if n + 1 == self.stages.len() { "G".to_owned() } else { (n + 1).to_string() };
             for cluster in &stage.clusters {
-                draw_cluster(view, canvas, cluster, stage_color(n, self.stages.len()));
+                draw_cluster(view, cluster, &name, stage_color(n, self.stages.len()));
             }
         }
         view.names(&self.task, faded(WHITE, 0.75))
@@ -85,11 +86,11 @@ impl TaskActions {
 }
 
 /// What the shapes are.
-const SHAPES: &str = "Dots: tool placements sampled from the action clusters of the stage of their colour. Crosses: cluster means; \
-                      ellipses: one (solid) and two (dashed) standard deviations.";
+const SHAPES: &str = "Dots: tool placements sampled from the action clusters of the stage of their colour. Ellipses: one (solid) and two \
+                      (dashed) standard deviations around the cluster mean, which has the name of its stage.";
 
-/// A cross at the mean, ellipses at one and two standard deviations.
-fn draw_cluster(view: &SceneView<'_, '_>, canvas: &Canvas<'_>, cluster: &Cluster, color: Color) {
+/// The stage's name at the mean, ellipses at one and two standard deviations.
+fn draw_cluster(view: &SceneView<'_, '_>, cluster: &Cluster, name: &str, color: Color) {
     let center = view.at(cluster.mean);
     let edge = view.at([cluster.mean[0] + cluster.std[0], cluster.mean[1] + cluster.std[1]]);
     let radii = [edge[0] - center[0], center[1] - edge[1]];
@@ -99,13 +100,7 @@ fn draw_cluster(view: &SceneView<'_, '_>, canvas: &Canvas<'_>, cluster: &Cluster
     let clear = faded(WHITE, 0.0);
     view.shape(&ellipse(center, radii), clear, Pen::new(color, 1.0));
     view.shape(&ellipse(center, radii.map(|r| 2.0 * r)), clear, Pen::new(color, 0.7).dashed(&[2.0, 1.4]));
-    if view.shows(cluster.mean) {
-        let [x, y] = center;
-        for (width, color) in [(2.2, WHITE), (1.0, INK)] {
-            canvas.line(&[[x - 2.4, y], [x + 2.4, y]], Pen::new(color, width));
-            canvas.line(&[[x, y - 2.4], [x, y + 2.4]], Pen::new(color, width));
-        }
-    }
+    view.name(cluster.mean, name, color, faded(WHITE, 0.85));
 }
 
 impl Figure for ActionSamples {

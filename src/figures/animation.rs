@@ -3,16 +3,16 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::Figure;
 use super::canvas::{Canvas, Pen, svg};
 use super::layout::note;
-use super::output::{pixels, write_with_table};
+use super::output::write_with_table;
 use super::provenance::Provenance;
-use super::render::rgb;
+use super::render::{pixels, rgb};
 use super::scene::{PLACED_TOOL, Position, SceneView, Window};
 use super::style::{BLUE, MARGIN, SINGLE_COLUMN, faded};
 use super::table::{Table, cell32};
 use super::tasks::heading;
+use super::{Figure, FigureError};
 use crate::task::Task;
 
 /// The moments of an episode on its task. As a figure it is its last moment, with the
@@ -80,23 +80,22 @@ impl Animation {
         };
         let failed = |error: gif::EncodingError| FigureError::Encoding(error.to_string());
         let mut bytes = Vec::new();
-        let mut encoder = gif::Encoder::new(&mut bytes, width, height, &[]).map_err(failed);
-        encoder.set_repeat(gif::Repeat::Infinite).map_err(failed);
+        let mut encoder = gif::Encoder::new(&mut bytes, width, height, &[]).map_err(failed)?;
+        encoder.set_repeat(gif::Repeat::Infinite).map_err(failed)?;
         let comment = provenance.to_comment();
         let blocks: Vec<&[u8]> = comment.as_bytes().chunks(255).collect();
         encoder
             .write_raw_extension(gif::Extension::Comment.into(), &blocks)
-            .map_err(|error| FigureError::Encoding(error.to_string()));
+            .map_err(|error| FigureError::Encoding(error.to_string()))?;
         for index in 0..self.moments.len().max(1) {
-            let draw = |canvas: &Canvas<'_>| self.draw_moment(canvas, index, self.trail);
-            let pixels = rasterise(wide, high, self.size(), draw);
-            let (palette, indices) = commonest_colors(&pixels);
+            let page = svg(self.size(), "", |canvas| self.draw_moment(canvas, index, self.trail));
+            let (palette, indices) = commonest_colors(&rgb(&page, wide, high)?);
             let mut frame = gif::Frame::from_palette_pixels(width, height, indices, palette, None);
             // GIF counts hundredths of a second.
             let last = index + 1 >= self.moments.len();
             let shown = if last { self.frame_ms.max(LAST_FRAME_MS) } else { self.frame_ms };
             frame.delay = u16::try_from(shown.div_ceil(10)).unwrap_or(u16::MAX);
-            encoder.write_frame(&frame).map_err(failed);
+            encoder.write_frame(&frame).map_err(failed)?;
         }
         drop(encoder);
         Ok(bytes)
@@ -106,7 +105,7 @@ impl Animation {
     ///
     /// # Errors
     /// When the ending is not `.gif`, as [`Self::to_gif`], or when a file cannot be written.
-    pub fn write_gif(&self, path: &Path, provenance: &Provenance, dpi: u32) {
+    pub fn write_gif(&self, path: &Path, provenance: &Provenance, dpi: u32) -> Result<(), FigureError> {
         if path.extension().is_none_or(|ending| ending != "gif") {
             return Err(FigureError::Format { path: path.to_owned(), known: "`.gif`" });
         }

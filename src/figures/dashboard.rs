@@ -58,15 +58,21 @@ impl Dashboard {
         let percent = |values: &[f64]| values.iter().map(|value| 100.0 * value).collect::<Vec<_>>();
         let window = NonZeroUsize::new(self.window).unwrap_or(NonZeroUsize::MIN);
         let around = |values: &[f64]| Axis::around("", values.iter().copied(), 5);
-        let panel = |title, y, lines: Vec<(&'static str, Vec<f64>)>| RunPanel { title, y, lines, dots: &[] };
+        let panel =
+            |title, y, lines: Vec<(&'static str, Vec<f64>)>| RunPanel { title, y, lines, partial: 0, dots: &[] };
+        let partial = window.get() - 1;
         let alone = |title, y, values: &[f64]| panel(title, y, vec![("", values.to_vec())]);
         [
-            panel(
-                "Success rate (%)",
-                Axis::linear("", 0.0, 103.0, 6),
-                vec![("training", percent(&self.success)), ("greedy", percent(&self.greedy_success))],
-            ),
             RunPanel {
+                partial,
+                ..panel(
+                    "Success rate (%)",
+                    Axis::linear("", 0.0, 103.0, 6),
+                    vec![("training", percent(&self.success)), ("greedy", percent(&self.greedy_success))],
+                )
+            },
+            RunPanel {
+                partial,
                 dots: &self.episode_return,
                 ..alone("Return", around(&self.episode_return), &rolling_mean(&self.episode_return, window))
             },
@@ -95,8 +101,12 @@ impl Dashboard {
             }
         }
         let mut right = plot.rect.right;
-        for ((label, values), color) in panel.lines.iter().zip([BLUE, VERMILLION]).rev() {
-            plot.line(&self.episode, values, Pen::new(color, 0.8 * LINE_WIDTH));
+        // Only the first line of a panel is a mean over a window.
+        let pens = [Pen::new(BLUE, 0.8 * LINE_WIDTH), Pen::new(VERMILLION, 0.8 * LINE_WIDTH).dashed(&[2.0, 1.0])];
+        for ((label, values), (pen, partial)) in panel.lines.iter().zip(pens.into_iter().zip([panel.partial, 0])).rev()
+        {
+            plot.rolling(&self.episode, values, partial, pen);
+            let color = pen.color;
             let look = Type::SMALL.right().color(color);
             canvas.text([right, plot.rect.top - 0.7 * TITLE_SIZE], label, look);
             right -= look.width(label) + 6.0;
@@ -112,6 +122,8 @@ struct RunPanel<'d> {
     title: &'static str,
     y: Axis,
     lines: Vec<(&'static str, Vec<f64>)>,
+    /// Number of values of the first line that are means over a window not yet full.
+    partial: usize,
     /// Single episodes behind the lines.
     dots: &'d [f64],
 }
@@ -132,7 +144,7 @@ impl Figure for Dashboard {
         }
         let text = format!(
             "One run (n = 1 seed), {} episodes; success is the share of the last {} episodes that reached the goal, greedy: of the \
-             episodes of one evaluation without noise. Return: of single episodes (dots), and its mean over as many. Losses and Q: means over the updates of an episode. Saturated: share of action components at \
+             episodes of one evaluation without noise. Return: of single episodes (dots), and its mean over as many. Faint: means of fewer, at the start. Losses and Q: means over the updates of an episode. Saturated: share of action components at \
              their limits. Gaps: nothing was measured.",
             number(self.episode.len() as f64, 0),
             self.window

@@ -3,7 +3,7 @@
 use super::Figure;
 use super::axes::{Axis, Frame, Plot, number};
 use super::bars::{BarCluster, BarLook, grouped_bars};
-use super::canvas::{Canvas, Pen};
+use super::canvas::Canvas;
 use super::data::{Estimate, Statistics};
 use super::geometry::Rect;
 use super::layout::{Mark, legend, note, panels};

@@ -37,9 +37,6 @@ impl FigureError {
     }
 }
 
-/// Points in an inch.
-const POINTS_PER_INCH: f64 = 72.0;
-
 /// Endings of the files that figures are written to.
 pub const ENDINGS: [&str; 3] = ["png", "svg", "pdf"];
 
@@ -68,27 +65,9 @@ pub trait Figure {
         render::rgb(&svg(pixels.map(|side| side / scale), "", |canvas| self.draw(canvas)), width, height)
     }
 
-    /// The figure as a PNG of `dpi` dots per inch that carries its provenance.
-    ///
-    /// # Errors
-    /// When the resolution is 0 or too large.
-    fn to_png(&self, provenance: &Provenance, dpi: u32) -> Result<Vec<u8>, FigureError> {
-        let [width, height] = pixels(self.size(), dpi);
-        let pixels = self.to_rgb(width, height)?;
-        render::png(&pixels, [width, height], provenance, dpi).map_err(|error| FigureError::Encoding(error.to_string()))
-    }
-
     /// The figure as SVG that carries its provenance.
     fn to_svg(&self, provenance: &Provenance) -> String {
         svg(self.size(), &provenance.to_svg(), |canvas| self.draw(canvas))
-    }
-
-    /// The figure as PDF that carries its provenance.
-    ///
-    /// # Errors
-    /// When the encoder fails.
-    fn to_pdf(&self, provenance: &Provenance) -> Result<Vec<u8>, FigureError> {
-        pdf(&self.to_svg(provenance), provenance)
     }
 
     /// Writes the figure to `path` in the format of its ending (see [`ENDINGS`]), and its
@@ -98,12 +77,7 @@ pub trait Figure {
     /// When the ending is another one, the resolution is impossible, or a file cannot be
     /// written; a file that was there before is then still whole.
     fn write(&self, path: &Path, provenance: &Provenance, dpi: u32) -> Result<(), FigureError> {
-        let bytes = match path.extension().and_then(|ending| ending.to_str()) {
-            Some("png") => self.to_png(provenance, dpi)?,
-            Some("svg") => self.to_svg(provenance).into_bytes(),
-            Some("pdf") => self.to_pdf(provenance)?,
-            _ => return Err(FigureError::Format { path: path.to_owned(), known: "`.png`, `.svg` or `.pdf`" }),
-        };
+        let bytes = encode(path, &self.to_svg(provenance), provenance, dpi)?;
         write_with_table(path, &bytes, &self.table())
     }
 
@@ -119,9 +93,17 @@ pub trait Figure {
     }
 }
 
-/// Width and height in pixels of a page of `size` points.
-pub(super) fn pixels(size: [f64; 2], dpi: u32) -> [u32; 2] {
-    size.map(|points| (points / POINTS_PER_INCH * f64::from(dpi)).round() as u32)
+/// The SVG of a page in the format that the ending of `path` names.
+///
+/// # Errors
+/// When the ending is not one of [`ENDINGS`], or the resolution is 0 or too large.
+pub fn encode(path: &Path, svg: &str, provenance: &Provenance, dpi: u32) -> Result<Vec<u8>, FigureError> {
+    match path.extension().and_then(|ending| ending.to_str()) {
+        Some("png") => render::png(svg, provenance, dpi),
+        Some("svg") => Ok(svg.as_bytes().to_vec()),
+        Some("pdf") => pdf(svg, provenance),
+        _ => Err(FigureError::Format { path: path.to_owned(), known: "`.png`, `.svg` or `.pdf`" }),
+    }
 }
 
 /// Writes `bytes` to `path` and the table beside it.

@@ -9,10 +9,7 @@ use resvg::usvg::{FillRule, Group, LineCap, LineJoin, Node, Paint};
 
 use super::FigureError;
 use super::provenance::Provenance;
-use super::render::tree;
-
-/// Points of an SVG's unit, which is 1/96 inch.
-const POINTS: f32 = 0.75;
+use super::render::{POINTS, tree};
 
 /// The page as PDF of one page, with its text as outlines and its provenance as document
 /// information.

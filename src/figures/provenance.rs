@@ -67,7 +67,7 @@ impl Provenance {
     }
 
     /// An SVG `metadata` element.
-    pub(super) fn to_svg(&self) -> String {
+    pub fn to_svg(&self) -> String {
         let mut text = String::from("<metadata>\n");
         for (keyword, value) in self.chunks() {
             // Writing to a string cannot fail.

@@ -10,6 +10,9 @@ use super::provenance::Provenance;
 /// Largest side of an image in pixels.
 pub const MAX_SIDE: u32 = 20_000;
 
+/// Points of an SVG's unit, which is 1/96 inch.
+pub const POINTS: f32 = 0.75;
+
 /// The shapes of an SVG, its text as outlines of the bundled fonts.
 ///
 /// # Errors
@@ -24,24 +27,39 @@ pub fn tree(svg: &str) -> Result<Tree, FigureError> {
 /// # Errors
 /// When the size is 0 or too large.
 pub fn rgb(svg: &str, width: u32, height: u32) -> Result<Vec<u8>, FigureError> {
+    draw(&tree(svg)?, width, height)
+}
+
+fn draw(tree: &Tree, width: u32, height: u32) -> Result<Vec<u8>, FigureError> {
     let fits = (1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height);
     let pixels = if fits { Pixmap::new(width, height) } else { None };
     let mut pixels = pixels.ok_or(FigureError::Size { width, height })?;
     pixels.fill(resvg::tiny_skia::Color::WHITE);
-    let tree = tree(svg)?;
     let size = tree.size();
     let scale = Transform::from_scale(width as f32 / size.width(), height as f32 / size.height());
-    resvg::render(&tree, scale, &mut pixels.as_mut());
+    resvg::render(tree, scale, &mut pixels.as_mut());
     Ok(pixels.pixels().iter().flat_map(|pixel| [pixel.red(), pixel.green(), pixel.blue()]).collect())
 }
 
-/// Rows of red, green, blue bytes as a PNG of `dpi` dots per inch that carries its provenance.
+/// Width and height in pixels of a page of `size` points at `dpi` dots per inch.
+pub fn pixels(size: [f64; 2], dpi: u32) -> [u32; 2] {
+    size.map(|points| (points / 72.0 * f64::from(dpi)).round() as u32)
+}
+
+/// The page as a PNG of `dpi` dots per inch that carries its provenance.
 ///
 /// # Errors
-/// When the encoder fails.
-pub fn png(
-    pixels: &[u8],
+/// When the resolution is 0 or too large.
+pub fn png(svg: &str, provenance: &Provenance, dpi: u32) -> Result<Vec<u8>, FigureError> {
+    let tree = tree(svg)?;
+    let [width, height] = pixels([tree.size().width(), tree.size().height()].map(|side| f64::from(side * POINTS)), dpi);
+    let image = draw(&tree, width, height)?;
+    encode([width, height], &image, provenance, dpi).map_err(|error| FigureError::Encoding(error.to_string()))
+}
+
+fn encode(
     [width, height]: [u32; 2],
+    pixels: &[u8],
     provenance: &Provenance,
     dpi: u32,
 ) -> Result<Vec<u8>, png::EncodingError> {

@@ -3,11 +3,11 @@
 
 use super::axes::{Axis, Frame, Plot};
 use super::canvas::{Canvas, Pen, Type};
-use super::geometry::{Point, Rect, circle, clip_polygon, clip_polyline};
+use super::geometry::{Point, Rect, circle, clip_polygon, clip_polyline, tool_outline};
 use super::style::{
     BLACK, Color, GREEN, GREY, INK, LIGHT_GREY, SMALL_SIZE, THIN_WIDTH, WHITE, YELLOW, faded, stage_color,
 };
-use crate::physics::{SCREEN, Tool, ToolKind, to_normalised};
+use crate::physics::{SCREEN, Tool, ToolKind};
 use crate::task::{Goal, GoalShape, Region, Task};
 
 /// Fills: tools of the scene, and tools placed by the agent.
@@ -122,10 +122,19 @@ impl<'c, 'p> SceneView<'c, 'p> {
         self.names(task, faded(WHITE, 0.0))
     }
 
-    /// A tool with its true geometry.
+    /// A tool with its true geometry; a bucket shows its rim.
     pub fn tool(&self, tool: &Tool, fill: Color) {
-        let corners: Vec<Point> = tool.vertices().into_iter().map(|vertex| self.at(to_normalised(vertex))).collect();
-        draw_tool(self, tool.kind, &corners, self.length(tool.radius), fill)
+        let least = (THIN_WIDTH / self.per_unit) as f32;
+        let outline: Vec<Point> = tool_outline(tool, least).into_iter().map(|corner| self.at(corner)).collect();
+        match (tool.kind, outline[..].first_chunk()) {
+            (ToolKind::Bucket, Some([a, b, c, d])) => {
+                self.shape(&outline, faded(fill, 0.45), Pen::new(INK, THIN_WIDTH).dashed(&[1.2, 1.2]));
+                for part in clip_polyline(&[*d, *a, *b, *c], &self.plot.rect) {
+                    self.canvas.line(&part, Pen::new(INK, 2.4 * THIN_WIDTH));
+                }
+            }
+            _ => self.shape(&outline, fill, Pen::new(INK, THIN_WIDTH)),
+        }
     }
 
     /// The ball, as a disc of its true size.
@@ -176,7 +185,8 @@ impl<'c, 'p> SceneView<'c, 'p> {
         self.name(task.goal.position, "G", GREEN, plate)
     }
 
-    fn name(&self, position: Position, name: &str, color: Color, plate: Color) {
+    /// A short name on a disc of `plate`.
+    pub fn name(&self, position: Position, name: &str, color: Color, plate: Color) {
         let center = self.at(position);
         if !self.plot.rect.contains(center) {
             return;
@@ -196,35 +206,4 @@ fn star([x, y]: Point, radius: f64) -> Vec<Point> {
             [x + r * cos, y + r * sin]
         })
         .collect()
-}
-
-/// Polygons as they are; a bucket shows its rim, segments their rounded ends.
-fn draw_tool(view: &SceneView<'_, '_>, kind: ToolKind, corners: &[Point], radius: f64, fill: Color) {
-    let pen = Pen::new(INK, THIN_WIDTH);
-    match (kind, corners) {
-        (ToolKind::Wall | ToolKind::Floor, [from, to]) => {
-            view.shape(&capsule(*from, *to, radius.max(THIN_WIDTH)), fill, pen)
-        }
-        (ToolKind::Bucket, [a, b, c, d]) => {
-            view.shape(corners, faded(fill, 0.45), Pen::new(INK, THIN_WIDTH).dashed(&[1.2, 1.2]));
-            let sides = [*d, *a, *b, *c];
-            let parts = clip_polyline(&sides, &view.plot.rect);
-            parts.iter().for_each(|part| view.canvas.line(part, Pen::new(INK, 2.4 * THIN_WIDTH)))
-        }
-        _ => view.shape(corners, fill, pen),
-    }
-}
-
-/// A segment with round ends.
-fn capsule(from: Point, to: Point, radius: f64) -> Vec<Point> {
-    const STEPS: u32 = 16;
-    let along = (to[1] - from[1]).atan2(to[0] - from[0]);
-    let end = |center: Point, start: f64| {
-        (0..=STEPS).map(move |n| {
-            let (sin, cos) = (start + std::f64::consts::PI * f64::from(n) / f64::from(STEPS)).sin_cos();
-            [center[0] + radius * cos, center[1] + radius * sin]
-        })
-    };
-    let quarter = std::f64::consts::FRAC_PI_2;
-    end(to, along - quarter).chain(end(from, along + quarter)).collect()
 }

@@ -29,6 +29,7 @@ mod rescue;
 mod run;
 mod scene;
 mod screens;
+mod screenshot;
 #[cfg(unix)]
 mod signals;
 mod still;
