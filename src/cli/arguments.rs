@@ -267,7 +267,7 @@ pub struct DynamicsEvaluate {
     /// Fresh launches of each tool
     #[arg(long, default_value_t = 300)]
     pub launches: usize,
-    /// Also draw the errors into this PNG or SVG
+    /// Also draw the errors into this PNG, SVG or PDF
     #[arg(long)]
     pub figure: Option<PathBuf>,
     #[command(flatten)]

@@ -9,12 +9,12 @@ use ratatui::style::Style;
 use super::Hits;
 use super::frame::{WIDE, hint, pane};
 use super::lists::{line, select};
+use crate::tui::actions::{Action, Context};
 use crate::tui::app::App;
 use crate::tui::facts::Facts;
 use crate::tui::preview::Wanted;
 use crate::tui::theme::Depth;
 use crate::workbench::FigureKind;
-use crate::workbench::registry::{Action, Context};
 
 /// What a figure shows, in one line.
 fn about(kind: FigureKind) -> &'static str {
@@ -60,15 +60,16 @@ fn listed(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     let top = (inside.y + FigureKind::ALL.len() as u16 + 1).min(inside.bottom());
     let below = Rect { y: top, height: inside.bottom() - top, ..inside };
     let key = |action, context| app.keymap.key_for(action, context);
-    let (one, vector, all) = (
+    let (one, vector, pdf, all) = (
         key(Action::Confirm, Context::Figures),
         key(Action::Vector, Context::Figures),
+        key(Action::Pdf, Context::Figures),
         key(Action::Export, Context::Everywhere),
     );
     let written = &app.desk.facts().figures;
     if written.is_empty() {
         let text = format!(
-            "Nothing exported yet. {one} exports the selected figure as PNG (the episode as GIF), {vector} as SVG, {all} all there is something for, into the folder figures/."
+            "Nothing exported yet. {one} exports the selected figure as PNG (the episode as GIF), {vector} as SVG, {pdf} as PDF, {all} all there is something for, into the folder figures/."
         );
         return hint(&text, below, theme, buffer);
     }
@@ -116,9 +117,10 @@ pub fn perform(app: &mut App, action: Action) {
     }
     let kind = selected(app);
     match (action, kind) {
-        (Action::Confirm | Action::Vector, FigureKind::Episode) => app.export(kind.name(), "gif"),
+        (Action::Confirm | Action::Vector | Action::Pdf, FigureKind::Episode) => app.export(kind.name(), "gif"),
         (Action::Confirm, _) => app.export(kind.name(), "png"),
         (Action::Vector, _) => app.export(kind.name(), "svg"),
+        (Action::Pdf, _) => app.export(kind.name(), "pdf"),
         _ => {}
     }
 }
