@@ -45,10 +45,11 @@ pub const GRID: Color = rgb(0xE4, 0xE4, 0xE4);
 
 /// The colours of methods, by the word or words that their labels begin with: the same in every
 /// figure. What explores like a method has its colour.
-const METHODS: [(&str, Color); 8] = [
+const METHODS: [(&str, Color); 9] = [
     ("DDPG", BLUE),
     ("DDPG-MGE", VERMILLION),
-    ("DDPG-MGE, true physics", GREEN),
+    ("DDPG-MGE, epsilon 0.1", GREEN),
+    ("DDPG-MGE, true physics", SKY),
     ("DDPG, uniform exploration", ORANGE),
     ("DDPG, model replay", PURPLE),
     ("planning", BLACK),

@@ -2,6 +2,7 @@
 //! With `MGE_FIGURE_DIR` set, the figures stay there to be looked at.
 
 mod invented;
+mod shipped;
 
 use std::path::Path;
 

@@ -112,7 +112,6 @@ pub enum Action {
     EvaluateModel,
     StopModel,
     Vector,
-    /// Export the selected figure as PDF.
     Pdf,
     /// Begins a command in the palette, to be gone on with by typing.
     Type(&'static str),
