@@ -279,6 +279,8 @@ impl<'c, 'p> Plot<'c, 'p> {
             let y = ends[n].0[1].max(lowest + APART).min((self.rect.bottom - below).max(lowest + APART));
             lowest = y;
             let ([x, _], series) = ends[n];
+            // Not over the frame.
+            let x = if x + TINY_SIZE > self.rect.right { self.rect.right } else { x };
             let look = Type { size: TINY_SIZE, ..Type::LABEL.bold().color(series.color) };
             self.canvas.text([x + 1.5, y], &series.number(), look);
         }

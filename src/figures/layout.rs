@@ -90,8 +90,11 @@ impl Series {
             2 => lines.map(|y| [[rect.left, rect.top + y], [rect.right, rect.top + y]]).collect(),
             _ => lines.map(|x| [[rect.right - x, rect.top], [rect.right, rect.top + x]]).collect(),
         };
-        for part in strokes.iter().flat_map(|stroke| clip_polyline(stroke, rect)) {
-            canvas.line(&part, Pen::new(WHITE, 0.7));
+        // Round ends reach over the line's own end.
+        const WIDTH: f64 = 0.7;
+        let inside = rect.inset(WIDTH / 2.0);
+        for part in strokes.iter().flat_map(|stroke| clip_polyline(stroke, &inside)) {
+            canvas.line(&part, Pen::new(WHITE, WIDTH));
         }
     }
 }
@@ -167,6 +170,7 @@ fn draw_mark(canvas: &Canvas<'_>, mark: Mark, x: f64, y: f64) {
 fn note_lines(width: f64, text: &str) -> Vec<String> {
     /// The least share of the width that a last line fills.
     const LAST: f64 = 0.3;
+    let text = &text.replace(" %", "\u{a0}%");
     let lines = broken(width, text);
     let full =
         |lines: &[String]| lines.len() < 2 || lines.last().is_some_and(|last| Type::SMALL.width(last) >= LAST * width);

@@ -91,7 +91,7 @@ impl MethodScores {
         let (low, high) = values
             .filter(|value| value.is_finite())
             .fold((0.0, 0.1), |(low, high): (f64, f64), value| (low.min(value), high.max(value)));
-        Axis::linear("", low - 0.04 * (high - low), high + 0.04 * (high - low), 4)
+        Axis::linear("", low - 0.04 * (high - low), high + 0.04 * (high - low), 6)
     }
 
     fn draw_panel(&self, canvas: &Canvas<'_>, panel: &ScorePanel, cell: Rect, named: bool) {

@@ -60,8 +60,9 @@ pub trait Figure {
     /// # Errors
     /// When the size is 0 or too large.
     fn to_rgb(&self, width: u32, height: u32) -> Result<Vec<u8>, FigureError> {
+        render::check_size(width, height)?;
         let (size, pixels) = (self.size(), [f64::from(width), f64::from(height)]);
-        let scale = (pixels[0] / size[0]).min(pixels[1] / size[1]).max(f64::MIN_POSITIVE);
+        let scale = (pixels[0] / size[0]).min(pixels[1] / size[1]);
         render::rgb(&svg(pixels.map(|side| side / scale), "", |canvas| self.draw(canvas)), width, height)
     }
 

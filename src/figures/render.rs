@@ -30,10 +30,18 @@ pub fn rgb(svg: &str, width: u32, height: u32) -> Result<Vec<u8>, FigureError> {
     draw(&tree(svg)?, width, height)
 }
 
-fn draw(tree: &Tree, width: u32, height: u32) -> Result<Vec<u8>, FigureError> {
+/// Whether an image of that size can be held.
+///
+/// # Errors
+/// When a side is 0 or too large.
+pub fn check_size(width: u32, height: u32) -> Result<(), FigureError> {
     let fits = (1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height);
-    let pixels = if fits { Pixmap::new(width, height) } else { None };
-    let mut pixels = pixels.ok_or(FigureError::Size { width, height })?;
+    if fits { Ok(()) } else { Err(FigureError::Size { width, height }) }
+}
+
+fn draw(tree: &Tree, width: u32, height: u32) -> Result<Vec<u8>, FigureError> {
+    check_size(width, height)?;
+    let mut pixels = Pixmap::new(width, height).ok_or(FigureError::Size { width, height })?;
     pixels.fill(resvg::tiny_skia::Color::WHITE);
     let size = tree.size();
     let scale = Transform::from_scale(width as f32 / size.width(), height as f32 / size.height());
