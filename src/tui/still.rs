@@ -48,7 +48,7 @@ impl Still {
             Err(never) => match never {},
         };
         let mut drawn = 0;
-        while drawn < FRAMES || self.app.screens.preview.is_drawing() {
+        while drawn < FRAMES || self.app.is_drawing_figure() {
             self.pass(Duration::from_millis(20));
             match self.draw(&mut terminal) {
                 Ok(()) => drawn += 1,
