@@ -358,6 +358,10 @@ fn what_is_missing_is_no_zero() {
         hits.to_svg(&provenance()).matches("\n0\n").count()
     };
     assert!(hits(f64::NAN) < hits(0.0), "no count stands over a missing bar");
+    let counts = |hits: &Hits| hits.to_svg(&provenance()).matches("\n0\n").count();
+    let (whole, mut fewer) = (invented::hits(), invented::hits());
+    fewer.tasks[0].policies.remove(1);
+    assert_eq!(counts(&fewer), counts(&whole), "a policy that was not run has no count");
 }
 
 #[test]
