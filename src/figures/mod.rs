@@ -40,7 +40,7 @@ mod tests;
 mod xml;
 
 pub use ablation::{Ablation, Variant};
-pub use actions::{ActionSamples, Cluster, StageActions, TaskActions};
+pub use actions::{ActionSamples, TaskActions};
 pub use animation::{Animation, Moment};
 pub use canvas::{Canvas, Pen, Type, svg};
 pub use curves::{CurvePanel, LearningCurves, PerformanceProfile};
@@ -55,7 +55,7 @@ pub use model_error::{ModelError, Predictor};
 pub use output::{ENDINGS, Figure, FigureError, encode};
 pub use provenance::Provenance;
 pub use relative::{Edge, Instant, RelativeFrames};
+#[cfg(test)]
 pub use render::rgb;
-pub use style::{Color, DEFAULT_DPI, DOUBLE_COLUMN, SINGLE_COLUMN};
-pub use table::Table;
+pub use style::{Color, DEFAULT_DPI};
 pub use tasks::TaskGrid;

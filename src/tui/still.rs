@@ -48,7 +48,7 @@ impl Still {
             Err(never) => match never {},
         };
         let mut drawn = 0;
-        while drawn < FRAMES || self.app.is_drawing_figure() {
+        while drawn < FRAMES || self.app.is_drawing_figure() || self.is_reading_runs() {
             self.pass(Duration::from_millis(20));
             match self.draw(&mut terminal) {
                 Ok(()) => drawn += 1,
@@ -57,6 +57,11 @@ impl Still {
             std::thread::sleep(Duration::from_millis(5));
         }
         screenshot::svg(terminal.backend().buffer(), head)
+    }
+
+    /// Whether runs are being read from their folder.
+    pub fn is_reading_runs(&self) -> bool {
+        self.app.is_reading_runs()
     }
 
     /// Lets time pass.

@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+use crate::figures::actions::{Cluster, StageActions};
 use crate::figures::data::labels;
 use crate::figures::*;
 
