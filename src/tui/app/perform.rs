@@ -161,13 +161,12 @@ impl App {
             kinds.push(FigureKind::Dashboard);
         }
         let names: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
-        let text = format!("wrote {} into figures/, with their numbers as CSV", names.join(", "));
+        let text = format!("drawing {} into figures/, with their numbers as CSV", names.join(", "));
         let figures = kinds.into_iter().map(|kind| (kind, "png")).collect();
         self.carry_out(vec![Effect::Export(figures), Effect::Say(Level::Good, text)]);
     }
 
     fn export(&mut self, kind: FigureKind, format: &str) -> Result<(), String> {
-        std::fs::create_dir_all("figures").map_err(|error| format!("cannot make the folder figures: {error}"))?;
         let path = format!("figures/{}-{}.{format}", self.workspace.view().task.name, kind.name());
         let figure = command::Figure { kind, path: path.into(), dpi: None };
         self.report(figure.into()).map_err(|error| format!("{}: {error}", kind.name()))

@@ -15,7 +15,7 @@ use crate::run::{Event, RunState};
 use crate::task::Task;
 use crate::trainer::{Phase, PriorSource, unusual_settings};
 use crate::tui::widgets::preview::Drawing;
-use crate::workbench::{Command, FigureKind, Notice, RunView, Session, command};
+use crate::workbench::{Command, FigureKind, Notice, RunView, Session, command, shipped_models};
 
 /// What the screens need of a session.
 pub trait Workspace {
@@ -112,7 +112,7 @@ impl SessionWorkspace {
         view.file = session.file().map(Path::to_owned);
         view.dirty = session.is_dirty();
         view.proposed = session.proposed().to_vec();
-        view.proposing = session.proposing();
+        view.proposing = session.proposing().map(|progress| (progress.done, progress.total));
         view.settings = settings(session);
         view.prior_state = session.prior_state();
         view.prior = session.prior().cloned();
@@ -121,7 +121,7 @@ impl SessionWorkspace {
         if actions == 0 || view.hand.trace.steps.len() != actions || *view.hand.task != **hand.task() {
             view.hand = hand_episode(session, &view.task, Some(&view.hand));
         }
-        view.model_work = session.model_work().map(|(name, done)| (name.to_owned(), done));
+        view.model_work = session.model_work().map(|(name, progress)| (name, progress.share()));
         self.refresh_runs();
         self.refresh_watched();
     }
@@ -147,6 +147,11 @@ impl SessionWorkspace {
                 rate.note(now, run.records().len() as u64);
             } else {
                 rate.forget();
+            }
+            let on_disk = self.index.runs().iter().find(|known| run.is_unread() && known.path == path);
+            if let Some(known) = on_disk {
+                // Until its log is read, what is known of it without.
+                return (path.to_owned(), Arc::new(RunSummary { opened: true, ..RunSummary::clone(known) }));
             }
             let known = old.remove(path).map(Arc::unwrap_or_clone).map(|run| run.curves);
             (path.to_owned(), Arc::new(summary_of(run, known.unwrap_or_default(), rate.per_second())))
@@ -179,40 +184,52 @@ impl SessionWorkspace {
 
     fn note(&mut self, notice: &Notice) {
         match notice {
-            Notice::PriorReady => {
-                self.view.prior_failure = None;
-                let training = self.session.run().is_some_and(RunView::is_active);
-                let more = if training { "; `guide` gives them to the running training" } else { "" };
-                self.log(Level::Good, format!("the action clusters are there{more}"));
-            }
-            Notice::PriorFailed(reason) => {
-                self.view.prior_failure = Some(reason.clone());
-                self.log(Level::Error, format!("action clusters: {reason}"));
-            }
-            Notice::Model(outcome) => {
-                self.view.models = models(&self.session);
-                self.view.model_outcome = Some(outcome.clone());
-                match outcome {
-                    Ok(report) => self.log(Level::Good, report.clone()),
-                    Err(reason) => self.log(Level::Error, reason.clone()),
-                }
-            }
-            Notice::Proposed(Ok(report)) => {
-                self.log(Level::Good, format!("{report}: accept, move or reject them on the Edit screen"));
-            }
-            Notice::Proposed(Err(reason)) => self.log(Level::Error, format!("subgoals: {reason}")),
-            Notice::Run { event: Event::EpisodeFinished(_), .. } | Notice::PriorStage { .. } | Notice::Changed => {}
-            Notice::Run { index, event } => {
+            Notice::Finished { command, outcome } => self.note_outcome(command, outcome),
+            Notice::Run { event: Event::EpisodeFinished(_), .. } | Notice::Progress { .. } | Notice::Changed => {}
+            Notice::Run { run, event } => {
                 let level = match event {
                     Event::Failed { .. } => Level::Error,
                     Event::Stopped { .. } => Level::Warning,
                     Event::Finished { .. } => Level::Good,
                     _ => Level::Info,
                 };
-                let name = self.session.runs().get(*index).map_or_else(String::new, RunView::name);
+                let name = self.session.run_numbered(*run).map_or_else(String::new, RunView::name);
                 self.log(level, format!("{name}: {event}"));
             }
         }
+    }
+
+    /// Notes how a computation ended.
+    fn note_outcome(&mut self, command: &Command, outcome: &Result<String, String>) {
+        match command {
+            Command::Clusters(_) => self.view.prior_failure = outcome.as_ref().err().cloned(),
+            Command::ModelTrain(_) | Command::ModelEvaluate(_) => {
+                self.view.models = models(&self.session);
+                self.view.model_outcome = Some(outcome.clone());
+            }
+            Command::Figure(figure) if outcome.is_ok() => {
+                self.view.figures.retain(|known| *known != figure.path);
+                self.view.figures.push(figure.path.clone());
+            }
+            Command::Delete(_) => self.look_for_runs(),
+            _ => {}
+        }
+        let training = self.session.run().is_some_and(RunView::is_active);
+        let (level, text) = match (command, outcome) {
+            // The screen shows it.
+            (Command::Open(_) | Command::Continue(_), Ok(_)) => return,
+            (Command::Clusters(_), Ok(report)) if training => {
+                (Level::Good, format!("{report}; `guide` gives them to the running training"))
+            }
+            (Command::Propose(_), Ok(report)) => {
+                (Level::Good, format!("{report}: accept, move or reject them on the Edit screen"))
+            }
+            (_, Ok(report)) => (Level::Good, report.clone()),
+            (Command::Clusters(_), Err(reason)) => (Level::Error, format!("action clusters: {reason}")),
+            (Command::Propose(_), Err(reason)) => (Level::Error, format!("subgoals: {reason}")),
+            (_, Err(reason)) => (Level::Error, reason.clone()),
+        };
+        self.log(level, text);
     }
 }
 
@@ -239,15 +256,10 @@ impl Workspace for SessionWorkspace {
 
     fn apply(&mut self, command: Command) -> Result<String, String> {
         self.touched = Instant::now();
-        let figure = if let Command::Figure(figure) = &command { Some(figure.path.clone()) } else { None };
-        let changes_folder = matches!(command, Command::Delete(_) | Command::Out(_));
+        let changes_folder = matches!(command, Command::Out(_));
         let outcome = self.session.apply(command).map_err(|error| error.to_string());
         if changes_folder {
             self.look_for_runs();
-        }
-        if let (Ok(_), Some(path)) = (&outcome, figure) {
-            self.view.figures.retain(|known| *known != path);
-            self.view.figures.push(path);
         }
         match &outcome {
             Ok(report) if report.is_empty() => {}
@@ -335,10 +347,9 @@ fn models(session: &Session) -> Vec<ModelSummary> {
         model("true", "the environment's own physics: the upper bound of guidance"),
         model("uniform", "no model: uniform random actions in place of clusters"),
     ];
-    models.extend(crate::dynamics::shipped_names().filter_map(|name| {
-        let known = crate::dynamics::shipped(name).ok().flatten()?;
+    models.extend(shipped_models().iter().map(|(name, known)| {
         let about = known.check_task(session.task()).map_or_else(|error| error.to_string(), |()| "shipped".to_owned());
-        Some(model(name, &about))
+        model(name, &about)
     }));
     if let Ok(entries) = std::fs::read_dir("models") {
         let files = entries.flatten().map(|entry| entry.path());
