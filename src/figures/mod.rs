@@ -43,7 +43,7 @@ pub use ablation::{Ablation, Variant};
 pub use actions::{ActionSamples, TaskActions};
 pub use animation::{Animation, Moment};
 pub use canvas::{Canvas, Pen, Type, svg};
-pub use curves::{CurvePanel, LearningCurves, PerformanceProfile};
+pub use curves::{CurvePanel, LearningCurves, PerformanceProfile, Progress};
 pub use dashboard::Dashboard;
 pub use data::{Curve, Estimate, Statistics};
 pub use font::Family;

@@ -100,6 +100,7 @@ fn curves(rows: &[&Row], seeds: usize, greedy: bool) -> LearningCurves {
         window,
         statistics: statistics("Interquartile mean", INTERVAL, seeds),
         panels: groups(rows, "task").into_iter().map(panel).collect(),
+        ..LearningCurves::default()
     }
 }
 
