@@ -70,6 +70,11 @@ impl Learner {
         &self.replay
     }
 
+    /// The exploration noise.
+    pub fn noise(&self) -> &OrnsteinUhlenbeck {
+        &self.noise
+    }
+
     /// Transitions recorded so far, those overwritten included.
     pub fn recorded(&self) -> u64 {
         self.recorded

@@ -38,6 +38,7 @@ mod directory;
 mod episodes;
 mod error;
 mod event;
+mod file;
 mod folder;
 mod history;
 mod log;

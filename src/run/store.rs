@@ -6,7 +6,7 @@ use std::io::ErrorKind;
 use std::path::PathBuf;
 
 use super::checkpoint::{self, Checkpoint, Manifest};
-use super::folder::TEMPORARY;
+use super::folder::{self, TEMPORARY};
 use super::retention::{Action, CheckpointName};
 use super::{Result, RunError};
 
@@ -50,6 +50,11 @@ impl CheckpointStore {
         }
     }
 
+    /// Episode of a checkpoint; `None` if there is none of this name whose manifest can be read.
+    pub(super) fn episode_of(&self, name: CheckpointName) -> Option<u64> {
+        Manifest::read(&self.path(name)).ok().map(|manifest| manifest.episode)
+    }
+
     /// Reads and verifies one checkpoint.
     ///
     /// # Errors
@@ -88,7 +93,7 @@ impl CheckpointStore {
     /// [`RunError::Io`]. The checkpoint that could not be written is as it was before; nothing is
     /// removed.
     pub fn apply(&self, actions: &[Action], checkpoint: &Checkpoint) -> Result<()> {
-        fs::create_dir_all(&self.folder).map_err(RunError::io("create", &self.folder))?;
+        folder::create(&self.folder)?;
         let mut saved: Option<PathBuf> = None;
         for action in actions {
             let Action::Save(name) = action else { continue };
@@ -103,7 +108,7 @@ impl CheckpointStore {
         }
         for action in actions {
             if let Action::Delete(name) = action {
-                checkpoint::remove(&self.path(*name))?;
+                checkpoint::remove_whole(&self.path(*name))?;
             }
         }
         Ok(())

@@ -1,6 +1,7 @@
 //! A training from its directory to its end: prior, episodes, evaluations, checkpoints,
 //! and what a person asks for in between.
 
+use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 
@@ -72,6 +73,9 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
     };
     let mut writer =
         RunWriter::locked(directory, lock, checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode))?;
+    if let Some(checkpoint) = &checkpoint {
+        writer.finish_checkpoint(&config.checkpoints, checkpoint)?;
+    }
     let store = directory.checkpoints();
     // A `best` that cannot be read is replaced by the next.
     let best_score = store.best_score().unwrap_or_else(|problem| {
@@ -83,12 +87,17 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
     }
     let existing = store.names()?;
     watch.set_episode(checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode));
-    let mut run_loop = RunLoop { writer, controls, watch, pause_after: None, best_score, existing };
+    let mut run_loop =
+        RunLoop { writer, controls, watch, received: VecDeque::new(), pause_after: None, best_score, existing };
     let outcome = record_panic(&mut run_loop, |run_loop| {
         let training = match &checkpoint {
             Some(checkpoint) => Training::resume(config, checkpoint)?,
             None => {
                 let prior = run_loop.build_prior(&config)?;
+                if let Some(reason) = run_loop.stop_received() {
+                    run_loop.writer.record(&Event::Stopped { episode: 0, reason })?;
+                    return Ok(Ending::Stopped);
+                }
                 Training::new(config, prior)?
             }
         };
@@ -122,6 +131,8 @@ struct RunLoop<'a> {
     writer: RunWriter,
     controls: &'a Receiver<Control>,
     watch: &'a Watch,
+    /// Controls that came while clusters were built.
+    received: VecDeque<Control>,
     /// Pause when this many episodes are done.
     pause_after: Option<u64>,
     /// Score of the checkpoint called `best`.
@@ -131,7 +142,16 @@ struct RunLoop<'a> {
 }
 
 impl RunLoop<'_> {
-    /// The prior of a new run, if it is guided.
+    /// The reason of a request to stop that has come and was not carried out yet.
+    fn stop_received(&mut self) -> Option<String> {
+        self.received.extend(self.controls.try_iter());
+        self.received.iter().find_map(|control| match control {
+            Control::Stop { reason } => Some(reason.clone()),
+            _ => None,
+        })
+    }
+
+    /// The prior of a new run, if it is guided. A request to stop ends it after a stage.
     fn build_prior(&mut self, config: &RunConfig) -> Result<Option<Arc<ActionPrior>>, TrainerError> {
         if !config.is_guided() {
             return Ok(None);
@@ -139,7 +159,7 @@ impl RunLoop<'_> {
         let stages = config.task.stage_count();
         let prior = build_prior(config, |stage| {
             self.watch.set_phase(Phase::BuildingPrior { stage, stages });
-            true
+            self.stop_received().is_none()
         })?;
         Ok(prior.map(Arc::new))
     }
@@ -231,10 +251,13 @@ impl RunLoop<'_> {
                 self.pause_after = None;
                 self.pause(training)?;
             }
-            let control = match paused {
+            let control = match self.received.pop_front() {
+                Some(control) => control,
                 // Nobody can ask for anything any more: stop instead of waiting for ever.
-                true => self.controls.recv().unwrap_or(Control::Stop { reason: "the program ended".to_owned() }),
-                false => match self.controls.try_recv() {
+                None if paused => {
+                    self.controls.recv().unwrap_or(Control::Stop { reason: "the program ended".to_owned() })
+                }
+                None => match self.controls.try_recv() {
                     Ok(control) => control,
                     Err(_) => return Ok(Next::GoOn),
                 },
@@ -285,12 +308,14 @@ impl RunLoop<'_> {
 
     /// Makes the saved prior that of the checkpoint: a later one may have been saved since.
     fn restore_prior(&self, prior: Option<&ActionPrior>) -> Result<(), RunError> {
-        let path = self.writer.directory().prior_path();
-        let saved = std::fs::read_to_string(&path).ok();
+        let directory = self.writer.directory();
         match prior.map(ActionPrior::to_json) {
-            wanted if wanted == saved => Ok(()),
+            wanted if wanted == directory.read_prior().unwrap_or_default() => Ok(()),
             Some(text) => self.write_prior(&text),
-            None => std::fs::remove_file(&path).map_err(RunError::io("remove", &path)),
+            None => {
+                let path = directory.prior_path();
+                std::fs::remove_file(&path).map_err(RunError::io("remove", &path))
+            }
         }
     }
 
@@ -323,6 +348,7 @@ mod tests {
             writer,
             controls: &controls,
             watch: &watch,
+            received: VecDeque::new(),
             pause_after: None,
             best_score: None,
             existing: Vec::new(),

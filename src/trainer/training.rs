@@ -166,6 +166,12 @@ impl Training {
         self.learner.recorded()
     }
 
+    /// What the exploration noise of the latest episode was multiplied by.
+    #[cfg(test)]
+    pub(super) fn noise_scale(&self) -> f32 {
+        self.learner.noise().scale()
+    }
+
     /// Actor and critic as they are.
     pub fn ddpg(&self) -> &Ddpg {
         self.learner.ddpg()
