@@ -1,4 +1,4 @@
-//! Promises of the agent: the target update, equal runs, resuming to the bit, clear errors.
+//! What the agent guarantees: the target update, equal runs, resuming to the bit, clear errors.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -4,6 +4,7 @@
 mod arguments;
 mod dynamics;
 mod guidance;
+mod interrupt;
 mod manual;
 mod physics;
 mod progress;
@@ -22,16 +23,19 @@ use arguments::{Arguments, Command};
 /// What a command returns: nothing, or one line for the person.
 pub(crate) type Outcome = Result<(), Box<dyn std::error::Error>>;
 
-/// Runs the program. Status 0: done, 1: it failed (one line on stderr), 2: wrong usage.
+/// Runs the program. Status 0: done, 1: it failed (one line on stderr), 2: wrong usage, 130 or 143:
+/// a signal ended it (one line on stderr says how to continue).
 pub fn run() -> ExitCode {
     let arguments = Arguments::parse();
     match dispatch(arguments) {
         Ok(status) => status,
         Err(error) if is_broken_pipe(&*error) => ExitCode::SUCCESS,
         Err(error) => {
+            let interrupted = error.downcast_ref::<interrupt::Interrupted>();
+            let prefix = if interrupted.is_some() { "" } else { "error: " };
             // Standard error may be a terminal that is gone.
-            let _ = writeln!(std::io::stderr(), "error: {error}");
-            ExitCode::FAILURE
+            let _ = writeln!(std::io::stderr(), "{prefix}{error}");
+            interrupted.map_or(ExitCode::FAILURE, interrupt::Interrupted::status)
         }
     }
 }

@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Duration;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -11,10 +12,11 @@ use serde_json::json;
 
 use super::Outcome;
 use super::arguments::{Evaluate, Export, Figures, Resume, Script, Train, Workbench};
+use super::interrupt::Interrupt;
 use super::progress::Progress;
 use crate::env::{Action, Environment};
 use crate::figures::DEFAULT_DPI;
-use crate::run::Event;
+use crate::run::{Event, RunState};
 use crate::task;
 use crate::tui;
 use crate::workbench::{self, Command, FigureKind, Notice, RunView, Session, Told};
@@ -64,9 +66,33 @@ pub fn resume(arguments: &Resume) -> Outcome {
 fn follow(session: &mut Session, quiet: bool) -> Outcome {
     let episodes = u64::from(session.run().map_or(0, |run| run.config().episodes));
     let mut progress = Progress::new(episodes, quiet);
-    session.wait(|notice| show(notice, episodes, &mut progress))?;
+    let interrupt = Interrupt::listen()?;
+    let mut stopping = false;
+    loop {
+        // Asked first, so that what happened before is polled afterwards.
+        let idle = session.is_idle();
+        session.poll().iter().for_each(|notice| show(notice, episodes, &mut progress));
+        if idle {
+            break;
+        }
+        if interrupt.is_requested() && !stopping {
+            stopping = true;
+            // A run that has just ended cannot be stopped any more.
+            let _ = session.apply(Command::Stop);
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
     drop(progress);
     let run = session.run().ok_or("there is no run")?;
+    if let Some(failure) = run.failure() {
+        return Err(failure.to_owned().into());
+    }
+    if stopping && run.state() != RunState::Finished {
+        let folder = run.directory().path().display().to_string();
+        let resume = shell_words::join(["mge", "resume", &folder]);
+        let done = run.records().len();
+        return Err(interrupt.ended(format!("stopped after {done} of {episodes} episodes: continue with `{resume}`")));
+    }
     let last = run.records().last();
     let result = json!({
         "run": run.directory().path(),

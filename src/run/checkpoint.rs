@@ -116,7 +116,7 @@ impl Checkpoint {
     ///
     /// All files are written and synced in a new folder beside it, which is then renamed. The old
     /// one is moved out of the way just before and removed after; [`Checkpoint::load`] finds it if
-    /// the process dies between the two renames.
+    /// the process is killed between the two renames.
     ///
     /// # Errors
     /// [`RunError::Io`]; the old checkpoint is still there then.
@@ -222,9 +222,9 @@ fn swap_in(new: tempfile::TempDir, path: &Path) -> Result<()> {
     remove(&previous)
 }
 
-/// Removes a checkpoint, if it is there: all of it, or, if the process dies, none under its name.
+/// Removes a checkpoint, if it is there: all of it at once, also if the process is killed meanwhile.
 pub(super) fn remove_whole(path: &Path) -> Result<()> {
-    // Under a name that is tidied away. A rename takes the place of the empty folder.
+    // The new name is one that `CheckpointStore::tidy` removes; the rename replaces the empty folder.
     let leaving = folder::new_beside(path)?;
     match fs::rename(path, leaving.path()) {
         Ok(()) => leaving.close().map_err(RunError::io("remove", path)),
@@ -246,7 +246,7 @@ fn previous_of(path: &Path) -> PathBuf {
     path.with_file_name(format!("{PREVIOUS}{name}"))
 }
 
-/// `path`, or the old checkpoint if a process died while it replaced this one.
+/// `path`, or the old checkpoint if a process was killed while it replaced this one.
 fn existing(path: &Path) -> PathBuf {
     let previous = previous_of(path);
     if !path.exists() && previous.exists() { previous } else { path.to_path_buf() }

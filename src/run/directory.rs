@@ -51,7 +51,7 @@ impl RunDirectory {
         fs::create_dir_all(path).map_err(RunError::io("create", path))?;
         for entry in fs::read_dir(path).map_err(RunError::io("read", path))? {
             let name = entry.map_err(RunError::io("read", path))?.file_name();
-            // What a process leaves that dies here: whoever comes next finishes its work.
+            // Left by a process that was killed here; the next one completes the creation.
             if name != LOCK && !atomic::is_temporary(&name.to_string_lossy()) {
                 return Err(RunError::NotEmpty(path.clone()));
             }
@@ -61,7 +61,7 @@ impl RunDirectory {
             .map_err(|source| RunError::Encode { what: "the configuration".into(), source })?;
         text.push(b'\n');
         let _lock = directory.lock()?;
-        // Somebody may have been faster until here.
+        // Another process may have been faster.
         directory.refuse_if_made()?;
         let file = directory.config_path();
         atomic::write(&file, &text).map_err(RunError::io("write", &file))?;
@@ -105,7 +105,7 @@ impl RunDirectory {
         Ok(bytes)
     }
 
-    /// Whether anybody works on the run, how it ended, and how far it is. Cheap also for a long
+    /// Whether a process trains the run, how it ended, and how far it is. Cheap also for a long
     /// run: usually only the end of the log is read.
     ///
     /// # Errors
@@ -120,7 +120,7 @@ impl RunDirectory {
         Ok(RunStatus::derive(&read_tail(&self.events_path(), u64::MAX)?, locked))
     }
 
-    /// Takes the run for writing, for as long as the lock lives.
+    /// Takes the run for writing, until the lock is dropped.
     ///
     /// # Errors
     /// [`RunError::InUse`] if another process, or another part of this one, has it.
@@ -143,7 +143,7 @@ impl RunDirectory {
         Err(RunError::InUse { path: self.path.clone(), process })
     }
 
-    /// Whether somebody holds the run's lock.
+    /// Whether a process holds the run's lock.
     ///
     /// # Errors
     /// [`RunError::Io`] if the lock cannot be read.

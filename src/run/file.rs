@@ -1,5 +1,5 @@
-//! Opening the files of a run: regular files in its folder. A link would lead a writer to somebody
-//! else's file, and a pipe would block a reader for ever: both are refused.
+//! Opening the files of a run: regular files in its folder. A link would make a writer change
+//! another file, and a pipe would block a reader for ever: both are refused.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read};

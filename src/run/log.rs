@@ -45,7 +45,7 @@ impl EventLog {
 /// that checkpoint's event.
 ///
 /// Damage behind the last episode that is kept goes away with the cut, and so does the end of a
-/// process that died before it could log the checkpoint.
+/// process that was killed before it could log the checkpoint.
 fn cut_point(path: &Path, bytes: &[u8], episode: u64) -> Result<(u64, bool)> {
     let mut after_checkpoint = None;
     let (mut end, mut kept) = (0, 0);
@@ -101,7 +101,7 @@ pub struct Poll {
     pub events: Vec<LoggedEvent>,
     /// Lines that cannot be read, each with its number; the lines around them are in `events`.
     pub problems: Vec<RunError>,
-    /// The run was taken back to a checkpoint: forget what was read before, `events` begins anew.
+    /// The run was taken back to a checkpoint: what was read before is void, `events` starts from the beginning.
     pub restarted: bool,
 }
 
@@ -301,7 +301,7 @@ mod tests {
         let failed = Event::Failed { episode: 1, reason: "disk".into() };
         log.raw(&lines(&[failed]));
         log.write(1, &[]);
-        assert_eq!(log.events(), [episode(1), evaluated], "how the dead process ended is not part of the run");
+        assert_eq!(log.events(), [episode(1), evaluated], "how the earlier process ended is not part of the run");
     }
 
     #[test]

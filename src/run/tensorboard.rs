@@ -11,7 +11,7 @@ use super::{Result, RunError, folder};
 
 /// Writes one event file. Every call appends one whole record, so that TensorBoard can follow.
 #[derive(Debug)]
-pub struct TensorBoardWriter {
+pub(super) struct TensorBoardWriter {
     file: AppendFile,
 }
 
@@ -19,7 +19,7 @@ impl TensorBoardWriter {
     /// Starts a new event file in `folder`, which is created if need be.
     ///
     /// Event files are never changed: a run that is continued starts another one. `first_step` is
-    /// the first step it will write; readers then forget what older files say from there on.
+    /// the first step it will write; readers then discard what older files contain from there on.
     /// `wall_time` is in seconds since 1970-01-01 UTC, here and below.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! The one writer of a run: every event into every file that tells of it.
+//! The one writer of a run: writes every event to every file that records it.
 
 use std::time::SystemTime;
 
@@ -9,7 +9,7 @@ use super::episodes::{EpisodeLog, PlayedEpisode};
 use super::event::{Event, LoggedEvent};
 use super::log::EventLog;
 use super::metrics::MetricsLog;
-use super::retention::{Action, CheckpointName, Moment, Retention, what_to_keep};
+use super::retention::{CheckpointAction, CheckpointName, Retention, RetentionContext, what_to_keep};
 use super::scalars::Scalars;
 use super::tensorboard::TensorBoardWriter;
 use super::{Result, RunError, file};
@@ -34,7 +34,7 @@ impl RunWriter {
     /// to continue one. What the logs say of later episodes is removed.
     ///
     /// # Errors
-    /// [`RunError::InUse`] if somebody else writes the run; [`RunError::LogTooShort`] or
+    /// [`RunError::InUse`] if another process writes the run; [`RunError::LogTooShort`] or
     /// [`RunError::Malformed`] if its logs do not lead to `episode`; [`RunError::Io`].
     pub fn open(directory: &RunDirectory, episode: u64) -> Result<Self> {
         Self::locked(directory, directory.lock()?, episode)
@@ -117,16 +117,16 @@ impl RunWriter {
     ///
     /// # Errors
     /// [`RunError::Io`]; the checkpoints there were are still whole.
-    pub fn checkpoint(&mut self, actions: &[Action], checkpoint: &Checkpoint) -> Result<()> {
+    pub fn checkpoint(&mut self, actions: &[CheckpointAction], checkpoint: &Checkpoint) -> Result<()> {
         self.check_in_place()?;
         // First the logs: a resume needs them to reach at least as far as the checkpoint.
         self.events.sync()?;
         self.metrics.sync()?;
         self.episodes.sync()?;
         self.directory.checkpoints().apply(actions, checkpoint)?;
-        let saved = |action: &Action| match action {
-            Action::Save(name) => Some(name.to_string()),
-            Action::Delete(_) => None,
+        let saved = |action: &CheckpointAction| match action {
+            CheckpointAction::Save(name) => Some(name.to_string()),
+            CheckpointAction::Delete(_) => None,
         };
         let names: Vec<_> = actions.iter().filter_map(saved).collect();
         if names.is_empty() {
@@ -135,8 +135,8 @@ impl RunWriter {
         self.record(&Event::Checkpointed { episode: checkpoint.episode, names })
     }
 
-    /// Does what a process that died while it wrote `checkpoint` has left undone: copies that were
-    /// due and surplus ones, by `policy`, and the event that says they are there.
+    /// Completes what a process that was killed while it saved `checkpoint` had left to do: the copies
+    /// that `policy` asks for, the removals, and the event.
     ///
     /// # Errors
     /// As [`RunWriter::checkpoint`].
@@ -148,10 +148,11 @@ impl RunWriter {
         let existing = store.names()?;
         // A `best` that cannot be read counts as none, as it does for the episodes to come.
         let best_score = store.best_score().unwrap_or_default();
-        let moment = Moment { episode, score: checkpoint.score, best_score, closing: true, existing: &existing };
+        let moment =
+            RetentionContext { episode, score: checkpoint.score, best_score, closing: true, existing: &existing };
         let is_here = |name: CheckpointName| store.episode_of(name) == Some(episode);
         let mut actions = what_to_keep(policy, &moment);
-        actions.retain(|action| !matches!(action, Action::Save(name) if is_here(*name)));
+        actions.retain(|action| !matches!(action, CheckpointAction::Save(name) if is_here(*name)));
         store.apply(&actions, checkpoint)?;
         let names = store.names()?.into_iter().filter(|name| is_here(*name)).map(|name| name.to_string()).collect();
         self.record(&Event::Checkpointed { episode, names })
@@ -200,7 +201,7 @@ mod tests {
             let return_ = (episode as f32).sin();
             let record = EpisodeRecord { episode, return_, steps: 3, ..Default::default() };
             writer.record(&Event::EpisodeFinished(record)).unwrap();
-            let moment = Moment { episode, score: None, best_score: None, closing: false, existing: &[] };
+            let moment = RetentionContext { episode, score: None, best_score: None, closing: false, existing: &[] };
             let actions = what_to_keep(&policy, &moment);
             if !actions.is_empty() {
                 writer.checkpoint(&actions, &Checkpoint::new(episode)).unwrap();
@@ -254,14 +255,14 @@ mod tests {
         let record = EpisodeRecord { episode: 6, ..Default::default() };
         let error = writer.record(&Event::EpisodeFinished(record)).unwrap_err();
         assert!(matches!(error, RunError::Gone(_)), "{error}");
-        let save = [Action::Save(CheckpointName::Last)];
+        let save = [CheckpointAction::Save(CheckpointName::Last)];
         assert!(writer.checkpoint(&save, &Checkpoint::new(6)).is_err());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 
     /// A checkpoint whose event is missing was not finished, whatever there is of it.
     #[test]
-    fn what_a_dead_process_left_undone_of_a_checkpoint_is_made_up() {
+    fn a_checkpoint_that_was_being_saved_is_completed_on_resume() {
         let policy = Retention { last_every: 5, periodic_every: 5, periodic_kept: Some(1) };
         let state = |run: &RunDirectory| {
             let names = run.checkpoints().names().unwrap();
@@ -284,7 +285,7 @@ mod tests {
             let existing = writer.directory().checkpoints().names().unwrap();
             let best_score = writer.directory().checkpoints().best_score().unwrap();
             let score = Some(episode as f64);
-            let moment = Moment { episode, score, best_score, closing: false, existing: &existing };
+            let moment = RetentionContext { episode, score, best_score, closing: false, existing: &existing };
             writer.checkpoint(&what_to_keep(&policy, &moment), &scored(episode)).unwrap();
         };
         let (_folder, whole) = new_run();
@@ -294,14 +295,14 @@ mod tests {
             saved(&mut writer, episode);
         }
         let all = [CheckpointName::Last, CheckpointName::Best, CheckpointName::Episode(10)];
-        // Died after the first so many copies.
+        // Killed after the first so many copies.
         for copies in 1..=3 {
             let (_folder, broken) = new_run();
             let mut writer = RunWriter::open(&broken, 0).unwrap();
             played(&mut writer, 5);
             saved(&mut writer, 5);
             played(&mut writer, 10);
-            let actions: Vec<Action> = all[..copies].iter().copied().map(Action::Save).collect();
+            let actions: Vec<CheckpointAction> = all[..copies].iter().copied().map(CheckpointAction::Save).collect();
             broken.checkpoints().apply(&actions, &scored(10)).unwrap();
             drop(writer);
             let checkpoint = broken.checkpoints().load(CheckpointName::Last).unwrap();
@@ -338,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn log_tells_the_story_in_words() {
+    fn log_describes_the_events_in_words() {
         let (_folder, run) = new_run();
         let mut writer = RunWriter::open(&run, 0).unwrap();
         train(&mut writer, 1..=5);

@@ -13,7 +13,9 @@ use super::prior::{PriorError, build_prior};
 use super::training::{Training, TrainingError};
 use super::watch::{LiveView, Phase, Watch};
 use crate::guidance::{ActionPrior, EpsilonSchedule};
-use crate::run::{Action, CheckpointName, Event, Moment, RunDirectory, RunError, RunWriter, what_to_keep};
+use crate::run::{
+    CheckpointAction, CheckpointName, Event, RetentionContext, RunDirectory, RunError, RunWriter, what_to_keep,
+};
 
 /// What can be asked of a running training. Each takes effect between two episodes, in
 /// the order of sending.
@@ -21,7 +23,7 @@ use crate::run::{Action, CheckpointName, Event, Moment, RunDirectory, RunError, 
 pub enum Control {
     /// Wait until [`Control::Resume`].
     Pause,
-    /// Go on after a pause.
+    /// Continue after a pause.
     Resume,
     /// Train so many more episodes, then pause.
     Advance(u32),
@@ -38,7 +40,7 @@ pub enum Control {
 pub enum Ending {
     /// All episodes are done.
     Finished,
-    /// Somebody asked for it.
+    /// A control asked for it.
     Stopped,
 }
 
@@ -110,7 +112,7 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
     outcome
 }
 
-/// Does the work; a panic in it is recorded as the run's end before it goes on.
+/// Does the work; a panic in it is recorded as the run's end before it is passed on.
 fn record_panic<T>(run_loop: &mut RunLoop<'_>, work: impl FnOnce(&mut RunLoop<'_>) -> T) -> T {
     match catch_unwind(AssertUnwindSafe(|| work(run_loop))) {
         Ok(outcome) => outcome,
@@ -123,7 +125,7 @@ fn record_panic<T>(run_loop: &mut RunLoop<'_>, work: impl FnOnce(&mut RunLoop<'_
 
 /// What the loop does after the controls.
 enum Next {
-    GoOn,
+    Continue,
     Stop(String),
 }
 
@@ -226,7 +228,7 @@ impl RunLoop<'_> {
     /// Writes the checkpoints that are due.
     fn save_due(&mut self, training: &Training, score: Option<f64>, closing: bool) -> Result<(), TrainerError> {
         let (episode, best_score) = (training.episode(), self.best_score);
-        let moment = Moment { episode, score, best_score, closing, existing: &self.existing };
+        let moment = RetentionContext { episode, score, best_score, closing, existing: &self.existing };
         let actions = what_to_keep(&training.config().checkpoints, &moment);
         if actions.is_empty() {
             return Ok(());
@@ -235,7 +237,7 @@ impl RunLoop<'_> {
         // Without it the next `best` would have nothing to be better than.
         checkpoint.score = score;
         self.writer.checkpoint(&actions, &checkpoint)?;
-        if actions.contains(&Action::Save(CheckpointName::Best)) {
+        if actions.contains(&CheckpointAction::Save(CheckpointName::Best)) {
             self.best_score = score;
         }
         self.existing = self.writer.directory().checkpoints().names()?;
@@ -253,13 +255,13 @@ impl RunLoop<'_> {
             }
             let control = match self.received.pop_front() {
                 Some(control) => control,
-                // Nobody can ask for anything any more: stop instead of waiting for ever.
+                // No control can come any more: stop instead of waiting for ever.
                 None if paused => {
                     self.controls.recv().unwrap_or(Control::Stop { reason: "the program ended".to_owned() })
                 }
                 None => match self.controls.try_recv() {
                     Ok(control) => control,
-                    Err(_) => return Ok(Next::GoOn),
+                    Err(_) => return Ok(Next::Continue),
                 },
             };
             match control {

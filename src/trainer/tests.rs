@@ -35,7 +35,7 @@ fn new_run(folder: &Path, name: &str, config: &RunConfig) -> RunDirectory {
 }
 
 fn finish(directory: &RunDirectory) -> Ending {
-    let (_nobody, controls) = unbounded();
+    let (_sender, controls) = unbounded();
     train(directory, &controls, &Watch::default()).unwrap()
 }
 
@@ -252,7 +252,7 @@ fn a_replayed_episode_keeps_who_chose_each_action() {
 }
 
 #[test]
-fn a_stop_while_clusters_are_built_is_obeyed_and_the_run_begins_again() {
+fn a_stop_while_clusters_are_built_takes_effect_and_the_run_begins_again() {
     let folder = tempfile::tempdir().unwrap();
     let config = config(Method::DdpgMge, 3);
     let [whole, stopped] = ["whole", "stopped"].map(|name| new_run(folder.path(), name, &config));
@@ -273,12 +273,12 @@ fn a_killed_run_goes_on_from_its_checkpoint() {
     let [whole, killed] = ["whole", "killed"].map(|name| new_run(folder.path(), name, &config));
     finish(&whole);
     finish(&killed);
-    // As after a kill in episode 8: the log goes on beyond the checkpoint of episode 6.
+    // As after a kill in episode 8: the log continues beyond the checkpoint of episode 6.
     let mut training = Training::new(config, None).unwrap();
     (0..6).for_each(|_| drop(training.run_episode().unwrap()));
     training.evaluate(1);
     std::fs::remove_dir_all(killed.path().join("checkpoint")).unwrap();
-    let save = crate::run::Action::Save(CheckpointName::Last);
+    let save = crate::run::CheckpointAction::Save(CheckpointName::Last);
     killed.checkpoints().apply(&[save], &training.checkpoint().unwrap()).unwrap();
     let log = std::fs::read_to_string(killed.events_path()).unwrap();
     let cut = log.find("\"episode\":8").unwrap();
@@ -322,10 +322,10 @@ fn a_new_schedule_holds_from_the_next_episode_on() {
 }
 
 #[test]
-fn a_live_view_is_given_to_whoever_asks() {
+fn a_live_view_is_given_on_request() {
     let folder = tempfile::tempdir().unwrap();
     let run = new_run(folder.path(), "run", &config(Method::Ddpg, 4));
-    let (_nobody, controls) = unbounded();
+    let (_sender, controls) = unbounded();
     let watch = Watch::default();
     watch.request();
     train(&run, &controls, &watch).unwrap();
@@ -403,11 +403,11 @@ fn a_shipped_model_is_chosen_by_its_name() {
 }
 
 #[test]
-fn a_checkpoint_of_other_settings_is_not_gone_on_with() {
+fn a_checkpoint_of_other_settings_is_not_continued() {
     let folder = tempfile::tempdir().unwrap();
     let config = config(Method::Ddpg, 4);
     let run = new_run(folder.path(), "run", &config);
-    let (_nobody, controls) = unbounded();
+    let (_sender, controls) = unbounded();
     train(&run, &controls, &Watch::default()).unwrap();
     let text = std::fs::read_to_string(run.config_path()).unwrap();
     let gamma = format!("\"gamma\": {}", config.ddpg.gamma);
@@ -423,7 +423,7 @@ fn a_missing_model_fails_the_run_with_a_reason() {
     let mut config = config(Method::DdpgMge, 4);
     config.prior = PriorSource::ModelFile("nowhere.safetensors".to_owned());
     let run = new_run(folder.path(), "run", &config);
-    let (_nobody, controls) = unbounded();
+    let (_sender, controls) = unbounded();
     let error = train(&run, &controls, &Watch::default()).unwrap_err().to_string();
     assert!(error.contains("nowhere.safetensors"), "{error}");
     assert_eq!(run.status().unwrap().state, RunState::Failed(error));
