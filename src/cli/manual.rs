@@ -8,7 +8,7 @@ use clap_mangen::Man;
 use super::Outcome;
 use super::arguments::Arguments;
 use crate::tui;
-use crate::workbench::registry::verbs;
+use crate::workbench::verbs;
 
 /// Environment variables and what they do.
 const ENVIRONMENT: [(&str, &str); 6] = [
@@ -55,7 +55,7 @@ fn write_page(out: &mut impl Write) -> io::Result<()> {
     }
     writeln!(out, ".SH COMMANDS OF SCRIPTS AND OF THE PALETTE")?;
     for verb in verbs() {
-        item(out, format!("{} {}", verb.name, verb.arguments).trim_end(), verb.help)?;
+        item(out, &verb.usage(), verb.help)?;
     }
     writeln!(out, ".SH ENVIRONMENT")?;
     for (name, about) in ENVIRONMENT {

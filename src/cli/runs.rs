@@ -19,12 +19,11 @@ use crate::figures::DEFAULT_DPI;
 use crate::run::{Event, RunState};
 use crate::task;
 use crate::tui;
-use crate::workbench::{self, Command, FigureKind, Notice, RunView, Session, Told};
+use crate::workbench::{self, Command, FigureKind, Notice, Output, RunView, Session, command};
 
 /// Opens the workbench; the status says which signal ended it, if one did.
 pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::Error>> {
-    let mut session = Session::new(task::load("task1")?, arguments.runs.clone());
-    session.apply(Command::Task(arguments.task.clone()))?;
+    let session = Session::on_task(&arguments.task, arguments.runs.clone())?;
     let first_start = !arguments.runs.exists();
     let options = tui::Options { keys: arguments.keys.clone(), tour: first_start, no_mouse: arguments.no_mouse };
     Ok(match tui::run(session, &options)? {
@@ -36,20 +35,19 @@ pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::
 
 pub fn train(arguments: &Train) -> Outcome {
     let runs = std::env::var_os("MGE_RUNS").map_or_else(|| PathBuf::from("runs"), PathBuf::from);
-    let mut session = Session::new(task::load("task1")?, runs);
-    let mut commands = vec![
-        Command::Task(arguments.task.clone()),
-        Command::Method(arguments.method),
-        Command::Seed(arguments.seed),
-        Command::Episodes(arguments.episodes),
+    let mut session = Session::on_task(&arguments.task, runs)?;
+    let mut commands: Vec<Command> = vec![
+        command::Method(arguments.method).into(),
+        command::Seed(arguments.seed).into(),
+        command::Episodes(arguments.episodes).into(),
     ];
-    commands.extend(arguments.epsilon.clone().map(Command::Epsilon));
-    commands.extend(arguments.source().map(Command::Model));
+    commands.extend(arguments.epsilon.clone().map(|schedule| command::Epsilon(schedule).into()));
+    commands.extend(arguments.source().map(|source| command::Model(source).into()));
     for setting in &arguments.settings {
         let (key, value) = split_definition(setting, "--set")?;
-        commands.push(Command::Set { key, value });
+        commands.push(command::Set { key, value }.into());
     }
-    commands.push(Command::Train { folder: arguments.out.clone(), until: None });
+    commands.push(command::Train { folder: arguments.out.clone(), until: None }.into());
     for command in commands {
         session.apply(command)?;
     }
@@ -57,8 +55,8 @@ pub fn train(arguments: &Train) -> Outcome {
 }
 
 pub fn resume(arguments: &Resume) -> Outcome {
-    let mut session = Session::new(task::load("task1")?, PathBuf::from("runs"));
-    session.apply(Command::Continue(Some(arguments.run.clone())))?;
+    let mut session = Session::on_run(&arguments.run)?;
+    session.apply(command::Continue(None))?;
     follow(&mut session, arguments.quiet)
 }
 
@@ -114,8 +112,8 @@ fn show(notice: &Notice, episodes: u64, progress: &mut Progress) {
         Notice::Run { event: Event::Evaluated { .. } | Event::Checkpointed { .. }, .. } | Notice::Changed => {}
         Notice::Run { event, .. } => progress.say(&event.to_string()),
         Notice::PriorReady => progress.say("the action clusters are ready"),
-        Notice::PriorFailed(told) | Notice::Model(Ok(told) | Err(told)) | Notice::Proposed(Ok(told) | Err(told)) => {
-            progress.say(told);
+        Notice::PriorFailed(text) | Notice::Model(Ok(text) | Err(text)) | Notice::Proposed(Ok(text) | Err(text)) => {
+            progress.say(text);
         }
     }
 }
@@ -162,9 +160,10 @@ pub fn export_actor(arguments: &Export) -> Outcome {
 }
 
 pub fn figures(arguments: &Figures) -> Outcome {
-    let mut session = Session::new(task::load("task1")?, PathBuf::from("runs"));
+    // At least one is required.
+    let mut session = Session::on_run(&arguments.runs[0])?;
     for run in &arguments.runs {
-        session.apply(Command::Open(run.clone()))?;
+        session.apply(command::Open(run.clone()))?;
     }
     let ending = if arguments.svg { "svg" } else { "png" };
     let dashboard = |run: &Path| dashboard_path(arguments.out.as_deref(), run, ending);
@@ -176,7 +175,7 @@ pub fn figures(arguments: &Figures) -> Outcome {
     let shared = arguments.out.clone().unwrap_or_else(|| arguments.runs[0].join("figures"));
     export(&mut session, FigureKind::Learning, shared.join(format!("learning.{ending}")), dpi)?;
     for run in &arguments.runs {
-        session.apply(Command::Open(run.clone()))?;
+        session.apply(command::Open(run.clone()))?;
         export(&mut session, FigureKind::Dashboard, dashboard(run), dpi)?;
     }
     Ok(())
@@ -187,7 +186,7 @@ fn export(session: &mut Session, kind: FigureKind, path: PathBuf, dpi: Option<u3
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
     }
-    session.apply(Command::Figure { kind, path: path.clone(), dpi })?;
+    session.apply(command::Figure { kind, path: path.clone(), dpi })?;
     println!("{}", path.display());
     Ok(())
 }
@@ -204,11 +203,11 @@ pub fn script(arguments: &Script) -> Outcome {
     let variables: Vec<(String, String)> =
         arguments.variables.iter().map(|text| split_definition(text, "--define")).collect::<Result<_, _>>()?;
     let script = workbench::Script::load(&arguments.file, &variables)?;
-    let mut session = Session::new(task::load("task1")?, arguments.runs.clone());
+    let mut session = Session::new(task::load(workbench::FIRST_TASK)?, arguments.runs.clone());
     let mut progress = Progress::new(0, arguments.quiet);
-    script.run(&mut session, |told| match told {
-        Told::Answer(command, answer) => progress.say(&format!("> {command}\n  {answer}")),
-        Told::Notice(notice) => show(notice, 0, &mut progress),
+    script.run(&mut session, |output| match output {
+        Output::Report(command, report) => progress.say(&format!("> {command}\n  {report}")),
+        Output::Notice(notice) => show(notice, 0, &mut progress),
     })?;
     Ok(())
 }

@@ -14,7 +14,7 @@ use super::mouse::Grip;
 use super::preview::Preview;
 use super::screens::{Curves, Hits, Lists, Runs, Scene, Schedule, Tab};
 use super::theme::Theme;
-use crate::workbench::registry::{Action, Context};
+use crate::tui::actions::{Action, Context};
 
 /// Everything the screen knows of its own.
 pub struct App {

@@ -143,7 +143,7 @@ impl SessionDesk {
         facts.prior_state = session.prior_state();
         let of_run = || session.run().and_then(RunView::prior);
         facts.prior = session.prior().cloned().or_else(of_run);
-        let hand = session.hand();
+        let hand = session.hand_play();
         if facts.played.steps.len() != hand.trace().steps.len() || hand.trace().steps.is_empty() {
             facts.played = Arc::new(hand.trace().clone());
         }
@@ -279,7 +279,7 @@ impl Desk for SessionDesk {
         let outcome = match Command::parse(line) {
             Ok(None) => return Ok(String::new()),
             Ok(Some(command)) => {
-                let figure = if let Command::Figure { path, .. } = &command { Some(path.clone()) } else { None };
+                let figure = if let Command::Figure(figure) = &command { Some(figure.path.clone()) } else { None };
                 let deleted = matches!(command, Command::Delete(_));
                 let outcome = self.session.apply(command).map_err(|error| error.to_string());
                 if deleted {
@@ -309,8 +309,8 @@ impl Desk for SessionDesk {
     }
 
     fn ghost(&mut self, action: Action) -> Ghost {
-        let snapshot = self.session.hand().snapshot().clone();
-        let task = self.session.hand().task().clone();
+        let snapshot = self.session.hand_play().snapshot().clone();
+        let task = self.session.hand_play().task().clone();
         let placement = snapshot.check_placement(&task, action);
         let mut ghost = Ghost { action, placement, predicted: Vec::new() };
         if snapshot.end().is_none()

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::key::{Key, KeyError};
-use crate::workbench::registry::{Action, Context, ENTRIES, Entry, named};
+use crate::tui::actions::{Action, Context, Entry, entries, named};
 
 /// Keys of every action.
 #[derive(Debug, Clone)]
@@ -41,7 +41,7 @@ impl Default for Keymap {
             // A test reads the keys of all entries.
             entry.keys.split_whitespace().filter_map(move |key| Some((key.parse().ok()?, entry)))
         };
-        Self { bindings: ENTRIES.iter().flat_map(keys).collect() }
+        Self { bindings: entries().iter().flat_map(keys).collect() }
     }
 }
 
@@ -103,7 +103,7 @@ impl Keymap {
     pub fn hints(&self, contexts: &[Context]) -> Vec<(String, &'static str, Action)> {
         let of_context = |context: &Context| {
             let context = *context;
-            ENTRIES.iter().filter(move |entry| entry.context == context && !entry.hint.is_empty())
+            entries().iter().filter(move |entry| entry.context == context && !entry.hint.is_empty())
         };
         let mut hints: Vec<(String, &'static str, Action)> = Vec::new();
         for entry in contexts.iter().flat_map(of_context) {
@@ -141,7 +141,7 @@ fn read_line(raw: &str, origin: &str, line: usize) -> Result<Line, KeymapError> 
     let keys = &words[..words.iter().enumerate().position(is_comment).unwrap_or(words.len())];
     let name = name.trim();
     let Some(entry) = named(name) else {
-        let nearest = crate::spelling::nearest(ENTRIES.iter().map(|entry| entry.name), name);
+        let nearest = crate::spelling::nearest(entries().iter().map(|entry| entry.name), name);
         return Err(KeymapError::Unknown { origin, line, name: name.to_owned(), nearest });
     };
     let keys = keys.iter().map(|key| key.parse()).collect::<Result<Vec<Key>, KeyError>>();
@@ -155,7 +155,7 @@ mod tests {
     #[test]
     fn default_keys_are_keys_and_no_two_actions_share_one() {
         let map = Keymap::default();
-        let written: usize = ENTRIES.iter().map(|entry| entry.keys.split_whitespace().count()).sum();
+        let written: usize = entries().iter().map(|entry| entry.keys.split_whitespace().count()).sum();
         assert_eq!(map.bindings.len(), written, "every written key is a key");
         for (index, (key, a)) in map.bindings.iter().enumerate() {
             for (other, b) in &map.bindings[index + 1..] {

@@ -1,6 +1,6 @@
 //! The keys as the manual page lists them.
 
-use crate::workbench::registry::{Context, ENTRIES};
+use crate::tui::actions::{Context, entries};
 
 /// A key, or several, the action's name in a key file, and what it does.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -18,7 +18,7 @@ pub struct KeyHelp {
 /// All actions that have keys, by where they apply, in the order of the help.
 pub fn keys() -> Vec<(&'static str, Vec<KeyHelp>)> {
     let of = |context: Context| {
-        let entries = ENTRIES.iter().filter(|entry| entry.context == context);
+        let entries = entries().iter().filter(|entry| entry.context == context);
         let help = entries.map(|entry| KeyHelp {
             keys: entry.keys.split_whitespace().collect::<Vec<_>>().join(", "),
             name: entry.name,

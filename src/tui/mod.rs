@@ -3,10 +3,10 @@
 //! [`run()`] holds the event loop. [`App`](app::App) is everything the screen knows of its own; it
 //! reads the session as plain [`facts`] and changes it only through lines of the command
 //! language, both by way of the [`desk`], so that screens can be tested without a session.
-//! The table of [`registry`](crate::workbench::registry) feeds the key map, the footer, the help and
-//! the palette.
+//! The table of [`actions`] feeds the key map, the footer, the help and the palette.
 //! [`scene`], [`chart`] and [`raster`] draw; [`screens`] put them together; [`layers`] lie over them.
 
+mod actions;
 mod app;
 mod chart;
 mod columns;

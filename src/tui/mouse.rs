@@ -6,7 +6,7 @@ use super::app::App;
 use super::facts::Level;
 use super::scene::{Object, View};
 use super::screens::{Tab, edit, runs, scene, schedule, training};
-use crate::workbench::registry::Action;
+use crate::tui::actions::Action;
 
 /// Distance in units at which an object is still hit.
 const REACH: f32 = 2.0;

@@ -10,8 +10,8 @@ use crate::guidance::EpsilonSchedule;
 use crate::run::RunState;
 use crate::task;
 use crate::trainer::Method;
+use crate::tui::actions::{Action, Context};
 use crate::workbench::Command;
-use crate::workbench::registry::{Action, Context};
 
 impl App {
     /// Does what an action asks for.
@@ -196,11 +196,8 @@ impl App {
     /// The file that a line would overwrite, other than the task's own and figures, which
     /// are made to be made again.
     pub fn would_overwrite(&self, line: &str) -> Option<PathBuf> {
-        let path = match Command::parse(line) {
-            Ok(Some(Command::Save(Some(path)) | Command::Clusters(Some(path)) | Command::Record(path))) => path,
-            Ok(Some(Command::ModelTrain { path, .. })) => path,
-            _ => return None,
-        };
+        let command = Command::parse(line).ok().flatten()?;
+        let path = command.overwrites()?.to_owned();
         let own = self.desk.facts().file.as_ref() == Some(&path);
         Some(path).filter(|path| path.exists() && !own)
     }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::command::Expectation;
+use super::command::Expect;
 use crate::env::EpisodeOver;
 use crate::run::RunError;
 use crate::task::TaskError;
@@ -74,5 +74,5 @@ pub enum SessionError {
     Thread(std::io::Error),
     /// An expectation does not hold.
     #[error("expected {} {} {}, but it is {found}", expected.quantity.name(), expected.comparison.sign(), expected.value)]
-    Expectation { expected: Expectation, found: f64 },
+    Expectation { expected: Expect, found: f64 },
 }

@@ -1,11 +1,10 @@
 //! The session's figures: what it holds, as the data of a figure, into a file.
 
 use std::collections::BTreeSet;
-use std::path::Path;
 
 use super::SessionError;
-use super::command::{Command, FigureKind};
-use super::runs::RunView;
+use super::command::{self, Command, FigureKind};
+use super::run::RunView;
 use super::session::Session;
 use crate::env::Placement;
 use crate::figures::{
@@ -25,8 +24,9 @@ const ANIMATION_DPI: u32 = 137;
 
 impl Session {
     /// Writes a figure of what the session holds, with its numbers as CSV beside it.
-    pub(super) fn export(&self, kind: FigureKind, path: &Path, dpi: Option<u32>) -> Result<String, SessionError> {
-        let command = Command::Figure { kind, path: path.to_owned(), dpi }.to_string();
+    pub(super) fn export(&self, command: &command::Figure) -> Result<String, SessionError> {
+        let command::Figure { kind, ref path, dpi } = *command;
+        let command = Command::from(command.clone()).to_string();
         let provenance = self.provenance(kind, command)?;
         match self.figure(kind)? {
             Some(figure) => figure.write(path, &provenance, dpi.unwrap_or(DEFAULT_DPI))?,
@@ -40,7 +40,7 @@ impl Session {
 
     /// The settings behind a figure: those of the runs it shows, or of the session.
     fn provenance(&self, kind: FigureKind, command: String) -> Result<Provenance, SessionError> {
-        let by_hand = kind == FigureKind::Episode && !self.hand().trace().steps.is_empty();
+        let by_hand = kind == FigureKind::Episode && !self.hand_play().trace().steps.is_empty();
         let settings = match kind {
             FigureKind::Learning => {
                 let configs: Vec<&RunConfig> = self.runs().iter().map(RunView::config).collect();
@@ -77,8 +77,8 @@ impl Session {
 
     /// The greedy episode of the current run, or the one played by hand.
     fn episode_to_show(&self) -> Result<(&Task, Trace), SessionError> {
-        if !self.hand().trace().steps.is_empty() {
-            return Ok((self.hand().task(), self.hand().trace().clone()));
+        if !self.hand_play().trace().steps.is_empty() {
+            return Ok((self.hand_play().task(), self.hand_play().trace().clone()));
         }
         let run = self.run().ok_or(SessionError::NoRun)?;
         Ok((&run.config().task, run.greedy_episode(run.config().seed)?))

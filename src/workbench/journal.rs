@@ -7,7 +7,7 @@
 
 use std::collections::HashSet;
 
-use super::command::{Command, FigureKind, Quantity};
+use super::command::{Clusters, Command, Continue, Resume, Train, Wait, Watch};
 
 /// The commands carried out so far.
 #[derive(Debug, Clone, Default)]
@@ -28,7 +28,7 @@ impl Journal {
     /// Notes a command that does not concern a running training; `run` is the one that
     /// commands act on after it.
     pub fn note(&mut self, command: Command, run: Option<usize>) {
-        if command == Command::Clusters(None) {
+        if command == NEW_CLUSTERS {
             self.forget_unused_clusters();
         }
         self.entries.push(Entry { command, run, at: None });
@@ -37,10 +37,10 @@ impl Journal {
     /// Clusters that were computed anew before anything came of them need not be
     /// computed when the session is repeated.
     fn forget_unused_clusters(&mut self) {
-        let unused = |entry: &Entry| matches!(entry.command, Command::Edit(_) | Command::Undo | Command::Redo);
+        let unused = |entry: &Entry| matches!(entry.command, Command::Edit(_) | Command::Undo(_) | Command::Redo(_));
         let edits = self.entries.iter().rev().take_while(|entry| unused(entry)).count();
         if let Some(before) = self.entries.len().checked_sub(edits + 1)
-            && self.entries[before].command == Command::Clusters(None)
+            && self.entries[before].command == NEW_CLUSTERS
         {
             self.entries.remove(before);
         }
@@ -86,39 +86,35 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    fn line(&mut self, command: &Command) {
-        self.lines.push(command.to_string());
+    fn line(&mut self, command: impl Into<Command>) {
+        self.lines.push(command.into().to_string());
     }
 
     fn write(&mut self, index: usize) {
         let Entry { command, run, at } = &self.journal.entries[index];
         let until = self.journal.next_stop(index + 1, *run);
         match command {
-            Command::Train { folder, .. } => {
+            Command::Train(Train { folder, .. }) => {
                 self.current = *run;
-                self.line(&Command::Train { folder: folder.clone(), until });
+                self.line(Train { folder: folder.clone(), until });
                 self.wait(*run, until);
                 return;
             }
-            Command::Watch(number) => return self.act_on(*number),
-            Command::Open(_) | Command::Continue(Some(_)) => self.current = *run,
+            Command::Watch(Watch(number)) => return self.act_on(*number),
+            Command::Open(_) | Command::Continue(Continue(Some(_))) => self.current = *run,
             _ => {}
         }
         if let Some(run) = run
-            && acts_on_run(command)
+            && command.acts_on_run()
         {
             self.act_on(*run);
         }
-        self.line(command);
+        self.line(command.clone());
         match command {
-            Command::Stop => self.wait(*run, None),
-            Command::Clusters(None)
-            | Command::Propose(_)
-            | Command::Continue(_)
-            | Command::ModelTrain { .. }
-            | Command::ModelEvaluate(_) => self.line(&Command::Wait),
+            Command::Stop(_) => self.wait(*run, None),
+            _ if command.begins_work() => self.line(Wait),
             _ if at.is_some() && until != *at && run.is_some_and(|run| self.paused.contains(&run)) => {
-                self.line(&Command::Resume { until });
+                self.line(Resume { until });
                 self.wait(*run, until);
             }
             _ => {}
@@ -128,14 +124,14 @@ impl Writer<'_> {
     /// Acts on another run, if the script does not do so already.
     fn act_on(&mut self, run: usize) {
         if self.current != Some(run) {
-            self.line(&Command::Watch(run));
+            self.line(Watch(run));
             self.current = Some(run);
         }
     }
 
     /// Waits for a run, which then waits for what is done to it at `until`.
     fn wait(&mut self, run: Option<usize>, until: Option<u32>) {
-        self.line(&Command::Wait);
+        self.line(Wait);
         if let Some(run) = run {
             match until {
                 Some(_) => self.paused.insert(run),
@@ -145,26 +141,11 @@ impl Writer<'_> {
     }
 }
 
-fn is_start(command: &Command) -> bool {
-    matches!(command, Command::Train { .. } | Command::Continue(_))
-}
+/// Clusters that are computed for the session alone.
+const NEW_CLUSTERS: Command = Command::Clusters(Clusters(None));
 
-/// Whether what a command does depends on which run is acted on.
-fn acts_on_run(command: &Command) -> bool {
-    match command {
-        Command::Epsilon(_)
-        | Command::Guide
-        | Command::Stop
-        | Command::Pause
-        | Command::Resume { .. }
-        | Command::Evaluate
-        | Command::Continue(None) => true,
-        Command::Figure { kind, .. } => matches!(kind, FigureKind::Dashboard | FigureKind::Episode),
-        Command::Expect(expected) => {
-            !matches!(expected.quantity, Quantity::Clusters | Quantity::Subgoals | Quantity::Proposals)
-        }
-        _ => false,
-    }
+fn is_start(command: &Command) -> bool {
+    matches!(command, Command::Train(_) | Command::Continue(_))
 }
 
 #[cfg(test)]

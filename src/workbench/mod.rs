@@ -3,25 +3,25 @@
 //! A [`Command`] is applied to a [`Session`]; the terminal, a script and the command
 //! line differ only in where their commands come from.
 
-mod command;
-mod editing;
+pub mod command;
+mod dry_run;
 mod error;
 mod export;
-mod hand;
+mod hand_play;
 mod journal;
 mod model_job;
 mod prior_job;
 mod proposal_job;
-pub mod registry;
-mod rehearsal;
+mod proposals;
+mod run;
 mod runs;
 mod script;
 mod session;
-mod training;
+mod setup;
 
-pub use command::{Command, CommandError, Comparison, Expectation, FigureKind, Quantity};
+pub use command::{Command, CommandError, FigureKind, Verb, verbs};
 pub use error::SessionError;
-pub use hand::HandPlay;
-pub use runs::RunView;
-pub use script::{Script, ScriptError, Told, Variables};
-pub use session::{Notice, PriorState, Session};
+pub use hand_play::HandPlay;
+pub use run::RunView;
+pub use script::{Output, Script, ScriptError, Variables};
+pub use session::{FIRST_TASK, Notice, PriorState, Session};

@@ -1,306 +1,250 @@
-//! A run as the workbench shows it: its log so far, and the trainer if it is ours.
+//! The session's runs: beginning, queueing, steering, ending and deleting them.
+//!
+//! As many are trained at the same time as there are cores; the others wait for their
+//! turn in the order they were asked for. A paused run leaves its core to the next.
 
-use std::path::Path;
-use std::sync::{Arc, OnceLock};
-
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-
-use crate::agent::Ddpg;
-use crate::guidance::ActionPrior;
-use crate::run::{
-    CheckpointName, EpisodeRecord, EvaluationRecord, Event, EventReader, RunDirectory, RunError, RunHistory, RunState,
-    read_episode,
-};
-use crate::trainer::{
-    Control, LiveView, NETWORKS_SECTION, Phase, RunConfig, Trace, Trainer, greedy_episode, saved_prior,
-};
+use std::path::{Path, PathBuf};
 
 use super::SessionError;
+use super::run::RunView;
+use super::session::Session;
+use crate::run::RunDirectory;
+use crate::trainer::{Control, RunConfig};
 
-/// A run, live or finished, ours or another process's: a reader of its log.
-#[derive(Debug)]
-pub struct RunView {
-    number: usize,
-    directory: RunDirectory,
-    config: RunConfig,
-    reader: EventReader,
-    history: RunHistory,
-    trainer: Option<Trainer>,
-    live: Option<LiveView>,
-    failure: Option<String>,
-    /// The saved prior, or why it cannot be used; read when it is first asked for.
-    saved_prior: OnceLock<Result<Option<Arc<ActionPrior>>, String>>,
-    /// It was asked to leave its pause and has not said so yet.
-    leaving_pause: bool,
-    trained_here: bool,
-    turn: Option<Turn>,
+impl Session {
+    pub(super) fn train(&mut self, folder: Option<&Path>, until: Option<u32>) -> Result<String, SessionError> {
+        self.setup.config.validate()?;
+        let path = folder.map_or_else(|| self.free_folder(), Path::to_owned);
+        let directory = RunDirectory::create(&path, &self.setup.config)?;
+        self.begin(RunView::new(directory)?, until, "training in")
+    }
+
+    pub(super) fn continue_run(&mut self, folder: Option<&Path>) -> Result<String, SessionError> {
+        let path = match folder {
+            Some(folder) => folder.to_owned(),
+            None => self.run().ok_or(SessionError::NoRun)?.directory().path().to_owned(),
+        };
+        self.refuse_if_busy(&path)?;
+        self.begin(RunView::open(&path)?, None, "going on with")
+    }
+
+    /// Adds a run, in the place of the one in its folder if that is known, and starts it
+    /// as soon as there is a core for it.
+    fn begin(&mut self, view: RunView, until: Option<u32>, report: &str) -> Result<String, SessionError> {
+        let path = view.directory().path().to_owned();
+        let number = self.add(view);
+        self.current = Some(number);
+        let Some(run) = self.run_mut() else { return Err(SessionError::NoRun) };
+        run.enqueue(until);
+        self.start_queued();
+        let Some(run) = self.run() else { return Err(SessionError::NoRun) };
+        match run.failure() {
+            Some(reason) => Err(SessionError::Failed(reason.to_owned())),
+            None if run.is_queued() => Ok(format!("{} waits for a free core", path.display())),
+            None => Ok(format!("{report} {}", path.display())),
+        }
+    }
+
+    /// Adds a run to the session, or puts it in the place of the one in its folder, and
+    /// returns its number.
+    fn add(&mut self, view: RunView) -> usize {
+        let path = view.directory().path();
+        if let Some(known) = self.runs.iter_mut().find(|run| run.directory().path() == path) {
+            let number = known.number();
+            *known = view.numbered(number);
+            return number;
+        }
+        let number = self.numbered;
+        self.numbered += 1;
+        self.runs.push(view.numbered(number));
+        number
+    }
+
+    /// Starts what waits for a core, as long as there is one; true if anything began.
+    pub(super) fn start_queued(&mut self) -> bool {
+        let mut began = false;
+        loop {
+            let working = self.runs.iter().filter(|run| run.is_working()).count();
+            let next = self.runs.iter_mut().filter(|run| run.is_queued()).min_by_key(|run| run.number());
+            let Some(run) = next.filter(|_| working < self.cores) else { return began };
+            // Why it could not begin is kept in the run, where it is shown.
+            began |= run.start().is_ok();
+        }
+    }
+
+    /// Another number of runs that may be trained at the same time; at least one.
+    pub fn set_cores(&mut self, cores: usize) {
+        self.cores = cores.max(1);
+    }
+
+    fn refuse_if_busy(&self, path: &Path) -> Result<(), SessionError> {
+        match self.runs.iter().find(|run| run.directory().path() == path && (run.is_active() || run.is_queued())) {
+            Some(run) => Err(SessionError::Busy(run.name())),
+            None => Ok(()),
+        }
+    }
+
+    /// A folder for a new run that does not exist yet.
+    fn free_folder(&self) -> PathBuf {
+        let RunConfig { task, method, seed, .. } = &self.setup.config;
+        let base = format!("{}-{method}-seed{seed}", task.name);
+        let candidates = std::iter::once(base.clone()).chain((2..).map(|n| format!("{base}-{n}")));
+        let mut paths = candidates.map(|name| self.folder.join(name));
+        // The second iterator does not end.
+        paths.find(|path| !path.exists()).unwrap_or_else(|| self.folder.join(base))
+    }
+
+    pub(super) fn stop(&mut self) -> Result<String, SessionError> {
+        if self.run_mut().is_some_and(RunView::unqueue) {
+            return Ok("taken out of the queue".to_owned());
+        }
+        self.send(Control::Stop { reason: "asked to".to_owned() }, "stopping after this episode")
+    }
+
+    pub(super) fn send(&mut self, control: Control, report: &str) -> Result<String, SessionError> {
+        self.run_mut().ok_or(SessionError::NoRun)?.send(control)?;
+        Ok(report.to_owned())
+    }
+
+    /// The number of the run in a folder, if the session knows it.
+    pub(super) fn number_of(&self, folder: &Path) -> Option<usize> {
+        self.runs.iter().find(|run| run.directory().path() == folder).map(RunView::number)
+    }
+
+    pub(super) fn open(&mut self, folder: &Path) -> Result<String, SessionError> {
+        let number = match self.number_of(folder) {
+            Some(number) => number,
+            None => {
+                let view = RunView::read(folder)?;
+                self.add(view)
+            }
+        };
+        self.current = Some(number);
+        Ok(format!("opened {}", folder.display()))
+    }
+
+    pub(super) fn watch(&mut self, number: usize) -> Result<String, SessionError> {
+        let run = self.runs.iter().find(|run| run.number() == number).ok_or(SessionError::NoSuchRun(number + 1))?;
+        let report = format!("run {} is {}", number + 1, run.name());
+        self.current = Some(number);
+        Ok(report)
+    }
+
+    /// Deletes a run's folder, unless somebody, here or in another process, works on it.
+    pub(super) fn delete(&mut self, folder: &Path) -> Result<String, SessionError> {
+        self.refuse_if_busy(folder)?;
+        let directory = RunDirectory::open(folder)?;
+        let lock = directory.lock()?;
+        std::fs::remove_dir_all(folder).map_err(|source| SessionError::Delete { path: folder.to_owned(), source })?;
+        drop(lock);
+        if let Some(number) = self.number_of(folder) {
+            self.runs.retain(|run| run.number() != number);
+            self.current = self.current.filter(|current| *current != number);
+        }
+        Ok(format!("deleted {}", folder.display()))
+    }
+
+    pub(super) fn evaluate(&mut self) -> Result<String, SessionError> {
+        let trace = self.run().ok_or(SessionError::NoRun)?.greedy_episode(self.setup.config.seed)?;
+        let outcome = if trace.reached_goal() { "reaches the goal" } else { "does not reach the goal" };
+        Ok(format!("the greedy policy {outcome} in {} actions, return {:.2}", trace.steps.len(), trace.total_reward()))
+    }
 }
 
-/// A run that waits until a core is free for it.
-#[derive(Debug)]
-struct Turn {
-    /// Pause after so many episodes.
-    until: Option<u32>,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::RunState;
+    use crate::workbench::Command;
 
-impl RunView {
-    /// Opens the run in a folder, to look at.
-    ///
-    /// # Errors
-    /// When there is no run, or one that cannot be read.
-    pub fn open(path: &Path) -> Result<Self, RunError> {
-        Self::new(RunDirectory::open(path)?)
+    fn session(folder: &Path, lines: &[&str]) -> Session {
+        let mut session = Session::new(crate::task::load("task1").unwrap(), folder.to_owned());
+        session.set_cores(1);
+        apply(&mut session, &["method ddpg", "episodes 3", "set ddpg.hidden 8"]);
+        apply(&mut session, lines);
+        session
     }
 
-    /// Opens the run in a folder and reads all there is of its log.
-    ///
-    /// # Errors
-    /// As [`RunView::open`].
-    pub fn read(path: &Path) -> Result<Self, RunError> {
-        let mut view = Self::open(path)?;
-        view.poll();
-        Ok(view)
-    }
-
-    pub(super) fn new(directory: RunDirectory) -> Result<Self, RunError> {
-        let config = directory.config()?;
-        let reader = directory.events();
-        Ok(Self {
-            number: 0,
-            directory,
-            config,
-            reader,
-            history: RunHistory::default(),
-            trainer: None,
-            live: None,
-            failure: None,
-            saved_prior: OnceLock::new(),
-            leaving_pause: false,
-            trained_here: false,
-            turn: None,
-        })
-    }
-
-    /// The same as run number `number` of a session.
-    pub(super) fn numbered(self, number: usize) -> Self {
-        Self { number, ..self }
-    }
-
-    /// Its number in the session, from 0 in the order they began or were opened.
-    pub fn number(&self) -> usize {
-        self.number
-    }
-
-    /// Lets it wait for its turn to be trained in this process; with `until`, it pauses
-    /// after so many episodes.
-    pub(super) fn enqueue(&mut self, until: Option<u32>) {
-        // What the log says so far is the past: an old failure is no news.
-        self.poll();
-        self.failure = None;
-        self.trained_here = true;
-        self.turn = Some(Turn { until });
-    }
-
-    /// Takes it out of the queue; false if it is not in it.
-    pub(super) fn unqueue(&mut self) -> bool {
-        self.turn.take().is_some()
-    }
-
-    /// Whether it waits for its turn.
-    pub fn is_queued(&self) -> bool {
-        self.turn.is_some()
-    }
-
-    /// Begins to train it if it is queued.
-    pub(super) fn start(&mut self) -> Result<(), SessionError> {
-        let Some(turn) = self.turn.take() else { return Ok(()) };
-        let trainer = Trainer::spawn(self.directory.clone()).map_err(SessionError::Thread);
-        if let Err(error) = &trainer {
-            self.failure = Some(error.to_string());
-        }
-        let trainer = trainer?;
-        if let Some(episodes) = turn.until {
-            trainer.send(Control::Advance(episodes));
-        }
-        self.trainer = Some(trainer);
-        Ok(())
-    }
-
-    /// Whether it keeps a core busy.
-    pub(super) fn is_working(&self) -> bool {
-        self.is_active() && self.state() != RunState::Paused
-    }
-
-    /// Reads what is new. Returns the new events, and whether anything changed.
-    pub(super) fn poll(&mut self) -> (Vec<Event>, bool) {
-        let mut changed = false;
-        let mut events = Vec::new();
-        match self.reader.poll() {
-            Ok(poll) => {
-                if poll.restarted {
-                    self.history = RunHistory::default();
-                    changed = true;
-                }
-                self.failure = poll.problems.first().map(ToString::to_string).or(self.failure.take());
-                events.extend(poll.events.into_iter().map(|logged| logged.event));
-            }
-            Err(error) => self.failure = Some(error.to_string()),
-        }
-        for event in &events {
-            self.history.note(event);
-            self.leaving_pause &= !matches!(event, Event::Resumed { .. });
-            if matches!(event, Event::ClustersChanged { .. } | Event::Started { .. }) {
-                self.saved_prior.take();
-            }
-        }
-        if let Some(trainer) = &mut self.trainer {
-            if let Some(view) = trainer.watch().take() {
-                self.live = Some(view);
-                changed = true;
-            }
-            if let Some(outcome) = trainer.outcome() {
-                self.failure = outcome.err();
-                self.trainer = None;
-                self.leaving_pause = false;
-                changed = true;
-            }
-        }
-        changed |= !events.is_empty();
-        (events, changed)
-    }
-
-    /// Asks the trainer for something, if the run is ours and active.
-    pub(super) fn send(&mut self, control: Control) -> Result<(), SessionError> {
-        match &self.trainer {
-            Some(trainer) if trainer.is_active() => {
-                let leaves = matches!(control, Control::Resume | Control::Advance(_) | Control::Stop { .. });
-                self.leaving_pause |= leaves && matches!(self.history.last, Some(Event::Paused { .. }));
-                trainer.send(control);
-                Ok(())
-            }
-            _ if self.is_queued() => Err(SessionError::Queued(self.name())),
-            _ => Err(SessionError::NotActive),
+    fn apply(session: &mut Session, lines: &[&str]) {
+        for line in lines {
+            session.apply(Command::parse(line).unwrap().unwrap()).unwrap_or_else(|error| panic!("{line}: {error}"));
         }
     }
 
-    /// The run's files.
-    pub fn directory(&self) -> &RunDirectory {
-        &self.directory
+    fn try_line(session: &mut Session, line: &str) -> Result<String, String> {
+        session.apply(Command::parse(line).unwrap().unwrap()).map_err(|error| error.to_string())
     }
 
-    /// The name of its folder.
-    pub fn name(&self) -> String {
-        self.directory.path().file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+    #[test]
+    fn runs_beyond_the_cores_wait_for_their_turn_and_are_all_trained() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = session(folder.path(), &["train", "seed 1", "train", "seed 2", "train"]);
+        assert_eq!(session.runs().iter().filter(|run| run.is_queued()).count(), 2);
+        let error = try_line(&mut session, "pause").unwrap_err();
+        assert!(error.contains("waits for a free core"), "{error}");
+        assert_eq!(try_line(&mut session, "stop").unwrap(), "taken out of the queue");
+        apply(&mut session, &["wait"]);
+        let states: Vec<RunState> = session.runs().iter().map(RunView::state).collect();
+        assert_eq!(states, [RunState::Finished, RunState::Finished, RunState::NotStarted]);
+        apply(&mut session, &["watch 3", "continue", "wait", "expect episodes = 3"]);
     }
 
-    /// Its configuration.
-    pub fn config(&self) -> &RunConfig {
-        &self.config
+    #[test]
+    fn a_paused_run_leaves_its_core_and_can_be_acted_on_later() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = session(folder.path(), &["train until 1", "train", "wait", "expect episodes = 3"]);
+        apply(&mut session, &["watch 1", "expect episodes = 1", "resume", "wait", "expect episodes = 3"]);
+        assert_eq!(try_line(&mut session, "watch 3").unwrap_err(), "the session has no run 3");
     }
 
-    /// The finished episodes, in order.
-    pub fn records(&self) -> &[EpisodeRecord] {
-        &self.history.records
+    #[test]
+    fn a_run_is_deleted_only_when_nobody_works_on_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run");
+        let shown = shell_words::quote(&path.display().to_string()).into_owned();
+        let mut session = session(folder.path(), &[&format!("train {shown} until 1"), "wait"]);
+        let error = try_line(&mut session, &format!("delete {shown}")).unwrap_err();
+        assert!(error.contains("run is being trained"), "{error}");
+        apply(&mut session, &["stop", "wait"]);
+        let other = RunDirectory::open(&path).unwrap();
+        let lock = other.lock().unwrap();
+        assert!(try_line(&mut session, &format!("delete {shown}")).is_err(), "another process works on it");
+        drop(lock);
+        apply(&mut session, &[&format!("delete {shown}")]);
+        assert!(!path.exists() && session.runs().is_empty() && session.run().is_none());
+        let error = try_line(&mut session, &format!("delete {shown}")).unwrap_err();
+        assert!(!error.is_empty());
     }
 
-    /// The greedy evaluations, in order.
-    pub fn evaluations(&self) -> &[EvaluationRecord] {
-        &self.history.evaluations
+    #[test]
+    fn a_threshold_without_clusters_says_what_is_missing() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = session(folder.path(), &["train until 1"]);
+        let told = try_line(&mut session, "epsilon 0.5").unwrap();
+        assert!(told.contains("no action clusters") && told.contains("`guide`"), "{told}");
+        apply(&mut session, &["stop", "wait"]);
     }
 
-    /// The latest finished episode that was asked for, with its networks.
-    pub fn live(&self) -> Option<&LiveView> {
-        self.live.as_ref()
+    #[test]
+    fn a_figure_carries_the_seeds_of_all_it_shows() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = session(folder.path(), &["train", "wait", "seed 7", "train", "wait", "seed 9"]);
+        let mut seeds = |kind: &str| {
+            let path = folder.path().join(format!("{kind}.png"));
+            apply(&mut session, &[&format!("figure {kind} {}", path.display())]);
+            crate::figures::Provenance::read(&path).unwrap().seeds
+        };
+        assert_eq!(seeds("learning"), [0, 7]);
+        assert_eq!(seeds("dashboard"), [7]);
+        assert_eq!(seeds("scene"), [9]);
     }
 
-    /// Asks for a [`LiveView`] of the next episode.
-    pub fn request_live(&self) {
-        if let Some(trainer) = &self.trainer {
-            trainer.watch().request();
-        }
-    }
-
-    /// What the trainer is doing, if the run is ours and active.
-    pub fn phase(&self) -> Option<Phase> {
-        self.trainer.as_ref().map(|trainer| trainer.watch().phase())
-    }
-
-    /// The action prior of the run, if it has one: that in use, or the one saved with a past run.
-    pub fn prior(&self) -> Option<Arc<ActionPrior>> {
-        match &self.trainer {
-            Some(trainer) => trainer.watch().prior(),
-            None => self.saved_prior.get_or_init(|| self.read_prior()).clone().ok().flatten(),
-        }
-    }
-
-    fn read_prior(&self) -> Result<Option<Arc<ActionPrior>>, String> {
-        let prior = saved_prior(&self.directory, &self.config.task).map_err(|error| error.to_string())?;
-        Ok(prior.map(Arc::new))
-    }
-
-    /// Whether this process trains it now.
-    pub fn is_active(&self) -> bool {
-        self.trainer.is_some()
-    }
-
-    /// Whether this process has trained it at any time.
-    pub(super) fn was_trained_here(&self) -> bool {
-        self.trained_here
-    }
-
-    /// What went wrong with it here, if anything.
-    pub fn failure(&self) -> Option<&str> {
-        let of_prior = || self.saved_prior.get().and_then(|prior| prior.as_ref().err());
-        self.failure.as_ref().or_else(of_prior).map(String::as_str)
-    }
-
-    /// Whether somebody works on it, or how it ended.
-    pub fn state(&self) -> RunState {
-        let working = self.is_active();
-        match &self.history.last {
-            Some(Event::Finished { .. }) => RunState::Finished,
-            Some(Event::Stopped { reason, .. }) if !working => RunState::Stopped(reason.clone()),
-            Some(Event::Failed { reason, .. }) if !working => RunState::Failed(reason.clone()),
-            Some(Event::Paused { .. }) if working && !self.leaving_pause => RunState::Paused,
-            _ if working => RunState::Running,
-            _ => match &self.failure {
-                Some(failure) => RunState::Failed(failure.clone()),
-                None => self.directory.status().map_or(RunState::Interrupted, |status| status.state),
-            },
-        }
-    }
-
-    /// The agent of the newest checkpoint.
-    ///
-    /// # Errors
-    /// When the method learns none, there is no checkpoint yet, or one that cannot be read.
-    pub fn saved_agent(&self) -> Result<Ddpg, SessionError> {
-        if !self.config.method.learns() {
-            return Err(SessionError::Failed(format!(
-                "{} learns no policy: there is none to play or export",
-                self.config.method
-            )));
-        }
-        let checkpoint = self.directory.checkpoints().load(CheckpointName::Last)?;
-        Ok(Ddpg::load(checkpoint.section(NETWORKS_SECTION)?)?)
-    }
-
-    /// An episode of its past, played again.
-    ///
-    /// # Errors
-    /// When it was not kept or cannot be read.
-    pub fn past_episode(&self, episode: u64) -> Result<Trace, RunError> {
-        let played = read_episode(&self.directory.episodes_path(), episode)?;
-        Ok(Trace::replay(&self.config.task, &played))
-    }
-
-    /// An episode of the greedy policy of the newest checkpoint.
-    ///
-    /// # Errors
-    /// As [`RunView::saved_agent`].
-    pub fn greedy_episode(&self, seed: u64) -> Result<Trace, SessionError> {
-        let agent = self.saved_agent()?;
-        Ok(greedy_episode(&self.config.task, &agent, &mut ChaCha8Rng::seed_from_u64(seed)))
+    #[test]
+    fn planning_has_no_policy_to_play() {
+        let folder = tempfile::tempdir().unwrap();
+        let lines = ["method planning", "model true", "set planner.rollouts 8", "episodes 1", "train", "wait"];
+        let mut session = session(folder.path(), &lines);
+        let error = try_line(&mut session, "evaluate").unwrap_err();
+        assert!(error.contains("learns no policy"), "{error}");
     }
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::SessionError;
 use super::command::{Command, CommandError};
-use super::rehearsal::Rehearsal;
+use super::dry_run::DryRun;
 use super::session::{Notice, Session};
 
 /// Variables of a script, replaced where `${NAME}` stands.
@@ -66,20 +66,20 @@ impl Script {
         Ok(Self { origin: origin.to_owned(), commands })
     }
 
-    /// Carries the commands out, one after the other; `tell` sees each command with its
-    /// answer and what happens while the script waits. Ends at `quit`.
+    /// Carries the commands out, one after the other; `on_output` sees each command
+    /// with its report and what happens while the script waits. Ends at `quit`.
     ///
     /// # Errors
-    /// As [`Script::rehearse`], before anything is done; then with the line of the first
+    /// As [`Script::dry_run`], before anything is done; then with the line of the first
     /// command that fails.
-    pub fn run(&self, session: &mut Session, mut tell: impl FnMut(Told<'_>)) -> Result<(), ScriptError> {
-        self.rehearse(session)?;
+    pub fn run(&self, session: &mut Session, mut on_output: impl FnMut(Output<'_>)) -> Result<(), ScriptError> {
+        self.dry_run(session)?;
         for (line, command) in &self.commands {
             let outcome = match command {
-                Command::Wait => session.wait(|notice| tell(Told::Notice(notice))),
+                Command::Wait(_) => session.wait(|notice| on_output(Output::Notice(notice))),
                 other => session.apply(other.clone()),
             };
-            tell(Told::Answer(command, &outcome.map_err(|error| self.failed(*line, error))?));
+            on_output(Output::Report(command, &outcome.map_err(|error| self.failed(*line, error))?));
             if session.has_quit() {
                 break;
             }
@@ -91,10 +91,10 @@ impl Script {
     ///
     /// # Errors
     /// With the line of the first command that cannot be carried out.
-    pub fn rehearse(&self, session: &Session) -> Result<(), ScriptError> {
-        let mut rehearsal = Rehearsal::new(session);
+    pub fn dry_run(&self, session: &Session) -> Result<(), ScriptError> {
+        let mut dry_run = DryRun::new(session.setup.clone());
         for (line, command) in &self.commands {
-            rehearsal.play(command).map_err(|error| self.failed(*line, error))?;
+            dry_run.check(command).map_err(|error| self.failed(*line, error))?;
         }
         Ok(())
     }
@@ -104,11 +104,11 @@ impl Script {
     }
 }
 
-/// What a running script tells.
+/// What comes out of a running script.
 #[derive(Debug)]
-pub enum Told<'a> {
-    /// A command was carried out, with this answer.
-    Answer(&'a Command, &'a str),
+pub enum Output<'a> {
+    /// A command was carried out, with this report.
+    Report(&'a Command, &'a str),
     /// Something happened in the background.
     Notice(&'a Notice),
 }
@@ -132,6 +132,7 @@ fn substitute(line: &str, variables: &Variables) -> Result<String, String> {
 mod tests {
     use super::*;
     use crate::task;
+    use crate::workbench::command::Seed;
 
     fn session(folder: &Path) -> Session {
         Session::new(task::load("task1").unwrap(), folder.to_owned())
@@ -147,7 +148,7 @@ mod tests {
     fn variables_are_replaced() {
         let variables = [("seed".to_owned(), "7".to_owned())];
         let script = Script::parse("seed ${seed}", "s", &variables).unwrap();
-        assert_eq!(script.commands, [(1, Command::Seed(7))]);
+        assert_eq!(script.commands, [(1, Seed(7).into())]);
         let error = Script::parse("seed ${sed}", "s", &variables).unwrap_err().to_string();
         assert!(error.starts_with("s:1: `${sed}` has no value"), "{error}");
     }

@@ -5,16 +5,17 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::SessionError;
-use super::command::{Command, Expectation, Quantity};
-use super::hand::HandPlay;
+use super::command::{self, Command, Epsilon, Expect, Guide, Quantity, Recording, Stop};
+use super::hand_play::HandPlay;
 use super::journal::Journal;
 use super::model_job::ModelJob;
 use super::prior_job::{PriorJob, PriorKey};
 use super::proposal_job::ProposalJob;
-use super::runs::RunView;
-use crate::guidance::{ActionPrior, EpsilonSchedule};
-use crate::run::Event;
-use crate::task::{Editor, Task};
+use super::run::RunView;
+use super::setup::Setup;
+use crate::guidance::ActionPrior;
+use crate::run::{Event, RunDirectory};
+use crate::task::{self, Task};
 use crate::trainer::{Control, RunConfig};
 
 /// Something worth telling that happened in the background.
@@ -49,13 +50,14 @@ pub enum PriorState {
     Stale,
 }
 
+/// The task that a script begins with unless it opens another.
+pub const FIRST_TASK: &str = "task1";
+
 /// Everything the workbench knows. Changed by commands, and by [`Session::poll`], which
 /// takes in what the background threads have done.
 #[derive(Debug)]
 pub struct Session {
-    pub(super) editor: Editor,
-    pub(super) file: Option<PathBuf>,
-    pub(super) settings: RunConfig,
+    pub(super) setup: Setup,
     pub(super) prior: Option<(PriorKey, Arc<ActionPrior>)>,
     pub(super) job: Option<PriorJob>,
     job_stage: Option<usize>,
@@ -71,20 +73,18 @@ pub struct Session {
     /// Runs that are trained at the same time; more are queued.
     pub(super) cores: usize,
     pub(super) folder: PathBuf,
-    pub(super) hand: HandPlay,
+    pub(super) hand_play: HandPlay,
     pub(super) journal: Journal,
-    quit: bool,
+    pub(super) quit: bool,
 }
 
 impl Session {
     /// A session on a task, with `folder` for its runs.
     pub fn new(task: Task, folder: PathBuf) -> Self {
-        let settings = RunConfig::new(Arc::new(task.clone()));
+        let setup = Setup::new(task);
         Self {
-            hand: HandPlay::new(settings.task.clone(), settings.seed),
-            editor: Editor::new(task),
-            file: None,
-            settings,
+            hand_play: HandPlay::new(setup.config.task.clone(), setup.config.seed),
+            setup,
             prior: None,
             job: None,
             job_stage: None,
@@ -101,128 +101,83 @@ impl Session {
         }
     }
 
-    /// A session with the same task and settings, and none of the work.
-    pub(super) fn at_rest(&self) -> Self {
-        let mut other = Self::new(self.task().clone(), self.folder.clone());
-        other.editor = self.editor.clone();
-        other.settings = self.settings.clone();
-        other
+    /// A session on a shipped task or a task file.
+    ///
+    /// # Errors
+    /// When there is no such task, or one that cannot be played.
+    pub fn on_task(name: &str, folder: PathBuf) -> Result<Self, SessionError> {
+        let mut session = Self::new(task::load(name)?, folder);
+        // The file is where the task is saved; and the recorded script says which task it is.
+        session.apply(command::Task(name.to_owned()))?;
+        Ok(session)
     }
 
-    /// Carries out a command and returns what to tell the person.
+    /// A session that has opened a run, on the run's task.
+    ///
+    /// # Errors
+    /// When there is no run, or one that cannot be read.
+    pub fn on_run(folder: &Path) -> Result<Self, SessionError> {
+        let config: RunConfig = RunDirectory::open(folder)?.config()?;
+        let mut session = Self::new(Task::clone(&config.task), folder.parent().unwrap_or(folder).to_owned());
+        session.apply(command::Open(folder.to_owned()))?;
+        Ok(session)
+    }
+
+    /// Carries out a command and returns what to report.
     ///
     /// # Errors
     /// When the command cannot be carried out; nothing has changed then.
-    pub fn apply(&mut self, command: Command) -> Result<String, SessionError> {
-        let before = self.run().map(|run| (run.number(), run.is_active(), run.records().len() as u32));
-        let known = matches!(&command, Command::Open(folder) if self.number_of(folder).is_some());
-        let told = self.carry_out(&command)?;
-        match (command, before) {
-            // Of these, the effect on the training is noted when it is heard of.
-            (Command::Epsilon(_) | Command::Guide | Command::Stop, Some((_, true, _))) => {}
-            (
-                Command::Pause
-                | Command::Resume { .. }
-                | Command::Wait
-                | Command::Record(_)
-                | Command::Delete(_)
-                | Command::ModelStop
-                | Command::Propose(_)
-                | Command::Quit,
-                _,
-            ) => {}
-            (
-                command @ (Command::Figure { .. } | Command::Evaluate | Command::Expect(_)),
-                Some((run, true, episode)),
-            ) => {
-                self.journal.note_at(command, run, episode);
-            }
-            (Command::Open(_), _) if known => {
-                self.journal.note(Command::Watch(self.current.unwrap_or(0)), self.current);
-            }
-            (command, _) => self.journal.note(command, self.current),
+    pub fn apply(&mut self, command: impl Into<Command>) -> Result<String, SessionError> {
+        let command = command.into();
+        let training = self.run().filter(|run| run.is_active());
+        let training = training.map(|run| (run.number(), run.records().len() as u32));
+        let recording = command.recording(self);
+        let report = command.execute(self)?;
+        match (recording, training) {
+            (Recording::Never, _) | (Recording::WhenEffective, Some(_)) => {}
+            (Recording::AtEpisode, Some((run, episode))) => self.journal.note_at(command, run, episode),
+            (Recording::As(other), _) => self.journal.note(other, self.current),
+            _ => self.journal.note(command, self.current),
         }
-        Ok(told)
+        Ok(report)
+    }
+
+    /// Changes the task or the settings of the next run.
+    pub(super) fn change(
+        &mut self,
+        change: impl FnOnce(&mut Setup) -> Result<String, SessionError>,
+    ) -> Result<String, SessionError> {
+        let before = self.setup.config.task.clone();
+        let report = change(&mut self.setup)?;
+        if !Arc::ptr_eq(&before, &self.setup.config.task) {
+            self.restart_hand_play();
+        }
+        Ok(report)
+    }
+
+    pub(super) fn restart_hand_play(&mut self) {
+        self.hand_play = HandPlay::new(self.setup.config.task.clone(), self.setup.config.seed);
+    }
+
+    /// Forgets what belongs to the task that was left: its clusters say nothing about another.
+    pub(super) fn forget_task(&mut self) {
+        self.job = None;
+        self.proposal_job = None;
+        self.prior = None;
     }
 
     /// Notes what took effect in a run.
     fn note_effect(&mut self, run: usize, event: &Event) {
-        let command = match event {
+        let command: Command = match event {
             Event::ScheduleChanged { schedule, .. } => match schedule.parse() {
-                Ok(schedule) => Command::Epsilon(schedule),
+                Ok(schedule) => Epsilon(schedule).into(),
                 Err(_) => return,
             },
-            Event::ClustersChanged { episode: 1.., .. } => Command::Guide,
-            Event::Stopped { .. } => Command::Stop,
+            Event::ClustersChanged { episode: 1.., .. } => Guide.into(),
+            Event::Stopped { .. } => Stop.into(),
             _ => return,
         };
         self.journal.note_at(command, run, u32::try_from(event.episode()).unwrap_or(u32::MAX));
-    }
-
-    fn carry_out(&mut self, command: &Command) -> Result<String, SessionError> {
-        match command {
-            Command::Task(name) => self.load_task(name),
-            Command::Save(path) => self.save_task(path.as_deref()),
-            Command::Undo => self.step_history(Editor::undo, "undo", "the edit is taken back"),
-            Command::Redo => self.step_history(Editor::redo, "redo", "the edit is made again"),
-            Command::Edit(edit) => self.edit(edit),
-            Command::Propose(count) => self.propose(*count),
-            Command::Seed(seed) => {
-                self.settings.seed = *seed;
-                Ok(format!("seed {seed}"))
-            }
-            Command::Method(method) => {
-                self.settings.method = *method;
-                Ok(format!("method {method}"))
-            }
-            Command::Episodes(episodes) => self.set("episodes", &episodes.to_string()),
-            Command::Epsilon(schedule) => self.set_schedule(schedule),
-            Command::Set { key, value } => self.set(key, value),
-            Command::Model(source) => {
-                self.settings.prior = source.clone();
-                Ok(format!("model {}", String::from(source.clone())))
-            }
-            Command::ModelTrain { tools, path, epochs } => {
-                self.begin_model_job(ModelJob::train(tools, path, *epochs, self.settings.seed))
-            }
-            Command::ModelEvaluate(model) => self.begin_model_job(ModelJob::evaluate(model, self.settings.seed)),
-            Command::ModelStop => match self.model_job.take() {
-                Some(job) => Ok(format!("ended: {}", job.name())),
-                None => Err(SessionError::Failed("no dynamics model is being trained or measured".to_owned())),
-            },
-            Command::Clusters(file) => self.compute_clusters(file.as_deref()),
-            Command::Guide => self.guide(),
-            Command::Out(folder) => {
-                self.folder.clone_from(folder);
-                Ok(format!("runs go to {}", folder.display()))
-            }
-            Command::Train { folder, until } => self.train(folder.as_deref(), *until),
-            Command::Pause => self.send(Control::Pause, "pausing after this episode"),
-            Command::Resume { until } => self.resume(*until),
-            Command::Stop => self.stop(),
-            Command::Wait => self.wait(|_| {}),
-            Command::Open(folder) => self.open(folder),
-            Command::Watch(number) => self.watch(*number),
-            Command::Delete(folder) => self.delete(folder),
-            Command::Continue(folder) => self.continue_run(folder.as_deref()),
-            Command::Evaluate => self.evaluate(),
-            Command::Place(action) => self.place(*action),
-            Command::Reset => {
-                self.hand = HandPlay::new(self.settings.task.clone(), self.settings.seed);
-                Ok("a new episode".to_owned())
-            }
-            Command::Figure { kind, path, dpi } => self.export(*kind, path, *dpi),
-            Command::Expect(expectation) => self.expect(expectation),
-            Command::Record(path) => {
-                crate::atomic::write(path, self.to_script().as_bytes())
-                    .map_err(|source| SessionError::Write { path: path.clone(), source })?;
-                Ok(format!("saved the session to {}", path.display()))
-            }
-            Command::Quit => {
-                self.quit = true;
-                Ok(String::new())
-            }
-        }
     }
 
     /// Takes in what happened in the background since the last call.
@@ -262,7 +217,7 @@ impl Session {
         }
     }
 
-    fn begin_model_job(&mut self, job: std::io::Result<ModelJob>) -> Result<String, SessionError> {
+    pub(super) fn begin_model_job(&mut self, job: std::io::Result<ModelJob>) -> Result<String, SessionError> {
         if let Some(job) = &self.model_job {
             return Err(SessionError::Failed(format!("{}: wait for its end, or end it with `model stop`", job.name())));
         }
@@ -270,6 +225,13 @@ impl Session {
         let told = job.name().to_owned();
         self.model_job = Some(job);
         Ok(told)
+    }
+
+    pub(super) fn end_model_job(&mut self) -> Result<String, SessionError> {
+        match self.model_job.take() {
+            Some(job) => Ok(format!("ended: {}", job.name())),
+            None => Err(SessionError::Failed("no dynamics model is being trained or measured".to_owned())),
+        }
     }
 
     fn poll_job(&mut self, notices: &mut Vec<Notice>) {
@@ -296,16 +258,16 @@ impl Session {
         }
     }
 
-    /// Waits until no run is being trained and no clusters are being computed; `tell`
+    /// Waits until no run is being trained and no clusters are being computed; `on_notice`
     /// sees what happens meanwhile.
     ///
     /// # Errors
     /// When the clusters or a run failed.
-    pub fn wait(&mut self, mut tell: impl FnMut(&Notice)) -> Result<String, SessionError> {
+    pub fn wait(&mut self, mut on_notice: impl FnMut(&Notice)) -> Result<String, SessionError> {
         loop {
             let idle = self.is_idle();
             for notice in self.poll() {
-                tell(&notice);
+                on_notice(&notice);
                 match notice {
                     Notice::PriorFailed(reason) | Notice::Model(Err(reason)) | Notice::Proposed(Err(reason)) => {
                         return Err(SessionError::Failed(reason));
@@ -336,27 +298,9 @@ impl Session {
         !jobs && !self.runs.iter().any(busy)
     }
 
-    fn set(&mut self, key: &str, value: &str) -> Result<String, SessionError> {
-        self.settings = self.settings.with_setting(key, value)?;
-        Ok(format!("{key} = {value}"))
-    }
-
-    fn set_schedule(&mut self, schedule: &EpsilonSchedule) -> Result<String, SessionError> {
-        self.settings.epsilon = schedule.clone();
-        let told = format!("epsilon {schedule}");
-        let Some(run) = self.run_mut() else { return Ok(told) };
-        if run.send(Control::SetSchedule(schedule.clone())).is_err() {
-            return Ok(told);
-        }
-        Ok(match run.prior() {
-            Some(_) => format!("{told}, from the next episode on"),
-            None => format!("{told}; the run has no action clusters to draw from: compute them, then `guide`"),
-        })
-    }
-
-    fn compute_clusters(&mut self, file: Option<&Path>) -> Result<String, SessionError> {
-        self.settings.validate()?;
-        self.job = Some(PriorJob::spawn(&self.settings).map_err(SessionError::Thread)?);
+    pub(super) fn compute_clusters(&mut self, file: Option<&Path>) -> Result<String, SessionError> {
+        self.setup.config.validate()?;
+        self.job = Some(PriorJob::spawn(&self.setup.config).map_err(SessionError::Thread)?);
         let Some(path) = file else { return Ok("computing the action clusters".to_owned()) };
         self.wait(|_| {})?;
         let prior = self.prior().ok_or(SessionError::NoClusters)?;
@@ -365,26 +309,7 @@ impl Session {
         Ok(format!("saved the action clusters to {}", path.display()))
     }
 
-    /// Gives the present clusters to the running training.
-    fn guide(&mut self) -> Result<String, SessionError> {
-        let prior = self.prior().ok_or(SessionError::NoClusters)?.clone();
-        let run = self.run_mut().ok_or(SessionError::NoRun)?;
-        let (there, here) = (run.config().task.subgoals.len(), prior.stages.len() - 1);
-        if there != here {
-            let message = format!("the clusters are for {here} subgoals, but the run's task has {there}");
-            return Err(SessionError::Failed(message));
-        }
-        run.send(Control::SetPrior(prior))?;
-        Ok("the training takes the clusters at its next episode".to_owned())
-    }
-
-    fn place(&mut self, action: [f32; 2]) -> Result<String, SessionError> {
-        let step = self.hand.place(action)?;
-        let end = step.end.map(|end| format!("; the episode is over: {end}")).unwrap_or_default();
-        Ok(format!("{:?}, reward {:.2}{end}", step.placement, step.reward).to_lowercase())
-    }
-
-    fn expect(&mut self, expected: &Expectation) -> Result<String, SessionError> {
+    pub(super) fn expect(&mut self, expected: &Expect) -> Result<String, SessionError> {
         self.poll();
         let run = || self.run().ok_or(SessionError::NoRun);
         let found = match expected.quantity {
@@ -398,7 +323,7 @@ impl Session {
             Quantity::Subgoals => self.task().subgoals.len() as f64,
             Quantity::Proposals => self.proposed().len() as f64,
         };
-        let Expectation { comparison, value, .. } = *expected;
+        let Expect { comparison, value, .. } = *expected;
         if comparison.holds(found, value) {
             Ok(format!("{} is {found}", expected.quantity.name()))
         } else {
@@ -406,9 +331,24 @@ impl Session {
         }
     }
 
+    /// The task as edited.
+    pub fn task(&self) -> &Task {
+        self.setup.editor.task()
+    }
+
+    /// Whether the task has edits that are not saved.
+    pub fn is_dirty(&self) -> bool {
+        self.setup.editor.is_dirty()
+    }
+
+    /// The file of the task, if it is not a shipped one.
+    pub fn file(&self) -> Option<&Path> {
+        self.setup.file.as_deref()
+    }
+
     /// The settings of the next run.
     pub fn config(&self) -> &RunConfig {
-        &self.settings
+        &self.setup.config
     }
 
     /// The action clusters, fresh or stale.
@@ -421,7 +361,7 @@ impl Session {
         match (&self.job, &self.prior) {
             (Some(job), _) => PriorState::Building { stage: job.stage(), stages: job.stages },
             (None, None) => PriorState::Absent,
-            (None, Some((key, _))) if *key == PriorKey::of(&self.settings) => PriorState::Fresh,
+            (None, Some((key, _))) if *key == PriorKey::of(&self.setup.config) => PriorState::Fresh,
             (None, Some(_)) => PriorState::Stale,
         }
     }
@@ -448,7 +388,7 @@ impl Session {
     /// Whether there are clusters, finished or on their way, that no longer belong to the
     /// task and settings, and computing them anew is worth trying.
     pub fn clusters_are_outdated(&self) -> bool {
-        let key = PriorKey::of(&self.settings);
+        let key = PriorKey::of(&self.setup.config);
         let latest = self.job.as_ref().map(|job| &job.key).or(self.prior.as_ref().map(|(key, _)| key));
         latest.is_some_and(|latest| *latest != key) && self.hopeless.as_ref() != Some(&key)
     }
@@ -459,8 +399,8 @@ impl Session {
     }
 
     /// The episode played by hand.
-    pub fn hand(&self) -> &HandPlay {
-        &self.hand
+    pub fn hand_play(&self) -> &HandPlay {
+        &self.hand_play
     }
 
     /// The session so far as a script that does the same without a terminal.

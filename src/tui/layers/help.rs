@@ -7,9 +7,9 @@ use ratatui::style::Style;
 
 use super::Wish;
 use super::popup::{frame, wrap};
+use crate::tui::actions::{Context, Entry, Script, entries};
 use crate::tui::keymap::Keymap;
 use crate::tui::theme::Theme;
-use crate::workbench::registry::{Context, ENTRIES, Entry, Script};
 
 /// Columns of the whole, and of those the keys' and the names'.
 const WIDTH: u16 = 116;
@@ -71,7 +71,7 @@ impl Help {
                 lines.push(Default::default());
             }
             lines.push((context.name().to_uppercase(), "", String::new()));
-            for entry in ENTRIES.iter().filter(|entry| entry.context == *context) {
+            for entry in entries().iter().filter(|entry| entry.context == *context) {
                 for (index, about) in wrap(&about(entry), room).into_iter().enumerate() {
                     let first = index == 0;
                     let keys = if first { keymap.keys(entry).join(" ") } else { String::new() };
@@ -87,7 +87,7 @@ impl Help {
 fn about(entry: &Entry) -> String {
     match entry.script {
         Script::Verb(verb) if entry.context == Context::Typed => {
-            format!("{}: {}", format!("{} {}", verb.name, verb.arguments).trim_end(), entry.about)
+            format!("{}: {}", verb.usage(), entry.about)
         }
         _ => entry.about.to_owned(),
     }

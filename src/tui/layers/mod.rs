@@ -20,7 +20,7 @@ use ratatui::layout::{Position, Rect};
 
 use super::keymap::Keymap;
 use super::theme::Theme;
-use crate::workbench::registry::Action;
+use crate::tui::actions::Action;
 
 /// Something over the screen.
 pub enum Layer {

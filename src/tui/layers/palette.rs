@@ -10,12 +10,13 @@ use ratatui::style::Style;
 use super::popup::{frame, wrap};
 use super::prompt::line;
 use super::{Deed, Wish};
+use crate::tui::actions::{Context, Entry, Script, entries};
 use crate::tui::columns;
 use crate::tui::keymap::Keymap;
 use crate::tui::screens::shortened;
 use crate::tui::text_input::TextInput;
 use crate::tui::theme::Theme;
-use crate::workbench::registry::{Context, ENTRIES, Entry, Script, Verb, verbs};
+use crate::workbench::{Verb, verbs};
 
 /// What can be found.
 #[derive(Clone, Copy)]
@@ -27,7 +28,7 @@ struct Item {
 
 impl Item {
     fn verb(self) -> Option<&'static Verb> {
-        match &self.entry.script {
+        match self.entry.script {
             Script::Verb(verb) => Some(verb),
             _ => None,
         }
@@ -36,7 +37,7 @@ impl Item {
     /// Its command with what follows, or its name.
     fn usage(self) -> String {
         match self.verb() {
-            Some(verb) => format!("{} {}", verb.name, verb.arguments).trim_end().to_owned(),
+            Some(verb) => verb.usage(),
             None => self.entry.name.to_owned(),
         }
     }
@@ -62,7 +63,7 @@ pub struct Palette {
 impl Palette {
     /// A palette of the actions that apply now and of all commands.
     pub fn new(contexts: &[Context]) -> Self {
-        let items = ENTRIES.iter().map(|entry| {
+        let items = entries().iter().map(|entry| {
             let applies = contexts.contains(&entry.context) && entry.context != Context::Typed;
             Item { entry, applies }
         });
@@ -220,7 +221,7 @@ fn is_command(text: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::workbench::registry::Action;
+    use crate::tui::actions::Action;
     use crossterm::event::KeyModifiers;
 
     fn check(typed: &str, wish: &Wish) {

@@ -7,9 +7,9 @@ use ratatui::style::Style;
 
 use super::Wish;
 use super::popup::{frame, wrap};
+use crate::tui::actions::{Action, Context};
 use crate::tui::keymap::Keymap;
 use crate::tui::theme::Theme;
-use crate::workbench::registry::{Action, Context};
 
 /// A page of the tour.
 #[derive(Default)]

@@ -1,11 +1,11 @@
 //! Edits of the task on the Scene and the Edit screen: what a key or the mouse makes of
 //! the selected object, and proposed subgoals.
 
+use crate::tui::actions::{Action, Context};
 use crate::tui::app::App;
 use crate::tui::facts::Level;
 use crate::tui::layers::{Chooser, Deed, Layer, Prompt, Then};
 use crate::tui::scene::Object;
-use crate::workbench::registry::{Action, Context};
 
 /// The direction and distance of a moving action.
 pub fn direction(action: Action, near: f32, far: f32) -> Option<[f32; 2]> {

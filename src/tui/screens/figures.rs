@@ -9,12 +9,12 @@ use ratatui::style::Style;
 use super::Hits;
 use super::frame::{WIDE, hint, pane};
 use super::lists::{line, select};
+use crate::tui::actions::{Action, Context};
 use crate::tui::app::App;
 use crate::tui::facts::Facts;
 use crate::tui::preview::Wanted;
 use crate::tui::theme::Depth;
 use crate::workbench::FigureKind;
-use crate::workbench::registry::{Action, Context};
 
 /// What a figure shows, in one line.
 fn about(kind: FigureKind) -> &'static str {

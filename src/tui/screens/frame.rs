@@ -7,11 +7,11 @@ use ratatui::style::{Modifier, Style};
 use ratatui::widgets::Widget;
 
 use super::{Hits, Tab};
+use crate::tui::actions::Action;
 use crate::tui::app::App;
 use crate::tui::columns;
 use crate::tui::facts::Level;
 use crate::tui::theme::{Marker, Theme};
-use crate::workbench::registry::Action;
 
 /// The smallest terminal that shows the workbench.
 const LEAST: (u16, u16) = (60, 20);

@@ -5,8 +5,8 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 
+use crate::tui::actions::Action;
 use crate::tui::theme::Theme;
-use crate::workbench::registry::Action;
 
 /// The selected line of each screen; the Log counts from its end.
 #[derive(Debug, Default)]

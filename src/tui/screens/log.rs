@@ -6,9 +6,9 @@ use ratatui::style::Style;
 
 use super::frame::{hint, level_style, pane};
 use super::lists::select;
+use crate::tui::actions::Action;
 use crate::tui::app::App;
 use crate::tui::layers::wrap;
-use crate::workbench::registry::Action;
 
 /// Columns of the time of day and the space after it.
 const TIME: usize = 9;

@@ -26,7 +26,7 @@ use ratatui::layout::Rect;
 use super::chart::Axes;
 use super::metric::Metric;
 use super::scene::View;
-use crate::workbench::registry::Action;
+use crate::tui::actions::Action;
 
 /// A screen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -8,11 +8,11 @@ use super::Hits;
 use super::frame::{hint, pane, shortened};
 use super::lists::{line, select};
 use super::status::bar;
+use crate::tui::actions::{Action, Context};
 use crate::tui::app::App;
 use crate::tui::columns;
 use crate::tui::facts::{Level, ModelFacts};
 use crate::tui::layers::{Layer, Prompt, Then, wrap};
-use crate::workbench::registry::{Action, Context};
 
 /// Draws the screen.
 pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {

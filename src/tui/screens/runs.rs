@@ -12,12 +12,12 @@ use super::Hits;
 use super::frame::{hint, pane, shortened};
 use super::status::{bar, state_colour};
 use crate::run::RunState;
+use crate::tui::actions::{Action, Context};
 use crate::tui::app::App;
 use crate::tui::columns;
 use crate::tui::facts::{Level, RunFacts};
 use crate::tui::layers::{Deed, Layer, Prompt, Then};
 use crate::tui::rate::span;
-use crate::workbench::registry::{Action, Context};
 
 /// State of the list of runs.
 #[derive(Debug, Default)]

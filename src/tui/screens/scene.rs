@@ -6,12 +6,12 @@ use std::time::Duration;
 use super::edit::{direction, edit, moved};
 use crate::env::Action as Place;
 use crate::trainer::Trace;
+use crate::tui::actions::{Action, Context};
 use crate::tui::app::App;
 use crate::tui::desk::{Desk, LOOK_AHEAD, Mind};
 use crate::tui::facts::{Facts, Level};
 use crate::tui::playback::{Episode, Player};
 use crate::tui::scene::{Ghost, Object, Overlays};
-use crate::workbench::registry::{Action, Context};
 
 /// State of the scene.
 #[derive(Default)]

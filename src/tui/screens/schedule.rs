@@ -8,13 +8,13 @@ use super::Hits;
 use super::edit::direction;
 use super::frame::pane;
 use crate::guidance::EpsilonSchedule;
+use crate::tui::actions::{Action, Context};
 use crate::tui::app::App;
 use crate::tui::chart::{Axes, Scale, Window};
 use crate::tui::facts::Level;
 use crate::tui::handles;
 use crate::tui::raster::Raster;
 use crate::tui::theme::Marker;
-use crate::workbench::registry::{Action, Context};
 
 /// Columns at which a point is still hit with the mouse.
 const NEAR: f32 = 4.0;

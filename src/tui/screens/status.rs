@@ -6,6 +6,7 @@ use ratatui::style::{Color, Style};
 
 use super::frame::{pane, shortened};
 use crate::run::RunState;
+use crate::tui::actions::{Action, Context};
 use crate::tui::app::App;
 use crate::tui::chart::number;
 use crate::tui::facts::RunFacts;
@@ -14,7 +15,6 @@ use crate::tui::metric::Metric;
 use crate::tui::rate::span;
 use crate::tui::theme::{Marker, Theme};
 use crate::workbench::PriorState;
-use crate::workbench::registry::{Action, Context};
 
 /// Draws the pane.
 pub fn draw(app: &App, area: Rect, buffer: &mut Buffer) {

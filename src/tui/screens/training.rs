@@ -7,12 +7,12 @@ use ratatui::layout::Rect;
 
 use super::Hits;
 use super::frame::{WIDE, fitting, hint, pane};
+use crate::tui::actions::{Action, Context};
 use crate::tui::app::App;
 use crate::tui::chart::{Curve, Plot, Range, Scale, draw as draw_chart};
 use crate::tui::facts::{Level, RunFacts};
 use crate::tui::metric::Metric;
 use crate::tui::rate::span;
-use crate::workbench::registry::{Action, Context};
 
 /// What the curves show.
 #[derive(Debug)]

@@ -155,7 +155,7 @@ fn objects(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
 
 /// What there is to know about the task and its edits, in lines.
 fn about(app: &App, width: usize) -> Vec<(String, Style)> {
-    use crate::workbench::registry::{Action, Context};
+    use crate::tui::actions::{Action, Context};
     let facts = app.desk.facts();
     let theme = &app.theme;
     let key = |action, context| app.keymap.key_for(action, context);
@@ -198,7 +198,7 @@ fn about(app: &App, width: usize) -> Vec<(String, Style)> {
 
 /// What is proposed, or looked for, and what to press.
 fn proposals(app: &App) -> Option<String> {
-    use crate::workbench::registry::{Action, Context};
+    use crate::tui::actions::{Action, Context};
     let facts = app.desk.facts();
     if let Some((found, count)) = facts.proposing {
         return Some(format!("looking for subgoal {} of {count}", (found + 1).min(count)));

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use super::{app, empty, failed, press, shot, text, typical};
+use crate::tui::actions::Action;
 use crate::tui::facts::Facts;
 use crate::tui::screens::Tab;
-use crate::workbench::registry::Action;
 
 const SIZES: [(u16, u16); 4] = [(60, 20), (80, 24), (120, 40), (200, 60)];
 

@@ -1,195 +1,234 @@
 //! The command language: one command, one line.
+//!
+//! A command is a type with its verb, its arguments, its line of help, how it is read and
+//! written, and what it does to the session, all in one place. A new one is such a type, in
+//! the file of its kind, and its name in the list below.
 
-mod read;
-mod write;
+mod arguments;
+mod clusters;
+mod hand_play;
+mod model;
+mod output;
+mod runs;
+mod settings;
+mod task;
 
-use std::path::PathBuf;
+use std::fmt;
+use std::path::Path;
 
-use crate::guidance::EpsilonSchedule;
-use crate::physics::ToolKind;
-use crate::task::Edit;
-use crate::trainer::{Method, PriorSource};
+use super::dry_run::DryRun;
+use super::setup::Setup;
+use super::{Session, SessionError};
+use arguments::Arguments;
 
-/// Something a person can do.
+pub use crate::task::Edit;
+pub use clusters::{Clusters, Guide};
+pub use hand_play::{Place, Reset};
+pub use model::{ModelEvaluate, ModelStop, ModelTrain};
+pub use output::{Comparison, Expect, Figure, FigureKind, Quantity, Quit, Record, Wait};
+pub use runs::{Continue, Delete, Evaluate, Open, Pause, Resume, Stop, Train, Watch};
+pub use settings::{Episodes, Epsilon, Method, Model, Out, Seed, Set};
+pub use task::{Propose, Redo, Save, Task, Undo};
+
+/// A verb of the command language.
+#[derive(Debug, Clone, Copy)]
+pub struct Verb {
+    /// The words it begins with.
+    pub name: &'static str,
+    /// What follows them.
+    pub arguments: &'static str,
+    /// What it does, in one line.
+    pub help: &'static str,
+    /// Reads what follows them.
+    read: fn(&mut Arguments<'_>) -> Result<Command, String>,
+}
+
+impl Verb {
+    /// How it is written: its words and what follows them.
+    pub fn usage(&self) -> String {
+        format!("{} {}", self.name, self.arguments).trim_end().to_owned()
+    }
+}
+
+/// When the recorded script does what a command did.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Command {
-    /// Load a shipped task or a task file.
-    Task(String),
-    /// Save the edited task.
-    Save(Option<PathBuf>),
-    /// Take the latest edit back.
-    Undo,
-    /// Make the undone edit again.
-    Redo,
-    /// Change the task.
-    Edit(Edit),
-    /// Let the model propose subgoals.
-    Propose(Option<usize>),
-    /// Set the master seed.
-    Seed(u64),
-    /// Choose the algorithm.
-    Method(Method),
-    /// Set the number of training episodes.
-    Episodes(u32),
-    /// Set the epsilon threshold.
-    Epsilon(EpsilonSchedule),
-    /// Set any setting of the run by its JSON path.
-    Set { key: String, value: String },
-    /// Choose what predicts the rollouts.
-    Model(PriorSource),
-    /// Train a dynamics model in the background.
-    ModelTrain { tools: Vec<ToolKind>, path: PathBuf, epochs: Option<u32> },
-    /// End what is being done about a dynamics model.
-    ModelStop,
-    /// Measure a dynamics model in the background.
-    ModelEvaluate(String),
-    /// Compute the action clusters anew.
-    Clusters(Option<PathBuf>),
-    /// Give the action clusters to the running training.
-    Guide,
-    /// Choose the folder for runs.
-    Out(PathBuf),
-    /// Start a run.
-    Train { folder: Option<PathBuf>, until: Option<u32> },
-    /// Pause the run.
-    Pause,
-    /// Go on with the paused run.
-    Resume { until: Option<u32> },
-    /// End the run.
-    Stop,
-    /// Wait for the run or the clusters.
-    Wait,
-    /// Open a run that is on disk.
-    Open(PathBuf),
-    /// Act on another run of the session, numbered from 0.
-    Watch(usize),
-    /// Delete a run from the disk.
-    Delete(PathBuf),
-    /// Go on with a run from its checkpoint.
-    Continue(Option<PathBuf>),
-    /// Play the greedy policy of the run.
-    Evaluate,
-    /// Hand play: place the tool.
-    Place([f32; 2]),
-    /// Hand play: start again.
-    Reset,
-    /// Export a figure.
-    Figure { kind: FigureKind, path: PathBuf, dpi: Option<u32> },
-    /// Fail unless it holds.
-    Expect(Expectation),
-    /// Save the session so far as a script.
-    Record(PathBuf),
-    /// Leave.
-    Quit,
+pub(super) enum Recording {
+    /// Where it was carried out.
+    Now,
+    /// At the episode at which the running training was.
+    AtEpisode,
+    /// At the episode at which it took effect in the running training, as its log says.
+    WhenEffective,
+    /// Where something else says so, or not at all: what follows does not depend on it.
+    Never,
+    /// Where it was carried out, in other words.
+    As(Command),
 }
 
-/// A figure of the session.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FigureKind {
-    /// The task's scene.
-    Scene,
-    /// The action clusters over the scene.
-    Clusters,
-    /// Rolling success of the session's runs.
-    Learning,
-    /// Everything logged of the current run.
-    Dashboard,
-    /// The latest episode, animated.
-    Episode,
-}
+/// What a command does.
+trait Execute {
+    /// Its verbs, in the order of the help.
+    fn verbs() -> &'static [Verb]
+    where
+        Self: Sized;
 
-impl FigureKind {
-    /// All kinds.
-    pub const ALL: [Self; 5] = [Self::Scene, Self::Clusters, Self::Learning, Self::Dashboard, Self::Episode];
+    /// Writes the line that is read back as this command.
+    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result;
 
-    /// The name in the language.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Scene => "scene",
-            Self::Clusters => "clusters",
-            Self::Learning => "learning",
-            Self::Dashboard => "dashboard",
-            Self::Episode => "episode",
-        }
+    /// Changes the task or the settings of the next run, and returns what to report.
+    ///
+    /// # Errors
+    /// When that cannot be; nothing has changed then.
+    fn prepare(&self, _setup: &mut Setup) -> Result<String, SessionError> {
+        Ok(String::new())
+    }
+
+    /// Carries it out and returns what to report.
+    ///
+    /// # Errors
+    /// When it cannot be carried out; nothing has changed then.
+    fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
+        session.change(|setup| self.prepare(setup))
+    }
+
+    /// Checks what can be known of it before the commands before it have done their work.
+    ///
+    /// # Errors
+    /// When it cannot be carried out whatever happens before it.
+    fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
+        self.prepare(&mut dry_run.setup).map(drop)
+    }
+
+    /// When the recorded script does it, with the session as it is before.
+    fn recording(&self, _session: &Session) -> Recording {
+        Recording::Now
+    }
+
+    /// Whether what it does depends on which run is acted on.
+    fn acts_on_run(&self) -> bool {
+        false
+    }
+
+    /// Whether it only begins something, for whose end the recorded script waits.
+    fn begins_work(&self) -> bool {
+        false
+    }
+
+    /// The file it replaces if there is one by that name.
+    fn overwrites(&self) -> Option<&Path> {
+        None
     }
 }
 
-/// What `expect` can look at.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
-    /// Episodes the current run has finished.
-    Episodes,
-    /// Rolling success of the current run, 0 to 1.
-    Success,
-    /// Success of the latest greedy evaluation, 0 to 1.
-    Greedy,
-    /// Action clusters over all stages.
-    Clusters,
-    /// Subgoals of the task.
-    Subgoals,
-    /// Proposed subgoals that were neither accepted nor rejected.
-    Proposals,
+macro_rules! commands {
+    ($($name:ident),* $(,)?) => {
+        /// Something a person can do.
+        #[derive(Debug, Clone, PartialEq)]
+        #[expect(missing_docs, reason = "each is documented where it is defined")]
+        pub enum Command {
+            $($name($name)),*
+        }
+
+        $(impl From<$name> for Command {
+            fn from(command: $name) -> Self {
+                Self::$name(command)
+            }
+        })*
+
+        impl Command {
+            fn behaviour(&self) -> &dyn Execute {
+                match self {
+                    $(Self::$name(command) => command),*
+                }
+            }
+        }
+
+        /// Every verb of the command language.
+        pub fn verbs() -> impl Iterator<Item = &'static Verb> {
+            [$($name::verbs()),*].into_iter().flatten()
+        }
+    };
 }
 
-impl Quantity {
-    const ALL: [Self; 6] =
-        [Self::Episodes, Self::Success, Self::Greedy, Self::Clusters, Self::Subgoals, Self::Proposals];
+// In the order of the help.
+commands! {
+    Task, Save, Undo, Redo, Edit, Propose,
+    Seed, Method, Episodes, Epsilon, Set, Model, Out,
+    ModelTrain, ModelEvaluate, ModelStop,
+    Clusters, Guide,
+    Train, Pause, Resume, Stop, Open, Watch, Continue, Delete, Evaluate,
+    Place, Reset,
+    Figure, Expect, Record, Wait, Quit,
+}
 
-    /// The name in the language.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Episodes => "episodes",
-            Self::Success => "success",
-            Self::Greedy => "greedy",
-            Self::Clusters => "clusters",
-            Self::Subgoals => "subgoals",
-            Self::Proposals => "proposals",
+impl Command {
+    /// Reads one line. None if it is empty or a comment (`#`).
+    ///
+    /// # Errors
+    /// When the verb is unknown or its arguments are not what it takes.
+    pub fn parse(line: &str) -> Result<Option<Self>, CommandError> {
+        let line = line.trim();
+        if line.is_empty() || line.starts_with('#') {
+            return Ok(None);
         }
+        let unbalanced = |_| CommandError::Usage { problem: "a quote is not closed".into(), usage: "\"TEXT\"".into() };
+        let words = shell_words::split(line).map_err(unbalanced)?;
+        let (verb, rest) = find_verb(&words)?;
+        let mut arguments = Arguments::new(rest);
+        let command = (verb.read)(&mut arguments).and_then(|command| arguments.end().map(|()| command));
+        command.map(Some).map_err(|problem| CommandError::Usage { problem, usage: verb.usage() })
+    }
+
+    /// The file it replaces if there is one by that name. Not a figure: it is drawn again.
+    pub fn overwrites(&self) -> Option<&Path> {
+        self.behaviour().overwrites()
+    }
+
+    pub(super) fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
+        self.behaviour().execute(session)
+    }
+
+    pub(super) fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
+        self.behaviour().check(dry_run)
+    }
+
+    pub(super) fn recording(&self, session: &Session) -> Recording {
+        self.behaviour().recording(session)
+    }
+
+    pub(super) fn acts_on_run(&self) -> bool {
+        self.behaviour().acts_on_run()
+    }
+
+    pub(super) fn begins_work(&self) -> bool {
+        self.behaviour().begins_work()
     }
 }
 
-/// A comparison that must hold.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Expectation {
-    /// The quantity.
-    pub quantity: Quantity,
-    /// How it is compared.
-    pub comparison: Comparison,
-    /// With what.
-    pub value: f64,
+impl fmt::Display for Command {
+    /// The line that is read back as this command.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.behaviour().write(f)
+    }
 }
 
-/// How two numbers are compared.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Comparison {
-    /// `=`
-    Equal,
-    /// `>=`
-    AtLeast,
-    /// `<=`
-    AtMost,
-}
-
-impl Comparison {
-    const ALL: [Self; 3] = [Self::Equal, Self::AtLeast, Self::AtMost];
-
-    /// The sign in the language.
-    pub fn sign(self) -> &'static str {
-        match self {
-            Self::Equal => "=",
-            Self::AtLeast => ">=",
-            Self::AtMost => "<=",
-        }
+fn find_verb(words: &[String]) -> Result<(&'static Verb, &[String]), CommandError> {
+    let starts_with = |verb: &&Verb| {
+        let parts: Vec<&str> = verb.name.split(' ').collect();
+        words.len() >= parts.len() && parts.iter().zip(words).all(|(part, word)| part == word)
+    };
+    // `model train` is not `model` with an argument.
+    let parts = |verb: &Verb| verb.name.split(' ').count();
+    if let Some(verb) = verbs().filter(starts_with).max_by_key(|verb| parts(verb)) {
+        return Ok((verb, &words[parts(verb)..]));
     }
-
-    /// Whether it holds.
-    pub fn holds(self, left: f64, right: f64) -> bool {
-        match self {
-            Self::Equal => left == right,
-            Self::AtLeast => left >= right,
-            Self::AtMost => left <= right,
-        }
-    }
+    let typed = words.iter().take(2).map(String::as_str).collect::<Vec<_>>().join(" ");
+    let closeness = |verb: &Verb| {
+        let one = strsim::jaro_winkler(verb.name, words.first().map_or("", String::as_str));
+        one.max(strsim::jaro_winkler(verb.name, &typed))
+    };
+    let nearest = verbs().max_by(|a, b| closeness(a).total_cmp(&closeness(b))).filter(|v| closeness(v) > 0.75);
+    Err(CommandError::Unknown { word: typed, nearest: nearest.map(|verb| verb.name.to_owned()) })
 }
 
 /// A line that is no command.
@@ -209,9 +248,7 @@ fn suggestion(nearest: &Option<String>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::read::find_verb;
     use super::*;
-    use crate::workbench::registry::verbs;
 
     /// One line for every verb.
     const LINES: &[&str] = &[
@@ -269,7 +306,8 @@ mod tests {
     #[test]
     fn every_verb_reads_and_writes_the_same_line() {
         for verb in verbs() {
-            let line = LINES.iter().find(|line| find_verb(&shell_words::split(line).unwrap()).unwrap().0 == verb);
+            let line =
+                LINES.iter().find(|line| find_verb(&shell_words::split(line).unwrap()).unwrap().0.name == verb.name);
             let line = line.unwrap_or_else(|| panic!("no line for {}", verb.name));
             let command = Command::parse(line).unwrap().unwrap();
             assert_eq!(&command.to_string(), line);
@@ -299,6 +337,15 @@ mod tests {
         ] {
             let error = Command::parse(line).unwrap_err().to_string();
             assert!(error.contains(expected), "{line}: {error}");
+        }
+    }
+
+    #[test]
+    fn verbs_are_unique_and_explained() {
+        let all: Vec<&Verb> = verbs().collect();
+        for (index, verb) in all.iter().enumerate() {
+            assert!(all[index + 1..].iter().all(|other| other.name != verb.name), "{}", verb.name);
+            assert!(!verb.help.is_empty() && verb.help.len() <= 80, "{}", verb.name);
         }
     }
 }

@@ -5,61 +5,65 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::SessionError;
-use super::command::{Command, FigureKind};
-use super::session::Session;
+use super::command::{self, Command, FigureKind};
+use super::setup::Setup;
 use crate::trainer::{PriorSource, check_model};
 
-/// A session in which nothing is computed, trained or written.
-pub(super) struct Rehearsal {
-    session: Session,
+/// What is known before anything is computed, trained or written.
+pub(super) struct DryRun {
+    /// The task and the settings, as they will be.
+    pub setup: Setup,
     /// Files that the script will have written by now.
     written: BTreeSet<PathBuf>,
     /// Whether the task is one that the script itself will write: then nothing more is known.
-    blind: bool,
+    task_unknown: bool,
     /// Whether subgoals will have been proposed: then it is not known what there is to edit.
     proposed: bool,
 }
 
-impl Rehearsal {
-    /// Begins as `session` is.
-    pub fn new(session: &Session) -> Self {
-        Self { session: session.at_rest(), written: BTreeSet::new(), blind: false, proposed: false }
+impl DryRun {
+    /// Begins with a session's task and settings.
+    pub fn new(setup: Setup) -> Self {
+        Self { setup, written: BTreeSet::new(), task_unknown: false, proposed: false }
     }
 
-    /// What can be known of a command beforehand.
+    /// Checks what can be known of a command beforehand.
     ///
     /// # Errors
     /// When it cannot be carried out whatever happens before it.
-    pub fn play(&mut self, command: &Command) -> Result<(), SessionError> {
-        match command {
-            _ if self.blind => {}
-            Command::Task(name) if self.written.contains(Path::new(name)) => self.blind = true,
-            Command::Propose(_) => self.proposed = true,
-            Command::Edit(_) | Command::Undo | Command::Redo if self.proposed => {}
-            Command::Task(_)
-            | Command::Edit(_)
-            | Command::Undo
-            | Command::Redo
-            | Command::Method(_)
-            | Command::Episodes(_)
-            | Command::Epsilon(_)
-            | Command::Set { .. }
-            | Command::Model(_) => {
-                self.session.apply(command.clone())?;
-                self.proposed &= !matches!(command, Command::Task(_));
-            }
-            Command::Save(Some(path)) | Command::ModelTrain { path, .. } => {
-                self.written.insert(path.clone());
-            }
-            Command::Train { .. } => self.check_settings()?,
-            Command::Figure { kind, path, .. } => check_figure(*kind, path)?,
-            _ => {}
+    pub fn check(&mut self, command: &Command) -> Result<(), SessionError> {
+        if self.task_unknown { Ok(()) } else { command.check(self) }
+    }
+
+    /// A task is opened.
+    pub fn open_task(&mut self, task: &command::Task) -> Result<(), SessionError> {
+        if self.written.contains(Path::new(&task.0)) {
+            self.task_unknown = true;
+        } else {
+            self.setup.open_task(&task.0)?;
+            self.proposed = false;
         }
         Ok(())
     }
 
-    fn check_settings(&self) -> Result<(), SessionError> {
-        let config = self.session.config();
+    /// The task, or what is proposed for it, is edited.
+    pub fn edit(&mut self, edit: impl FnOnce(&mut Setup) -> Result<String, SessionError>) -> Result<(), SessionError> {
+        if self.proposed { Ok(()) } else { edit(&mut self.setup).map(drop) }
+    }
+
+    /// Subgoals are proposed.
+    pub fn propose(&mut self) {
+        self.proposed = true;
+    }
+
+    /// A file is written.
+    pub fn writes(&mut self, path: Option<&Path>) {
+        self.written.extend(path.map(Path::to_owned));
+    }
+
+    /// A run is begun with the settings.
+    pub fn check_settings(&self) -> Result<(), SessionError> {
+        let config = &self.setup.config;
         config.validate()?;
         match &config.prior {
             PriorSource::ModelFile(path) if self.written.contains(Path::new(path)) => Ok(()),
@@ -69,7 +73,7 @@ impl Rehearsal {
 }
 
 /// Whether a figure of this kind can be written to a file of this name.
-fn check_figure(kind: FigureKind, path: &Path) -> Result<(), SessionError> {
+pub(super) fn check_figure(kind: FigureKind, path: &Path) -> Result<(), SessionError> {
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("");
     let (known, expected): (&[&str], _) =
         if kind == FigureKind::Episode { (&["gif"], "`.gif`") } else { (&["png", "svg"], "`.png` or `.svg`") };
@@ -85,9 +89,9 @@ mod tests {
     use crate::task;
     use crate::workbench::{Script, Session};
 
-    fn rehearse(text: &str) -> Result<(), String> {
+    fn dry_run(text: &str) -> Result<(), String> {
         let session = Session::new(task::load("task1").unwrap(), "nowhere".into());
-        Script::parse(text, "s", &[]).unwrap().rehearse(&session).map_err(|error| error.to_string())
+        Script::parse(text, "s", &[]).unwrap().dry_run(&session).map_err(|error| error.to_string())
     }
 
     #[test]
@@ -102,7 +106,7 @@ mod tests {
             ("figure episode a.png", "`.gif`"),
             ("model nowhere.safetensors\ntrain b", "nowhere.safetensors"),
         ] {
-            let error = rehearse(&format!("episodes 9\ntrain a\nwait\n{line}")).unwrap_err();
+            let error = dry_run(&format!("episodes 9\ntrain a\nwait\n{line}")).unwrap_err();
             assert!(error.starts_with("s:4: ") || error.starts_with("s:5: "), "{error}");
             assert!(error.contains(expected), "{error}");
         }
@@ -112,9 +116,9 @@ mod tests {
     fn what_the_script_makes_itself_is_no_mistake() {
         let text = "subgoal add 0 0\nsave mine.json\nmodel train box,bucket a.safetensors 3\nwait\n\
                     model a.safetensors\ntrain\nwait\ntask mine.json\nsubgoal move 9 0 0\nfigure episode a.gif";
-        assert_eq!(rehearse(text), Ok(()));
-        assert_eq!(rehearse("propose 1\nwait\nproposal accept 1\nundo"), Ok(()));
-        assert!(rehearse("propose 1\nwait\ntask task1\nundo").unwrap_err().starts_with("s:4: "));
+        assert_eq!(dry_run(text), Ok(()));
+        assert_eq!(dry_run("propose 1\nwait\nproposal accept 1\nundo"), Ok(()));
+        assert!(dry_run("propose 1\nwait\ntask task1\nundo").unwrap_err().starts_with("s:4: "));
         assert!(!std::path::Path::new("mine.json").exists());
     }
 }

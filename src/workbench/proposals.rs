@@ -1,79 +1,17 @@
-//! The session's task: loaded, edited, saved, and subgoals proposed for it.
+//! Subgoals that the model proposes for the session's task.
 
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
-
-use super::command::Command;
-use super::hand::HandPlay;
+use super::command::Propose;
 use super::proposal_job::{ProposalJob, ProposalKey};
 use super::session::Notice;
 use super::{Session, SessionError};
-use crate::task::{Edit, Editor, Region, Task, load, save};
+use crate::task::Region;
 
 impl Session {
-    pub(super) fn load_task(&mut self, name: &str) -> Result<String, SessionError> {
-        let task = load(name)?;
-        self.file = Path::new(name).is_file().then(|| PathBuf::from(name));
-        self.editor = Editor::new(task);
-        self.job = None;
-        self.proposal_job = None;
-        // Clusters of another task say nothing about this one.
-        self.prior = None;
-        self.task_changed();
-        Ok(format!("task {}: {}", self.task().name, self.task().description))
-    }
-
-    pub(super) fn save_task(&mut self, path: Option<&Path>) -> Result<String, SessionError> {
-        let path =
-            path.or(self.file.as_deref()).ok_or_else(|| SessionError::NoFile(self.task().name.clone()))?.to_owned();
-        let mut task = self.task().clone();
-        if let Some(stem) = path.file_stem() {
-            task.name = stem.to_string_lossy().into_owned();
-        }
-        save(&task, &path)?;
-        self.editor.mark_saved(task.name);
-        self.file = Some(path.clone());
-        self.task_changed();
-        Ok(format!("saved to {}", path.display()))
-    }
-
-    pub(super) fn step_history(
-        &mut self,
-        step: fn(&mut Editor) -> bool,
-        name: &'static str,
-        told: &str,
-    ) -> Result<String, SessionError> {
-        if !step(&mut self.editor) {
-            return Err(SessionError::Nothing(name));
-        }
-        self.task_changed();
-        Ok(told.to_owned())
-    }
-
-    pub(super) fn task_changed(&mut self) {
-        self.settings.task = Arc::new(self.editor.task().clone());
-        self.hand = HandPlay::new(self.settings.task.clone(), self.settings.seed);
-    }
-
-    pub(super) fn edit(&mut self, edit: &Edit) -> Result<String, SessionError> {
-        let (own, offered) = (self.task().subgoals.len(), self.proposed().len());
-        self.editor.apply(edit)?;
-        self.task_changed();
-        Ok(match edit {
-            Edit::AcceptProposal { index: Some(_) } => format!("subgoal {} was proposed", own + 1),
-            Edit::AcceptProposal { index: None } => {
-                format!("{offered} proposed in place of {own} before: `undo` takes it back")
-            }
-            Edit::DeleteProposal { .. } => "rejected: `undo` takes it back".to_owned(),
-            _ => "task edited".to_owned(),
-        })
-    }
-
     /// Begins to look for subgoals, as many as the task has if `count` does not say.
     pub(super) fn propose(&mut self, count: Option<usize>) -> Result<String, SessionError> {
-        self.settings.validate()?;
+        self.setup.config.validate()?;
         let count = count.unwrap_or(self.task().subgoals.len().max(1));
-        let job = ProposalJob::spawn(&self.settings, count).map_err(SessionError::Thread)?;
+        let job = ProposalJob::spawn(&self.setup.config, count).map_err(SessionError::Thread)?;
         self.proposal_job = Some(job);
         Ok(format!("looking for {}", subgoals(count)))
     }
@@ -90,38 +28,23 @@ impl Session {
     }
 
     fn take_proposals(&mut self, key: &ProposalKey, count: usize, regions: Vec<Region>) -> Result<String, String> {
-        if *key != ProposalKey::of(&self.settings) {
+        if *key != ProposalKey::of(&self.setup.config) {
             return Err("the task or the model was changed while subgoals were looked for: `propose` again".to_owned());
         }
         if regions.is_empty() {
             return Err("no place was found that tools make the ball reach on its way to the goal".to_owned());
         }
         let found = regions.len();
-        self.editor.propose(regions);
+        self.setup.propose(regions);
         // The proposals belong where they arrived: only what is done from now on can refer to them.
-        self.journal.note(Command::Propose(Some(count)), self.current);
+        self.journal.note(Propose(Some(count)).into(), self.current);
         let all = if found < count { format!(" of the {count} looked for") } else { String::new() };
         Ok(format!("{}{all} proposed", subgoals(found)))
     }
 
-    /// The task as edited.
-    pub fn task(&self) -> &Task {
-        self.editor.task()
-    }
-
-    /// Whether the task has edits that are not saved.
-    pub fn is_dirty(&self) -> bool {
-        self.editor.is_dirty()
-    }
-
-    /// The file of the task, if it is not a shipped one.
-    pub fn file(&self) -> Option<&Path> {
-        self.file.as_deref()
-    }
-
     /// Subgoals that are proposed for the task and were neither accepted nor rejected.
     pub fn proposed(&self) -> &[Region] {
-        self.editor.proposed()
+        self.setup.editor.proposed()
     }
 
     /// Subgoals found so far and looked for, while they are being looked for.
@@ -137,6 +60,7 @@ fn subgoals(count: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::task::load;
     use crate::workbench::Script;
 
     fn session() -> Session {

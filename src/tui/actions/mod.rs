@@ -1,9 +1,12 @@
-//! Everything a person can ask for: one table of actions, from which the key map, the hints of
-//! the footer, the help, the palette, the verbs of scripts and the manual page come.
+//! Everything a person can ask for with a key: one table of actions, from which, with the verbs
+//! of the command language, the key map, the hints of the footer, the help, the palette and the
+//! manual page come.
 
 mod table;
 
-pub use table::ENTRIES;
+use std::sync::LazyLock;
+
+use crate::workbench::{Verb, verbs};
 
 /// Something a key, the palette or the mouse can ask for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -170,27 +173,27 @@ impl Context {
     }
 }
 
-/// A verb of the command language.
+/// How a script does what an action does, with a verb or its name for `V`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Verb {
-    /// The words it begins with.
-    pub name: &'static str,
-    /// What follows them.
-    pub arguments: &'static str,
-    /// What it does, in one line.
-    pub help: &'static str,
-}
-
-/// How a script does what an action does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Script {
-    /// With this verb.
-    Verb(Verb),
-    /// With the verb of another entry that has this name. Moving and resizing name the verb
-    /// for a subgoal: the other objects have verbs of the same form.
-    Like(&'static str),
+pub enum Script<V> {
+    /// With this verb, which says what the action does.
+    Verb(V),
+    /// With this verb and the right arguments. Moving and resizing name the verb for a subgoal:
+    /// the other objects have verbs of the same form.
+    Like(V),
     /// Not at all: it is about the screen.
     Nothing,
+}
+
+/// A row of the table, which names verbs.
+struct Row {
+    action: Action,
+    context: Context,
+    name: &'static str,
+    keys: &'static str,
+    hint: &'static str,
+    about: &'static str,
+    script: Script<&'static str>,
 }
 
 /// An action in a context, with its name, its keys and what it does.
@@ -209,31 +212,62 @@ pub struct Entry {
     /// What it does, in one line.
     pub about: &'static str,
     /// The same in a script.
-    pub script: Script,
+    pub script: Script<&'static Verb>,
 }
 
 impl Entry {
+    fn of_row(row: &Row) -> Self {
+        let find = |name: &str| verbs().find(|verb| verb.name == name);
+        let (about, script) = match row.script {
+            // A test looks for every verb that is named.
+            Script::Verb(name) => match find(name) {
+                Some(verb) => (verb.help, Script::Verb(verb)),
+                None => ("", Script::Nothing),
+            },
+            Script::Like(name) => (row.about, find(name).map_or(Script::Nothing, Script::Like)),
+            Script::Nothing => (row.about, Script::Nothing),
+        };
+        let Row { action, context, name, keys, hint, .. } = *row;
+        Self { action, context, name, keys, hint, about, script }
+    }
+
+    /// A verb that no action is: it is typed.
+    fn of_verb(verb: &'static Verb) -> Self {
+        Self {
+            action: Action::Type(verb.name),
+            context: Context::Typed,
+            // Made once, and kept as long as the program runs.
+            name: verb.name.replace(' ', "-").leak(),
+            keys: "",
+            hint: "",
+            about: verb.help,
+            script: Script::Verb(verb),
+        }
+    }
+
     /// Name of the verb of the command language that does the same, if there is one.
     pub fn verb(&self) -> Option<&'static str> {
         match self.script {
-            Script::Verb(verb) => Some(verb.name),
-            Script::Like(name) => Some(name),
+            Script::Verb(verb) | Script::Like(verb) => Some(verb.name),
             Script::Nothing => None,
         }
     }
 }
 
-/// The entry with a name.
-pub fn named(name: &str) -> Option<&'static Entry> {
-    ENTRIES.iter().find(|entry| entry.name == name)
+/// Every entry, by where it applies; those that are only typed come last.
+pub fn entries() -> &'static [Entry] {
+    static ENTRIES: LazyLock<Vec<Entry>> = LazyLock::new(|| {
+        let mut entries: Vec<Entry> = table::ROWS.iter().map(Entry::of_row).collect();
+        let has_key = |verb: &&Verb| table::ROWS.iter().any(|row| row.script == Script::Verb(verb.name));
+        entries.extend(verbs().filter(|verb| !has_key(verb)).map(Entry::of_verb));
+        entries
+    });
+    &ENTRIES
 }
 
-/// Every verb of the command language.
-pub fn verbs() -> impl Iterator<Item = &'static Verb> {
-    ENTRIES.iter().filter_map(|entry| match &entry.script {
-        Script::Verb(verb) => Some(verb),
-        _ => None,
-    })
+/// The entry with a name.
+pub fn named(name: &str) -> Option<&'static Entry> {
+    entries().iter().find(|entry| entry.name == name)
 }
 
 #[cfg(test)]
@@ -241,25 +275,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_and_verbs_are_unique_and_every_entry_is_explained() {
-        for (index, entry) in ENTRIES.iter().enumerate() {
-            let others = &ENTRIES[index + 1..];
+    fn names_are_unique_and_every_entry_is_explained() {
+        for (index, entry) in entries().iter().enumerate() {
+            let others = &entries()[index + 1..];
             assert!(others.iter().all(|other| other.name != entry.name), "{}", entry.name);
-            if let Script::Verb(verb) = entry.script {
-                let same = |other: &Entry| matches!(other.script, Script::Verb(other) if other.name == verb.name);
-                assert!(!others.iter().any(same), "{}", verb.name);
-            }
             assert!(!entry.about.is_empty() && entry.about.len() <= 80, "{}", entry.name);
             assert_eq!(entry.keys.is_empty(), entry.context == Context::Typed, "{}", entry.name);
         }
     }
 
     #[test]
-    fn what_another_entry_scripts_is_a_verb() {
-        for entry in ENTRIES {
-            if let Script::Like(name) = entry.script {
-                assert!(verbs().any(|verb| verb.name == name), "{}: {name}", entry.name);
+    fn every_verb_that_is_named_exists_and_stands_in_one_entry() {
+        for row in table::ROWS {
+            if let Script::Verb(name) | Script::Like(name) = row.script {
+                assert!(verbs().any(|verb| verb.name == name), "{}: {name}", row.name);
             }
+        }
+        for verb in verbs() {
+            let same = |entry: &&Entry| matches!(entry.script, Script::Verb(other) if other.name == verb.name);
+            assert_eq!(entries().iter().filter(same).count(), 1, "{}", verb.name);
         }
     }
 }

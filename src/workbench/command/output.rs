@@ -1,0 +1,283 @@
+//! What comes out of a session: figures, checks, its recording, and its end.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use super::arguments::{optional, quoted_path};
+use super::{Execute, Recording, Verb};
+use crate::workbench::dry_run::{DryRun, check_figure};
+use crate::workbench::{Session, SessionError};
+
+/// Exports a figure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// What it shows.
+    pub kind: FigureKind,
+    /// The file; its ending says the format.
+    pub path: PathBuf,
+    /// Its resolution, if not the usual one.
+    pub dpi: Option<u32>,
+}
+
+impl Execute for Figure {
+    fn verbs() -> &'static [Verb] {
+        &[Verb {
+            name: "figure",
+            arguments: "KIND FILE [DPI]",
+            help: "export a figure: scene, clusters, learning, dashboard or episode",
+            read: |args| {
+                let kind = args.one_of("a kind", &FigureKind::ALL, FigureKind::name)?;
+                let (path, dpi) = (args.path("a file")?, args.optional_number("resolution")?);
+                Ok(Self { kind, path, dpi }.into())
+            },
+        }]
+    }
+
+    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "figure {} {}{}", self.kind.name(), quoted_path(&self.path), optional(self.dpi))
+    }
+
+    fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
+        session.export(self)
+    }
+
+    fn check(&self, _dry_run: &mut DryRun) -> Result<(), SessionError> {
+        check_figure(self.kind, &self.path)
+    }
+
+    fn recording(&self, _session: &Session) -> Recording {
+        Recording::AtEpisode
+    }
+
+    fn acts_on_run(&self) -> bool {
+        matches!(self.kind, FigureKind::Dashboard | FigureKind::Episode)
+    }
+}
+
+/// A figure of the session.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FigureKind {
+    /// The task's scene.
+    Scene,
+    /// The action clusters over the scene.
+    Clusters,
+    /// Rolling success of the session's runs.
+    Learning,
+    /// Everything logged of the current run.
+    Dashboard,
+    /// The latest episode, animated.
+    Episode,
+}
+
+impl FigureKind {
+    /// All kinds.
+    pub const ALL: [Self; 5] = [Self::Scene, Self::Clusters, Self::Learning, Self::Dashboard, Self::Episode];
+
+    /// The name in the language.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Scene => "scene",
+            Self::Clusters => "clusters",
+            Self::Learning => "learning",
+            Self::Dashboard => "dashboard",
+            Self::Episode => "episode",
+        }
+    }
+}
+
+/// A comparison that must hold; otherwise the script fails.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Expect {
+    /// The quantity.
+    pub quantity: Quantity,
+    /// How it is compared.
+    pub comparison: Comparison,
+    /// With what.
+    pub value: f64,
+}
+
+impl Execute for Expect {
+    fn verbs() -> &'static [Verb] {
+        &[Verb {
+            name: "expect",
+            arguments: "WHAT OP VALUE",
+            help: "fail the script unless it holds, such as expect success >= 0.5",
+            read: |args| {
+                let quantity = args.one_of("a quantity", &Quantity::ALL, Quantity::name)?;
+                let comparison = args.one_of("a comparison", &Comparison::ALL, Comparison::sign)?;
+                Ok(Self { quantity, comparison, value: args.number("number")? }.into())
+            },
+        }]
+    }
+
+    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "expect {} {} {}", self.quantity.name(), self.comparison.sign(), self.value)
+    }
+
+    fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
+        session.expect(self)
+    }
+
+    fn recording(&self, _session: &Session) -> Recording {
+        Recording::AtEpisode
+    }
+
+    fn acts_on_run(&self) -> bool {
+        matches!(self.quantity, Quantity::Episodes | Quantity::Success | Quantity::Greedy)
+    }
+}
+
+/// What `expect` can look at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Episodes the current run has finished.
+    Episodes,
+    /// Rolling success of the current run, 0 to 1.
+    Success,
+    /// Success of the latest greedy evaluation, 0 to 1.
+    Greedy,
+    /// Action clusters over all stages.
+    Clusters,
+    /// Subgoals of the task.
+    Subgoals,
+    /// Proposed subgoals that were neither accepted nor rejected.
+    Proposals,
+}
+
+impl Quantity {
+    const ALL: [Self; 6] =
+        [Self::Episodes, Self::Success, Self::Greedy, Self::Clusters, Self::Subgoals, Self::Proposals];
+
+    /// The name in the language.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Episodes => "episodes",
+            Self::Success => "success",
+            Self::Greedy => "greedy",
+            Self::Clusters => "clusters",
+            Self::Subgoals => "subgoals",
+            Self::Proposals => "proposals",
+        }
+    }
+}
+
+/// How two numbers are compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Comparison {
+    /// `=`
+    Equal,
+    /// `>=`
+    AtLeast,
+    /// `<=`
+    AtMost,
+}
+
+impl Comparison {
+    const ALL: [Self; 3] = [Self::Equal, Self::AtLeast, Self::AtMost];
+
+    /// The sign in the language.
+    pub fn sign(self) -> &'static str {
+        match self {
+            Self::Equal => "=",
+            Self::AtLeast => ">=",
+            Self::AtMost => "<=",
+        }
+    }
+
+    /// Whether it holds.
+    pub fn holds(self, left: f64, right: f64) -> bool {
+        match self {
+            Self::Equal => left == right,
+            Self::AtLeast => left >= right,
+            Self::AtMost => left <= right,
+        }
+    }
+}
+
+/// Saves the session so far as a script.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record(pub PathBuf);
+
+impl Execute for Record {
+    fn verbs() -> &'static [Verb] {
+        &[Verb {
+            name: "record",
+            arguments: "FILE",
+            help: "save the session so far as a script",
+            read: |args| Ok(Self(args.path("a file")?).into()),
+        }]
+    }
+
+    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "record {}", quoted_path(&self.0))
+    }
+
+    fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
+        crate::atomic::write(&self.0, session.to_script().as_bytes())
+            .map_err(|source| SessionError::Write { path: self.0.clone(), source })?;
+        Ok(format!("saved the session to {}", self.0.display()))
+    }
+
+    fn recording(&self, _session: &Session) -> Recording {
+        Recording::Never
+    }
+
+    fn overwrites(&self) -> Option<&Path> {
+        Some(&self.0)
+    }
+}
+
+/// Waits for what is under way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wait;
+
+impl Execute for Wait {
+    fn verbs() -> &'static [Verb] {
+        &[Verb {
+            name: "wait",
+            arguments: "",
+            help: "wait until the run pauses or ends, or the clusters are there",
+            read: |_| Ok(Self.into()),
+        }]
+    }
+
+    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("wait")
+    }
+
+    fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
+        session.wait(|_| {})
+    }
+
+    fn recording(&self, _session: &Session) -> Recording {
+        Recording::Never
+    }
+}
+
+/// Ends the session.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Quit;
+
+impl Execute for Quit {
+    fn verbs() -> &'static [Verb] {
+        &[Verb {
+            name: "quit",
+            arguments: "",
+            help: "leave the workbench; a running training is checkpointed first",
+            read: |_| Ok(Self.into()),
+        }]
+    }
+
+    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("quit")
+    }
+
+    fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
+        session.quit = true;
+        Ok(String::new())
+    }
+
+    fn recording(&self, _session: &Session) -> Recording {
+        Recording::Never
+    }
+}

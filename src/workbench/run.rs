@@ -1,0 +1,306 @@
+//! A run as the workbench shows it: its log so far, and the trainer if it is ours.
+
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::agent::Ddpg;
+use crate::guidance::ActionPrior;
+use crate::run::{
+    CheckpointName, EpisodeRecord, EvaluationRecord, Event, EventReader, RunDirectory, RunError, RunHistory, RunState,
+    read_episode,
+};
+use crate::trainer::{
+    Control, LiveView, NETWORKS_SECTION, Phase, RunConfig, Trace, Trainer, greedy_episode, saved_prior,
+};
+
+use super::SessionError;
+
+/// A run, live or finished, ours or another process's: a reader of its log.
+#[derive(Debug)]
+pub struct RunView {
+    number: usize,
+    directory: RunDirectory,
+    config: RunConfig,
+    reader: EventReader,
+    history: RunHistory,
+    trainer: Option<Trainer>,
+    live: Option<LiveView>,
+    failure: Option<String>,
+    /// The saved prior, or why it cannot be used; read when it is first asked for.
+    saved_prior: OnceLock<Result<Option<Arc<ActionPrior>>, String>>,
+    /// It was asked to leave its pause and has not said so yet.
+    leaving_pause: bool,
+    trained_here: bool,
+    turn: Option<Turn>,
+}
+
+/// A run that waits until a core is free for it.
+#[derive(Debug)]
+struct Turn {
+    /// Pause after so many episodes.
+    until: Option<u32>,
+}
+
+impl RunView {
+    /// Opens the run in a folder, to look at.
+    ///
+    /// # Errors
+    /// When there is no run, or one that cannot be read.
+    pub fn open(path: &Path) -> Result<Self, RunError> {
+        Self::new(RunDirectory::open(path)?)
+    }
+
+    /// Opens the run in a folder and reads all there is of its log.
+    ///
+    /// # Errors
+    /// As [`RunView::open`].
+    pub fn read(path: &Path) -> Result<Self, RunError> {
+        let mut view = Self::open(path)?;
+        view.poll();
+        Ok(view)
+    }
+
+    pub(super) fn new(directory: RunDirectory) -> Result<Self, RunError> {
+        let config = directory.config()?;
+        let reader = directory.events();
+        Ok(Self {
+            number: 0,
+            directory,
+            config,
+            reader,
+            history: RunHistory::default(),
+            trainer: None,
+            live: None,
+            failure: None,
+            saved_prior: OnceLock::new(),
+            leaving_pause: false,
+            trained_here: false,
+            turn: None,
+        })
+    }
+
+    /// The same as run number `number` of a session.
+    pub(super) fn numbered(self, number: usize) -> Self {
+        Self { number, ..self }
+    }
+
+    /// Its number in the session, from 0 in the order they began or were opened.
+    pub fn number(&self) -> usize {
+        self.number
+    }
+
+    /// Lets it wait for its turn to be trained in this process; with `until`, it pauses
+    /// after so many episodes.
+    pub(super) fn enqueue(&mut self, until: Option<u32>) {
+        // What the log says so far is the past: an old failure is no news.
+        self.poll();
+        self.failure = None;
+        self.trained_here = true;
+        self.turn = Some(Turn { until });
+    }
+
+    /// Takes it out of the queue; false if it is not in it.
+    pub(super) fn unqueue(&mut self) -> bool {
+        self.turn.take().is_some()
+    }
+
+    /// Whether it waits for its turn.
+    pub fn is_queued(&self) -> bool {
+        self.turn.is_some()
+    }
+
+    /// Begins to train it if it is queued.
+    pub(super) fn start(&mut self) -> Result<(), SessionError> {
+        let Some(turn) = self.turn.take() else { return Ok(()) };
+        let trainer = Trainer::spawn(self.directory.clone()).map_err(SessionError::Thread);
+        if let Err(error) = &trainer {
+            self.failure = Some(error.to_string());
+        }
+        let trainer = trainer?;
+        if let Some(episodes) = turn.until {
+            trainer.send(Control::Advance(episodes));
+        }
+        self.trainer = Some(trainer);
+        Ok(())
+    }
+
+    /// Whether it keeps a core busy.
+    pub(super) fn is_working(&self) -> bool {
+        self.is_active() && self.state() != RunState::Paused
+    }
+
+    /// Reads what is new. Returns the new events, and whether anything changed.
+    pub(super) fn poll(&mut self) -> (Vec<Event>, bool) {
+        let mut changed = false;
+        let mut events = Vec::new();
+        match self.reader.poll() {
+            Ok(poll) => {
+                if poll.restarted {
+                    self.history = RunHistory::default();
+                    changed = true;
+                }
+                self.failure = poll.problems.first().map(ToString::to_string).or(self.failure.take());
+                events.extend(poll.events.into_iter().map(|logged| logged.event));
+            }
+            Err(error) => self.failure = Some(error.to_string()),
+        }
+        for event in &events {
+            self.history.note(event);
+            self.leaving_pause &= !matches!(event, Event::Resumed { .. });
+            if matches!(event, Event::ClustersChanged { .. } | Event::Started { .. }) {
+                self.saved_prior.take();
+            }
+        }
+        if let Some(trainer) = &mut self.trainer {
+            if let Some(view) = trainer.watch().take() {
+                self.live = Some(view);
+                changed = true;
+            }
+            if let Some(outcome) = trainer.outcome() {
+                self.failure = outcome.err();
+                self.trainer = None;
+                self.leaving_pause = false;
+                changed = true;
+            }
+        }
+        changed |= !events.is_empty();
+        (events, changed)
+    }
+
+    /// Asks the trainer for something, if the run is ours and active.
+    pub(super) fn send(&mut self, control: Control) -> Result<(), SessionError> {
+        match &self.trainer {
+            Some(trainer) if trainer.is_active() => {
+                let leaves = matches!(control, Control::Resume | Control::Advance(_) | Control::Stop { .. });
+                self.leaving_pause |= leaves && matches!(self.history.last, Some(Event::Paused { .. }));
+                trainer.send(control);
+                Ok(())
+            }
+            _ if self.is_queued() => Err(SessionError::Queued(self.name())),
+            _ => Err(SessionError::NotActive),
+        }
+    }
+
+    /// The run's files.
+    pub fn directory(&self) -> &RunDirectory {
+        &self.directory
+    }
+
+    /// The name of its folder.
+    pub fn name(&self) -> String {
+        self.directory.path().file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+    }
+
+    /// Its configuration.
+    pub fn config(&self) -> &RunConfig {
+        &self.config
+    }
+
+    /// The finished episodes, in order.
+    pub fn records(&self) -> &[EpisodeRecord] {
+        &self.history.records
+    }
+
+    /// The greedy evaluations, in order.
+    pub fn evaluations(&self) -> &[EvaluationRecord] {
+        &self.history.evaluations
+    }
+
+    /// The latest finished episode that was asked for, with its networks.
+    pub fn live(&self) -> Option<&LiveView> {
+        self.live.as_ref()
+    }
+
+    /// Asks for a [`LiveView`] of the next episode.
+    pub fn request_live(&self) {
+        if let Some(trainer) = &self.trainer {
+            trainer.watch().request();
+        }
+    }
+
+    /// What the trainer is doing, if the run is ours and active.
+    pub fn phase(&self) -> Option<Phase> {
+        self.trainer.as_ref().map(|trainer| trainer.watch().phase())
+    }
+
+    /// The action prior of the run, if it has one: that in use, or the one saved with a past run.
+    pub fn prior(&self) -> Option<Arc<ActionPrior>> {
+        match &self.trainer {
+            Some(trainer) => trainer.watch().prior(),
+            None => self.saved_prior.get_or_init(|| self.read_prior()).clone().ok().flatten(),
+        }
+    }
+
+    fn read_prior(&self) -> Result<Option<Arc<ActionPrior>>, String> {
+        let prior = saved_prior(&self.directory, &self.config.task).map_err(|error| error.to_string())?;
+        Ok(prior.map(Arc::new))
+    }
+
+    /// Whether this process trains it now.
+    pub fn is_active(&self) -> bool {
+        self.trainer.is_some()
+    }
+
+    /// Whether this process has trained it at any time.
+    pub(super) fn was_trained_here(&self) -> bool {
+        self.trained_here
+    }
+
+    /// What went wrong with it here, if anything.
+    pub fn failure(&self) -> Option<&str> {
+        let of_prior = || self.saved_prior.get().and_then(|prior| prior.as_ref().err());
+        self.failure.as_ref().or_else(of_prior).map(String::as_str)
+    }
+
+    /// Whether somebody works on it, or how it ended.
+    pub fn state(&self) -> RunState {
+        let working = self.is_active();
+        match &self.history.last {
+            Some(Event::Finished { .. }) => RunState::Finished,
+            Some(Event::Stopped { reason, .. }) if !working => RunState::Stopped(reason.clone()),
+            Some(Event::Failed { reason, .. }) if !working => RunState::Failed(reason.clone()),
+            Some(Event::Paused { .. }) if working && !self.leaving_pause => RunState::Paused,
+            _ if working => RunState::Running,
+            _ => match &self.failure {
+                Some(failure) => RunState::Failed(failure.clone()),
+                None => self.directory.status().map_or(RunState::Interrupted, |status| status.state),
+            },
+        }
+    }
+
+    /// The agent of the newest checkpoint.
+    ///
+    /// # Errors
+    /// When the method learns none, there is no checkpoint yet, or one that cannot be read.
+    pub fn saved_agent(&self) -> Result<Ddpg, SessionError> {
+        if !self.config.method.learns() {
+            return Err(SessionError::Failed(format!(
+                "{} learns no policy: there is none to play or export",
+                self.config.method
+            )));
+        }
+        let checkpoint = self.directory.checkpoints().load(CheckpointName::Last)?;
+        Ok(Ddpg::load(checkpoint.section(NETWORKS_SECTION)?)?)
+    }
+
+    /// An episode of its past, played again.
+    ///
+    /// # Errors
+    /// When it was not kept or cannot be read.
+    pub fn past_episode(&self, episode: u64) -> Result<Trace, RunError> {
+        let played = read_episode(&self.directory.episodes_path(), episode)?;
+        Ok(Trace::replay(&self.config.task, &played))
+    }
+
+    /// An episode of the greedy policy of the newest checkpoint.
+    ///
+    /// # Errors
+    /// As [`RunView::saved_agent`].
+    pub fn greedy_episode(&self, seed: u64) -> Result<Trace, SessionError> {
+        let agent = self.saved_agent()?;
+        Ok(greedy_episode(&self.config.task, &agent, &mut ChaCha8Rng::seed_from_u64(seed)))
+    }
+}

@@ -1,0 +1,87 @@
+//! The task being edited and the settings of the next run: all that a session is made of
+//! before any work is done.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::SessionError;
+use crate::task::{Edit, Editor, Region, Task, load, save};
+use crate::trainer::RunConfig;
+
+/// Task and settings of the next run.
+#[derive(Debug, Clone)]
+pub(super) struct Setup {
+    pub editor: Editor,
+    /// The task's file, if it is not a shipped one.
+    pub file: Option<PathBuf>,
+    /// The settings; their task is the editor's.
+    pub config: RunConfig,
+}
+
+impl Setup {
+    pub fn new(task: Task) -> Self {
+        let config = RunConfig::new(Arc::new(task.clone()));
+        Self { editor: Editor::new(task), file: None, config }
+    }
+
+    pub fn open_task(&mut self, name: &str) -> Result<String, SessionError> {
+        self.editor = Editor::new(load(name)?);
+        self.file = Path::new(name).is_file().then(|| PathBuf::from(name));
+        self.task_changed();
+        Ok(format!("task {}: {}", self.config.task.name, self.config.task.description))
+    }
+
+    pub fn save_task(&mut self, path: Option<&Path>) -> Result<String, SessionError> {
+        let mut task = self.editor.task().clone();
+        let path = path.or(self.file.as_deref()).ok_or_else(|| SessionError::NoFile(task.name.clone()))?.to_owned();
+        if let Some(stem) = path.file_stem() {
+            task.name = stem.to_string_lossy().into_owned();
+        }
+        save(&task, &path)?;
+        self.editor.mark_saved(task.name);
+        self.task_changed();
+        let report = format!("saved to {}", path.display());
+        self.file = Some(path);
+        Ok(report)
+    }
+
+    pub fn step_history(
+        &mut self,
+        step: fn(&mut Editor) -> bool,
+        name: &'static str,
+        report: &str,
+    ) -> Result<String, SessionError> {
+        if !step(&mut self.editor) {
+            return Err(SessionError::Nothing(name));
+        }
+        self.task_changed();
+        Ok(report.to_owned())
+    }
+
+    pub fn edit(&mut self, edit: &Edit) -> Result<String, SessionError> {
+        let (own, proposed) = (self.editor.task().subgoals.len(), self.editor.proposed().len());
+        self.editor.apply(edit)?;
+        self.task_changed();
+        Ok(match edit {
+            Edit::AcceptProposal { index: Some(_) } => format!("subgoal {} was proposed", own + 1),
+            Edit::AcceptProposal { index: None } => {
+                format!("{proposed} proposed in place of {own} before: `undo` takes it back")
+            }
+            Edit::DeleteProposal { .. } => "rejected: `undo` takes it back".to_owned(),
+            _ => "task edited".to_owned(),
+        })
+    }
+
+    pub fn propose(&mut self, regions: Vec<Region>) {
+        self.editor.propose(regions);
+    }
+
+    pub fn set(&mut self, key: &str, value: &str) -> Result<String, SessionError> {
+        self.config = self.config.with_setting(key, value)?;
+        Ok(format!("{key} = {value}"))
+    }
+
+    fn task_changed(&mut self) {
+        self.config.task = Arc::new(self.editor.task().clone());
+    }
+}
