@@ -76,7 +76,7 @@ fn follow(session: &mut Session, quiet: bool) -> Outcome {
         if interrupt.is_requested() && !stopping {
             stopping = true;
             // A run that has just ended cannot be stopped any more.
-            let _ = session.apply(Command::Stop);
+            let _ = session.apply(command::Stop);
         }
         std::thread::sleep(Duration::from_millis(10));
     }
