@@ -84,8 +84,10 @@ pub struct EpisodeRecord {
 ///    [`Failed`](Event::Failed), and nothing after it. If it is missing and no process holds
 ///    the run's lock, the process exited unexpectedly.
 ///
-/// `Checkpointed` comes after the checkpoint is safely on disk. A process that continues a run
-/// first removes everything after the `Checkpointed` of its checkpoint, then begins at 1.
+/// `Checkpointed` comes after the checkpoint is safely on disk, with all its copies. A process that
+/// continues a run first removes everything after the `Checkpointed` of its checkpoint, or, if the
+/// process before it was killed before it wrote that event, completes the checkpoint and writes it;
+/// then it begins at 1.
 ///
 /// `episode` is always the number of episodes finished so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
