@@ -4,17 +4,20 @@
 //! The rooms, in the direction in which data flows (nothing knows what comes after it):
 //! [`physics`] → [`task`] → [`mod@env`] → [`dynamics`] → [`guidance`] → [`trainer`] → [`workbench`]
 //! → [`tui`]; [`nn`] and [`agent`] know vectors only, [`run`] is what a run is on disk,
-//! [`stats`], [`figures`], [`study`] and [`sweep`] turn runs into evidence.
+//! [`stats`], [`figures`], [`evidence`], [`study`] and [`sweep`] turn runs into evidence.
 
 pub mod agent;
 pub mod atomic;
+pub mod batch;
 pub mod bench;
 pub mod cli;
 pub mod dynamics;
 pub mod env;
+pub mod evidence;
 pub mod figures;
 pub mod guidance;
 pub mod json;
+pub mod markdown;
 pub mod nn;
 pub mod physics;
 pub mod protocol;

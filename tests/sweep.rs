@@ -99,6 +99,14 @@ fn mistakes_are_one_line_and_change_nothing() {
         "error: bad.json:3: at ddpg.hiden: there is no setting `ddpg.hiden`: did you mean `ddpg.hidden`?\n"
     );
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    std::fs::write(folder.path().join("good.json"), SWEEP).unwrap();
+    for kind in ["--plan", "--slurm"] {
+        let output = mge(folder.path(), &["sweep", "good.json", kind, "--out", "a\nb"]);
+        assert_eq!((output.status.code(), text(&output.stdout).as_str()), (Some(1), ""));
+        let message = text(&output.stderr);
+        assert!(message.contains("has a line break") && message.lines().count() == 1, "{message}");
+    }
+    std::fs::remove_file(folder.path().join("good.json")).unwrap();
     assert_eq!(mge(folder.path(), &["sweep"]).status.code(), Some(2));
     assert_eq!(mge(folder.path(), &["report"]).status.code(), Some(2));
     let output = mge(folder.path(), &["report", "."]);
@@ -107,7 +115,23 @@ fn mistakes_are_one_line_and_change_nothing() {
 }
 
 #[test]
-fn a_report_tells_what_the_runs_came_to() {
+fn a_sweep_finishes_a_run_whose_creation_was_killed() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let one = SWEEP.replace(r#""method": ["ddpg", "ddpg-mge"]"#, r#""method": ["ddpg"]"#);
+    std::fs::write(here.join("s.json"), one.replace("[0, 1]", "[0]")).unwrap();
+    // What a kill at the first rename leaves: the lock of a process that is gone, and the beginning of
+    // the configuration under a temporary name.
+    let run = here.join("sweep/runs/task1-ddpg-seed0");
+    std::fs::create_dir_all(&run).unwrap();
+    std::fs::write(run.join("lock"), "1").unwrap();
+    std::fs::write(run.join(".mge-aB3xY9"), "{\n  \"format\": 1,").unwrap();
+    succeed(mge(here, &["sweep", "s.json", "--quiet", "--out", "sweep"]));
+    assert_eq!(read(&here.join("sweep/results.csv")).matches(",finished,").count(), 2);
+}
+
+#[test]
+fn a_report_has_the_training_results() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     std::fs::write(here.join("s.json"), SWEEP).unwrap();

@@ -270,6 +270,9 @@ pub struct DynamicsEvaluate {
     pub figure: Option<PathBuf>,
     #[command(flatten)]
     pub print: Print,
+    /// Say nothing on the way
+    #[arg(long)]
+    pub quiet: bool,
 }
 
 #[derive(Debug, Args)]

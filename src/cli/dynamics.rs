@@ -1,15 +1,19 @@
 //! `mge dynamics`: train and evaluate dynamics models.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::AtomicBool;
 
 use super::Outcome;
 use super::arguments::{Dynamics, DynamicsAblate, DynamicsEvaluate, DynamicsTrain};
 use super::progress::Progress;
-use crate::dynamics::{self, Ended, EvaluationConfig, ModelConfig, TrainConfig, Variant, canonical_tool_set, evaluate};
+use crate::batch::{Batch, default_threads};
+use crate::dynamics::{
+    self, EvaluationConfig, ModelConfig, TrainConfig, Variant, canonical_tool_set, evaluate_with_progress,
+    train_to_file,
+};
 use crate::figures::{Figure, Provenance};
 use crate::stats::Bootstrap;
 use crate::study::ablation::{AblationPlan, ablation};
-use crate::study::{StudyPlan, StudyProgress, model_error_figure};
+use crate::study::{StudyPlan, model_error_figure};
 use crate::task;
 
 pub fn run(command: Dynamics) -> Outcome {
@@ -22,26 +26,22 @@ pub fn run(command: Dynamics) -> Outcome {
 
 fn train(arguments: &DynamicsTrain) -> Outcome {
     let (config, settings) = settings(arguments)?;
-    let checkpoint = arguments.out.with_extension("checkpoint");
     let command = command_line(arguments);
     let mut progress = Progress::new(1, arguments.quiet);
-    let watch = |now: &dynamics::Progress| {
+    let on_progress = |now: &dynamics::Progress| {
         progress.set(u64::from(now.epoch), u64::from(now.epochs), &format!("loss {:.5}", now.loss));
+        true
     };
-    let (training, ended) =
-        dynamics::train_resumably(&checkpoint, config, settings, &arguments.tools, &command, watch)?;
-    let diverged = match ended {
-        Ended::Diverged { epoch, reason } => {
-            Some(format!("epoch {epoch}: {reason}; the model is that of the epoch before"))
-        }
-        Ended::Done | Ended::Stopped => None,
-    };
-    training.model().save(&arguments.out)?;
-    if let Some(reason) = diverged {
-        return Err(reason.into());
+    let trained = train_to_file(&arguments.out, config, settings, &arguments.tools, &command, on_progress)?;
+    drop(progress);
+    let divergence = trained.divergence();
+    if divergence.is_some() {
+        trained.model().save(&arguments.out)?;
     }
-    // The model is whole: what is left of the training is only in the way.
-    let _ = std::fs::remove_file(&checkpoint);
+    trained.remove_checkpoint();
+    if let Some(reason) = divergence {
+        return Err(format!("{reason}; the model is that of the epoch before").into());
+    }
     println!("{}", arguments.out.display());
     Ok(())
 }
@@ -93,7 +93,13 @@ fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
     let model = dynamics::named(&arguments.model)?;
     let tasks: Vec<_> = task::shipped().into_iter().filter(|task| model.check_task(task).is_ok()).collect();
     let config = EvaluationConfig { launches: arguments.launches, seed: arguments.seed, ..EvaluationConfig::default() };
-    let evaluation = evaluate(&model, &tasks, &config)?;
+    let mut progress = Progress::new(1, arguments.quiet);
+    let evaluation = evaluate_with_progress(&model, &tasks, &config, &mut |now| {
+        progress.set(now.done as u64, now.total as u64, &now.part);
+        true
+    })?
+    .ok_or("the evaluation was cancelled")?;
+    drop(progress);
     if let Some(path) = &arguments.figure {
         let DynamicsEvaluate { model: name, seed, launches, print, .. } = arguments;
         let command = format!("mge dynamics evaluate {name} --seed {seed} --launches {launches}{}", print.option());
@@ -127,13 +133,12 @@ fn ablate(arguments: &DynamicsAblate) -> Outcome {
         evaluation: EvaluationConfig::default(),
         bootstrap: Bootstrap::default(),
     };
-    let progress = Mutex::new(Progress::new(1, arguments.quiet));
-    let tell = |now: &StudyProgress| {
-        // A panic elsewhere leaves the bar as it is.
-        progress.lock().unwrap_or_else(PoisonError::into_inner).set(now.done, now.total, &now.message);
-    };
-    let threads = arguments.threads.unwrap_or_else(rayon::current_num_threads);
-    ablation(&plan, &arguments.out, &command, threads, arguments.print.dpi, &tell)?;
+    let mut progress = Progress::new(1, arguments.quiet);
+    let interrupt = AtomicBool::new(false);
+    let batch = Batch { threads: arguments.threads.unwrap_or_else(default_threads), interrupt: &interrupt };
+    ablation(&plan, &arguments.out, &command, arguments.print.dpi, &batch, &mut |now| {
+        progress.set(now.done, now.total, now.message);
+    })?;
     drop(progress);
     println!("{}", arguments.out.join("ablation.md").display());
     Ok(())
@@ -147,7 +152,7 @@ mod tests {
 
     use super::*;
     use crate::cli::arguments::{Arguments, Command};
-    use crate::dynamics::{Loss, Model, Training};
+    use crate::dynamics::{Ended, Loss, Model, Training, checkpoint_of};
 
     fn arguments(line: &str) -> DynamicsTrain {
         match Arguments::try_parse_from(line.split(' ')).unwrap().command {
@@ -194,7 +199,7 @@ mod tests {
         let (config, training) = settings(&given).unwrap();
         let mut first = Training::new(config, training, &given.tools, &command_line(&given)).unwrap();
         assert_eq!(first.run(|_, now| now.epoch < 2), Ended::Stopped);
-        let checkpoint = resumed.with_extension("checkpoint");
+        let checkpoint = checkpoint_of(&resumed);
         std::fs::write(&checkpoint, first.checkpoint().to_bytes()).unwrap();
 
         // Nobody else's checkpoint is taken for this training's.
@@ -208,16 +213,25 @@ mod tests {
             refused(&|other| other.seed = 1),
             refused(&|other| other.ablate = Some(Variant::SharedEdges)),
         ] {
-            assert!(error.contains("a.checkpoint") && error.contains("other settings"), "{error}");
+            assert!(error.contains("a.safetensors.checkpoint") && error.contains("other settings"), "{error}");
         }
         let bytes = std::fs::read(&checkpoint).unwrap();
         std::fs::write(&checkpoint, &bytes[..bytes.len() / 2]).unwrap();
-        assert!(refused(&|_| {}).contains("a.checkpoint"));
+        assert!(refused(&|_| {}).contains("a.safetensors.checkpoint"));
 
         std::fs::write(&checkpoint, &bytes).unwrap();
         train(&given).unwrap();
         assert!(!checkpoint.exists());
         assert!(std::fs::read(&whole).unwrap() == std::fs::read(&resumed).unwrap());
+    }
+
+    #[test]
+    fn a_model_may_be_called_checkpoint() {
+        let folder = tempfile::tempdir().unwrap();
+        let given = tiny(&folder.path().join("m.checkpoint"));
+        train(&given).unwrap();
+        assert_eq!(Model::load(&given.out).unwrap().provenance().epoch, 3);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::Outcome;
 use super::arguments::Clusters;
+use super::progress::Progress;
 use crate::task;
 use crate::trainer::{PriorSource, RunConfig, build_prior};
 
@@ -11,7 +12,14 @@ pub fn clusters(arguments: &Clusters) -> Outcome {
     let mut config = RunConfig::new(Arc::new(task::load(&arguments.task)?));
     config.prior = PriorSource::from(arguments.model.clone());
     config.seed = arguments.seed;
-    let prior = build_prior(&config, |_| true)?.ok_or("the computation was cancelled")?;
+    let stages = config.task.stage_count();
+    let mut progress = Progress::new(stages as u64, false);
+    let prior = build_prior(&config, |stage| {
+        progress.set(stage as u64, stages as u64, "stages");
+        true
+    })?
+    .ok_or("the computation was cancelled")?;
+    drop(progress);
     match &arguments.out {
         Some(path) => {
             crate::atomic::write(path, prior.to_json().as_bytes())

@@ -18,6 +18,8 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
+use crate::batch::start_global_pool;
+
 use arguments::{Arguments, Command};
 
 /// What a command returns: nothing, or one line for the person.
@@ -42,6 +44,7 @@ pub fn run() -> ExitCode {
 
 fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>> {
     let Some(command) = arguments.command else { return runs::workbench(&arguments.workbench) };
+    start_global_pool();
     let outcome = match command {
         Command::Tasks(tasks) => tasks::run(tasks),
         Command::Simulate => physics::simulate(),

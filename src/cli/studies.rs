@@ -1,13 +1,15 @@
 //! `mge reproduce`, `mge report` and `mge bench`.
 
-use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
 
 use super::Outcome;
 use super::arguments::{Bench, Report, Reproduce};
 use super::progress::Progress;
+use crate::batch::{Batch, default_threads};
 use crate::bench::WORKS;
+use crate::evidence;
 use crate::stats::Bootstrap;
-use crate::study::{self, StudyPlan, StudyProgress};
+use crate::study::{self, StudyPlan};
 
 pub fn reproduce(arguments: &Reproduce) -> Outcome {
     let mut plan = if arguments.quick { StudyPlan::quick(arguments.seed) } else { StudyPlan::full(arguments.seed) };
@@ -20,14 +22,12 @@ pub fn reproduce(arguments: &Reproduce) -> Outcome {
         command += " --questions";
     }
     command += &format!(" --seed {}{}", arguments.seed, arguments.print.option());
-    let progress = Mutex::new(Progress::new(1, arguments.quiet));
-    let tell = |now: &StudyProgress| {
-        // A panic elsewhere leaves the bar as it is.
-        let mut progress = progress.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        progress.set(now.done, now.total, &now.message);
-    };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads.unwrap_or(0)).build()?;
-    pool.install(|| study::reproduce(&plan, &arguments.out, &command, arguments.print.dpi, &tell))?;
+    let mut progress = Progress::new(1, arguments.quiet);
+    let interrupt = AtomicBool::new(false);
+    let batch = Batch { threads: arguments.threads.unwrap_or_else(default_threads), interrupt: &interrupt };
+    study::reproduce(&plan, &arguments.out, &command, arguments.print.dpi, &batch, &mut |now| {
+        progress.set(now.done, now.total, now.message);
+    })?;
     drop(progress);
     println!("{}", arguments.out.join("report.md").display());
     Ok(())
@@ -42,7 +42,7 @@ pub fn report(arguments: &Report) -> Outcome {
         command += &format!(" --resamples {} --seed {}", bootstrap.resamples, bootstrap.seed);
     }
     command += &arguments.print.option();
-    study::compare(&arguments.runs, &arguments.out, &bootstrap, &command, arguments.print.dpi)?;
+    evidence::report(&arguments.runs, &arguments.out, &bootstrap, &command, arguments.print.dpi)?;
     println!("{}", arguments.out.join("report.md").display());
     Ok(())
 }

@@ -1,12 +1,13 @@
 //! `mge sweep`: many runs from one file.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::AtomicBool;
 
 use super::Outcome;
 use super::arguments::Sweep as Arguments;
 use super::progress::Progress;
-use crate::sweep::{self, Sweep, SweepProgress};
+use crate::batch::{Batch, default_threads};
+use crate::sweep::{self, Sweep};
 
 pub fn run(arguments: &Arguments) -> Outcome {
     if !arguments.collect.is_empty() {
@@ -22,8 +23,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
         let (program, folder) = (std::env::current_exe()?, std::path::absolute(&folder)?);
         let name = stem(arguments);
         let text = match arguments.plan {
-            true => sweep::plan(&sweep, &program, &folder),
-            false => sweep::slurm(&sweep, &program, &folder, &name),
+            true => sweep::plan(&sweep, &program, &folder)?,
+            false => sweep::slurm(&sweep, &program, &folder, &name)?,
         };
         print!("{text}");
         return Ok(());
@@ -54,18 +55,17 @@ fn work(
     folder: &Path,
     arguments: &Arguments,
 ) -> Result<Vec<(String, String)>, Box<dyn std::error::Error>> {
-    let progress = Mutex::new(Progress::new(1, arguments.quiet));
-    let tell = |now: &SweepProgress<'_>| {
-        // A panic elsewhere leaves the bar as it is.
-        let mut progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut progress = Progress::new(1, arguments.quiet);
+    let interrupt = AtomicBool::new(false);
+    let batch = Batch { threads: arguments.threads.unwrap_or_else(default_threads), interrupt: &interrupt };
+    let failures = sweep::run(sweep, folder, &batch, &mut |now| {
         if let Some((name, reason)) = now.failure {
             progress.say(&format!("{name} failed: {reason}"));
         }
         let failed = if now.failed > 0 { format!(", {} failed", now.failed) } else { String::new() };
         progress.set(now.done, now.total, &format!("{} of {} done{failed}", now.ended - now.failed, now.jobs));
-    };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads.unwrap_or(0)).build()?;
-    Ok(pool.install(|| sweep::run(sweep, folder, &tell))?)
+    })?;
+    Ok(failures)
 }
 
 fn collect(folders: &[PathBuf], out: &Path) -> Outcome {

@@ -2,11 +2,14 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use serde_json::json;
 
 use super::Outcome;
 use super::arguments::{Tasks, TasksCommand};
+use super::progress::Progress;
+use crate::batch::{Batch, default_threads};
 use crate::env;
 use crate::guidance::{GuidanceConfig, propose_subgoals};
 use crate::study::audit::{AuditRow, audit};
@@ -76,7 +79,12 @@ fn propose(name: &str, subgoals: usize, model: String, seed: u64, out: Option<&P
     let mut task = task::load(name)?;
     let (model, _) = rollout_model(&PriorSource::from(model), &task)?
         .ok_or("`uniform` predicts nothing: use learned, true, or a model file")?;
-    task.subgoals = propose_subgoals(&task, &*model, subgoals, &GuidanceConfig::default(), seed, |_| true);
+    let mut progress = Progress::new(subgoals as u64, false);
+    task.subgoals = propose_subgoals(&task, &*model, subgoals, &GuidanceConfig::default(), seed, |found| {
+        progress.set(found as u64, subgoals as u64, "subgoals");
+        true
+    });
+    drop(progress);
     match task.subgoals.len() {
         0 => return Err("no place was found that tools make the ball reach on its way to the goal".into()),
         found if found < subgoals => eprintln!("{found} of {subgoals} subgoals: no further place was found"),
@@ -94,10 +102,12 @@ fn run_audit(names: &[String], episodes: u32, seeds: u64, as_json: bool) -> Outc
         [] => task::shipped(),
         names => names.iter().map(|name| task::load(name)).collect::<Result<Vec<Task>, _>>()?,
     };
-    let mut rows = Vec::new();
-    for task in tasks {
-        rows.extend(audit(&Arc::new(task), episodes, seeds)?);
-    }
+    let tasks: Vec<Arc<Task>> = tasks.into_iter().map(Arc::new).collect();
+    let mut progress = Progress::new(1, false);
+    let interrupt = AtomicBool::new(false);
+    let batch = Batch { threads: default_threads(), interrupt: &interrupt };
+    let rows = audit(&tasks, episodes, seeds, &batch, &mut |now| progress.set(now.done, now.total, now.message))?;
+    drop(progress);
     if as_json {
         println!("{}", serde_json::to_string_pretty(&rows)?);
     } else {

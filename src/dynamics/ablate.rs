@@ -2,6 +2,7 @@
 //! models with one assumption switched off, trained on the same launches.
 
 use std::fmt;
+use std::path::Path;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
@@ -9,8 +10,8 @@ use serde::{Deserialize, Serialize};
 use super::config::{Coordinates, EdgeActivation, EdgeFunctions, ModelConfig, TrainConfig};
 use super::error::DynamicsError;
 use super::evaluate::{Evaluation, EvaluationConfig, evaluate};
-use super::model::Model;
-use super::train::{Ended, Progress, Training};
+use super::train::{Ended, Progress};
+use super::train_to_file::{TrainedModel, train_to_file};
 use crate::physics::ToolKind;
 use crate::task::Task;
 
@@ -111,30 +112,30 @@ pub struct Ablation<'a> {
 }
 
 impl Ablation<'_> {
-    /// Trains and evaluates a variant. Variants with one seed learn from the same launches
-    /// and are evaluated on the same ones. `watch` sees every epoch's progress. A training
-    /// that diverges gives its last good state and the reason.
+    /// Trains a variant into the file `path` and evaluates it. Variants with one seed learn from
+    /// the same launches and are evaluated on the same ones. A training that diverges saves its last
+    /// good state and gives the reason. `on_progress` is called after every epoch; if it returns
+    /// false, the training stops, and nothing is returned.
     ///
     /// # Errors
-    /// When a setting or the tool set is not usable.
+    /// As [`train_to_file`] and [`evaluate()`].
     pub fn run(
         &self,
         variant: Variant,
         seed: u64,
-        mut watch: impl FnMut(&Progress),
-    ) -> Result<(Model, Ablated), DynamicsError> {
-        let settings = TrainConfig { seed, ..self.training.clone() };
-        let mut training = Training::new(variant.apply(self.model.clone()), settings, self.tools, self.command)?;
-        let ended = training.run(|_, progress| {
-            watch(progress);
-            true
-        });
-        let failure = match ended {
-            Ended::Done | Ended::Stopped => None,
-            Ended::Diverged { epoch, reason } => Some(format!("epoch {epoch}: {reason}")),
-        };
-        let model = training.model().clone();
-        let evaluation = evaluate(&model, self.tasks, self.evaluation)?;
-        Ok((model, Ablated { variant, seed, failure, evaluation }))
+        path: &Path,
+        on_progress: impl FnMut(&Progress) -> bool,
+    ) -> Result<Option<(TrainedModel, Ablated)>, DynamicsError> {
+        let (config, settings) = (variant.apply(self.model.clone()), TrainConfig { seed, ..self.training.clone() });
+        let trained = train_to_file(path, config, settings, self.tools, self.command, on_progress)?;
+        if trained.ended == Ended::Stopped {
+            return Ok(None);
+        }
+        let failure = trained.divergence();
+        if failure.is_some() {
+            trained.model().save(path)?;
+        }
+        let evaluation = evaluate(trained.model(), self.tasks, self.evaluation)?;
+        Ok(Some((trained, Ablated { variant, seed, failure, evaluation })))
     }
 }

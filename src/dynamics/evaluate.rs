@@ -128,58 +128,158 @@ pub struct Hits {
     pub recall: Option<f64>,
 }
 
+/// How far an evaluation is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct EvaluationProgress {
+    /// Parts done.
+    pub done: usize,
+    /// Parts in all: one for each predictor and tool, two for each predictor and task.
+    pub total: usize,
+    /// What is evaluated now: a tool type or a task.
+    pub part: String,
+}
+
 /// Evaluates a model on fresh launches of its tools, and on scenes of those of `tasks`
 /// whose tools it knows.
 ///
 /// # Errors
 /// When the model cannot predict a scene of such a task.
 pub fn evaluate(model: &Model, tasks: &[Task], config: &EvaluationConfig) -> Result<Evaluation, DynamicsError> {
+    let evaluation = evaluate_with_progress(model, tasks, config, &mut |_| true)?;
+    // There is no evaluation only if the callback returns false.
+    Ok(evaluation.expect("the evaluation was not stopped"))
+}
+
+/// As [`evaluate()`]. `on_progress` is called before every part; if it returns false, the evaluation
+/// stops, and nothing is returned.
+///
+/// # Errors
+/// As [`evaluate()`].
+pub fn evaluate_with_progress(
+    model: &Model,
+    tasks: &[Task],
+    config: &EvaluationConfig,
+    on_progress: &mut dyn FnMut(&EvaluationProgress) -> bool,
+) -> Result<Option<Evaluation>, DynamicsError> {
+    let known = tasks.iter().filter(|task| model.check_task(task).is_ok()).count();
+    let total = PREDICTORS * (model.tools().len() + 2 * known);
+    match evaluate_parts(model, tasks, config, &mut Parts { done: 0, total, on_progress }) {
+        Ok(evaluation) => Ok(Some(evaluation)),
+        Err(Stop::Failed(error)) => Err(error),
+        Err(Stop::Asked) => Ok(None),
+    }
+}
+
+/// Predictors that are compared.
+const PREDICTORS: usize = 3;
+
+/// Why an evaluation ends early.
+enum Stop {
+    Asked,
+    Failed(DynamicsError),
+}
+
+impl From<DynamicsError> for Stop {
+    fn from(error: DynamicsError) -> Self {
+        Self::Failed(error)
+    }
+}
+
+struct Parts<'a> {
+    done: usize,
+    total: usize,
+    on_progress: &'a mut dyn FnMut(&EvaluationProgress) -> bool,
+}
+
+impl Parts<'_> {
+    fn next(&mut self, part: &str) -> Result<(), Stop> {
+        let progress = EvaluationProgress { done: self.done, total: self.total, part: part.to_owned() };
+        self.done += 1;
+        if (self.on_progress)(&progress) { Ok(()) } else { Err(Stop::Asked) }
+    }
+}
+
+fn evaluate_parts(
+    model: &Model,
+    tasks: &[Task],
+    config: &EvaluationConfig,
+    parts: &mut Parts<'_>,
+) -> Result<Evaluation, Stop> {
     let constant = ConstantVelocity { interval: model.config().interval };
     let nearest = NearestSample::of(model)?;
     let predictors = Compared::<&dyn Predictor> { model, constant_velocity: &constant, nearest_sample: &nearest };
-    let launches = model.tools().iter().map(|&tool| {
+    let (mut launch_errors, mut scenes) = (Vec::new(), Vec::new());
+    for &tool in model.tools() {
         let launches = collect(tool, config.launches, Split::Test, config.seed);
         let subgoals = subgoals(&launches, config.seed);
-        Ok(LaunchErrors { tool, errors: predictors.map(|predictor| one_tool(predictor, &launches, &subgoals))? })
-    });
-    let scenes = tasks.iter().filter(|task| model.check_task(task).is_ok()).map(|task| {
-        let task = Arc::new(task.clone());
-        let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
-        let starts = random_states(&task, config.episodes, &mut rng);
-        let actions = |rng: &mut ChaCha8Rng, horizon| (0..horizon).map(|_| random_action(rng)).collect();
-        let sequences: Vec<Vec<Action>> = starts.iter().map(|_| actions(&mut rng, config.horizon)).collect();
-        let truth = TrueScenes::play(&task, &starts, &sequences);
-        let (hit_starts, hit_sequences): (Vec<&Snapshot>, Vec<Vec<Action>>) = (0..config.hit_rollouts)
-            .map(|_| (&starts[rng.gen_range(0..starts.len())], actions(&mut rng, HIT_HORIZON)))
-            .unzip();
-        let real: Vec<bool> =
-            hit_starts.iter().zip(&hit_sequences).map(|(start, actions)| really_hits(&task, start, actions)).collect();
-        Ok(SceneErrors {
-            task: task.name.clone(),
-            rollout: predictors.map(|predictor| truth.errors(predictor, config.horizon))?,
-            hits: predictors.map(|predictor| {
-                let predicted = rollouts(predictor, &task, &hit_starts, &hit_sequences)?;
-                Ok(Hits::count(predicted.iter().map(|rollout| rollout.hit).zip(real.iter().copied())))
-            })?,
-        })
-    });
+        let errors = predictors.map(|predictor| {
+            parts.next(tool.name())?;
+            Ok::<_, Stop>(one_tool(predictor, &launches, &subgoals)?)
+        })?;
+        launch_errors.push(LaunchErrors { tool, errors });
+    }
+    for task in tasks.iter().filter(|task| model.check_task(task).is_ok()) {
+        scenes.push(scene_errors(&Arc::new(task.clone()), &predictors, config, parts)?);
+    }
     Ok(Evaluation {
         model: model.name(),
         data_hash: model.provenance().data_hash.clone(),
         config: config.clone(),
-        launches: launches.collect::<Result<_, DynamicsError>>()?,
-        scenes: scenes.collect::<Result<_, DynamicsError>>()?,
+        launches: launch_errors,
+        scenes,
     })
+}
+
+fn scene_errors(
+    task: &Arc<Task>,
+    predictors: &Compared<&dyn Predictor>,
+    config: &EvaluationConfig,
+    parts: &mut Parts<'_>,
+) -> Result<SceneErrors, Stop> {
+    let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
+    let starts = random_states(task, config.episodes, &mut rng);
+    let actions = |rng: &mut ChaCha8Rng, horizon| (0..horizon).map(|_| random_action(rng)).collect();
+    let sequences: Vec<Vec<Action>> = starts.iter().map(|_| actions(&mut rng, config.horizon)).collect();
+    let truth = TrueScenes::play(task, &starts, &sequences);
+    let (hit_starts, hit_sequences): (Vec<&Snapshot>, Vec<Vec<Action>>) = (0..config.hit_rollouts)
+        .map(|_| (&starts[rng.gen_range(0..starts.len())], actions(&mut rng, HIT_HORIZON)))
+        .unzip();
+    let real: Vec<bool> =
+        hit_starts.iter().zip(&hit_sequences).map(|(start, actions)| really_hits(task, start, actions)).collect();
+    Ok(SceneErrors {
+        task: task.name.clone(),
+        rollout: predictors.map(|predictor| {
+            parts.next(&task.name)?;
+            Ok::<_, Stop>(truth.errors(predictor, config.horizon)?)
+        })?,
+        hits: predictors.map(|predictor| {
+            parts.next(&task.name)?;
+            let predicted = rollouts(predictor, task, &hit_starts, &hit_sequences)?;
+            Ok::<_, Stop>(Hits::count(predicted.iter().map(|rollout| rollout.hit).zip(real.iter().copied())))
+        })?,
+    })
+}
+
+impl Evaluation {
+    /// Mean error of one prediction on fresh launches, and mean errors after 1, 2, ... actions in
+    /// unseen scenes: over the tools and over the scenes.
+    pub fn mean_errors(&self) -> (f64, Vec<f64>) {
+        let average = |values: &mut dyn Iterator<Item = f64>| {
+            let values: Vec<f64> = values.collect();
+            values.iter().sum::<f64>() / values.len().max(1) as f64
+        };
+        let horizon = self.scenes.iter().map(|scene| scene.rollout.model.len()).min().unwrap_or(0);
+        let after = |n: usize| average(&mut self.scenes.iter().map(|scene| scene.rollout.model[n].mean));
+        let one_step = average(&mut self.launches.iter().map(|tool| tool.errors.model.one_step.mean));
+        (one_step, (0..horizon).map(after).collect())
+    }
 }
 
 /// Actions of a rollout that compares hits: the horizon of guidance.
 const HIT_HORIZON: usize = 8;
 
 impl<'a> Compared<&'a dyn Predictor> {
-    fn map<T>(
-        &self,
-        mut value: impl FnMut(&'a dyn Predictor) -> Result<T, DynamicsError>,
-    ) -> Result<Compared<T>, DynamicsError> {
+    fn map<T, E>(&self, mut value: impl FnMut(&'a dyn Predictor) -> Result<T, E>) -> Result<Compared<T>, E> {
         Ok(Compared {
             model: value(self.model)?,
             constant_velocity: value(self.constant_velocity)?,

@@ -48,11 +48,11 @@ mod model;
 mod network;
 mod normaliser;
 mod predictor;
-mod resumable;
 mod rollout;
 mod samples;
 mod shipped;
 mod train;
+mod train_to_file;
 
 pub use ablate::{Ablated, Ablation, Variant};
 pub use baseline::{ConstantVelocity, NearestSample};
@@ -62,7 +62,8 @@ pub use config::{
 };
 pub use error::{DynamicsError, canonical_tool_set, tool_set_name};
 pub use evaluate::{
-    Compared, Errors, Evaluation, EvaluationConfig, Hits, LaunchErrors, OneTool, SceneErrors, evaluate,
+    Compared, Errors, Evaluation, EvaluationConfig, EvaluationProgress, Hits, LaunchErrors, OneTool, SceneErrors,
+    evaluate, evaluate_with_progress,
 };
 pub use graph::{EdgeType, Edges, GraphBuilder, Graphs, Layout, NODE_FEATURES, ObjectType};
 pub use launch::{Launch, Split, collect, data_hash};
@@ -70,10 +71,10 @@ pub use model::{Model, Provenance, VERSION};
 pub use network::Network;
 pub use normaliser::{Columns, Normaliser};
 pub use predictor::Predictor;
-pub use resumable::train_resumably;
 pub use rollout::{Predicted, rollouts};
 pub use samples::Samples;
 pub use shipped::{named, shipped, shipped_for, shipped_names};
 pub use train::{Ended, Progress, Training};
+pub use train_to_file::{TrainedModel, checkpoint_of, train_to_file};
 #[cfg(test)]
 mod tests;

@@ -413,12 +413,16 @@ fn evaluation_and_ablation_report_every_part() {
         evaluation: &settings,
         command: "test",
     };
-    let mut epochs = 0;
+    let (mut epochs, folder) = (0, tempfile::tempdir().unwrap());
     let results = Variant::ALL.map(|variant| {
-        let watch = |progress: &Progress| epochs += progress.epoch;
-        let (model, result) = ablation.run(variant, 1, watch).unwrap();
+        let path = folder.path().join(variant.name());
+        let on_progress = |progress: &Progress| {
+            epochs += progress.epoch;
+            true
+        };
+        let (_, result) = ablation.run(variant, 1, &path, on_progress).unwrap().unwrap();
         // A variant is a model like any other: its file says what it is.
-        let read = Model::from_bytes(&model.to_file().to_bytes(), "variant").unwrap();
+        let read = Model::load(&path).unwrap();
         assert_eq!(read.config(), &variant.apply(small()));
         assert_eq!(variant.to_string().parse(), Ok(variant));
         result

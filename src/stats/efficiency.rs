@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::rolling::rolling_success;
 
-/// A run's learning in four numbers. What was never reached is `None`, `null` in JSON.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// A run's learning in five numbers. What was never reached is `None`, `null` in JSON.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Efficiency {
     /// Episodes until half of the last `window` reached the goal.
     pub episodes_to_50: Option<u64>,
@@ -17,9 +17,13 @@ pub struct Efficiency {
     pub auc: Option<f64>,
     /// Success rate over the last `window` episodes.
     pub final_success: Option<f64>,
+    /// Least rolling success rate over the last quarter of the episodes: what the run holds, where
+    /// the episodes to a threshold say what it reaches.
+    #[serde(default)]
+    pub held_success: Option<f64>,
 }
 
-/// The four numbers of a run from whether each of its episodes reached the goal.
+/// The five numbers of a run from whether each of its episodes reached the goal.
 pub fn efficiency(successes: &[bool], window: NonZeroUsize) -> Efficiency {
     let curve = rolling_success(successes, window);
     Efficiency {
@@ -27,6 +31,7 @@ pub fn efficiency(successes: &[bool], window: NonZeroUsize) -> Efficiency {
         episodes_to_80: episodes_to_threshold(successes, window, 0.8),
         auc: area_under_curve(&curve),
         final_success: curve.last().copied(),
+        held_success: curve[curve.len() - curve.len().div_ceil(4)..].iter().copied().min_by(f64::total_cmp),
     }
 }
 
@@ -64,12 +69,18 @@ mod tests {
     }
 
     #[test]
-    fn a_run_in_four_numbers() {
+    fn a_run_in_five_numbers() {
         let successes = [false, false, true, true, true, true];
         let found = efficiency(&successes, WINDOW);
         assert_eq!(found.episodes_to_50, Some(4));
         assert_eq!(found.episodes_to_80, Some(6));
         assert_eq!(found.final_success, Some(1.0));
+        // The last quarter of six episodes are the last two.
+        assert_eq!(found.held_success, Some(0.75));
+        let fallen = efficiency(&[true, true, true, true, true, true, true, false], WINDOW);
+        assert_eq!((fallen.episodes_to_80, fallen.held_success), (Some(4), Some(0.75)));
+        let before = efficiency(&[true, true, false, false, true, true, true, true], WINDOW);
+        assert_eq!((before.auc.map(|auc| auc < 0.8), before.held_success), (Some(true), Some(0.75)));
         let auc = (0.0 + 0.0 + 1.0 / 3.0 + 0.5 + 0.75 + 1.0) / 6.0;
         assert!((found.auc.unwrap() - auc).abs() < 1e-15);
     }
@@ -78,6 +89,9 @@ mod tests {
     fn no_episodes_have_no_numbers() {
         let none = efficiency(&[], WINDOW);
         let text = serde_json::to_string(&none).unwrap();
-        assert_eq!(text, r#"{"episodes_to_50":null,"episodes_to_80":null,"auc":null,"final_success":null}"#);
+        assert_eq!(
+            text,
+            r#"{"episodes_to_50":null,"episodes_to_80":null,"auc":null,"final_success":null,"held_success":null}"#
+        );
     }
 }

@@ -2,19 +2,19 @@
 //! each switched off in turn, over several seeds and the tool sets of the tasks.
 
 use std::path::Path;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
-use super::StudyProgress;
+use super::error::StudyError;
 use super::folder::Folder;
-use super::reproduce::StudyError;
+use crate::batch::{self, Batch, BatchProgress, Job, JobHandle};
 use crate::dynamics::{
-    Ablated, Ablation, EvaluationConfig, Hits, LaunchErrors, Model, ModelConfig, SceneErrors, TrainConfig, Variant,
+    Ablated, Ablation, EvaluationConfig, Hits, LaunchErrors, ModelConfig, SceneErrors, TrainConfig, Variant,
     tool_set_name,
 };
+use crate::evidence::figures::estimate as figure_estimate;
 use crate::figures::{self, Figure, Provenance, Statistics};
+use crate::markdown;
 use crate::physics::ToolKind;
 use crate::run::config_hash;
 use crate::stats::{Bootstrap, Estimate, StatsError};
@@ -153,36 +153,30 @@ pub struct AblationReport {
     pub models: Vec<Ablated>,
 }
 
-/// Does the ablation of `plan` in `folder`, or what is missing of it, each training on one
-/// of `threads` threads. Leaves there every model and its evaluation, `ablation.json`,
-/// `ablation.md` and two figures (at `dpi` dots per inch) with their CSV. `command` is what
-/// makes it again; `tell` hears of progress, from any thread.
+/// Does the ablation of `plan` in `folder`, or what is missing of it. Leaves there every model and
+/// its evaluation, `ablation.json`, `ablation.md` and two figures (at `dpi` dots per inch) with their
+/// CSV. `command` is what makes it again.
 ///
 /// # Errors
-/// At the first piece that fails; what is done stays, and the next call goes on.
+/// The first failure; what is done stays, and the next call continues.
 pub fn ablation(
     plan: &AblationPlan,
     folder: &Path,
     command: &str,
-    threads: usize,
     dpi: u32,
-    tell: &(dyn Fn(&StudyProgress) + Sync),
+    batch: &Batch<'_>,
+    on_progress: &mut dyn FnMut(&BatchProgress<'_>),
 ) -> Result<AblationReport, StudyError> {
     let folder = Folder(folder);
     folder.claim(plan, &["models"])?;
     let mut jobs = Vec::new();
     for tools in &plan.tool_sets {
         for seed in plan.training.seed..plan.training.seed + plan.seeds {
-            jobs.extend(Variant::ALL.map(|variant| Job { tools, variant, seed }));
+            jobs.extend(Variant::ALL.map(|variant| ModelJob { plan, folder, command, tools, variant, seed }));
         }
     }
-    let epochs: usize = jobs.iter().map(|job| job.tools.len() * plan.training.epochs as usize).sum();
-    let (done, total) = (AtomicU64::new(0), epochs as u64);
-    let advance = |epochs: u64, message: String| {
-        let done = done.fetch_add(epochs, Ordering::Relaxed) + epochs;
-        tell(&StudyProgress { done, total, message });
-    };
-    let models = side_by_side(&jobs, threads, |job| job.run(plan, folder, command, &advance))?;
+    let outcomes = batch.run(&jobs, on_progress)?;
+    let models = batch::all(outcomes)?;
     let report = AblationReport {
         version: 1,
         epochs: plan.training.epochs,
@@ -208,84 +202,53 @@ pub fn ablation(
     Ok(report)
 }
 
-/// One model to train.
-struct Job<'a> {
+/// One model to train and evaluate.
+struct ModelJob<'a> {
+    plan: &'a AblationPlan,
+    folder: Folder<'a>,
+    command: &'a str,
     tools: &'a [ToolKind],
     variant: Variant,
     seed: u64,
 }
 
-impl Job<'_> {
-    fn run(
-        &self,
-        plan: &AblationPlan,
-        folder: Folder<'_>,
-        command: &str,
-        advance: &dyn Fn(u64, String),
-    ) -> Result<Ablated, StudyError> {
-        let name = format!("{}-{}-{}", tool_set_name(self.tools), self.variant, self.seed);
-        let whole = self.tools.len() as u64 * u64::from(plan.training.epochs);
-        let mut told = 0;
-        let ablated = folder.cached(&format!("models/{name}.json"), || {
-            let ablation = Ablation {
-                model: &plan.model,
-                training: &plan.training,
-                tools: self.tools,
-                tasks: &plan.tasks,
-                evaluation: &plan.evaluation,
-                command,
-            };
-            let (model, ablated): (Model, Ablated) = ablation.run(self.variant, self.seed, |now| {
-                if now.validation.is_some() {
-                    let until_now = whole * u64::from(now.epoch) / u64::from(now.epochs);
-                    advance(until_now - told, format!("{name}, epoch {}, loss {:.4}", now.epoch, now.loss));
-                    told = until_now;
-                }
-            })?;
-            model.save(&folder.path(&format!("models/{name}.safetensors")))?;
-            Ok(ablated)
-        })?;
-        advance(whole - told, format!("{name} is there"));
-        Ok(ablated)
-    }
-}
+impl Job for ModelJob<'_> {
+    type Output = Ablated;
+    type Error = StudyError;
 
-/// Does all jobs, each on one of `threads` threads with a pool of its own: trainings that
-/// run side by side keep a core busier than one training on several.
-fn side_by_side<J: Sync, R: Send>(
-    jobs: &[J],
-    threads: usize,
-    work: impl Fn(&J) -> Result<R, StudyError> + Sync,
-) -> Result<Vec<R>, StudyError> {
-    let next = AtomicUsize::new(0);
-    let results: Mutex<Vec<Option<Result<R, StudyError>>>> = Mutex::new(jobs.iter().map(|_| None).collect());
-    let store = |index: usize, result| {
-        // A panic of another thread leaves whole results.
-        results.lock().unwrap_or_else(PoisonError::into_inner)[index] = Some(result);
-    };
-    std::thread::scope(|scope| {
-        for _ in 0..threads.clamp(1, jobs.len().max(1)) {
-            scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(job) = jobs.get(index) else { return };
-                    let result = match rayon::ThreadPoolBuilder::new().num_threads(1).build() {
-                        Ok(pool) => pool.install(|| work(job)),
-                        Err(error) => Err(StudyError::Threads(error)),
-                    };
-                    if result.is_err() {
-                        // The others finish what they are at.
-                        next.store(jobs.len(), Ordering::Relaxed);
-                    }
-                    store(index, result);
-                }
-            });
+    fn name(&self) -> String {
+        format!("{}-{}-{}", tool_set_name(self.tools), self.variant, self.seed)
+    }
+
+    fn size(&self) -> u64 {
+        self.tools.len() as u64 * u64::from(self.plan.training.epochs)
+    }
+
+    fn run(&self, handle: &JobHandle) -> Result<Option<Ablated>, StudyError> {
+        let (plan, name) = (self.plan, self.name());
+        let file = format!("models/{name}.json");
+        if let Some(ablated) = self.folder.read(&file)? {
+            return Ok(Some(ablated));
         }
-    });
-    let results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
-    // A failure leaves later jobs undone; the failure itself is among the results.
-    let (failed, done): (Vec<_>, Vec<_>) = results.into_iter().flatten().partition(Result::is_err);
-    failed.into_iter().chain(done).collect()
+        let ablation = Ablation {
+            model: &plan.model,
+            training: &plan.training,
+            tools: self.tools,
+            tasks: &plan.tasks,
+            evaluation: &plan.evaluation,
+            command: self.command,
+        };
+        let path = self.folder.path(&format!("models/{name}.safetensors"));
+        let trained = ablation.run(self.variant, self.seed, &path, |now| {
+            handle.set_done(self.tools.len() as u64 * u64::from(now.epoch));
+            handle.report(format!("{name}, epoch {}, loss {:.4}", now.epoch, now.loss));
+            !handle.is_stopped()
+        })?;
+        let Some((trained, ablated)) = trained else { return Ok(None) };
+        self.folder.write_json(&file, &ablated)?;
+        trained.remove_checkpoint();
+        Ok(Some(ablated))
+    }
 }
 
 fn summarise(plan: &AblationPlan, models: &[Ablated]) -> Result<Vec<VariantSummary>, StatsError> {
@@ -327,25 +290,23 @@ impl AblationReport {
     /// The results as a table for people.
     pub fn to_markdown(&self, command: &str) -> String {
         let mut text = format!(
-            "Made by `{command}`: {} epochs, {} seeds. Mean over the seeds with its 95 % bootstrap interval; errors in normalised units (the screen is 2 wide), of launches and of whole scenes that no model was trained on.\n\n",
-            self.epochs, self.seeds
+            "Made by {}: {} epochs, {} seeds. Mean over the seeds with its 95 % bootstrap interval; errors in normalised units (the screen is 2 wide), of launches and of whole scenes that no model was trained on.\n\n",
+            markdown::code(command),
+            self.epochs,
+            self.seeds
         );
-        let header: Vec<&str> = Measure::ALL.iter().map(|measure| measure.label()).collect();
-        text += &format!("| tools | model | {} |\n|---|---|{}\n", header.join(" | "), "---|".repeat(header.len()));
+        text += &markdown::header(["tools", "model"].into_iter().chain(Measure::ALL.map(Measure::label)));
         for row in &self.summaries {
-            let cells: Vec<String> = row
-                .measures
-                .iter()
-                .map(|summary| match summary.estimate {
-                    Some(Estimate { value, lower, upper }) => {
-                        let digits = summary.measure.digits();
-                        format!("{value:.digits$} [{lower:.digits$}, {upper:.digits$}]")
-                    }
-                    None => "none".to_owned(),
-                })
-                .collect();
+            let cells = row.measures.iter().map(|summary| match summary.estimate {
+                Some(Estimate { value, lower, upper }) => {
+                    let digits = summary.measure.digits();
+                    format!("{value:.digits$} [{lower:.digits$}, {upper:.digits$}]")
+                }
+                None => "none".to_owned(),
+            });
             let failures = if row.failures > 0 { format!(" ({} diverged)", row.failures) } else { String::new() };
-            text += &format!("| {} | {}{failures} | {} |\n", row.tools, row.variant.label(), cells.join(" | "));
+            let model = format!("{}{failures}", row.variant.label());
+            text += &markdown::row([row.tools.clone(), model].into_iter().chain(cells));
         }
         text
     }
@@ -357,7 +318,7 @@ impl AblationReport {
             let estimate = row.measures.iter().find(|summary| summary.measure == measure).and_then(|s| s.estimate);
             figures::Variant {
                 label: row.variant.label().to_owned(),
-                estimate: estimate.map_or(figures::Estimate::exact(f64::NAN), super::figures::estimate),
+                estimate: estimate.map_or(figures::Estimate::exact(f64::NAN), figure_estimate),
             }
         });
         figures::Ablation {
@@ -375,6 +336,8 @@ impl AblationReport {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::AtomicBool;
+
     use super::*;
     use crate::figures::DEFAULT_DPI;
     use crate::task;
@@ -391,16 +354,22 @@ mod tests {
         }
     }
 
+    fn run_with(
+        threads: usize,
+        plan: &AblationPlan,
+        folder: &Path,
+        on_progress: &mut dyn FnMut(&BatchProgress<'_>),
+    ) -> Result<AblationReport, StudyError> {
+        let interrupt = AtomicBool::new(false);
+        ablation(plan, folder, "test", DEFAULT_DPI, &Batch { threads, interrupt: &interrupt }, on_progress)
+    }
+
     #[test]
-    fn an_ablation_goes_on_where_it_was_stopped() {
+    fn an_ablation_continues_where_it_was_stopped() {
         let (folder, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-        let last = Mutex::new((0, 0));
-        let tell = |now: &StudyProgress| {
-            let mut last = last.lock().unwrap();
-            *last = (now.done.max(last.0), now.total);
-        };
-        let report = ablation(&plan(), folder.path(), "test", 2, DEFAULT_DPI, &tell).unwrap();
-        assert_eq!(*last.lock().unwrap(), (2 * 2 * 4 * 2 * 2, 2 * 2 * 4 * 2 * 2));
+        let mut last = (0, 0);
+        let report = run_with(2, &plan(), folder.path(), &mut |now| last = (now.done, now.total)).unwrap();
+        assert_eq!(last, (2 * 2 * 4 * 2 * 2, 2 * 2 * 4 * 2 * 2));
         assert_eq!((report.models.len(), report.summaries.len()), (16, 12));
         let text = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
         let whole = text("ablation.json");
@@ -410,7 +379,7 @@ mod tests {
             std::fs::remove_file(folder.path().join(name)).unwrap();
         }
         // One thread or two, interrupted or not: the same bytes.
-        assert_eq!(ablation(&plan(), folder.path(), "test", 1, DEFAULT_DPI, &tell).unwrap(), report);
+        assert_eq!(run_with(1, &plan(), folder.path(), &mut |_| {}).unwrap(), report);
         assert!(text("ablation.json") == whole && text(&format!("{model}.safetensors")) == weights);
         for name in ["ablation-launches.png", "ablation-launches.csv", "ablation-scenes.png", "ablation.md"] {
             assert!(!text(name).is_empty(), "{name}");
@@ -419,19 +388,17 @@ mod tests {
         assert!(table.contains("| all | shared edge function | ") && table.contains("2 epochs, 2 seeds"), "{table}");
 
         let longer = AblationPlan { seeds: 3, ..plan() };
-        assert!(matches!(
-            ablation(&longer, folder.path(), "test", 1, DEFAULT_DPI, &tell),
-            Err(StudyError::OtherStudy { .. })
-        ));
+        let error = run_with(1, &longer, folder.path(), &mut |_| {}).unwrap_err();
+        assert!(matches!(error, StudyError::OtherStudy { .. }), "{error}");
         let broken = AblationPlan { training: TrainConfig { batch: 0, ..plan().training }, ..plan() };
-        let error = ablation(&broken, other.path(), "test", 2, DEFAULT_DPI, &tell).unwrap_err();
+        let error = run_with(2, &broken, other.path(), &mut |_| {}).unwrap_err();
         assert!(error.to_string().contains("batch"), "{error}");
     }
 
     #[test]
     fn measures_are_means_over_tools_tasks_and_tool_sets() {
         let folder = tempfile::tempdir().unwrap();
-        let report = ablation(&plan(), folder.path(), "test", 2, DEFAULT_DPI, &|_| {}).unwrap();
+        let report = run_with(2, &plan(), folder.path(), &mut |_| {}).unwrap();
         let of = |tools: &str, measure: Measure| {
             let row = report.summaries.iter().find(|row| row.tools == tools && row.variant == Variant::Full).unwrap();
             row.measures.iter().find(|summary| summary.measure == measure).unwrap().estimate.unwrap()

@@ -3,13 +3,12 @@
 
 use std::sync::Arc;
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::StudyError;
 use super::hits::{ActorNoise, Guided, Hits, Uniform, count_hits};
-use crate::agent::{ConfigError, DdpgConfig};
+use crate::agent::DdpgConfig;
+use crate::batch::{self, Batch, BatchProgress, Job, JobHandle};
 use crate::guidance::{self, GuidanceConfig, TruePhysics};
 use crate::task::Task;
 
@@ -24,48 +23,82 @@ pub struct AuditRow {
     pub hits: Vec<Hits>,
 }
 
-/// Plays a task in three ways with several seeds each. Guided play gets clusters of its
-/// own for every seed.
+/// The ways of exploring, in the order of the rows.
+const EXPLORATIONS: [&str; 3] = ["uniform", "actor + OU", "guided by true physics"];
+
+/// Plays each task in three ways with several seeds each: a row for each task and way. Guided play
+/// gets clusters of its own for every seed.
 ///
 /// # Errors
-/// When the default learner is misconfigured.
-pub fn audit(task: &Arc<Task>, episodes: u32, seeds: u64) -> Result<Vec<AuditRow>, ConfigError> {
-    let played: Vec<[Hits; 3]> = (0..seeds)
-        .into_par_iter()
-        .map(|seed| {
-            let mut rng = ChaCha8Rng::seed_from_u64(seed);
-            let mut actor = ActorNoise::untrained(task, &DdpgConfig::default(), &mut rng)?;
-            let prior = guidance::build(task, &TruePhysics, "true physics", &GuidanceConfig::default(), seed, |_| true);
-            let guided = prior.map(|prior| count_hits(task, &mut Guided(&prior), episodes, seed));
-            Ok([
-                count_hits(task, &mut Uniform, episodes, seed),
-                count_hits(task, &mut actor, episodes, seed),
-                // The build was never asked to stop.
-                guided.unwrap_or(Hits { episodes: 0, goal: 0, subgoals: Vec::new() }),
-            ])
-        })
-        .collect::<Result<_, ConfigError>>()?;
-    let ways = ["uniform", "actor + OU", "guided by true physics"];
-    Ok(ways
-        .into_iter()
-        .enumerate()
-        .map(|(way, exploration)| AuditRow {
+/// When the default learner is misconfigured, or the batch cannot be run.
+pub fn audit(
+    tasks: &[Arc<Task>],
+    episodes: u32,
+    seeds: u64,
+    batch: &Batch<'_>,
+    on_progress: &mut dyn FnMut(&BatchProgress<'_>),
+) -> Result<Vec<AuditRow>, StudyError> {
+    let jobs: Vec<AuditJob<'_>> =
+        tasks.iter().flat_map(|task| (0..seeds).map(move |seed| AuditJob { task, episodes, seed })).collect();
+    let played = batch::all(batch.run(&jobs, on_progress)?)?;
+    let rows = tasks.iter().enumerate().flat_map(|(number, task)| {
+        let of_task = &played[number * seeds as usize..(number + 1) * seeds as usize];
+        EXPLORATIONS.into_iter().enumerate().map(move |(way, exploration)| AuditRow {
             task: task.name.clone(),
             exploration: exploration.to_owned(),
-            hits: played.iter().map(|seed| seed[way].clone()).collect(),
+            hits: of_task.iter().map(|seed| seed[way].clone()).collect(),
         })
-        .collect())
+    });
+    Ok(rows.collect())
+}
+
+/// One seed on one task, in all ways.
+struct AuditJob<'a> {
+    task: &'a Arc<Task>,
+    episodes: u32,
+    seed: u64,
+}
+
+impl Job for AuditJob<'_> {
+    type Output = [Hits; EXPLORATIONS.len()];
+    type Error = StudyError;
+
+    fn name(&self) -> String {
+        format!("{}, seed {}", self.task.name, self.seed)
+    }
+
+    fn size(&self) -> u64 {
+        EXPLORATIONS.len() as u64 * u64::from(self.episodes)
+    }
+
+    fn run(&self, handle: &JobHandle) -> Result<Option<Self::Output>, StudyError> {
+        handle.report(self.name());
+        let Self { task, episodes, seed } = *self;
+        let uniform = count_hits(task, &mut Uniform, episodes, seed);
+        handle.set_done(u64::from(episodes));
+        let mut actor = ActorNoise::untrained(task, &DdpgConfig::default(), seed)?;
+        let actor = count_hits(task, &mut actor, episodes, seed);
+        handle.set_done(2 * u64::from(episodes));
+        let goes_on = |_| !handle.is_stopped();
+        let prior = guidance::build(task, &TruePhysics, "true physics", &GuidanceConfig::default(), seed, goes_on);
+        Ok(prior.map(|prior| [uniform, actor, count_hits(task, &mut Guided(&prior), episodes, seed)]))
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::AtomicBool;
+
     use super::*;
     use crate::task;
 
     #[test]
     fn random_play_hardly_solves_the_tasks_and_truly_guided_play_does() {
-        for task in task::shipped() {
-            let rows = audit(&Arc::new(task), 200, 1).unwrap();
+        let tasks: Vec<Arc<Task>> = task::shipped().into_iter().map(Arc::new).collect();
+        let interrupt = AtomicBool::new(false);
+        let rows = audit(&tasks, 200, 1, &Batch { threads: 2, interrupt: &interrupt }, &mut |_| {}).unwrap();
+        assert_eq!(rows.len(), EXPLORATIONS.len() * tasks.len());
+        for rows in rows.chunks(EXPLORATIONS.len()) {
             let [uniform, actor, guided] = [0, 1, 2].map(|way: usize| rows[way].hits[0].goal);
             let findable = ["task1", "task3"].contains(&rows[0].task.as_str());
             let most = if findable { 8 } else { 1 };

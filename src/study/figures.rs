@@ -2,33 +2,24 @@
 
 use std::sync::Arc;
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-
 use super::hits::{Explorer, Guided};
-use super::learning::{AREA, EVALUATIONS, Learning, LearningRow, TrainedRun, scores};
 use super::plan::StudyPlan;
 use super::report::{HitsRow, Report};
 use crate::dynamics::{Errors, Evaluation, Launch, Model, Split, collect};
 use crate::env::Environment;
+use crate::evidence::figures::{INTERVAL, estimate};
 use crate::figures::{
-    Curve, CurvePanel, Edge, Estimate, Hits, Instant, Launches, LearningCurves, MethodScore, MethodScores, ModelError,
-    PerformanceProfile, PolicyHits, Predictor, RelativeFrames, ScorePanel, Statistics, TaskHits, ToolLaunches,
+    Edge, Estimate, Hits, Instant, Launches, ModelError, PolicyHits, Predictor, RelativeFrames, Statistics, TaskHits,
+    ToolLaunches,
 };
 use crate::guidance::ActionPrior;
 use crate::physics::{Ball, PHYSICS_DT, ToolKind, to_normalised, to_units};
-use crate::stats::aggregate::iqm;
-use crate::stats::profile::profile_intervals;
-use crate::stats::rolling::WINDOW;
-use crate::stats::{Bootstrap, StatsError, TaskScores};
+use crate::stats::{Bootstrap, StatsError};
+use crate::streams::Stream;
 use crate::task::{Form, Task, ToolSpec};
 
 /// Launches drawn for each tool in figure 1.
 const SHOWN_LAUNCHES: usize = 24;
-/// Steps of the thresholds of a performance profile.
-const PROFILE_POINTS: usize = 100;
-
-const INTERVAL: &str = "95 % bootstrap interval over seeds";
 
 /// Figure 1: launches at a tool of the usual size.
 pub(super) fn launches(plan: &StudyPlan) -> Launches {
@@ -65,7 +56,7 @@ fn nearest_in_size(launches: &[Launch], size: f32) -> Vec<&Launch> {
 /// Figure 2: an episode of guided play at three instants: the last one at which most edges
 /// are active, and those halfway there and halfway on to the end.
 pub(super) fn relative_frames(task: &Task, prior: &ActionPrior, cutoff: f32, seed: u64) -> RelativeFrames {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut rng = Stream::Episode.of(seed);
     let mut env = Environment::new(Arc::new(task.clone()));
     env.reset(&mut rng);
     let mut explorer = Guided(prior);
@@ -125,122 +116,6 @@ pub(super) fn hits(report: &Report, plan: &StudyPlan, bootstrap: &Bootstrap) -> 
     })
 }
 
-/// Figure 6: interquartile mean of the rolling success over seeds, of training or of
-/// the greedy evaluations.
-pub(super) fn learning_curves(
-    runs: &[TrainedRun],
-    bootstrap: &Bootstrap,
-    greedy: bool,
-) -> Result<LearningCurves, StatsError> {
-    let rows: Vec<LearningRow> = runs.iter().map(|run| run.row.clone()).collect();
-    let (mut panels, mut seeds) = (Vec::new(), Vec::new());
-    for task in Learning(&rows).tasks() {
-        let mut panel = CurvePanel { task, curves: Vec::new() };
-        for label in Learning(&rows).labels() {
-            let chosen = runs.iter().filter(|run| run.row.task == panel.task && run.row.label() == label);
-            let curves: Vec<&[[f64; 2]]> =
-                chosen.map(|run| if greedy { &*run.greedy } else { &*run.training }).collect();
-            if curves.iter().any(|curve| !curve.is_empty()) {
-                seeds.push(curves.len());
-                panel.curves.push(summary_curve(label, &curves, bootstrap)?);
-            }
-        }
-        panels.push(panel);
-    }
-    let window = if greedy { EVALUATIONS } else { WINDOW };
-    Ok(LearningCurves { greedy, window: window.get(), statistics: interquartile_means(INTERVAL, &seeds), panels })
-}
-
-/// Area under the curve of every method on every task and, where all were trained on the same
-/// tasks, over all of them.
-pub(super) fn method_scores(rows: &[LearningRow], bootstrap: &Bootstrap) -> Result<MethodScores, StatsError> {
-    let learning = Learning(rows);
-    let (mut panels, mut seeds) = (Vec::new(), Vec::new());
-    for task in learning.tasks() {
-        let mut panel = ScorePanel { task, methods: Vec::new() };
-        for label in learning.labels() {
-            let runs = learning.of(&panel.task, &label);
-            if runs.is_empty() {
-                continue;
-            }
-            seeds.push(runs.len());
-            let scores = scores(&runs, AREA)?;
-            let estimate = estimate(bootstrap.stratified(&scores, iqm)?);
-            panel.methods.push(MethodScore { label, estimate, runs: scores.all().collect() });
-        }
-        panels.push(panel);
-    }
-    let tasks = learning.common_tasks();
-    if tasks.len() > 1 && tasks.len() == panels.len() {
-        let mut panel = ScorePanel { task: "All tasks".to_owned(), methods: Vec::new() };
-        for label in learning.labels() {
-            let estimate = estimate(bootstrap.stratified(&learning.scores(&tasks, &label, AREA)?, iqm)?);
-            panel.methods.push(MethodScore { label, estimate, runs: Vec::new() });
-        }
-        panels.push(panel);
-    }
-    Ok(MethodScores {
-        measure: format!("area under the curve of the success rate (last {WINDOW} episodes), 0 to 1"),
-        statistics: interquartile_means("95 % bootstrap interval over seeds, stratified by task", &seeds),
-        panels,
-    })
-}
-
-/// Interquartile means of estimates with these numbers of seeds.
-fn interquartile_means(interval: &str, seeds: &[usize]) -> Statistics {
-    Statistics {
-        centre: "Interquartile mean".to_owned(),
-        interval: interval.to_owned(),
-        seeds: seeds.iter().copied().max().unwrap_or(0),
-        fewest_seeds: seeds.iter().copied().min(),
-    }
-}
-
-/// Share of all runs of each method whose final success is above each threshold.
-pub(super) fn performance_profile(
-    methods: &[(String, TaskScores)],
-    bootstrap: &Bootstrap,
-) -> Result<PerformanceProfile, StatsError> {
-    let thresholds: Vec<f64> = (0..=PROFILE_POINTS).map(|n| n as f64 / PROFILE_POINTS as f64).collect();
-    let mut curves = Vec::new();
-    for (label, scores) in methods {
-        let band = profile_intervals(scores, &thresholds, bootstrap)?;
-        curves.push(Curve {
-            label: label.clone(),
-            x: thresholds.clone(),
-            y: band.iter().map(|estimate| estimate.value).collect(),
-            low: band.iter().map(|estimate| estimate.lower).collect(),
-            high: band.iter().map(|estimate| estimate.upper).collect(),
-        });
-    }
-    let tasks = methods.first().map_or(0, |(_, scores)| scores.tasks().len());
-    let seeds = || methods.iter().flat_map(|(_, scores)| scores.tasks()).map(Vec::len);
-    Ok(PerformanceProfile {
-        measure: format!("final success rate (last {WINDOW} episodes)"),
-        statistics: Statistics {
-            centre: format!("Runs on {tasks} {}, each", if tasks == 1 { "task" } else { "tasks" }),
-            interval: "95 % stratified bootstrap interval".to_owned(),
-            seeds: seeds().max().unwrap_or(0),
-            fewest_seeds: seeds().min(),
-        },
-        curves,
-    })
-}
-
-fn summary_curve(label: String, seeds: &[&[[f64; 2]]], bootstrap: &Bootstrap) -> Result<Curve, StatsError> {
-    let mut curve = Curve { label, ..Curve::default() };
-    let points = seeds.iter().map(|seed| seed.len()).min().unwrap_or(0);
-    for point in 0..points {
-        let values: Vec<f64> = seeds.iter().map(|seed| seed[point][1]).collect();
-        let summary = bootstrap.stratified(&TaskScores::of_one_task(&values)?, iqm)?;
-        curve.x.push(seeds[0][point][0]);
-        curve.y.push(summary.value);
-        curve.low.push(summary.lower);
-        curve.high.push(summary.upper);
-    }
-    Ok(curve)
-}
-
 /// Errors of a model and its baselines on fresh launches.
 pub fn model_error_figure(evaluation: &Evaluation, model: &Model) -> ModelError {
     type Of = fn(&crate::dynamics::Compared<crate::dynamics::OneTool>) -> &crate::dynamics::OneTool;
@@ -269,8 +144,4 @@ pub fn model_error_figure(evaluation: &Evaluation, model: &Model) -> ModelError 
         },
         predictors: predictors.into(),
     }
-}
-
-pub(super) fn estimate(estimate: crate::stats::Estimate) -> Estimate {
-    Estimate { value: estimate.value, low: estimate.lower, high: estimate.upper }
 }

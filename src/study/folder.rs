@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::reproduce::StudyError;
+use super::error::StudyError;
 
 /// A study's folder.
 #[derive(Debug, Clone, Copy)]
@@ -42,16 +42,23 @@ impl Folder<'_> {
         name: &str,
         make: impl FnOnce() -> Result<T, StudyError>,
     ) -> Result<T, StudyError> {
+        if let Some(value) = self.read(name)? {
+            return Ok(value);
+        }
+        let value = make()?;
+        self.write_json(name, &value)?;
+        Ok(value)
+    }
+
+    /// The value in a file of the study; None if there is no such file.
+    pub fn read<T: DeserializeOwned>(&self, name: &str) -> Result<Option<T>, StudyError> {
         let path = self.path(name);
         match std::fs::read_to_string(&path) {
-            Ok(text) => {
-                serde_json::from_str(&text).map_err(|error| StudyError::Content { path, message: error.to_string() })
-            }
-            Err(error) if error.kind() == ErrorKind::NotFound => {
-                let value = make()?;
-                self.write_json(name, &value)?;
-                Ok(value)
-            }
+            Ok(text) => match serde_json::from_str(&text) {
+                Ok(value) => Ok(Some(value)),
+                Err(error) => Err(StudyError::Content { path, message: error.to_string() }),
+            },
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
             Err(source) => Err(StudyError::Io { path, source }),
         }
     }
@@ -61,7 +68,7 @@ impl Folder<'_> {
         self.write(name, text(value).as_bytes())
     }
 
-    /// Writes a file, whole or not at all.
+    /// Writes a file atomically.
     pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), StudyError> {
         let path = self.path(name);
         crate::atomic::write(&path, bytes).map_err(|source| StudyError::Io { path, source })

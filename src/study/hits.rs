@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::agent::{ConfigError, Ddpg, DdpgConfig, OrnsteinUhlenbeck};
 use crate::env::{Action, Environment, observation_len, uniform_action};
 use crate::guidance::ActionPrior;
+use crate::streams::Stream;
 use crate::task::Task;
 
 /// Episodes in which each stage was reached.
@@ -59,12 +59,12 @@ pub struct ActorNoise {
 }
 
 impl ActorNoise {
-    /// Draws the actor's weights from `rng`.
+    /// The actor with which a training of this seed begins.
     ///
     /// # Errors
     /// When the configuration is not valid.
-    pub fn untrained(task: &Task, config: &DdpgConfig, rng: &mut ChaCha8Rng) -> Result<Self, ConfigError> {
-        let agent = Ddpg::new(observation_len(task), 2, config, rng)?;
+    pub fn untrained(task: &Task, config: &DdpgConfig, seed: u64) -> Result<Self, ConfigError> {
+        let agent = Ddpg::new(observation_len(task), 2, config, &mut Stream::AgentWeights.of(seed))?;
         Ok(Self { agent, noise: OrnsteinUhlenbeck::new(2, config.ou) })
     }
 }
@@ -83,7 +83,7 @@ impl Explorer for ActorNoise {
 
 /// Plays `episodes` episodes and counts the stages reached.
 pub fn count_hits(task: &Arc<Task>, explorer: &mut impl Explorer, episodes: u32, seed: u64) -> Hits {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut rng = Stream::Episode.of(seed);
     let mut env = Environment::new(task.clone());
     let mut hits = Hits { episodes, goal: 0, subgoals: vec![0; task.subgoals.len()] };
     for _ in 0..episodes {

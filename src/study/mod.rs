@@ -1,4 +1,4 @@
-//! Many runs: exploration counts, audits, the reproduction of the paper, reports.
+//! The paper's study: exploration counts, audits, ablations, trainings and their report.
 //!
 //! [`reproduce()`] does the whole study of the paper into one folder. Every piece of it
 //! (a model, a count, a training) is a file or run of its own, so that a study that was
@@ -6,22 +6,18 @@
 
 pub mod ablation;
 pub mod audit;
-mod batch;
-mod comparison;
+mod error;
 mod figures;
 mod folder;
-mod found;
 pub mod hits;
-mod learning;
 mod plan;
 mod report;
 mod reproduce;
+#[cfg(test)]
+mod tests;
 
-pub use batch::train_to_end;
-pub use comparison::{AggregateRow, Comparison, ImprovementRow, LeftOut, compare};
+pub use error::StudyError;
 pub use figures::model_error_figure;
-pub use found::{FoundRun, find_runs, read_runs};
-pub use learning::{LearningRow, TrainedRun};
 pub use plan::StudyPlan;
-pub use report::{HitsRow, ModelRow, Report, mean_errors};
-pub use reproduce::{StudyError, StudyProgress, reproduce};
+pub use report::{HitsRow, ModelRow, Report};
+pub use reproduce::reproduce;

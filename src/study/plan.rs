@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::learning::LearningRow;
 use crate::dynamics::{EvaluationConfig, ModelConfig, TrainConfig, Variant};
+use crate::evidence::LearningRow;
 use crate::guidance::EpsilonSchedule;
 use crate::physics::ToolKind;
 use crate::task::{self, Task};

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 
-use super::learning::{Learning, LearningRow};
 use super::plan::StudyPlan;
-use crate::dynamics::Evaluation;
+use crate::evidence::{Groups, LearningRow};
+use crate::markdown;
 use crate::stats::{Bootstrap, Estimate, StatsError};
 
 /// The numbers of a study.
@@ -16,7 +16,7 @@ pub struct Report {
     pub version: u32,
     /// How often exploration reached each stage.
     pub hits: Vec<HitsRow>,
-    /// How the trainings went.
+    /// Training results.
     pub learning: Vec<LearningRow>,
     /// How well the dynamics models predict.
     pub models: Vec<ModelRow>,
@@ -52,19 +52,6 @@ pub struct ModelRow {
     pub rollout_error: Vec<f64>,
 }
 
-/// Mean error of one prediction on fresh launches, and mean errors after 1, 2, ... actions in
-/// unseen scenes: over the tools and over the scenes of an evaluation.
-pub fn mean_errors(evaluation: &Evaluation) -> (f64, Vec<f64>) {
-    let average = |values: &mut dyn Iterator<Item = f64>| {
-        let values: Vec<f64> = values.collect();
-        values.iter().sum::<f64>() / values.len().max(1) as f64
-    };
-    let horizon = evaluation.scenes.iter().map(|scene| scene.rollout.model.len()).min().unwrap_or(0);
-    let after = |n: usize| average(&mut evaluation.scenes.iter().map(|scene| scene.rollout.model[n].mean));
-    let one_step = average(&mut evaluation.launches.iter().map(|tool| tool.errors.model.one_step.mean));
-    (one_step, (0..horizon).map(after).collect())
-}
-
 impl Report {
     /// The version this program writes.
     pub const VERSION: u32 = 1;
@@ -80,7 +67,8 @@ impl Report {
         let _ = writeln!(text, "# Model-guided exploration: study report\n");
         let _ = writeln!(
             text,
-            "Made by `{command}` with mge {}. Every number comes from the files in this folder; `report.json` has one row for each count and training. Intervals are 95 % percentile bootstrap intervals over seeds ({} resamples, seed {}).\n",
+            "Made by {} with mge {}. Every number comes from the files in this folder; `report.json` has one row for each count and training. Intervals are 95 % percentile bootstrap intervals over seeds ({} resamples, seed {}).\n",
+            markdown::code(command),
             env!("CARGO_PKG_VERSION"),
             bootstrap.resamples,
             bootstrap.seed
@@ -96,17 +84,12 @@ impl Report {
     }
 
     fn write_models(&self, text: &mut String) {
-        text.push_str("## Dynamics models\n\nMean errors in normalised units (the screen is 2 wide): of one prediction on launches that were not trained on, and after 1, 2, ... actions in scenes of the tasks that the model never saw.\n\n| tools | structure | one step | after 1, 2, ... actions |\n|---|---|---|---|\n");
+        text.push_str("## Dynamics models\n\nMean errors in normalised units (the screen is 2 wide): of one prediction on launches that were not trained on, and after 1, 2, ... actions in scenes of the tasks that the model never saw.\n\n");
+        *text += &markdown::header(["tools", "structure", "one step", "after 1, 2, ... actions"]);
         for row in &self.models {
             let rollout: Vec<String> = row.rollout_error.iter().map(|error| format!("{error:.3}")).collect();
-            let _ = writeln!(
-                text,
-                "| {} | {} | {:.4} | {} |",
-                row.tools.join(", "),
-                row.structure,
-                row.one_step_error,
-                rollout.join(", ")
-            );
+            let (tools, one_step) = (row.tools.join(", "), format!("{:.4}", row.one_step_error));
+            *text += &markdown::row([&tools, &row.structure, &one_step, &rollout.join(", ")]);
         }
         text.push('\n');
     }
@@ -114,9 +97,10 @@ impl Report {
     fn write_hits(&self, text: &mut String, plan: &StudyPlan, bootstrap: &Bootstrap) -> Result<(), StatsError> {
         let _ = writeln!(
             text,
-            "## Exploration without learning\n\nEpisodes of {} that reached the goal and each subgoal: mean over {} seeds, with its interval. Guided play draws every action from the clusters of the learned models ({} independent builds); random play is an untrained actor with Ornstein-Uhlenbeck noise.\n\n| task | policy | goal | subgoals |\n|---|---|---|---|",
+            "## Exploration without learning\n\nEpisodes of {} that reached the goal and each subgoal: mean over {} seeds, with its interval. Guided play draws every action from the clusters of the learned models ({} independent builds); random play is an untrained actor with Ornstein-Uhlenbeck noise.\n",
             plan.hit_episodes, plan.hit_seeds, plan.builds
         );
+        *text += &markdown::header(["task", "policy", "goal", "subgoals"]);
         for task in &plan.tasks {
             for policy in ["guided", "random"] {
                 let rows: Vec<&HitsRow> =
@@ -128,7 +112,7 @@ impl Report {
                 let subgoals = (0..task.subgoals.len())
                     .map(|n| Ok(format_count(estimate(&|row| row.subgoals[n])?)))
                     .collect::<Result<Vec<String>, StatsError>>()?;
-                let _ = writeln!(text, "| {} | {policy} | {goal} | {} |", task.name, subgoals.join("; "));
+                *text += &markdown::row([&task.name, policy, &goal, &subgoals.join("; ")]);
             }
         }
         text.push('\n');
@@ -137,7 +121,7 @@ impl Report {
 
     fn write_learning(&self, text: &mut String, plan: &StudyPlan, bootstrap: &Bootstrap) -> Result<(), StatsError> {
         let _ = write!(text, "## Learning\n\n{} episodes, {} seeds. ", plan.learning_episodes, plan.learning_seeds);
-        Learning(&self.learning).write_table(text, bootstrap)
+        Groups::new(&self.learning).write_table(text, bootstrap)
     }
 }
 

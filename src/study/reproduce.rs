@@ -1,125 +1,54 @@
 //! The whole study of the paper, into one folder.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
-
-use super::batch::train_to_end;
-use super::figures::{
-    hits as hits_figure, launches, learning_curves, method_scores, performance_profile, relative_frames,
-};
+use super::error::StudyError;
+use super::figures::{hits as hits_figure, launches, relative_frames};
 use super::folder::Folder;
 use super::hits::{ActorNoise, Guided, Hits, count_hits};
-use super::learning::{FINAL, Learning, LearningRow, TrainedRun};
 use super::plan::{PlannedRun, StudyPlan};
-use super::report::{HitsRow, ModelRow, Report, mean_errors};
-use crate::agent::{ConfigError, DdpgConfig};
-use crate::dynamics::{DynamicsError, Ended, Evaluation, Model, Training, Variant, evaluate, tool_set_name};
-use crate::figures::{ActionSamples, Figure, FigureError, Provenance, TaskActions, TaskGrid};
-use crate::guidance::{ActionPrior, GuidanceError, propose_subgoals};
+use super::report::{HitsRow, ModelRow, Report};
+use crate::agent::DdpgConfig;
+use crate::batch::{self, Batch, BatchProgress, Job, JobHandle, train_to_end};
+use crate::dynamics::{Ended, Evaluation, Model, Variant, evaluate_with_progress, tool_set_name, train_to_file};
+use crate::evidence::figures::{learning_curves, method_scores, performance_profile};
+use crate::evidence::{FINAL, Groups, LearningRow, TrainedRun};
+use crate::figures::{ActionSamples, Figure, Provenance, TaskActions, TaskGrid};
+use crate::guidance::{ActionPrior, propose_subgoals};
 use crate::physics::ToolKind;
-use crate::run::{RunDirectory, RunError, RunHistory, config_hash};
-use crate::stats::{Bootstrap, StatsError};
+use crate::run::{RunDirectory, RunHistory, config_hash};
+use crate::stats::Bootstrap;
 use crate::task::Task;
-use crate::trainer::{
-    PriorError, PriorSource, RunConfig, SettingError, TrainerError, Watch, build_prior, rollout_model,
-};
+use crate::trainer::{PriorSource, RunConfig, build_prior, rollout_model};
 
-/// Why a study could not be finished. What it has done so far stays.
-#[derive(Debug, thiserror::Error)]
-pub enum StudyError {
-    /// The folder holds another study.
-    #[error("{}: this folder holds a study with other numbers: choose another with --out", path.display())]
-    OtherStudy { path: PathBuf },
-    /// A file cannot be read or written.
-    #[error("{}: {source}", path.display())]
-    Io { path: PathBuf, source: std::io::Error },
-    /// A file is not what it should be.
-    #[error("{}: {message}: remove it, and the study makes it again", path.display())]
-    Content { path: PathBuf, message: String },
-    /// A dynamics model.
-    #[error(transparent)]
-    Dynamics(#[from] DynamicsError),
-    /// A model's training diverged.
-    #[error("the training of the {tools} model diverged in epoch {epoch}: {reason}")]
-    Diverged { tools: String, epoch: u32, reason: String },
-    /// An action prior.
-    #[error(transparent)]
-    Prior(#[from] PriorError),
-    /// A saved action prior.
-    #[error(transparent)]
-    Guidance(#[from] GuidanceError),
-    /// The untrained agent.
-    #[error(transparent)]
-    Agent(#[from] ConfigError),
-    /// A run's files.
-    #[error(transparent)]
-    Run(#[from] RunError),
-    /// A setting of a method.
-    #[error(transparent)]
-    Setting(#[from] SettingError),
-    /// A run of the study has other settings.
-    #[error("{}: this run has other settings than the study: remove it, or choose another folder with --out", path.display())]
-    OtherRun { path: PathBuf },
-    /// A training.
-    #[error("{run}: {source}")]
-    Training { run: String, source: Box<TrainerError> },
-    /// There is nothing to report yet.
-    #[error("none of the {runs} runs is finished: go on with them, such as with `mge resume`")]
-    NothingFinished { runs: usize },
-    /// A statistic.
-    #[error(transparent)]
-    Stats(#[from] StatsError),
-    /// A figure.
-    #[error(transparent)]
-    Figure(#[from] FigureError),
-    /// Threads.
-    #[error("cannot start a thread: {0}")]
-    Threads(rayon::ThreadPoolBuildError),
-}
+/// Training episodes that take as long as other pieces of a study, roughly: weights of progress.
+const EPISODES_PER_EPOCH: f64 = 4.0;
+const EPISODES_PER_PRIOR: u64 = 250;
+const COUNTED_EPISODES_PER_EPISODE: u64 = 8;
 
-/// How far a study is.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StudyProgress {
-    /// Pieces of work done.
-    pub done: u64,
-    /// Pieces in all, weighted by how long they take.
-    pub total: u64,
-    /// What is being done.
-    pub message: String,
-}
-
-/// Seconds one core takes for the pieces of a study, roughly: weights of progress.
-const SECONDS_PER_EPOCH: f64 = 0.03;
-const SECONDS_PER_PRIOR: f64 = 2.0;
-const SECONDS_PER_EPISODE: f64 = 0.008;
-
-/// Does the study of `plan` in `folder`, or what is missing of it, on all threads of
-/// the current rayon pool. `command` is what makes it again; figures have `dpi` dots per
-/// inch; `tell` hears of progress, from any thread.
+/// Does the study of `plan` in `folder`, or what is missing of it. `command` is what makes it again;
+/// figures have `dpi` dots per inch.
 ///
 /// # Errors
-/// At the first piece that fails; what is done stays, and the next call goes on.
+/// The first failure; what is done stays, and the next call continues.
 pub fn reproduce(
     plan: &StudyPlan,
     folder: &Path,
     command: &str,
     dpi: u32,
-    tell: &(dyn Fn(&StudyProgress) + Sync),
+    batch: &Batch<'_>,
+    on_progress: &mut dyn FnMut(&BatchProgress<'_>),
 ) -> Result<Report, StudyError> {
     let folder = Folder(folder);
     folder.claim(&plan.foundation(), &["models", "priors", "hits", "subgoals", "runs", "figures"])?;
-    let runs = plan.runs()?;
-    let total = total_work(plan, &runs);
-    let study = Study { plan, folder, command, dpi, tell, done: AtomicU64::new(0), total };
-    let models = study.models()?;
-    let priors = study.priors()?;
-    let hits = study.hits(&priors)?;
-    let runs = study.learning(runs)?;
+    let study = Study { plan, folder, command, dpi };
+    let jobs = study.jobs()?;
+    let mut progress = StudyProgress { total: jobs.work(), done: 0, on_progress };
+    let models = progress.run(batch, &jobs.models)?;
+    let priors = progress.run(batch, &jobs.priors)?;
+    let hits = progress.run(batch, &study.counts(&priors))?;
+    let runs = progress.run(batch, &jobs.runs)?;
     let learning = runs.iter().map(|run| run.row.clone()).collect();
     let report = Report { version: Report::VERSION, hits, learning, models };
     study.figures(&report, &priors, &runs)?;
@@ -129,211 +58,93 @@ pub fn reproduce(
     Ok(report)
 }
 
-fn total_work(plan: &StudyPlan, runs: &[PlannedRun]) -> u64 {
-    let models = plan.tool_sets().iter().map(|tools| model_work(plan, tools)).sum::<u64>();
-    let priors = plan.tasks.len() as u64 * plan.builds * work(SECONDS_PER_PRIOR);
-    let ablated = plan.ablations().len() as u64 * models;
-    models + ablated + priors + runs.iter().map(|run| run_work(&run.config)).sum::<u64>()
+/// The work of all jobs of a batch.
+fn work_of<J: Job>(jobs: &[J]) -> u64 {
+    jobs.iter().map(Job::size).sum()
 }
 
-fn model_work(plan: &StudyPlan, tools: &[ToolKind]) -> u64 {
-    work(SECONDS_PER_EPOCH * f64::from(plan.model_training.epochs) * tools.len() as f64 / 2.0)
+/// The progress of one batch after another, as the progress of the whole study.
+struct StudyProgress<'a> {
+    done: u64,
+    total: u64,
+    on_progress: &'a mut dyn FnMut(&BatchProgress<'_>),
 }
 
-fn run_work(config: &RunConfig) -> u64 {
-    work(SECONDS_PER_EPISODE * f64::from(config.episodes))
+impl StudyProgress<'_> {
+    fn run<J: Job<Error = StudyError>>(&mut self, batch: &Batch<'_>, jobs: &[J]) -> Result<Vec<J::Output>, StudyError> {
+        let outcomes = batch.run(jobs, &mut |now| {
+            (self.on_progress)(&BatchProgress { done: self.done + now.done, total: self.total, ..*now });
+        })?;
+        self.done += work_of(jobs);
+        Ok(batch::all(outcomes)?)
+    }
 }
 
-/// Milliseconds of work.
-fn work(seconds: f64) -> u64 {
-    (1000.0 * seconds) as u64
-}
-
+#[derive(Clone, Copy)]
 struct Study<'a> {
     plan: &'a StudyPlan,
     folder: Folder<'a>,
     command: &'a str,
     dpi: u32,
-    tell: &'a (dyn Fn(&StudyProgress) + Sync),
-    done: AtomicU64,
-    total: u64,
+}
+
+/// The jobs of a study that depend on nothing but its plan. Each kind needs the files that the kinds
+/// before it have left.
+struct Jobs<'a> {
+    models: Vec<ModelJob<'a>>,
+    priors: Vec<PriorJob<'a>>,
+    runs: Vec<RunJob<'a>>,
+    counts: u64,
+}
+
+impl Jobs<'_> {
+    fn work(&self) -> u64 {
+        work_of(&self.models) + work_of(&self.priors) + self.counts + work_of(&self.runs)
+    }
 }
 
 /// A prior for hit counts.
 type TaskPrior = (Arc<Task>, Arc<ActionPrior>);
 
-impl Study<'_> {
-    fn advance(&self, work: u64, message: String) {
-        let done = self.done.fetch_add(work, Ordering::Relaxed) + work;
-        (self.tell)(&StudyProgress { done, total: self.total, message });
-    }
-
-    fn model_path(&self, tools: &[ToolKind], variant: Variant) -> PathBuf {
-        self.folder.path(&format!("models/{}.safetensors", model_name(tools, variant)))
-    }
-
-    /// Trains and evaluates the dynamics models of each tool set, the ablated ones last.
-    fn models(&self) -> Result<Vec<ModelRow>, StudyError> {
-        let variants = std::iter::once(Variant::Full).chain(self.plan.ablations());
-        let models: Vec<(Variant, Vec<ToolKind>)> =
-            variants.flat_map(|variant| self.plan.tool_sets().into_iter().map(move |tools| (variant, tools))).collect();
-        models.into_par_iter().map(|(variant, tools)| self.model(&tools, variant)).collect()
-    }
-
-    fn model(&self, tools: &[ToolKind], variant: Variant) -> Result<ModelRow, StudyError> {
-        let path = self.model_path(tools, variant);
-        let name = model_name(tools, variant);
-        let whole = model_work(self.plan, tools);
-        let model = if path.exists() {
-            self.advance(whole, format!("{name} model is there"));
-            Model::load(&path)?
-        } else {
-            let model = self.train_model(tools, variant, whole)?;
-            model.save(&path)?;
-            model
-        };
-        let evaluation: Evaluation = self.folder.cached(&format!("models/{name}.json"), || {
-            Ok(evaluate(&model, &self.plan.tasks, &self.plan.model_evaluation)?)
-        })?;
-        Ok(model_row(&evaluation, variant))
-    }
-
-    fn train_model(&self, tools: &[ToolKind], variant: Variant, whole: u64) -> Result<Model, StudyError> {
-        let name = model_name(tools, variant);
-        let (config, settings) = (variant.apply(self.plan.model.clone()), self.plan.model_training.clone());
-        let mut training = Training::new(config, settings, tools, self.command)?;
-        let mut told = 0;
-        let ended = training.run(|_, now| {
-            let until_now = whole * u64::from(now.epoch) / u64::from(now.epochs);
-            if until_now > told + whole / 100 || now.epoch == now.epochs {
-                self.advance(until_now - told, format!("{name} model, epoch {}, loss {:.4}", now.epoch, now.loss));
-                told = until_now;
-            }
-            true
+impl<'a> Study<'a> {
+    fn jobs(self) -> Result<Jobs<'a>, StudyError> {
+        let plan = self.plan;
+        let variants = std::iter::once(Variant::Full).chain(plan.ablations());
+        let models = variants.flat_map(|variant| {
+            plan.tool_sets().into_iter().map(move |tools| ModelJob { study: self, tools, variant })
         });
-        match ended {
-            Ended::Diverged { epoch, reason } => Err(StudyError::Diverged { tools: name, epoch, reason }),
-            Ended::Done | Ended::Stopped => Ok(training.model().clone()),
-        }
+        let tasks = plan.tasks.iter().map(|task| Arc::new(task.clone()));
+        let priors = tasks.flat_map(|task| {
+            (0..plan.builds).map(move |build| PriorJob { study: self, task: task.clone(), seed: plan.seed + build })
+        });
+        let counts = 2 * plan.tasks.len() as u64 * plan.hit_seeds * self.count_work();
+        let runs = plan.runs()?.into_iter().map(|run| RunJob { study: self, run });
+        Ok(Jobs { models: models.collect(), priors: priors.collect(), runs: runs.collect(), counts })
     }
 
-    /// The action priors of the hit counts: several builds for each task.
-    fn priors(&self) -> Result<Vec<TaskPrior>, StudyError> {
-        let tasks = self.plan.tasks.iter().map(|task| Arc::new(task.clone()));
-        let builds: Vec<(Arc<Task>, u64)> =
-            tasks.flat_map(|task| (0..self.plan.builds).map(move |build| (task.clone(), build))).collect();
-        builds
-            .into_par_iter()
-            .map(|(task, build)| {
-                let mut config = RunConfig::new(task.clone());
-                config.prior =
-                    PriorSource::ModelFile(self.model_path(&task.tool_set(), Variant::Full).display().to_string());
-                config.seed = self.plan.seed + build;
-                let name = format!("priors/{}-{}.json", task.name, config.seed);
-                let prior: ActionPrior = self.folder.cached(&name, || {
-                    // The build is never asked to stop.
-                    Ok(build_prior(&config, |_| true)?.unwrap_or_else(|| ActionPrior::uniform(&task, config.seed)))
-                })?;
-                self.advance(work(SECONDS_PER_PRIOR), format!("clusters of {}", task.name));
-                Ok((task, Arc::new(prior)))
-            })
-            .collect()
+    fn count_work(self) -> u64 {
+        u64::from(self.plan.hit_episodes) / COUNTED_EPISODES_PER_EPISODE
     }
 
     /// Figure 5's counts: guided play, seeds spread over the builds, and random play.
-    fn hits(&self, priors: &[TaskPrior]) -> Result<Vec<HitsRow>, StudyError> {
-        let mut counts: Vec<(Arc<Task>, Option<Arc<ActionPrior>>, u64)> = Vec::new();
+    fn counts(self, priors: &[TaskPrior]) -> Vec<CountJob<'a>> {
+        let mut counts = Vec::new();
         for task in &self.plan.tasks {
             let own: Vec<&TaskPrior> = priors.iter().filter(|(of, _)| **of == *task).collect();
             for n in 0..self.plan.hit_seeds {
                 let (task, prior) = own[n as usize % own.len()];
-                counts.push((task.clone(), Some(prior.clone()), self.plan.seed + n));
-                counts.push((task.clone(), None, self.plan.seed + n));
+                let count = |prior| CountJob { study: self, task: task.clone(), prior, seed: self.plan.seed + n };
+                counts.extend([count(Some(prior.clone())), count(None)]);
             }
         }
-        counts.into_par_iter().map(|(task, prior, seed)| self.count(&task, prior.as_deref(), seed)).collect()
+        counts
     }
 
-    fn count(&self, task: &Arc<Task>, prior: Option<&ActionPrior>, seed: u64) -> Result<HitsRow, StudyError> {
-        let policy = if prior.is_some() { "guided" } else { "random" };
-        let hits: Hits = self.folder.cached(&format!("hits/{}-{policy}-{seed}.json", task.name), || {
-            Ok(match prior {
-                Some(prior) => count_hits(task, &mut Guided(prior), self.plan.hit_episodes, seed),
-                None => {
-                    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-                    let mut actor = ActorNoise::untrained(task, &DdpgConfig::default(), &mut rng)?;
-                    count_hits(task, &mut actor, self.plan.hit_episodes, seed)
-                }
-            })
-        })?;
-        Ok(HitsRow {
-            task: task.name.clone(),
-            policy: policy.to_owned(),
-            seed,
-            episodes: hits.episodes,
-            goal: hits.goal,
-            subgoals: hits.subgoals,
-        })
+    fn model_path(self, tools: &[ToolKind], variant: Variant) -> PathBuf {
+        self.folder.path(&format!("models/{}.safetensors", model_name(tools, variant)))
     }
 
-    /// Figure 6's trainings, each a run of its own.
-    fn learning(&self, runs: Vec<PlannedRun>) -> Result<Vec<TrainedRun>, StudyError> {
-        let failed: Mutex<Option<StudyError>> = Mutex::new(None);
-        // A bridge hands the runs out in their order, so that the first seeds are done first.
-        let mut done: Vec<(usize, TrainedRun)> = runs
-            .into_iter()
-            .enumerate()
-            .par_bridge()
-            .filter_map(|(index, run)| match self.train(run) {
-                Ok(done) => Some((index, done)),
-                // One failed training does not stop the others.
-                Err(error) => {
-                    failed.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
-                    None
-                }
-            })
-            .collect();
-        done.sort_by_key(|(index, _)| *index);
-        match failed.into_inner().unwrap_or_else(PoisonError::into_inner) {
-            Some(error) => Err(error),
-            None => Ok(done.into_iter().map(|(_, run)| run).collect()),
-        }
-    }
-
-    fn train(&self, run: PlannedRun) -> Result<TrainedRun, StudyError> {
-        let PlannedRun { mut config, model, proposed_subgoals, differences } = run;
-        config.prior = PriorSource::ModelFile(self.model_path(&config.task.tool_set(), model).display().to_string());
-        if proposed_subgoals {
-            config.task = self.with_proposed_subgoals(&config)?;
-        }
-        let parts = [config.method.name().to_owned(), config.epsilon.to_string().replace(':', "_")];
-        let parts = parts.into_iter().chain(differences.iter().map(|(key, value)| format!("{key}_{value}")));
-        let arm = parts.collect::<Vec<_>>().join("-").replace(' ', "_");
-        let name = format!("{}-{arm}-{}", config.task.name, config.seed);
-        let path = self.folder.path("runs").join(&name);
-        check_run(&path, &config)?;
-        let directory = train_to_end(&path, &config, &Watch::default())
-            .map_err(|source| StudyError::Training { run: name.clone(), source: Box::new(source) })?;
-        self.advance(run_work(&config), name);
-        let mut trained = TrainedRun::new(&config, &RunHistory::read(&directory)?);
-        trained.row.settings = differences;
-        Ok(trained)
-    }
-
-    /// The task of a run with as many subgoals as it has, proposed from its dynamics model.
-    fn with_proposed_subgoals(&self, config: &RunConfig) -> Result<Arc<Task>, StudyError> {
-        let RunConfig { task, seed, .. } = config;
-        let subgoals = self.folder.cached(&format!("subgoals/{}-{seed}.json", task.name), || {
-            let found = rollout_model(&config.prior, task)?;
-            // Only uniform actions have no model.
-            Ok(found.map_or_else(Vec::new, |(model, _)| {
-                propose_subgoals(task, &*model, task.subgoals.len(), &config.guidance, *seed, |_| true)
-            }))
-        })?;
-        Ok(Arc::new(Task { subgoals, ..(**task).clone() }))
-    }
-
-    fn figures(&self, report: &Report, priors: &[TaskPrior], runs: &[TrainedRun]) -> Result<(), StudyError> {
+    fn figures(self, report: &Report, priors: &[TaskPrior], runs: &[TrainedRun]) -> Result<(), StudyError> {
         let plan = self.plan;
         let bootstrap = Bootstrap { resamples: plan.resamples, ..Bootstrap::default() };
         let first_prior = |task: &Task| priors.iter().find(|(of, _)| **of == *task).map(|(_, prior)| prior.clone());
@@ -352,15 +163,215 @@ impl Study<'_> {
         self.figure("figure6", &learning_curves(&of_paper, &bootstrap, false)?)?;
         self.figure("figure6-greedy", &learning_curves(&of_paper, &bootstrap, true)?)?;
         let of_paper: Vec<LearningRow> = of_paper.into_iter().map(|run| run.row).collect();
-        let finals = Learning(&of_paper).common_scores(FINAL)?;
+        let finals = Groups::new(&of_paper).common_scores(FINAL)?;
         self.figure("performance-profile", &performance_profile(&finals, &bootstrap)?)?;
         self.figure("methods", &method_scores(&report.learning, &bootstrap)?)
     }
 
-    fn figure(&self, name: &str, figure: &impl Figure) -> Result<(), StudyError> {
+    fn figure(self, name: &str, figure: &impl Figure) -> Result<(), StudyError> {
         let seeds: Vec<u64> = (self.plan.seed..self.plan.seed + self.plan.hit_seeds).collect();
         let provenance = Provenance::new(self.command, &seeds, config_hash(self.plan)?);
         Ok(figure.write_both(&self.folder.path("figures"), name, &provenance, self.dpi)?)
+    }
+}
+
+/// A dynamics model to train and evaluate.
+struct ModelJob<'a> {
+    study: Study<'a>,
+    tools: Vec<ToolKind>,
+    variant: Variant,
+}
+
+impl Job for ModelJob<'_> {
+    type Output = ModelRow;
+    type Error = StudyError;
+
+    fn name(&self) -> String {
+        format!("{} model", model_name(&self.tools, self.variant))
+    }
+
+    fn size(&self) -> u64 {
+        let epochs = f64::from(self.study.plan.model_training.epochs);
+        (EPISODES_PER_EPOCH * epochs * self.tools.len() as f64 / 2.0) as u64
+    }
+
+    fn run(&self, handle: &JobHandle) -> Result<Option<ModelRow>, StudyError> {
+        let (study, path) = (self.study, self.study.model_path(&self.tools, self.variant));
+        let model = match path.exists() {
+            true => Model::load(&path)?,
+            false => match self.train(&path, handle)? {
+                Some(model) => model,
+                None => return Ok(None),
+            },
+        };
+        let file = format!("models/{}.json", model_name(&self.tools, self.variant));
+        if let Some(evaluation) = study.folder.read(&file)? {
+            return Ok(Some(model_row(&evaluation, self.variant)));
+        }
+        let plan = study.plan;
+        let evaluation = evaluate_with_progress(&model, &plan.tasks, &plan.model_evaluation, &mut |now| {
+            handle.report(format!("{}, evaluation {} of {}", self.name(), now.done + 1, now.total));
+            !handle.is_stopped()
+        })?;
+        let Some(evaluation) = evaluation else { return Ok(None) };
+        study.folder.write_json(&file, &evaluation)?;
+        Ok(Some(model_row(&evaluation, self.variant)))
+    }
+}
+
+impl ModelJob<'_> {
+    /// None if it was asked to stop.
+    fn train(&self, path: &Path, handle: &JobHandle) -> Result<Option<Model>, StudyError> {
+        let plan = self.study.plan;
+        let (config, settings) = (self.variant.apply(plan.model.clone()), plan.model_training.clone());
+        let trained = train_to_file(path, config, settings, &self.tools, self.study.command, |now| {
+            handle.set_done(self.size() * u64::from(now.epoch) / u64::from(now.epochs));
+            handle.report(format!("{}, epoch {}, loss {:.4}", self.name(), now.epoch, now.loss));
+            !handle.is_stopped()
+        })?;
+        match &trained.ended {
+            Ended::Stopped => return Ok(None),
+            Ended::Done => trained.remove_checkpoint(),
+            Ended::Diverged { epoch, reason } => {
+                let tools = model_name(&self.tools, self.variant);
+                return Err(StudyError::Diverged { tools, epoch: *epoch, reason: reason.clone() });
+            }
+        }
+        Ok(Some(trained.model().clone()))
+    }
+}
+
+/// The action prior of a task for the hit counts.
+struct PriorJob<'a> {
+    study: Study<'a>,
+    task: Arc<Task>,
+    seed: u64,
+}
+
+impl Job for PriorJob<'_> {
+    type Output = TaskPrior;
+    type Error = StudyError;
+
+    fn name(&self) -> String {
+        format!("clusters of {}", self.task.name)
+    }
+
+    fn size(&self) -> u64 {
+        EPISODES_PER_PRIOR
+    }
+
+    fn run(&self, handle: &JobHandle) -> Result<Option<TaskPrior>, StudyError> {
+        handle.report(self.name());
+        let model = self.study.model_path(&self.task.tool_set(), Variant::Full);
+        let prior = PriorSource::ModelFile(model.display().to_string());
+        let config = RunConfig { prior, seed: self.seed, ..RunConfig::new(self.task.clone()) };
+        let name = format!("priors/{}-{}.json", self.task.name, self.seed);
+        let prior: ActionPrior = self.study.folder.cached(&name, || {
+            // The build is never asked to stop.
+            Ok(build_prior(&config, |_| true)?.unwrap_or_else(|| ActionPrior::uniform(&self.task, self.seed)))
+        })?;
+        Ok(Some((self.task.clone(), Arc::new(prior))))
+    }
+}
+
+/// One hit count: of guided play if there is a prior, else of random play.
+struct CountJob<'a> {
+    study: Study<'a>,
+    task: Arc<Task>,
+    prior: Option<Arc<ActionPrior>>,
+    seed: u64,
+}
+
+impl Job for CountJob<'_> {
+    type Output = HitsRow;
+    type Error = StudyError;
+
+    fn name(&self) -> String {
+        let policy = if self.prior.is_some() { "guided" } else { "random" };
+        format!("{}-{policy}-{}", self.task.name, self.seed)
+    }
+
+    fn size(&self) -> u64 {
+        self.study.count_work()
+    }
+
+    fn run(&self, handle: &JobHandle) -> Result<Option<HitsRow>, StudyError> {
+        handle.report(format!("hits of {}", self.name()));
+        let (task, seed, episodes) = (&self.task, self.seed, self.study.plan.hit_episodes);
+        let hits: Hits = self.study.folder.cached(&format!("hits/{}.json", self.name()), || {
+            Ok(match &self.prior {
+                Some(prior) => count_hits(task, &mut Guided(prior), episodes, seed),
+                None => {
+                    let mut actor = ActorNoise::untrained(task, &DdpgConfig::default(), seed)?;
+                    count_hits(task, &mut actor, episodes, seed)
+                }
+            })
+        })?;
+        Ok(Some(HitsRow {
+            task: task.name.clone(),
+            policy: if self.prior.is_some() { "guided" } else { "random" }.to_owned(),
+            seed,
+            episodes: hits.episodes,
+            goal: hits.goal,
+            subgoals: hits.subgoals,
+        }))
+    }
+}
+
+/// One of figure 6's trainings, a run of its own.
+struct RunJob<'a> {
+    study: Study<'a>,
+    run: PlannedRun,
+}
+
+impl Job for RunJob<'_> {
+    type Output = TrainedRun;
+    type Error = StudyError;
+
+    fn name(&self) -> String {
+        let PlannedRun { config, differences, .. } = &self.run;
+        let parts = [config.method.name().to_owned(), config.epsilon.to_string().replace(':', "_")];
+        let parts = parts.into_iter().chain(differences.iter().map(|(key, value)| format!("{key}_{value}")));
+        let arm = parts.collect::<Vec<_>>().join("-").replace(' ', "_");
+        format!("{}-{arm}-{}", config.task.name, config.seed)
+    }
+
+    fn size(&self) -> u64 {
+        u64::from(self.run.config.episodes)
+    }
+
+    fn run(&self, handle: &JobHandle) -> Result<Option<TrainedRun>, StudyError> {
+        let PlannedRun { mut config, model, proposed_subgoals, differences } = self.run.clone();
+        let model = self.study.model_path(&config.task.tool_set(), model);
+        config.prior = PriorSource::ModelFile(model.display().to_string());
+        if proposed_subgoals {
+            config.task = self.with_proposed_subgoals(&config)?;
+        }
+        let name = self.name();
+        handle.report(name.clone());
+        let path = self.study.folder.path("runs").join(&name);
+        check_run(&path, &config)?;
+        let directory = train_to_end(&path, &config, handle)
+            .map_err(|source| StudyError::Training { run: name, source: Box::new(source) })?;
+        let Some(directory) = directory else { return Ok(None) };
+        let mut trained = TrainedRun::new(&config, &RunHistory::read(&directory)?);
+        trained.row.settings = differences;
+        Ok(Some(trained))
+    }
+}
+
+impl RunJob<'_> {
+    /// The task of a run with as many subgoals as it has, proposed from its dynamics model.
+    fn with_proposed_subgoals(&self, config: &RunConfig) -> Result<Arc<Task>, StudyError> {
+        let RunConfig { task, seed, .. } = config;
+        let subgoals = self.study.folder.cached(&format!("subgoals/{}-{seed}.json", task.name), || {
+            let found = rollout_model(&config.prior, task)?;
+            // Only uniform actions have no model.
+            Ok(found.map_or_else(Vec::new, |(model, _)| {
+                propose_subgoals(task, &*model, task.subgoals.len(), &config.guidance, *seed, |_| true)
+            }))
+        })?;
+        Ok(Arc::new(Task { subgoals, ..(**task).clone() }))
     }
 }
 
@@ -386,7 +397,7 @@ fn model_name(tools: &[ToolKind], variant: Variant) -> String {
 }
 
 fn model_row(evaluation: &Evaluation, variant: Variant) -> ModelRow {
-    let (one_step_error, rollout_error) = mean_errors(evaluation);
+    let (one_step_error, rollout_error) = evaluation.mean_errors();
     ModelRow {
         structure: variant.label().to_owned(),
         tools: evaluation.launches.iter().map(|tool| tool.tool.to_string()).collect(),

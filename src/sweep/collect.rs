@@ -1,15 +1,15 @@
-//! What came back from many machines, merged into one folder.
+//! Sweep folders of many machines, merged into one.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::error::SweepError;
-use super::models::{CHECKPOINT, RESULT};
+use super::models::{MODEL, RESULT};
 use super::results::{Kind, common_kind, kind_of};
-use crate::dynamics::Model;
+use crate::dynamics::{Model, checkpoint_of};
+use crate::evidence::find_runs;
 use crate::run::{RunDirectory, RunError, RunState};
-use crate::study::find_runs;
 
 /// Copies the runs of several sweep folders into the folder `out`, where there may be some
 /// already. Of a run that is there more than once, the copy that got further is taken.
@@ -58,7 +58,7 @@ pub fn collect(folders: &[PathBuf], out: &Path) -> Result<usize, SweepError> {
 
 /// Epochs in the checkpoint of a model that is not finished; 0 where there is none.
 fn trained_epochs(path: &Path) -> u32 {
-    Model::load(&path.join(CHECKPOINT)).map_or(0, |model| model.provenance().epoch)
+    Model::load(&checkpoint_of(&path.join(MODEL))).map_or(0, |model| model.provenance().epoch)
 }
 
 /// Which of two runs of the same name got further.
@@ -86,7 +86,7 @@ fn further<'a>(first: &'a Path, second: &'a Path) -> Result<&'a Path, SweepError
     Ok(if is_finished { second } else { first })
 }
 
-/// Copies a run's folder to `target`, whole or not at all.
+/// Copies a run's folder to `target` atomically.
 fn replace(from: &Path, target: &Path) -> Result<(), SweepError> {
     let parent = target.parent().unwrap_or(Path::new("."));
     let new =

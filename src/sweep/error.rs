@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::batch::BatchError;
 use crate::json::SyntaxError;
 use crate::run::RunError;
 use crate::validation::ValidationError;
@@ -31,12 +32,26 @@ pub enum SweepError {
     /// A run's files.
     #[error(transparent)]
     Run(#[from] RunError),
+    /// No thread can be started.
+    #[error(transparent)]
+    Batch(#[from] BatchError),
+    /// The sweep was asked to stop.
+    #[error("interrupted after {done} of {jobs}: the same command continues where it stopped")]
+    Interrupted {
+        /// Jobs that are finished.
+        done: usize,
+        /// Jobs in all.
+        jobs: usize,
+    },
     /// A run of the sweep's folder has the name of one of the sweep, but is another.
     #[error(
         "{} holds a run with other settings than the sweep asks for: choose another folder with --out, or remove it",
         .0.display()
     )]
     OtherRun(PathBuf),
+    /// A plan has one command a line.
+    #[error("{:?} has a line break, and a plan has one command a line: choose another folder with --out", .0.display().to_string())]
+    LineBreak(PathBuf),
     /// A folder to collect from holds no sweep.
     #[error("{} is not the folder of a sweep: it has no runs/", .0.display())]
     NotASweep(PathBuf),

@@ -43,4 +43,4 @@ pub use expand::{Job, Sweep, Work};
 pub use models::{ModelJob, ModelResult};
 pub use plan::{plan, slurm};
 pub use results::{Results, read_results};
-pub use work::{SweepProgress, run};
+pub use work::run;

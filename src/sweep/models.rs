@@ -7,21 +7,20 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::file::{Combination, Grid, value_text};
-use super::work::{Meter, WorkError};
+use super::work::WorkError;
+use crate::batch::JobHandle;
 use crate::dynamics::{
-    DynamicsError, Ended, EvaluationConfig, ModelConfig, Progress, TrainConfig, Training, canonical_tool_set, evaluate,
-    tool_set_name, train_resumably,
+    DynamicsError, Ended, EvaluationConfig, EvaluationProgress, ModelConfig, TrainConfig, TrainedModel,
+    canonical_tool_set, evaluate_with_progress, tool_set_name, train_to_file,
 };
 use crate::json;
 use crate::physics::ToolKind;
 use crate::run::{RunDirectory, RunError};
 use crate::spelling::nearest;
-use crate::study::mean_errors;
 use crate::task::{self, Task};
 use crate::validation::ValidationError;
 
-const MODEL: &str = "model.safetensors";
-pub(super) const CHECKPOINT: &str = "training.safetensors";
+pub(super) const MODEL: &str = "model.safetensors";
 pub(super) const RESULT: &str = "result.json";
 
 /// A dynamics model to be trained and evaluated: `config.json` of its folder.
@@ -38,7 +37,7 @@ pub struct ModelJob {
     pub evaluation: EvaluationConfig,
 }
 
-/// What became of a model: `result.json` of its folder.
+/// The results of a model: `result.json` of its folder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ModelResult {
     /// Epochs done.
@@ -116,61 +115,56 @@ impl ModelJob {
         u64::from(self.training.epochs)
     }
 
-    /// Trains and evaluates the model in `folder`, or what is missing of it.
-    pub(super) fn run(&self, folder: &Path, command: &str, meter: &Meter) -> Result<(), WorkError> {
+    /// Trains and evaluates the model in `folder`, or what is missing of it. None if it was asked to
+    /// stop before its end.
+    pub(super) fn run(&self, folder: &Path, command: &str, handle: &JobHandle) -> Result<Option<()>, WorkError> {
         let directory = match RunDirectory::open(folder) {
             Err(RunError::NotARun(_)) => RunDirectory::create(folder, self)?,
             opened => opened?,
         };
         if folder.join(RESULT).exists() {
-            meter.set(self.epochs());
-            return Ok(());
+            return Ok(Some(()));
         }
         let _lock = directory.lock()?;
-        let checkpoint = folder.join(CHECKPOINT);
-        let (model, training) = (self.model.clone(), self.training.clone());
-        let mut train_loss = None;
-        let watch = |now: &Progress| {
-            meter.set(u64::from(now.epoch));
-            train_loss = Some(now.loss);
-        };
-        let (training, ended) = train_resumably(&checkpoint, model, training, &self.tools, command, watch)?;
-        let diverged = match ended {
-            Ended::Diverged { epoch, reason } => Some(format!("epoch {epoch}: {reason}")),
-            Ended::Done | Ended::Stopped => None,
-        };
-        training.model().save(&folder.join(MODEL))?;
-        let result = self.result(&training, diverged, train_loss)?;
+        let (path, model, training) = (folder.join(MODEL), self.model.clone(), self.training.clone());
+        let trained = train_to_file(&path, model, training, &self.tools, command, |now| {
+            handle.set_done(u64::from(now.epoch));
+            !handle.is_stopped()
+        })?;
+        if trained.ended == Ended::Stopped {
+            return Ok(None);
+        }
+        if trained.divergence().is_some() {
+            trained.model().save(&path)?;
+        }
+        let Some(result) = self.result(&trained, handle)? else { return Ok(None) };
         // Plain data always serialises.
         let text = serde_json::to_string_pretty(&result).expect("a result is plain data") + "\n";
         write(&folder.join(RESULT), text.as_bytes())?;
-        // The result is there: what is left of the training is only in the way.
-        let _ = std::fs::remove_file(&checkpoint);
-        meter.set(self.epochs());
-        Ok(())
+        trained.remove_checkpoint();
+        Ok(Some(()))
     }
 
-    fn result(
-        &self,
-        training: &Training,
-        diverged: Option<String>,
-        train_loss: Option<f32>,
-    ) -> Result<ModelResult, WorkError> {
-        let model = training.model();
+    /// None if it was asked to stop.
+    fn result(&self, trained: &TrainedModel, handle: &JobHandle) -> Result<Option<ModelResult>, WorkError> {
+        let model = trained.model();
         let tasks: Vec<Task> = task::shipped().into_iter().filter(|task| model.check_task(task).is_ok()).collect();
-        let evaluation = evaluate(model, &tasks, &self.evaluation)?;
-        let (one_step_error, rollout_error) = mean_errors(&evaluation);
+        let goes_on = &mut |_: &EvaluationProgress| !handle.is_stopped();
+        let Some(evaluation) = evaluate_with_progress(model, &tasks, &self.evaluation, goes_on)? else {
+            return Ok(None);
+        };
+        let (one_step_error, rollout_error) = evaluation.mean_errors();
         let after_an_action = |tool: &crate::dynamics::LaunchErrors| tool.errors.model.rollout.last().map(|e| e.mean);
         let actions: Vec<f64> = evaluation.launches.iter().filter_map(after_an_action).collect();
-        Ok(ModelResult {
-            epochs: training.epoch(),
-            diverged,
-            train_loss,
-            validation_loss: training.validation_loss(),
+        Ok(Some(ModelResult {
+            epochs: trained.training.epoch(),
+            diverged: trained.divergence(),
+            train_loss: trained.train_loss,
+            validation_loss: trained.training.validation_loss(),
             action_error: actions.iter().sum::<f64>() / actions.len().max(1) as f64,
             one_step_error,
             rollout_error,
-        })
+        }))
     }
 }
 

@@ -3,11 +3,20 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use super::error::SweepError;
 use super::expand::{Job, Sweep};
 
 /// One command a line and job. Each is complete in itself (it needs no sweep file), and
 /// carrying it out again does only what is missing. `program` and `folder` should be absolute.
-pub fn plan(sweep: &Sweep, program: &Path, folder: &Path) -> String {
+///
+/// # Errors
+/// [`SweepError::LineBreak`] if one of the two has a line break in its path.
+pub fn plan(sweep: &Sweep, program: &Path, folder: &Path) -> Result<String, SweepError> {
+    for path in [program, folder] {
+        if path.display().to_string().contains(['\n', '\r']) {
+            return Err(SweepError::LineBreak(path.to_owned()));
+        }
+    }
     let mut text = String::new();
     for job in &sweep.jobs {
         let words = [
@@ -22,16 +31,19 @@ pub fn plan(sweep: &Sweep, program: &Path, folder: &Path) -> String {
         // Writing to a string does not fail.
         let _ = writeln!(text, "{}", shell_words::join(words));
     }
-    text
+    Ok(text)
 }
 
 /// A Slurm job-array script with a task for each job. `name` is the name of the array.
-pub fn slurm(sweep: &Sweep, program: &Path, folder: &Path, name: &str) -> String {
+///
+/// # Errors
+/// As [`plan`].
+pub fn slurm(sweep: &Sweep, program: &Path, folder: &Path, name: &str) -> Result<String, SweepError> {
     let name: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
-    format!(
+    Ok(format!(
         "#!/usr/bin/env bash\n\
          # {count} independent jobs; submit with: sbatch THIS_FILE\n\
-         # A job that was interrupted goes on when the script is submitted again.\n\
+         # A job that was interrupted continues when the script is submitted again.\n\
          #SBATCH --job-name=mge-{name}\n\
          #SBATCH --array=0-{last}\n\
          #SBATCH --ntasks=1\n\
@@ -44,8 +56,8 @@ pub fn slurm(sweep: &Sweep, program: &Path, folder: &Path, name: &str) -> String
          eval \"exec $command --threads 1\"\n",
         count = sweep.jobs.len(),
         last = sweep.jobs.len().saturating_sub(1),
-        plan = plan(sweep, program, folder),
-    )
+        plan = plan(sweep, program, folder)?,
+    ))
 }
 
 /// The command that makes a job's model again, for the model file.

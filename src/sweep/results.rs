@@ -8,9 +8,9 @@ use serde_json::{Value, json};
 
 use super::error::SweepError;
 use super::models::{ModelJob, ModelResult, RESULT, short};
+use crate::evidence::{FoundRun, find_runs, read_runs};
 use crate::json;
 use crate::run::{RunDirectory, RunError};
-use crate::study::{FoundRun, find_runs, read_runs};
 
 /// The results of a sweep: rows of columns by name.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -69,7 +69,16 @@ fn agents(runs: &[FoundRun]) -> Results {
     let settings: BTreeSet<&String> = runs.iter().flat_map(|run| run.trained.row.settings.keys()).collect();
     let settings: Vec<&str> = settings.into_iter().map(String::as_str).filter(|key| *key != "epsilon").collect();
     let before = ["run", "state", "task", "method", "epsilon"];
-    let after = ["seed", "episodes", "episodes_to_50", "episodes_to_80", "auc", "final_success", "greedy_success"];
+    let after = [
+        "seed",
+        "episodes",
+        "episodes_to_50",
+        "episodes_to_80",
+        "auc",
+        "final_success",
+        "held_success",
+        "greedy_success",
+    ];
     let row = |run: &FoundRun| {
         // Plain data always serialises.
         let row = serde_json::to_value(&run.trained.row).expect("a row is plain data");

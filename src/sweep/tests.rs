@@ -1,12 +1,13 @@
 //! Sweeps from the file to the table: what is made of a file, what is done, what comes back.
 
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use serde_json::{Value, json};
 
 use super::*;
+use crate::batch::{Batch, BatchProgress};
 use crate::dynamics::{ModelConfig, TrainConfig};
 use crate::run::{RunDirectory, RunState};
 use crate::trainer::{Control, Phase, Trainer};
@@ -33,7 +34,16 @@ fn names(sweep: &Sweep) -> Vec<&str> {
 }
 
 fn finish(sweep: &Sweep, folder: &Path) -> Vec<(String, String)> {
-    run(sweep, folder, &|_| {}).unwrap()
+    run_sweep(sweep, folder, &mut |_| {}).unwrap()
+}
+
+fn run_sweep(
+    sweep: &Sweep,
+    folder: &Path,
+    on_progress: &mut dyn FnMut(&BatchProgress<'_>),
+) -> Result<Vec<(String, String)>, SweepError> {
+    let interrupt = AtomicBool::new(false);
+    run(sweep, folder, &Batch { threads: 2, interrupt: &interrupt }, on_progress)
 }
 
 fn metrics(folder: &Path, name: &str) -> Vec<u8> {
@@ -182,7 +192,8 @@ fn a_run_that_another_process_works_on_is_waited_for() {
     let lock = held.lock().unwrap();
     let ended = AtomicUsize::new(0);
     let failures = std::thread::scope(|scope| {
-        let work = scope.spawn(|| run(&sweep, folder.path(), &|now| ended.store(now.ended, Ordering::Relaxed)));
+        let work =
+            scope.spawn(|| run_sweep(&sweep, folder.path(), &mut |now| ended.store(now.ended, Ordering::Relaxed)));
         while ended.load(Ordering::Relaxed) < 1 {
             std::thread::sleep(Duration::from_millis(2));
         }
@@ -230,7 +241,7 @@ fn a_run_with_other_settings_is_not_taken_for_one_of_the_sweep() {
     assert_eq!(finish(&sweep(&small(&one)), folder.path()), []);
     let mut other = small(&one);
     other["ddpg.gamma"] = json!(0.5);
-    let error = run(&sweep(&other), folder.path(), &|_| {}).unwrap_err().to_string();
+    let error = run_sweep(&sweep(&other), folder.path(), &mut |_| {}).unwrap_err().to_string();
     assert!(error.contains("holds a run with other settings"), "{error}");
 }
 
@@ -243,7 +254,11 @@ fn models_are_trained_evaluated_and_told_in_a_table() {
         "evaluation.hit_rollouts": 10
     });
     let sweep = sweep(&file);
-    assert_eq!(finish(&sweep, folder.path()), []);
+    let mut reports = Vec::new();
+    let failures = run_sweep(&sweep, folder.path(), &mut |now| reports.push((now.done, now.total)));
+    assert_eq!(failures.unwrap(), []);
+    assert!(reports.iter().all(|(_, total)| *total == 2 * 3), "two models of three epochs each: {reports:?}");
+    assert_eq!(reports.last(), Some(&(2 * 3, 2 * 3)));
     let results = read_results(folder.path()).unwrap();
     for (row, layers) in results.rows.iter().zip([2, 3]) {
         assert_eq!(
@@ -263,6 +278,30 @@ fn models_are_trained_evaluated_and_told_in_a_table() {
     results.write(folder.path()).unwrap();
     let csv = std::fs::read_to_string(folder.path().join("results.csv")).unwrap();
     assert!(csv.starts_with("run,state,tools,layers,seed,epochs_done,train_loss,"), "{csv}");
+}
+
+#[test]
+fn of_two_copies_the_one_that_got_further_is_taken_without_its_lock() {
+    let folder = tempfile::tempdir().unwrap();
+    let [finished, killed] = ["finished", "killed"].map(|name| folder.path().join(name));
+    let sweep = sweep(&small(&json!({"method": ["ddpg"], "seed": [0], "epsilon": 0})));
+    finish(&sweep, &finished);
+    finish(&sweep, &killed);
+    let job = &sweep.jobs[0];
+    // All episodes are done, but it was killed before it could say that it is finished.
+    let path = job.folder(&killed).join("events.jsonl");
+    let log = std::fs::read_to_string(&path).unwrap();
+    let whole_lines: Vec<&str> = log.lines().filter(|line| !line.contains("\"finished\"")).collect();
+    assert_eq!(whole_lines.len() + 1, log.lines().count(), "{log}");
+    std::fs::write(&path, whole_lines.join("\n") + "\n").unwrap();
+    assert!(job.folder(&finished).join("lock").exists());
+    for (n, folders) in [[&finished, &killed], [&killed, &finished]].into_iter().enumerate() {
+        let out = folder.path().join(format!("out{n}"));
+        assert_eq!(collect(&folders.map(Clone::clone), &out).unwrap(), 1);
+        let run = RunDirectory::open(job.folder(&out)).unwrap();
+        assert_eq!(run.status().unwrap().state, RunState::Finished);
+        assert!(!run.path().join("lock").exists(), "a lock belongs to the process that made it");
+    }
 }
 
 #[test]

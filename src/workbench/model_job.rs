@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread::JoinHandle;
 
-use crate::dynamics::{self, Ended, EvaluationConfig, ModelConfig, TrainConfig, Training};
+use crate::dynamics::{self, Ended, EvaluationConfig, ModelConfig, TrainConfig, train_to_file};
 use crate::physics::ToolKind;
 use crate::task;
 
@@ -96,20 +96,21 @@ fn train(tools: &[ToolKind], names: &str, path: &Path, settings: TrainConfig, se
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(|error| failed(&error))?;
     }
-    let mut training =
-        Training::new(ModelConfig::default(), settings, tools, &command).map_err(|error| failed(&error))?;
-    let ended = training.run(|_, now| {
+    let on_progress = |now: &dynamics::Progress| {
         // At least one thousandth: something can be said.
         seen.thousandths.store((1000 * now.epoch / now.epochs.max(1)).max(1), Ordering::Relaxed);
         !seen.cancelled.load(Ordering::Relaxed)
-    });
-    match ended {
-        Ended::Done => {}
-        Ended::Stopped => return Err(format!("{}: ended before it was trained", path.display())),
-        Ended::Diverged { epoch, reason } => return Err(format!("{}: epoch {epoch}: {reason}", path.display())),
+    };
+    let trained = train_to_file(path, ModelConfig::default(), settings, tools, &command, on_progress)
+        .map_err(|error| failed(&error))?;
+    if trained.ended == Ended::Stopped {
+        return Err(format!("{}: ended before it was trained; train it again to continue", path.display()));
     }
-    training.model().save(path).map_err(|error| failed(&error))?;
-    Ok(format!("trained {}: validation loss {:.5}", path.display(), training.validation_loss()))
+    trained.remove_checkpoint();
+    if let Some(reason) = trained.divergence() {
+        return Err(failed(&reason));
+    }
+    Ok(format!("trained {}: validation loss {:.5}", path.display(), trained.training.validation_loss()))
 }
 
 fn evaluate(name: &str, seed: u64) -> Result<String, String> {

@@ -13,7 +13,7 @@ import numpy as np
 from rliable import library, metrics
 
 THRESHOLDS = np.linspace(0.0, 1.0, 11)
-MEASURES = ["auc", "final_success"]
+MEASURES = ["auc", "final_success", "held_success"]
 AGGREGATES = {
     "iqm": metrics.aggregate_iqm,
     "mean": metrics.aggregate_mean,

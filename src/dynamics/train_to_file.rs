@@ -1,0 +1,158 @@
+//! The training of a model into a file, with a checkpoint beside it from which it continues after
+//! an interruption.
+
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use super::config::{ModelConfig, TrainConfig};
+use super::error::{DynamicsError, canonical_tool_set};
+use super::model::Model;
+use super::train::{Ended, Progress, Training};
+use crate::nn::TensorFile;
+use crate::physics::ToolKind;
+
+/// Epochs between two checkpoints.
+const CHECKPOINT_EVERY: u32 = 100;
+
+/// A training into a file that has ended.
+#[derive(Debug)]
+pub struct TrainedModel {
+    /// The training as it is at its end.
+    pub training: Training,
+    /// How it ended.
+    pub ended: Ended,
+    /// Mean loss of the last epoch, of normalised outputs; None if no epoch was trained now.
+    pub train_loss: Option<f32>,
+    checkpoint: PathBuf,
+}
+
+impl TrainedModel {
+    /// The model: of the last epoch, or of the last one before the training diverged.
+    pub fn model(&self) -> &Model {
+        self.training.model()
+    }
+
+    /// The epoch in which the training diverged and what was found, in words; None if it did not.
+    pub fn divergence(&self) -> Option<String> {
+        match &self.ended {
+            Ended::Diverged { epoch, reason } => Some(format!("epoch {epoch}: {reason}")),
+            Ended::Done | Ended::Stopped => None,
+        }
+    }
+
+    /// Removes the checkpoint, once everything that is wanted of the training has been saved. One
+    /// that cannot be removed does no harm: the same training would only continue from it.
+    pub fn remove_checkpoint(&self) {
+        let _ = std::fs::remove_file(&self.checkpoint);
+    }
+}
+
+/// The checkpoint of a training into the model file `path`: beside it, under its whole name and
+/// `.checkpoint`, so that no two model files share one and none is its own.
+pub fn checkpoint_of(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".checkpoint");
+    name.into()
+}
+
+/// Trains a model into the file `path`, from the checkpoint beside it if there is one. A training
+/// that is done has saved its model; one that diverged has not, because the model of the epoch
+/// before is not what was asked for: the caller may save it. One that was stopped has saved its
+/// checkpoint. `on_progress` is called after every epoch; if it returns false, the training stops.
+/// The other arguments are those of [`Training::new`].
+///
+/// # Errors
+/// As [`Training::new`] and [`Training::resume`]; when the checkpoint is that of a training with
+/// other settings, or a file cannot be read or written.
+pub fn train_to_file(
+    path: &Path,
+    config: ModelConfig,
+    settings: TrainConfig,
+    tools: &[ToolKind],
+    command: &str,
+    mut on_progress: impl FnMut(&Progress) -> bool,
+) -> Result<TrainedModel, DynamicsError> {
+    let checkpoint = checkpoint_of(path);
+    let io = |source| DynamicsError::Io { origin: checkpoint.display().to_string(), source };
+    let mut training = match std::fs::read(&checkpoint) {
+        Ok(bytes) => resume(&bytes, &checkpoint.display().to_string(), &config, &settings, tools)?,
+        Err(error) if error.kind() == ErrorKind::NotFound => Training::new(config, settings, tools, command)?,
+        Err(error) => return Err(io(error)),
+    };
+    let (mut train_loss, mut failure) = (None, None);
+    let ended = training.run(|training, now| {
+        train_loss = Some(now.loss);
+        let goes_on = on_progress(now);
+        if now.epoch < now.epochs && (!goes_on || now.epoch.is_multiple_of(CHECKPOINT_EVERY)) {
+            failure = crate::atomic::write(&checkpoint, &training.checkpoint().to_bytes()).err();
+        }
+        goes_on && failure.is_none()
+    });
+    if let Some(error) = failure {
+        return Err(io(error));
+    }
+    if ended == Ended::Done {
+        training.model().save(path)?;
+    }
+    Ok(TrainedModel { training, ended, train_loss, checkpoint })
+}
+
+fn resume(
+    bytes: &[u8],
+    origin: &str,
+    config: &ModelConfig,
+    settings: &TrainConfig,
+    tools: &[ToolKind],
+) -> Result<Training, DynamicsError> {
+    let origin_of = |source| DynamicsError::File { origin: origin.to_owned(), source };
+    let training = Training::resume(&TensorFile::from_bytes(bytes).map_err(origin_of)?, origin)?;
+    let model = training.model();
+    let same = model.config() == config
+        && model.provenance().training == *settings
+        && model.tools() == canonical_tool_set(tools)?;
+    if same {
+        return Ok(training);
+    }
+    let reason = "it is of a training with other settings: use them, or remove the file".to_owned();
+    Err(DynamicsError::Content { origin: origin.to_owned(), reason })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_model_file_is_its_own_checkpoint_or_that_of_another() {
+        let of = |path: &str| checkpoint_of(Path::new(path)).display().to_string();
+        assert_eq!(of("m/a.safetensors"), "m/a.safetensors.checkpoint");
+        assert_eq!(of("a.checkpoint"), "a.checkpoint.checkpoint");
+        assert_ne!(of("a.safetensors"), of("a.model"));
+    }
+
+    #[test]
+    fn a_stopped_training_continues_where_it_was() {
+        let folder = tempfile::tempdir().unwrap();
+        let [whole, stopped] = ["whole", "stopped"].map(|name| folder.path().join(name));
+        let train = |path: &Path, last: u32| {
+            let config = ModelConfig { layers: 1, width: 8, embedding: 4, ..ModelConfig::default() };
+            let settings =
+                TrainConfig { observations: 4, validation: 2, epochs: 4, batch: 4, ..TrainConfig::default() };
+            let mut epochs = Vec::new();
+            let trained = train_to_file(path, config, settings, &[ToolKind::Box], "test", |now| {
+                epochs.push(now.epoch);
+                now.epoch < last
+            });
+            (trained.unwrap(), epochs)
+        };
+        let (trained, epochs) = train(&whole, 9);
+        assert_eq!((trained.ended, epochs), (Ended::Done, vec![1, 2, 3, 4]));
+        let (trained, _) = train(&stopped, 2);
+        assert_eq!(trained.ended, Ended::Stopped);
+        assert!(!stopped.exists() && checkpoint_of(&stopped).exists());
+        let (trained, epochs) = train(&stopped, 9);
+        assert_eq!((&trained.ended, epochs), (&Ended::Done, vec![3, 4]));
+        trained.remove_checkpoint();
+        assert!(!checkpoint_of(&stopped).exists());
+        assert_eq!(std::fs::read(&whole).unwrap(), std::fs::read(&stopped).unwrap());
+    }
+}

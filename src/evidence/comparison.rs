@@ -1,0 +1,226 @@
+//! Runs compared: which method is better, by how much, how surely.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use super::found::FoundRun;
+use super::groups::{AREA, FINAL, Groups, HELD, Score};
+use super::row::{LearningRow, TrainedRun};
+use crate::run::RunState;
+use crate::stats::aggregate::{iqm, mean, median, optimality_gap};
+use crate::stats::comparison::improvement_interval;
+use crate::stats::{Bootstrap, Estimate, StatsError, TaskScores};
+
+/// Training results, and how their methods compare.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Comparison {
+    /// Format version.
+    pub version: u32,
+    /// The command that makes the report again.
+    pub command: String,
+    /// Version of the program that made it.
+    pub mge_version: String,
+    /// How intervals were computed.
+    pub bootstrap: Bootstrap,
+    /// Every finished run.
+    pub learning: Vec<LearningRow>,
+    /// Runs that are not finished, and so left out.
+    pub left_out: Vec<LeftOut>,
+    /// Tasks on which every method was trained: over these the methods are aggregated.
+    pub common_tasks: Vec<String>,
+    /// Each method's scores over the common tasks.
+    pub aggregates: Vec<AggregateRow>,
+    /// Each pair of methods over the common tasks.
+    pub improvements: Vec<ImprovementRow>,
+}
+
+/// A run that is left out of a report.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LeftOut {
+    /// Its folder.
+    pub run: PathBuf,
+    /// Why.
+    pub reason: String,
+}
+
+/// One method over several tasks.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AggregateRow {
+    /// Its label.
+    pub method: String,
+    /// What is aggregated: the key of a measure, `auc`, `final_success` or `held_success`.
+    pub measure: String,
+    /// Runs behind the numbers.
+    pub runs: usize,
+    /// Their scores, for each of the common tasks.
+    #[serde(default)]
+    pub scores: Vec<Vec<f64>>,
+    /// Interquartile mean.
+    pub iqm: Estimate,
+    /// Mean.
+    pub mean: Estimate,
+    /// Median.
+    pub median: Estimate,
+    /// How far the mean falls short of always succeeding.
+    pub optimality_gap: Estimate,
+}
+
+/// How likely a run of one method beats a run of another.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ImprovementRow {
+    /// Label of the one.
+    pub method: String,
+    /// Label of the other.
+    pub over: String,
+    /// What is compared: `auc`.
+    pub measure: String,
+    /// The probability; a tie counts one half.
+    pub probability: Estimate,
+}
+
+/// A score that is aggregated over tasks.
+pub(super) struct Measure {
+    /// Its name in `report.json`.
+    pub key: &'static str,
+    /// Its name for people.
+    pub label: &'static str,
+    score: Score,
+}
+
+/// The scores that are aggregated over tasks.
+pub(super) const MEASURES: [Measure; 3] = [
+    Measure { key: "auc", label: "area under the curve", score: AREA },
+    Measure { key: "final_success", label: "final success", score: FINAL },
+    Measure { key: "held_success", label: "held success", score: HELD },
+];
+
+/// The runs without those that repeat another with the same settings and seed: counted twice,
+/// they would make an interval too narrow.
+pub(super) fn without_copies(runs: Vec<FoundRun>) -> (Vec<FoundRun>, Vec<LeftOut>) {
+    let mut kept: Vec<FoundRun> = Vec::new();
+    let mut copies = Vec::new();
+    for run in runs {
+        match kept.iter().find(|known| known.config == run.config) {
+            None => kept.push(run),
+            Some(known) => {
+                let reason = format!("has the settings and the seed of {}", known.path.display());
+                copies.push(LeftOut { run: run.path, reason });
+            }
+        }
+    }
+    (kept, copies)
+}
+
+pub(super) fn left_out(run: &FoundRun) -> LeftOut {
+    let episodes = format!("{} of {} episodes", run.trained.row.episodes, run.config.episodes);
+    let state = match &run.state {
+        RunState::Failed(reason) => format!("failed: {reason}"),
+        RunState::Stopped(reason) => format!("stopped: {reason}"),
+        RunState::NotStarted => "not started".to_owned(),
+        RunState::Running | RunState::Paused => "still being trained".to_owned(),
+        RunState::Interrupted | RunState::Finished => "interrupted".to_owned(),
+    };
+    LeftOut { run: run.path.clone(), reason: format!("{state} ({episodes})") }
+}
+
+impl Comparison {
+    /// The version this program writes.
+    pub const VERSION: u32 = 1;
+
+    /// Compares finished runs.
+    ///
+    /// # Errors
+    /// When a statistic cannot be computed.
+    pub(super) fn new(
+        runs: &[TrainedRun],
+        left_out: Vec<LeftOut>,
+        bootstrap: &Bootstrap,
+        command: &str,
+    ) -> Result<Self, StatsError> {
+        let mut report = Self {
+            version: Self::VERSION,
+            command: command.to_owned(),
+            mge_version: env!("CARGO_PKG_VERSION").to_owned(),
+            bootstrap: *bootstrap,
+            learning: runs.iter().map(|run| run.row.clone()).collect(),
+            left_out,
+            common_tasks: Vec::new(),
+            aggregates: Vec::new(),
+            improvements: Vec::new(),
+        };
+        let groups = Groups::new(&report.learning);
+        let common_tasks = groups.common_tasks();
+        if common_tasks.is_empty() {
+            return Ok(report);
+        }
+        let scores = |label: &str, score| groups.scores(&common_tasks, label, score);
+        let mut aggregates = Vec::new();
+        for Measure { key, score, .. } in MEASURES {
+            for label in groups.labels() {
+                aggregates.push(aggregate(label, key, &scores(label, score)?, bootstrap)?);
+            }
+        }
+        let mut improvements = Vec::new();
+        for method in groups.labels() {
+            for over in groups.labels().iter().filter(|over| *over != method) {
+                let probability = improvement_interval(&scores(method, AREA)?, &scores(over, AREA)?, bootstrap)?;
+                let (method, over) = (method.clone(), over.clone());
+                improvements.push(ImprovementRow { method, over, measure: "auc".to_owned(), probability });
+            }
+        }
+        (report.aggregates, report.improvements, report.common_tasks) = (aggregates, improvements, common_tasks);
+        Ok(report)
+    }
+
+    /// Master seeds of the runs, each once.
+    pub(super) fn seeds(&self) -> Vec<u64> {
+        let mut seeds: Vec<u64> = self.learning.iter().map(|row| row.seed).collect();
+        seeds.sort_unstable();
+        seeds.dedup();
+        seeds
+    }
+}
+
+fn aggregate(
+    label: &str,
+    measure: &str,
+    scores: &TaskScores,
+    bootstrap: &Bootstrap,
+) -> Result<AggregateRow, StatsError> {
+    Ok(AggregateRow {
+        method: label.to_owned(),
+        measure: measure.to_owned(),
+        runs: scores.all().count(),
+        scores: scores.tasks().to_vec(),
+        iqm: bootstrap.stratified(scores, iqm)?,
+        mean: bootstrap.stratified(scores, mean)?,
+        median: bootstrap.stratified(scores, median)?,
+        optimality_gap: bootstrap.stratified(scores, |scores| optimality_gap(scores, 1.0))?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::evidence::{find_runs, read_runs};
+    use crate::run::RunDirectory;
+    use crate::trainer::RunConfig;
+
+    #[test]
+    fn a_run_is_counted_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+        for (name, seed) in [("a", "0"), ("b", "0"), ("c", "1")] {
+            let config = config.with_setting("seed", seed).unwrap();
+            RunDirectory::create(folder.path().join(name), &config).unwrap();
+        }
+        let runs = read_runs(&find_runs(&[folder.path().to_owned()]).unwrap()).unwrap();
+        let (kept, copies) = without_copies(runs);
+        assert_eq!(kept.iter().map(FoundRun::name).collect::<Vec<_>>(), ["a", "c"]);
+        assert_eq!(copies.len(), 1);
+        assert!(copies[0].run.ends_with("b") && copies[0].reason.ends_with("/a"), "{copies:?}");
+    }
+}

@@ -1,0 +1,144 @@
+//! Runs as the data of figures: learning curves, scores of methods, performance profiles.
+
+use super::groups::{AREA, Groups, scores};
+use super::row::{EVALUATIONS, LearningRow, TrainedRun};
+use crate::figures::{
+    Curve, CurvePanel, Estimate, LearningCurves, MethodScore, MethodScores, PerformanceProfile, ScorePanel, Statistics,
+};
+use crate::stats::aggregate::iqm;
+use crate::stats::profile::profile_intervals;
+use crate::stats::rolling::WINDOW;
+use crate::stats::{Bootstrap, StatsError, TaskScores};
+
+/// Steps of the thresholds of a performance profile.
+const PROFILE_POINTS: usize = 100;
+
+/// What an interval over seeds is, in captions.
+pub const INTERVAL: &str = "95 % bootstrap interval over seeds";
+
+/// Interquartile mean of the rolling success over seeds, of training or of the greedy evaluations.
+///
+/// # Errors
+/// When a statistic cannot be computed.
+pub fn learning_curves(runs: &[TrainedRun], bootstrap: &Bootstrap, greedy: bool) -> Result<LearningCurves, StatsError> {
+    let rows: Vec<LearningRow> = runs.iter().map(|run| run.row.clone()).collect();
+    let (mut panels, mut seeds) = (Vec::new(), Vec::new());
+    let groups = Groups::new(&rows);
+    let labels: Vec<String> = rows.iter().map(LearningRow::label).collect();
+    for task in groups.tasks() {
+        let mut panel = CurvePanel { task: task.clone(), curves: Vec::new() };
+        for label in groups.labels() {
+            let of_group = runs.iter().zip(&labels).filter(|(run, of)| run.row.task == *task && *of == label);
+            let curves: Vec<&[[f64; 2]]> =
+                of_group.map(|(run, _)| if greedy { &*run.greedy } else { &*run.training }).collect();
+            if curves.iter().any(|curve| !curve.is_empty()) {
+                seeds.push(curves.len());
+                panel.curves.push(summary_curve(label.clone(), &curves, bootstrap)?);
+            }
+        }
+        panels.push(panel);
+    }
+    let window = if greedy { EVALUATIONS } else { WINDOW };
+    Ok(LearningCurves { greedy, window: window.get(), statistics: interquartile_means(INTERVAL, &seeds), panels })
+}
+
+/// Area under the curve of every method on every task and, where all were trained on the same
+/// tasks, over all of them.
+///
+/// # Errors
+/// When a statistic cannot be computed.
+pub fn method_scores(rows: &[LearningRow], bootstrap: &Bootstrap) -> Result<MethodScores, StatsError> {
+    let groups = Groups::new(rows);
+    let (mut panels, mut seeds) = (Vec::new(), Vec::new());
+    for task in groups.tasks() {
+        let mut panel = ScorePanel { task: task.clone(), methods: Vec::new() };
+        for label in groups.labels() {
+            let runs = groups.of(task, label);
+            if runs.is_empty() {
+                continue;
+            }
+            seeds.push(runs.len());
+            let scores = scores(runs, AREA)?;
+            let estimate = estimate(bootstrap.stratified(&scores, iqm)?);
+            panel.methods.push(MethodScore { label: label.clone(), estimate, runs: scores.all().collect() });
+        }
+        panels.push(panel);
+    }
+    let tasks = groups.common_tasks();
+    if tasks.len() > 1 && tasks.len() == panels.len() {
+        let mut panel = ScorePanel { task: "All tasks".to_owned(), methods: Vec::new() };
+        for label in groups.labels() {
+            let estimate = estimate(bootstrap.stratified(&groups.scores(&tasks, label, AREA)?, iqm)?);
+            panel.methods.push(MethodScore { label: label.clone(), estimate, runs: Vec::new() });
+        }
+        panels.push(panel);
+    }
+    Ok(MethodScores {
+        measure: format!("area under the curve of the success rate (last {WINDOW} episodes), 0 to 1"),
+        statistics: interquartile_means("95 % bootstrap interval over seeds, stratified by task", &seeds),
+        panels,
+    })
+}
+
+/// Interquartile means of estimates with these numbers of seeds.
+fn interquartile_means(interval: &str, seeds: &[usize]) -> Statistics {
+    Statistics {
+        centre: "Interquartile mean".to_owned(),
+        interval: interval.to_owned(),
+        seeds: seeds.iter().copied().max().unwrap_or(0),
+        fewest_seeds: seeds.iter().copied().min(),
+    }
+}
+
+/// Share of all runs of each method whose final success is above each threshold.
+///
+/// # Errors
+/// When a statistic cannot be computed.
+pub fn performance_profile(
+    methods: &[(String, TaskScores)],
+    bootstrap: &Bootstrap,
+) -> Result<PerformanceProfile, StatsError> {
+    let thresholds: Vec<f64> = (0..=PROFILE_POINTS).map(|n| n as f64 / PROFILE_POINTS as f64).collect();
+    let mut curves = Vec::new();
+    for (label, scores) in methods {
+        let band = profile_intervals(scores, &thresholds, bootstrap)?;
+        curves.push(Curve {
+            label: label.clone(),
+            x: thresholds.clone(),
+            y: band.iter().map(|estimate| estimate.value).collect(),
+            low: band.iter().map(|estimate| estimate.lower).collect(),
+            high: band.iter().map(|estimate| estimate.upper).collect(),
+        });
+    }
+    let tasks = methods.first().map_or(0, |(_, scores)| scores.tasks().len());
+    let seeds = || methods.iter().flat_map(|(_, scores)| scores.tasks()).map(Vec::len);
+    Ok(PerformanceProfile {
+        measure: format!("final success rate (last {WINDOW} episodes)"),
+        statistics: Statistics {
+            centre: format!("Runs on {tasks} {}, each", if tasks == 1 { "task" } else { "tasks" }),
+            interval: "95 % stratified bootstrap interval".to_owned(),
+            seeds: seeds().max().unwrap_or(0),
+            fewest_seeds: seeds().min(),
+        },
+        curves,
+    })
+}
+
+fn summary_curve(label: String, seeds: &[&[[f64; 2]]], bootstrap: &Bootstrap) -> Result<Curve, StatsError> {
+    let mut curve = Curve { label, ..Curve::default() };
+    let points = seeds.iter().map(|seed| seed.len()).min().unwrap_or(0);
+    for point in 0..points {
+        let values: Vec<f64> = seeds.iter().map(|seed| seed[point][1]).collect();
+        let summary = bootstrap.stratified(&TaskScores::of_one_task(&values)?, iqm)?;
+        curve.x.push(seeds[0][point][0]);
+        curve.y.push(summary.value);
+        curve.low.push(summary.lower);
+        curve.high.push(summary.upper);
+    }
+    Ok(curve)
+}
+
+/// An estimate as figures have it.
+pub fn estimate(estimate: crate::stats::Estimate) -> Estimate {
+    Estimate { value: estimate.value, low: estimate.lower, high: estimate.upper }
+}

@@ -1,0 +1,202 @@
+//! Rows of runs by task and label.
+
+use std::collections::HashMap;
+
+use super::row::LearningRow;
+use crate::stats::aggregate::{iqm, mean};
+use crate::stats::comparison::improvement_interval;
+use crate::stats::{Bootstrap, Estimate, StatsError, TaskScores};
+
+/// A score of a run; None if the run has none.
+pub type Score = fn(&LearningRow) -> Option<f64>;
+
+/// Area under the curve of the rolling success, 0 to 1.
+pub const AREA: Score = |row| row.efficiency.auc;
+/// Rolling success at the end, 0 to 1.
+pub const FINAL: Score = |row| row.efficiency.final_success;
+/// Least rolling success over the last quarter of the episodes, 0 to 1.
+pub const HELD: Score = |row| row.efficiency.held_success;
+
+/// Rows of runs in groups: a group is the runs on one task with one label, which differ in nothing
+/// but the seed.
+#[derive(Debug, Clone)]
+pub struct Groups<'a> {
+    labels: Vec<String>,
+    tasks: Vec<String>,
+    /// Rows by the places of their task and label.
+    rows: HashMap<(usize, usize), Vec<&'a LearningRow>>,
+}
+
+/// A score of one group.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GroupSummary {
+    /// Name of the task.
+    pub task: String,
+    /// Label of the group.
+    pub label: String,
+    /// Runs in the group.
+    pub runs: usize,
+    /// Interquartile mean of the score, with its interval.
+    pub iqm: Estimate,
+    /// Mean of the score, with its interval.
+    pub mean: Estimate,
+    /// Probability that a run of the group has a higher score than a run of the baseline on the
+    /// same task. None for the baseline itself and where it has no runs.
+    pub improvement: Option<Estimate>,
+}
+
+impl<'a> Groups<'a> {
+    /// Groups rows.
+    pub fn new(rows: &'a [LearningRow]) -> Self {
+        let mut groups = Self { labels: Vec::new(), tasks: Vec::new(), rows: HashMap::new() };
+        for row in rows {
+            let key = (place_or_push(&mut groups.tasks, &row.task), place_or_push(&mut groups.labels, &row.label()));
+            groups.rows.entry(key).or_default().push(row);
+        }
+        groups
+    }
+
+    /// Labels, in the order in which they appear.
+    pub fn labels(&self) -> &[String] {
+        &self.labels
+    }
+
+    /// Names of the tasks, in the order in which they appear.
+    pub fn tasks(&self) -> &[String] {
+        &self.tasks
+    }
+
+    /// The rows of one group; none if there is no such group.
+    pub fn of(&self, task: &str, label: &str) -> &[&'a LearningRow] {
+        let (Some(task), Some(label)) = (place(&self.tasks, task), place(&self.labels, label)) else { return &[] };
+        self.rows.get(&(task, label)).map_or(&[], Vec::as_slice)
+    }
+
+    /// Tasks on which every label has runs.
+    pub fn common_tasks(&self) -> Vec<String> {
+        let common = |task: &&String| self.labels.iter().all(|label| !self.of(task, label).is_empty());
+        self.tasks.iter().filter(common).cloned().collect()
+    }
+
+    /// Scores of a label on these tasks.
+    ///
+    /// # Errors
+    /// When it has no run on one of them.
+    pub fn scores(&self, tasks: &[String], label: &str, score: Score) -> Result<TaskScores, StatsError> {
+        let of_task = |task: &String| Ok(scores(self.of(task, label), score)?.all().collect::<Vec<f64>>());
+        TaskScores::new(tasks.iter().map(of_task).collect::<Result<_, StatsError>>()?)
+    }
+
+    /// Scores of each label on the common tasks.
+    ///
+    /// # Errors
+    /// When there is no common task.
+    pub fn common_scores(&self, score: Score) -> Result<Vec<(String, TaskScores)>, StatsError> {
+        let tasks = self.common_tasks();
+        self.labels.iter().map(|label| Ok((label.clone(), self.scores(&tasks, label, score)?))).collect()
+    }
+
+    /// Label of the group that others are compared with: plain DDPG, or else the first method.
+    pub fn baseline(&self) -> Option<&str> {
+        self.labels.iter().find(|label| *label == "DDPG").or(self.labels.first()).map(String::as_str)
+    }
+
+    /// A score of one group, compared with the group of the label `baseline` on the same task.
+    /// None if the group has no runs.
+    ///
+    /// # Errors
+    /// When a statistic cannot be computed.
+    pub fn summary(
+        &self,
+        task: &str,
+        label: &str,
+        baseline: &str,
+        score: Score,
+        bootstrap: &Bootstrap,
+    ) -> Result<Option<GroupSummary>, StatsError> {
+        let (runs, base) = (self.of(task, label), self.of(task, baseline));
+        if runs.is_empty() {
+            return Ok(None);
+        }
+        let of_runs = scores(runs, score)?;
+        let improvement = match label != baseline && !base.is_empty() {
+            true => Some(improvement_interval(&of_runs, &scores(base, score)?, bootstrap)?),
+            false => None,
+        };
+        Ok(Some(GroupSummary {
+            task: task.to_owned(),
+            label: label.to_owned(),
+            runs: runs.len(),
+            iqm: bootstrap.stratified(&of_runs, iqm)?,
+            mean: bootstrap.stratified(&of_runs, mean)?,
+            improvement,
+        }))
+    }
+}
+
+fn place(names: &[String], name: &str) -> Option<usize> {
+    names.iter().position(|known| known == name)
+}
+
+fn place_or_push(names: &mut Vec<String>, name: &str) -> usize {
+    place(names, name).unwrap_or_else(|| {
+        names.push(name.to_owned());
+        names.len() - 1
+    })
+}
+
+/// Scores of runs on one task; a run without a score counts as 0.
+///
+/// # Errors
+/// When there are no runs.
+pub(super) fn scores(rows: &[&LearningRow], score: Score) -> Result<TaskScores, StatsError> {
+    TaskScores::of_one_task(&rows.iter().map(|row| score(row).unwrap_or(0.0)).collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::stats::efficiency::Efficiency;
+
+    fn row(task: &str, method: &str, seed: u64, auc: Option<f64>) -> LearningRow {
+        LearningRow {
+            task: task.to_owned(),
+            method: method.to_owned(),
+            epsilon: "0".to_owned(),
+            settings: BTreeMap::new(),
+            seed,
+            episodes: 10,
+            efficiency: Efficiency { auc, final_success: auc, ..Efficiency::default() },
+            greedy_success: None,
+        }
+    }
+
+    #[test]
+    fn runs_that_differ_in_nothing_but_the_seed_are_one_group_with_its_statistics() {
+        let rows = [
+            row("task1", "ddpg-uniform", 0, Some(0.75)),
+            row("task1", "ddpg", 0, Some(0.25)),
+            row("task1", "ddpg-uniform", 1, Some(0.25)),
+            row("task1", "ddpg", 1, None),
+            row("task2", "ddpg", 0, Some(1.0)),
+        ];
+        let groups = Groups::new(&rows);
+        let (bootstrap, baseline) = (Bootstrap::default(), groups.baseline().unwrap());
+        assert_eq!((baseline, groups.tasks()), ("DDPG", ["task1", "task2"].map(str::to_owned).as_slice()));
+        assert_eq!(groups.common_tasks(), ["task1"]);
+        let summary = |task: &str, label: &str| groups.summary(task, label, baseline, AREA, &bootstrap).unwrap();
+        let label = &groups.labels()[0];
+        let better = summary("task1", label).unwrap();
+        assert_eq!((better.runs, better.mean.value, better.iqm.value), (2, 0.5, 0.5));
+        // 0.75 beats 0.25 and nothing; 0.25 beats nothing and ties with 0.25.
+        assert_eq!(better.improvement.map(|estimate| estimate.value), Some(0.875));
+        let base = summary("task1", "DDPG").unwrap();
+        assert_eq!((base.runs, base.improvement), (2, None));
+        assert_eq!(base.mean.value, 0.125, "a run without a score counts as 0");
+        assert_eq!(summary("task2", label), None);
+        let all = groups.common_scores(AREA).unwrap();
+        assert_eq!(all[1].1.tasks(), [[0.25, 0.0]]);
+    }
+}

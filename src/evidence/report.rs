@@ -1,0 +1,159 @@
+//! A report of any runs: Markdown, JSON and figures in a folder.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use super::comparison::{Comparison, LeftOut, MEASURES, left_out, without_copies};
+use super::error::EvidenceError;
+use super::figures::{learning_curves, method_scores, performance_profile};
+use super::found::{FoundRun, find_runs, read_runs};
+use super::groups::{FINAL, Groups};
+use super::row::TrainedRun;
+use super::table::format_share;
+use crate::figures::{Figure, Provenance};
+use crate::markdown;
+use crate::run::{RunState, config_hash};
+use crate::stats::{Bootstrap, StatsError};
+
+/// More methods than these are compared with the baseline alone in `report.md`.
+const MOST_PAIRED: usize = 5;
+
+/// Writes `report.md`, `report.json` and figures (at `dpi` dots per inch) of all runs in
+/// `folders` to `out`. `command` is what makes them again.
+///
+/// # Errors
+/// When there is no finished run, one cannot be read, or a file cannot be written.
+pub fn report(
+    folders: &[PathBuf],
+    out: &Path,
+    bootstrap: &Bootstrap,
+    command: &str,
+    dpi: u32,
+) -> Result<Comparison, EvidenceError> {
+    let found = read_runs(&find_runs(folders)?)?;
+    let (finished, others): (Vec<FoundRun>, Vec<FoundRun>) =
+        found.into_iter().partition(|run| run.state == RunState::Finished);
+    if finished.is_empty() {
+        return Err(EvidenceError::NothingFinished { runs: others.len() });
+    }
+    let (finished, copies) = without_copies(finished);
+    let configs: Vec<_> = finished.iter().map(|run| &run.config).collect();
+    let hash = config_hash(&configs)?;
+    let runs: Vec<TrainedRun> = finished.into_iter().map(|run| run.trained).collect();
+    let left_out = others.iter().map(left_out).chain(copies).collect();
+    let report = Comparison::new(&runs, left_out, bootstrap, command)?;
+    let figures = out.join("figures");
+    std::fs::create_dir_all(&figures).map_err(|source| EvidenceError::Io { path: figures.clone(), source })?;
+    let provenance = Provenance::new(command, &report.seeds(), hash);
+    let draw = |name: &str, figure: &dyn Figure| figure.write_both(&figures, name, &provenance, dpi);
+    draw("methods", &method_scores(&report.learning, bootstrap)?)?;
+    draw("learning", &learning_curves(&runs, bootstrap, false)?)?;
+    if runs.iter().any(|run| !run.greedy.is_empty()) {
+        draw("learning-greedy", &learning_curves(&runs, bootstrap, true)?)?;
+    }
+    if !report.common_tasks.is_empty() {
+        draw(
+            "performance-profile",
+            &performance_profile(&Groups::new(&report.learning).common_scores(FINAL)?, bootstrap)?,
+        )?;
+    }
+    // Plain data always serialises.
+    let json = serde_json::to_string_pretty(&report).expect("a report is plain data") + "\n";
+    for (name, text) in [("report.json", json), ("report.md", report.to_markdown()?)] {
+        let path = out.join(name);
+        crate::atomic::write(&path, text.as_bytes()).map_err(|source| EvidenceError::Io { path, source })?;
+    }
+    Ok(report)
+}
+
+impl Comparison {
+    /// The report as Markdown.
+    ///
+    /// # Errors
+    /// When a statistic cannot be computed.
+    pub fn to_markdown(&self) -> Result<String, StatsError> {
+        let Bootstrap { resamples, confidence, seed } = self.bootstrap;
+        let seeds = self.seeds().iter().map(u64::to_string).collect::<Vec<_>>().join(", ");
+        let mut text = String::from("# Runs compared\n\n");
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            text,
+            "Made by {} with mge {}, from {} finished runs with the seeds {seeds}. Intervals in brackets are {:.0} % percentile bootstrap intervals over seeds, resampled within each task ({resamples} resamples, seed {seed}).\n",
+            markdown::code(&self.command),
+            self.mge_version,
+            self.learning.len(),
+            100.0 * confidence,
+        );
+        self.write_left_out(&mut text);
+        text.push_str("## Sample efficiency\n\n");
+        Groups::new(&self.learning).write_table(&mut text, &self.bootstrap)?;
+        self.write_aggregates(&mut text);
+        self.write_improvements(&mut text);
+        self.write_figures(&mut text);
+        Ok(text)
+    }
+
+    fn write_left_out(&self, text: &mut String) {
+        if self.left_out.is_empty() {
+            return;
+        }
+        let _ = writeln!(text, "Left out, because they are not finished:\n");
+        for LeftOut { run, reason } in &self.left_out {
+            let _ = writeln!(text, "- {}: {}", markdown::code(&run.display().to_string()), markdown::text(reason));
+        }
+        text.push('\n');
+    }
+
+    fn write_aggregates(&self, text: &mut String) {
+        if self.common_tasks.is_empty() {
+            text.push_str("## Over all tasks\n\nNo task has runs of every method: nothing can be aggregated.\n\n");
+            return;
+        }
+        let _ = writeln!(
+            text,
+            "## Over all tasks\n\nOver {}, stratified by task. The optimality gap is how far the mean falls short of 1.\n",
+            markdown::text(&self.common_tasks.join(", "))
+        );
+        *text += &markdown::header(["measure", "method", "runs", "IQM", "mean", "median", "optimality gap"]);
+        for row in &self.aggregates {
+            let measure = MEASURES.iter().find(|measure| measure.key == row.measure);
+            let label = measure.map_or(row.measure.as_str(), |measure| measure.label).to_owned();
+            let shares = [row.iqm, row.mean, row.median, row.optimality_gap].map(format_share);
+            *text += &markdown::row([label, row.method.clone(), row.runs.to_string()].into_iter().chain(shares));
+        }
+        text.push('\n');
+    }
+
+    fn write_improvements(&self, text: &mut String) {
+        if self.improvements.is_empty() {
+            return;
+        }
+        text.push_str("## Probability of improvement\n\nHow likely a run of the method has a larger area under the curve than a run of the other on the same task, mean over the tasks; 0.5 is no difference.");
+        let learning = Groups::new(&self.learning);
+        let baseline = learning.baseline().filter(|_| learning.labels().len() > MOST_PAIRED);
+        if let Some(baseline) = &baseline {
+            let _ = write!(text, " Over {}; all pairs are in `report.json`.", markdown::text(baseline));
+        }
+        *text += "\n\n";
+        *text += &markdown::header(["method", "over", "probability"]);
+        for row in self.improvements.iter().filter(|row| baseline.as_ref().is_none_or(|baseline| row.over == *baseline))
+        {
+            *text += &markdown::row([&row.method, &row.over, &format_share(row.probability)]);
+        }
+        text.push('\n');
+    }
+
+    fn write_figures(&self, text: &mut String) {
+        let greedy = self.learning.iter().any(|row| row.greedy_success.is_some());
+        let figures = [
+            ("methods", "Area under the curve by method and task", true),
+            ("learning", "Rolling success during training", true),
+            ("learning-greedy", "Success of the greedy policy", greedy),
+            ("performance-profile", "Performance profile of the final success", !self.common_tasks.is_empty()),
+        ];
+        text.push_str("## Figures\n\n");
+        for (file, caption, _) in figures.iter().filter(|(_, _, drawn)| *drawn) {
+            let _ = writeln!(text, "![{caption}](figures/{file}.png)\n\n*{caption}*\n");
+        }
+    }
+}

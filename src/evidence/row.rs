@@ -1,0 +1,110 @@
+//! Training results: one row for each run.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::num::NonZeroUsize;
+
+use serde::{Deserialize, Serialize};
+
+use super::settings::{USUAL, WHOLE_SCHEDULE};
+use crate::run::RunHistory;
+use crate::stats::efficiency::{Efficiency, efficiency};
+use crate::stats::rolling::{WINDOW, rolling_mean};
+use crate::trainer::{Method, RunConfig};
+
+/// The results of one training.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LearningRow {
+    /// Name of the task.
+    pub task: String,
+    /// Name of the method, such as `ddpg-mge`.
+    pub method: String,
+    /// The epsilon schedule.
+    pub epsilon: String,
+    /// Other settings in which it differs from the runs beside it, by JSON path.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub settings: BTreeMap<String, String>,
+    /// Master seed.
+    pub seed: u64,
+    /// Episodes trained.
+    pub episodes: u64,
+    /// Episodes to thresholds, area under the curve, final success.
+    #[serde(flatten)]
+    pub efficiency: Efficiency,
+    /// Success of the last greedy evaluations, over the last tenth of the run.
+    pub greedy_success: Option<f64>,
+}
+
+/// A training as figures show it: of its history, which is long, only the curves are kept.
+#[derive(Debug, Clone)]
+pub struct TrainedRun {
+    /// Its results.
+    pub row: LearningRow,
+    /// Episodes and the rolling success after them.
+    pub training: Vec<[f64; 2]>,
+    /// Episodes and the mean success of the last greedy evaluations.
+    pub greedy: Vec<[f64; 2]>,
+}
+
+/// Points of a learning curve, at most.
+const CURVE_POINTS: usize = 100;
+/// Greedy evaluations that a point is the mean of: one alone is often 0 or 1.
+pub(super) const EVALUATIONS: NonZeroUsize = NonZeroUsize::new(10).unwrap();
+
+impl TrainedRun {
+    /// The run with this configuration and history.
+    pub fn new(config: &RunConfig, history: &RunHistory) -> Self {
+        let every = history.records.len().div_ceil(CURVE_POINTS).max(1);
+        let records = history.records.iter().skip(every - 1).step_by(every);
+        let successes: Vec<f64> = history.evaluations.iter().map(|evaluation| evaluation.success).collect();
+        let greedy = history.evaluations.iter().zip(rolling_mean(&successes, EVALUATIONS));
+        Self {
+            row: LearningRow::new(config, history),
+            training: records.map(|record| [record.episode as f64, record.rolling_success]).collect(),
+            greedy: greedy.map(|(evaluation, success)| [evaluation.episode as f64, success]).collect(),
+        }
+    }
+}
+
+impl LearningRow {
+    /// The row of a run with this configuration and history, without settings that
+    /// [`distinguish`](super::distinguish) it from others.
+    pub fn new(config: &RunConfig, history: &RunHistory) -> Self {
+        let successes: Vec<bool> = history.records.iter().map(|record| record.goal).collect();
+        let last_tenth = u64::from(config.episodes) * 9 / 10;
+        let last = history.evaluations.iter().filter(|evaluation| evaluation.episode > last_tenth);
+        let greedy: Vec<f64> = last.map(|evaluation| evaluation.success).collect();
+        Self {
+            task: config.task.name.clone(),
+            method: config.method.name().to_owned(),
+            epsilon: config.epsilon.to_string(),
+            settings: BTreeMap::new(),
+            seed: config.seed,
+            episodes: successes.len() as u64,
+            efficiency: efficiency(&successes, WINDOW),
+            greedy_success: (!greedy.is_empty()).then(|| greedy.iter().sum::<f64>() / greedy.len() as f64),
+        }
+    }
+
+    /// Name of its method, threshold and settings, as in legends and tables.
+    pub fn label(&self) -> String {
+        let mut label = match self.method.parse::<Method>() {
+            Ok(method) if method.has_clusters() => format!("{}, epsilon {}", method.label(), self.threshold()),
+            Ok(method) => method.label().to_owned(),
+            Err(_) => self.method.clone(),
+        };
+        let shown = |(key, value): &(&String, &String)| *key != WHOLE_SCHEDULE && !USUAL.contains(&(key, value));
+        for (key, value) in self.settings.iter().filter(shown) {
+            let _ = write!(label, ", {} {value}", if key == "prior" { "model" } else { key });
+        }
+        label
+    }
+
+    /// The threshold in words, or the whole schedule where another has the same words.
+    fn threshold(&self) -> String {
+        match self.epsilon.split(':').collect::<Vec<_>>().as_slice() {
+            ["linear", from, to, _] if !self.settings.contains_key(WHOLE_SCHEDULE) => format!("{from} to {to}"),
+            _ => self.epsilon.clone(),
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! The settings in which runs differ.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::row::LearningRow;
+use crate::dynamics::tool_set_name;
+use crate::json;
+use crate::task::{self, Task};
+use crate::trainer::{PriorSource, RunConfig};
+
+/// The setting of a row that is its whole epsilon schedule, where two schedules have the same words.
+pub(super) const WHOLE_SCHEDULE: &str = "epsilon";
+
+/// Settings that a label leaves out, though another run has another value: the whole model of the
+/// tool set, clusters that are not refined, a shipped task.
+pub(super) const USUAL: [(&str, &str); 4] =
+    [("prior", WHOLE_MODEL), ("refinement.every", "0"), ("subgoals", AS_SHIPPED), ("scene", AS_SHIPPED)];
+/// Value of `subgoals` and `scene` for a task that is as it was shipped.
+const AS_SHIPPED: &str = "shipped";
+/// Name of a whole model among models that lack something.
+const WHOLE_MODEL: &str = "full";
+
+/// Settings by JSON path.
+type Settings = BTreeMap<String, String>;
+
+/// Gives each row the settings in which its run differs from other runs on the same task, so that
+/// only runs that differ in nothing but the seed have the same label. All rows that are shown or
+/// compared together must be given together, each with its configuration.
+pub fn distinguish(mut runs: Vec<(&RunConfig, &mut LearningRow)>) {
+    let shipped = task::shipped();
+    let mut settings: Vec<Settings> = runs.iter().map(|(config, _)| compared_settings(config, &shipped)).collect();
+    let configs: Vec<&RunConfig> = runs.iter().map(|(config, _)| *config).collect();
+    name_models(&configs, &mut settings);
+    let differing = differing_settings(&configs, &settings);
+    for ((_, row), settings) in runs.iter_mut().zip(settings) {
+        row.settings = settings.into_iter().filter(|(path, _)| differing.contains(path)).collect();
+    }
+    distinguish_schedules(&mut runs);
+}
+
+/// The paths at which two runs on the same task have different values.
+fn differing_settings(configs: &[&RunConfig], settings: &[Settings]) -> BTreeSet<String> {
+    let mut differing = BTreeSet::new();
+    let mut first: BTreeMap<(&str, &str), &str> = BTreeMap::new();
+    for (config, settings) in configs.iter().zip(settings) {
+        for (path, value) in settings {
+            if *first.entry((&config.task.name, path)).or_insert(value) != value {
+                differing.insert(path.clone());
+            }
+        }
+    }
+    differing
+}
+
+/// Settings by path, without those that every label has or that do not change what is learned.
+fn compared_settings(config: &RunConfig, shipped: &[Task]) -> Settings {
+    let is_compared = |path: &str| {
+        let elsewhere = ["method", "seed", "epsilon"].contains(&path)
+            || ["task.", "checkpoints."].iter().any(|prefix| path.starts_with(prefix));
+        !elsewhere && config.method.uses(path)
+    };
+    let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    let whole = as_written(config);
+    let leaves = json::leaves(&whole).into_iter().filter(|(path, _)| is_compared(path));
+    leaves.map(|(path, value)| (path, text(value))).chain(task_changes(&config.task, shipped)).collect()
+}
+
+/// The configuration as `config.json` has it: 0.99 and not 0.9900000095367432.
+fn as_written(config: &RunConfig) -> Value {
+    let text = serde_json::to_string(config).unwrap_or_default();
+    serde_json::from_str(&text).unwrap_or_default()
+}
+
+/// Whether a task with the name of a shipped one has its subgoals, and all else of it.
+fn task_changes(task: &Task, shipped: &[Task]) -> Vec<(String, String)> {
+    let Some(shipped) = shipped.iter().find(|shipped| shipped.name == task.name) else { return Vec::new() };
+    let same_scene = Task { subgoals: shipped.subgoals.clone(), ..task.clone() } == *shipped;
+    let value = |same| if same { AS_SHIPPED } else { "changed" }.to_owned();
+    vec![("subgoals".to_owned(), value(task.subgoals == shipped.subgoals)), ("scene".to_owned(), value(same_scene))]
+}
+
+/// Names model files by what their names have beyond the tool set, so that tasks with different
+/// tool sets can have the same method. Two models of one name on one task keep their paths.
+fn name_models(configs: &[&RunConfig], settings: &mut [Settings]) {
+    let mut paths: BTreeMap<(&str, String), BTreeSet<String>> = BTreeMap::new();
+    for (config, settings) in configs.iter().zip(settings.iter()) {
+        if let (Some(name), Some(path)) = (model_name(config), settings.get("prior")) {
+            paths.entry((&config.task.name, name)).or_default().insert(path.clone());
+        }
+    }
+    let ambiguous: BTreeSet<&String> =
+        paths.iter().filter(|(_, paths)| paths.len() > 1).map(|((_, name), _)| name).collect();
+    for (config, settings) in configs.iter().zip(settings) {
+        let name = model_name(config).filter(|name| !ambiguous.contains(name));
+        if let (Some(name), Some(path)) = (name, settings.get_mut("prior")) {
+            *path = name;
+        }
+    }
+}
+
+/// What distinguishes the model file of a run from others of its tool set, if it has one.
+fn model_name(config: &RunConfig) -> Option<String> {
+    let PriorSource::ModelFile(path) = &config.prior else { return None };
+    let stem = Path::new(path).file_stem()?.to_str()?;
+    Some(match stem.strip_prefix(&tool_set_name(&config.task.tool_set())) {
+        Some("") => WHOLE_MODEL.to_owned(),
+        Some(rest) if rest.starts_with('-') => rest[1..].to_owned(),
+        _ => stem.to_owned(),
+    })
+}
+
+/// Two schedules may have the same words in a label: their labels then have them whole.
+fn distinguish_schedules(runs: &mut [(&RunConfig, &mut LearningRow)]) {
+    let mut schedules: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for (_, row) in runs.iter() {
+        schedules.entry(row.label()).or_default().insert(row.epsilon.clone());
+    }
+    for (_, row) in runs.iter_mut().filter(|(config, _)| config.method.uses("epsilon")) {
+        if schedules.get(&row.label()).is_some_and(|schedules| schedules.len() > 1) {
+            row.settings.insert(WHOLE_SCHEDULE.to_owned(), row.epsilon.clone());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::evidence::{find_runs, read_runs};
+    use crate::run::{RunDirectory, RunState};
+
+    #[test]
+    fn labels_have_the_settings_in_which_runs_differ() {
+        let folder = tempfile::tempdir().unwrap();
+        let task = Arc::new(crate::task::load("task1").unwrap());
+        let other = Arc::new(crate::task::load("task2").unwrap());
+        let make = |name: &str, task: &Arc<crate::task::Task>, settings: &[(&str, &str)]| {
+            let mut config = RunConfig::new(task.clone());
+            for (key, value) in settings {
+                config = config.with_setting(key, value).unwrap();
+            }
+            RunDirectory::create(folder.path().join("runs").join(name), &config).unwrap();
+        };
+        make("a", &task, &[("epsilon", "0.1"), ("ddpg.gamma", "0.7")]);
+        make("b", &task, &[("epsilon", "0.1"), ("seed", "1")]);
+        make("c", &task, &[("epsilon", "linear:0.5:0:10")]);
+        make("d", &task, &[("epsilon", "linear:0.5:0:20")]);
+        make("e", &task, &[("method", "ddpg"), ("epsilon", "0.3"), ("guidance.horizon", "3")]);
+        // Another task may need another model: that is no difference between runs of a task.
+        make("f", &other, &[("epsilon", "0.1"), ("prior", "true")]);
+        std::fs::create_dir(folder.path().join("runs/nothing")).unwrap();
+
+        let paths = find_runs(&[folder.path().to_owned()]).unwrap();
+        let runs = read_runs(&paths).unwrap();
+        let labels: Vec<String> = runs.iter().map(|run| run.trained.row.label()).collect();
+        let usual = runs[1].config.ddpg.gamma;
+        let expected = [
+            "DDPG-MGE, epsilon 0.1, ddpg.gamma 0.7",
+            "DDPG-MGE, epsilon 0.1, ddpg.gamma USUAL",
+            "DDPG-MGE, epsilon linear:0.5:0:10, ddpg.gamma USUAL",
+            "DDPG-MGE, epsilon linear:0.5:0:20, ddpg.gamma USUAL",
+            "DDPG, ddpg.gamma USUAL",
+            "DDPG-MGE, epsilon 0.1, ddpg.gamma USUAL",
+        ];
+        let expected = expected.map(|label| label.replace("USUAL", &usual.to_string()));
+        assert_eq!(labels, expected);
+        assert!(runs.iter().all(|run| run.state == RunState::NotStarted && run.trained.row.episodes == 0));
+        assert_eq!(find_runs(&paths[..1]).unwrap(), paths[..1]);
+        assert_eq!(find_runs(&[folder.path().to_owned(), paths[0].clone()]).unwrap(), paths);
+        let error = find_runs(&[folder.path().join("runs/nothing")]).unwrap_err().to_string();
+        assert!(error.contains("holds no runs"), "{error}");
+    }
+
+    #[test]
+    fn a_changed_task_is_distinguished_from_the_shipped_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut task = task::load("task1").unwrap();
+        for (name, changed) in [("a", false), ("b", true)] {
+            task.subgoals[0].radius += f32::from(u8::from(changed));
+            let config = RunConfig::new(Arc::new(task.clone())).with_setting("epsilon", "0.1").unwrap();
+            RunDirectory::create(folder.path().join(name), &config).unwrap();
+        }
+        let runs = read_runs(&find_runs(&[folder.path().to_owned()]).unwrap()).unwrap();
+        let labels: Vec<String> = runs.iter().map(|run| run.trained.row.label()).collect();
+        assert_eq!(labels, ["DDPG-MGE, epsilon 0.1", "DDPG-MGE, epsilon 0.1, subgoals changed"]);
+    }
+
+    #[test]
+    fn models_are_named_by_what_they_lack_on_all_tasks_alike() {
+        let labels = |models: &[(&str, &str)]| -> Vec<String> {
+            let folder = tempfile::tempdir().unwrap();
+            for (n, (task, model)) in models.iter().enumerate() {
+                let config = RunConfig::new(Arc::new(crate::task::load(task).unwrap()));
+                let config = config.with_setting("epsilon", "0.1").unwrap().with_setting("prior", model).unwrap();
+                RunDirectory::create(folder.path().join(n.to_string()), &config).unwrap();
+            }
+            let runs = read_runs(&find_runs(&[folder.path().to_owned()]).unwrap()).unwrap();
+            runs.iter().map(|run| run.trained.row.label()).collect()
+        };
+        let [whole, ablated] = ["DDPG-MGE, epsilon 0.1", "DDPG-MGE, epsilon 0.1, model absolute"];
+        let models = [
+            ("task1", "m/bucket-box.safetensors"),
+            ("task1", "m/bucket-box-absolute.safetensors"),
+            ("task3", "m/square-floor.safetensors"),
+            ("task3", "m/square-floor-absolute.safetensors"),
+        ];
+        assert_eq!(labels(&models), [whole, ablated, whole, ablated]);
+        let same_name = labels(&[("task1", "m/a.safetensors"), ("task1", "n/a.safetensors")]);
+        assert_eq!(same_name, ["m", "n"].map(|folder| format!("{whole}, model {folder}/a.safetensors")));
+    }
+}

@@ -1,0 +1,71 @@
+//! The study as a whole, in small.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::plan::StudyPlan;
+use super::{Report, StudyError, reproduce};
+use crate::batch::{Batch, BatchProgress};
+use crate::dynamics::{EvaluationConfig, ModelConfig, TrainConfig};
+use crate::task;
+
+fn plan() -> StudyPlan {
+    let mut plan = StudyPlan {
+        tasks: vec![task::load("task3").unwrap()],
+        model: ModelConfig { layers: 1, width: 8, embedding: 4, ..ModelConfig::default() },
+        model_training: TrainConfig { observations: 8, validation: 2, epochs: 3, batch: 8, ..TrainConfig::default() },
+        model_evaluation: EvaluationConfig { launches: 5, episodes: 1, horizon: 2, hit_rollouts: 5, seed: 1 },
+        builds: 2,
+        hit_seeds: 2,
+        hit_episodes: 4,
+        learning_seeds: 2,
+        learning_episodes: 6,
+        resamples: 20,
+        ..StudyPlan::quick(7)
+    };
+    for arm in &mut plan.arms {
+        for (key, value) in [
+            ("ddpg.hidden", "8"),
+            ("guidance.model_rollouts", "50"),
+            ("guidance.environment_rollouts", "10"),
+            ("checkpoints.last_every", "2"),
+        ] {
+            arm.settings.insert(key.to_owned(), value.to_owned());
+        }
+    }
+    plan
+}
+
+fn run(
+    threads: usize,
+    folder: &Path,
+    interrupt: &AtomicBool,
+    on_progress: &mut dyn FnMut(&BatchProgress<'_>),
+) -> Result<Report, StudyError> {
+    reproduce(&plan(), folder, "mge reproduce", 50, &Batch { threads, interrupt }, on_progress)
+}
+
+#[test]
+fn a_study_is_the_same_on_any_threads_and_after_an_interruption() {
+    let (whole, broken) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let never = AtomicBool::new(false);
+    let mut reports = Vec::new();
+    let report = run(1, whole.path(), &never, &mut |now| reports.push((now.done, now.total))).unwrap();
+    assert_eq!((report.models.len(), report.hits.len(), report.learning.len()), (1, 4, 6));
+    let (done, total) = *reports.last().unwrap();
+    assert!(done == total && reports.iter().all(|report| report.1 == total), "{reports:?}");
+    assert!(reports.is_sorted(), "{reports:?}");
+
+    // Interrupted as soon as the first training has ended.
+    let interrupt = AtomicBool::new(false);
+    let outcome = run(1, broken.path(), &interrupt, &mut |now| {
+        let a_run = std::fs::read_dir(broken.path().join("runs")).unwrap().count() > 0;
+        interrupt.fetch_or(a_run && now.ended > 0, Ordering::Relaxed);
+    });
+    assert!(matches!(outcome, Err(StudyError::Interrupted)), "{outcome:?}");
+    assert_eq!(run(3, broken.path(), &never, &mut |_| {}).unwrap(), report);
+    for file in ["report.json", "report.md"] {
+        let [a, b] = [&whole, &broken].map(|folder| std::fs::read_to_string(folder.path().join(file)).unwrap());
+        assert_eq!(a, b, "{file}");
+    }
+}
