@@ -43,9 +43,25 @@ impl Interrupt {
         self.requested.load(Ordering::Relaxed)
     }
 
+    /// The result of work that looks at the flag: ended by the signal if `is_interruption` says so of
+    /// its error, whose text then says how to continue.
+    ///
+    /// # Errors
+    /// [`Interrupted`], or the error as it is.
+    pub fn result<T, E: std::error::Error + 'static>(
+        &self,
+        result: Result<T, E>,
+        is_interruption: impl FnOnce(&E) -> bool,
+    ) -> Result<T, Box<dyn std::error::Error>> {
+        result.map_err(|error| match is_interruption(&error) {
+            true => self.ended(error.to_string()).into(),
+            false => error.into(),
+        })
+    }
+
     /// What a command returns that has ended because of the signal; `message` says how to go on.
-    pub fn ended(&self, message: String) -> Box<Interrupted> {
-        Box::new(Interrupted { signal: self.signal.load(Ordering::Relaxed), message })
+    pub fn ended(&self, message: String) -> Interrupted {
+        Interrupted { signal: self.signal.load(Ordering::Relaxed), message }
     }
 }
 

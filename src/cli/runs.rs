@@ -89,7 +89,8 @@ fn follow(session: &mut Session, quiet: bool) -> Outcome {
         let folder = run.directory().path().display().to_string();
         let resume = shell_words::join(["mge", "resume", &folder]);
         let done = run.records().len();
-        return Err(interrupt.ended(format!("stopped after {done} of {episodes} episodes: continue with `{resume}`")));
+        let message = format!("stopped after {done} of {episodes} episodes: continue with `{resume}`");
+        return Err(interrupt.ended(message).into());
     }
     let last = run.records().last();
     let result = json!({
