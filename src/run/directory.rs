@@ -223,11 +223,6 @@ impl RunDirectory {
     pub fn tensorboard_path(&self) -> PathBuf {
         self.path.join("tensorboard")
     }
-
-    /// `figures/`
-    pub fn figures_path(&self) -> PathBuf {
-        self.path.join("figures")
-    }
 }
 
 /// The right to write a run; given up when dropped, also by a crash.
