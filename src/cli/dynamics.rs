@@ -6,7 +6,7 @@ use super::interrupt::Interrupt;
 use super::progress::Progress;
 use crate::batch::{Batch, default_threads};
 use crate::dynamics::{
-    self, EvaluationConfig, ModelConfig, TrainConfig, Variant, canonical_tool_set, evaluate_with_progress,
+    self, Ended, EvaluationConfig, ModelConfig, TrainConfig, Variant, canonical_tool_set, evaluate_with_progress,
     train_to_file,
 };
 use crate::figures::{Figure, Provenance};
@@ -157,7 +157,7 @@ mod tests {
 
     use super::*;
     use crate::cli::arguments::{Arguments, Command};
-    use crate::dynamics::{Ended, Loss, Model, Training, checkpoint_of};
+    use crate::dynamics::{Loss, Model, Training, checkpoint_of};
 
     fn arguments(line: &str) -> DynamicsTrain {
         match Arguments::try_parse_from(line.split(' ')).unwrap().command {
