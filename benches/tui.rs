@@ -45,11 +45,10 @@ fn session(folder: &std::path::Path) -> Session {
     writer.record(&Event::Finished { episode: EPISODES }).expect("room on the disk");
     drop(writer);
     let mut session = Session::new(task, folder.to_owned());
-    for line in
-        ["model true".to_owned(), "clusters".to_owned(), "wait".to_owned(), format!("open {}/run", folder.display())]
-    {
+    for line in ["model true".to_owned(), "clusters".to_owned(), format!("open {}/run", folder.display())] {
         let command = Command::parse(&line).expect("a command").expect("no comment");
         session.apply(command).expect("a command that works");
+        session.wait(|_| {}).expect("a result");
     }
     session
 }

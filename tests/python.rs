@@ -1,5 +1,5 @@
 //! Runs and tasks as Python programs see them: TensorBoard's own reader, Gymnasium's own
-//! checker, the README's NumPy snippet. They need a Python with the packages of
+//! checker, the NumPy snippet of docs/python.md. They need a Python with the packages of
 //! `tests/python/requirements.txt`, named by `MGE_PYTHON`; without one they are skipped.
 
 use std::path::{Path, PathBuf};
@@ -73,7 +73,7 @@ fn stable_baselines3_trains_on_a_task() {
 }
 
 #[test]
-fn the_snippet_in_the_readme_acts_as_the_actor() {
+fn the_snippet_in_the_docs_acts_as_the_actor() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
     let run = run(folder.path()).display().to_string();

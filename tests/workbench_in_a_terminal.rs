@@ -59,7 +59,7 @@ fn a_whole_session_trains_edits_exports_resizes_and_leaves() {
 
 #[test]
 fn signals_end_it_with_the_terminal_restored_and_the_run_checkpointed() {
-    for (signal, status) in [("TERM", 143), ("INT", 130), ("HUP", 129)] {
+    for (signal, status) in [("TERM", 143), ("INT", 130), ("HUP", 129), ("QUIT", 131)] {
         let folder = tempfile::tempdir().unwrap();
         let mut terminal = open(folder.path(), &["--task", "task3"]);
         terminal.wait_for("welcome");
@@ -130,6 +130,31 @@ fn a_stop_and_a_return_keep_the_screen() {
     terminal.wait_for("welcome");
     terminal.type_text("x");
     terminal.wait_for("no episodes yet");
+    terminal.type_text("q");
+    assert_eq!(terminal.wait_for_exit(), 0);
+    terminal.wait_until_restored();
+}
+
+#[test]
+fn bursts_of_input_leave_the_keyboard_alive() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut terminal = open(folder.path(), &[]);
+    terminal.wait_for("welcome");
+    terminal.type_text("x");
+    terminal.wait_for("no episodes yet");
+    let moved = "\x1b[<35;30;10M";
+    terminal.signal("STOP");
+    terminal.type_text(&moved.repeat(8192 / moved.len()));
+    terminal.signal("CONT");
+    terminal.type_text("8");
+    terminal.wait_for("Nothing has happened yet");
+    terminal.type_text(&"[]".repeat(1 << 15));
+    terminal.type_text(&moved.repeat((1 << 16) / moved.len()));
+    terminal.type_text("e");
+    terminal.wait_for("epsilon schedule");
+    terminal.type_text(&format!("\x1b[200~{}\x1b[201~\x15", "x".repeat(1 << 16)));
+    terminal.type_text("0.375\r1");
+    terminal.wait_for("epsilon  0.375");
     terminal.type_text("q");
     assert_eq!(terminal.wait_for_exit(), 0);
     terminal.wait_until_restored();

@@ -40,7 +40,7 @@ pub trait Job: Sync {
 
 /// An error of a job.
 pub trait JobError: std::error::Error + Send {
-    /// Whether it says that another process works on the job.
+    /// Whether it means that another process works on the job.
     fn is_in_use(&self) -> bool;
 }
 
@@ -143,7 +143,8 @@ impl JobHandle {
         }
     }
 
-    fn done(&self) -> u64 {
+    /// How much of the job is done.
+    pub(crate) fn done(&self) -> u64 {
         self.done.load(Ordering::Relaxed).max(self.watch.episode())
     }
 }

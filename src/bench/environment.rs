@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use rand::{Rng, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::env::Environment;
+use crate::env::{Environment, uniform_action};
 use crate::physics::ToolKind;
 use crate::task::{self, BallSpec, Form, Task, ToolSpec};
 
@@ -46,8 +46,7 @@ fn play(task: Task) -> Box<dyn FnMut()> {
     let mut environment = Environment::new(Arc::new(task));
     let mut rng = ChaCha8Rng::seed_from_u64(0);
     Box::new(move || {
-        let action = [rng.gen_range(-1.0..=1.0), rng.gen_range(-1.0..=1.0)];
-        if environment.step(action).map_or(true, |step| step.end.is_some()) {
+        if environment.step(uniform_action(&mut rng)).map_or(true, |step| step.end.is_some()) {
             environment.reset(&mut rng);
         }
     })

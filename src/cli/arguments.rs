@@ -88,7 +88,7 @@ pub enum Command {
     Clusters(Clusters),
     /// Train an agent
     Train(Train),
-    /// Go on with a run from its newest checkpoint
+    /// Continue a run from its newest checkpoint
     Resume(Resume),
     /// Play the greedy policy of a run
     Evaluate(Evaluate),
@@ -96,17 +96,17 @@ pub enum Command {
     Export(Export),
     /// Draw the learning curves of runs
     Figures(Figures),
-    /// Carry out a workbench script
+    /// Run a workbench script
     Script(Script),
-    /// Train many agents or dynamics models, all combinations in a file of lists
+    /// Train many agents or dynamics models: all combinations in a file of lists
     Sweep(Sweep),
     /// Tables and figures of runs: report.md and report.json
     Report(Report),
     /// The whole study of the paper, into one folder with a report
     Reproduce(Reproduce),
     /// Print the manual page, with all keys and script commands: `mge man > mge.1`
-    Man,
-    /// Time the project's own work, one JSON line each
+    Man(Man),
+    /// Time the program's own work, one JSON line each
     Bench(Bench),
 }
 
@@ -128,7 +128,7 @@ pub enum TasksCommand {
         #[arg(required = true)]
         files: Vec<String>,
     },
-    /// Propose subgoals for a task: prints it with them in place of its own
+    /// Propose subgoals for a task: prints the task with them in place of its own
     Propose {
         /// Name of a shipped task, or a task file
         task: String,
@@ -145,7 +145,7 @@ pub enum TasksCommand {
         #[arg(long)]
         out: Option<PathBuf>,
     },
-    /// Count how often random and truly guided exploration reach each stage
+    /// Count how often random exploration, and that guided by the true physics, reach each stage
     Audit {
         /// Tasks; all shipped ones if none is named
         tasks: Vec<String>,
@@ -399,17 +399,16 @@ pub struct Sweep {
     /// A sweep as JSON in place of a file; writes no table of results
     #[arg(long, value_name = "JSON", requires = "out")]
     pub one: Option<String>,
-    /// Merge what came back: copy the runs of these sweep folders into --out
+    /// Merge results of several machines: copy the runs of these sweep folders into --out
     #[arg(long, value_name = "DIR", num_args = 1.., requires = "out")]
     pub collect: Vec<PathBuf>,
-    /// The sweep's folder; runs that are finished there are not done again [default: sweeps/NAME
-    /// of the file]
+    /// The sweep's folder; finished runs there are not repeated [default: sweeps/NAME of the file]
     #[arg(long)]
     pub out: Option<PathBuf>,
-    /// Do nothing, but print one command a line for each run, for GNU parallel
+    /// Train nothing: print one command a line for each run, for GNU parallel
     #[arg(long, requires = "file")]
     pub plan: bool,
-    /// Do nothing, but print a Slurm job-array script
+    /// Train nothing: print a Slurm job-array script
     #[arg(long, requires = "file", conflicts_with = "plan")]
     pub slurm: bool,
     /// Runs at a time [default: all cores]
@@ -443,11 +442,11 @@ pub struct Reproduce {
     /// Small: few seeds and short trainings, in minutes
     #[arg(long)]
     pub quick: bool,
-    /// Also what a reviewer asks: uniform exploration, clusters from the true physics and from
+    /// Also the comparisons a reviewer asks for: uniform exploration, clusters from the true physics and from
     /// models without each assumption, refined clusters, model-generated transitions, planning
     #[arg(long)]
     pub questions: bool,
-    /// The study's folder; what is done there already is not done again
+    /// The study's folder; finished parts there are not repeated
     #[arg(long, default_value = "study")]
     pub out: PathBuf,
     /// First seed
@@ -461,6 +460,13 @@ pub struct Reproduce {
     /// No progress on stderr
     #[arg(long)]
     pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Man {
+    /// As Markdown: the page docs/reference.md
+    #[arg(long)]
+    pub markdown: bool,
 }
 
 #[derive(Debug, Args)]

@@ -2,6 +2,8 @@
 //! progress and messages to stderr.
 
 mod arguments;
+#[cfg(test)]
+mod documentation;
 mod dynamics;
 mod guidance;
 mod interrupt;
@@ -61,7 +63,7 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
         Command::Sweep(sweep) => sweeps::run(&sweep),
         Command::Report(report) => studies::report(&report),
         Command::Reproduce(reproduce) => studies::reproduce(&reproduce),
-        Command::Man => manual::print(),
+        Command::Man(man) => manual::print(man.markdown),
         Command::Bench(bench) => studies::bench(&bench),
     };
     outcome.map(|()| ExitCode::SUCCESS)

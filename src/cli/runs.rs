@@ -21,7 +21,7 @@ use crate::task;
 use crate::tui;
 use crate::workbench::{self, Command, FigureKind, Notice, Output, RunView, Session, command};
 
-/// Opens the workbench; the status says which signal ended it, if one did.
+/// Opens the workbench; the status is that of the signal that ended it, if one did.
 pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::Error>> {
     let session = Session::on_task(&arguments.task, arguments.runs.clone())?;
     let first_start = !arguments.runs.exists();
@@ -105,24 +105,25 @@ fn follow(session: &mut Session, quiet: bool) -> Outcome {
 
 fn show(notice: &Notice, episodes: u64, progress: &mut Progress) {
     match notice {
-        Notice::PriorStage { stage, stages } => progress.set(0, episodes, &format!("clusters {stage}/{stages}")),
+        Notice::Progress { command: Command::Clusters(_), progress: done } => {
+            progress.set(0, episodes, &format!("clusters {}/{}", done.done, done.total));
+        }
         Notice::Run { event: Event::EpisodeFinished(record), .. } => {
             let message = format!("success {:.0} %, return {:.2}", 100.0 * record.rolling_success, record.return_);
             progress.set(record.episode, episodes, &message);
         }
-        Notice::Run { event: Event::Evaluated { .. } | Event::Checkpointed { .. }, .. } | Notice::Changed => {}
+        Notice::Run { event: Event::Evaluated { .. } | Event::Checkpointed { .. }, .. } => {}
+        Notice::Progress { .. } | Notice::Changed => {}
         Notice::Run { event, .. } => progress.say(&event.to_string()),
-        Notice::PriorReady => progress.say("the action clusters are ready"),
-        Notice::PriorFailed(text) | Notice::Model(Ok(text) | Err(text)) | Notice::Proposed(Ok(text) | Err(text)) => {
-            progress.say(text);
-        }
+        Notice::Finished { outcome: Ok(text) | Err(text), .. } => progress.say(text),
     }
 }
 
 pub fn evaluate(arguments: &Evaluate) -> Outcome {
     let run = RunView::open(&arguments.run)?;
+    let saved = run.saved();
     for episode in 0..arguments.episodes {
-        let trace = run.greedy_episode(arguments.seed + u64::from(episode))?;
+        let trace = saved.greedy_episode(arguments.seed + u64::from(episode))?;
         let actions: Vec<_> = trace.steps.iter().map(|step| step.action).collect();
         let mut line = json!({
             "episode": episode + 1,
@@ -153,7 +154,7 @@ fn observations(run: &RunView, seed: u64, actions: &[Action]) -> Vec<Vec<f32>> {
 }
 
 pub fn export_actor(arguments: &Export) -> Outcome {
-    let actor = RunView::open(&arguments.run)?.saved_agent()?.export_actor();
+    let actor = RunView::open(&arguments.run)?.saved().agent()?.export_actor();
     crate::atomic::write(&arguments.out, &actor)
         .map_err(|error| format!("cannot write {}: {error}", arguments.out.display()))?;
     println!("{}", arguments.out.display());
@@ -164,7 +165,9 @@ pub fn figures(arguments: &Figures) -> Outcome {
     // At least one is required.
     let mut session = Session::on_run(&arguments.runs[0])?;
     for run in &arguments.runs {
-        session.apply(command::Open(run.clone()))?;
+        let open = Command::from(command::Open(run.clone()));
+        session.apply(open.clone())?;
+        session.wait_for(&open)?;
     }
     let ending = if arguments.svg { "svg" } else { "png" };
     let dashboard = |run: &Path| dashboard_path(arguments.out.as_deref(), run, ending);
@@ -184,10 +187,9 @@ pub fn figures(arguments: &Figures) -> Outcome {
 
 /// Writes a figure, and the name of its file to stdout.
 fn export(session: &mut Session, kind: FigureKind, path: PathBuf, dpi: Option<u32>) -> Outcome {
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
-    }
-    session.apply(command::Figure { kind, path: path.clone(), dpi })?;
+    let figure = Command::from(command::Figure { kind, path: path.clone(), dpi });
+    session.apply(figure.clone())?;
+    session.wait_for(&figure)?;
     println!("{}", path.display());
     Ok(())
 }

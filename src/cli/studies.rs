@@ -42,7 +42,12 @@ pub fn report(arguments: &Report) -> Outcome {
         command += &format!(" --resamples {} --seed {}", bootstrap.resamples, bootstrap.seed);
     }
     command += &arguments.print.option();
-    evidence::report(&arguments.runs, &arguments.out, &bootstrap, &command, arguments.print.dpi)?;
+    let mut progress = Progress::new(1, false);
+    evidence::report(&arguments.runs, &arguments.out, &bootstrap, &command, arguments.print.dpi, &mut |read, all| {
+        let message = if read < all { "runs read" } else { "runs read; statistics and figures" };
+        progress.set(read as u64, all as u64, message);
+    })?;
+    drop(progress);
     println!("{}", arguments.out.join("report.md").display());
     Ok(())
 }

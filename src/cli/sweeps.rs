@@ -33,7 +33,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     if arguments.file.is_some() {
         match sweep::read_results(&folder) {
             Ok(results) => println!("{}", results.write(&folder)?.display()),
-            // What failed has more to say than a table that cannot be made for want of runs.
+            // Without any run there is no table, and the failures below say why.
             Err(_) if !failures.is_empty() => {}
             Err(error) => return Err(error.into()),
         }

@@ -83,7 +83,7 @@ fn propose(name: &str, subgoals: usize, model: String, seed: u64, out: Option<&P
     task.subgoals = propose_subgoals(&task, &*model, subgoals, &GuidanceConfig::default(), seed, |found| {
         progress.set(found as u64, subgoals as u64, "subgoals");
         true
-    });
+    })?;
     drop(progress);
     match task.subgoals.len() {
         0 => return Err("no place was found that tools make the ball reach on its way to the goal".into()),

@@ -114,7 +114,7 @@ impl Default for ModelConfig {
 
 impl ModelConfig {
     /// The paper's literal reading: the next position after a whole action interval from
-    /// centre distances. The cutoff covers the way of a fast ball in that time.
+    /// centre distances. The cutoff covers the distance that a fast ball moves in that time.
     pub fn literal() -> Self {
         Self {
             geometry: Geometry::Centre,
@@ -124,11 +124,6 @@ impl ModelConfig {
             spin: false,
             ..Self::default()
         }
-    }
-
-    /// Predictions in one action interval.
-    pub fn predictions_per_action(&self) -> u32 {
-        STEPS_PER_ACTION / self.interval
     }
 
     /// Checks the ranges.
@@ -170,7 +165,7 @@ pub struct TrainConfig {
     pub batch: usize,
     /// Learning rate at the start.
     pub learning_rate: f32,
-    /// How the learning rate goes on.
+    /// How the learning rate changes.
     pub schedule: RateSchedule,
     /// Optimiser.
     pub optimiser: OptimiserKind,

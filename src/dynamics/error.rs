@@ -2,9 +2,8 @@
 
 use thiserror::Error;
 
-use super::graph::EdgeType;
+use super::object::EdgeType;
 use crate::nn::{NnError, TensorFileError};
-use crate::physics::ToolKind;
 
 /// A model cannot be made, trained or used for what was asked.
 #[derive(Debug, Error)]
@@ -39,23 +38,4 @@ pub enum DynamicsError {
     /// The file is a checkpoint or model of another kind than expected.
     #[error("{origin}: {reason}")]
     Content { origin: String, reason: String },
-}
-
-/// Names of a tool set in canonical order, joined by hyphens.
-pub fn tool_set_name(tools: &[ToolKind]) -> String {
-    tools.iter().map(|tool| tool.name()).collect::<Vec<_>>().join("-")
-}
-
-/// The tool set in canonical order.
-///
-/// # Errors
-/// When it is empty or names a type twice.
-pub fn canonical_tool_set(tools: &[ToolKind]) -> Result<Vec<ToolKind>, DynamicsError> {
-    let mut sorted = tools.to_vec();
-    sorted.sort_unstable();
-    sorted.dedup();
-    if sorted.is_empty() || sorted.len() != tools.len() {
-        return Err(DynamicsError::ToolSet { given: tool_set_name(tools) });
-    }
-    Ok(sorted)
 }

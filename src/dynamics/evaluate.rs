@@ -12,8 +12,8 @@ use super::error::DynamicsError;
 use super::launch::{Launch, Split, collect, is_deflected};
 use super::model::Model;
 use super::predictor::Predictor;
-use super::rollout::{distance_to_way, rollouts};
-use crate::env::{Action, Environment, Snapshot};
+use super::rollout::{distance_to_segment, rollouts};
+use crate::env::{Action, Environment, Snapshot, uniform_action};
 use crate::physics::{Ball, BallState, STEPS_PER_ACTION, Tool, ToolKind, to_normalised};
 use crate::task::Task;
 
@@ -96,7 +96,7 @@ pub struct OneTool {
     pub rollout: Vec<Errors>,
     /// After the whole action, of launches in which the ball was deflected.
     pub action_contact: Errors,
-    /// Predicted against real hits of a subgoal near the ball's way, of the same launches.
+    /// Predicted against real hits of a subgoal near the ball's path, of the same launches.
     pub hits: Hits,
 }
 
@@ -238,7 +238,7 @@ fn scene_errors(
 ) -> Result<SceneErrors, Stop> {
     let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
     let starts = random_states(task, config.episodes, &mut rng);
-    let actions = |rng: &mut ChaCha8Rng, horizon| (0..horizon).map(|_| random_action(rng)).collect();
+    let actions = |rng: &mut ChaCha8Rng, horizon| (0..horizon).map(|_| uniform_action(rng)).collect();
     let sequences: Vec<Vec<Action>> = starts.iter().map(|_| actions(&mut rng, config.horizon)).collect();
     let truth = TrueScenes::play(task, &starts, &sequences);
     let (hit_starts, hit_sequences): (Vec<&Snapshot>, Vec<Vec<Action>>) = (0..config.hit_rollouts)
@@ -288,17 +288,6 @@ impl<'a> Compared<&'a dyn Predictor> {
     }
 }
 
-impl<T> Compared<T> {
-    /// Another value of each predictor.
-    pub fn map_ref<U>(&self, mut value: impl FnMut(&T) -> U) -> Compared<U> {
-        Compared {
-            model: value(&self.model),
-            constant_velocity: value(&self.constant_velocity),
-            nearest_sample: value(&self.nearest_sample),
-        }
-    }
-}
-
 impl Errors {
     fn of(mut distances: Vec<f64>) -> Self {
         let count = distances.len();
@@ -325,7 +314,7 @@ const SUBGOAL_RADIUS: f32 = 4.0;
 /// Farthest that a launch's subgoal is from the ball's last position, along each axis, in units.
 const SUBGOAL_OFFSET: f32 = 16.0;
 
-/// Centres of subgoals that about half of the launches hit.
+/// Centres of subgoals near the end of the path, which about half of the launches hit.
 fn subgoals(launches: &[Launch], seed: u64) -> Vec<[f32; 2]> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let near = |launch: &Launch| {
@@ -334,9 +323,9 @@ fn subgoals(launches: &[Launch], seed: u64) -> Vec<[f32; 2]> {
     launches.iter().map(near).collect()
 }
 
-/// Whether a ball on its straight way from one state to the next touches a launch's subgoal.
+/// Whether a ball that moves straight from one state to the next touches a launch's subgoal.
 fn passes(subgoal: [f32; 2], from: &BallState, to: &BallState) -> bool {
-    distance_to_way(subgoal, from.position, to.position) <= SUBGOAL_RADIUS + Ball::default().radius
+    distance_to_segment(subgoal, from.position, to.position) <= SUBGOAL_RADIUS + Ball::default().radius
 }
 
 fn one_tool(predictor: &dyn Predictor, launches: &[Launch], subgoals: &[[f32; 2]]) -> Result<OneTool, DynamicsError> {
@@ -379,10 +368,6 @@ fn states(launches: &[Launch], step: usize) -> Vec<BallState> {
     launches.iter().map(|launch| launch.states[step]).collect()
 }
 
-fn random_action(rng: &mut ChaCha8Rng) -> Action {
-    [rng.gen_range(-1.0..=1.0), rng.gen_range(-1.0..=1.0)]
-}
-
 /// The states before every action of random episodes.
 fn random_states(task: &Arc<Task>, episodes: usize, rng: &mut ChaCha8Rng) -> Vec<Snapshot> {
     let mut states = Vec::new();
@@ -391,7 +376,7 @@ fn random_states(task: &Arc<Task>, episodes: usize, rng: &mut ChaCha8Rng) -> Vec
         env.reset(rng);
         while env.snapshot().end().is_none() {
             states.push(env.snapshot().clone());
-            if env.step(random_action(rng)).is_err() {
+            if env.step(uniform_action(rng)).is_err() {
                 break;
             }
         }

@@ -4,66 +4,15 @@
 //! static tools, the senders. Positions in features are normalised lengths (42 units are
 //! 1), velocities are divided by [`VELOCITY_SCALE`].
 
-use serde::{Deserialize, Serialize};
-
 use super::config::{Coordinates, EdgeActivation, EdgeFunctions, Geometry, ModelConfig};
-use super::error::{DynamicsError, tool_set_name};
+use super::error::DynamicsError;
+use super::object::{EdgeType, ObjectType};
+use super::tool_set::tool_set_name;
 use crate::env::VELOCITY_SCALE;
 use crate::physics::{Ball, BallState, SCREEN, Tool, ToolKind};
 
 /// Features of a node without the ball's spin: velocity x, y; position x, y; one-hot type.
 pub const NODE_FEATURES: usize = 4 + ObjectType::COUNT;
-
-/// The type of an object: the ball or a tool type.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ObjectType {
-    /// The moving ball.
-    Ball,
-    /// A static tool.
-    Tool(ToolKind),
-}
-
-/// An ordered pair of object types.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub struct EdgeType {
-    /// The object that is acted on.
-    pub receiver: ObjectType,
-    /// The object that acts.
-    pub sender: ObjectType,
-}
-
-impl ObjectType {
-    /// Length of the one-hot encoding.
-    pub const COUNT: usize = 1 + ToolKind::ALL.len();
-
-    /// Place in the one-hot encoding: the ball, then [`ToolKind::ALL`].
-    pub fn index(self) -> usize {
-        match self {
-            Self::Ball => 0,
-            Self::Tool(kind) => 1 + kind.index(),
-        }
-    }
-
-    fn one_hot(self) -> [f32; Self::COUNT] {
-        std::array::from_fn(|slot| f32::from(u8::from(slot == self.index())))
-    }
-}
-
-impl std::fmt::Display for ObjectType {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Ball => "ball",
-            Self::Tool(kind) => kind.name(),
-        })
-    }
-}
-
-impl std::fmt::Display for EdgeType {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}-to-{}", self.sender, self.receiver)
-    }
-}
 
 /// Graphs of many scenes, ready for the network: one receiver node a scene and the
 /// active edges, sorted by edge function.

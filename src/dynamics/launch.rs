@@ -71,7 +71,7 @@ fn launch(kind: ToolKind, rng: &mut ChaCha8Rng) -> Launch {
         let start = start(&tool, rng);
         let (distance, _) = tool.surface(start.position);
         if distance > Ball::default().radius {
-            return Launch { tool, states: watch(tool, start) };
+            return Launch { tool, states: simulate(tool, start) };
         }
     }
 }
@@ -86,7 +86,7 @@ fn size(kind: ToolKind, rng: &mut impl Rng) -> f32 {
     rng.gen_range(range)
 }
 
-/// A ball on its way to a point around the tool: most fall or are thrown down at it, some
+/// A ball that moves to a point around the tool: most fall or are thrown down at it, some
 /// come from anywhere, some roll or slide along its surface, some fly free. Those aimed
 /// past the tool graze it or miss it.
 fn start(tool: &Tool, rng: &mut impl Rng) -> BallState {
@@ -96,12 +96,12 @@ fn start(tool: &Tool, rng: &mut impl Rng) -> BallState {
     let spin = if rng.gen_bool(0.5) { 0.0 } else { rng.gen_range(-MAX_SPEED..MAX_SPEED) / 2.0 / radius };
     let speed = rng.gen_range(0.0..MAX_SPEED);
     let down = -std::f32::consts::FRAC_PI_2;
-    let way: f32 = rng.r#gen();
-    let angle = match way {
-        _ if way < 0.2 => down,
-        _ if way < 0.55 => down + rng.gen_range(-1.3..1.3),
-        _ if way < 0.75 => rng.gen_range(0.0..std::f32::consts::TAU),
-        _ if way < 0.87 => return rolling(tool, aim, spin, rng),
+    let draw: f32 = rng.r#gen();
+    let angle = match draw {
+        _ if draw < 0.2 => down,
+        _ if draw < 0.55 => down + rng.gen_range(-1.3..1.3),
+        _ if draw < 0.75 => rng.gen_range(0.0..std::f32::consts::TAU),
+        _ if draw < 0.87 => return rolling(tool, aim, spin, rng),
         _ => return flying(tool, spin, rng),
     };
     let velocity = [angle.cos() * speed, angle.sin() * speed];
@@ -121,7 +121,7 @@ fn flying(tool: &Tool, spin: f32, rng: &mut impl Rng) -> BallState {
     let away = tool.half_extents()[0] + rng.gen_range(10.0..30.0);
     let fall = -rng.gen_range(0.0..MAX_SPEED);
     let velocity = match rng.r#gen::<f32>() {
-        way if way < 0.4 => [0.0, fall],
+        draw if draw < 0.4 => [0.0, fall],
         _ => [rng.gen_range(-MAX_SPEED..MAX_SPEED) / 2.0, fall + rng.gen_range(0.0..MAX_SPEED)],
     };
     BallState {
@@ -146,7 +146,7 @@ fn rolling(tool: &Tool, aim: [f32; 2], spin: f32, rng: &mut impl Rng) -> BallSta
     }
 }
 
-fn watch(tool: Tool, start: BallState) -> Vec<BallState> {
+fn simulate(tool: Tool, start: BallState) -> Vec<BallState> {
     let mut world = World::new(GRAVITY);
     world.add_tool(tool);
     let ball = world.add_ball(Ball::default(), start);

@@ -1,8 +1,8 @@
 //! Task-agnostic dynamics models: launches, graphs, the network, training, prediction
 //! (paper, sections 2.1, 4.1, 5.2 and appendix A.1).
 //!
-//! The way of the data: [`collect`] launches balls at single tools → [`Samples`] are graphs
-//! and targets of every prediction interval in them → [`Training`] fits a [`Network`] →
+//! Data flow: [`collect`] launches balls at single tools → samples are graphs
+//! and targets of every prediction interval in them → [`Training`] fits the networks →
 //! [`Model`] predicts, as one batch for thousands of scenes → [`rollouts`] for guidance,
 //! [`evaluate()`] and [`Ablation`] for evidence.
 //!
@@ -20,9 +20,9 @@
 //!    of a long floor is far from its centre. The paper says "distance between nodes".
 //! 4. **Spin** ([`ModelConfig::spin`]): the ball's angular velocity is part of its state;
 //!    with friction it decides where a spinning ball bounces.
-//! 5. **Normalisation** ([`Normaliser`]): inputs and targets have mean 0 and scale 1 over
+//! 5. **Normalisation** (`normaliser`): inputs and targets have mean 0 and scale 1 over
 //!    the training data; the statistics are part of the model.
-//! 6. **Observations** ([`Samples`]): one observation is one interaction of 1.33 s, watched
+//! 6. **Observations** (`samples`): one observation is one interaction of 1.33 s, watched
 //!    at every physics step, so that a prediction interval can start at any of them; an
 //!    epoch takes one row of each observation, so the number of updates is the paper's.
 //!    Half of the rows are drawn from those close to a contact
@@ -47,33 +47,31 @@ mod launch;
 mod model;
 mod network;
 mod normaliser;
+mod object;
 mod predictor;
 mod rollout;
 mod samples;
 mod shipped;
+mod tool_set;
 mod train;
 mod train_to_file;
 
 pub use ablate::{Ablated, Ablation, Variant};
-pub use baseline::{ConstantVelocity, NearestSample};
-pub use codec::Codec;
 pub use config::{
     Coordinates, EdgeActivation, EdgeFunctions, Geometry, Loss, ModelConfig, RateSchedule, Targets, TrainConfig,
 };
-pub use error::{DynamicsError, canonical_tool_set, tool_set_name};
+pub use error::DynamicsError;
 pub use evaluate::{
     Compared, Errors, Evaluation, EvaluationConfig, EvaluationProgress, Hits, LaunchErrors, OneTool, SceneErrors,
     evaluate, evaluate_with_progress,
 };
-pub use graph::{EdgeType, Edges, GraphBuilder, Graphs, Layout, NODE_FEATURES, ObjectType};
-pub use launch::{Launch, Split, collect, data_hash};
-pub use model::{Model, Provenance, VERSION};
-pub use network::Network;
-pub use normaliser::{Columns, Normaliser};
+pub use launch::{Launch, Split, collect};
+pub use model::{Model, Provenance};
+pub use object::{EdgeType, ObjectType};
 pub use predictor::Predictor;
-pub use rollout::{Predicted, rollouts};
-pub use samples::Samples;
+pub use rollout::{Rollout, RolloutAction, rollouts};
 pub use shipped::{named, shipped, shipped_for, shipped_names};
+pub use tool_set::{canonical_tool_set, tool_set_name};
 pub use train::{Ended, Progress, Training};
 pub use train_to_file::{TrainedModel, checkpoint_of, train_to_file};
 #[cfg(test)]

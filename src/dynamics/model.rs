@@ -6,16 +6,18 @@ use serde::{Deserialize, Serialize};
 
 use super::codec::Codec;
 use super::config::{ModelConfig, TrainConfig};
-use super::error::{DynamicsError, canonical_tool_set, tool_set_name};
-use super::graph::{EdgeType, GraphBuilder, Graphs, ObjectType};
+use super::error::DynamicsError;
+use super::graph::{GraphBuilder, Graphs};
 use super::network::Network;
 use super::normaliser::Normaliser;
+use super::object::{EdgeType, ObjectType};
+use super::tool_set::{canonical_tool_set, tool_set_name};
 use crate::nn::{TensorFile, TensorFileError};
 use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind};
 use crate::task::{GoalShape, Task, ToolSpec};
 
 /// Version of the file format this program writes and reads.
-pub const VERSION: u32 = 1;
+const VERSION: u32 = 1;
 
 /// A dynamics model of one tool set.
 #[derive(Debug, Clone)]
@@ -77,15 +79,10 @@ impl Model {
         &self.provenance
     }
 
-    /// Builds the graphs that [`predict`](Self::predict) takes.
-    pub fn builder(&self) -> &GraphBuilder {
-        &self.builder
-    }
-
     /// The states of the balls one prediction interval later. `graphs` holds one scene for
-    /// each of `balls`, in order, as [`builder`](Self::builder) made them; their features
+    /// each of `balls`, in order, as the model's builder made them; their features
     /// are normalised in place.
-    pub fn predict(&self, graphs: &mut Graphs, balls: &[BallState]) -> Vec<BallState> {
+    pub(super) fn predict(&self, graphs: &mut Graphs, balls: &[BallState]) -> Vec<BallState> {
         assert_eq!(graphs.scenes, balls.len(), "one ball a scene");
         self.normaliser.normalise(graphs);
         let mut outputs = self.network.predict(graphs);
@@ -192,7 +189,7 @@ impl Model {
         Self::from_bytes(&bytes, &origin)
     }
 
-    /// Writes the model file, whole or not at all.
+    /// Writes the model file atomically.
     ///
     /// # Errors
     /// When the file cannot be written.

@@ -1,7 +1,6 @@
 //! Model rollouts: thousands of action sequences as one batch for every prediction.
 
 use super::error::DynamicsError;
-use super::model::Model;
 use super::predictor::Predictor;
 use crate::env::{Action, Placement, Snapshot};
 use crate::physics::{Ball, BallState, SCREEN, Tool, to_normalised, to_units};
@@ -11,22 +10,31 @@ use crate::task::{Region, Task};
 /// the tool's than this, in units: predictions see the ball only once in an interval.
 const TOUCH_GAP: f32 = 2.0;
 
-/// What a model predicts for one sequence of actions.
+/// What becomes of a ball under one sequence of actions, predicted or simulated.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Predicted {
-    /// For each action taken, whether its tool was placed.
-    pub placed: Vec<bool>,
-    /// For each action taken, whether the ball touched its tool before the stage was reached.
-    pub touched: Vec<bool>,
-    /// The next stage was reached, in the last action taken.
+pub struct Rollout {
+    /// The actions taken, up to the end of the rollout.
+    pub actions: Vec<RolloutAction>,
+    /// The next stage was reached, in the last of `actions`.
     pub hit: bool,
     /// Normalised positions of the ball from the start on, one a prediction.
     pub path: Vec<[f32; 2]>,
-    /// Motion of the ball after each action taken, in units.
+    /// Motion of the ball after each of `actions`, in units.
     pub balls: Vec<BallState>,
 }
 
-/// One rollout under way.
+/// One action of a rollout.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RolloutAction {
+    /// Where the tool was to be placed.
+    pub action: Action,
+    /// The tool was placed, not blocked.
+    pub placed: bool,
+    /// The ball touched that tool before the stage was reached.
+    pub touched: bool,
+}
+
+/// A rollout in progress.
 struct Scene {
     snapshot: Snapshot,
     ball: BallState,
@@ -37,24 +45,7 @@ struct Scene {
     /// Actions that the episode still allows.
     actions_left: usize,
     over: bool,
-    predicted: Predicted,
-}
-
-impl Model {
-    /// Rolls out `sequences[i]` from `starts[i]` as [`rollouts`] does.
-    ///
-    /// # Errors
-    /// When the model does not fit the task, see [`check_task`](Self::check_task), or a
-    /// start has an object that is not finite.
-    pub fn rollouts(
-        &self,
-        task: &Task,
-        starts: &[&Snapshot],
-        sequences: &[Vec<Action>],
-    ) -> Result<Vec<Predicted>, DynamicsError> {
-        self.check_task(task)?;
-        rollouts(self, task, starts, sequences)
-    }
+    rollout: Rollout,
 }
 
 /// Rolls out `sequences[i]` from `starts[i]`, each until the next stage of its start is
@@ -68,7 +59,7 @@ pub fn rollouts(
     task: &Task,
     starts: &[&Snapshot],
     sequences: &[Vec<Action>],
-) -> Result<Vec<Predicted>, DynamicsError> {
+) -> Result<Vec<Rollout>, DynamicsError> {
     let stages = task.stages();
     let mut scenes: Vec<Scene> = starts.iter().map(|start| Scene::new(task, &stages, start)).collect();
     let horizon = sequences.iter().map(Vec::len).max().unwrap_or(0);
@@ -82,11 +73,11 @@ pub fn rollouts(
         for _ in 0..task.rules.steps_per_action / predictor.interval() {
             advance(predictor, &mut scenes)?;
         }
-        for scene in scenes.iter_mut().filter(|scene| scene.predicted.balls.len() < scene.predicted.placed.len()) {
-            scene.predicted.balls.push(scene.ball);
+        for scene in scenes.iter_mut().filter(|scene| scene.rollout.balls.len() < scene.rollout.actions.len()) {
+            scene.rollout.balls.push(scene.ball);
         }
     }
-    Ok(scenes.into_iter().map(|scene| scene.predicted).collect())
+    Ok(scenes.into_iter().map(|scene| scene.rollout).collect())
 }
 
 /// One prediction for all rollouts that are not over.
@@ -113,7 +104,7 @@ impl Scene {
             stage: stages[start.stage().min(stages.len() - 1)],
             actions_left: task.rules.max_actions.saturating_sub(start.actions()) as usize,
             over: start.end().is_some(),
-            predicted: Predicted { path: vec![to_normalised(ball.position)], ..Predicted::default() },
+            rollout: Rollout { path: vec![to_normalised(ball.position)], ..Rollout::default() },
         }
     }
 
@@ -121,35 +112,35 @@ impl Scene {
         self.snapshot.set_ball(self.ball);
         let placed = self.snapshot.place(task, action) == Placement::Placed;
         if placed {
-            self.placed_by.push(Some(self.predicted.placed.len()));
+            self.placed_by.push(Some(self.rollout.actions.len()));
             self.tools.extend(self.snapshot.world().tools().last().copied());
         }
-        self.predicted.placed.push(placed);
-        self.predicted.touched.push(false);
+        self.rollout.actions.push(RolloutAction { action, placed, touched: false });
     }
 
     fn go_to(&mut self, next: BallState) {
         let radius = Ball::default().radius;
         let centre = to_units(self.stage.position);
-        self.predicted.hit = distance_to_way(centre, self.ball.position, next.position) <= self.stage.radius + radius;
+        let hit = distance_to_segment(centre, self.ball.position, next.position) <= self.stage.radius + radius;
+        self.rollout.hit = hit;
         for (tool, action) in self.tools.iter().zip(&self.placed_by).filter_map(|(tool, by)| Some((tool, (*by)?))) {
             let near = |ball: &BallState| tool.surface(ball.position).0 - radius < TOUCH_GAP;
-            if !self.predicted.touched[action] && (near(&self.ball) || (!self.predicted.hit && near(&next))) {
-                self.predicted.touched[action] = true;
-            }
+            let touched = &mut self.rollout.actions[action].touched;
+            *touched = *touched || near(&self.ball) || (!hit && near(&next));
         }
         self.ball = next;
-        self.predicted.path.push(to_normalised(next.position));
+        self.rollout.path.push(to_normalised(next.position));
         let inside = next.position.iter().all(|p| *p > 0.0 && *p < SCREEN);
-        self.over = self.predicted.hit || !inside;
+        self.over = hit || !inside;
     }
 }
 
-/// Distance from a point to the straight way from `from` to `to`.
-pub(super) fn distance_to_way(point: [f32; 2], from: [f32; 2], to: [f32; 2]) -> f32 {
-    let way = [to[0] - from[0], to[1] - from[1]];
+/// Distance from a point to the segment between `from` and `to`.
+pub(super) fn distance_to_segment(point: [f32; 2], from: [f32; 2], to: [f32; 2]) -> f32 {
+    let along = [to[0] - from[0], to[1] - from[1]];
     let offset = [point[0] - from[0], point[1] - from[1]];
-    let length = way[0] * way[0] + way[1] * way[1];
-    let share = if length > 0.0 { ((offset[0] * way[0] + offset[1] * way[1]) / length).clamp(0.0, 1.0) } else { 0.0 };
-    (offset[0] - share * way[0]).hypot(offset[1] - share * way[1])
+    let length = along[0] * along[0] + along[1] * along[1];
+    let share =
+        if length > 0.0 { ((offset[0] * along[0] + offset[1] * along[1]) / length).clamp(0.0, 1.0) } else { 0.0 };
+    (offset[0] - share * along[0]).hypot(offset[1] - share * along[1])
 }

@@ -3,7 +3,7 @@
 //! An epoch takes one row of every observation in a random order, so the number of
 //! updates is the paper's: epochs × observations of the tool set / batch. Launches,
 //! initial weights and every epoch's draws have random streams of their own, which is why
-//! a training that is resumed after any epoch goes on to the same bits.
+//! a training that is resumed after any epoch ends with the same bits.
 
 use std::time::Instant;
 
@@ -13,18 +13,19 @@ use rand::seq::SliceRandom;
 
 use super::codec::Codec;
 use super::config::{Loss, ModelConfig, TrainConfig};
-use super::error::{DynamicsError, canonical_tool_set};
+use super::error::DynamicsError;
 use super::graph::GraphBuilder;
 use super::launch::{Launch, Split, collect, data_hash};
 use super::model::{Model, Provenance, entry};
 use super::network::Network;
 use super::normaliser::Normaliser;
 use super::samples::Samples;
+use super::tool_set::canonical_tool_set;
 use crate::nn::{NnError, Optimiser, TensorFile, matrix};
 use crate::physics::ToolKind;
 use crate::streams::Stream;
 
-/// A training under way: the model, the optimiser and the data.
+/// A training in progress: the model, the optimiser and the data.
 #[derive(Debug)]
 pub struct Training {
     model: Model,
@@ -49,12 +50,12 @@ pub struct Progress {
     pub seconds_left: f64,
 }
 
-/// Why [`Training::run`] came back.
+/// Why [`Training::run`] returned.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Ended {
     /// All epochs are done.
     Done,
-    /// The callback asked to stop; the training can go on later.
+    /// The callback asked to stop; the training can be resumed.
     Stopped,
     /// The loss or a gradient was not finite. The model is that of the epoch before.
     Diverged {
@@ -67,7 +68,7 @@ pub enum Ended {
 
 impl Training {
     /// A new training: collects the launches of `tools` and draws initial weights.
-    /// `command` is kept in the model as the way to make it again.
+    /// `command` is recorded in the model, so that it can be trained again.
     ///
     /// # Errors
     /// When a setting is out of range or the tool set is not usable.
@@ -109,14 +110,14 @@ impl Training {
         self.model.provenance.epoch
     }
 
-    /// Trains until all epochs are done, `watch` returns false, or the loss diverges.
-    /// `watch` is called after every epoch.
-    pub fn run(&mut self, mut watch: impl FnMut(&Self, &Progress) -> bool) -> Ended {
+    /// Trains until all epochs are done, `on_progress` returns false, or the loss diverges.
+    /// `on_progress` is called after every epoch.
+    pub fn run(&mut self, mut on_progress: impl FnMut(&Self, &Progress) -> bool) -> Ended {
         let epochs = self.model.provenance.training.epochs;
         let (started, first) = (Instant::now(), self.epoch());
         while self.epoch() < epochs {
             let good = (self.model.network.clone(), self.optimiser.clone());
-            // A thread of the pool itself divides its work with less ado than one from outside.
+            // A thread of the pool itself divides its work with less overhead than one from outside.
             let loss = match rayon::scope(|_| self.train_epoch()) {
                 Ok(loss) => loss,
                 Err(reason) => {
@@ -135,7 +136,7 @@ impl Training {
                 validation: validate.then(|| self.validation_loss()),
                 seconds_left: each * f64::from(epochs - epoch),
             };
-            if !watch(self, &progress) && epoch < epochs {
+            if !on_progress(self, &progress) && epoch < epochs {
                 return Ended::Stopped;
             }
         }
@@ -187,14 +188,14 @@ impl Training {
         (sum / outputs.len().max(1) as f64) as f32
     }
 
-    /// Everything needed to go on: the model and the optimiser's state.
+    /// Everything needed to resume: the model and the optimiser's state.
     pub fn checkpoint(&self) -> TensorFile {
         let mut file = self.model.to_file();
         self.optimiser.save(&mut file, OPTIMISER);
         file
     }
 
-    /// Goes on from a checkpoint; `origin` names it in errors. The launches are collected
+    /// Resumes from a checkpoint; `origin` names it in errors. The launches are collected
     /// again from the seed and must be the same.
     ///
     /// # Errors

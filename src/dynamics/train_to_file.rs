@@ -5,8 +5,9 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::config::{ModelConfig, TrainConfig};
-use super::error::{DynamicsError, canonical_tool_set};
+use super::error::DynamicsError;
 use super::model::Model;
+use super::tool_set::canonical_tool_set;
 use super::train::{Ended, Progress, Training};
 use crate::nn::TensorFile;
 use crate::physics::ToolKind;

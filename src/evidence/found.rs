@@ -3,17 +3,22 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use rayon::prelude::*;
+
 use super::row::TrainedRun;
 use super::settings::distinguish;
 use crate::run::{RunDirectory, RunError, RunHistory, RunState};
 use crate::trainer::RunConfig;
+
+/// Runs that are read in parallel, between two reports of progress.
+const READ_AT_ONCE: usize = 32;
 
 /// A run on disk.
 #[derive(Debug, Clone)]
 pub struct FoundRun {
     /// Its folder.
     pub path: PathBuf,
-    /// Whether somebody works on it, or how it ended.
+    /// Whether it is being trained, or how it ended.
     pub state: RunState,
     /// Its configuration.
     pub config: RunConfig,
@@ -71,7 +76,22 @@ fn runs_in(folder: &Path) -> Result<Vec<PathBuf>, RunError> {
 /// # Errors
 /// When a run cannot be read.
 pub fn read_runs(paths: &[PathBuf]) -> Result<Vec<FoundRun>, RunError> {
-    let mut runs = paths.iter().map(|path| read_run(path)).collect::<Result<Vec<FoundRun>, RunError>>()?;
+    read_runs_with_progress(paths, &mut |_| {})
+}
+
+/// As [`read_runs`]; `on_progress` is called with the number of runs that have been read.
+///
+/// # Errors
+/// As [`read_runs`].
+pub fn read_runs_with_progress(
+    paths: &[PathBuf],
+    on_progress: &mut dyn FnMut(usize),
+) -> Result<Vec<FoundRun>, RunError> {
+    let mut runs = Vec::new();
+    for some in paths.chunks(READ_AT_ONCE) {
+        runs.extend(some.par_iter().map(|path| read_run(path)).collect::<Result<Vec<FoundRun>, RunError>>()?);
+        on_progress(runs.len());
+    }
     distinguish(runs.iter_mut().map(|run| (&run.config, &mut run.trained.row)).collect());
     Ok(runs)
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::comparison::{Comparison, LeftOut, MEASURES, left_out, without_copies};
 use super::error::EvidenceError;
 use super::figures::{learning_curves, method_scores, performance_profile};
-use super::found::{FoundRun, find_runs, read_runs};
+use super::found::{FoundRun, find_runs, read_runs_with_progress};
 use super::groups::{FINAL, Groups};
 use super::row::TrainedRun;
 use super::table::format_share;
@@ -19,7 +19,8 @@ use crate::stats::{Bootstrap, StatsError};
 const MOST_PAIRED: usize = 5;
 
 /// Writes `report.md`, `report.json` and figures (at `dpi` dots per inch) of all runs in
-/// `folders` to `out`. `command` is what makes them again.
+/// `folders` to `out`. `command` reproduces them. `on_progress` is called with the number of runs that
+/// have been read, and of all runs.
 ///
 /// # Errors
 /// When there is no finished run, one cannot be read, or a file cannot be written.
@@ -29,8 +30,10 @@ pub fn report(
     bootstrap: &Bootstrap,
     command: &str,
     dpi: u32,
+    on_progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Comparison, EvidenceError> {
-    let found = read_runs(&find_runs(folders)?)?;
+    let paths = find_runs(folders)?;
+    let found = read_runs_with_progress(&paths, &mut |read| on_progress(read, paths.len()))?;
     let (finished, others): (Vec<FoundRun>, Vec<FoundRun>) =
         found.into_iter().partition(|run| run.state == RunState::Finished);
     if finished.is_empty() {

@@ -77,7 +77,7 @@ fn assign(points: &Array2<f64>, clusters: usize, rng: &ChaCha8Rng) -> Array1<usi
     match fitted {
         Ok(model) => model.predict(points),
         // Finite points, at least as many distinct ones as clusters: only a failure to
-        // converge is left, and one cluster of everything is then the honest answer.
+        // converge is left, and one cluster of everything is then the answer.
         Err(_) => Array1::zeros(points.nrows()),
     }
 }

@@ -1,23 +1,27 @@
 //! Model-guided exploration: rollouts, action clusters, the action prior, epsilon
 //! schedules (paper, sections 4.2 and 4.3).
 //!
-//! This room knows a dynamics model only as a [`RolloutModel`]; the true physics is one
-//! too ([`TruePhysics`]), which gives the upper bound of what guidance can do.
+//! A dynamics model is used only as a [`RolloutModel`]; the true physics is one too
+//! ([`TruePhysics`]), which gives the upper bound of what guidance can do.
 
+mod build;
 mod clusters;
-mod model;
+mod config;
 mod planner;
 mod prior;
 mod proposal;
+mod rewarding;
 mod rollout;
 mod schedule;
 #[cfg(test)]
 mod tests;
 
+pub use build::build;
 pub use clusters::{Cluster, ClusterCount};
-pub use model::LearnedModel;
+pub use config::{GuidanceConfig, GuidanceError, StartStates};
 pub use planner::{PlannerConfig, plan};
-pub use prior::{ActionPrior, GuidanceConfig, GuidanceError, StagePrior, StartStates, build};
+pub use prior::{ActionPrior, StagePrior};
 pub use proposal::propose_subgoals;
-pub use rollout::{Played, Rewarding, Rollout, RolloutAction, RolloutModel, TruePhysics};
+pub use rewarding::{Played, Rewarding};
+pub use rollout::{RolloutModel, TruePhysics};
 pub use schedule::{EpsilonSchedule, ScheduleError};

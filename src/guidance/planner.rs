@@ -8,9 +8,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
-use super::prior::{GuidanceError, uniform};
-use super::rollout::{Rollout, RolloutModel};
-use crate::env::{Action, Snapshot};
+use super::config::GuidanceError;
+use super::rollout::RolloutModel;
+use crate::dynamics::{DynamicsError, Rollout};
+use crate::env::{Action, Snapshot, uniform_action};
 use crate::task::Task;
 
 /// How an action is planned.
@@ -41,7 +42,7 @@ impl PlannerConfig {
     /// # Errors
     /// Names the first setting that is out of range.
     pub fn validate(&self) -> Result<(), GuidanceError> {
-        let error = |field, message| Err(GuidanceError::Config { room: "planner", field, message });
+        let error = |field, message| Err(GuidanceError::Config { section: "planner", field, message });
         match self {
             Self { rollouts: 0, .. } => error("rollouts", "must be at least 1"),
             Self { iterations: 0, .. } => error("iterations", "must be at least 1"),
@@ -60,13 +61,16 @@ struct Plan(Vec<[(f32, f32); 2]>);
 
 /// The first action of the best sequence found: the one that reaches the next stage
 /// soonest or, where none does, passes nearest to it.
+///
+/// # Errors
+/// When the model cannot predict the task.
 pub fn plan(
     model: &dyn RolloutModel,
     task: &Arc<Task>,
     from: &Snapshot,
     config: &PlannerConfig,
     rng: &mut ChaCha8Rng,
-) -> Action {
+) -> Result<Action, DynamicsError> {
     let starts = vec![from; config.rollouts];
     let mut best: Option<(f32, Vec<Action>)> = None;
     let mut fitted: Option<Plan> = None;
@@ -74,23 +78,23 @@ pub fn plan(
         let sequences: Vec<Vec<Action>> = (0..config.rollouts)
             .map(|_| match &fitted {
                 Some(plan) => plan.sample(rng),
-                None => (0..config.horizon).map(|_| uniform(rng)).collect(),
+                None => (0..config.horizon).map(|_| uniform_action(rng)).collect(),
             })
             .collect();
         let target = task.stages()[from.stage().min(task.subgoals.len())].position;
-        let rollouts = model.rollouts(task, &starts, &sequences);
+        let rollouts = model.rollouts(task, &starts, &sequences)?;
         let costs = rollouts.iter().map(|rollout| cost(rollout, target));
         let mut ranked: Vec<(f32, Vec<Action>)> = costs.zip(sequences).collect();
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
         ranked.truncate(config.elites);
         fitted = Some(Plan::fit(&ranked, config));
-        let leader = ranked.swap_remove(0);
-        if best.as_ref().is_none_or(|(least, _)| leader.0 < *least) {
-            best = Some(leader);
+        let first = ranked.swap_remove(0);
+        if best.as_ref().is_none_or(|(least, _)| first.0 < *least) {
+            best = Some(first);
         }
     }
     // There is at least one iteration of at least one rollout of at least one action.
-    best.map_or([0.0; 2], |(_, sequence)| sequence[0])
+    Ok(best.map_or([0.0; 2], |(_, sequence)| sequence[0]))
 }
 
 /// Below 0 for a rollout that reaches its stage, lower for sooner; else the least

@@ -6,14 +6,15 @@ use std::sync::Arc;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-use super::prior::{GuidanceConfig, uniform};
-use super::rollout::{Rollout, RolloutModel};
-use crate::env::{Action, Environment, Snapshot};
+use super::config::GuidanceConfig;
+use super::rollout::RolloutModel;
+use crate::dynamics::{DynamicsError, Rollout};
+use crate::env::{Action, Environment, Snapshot, uniform_action};
 use crate::physics::{Ball, SCREEN};
 use crate::streams::Stream;
 use crate::task::{Region, Task};
 
-/// Share of the rollouts, those that come nearest to the goal, whose ways are looked at.
+/// Share of the rollouts, those that come nearest to the goal, whose paths are considered.
 const NEAR: f32 = 0.05;
 /// A proposed subgoal is reached by at least and at most these shares of random rollouts:
 /// seldom enough to be worth rewarding, often enough to be found.
@@ -24,9 +25,12 @@ const OFTEN: f32 = 0.6;
 const SPACING: f32 = 0.05;
 
 /// Proposes up to `count` subgoals for the task, in the order in which they are to be
-/// reached; subgoals that it has are not looked at. Fewer, if there is no further place
+/// reached; its present subgoals are ignored. Fewer, if there is no further place
 /// that tools make the ball reach and that it does not reach by itself. `go_on` is asked
 /// before each with the number of those found; if it says no, that is all.
+///
+/// # Errors
+/// When the model cannot predict the task.
 pub fn propose_subgoals(
     task: &Task,
     model: &dyn RolloutModel,
@@ -34,7 +38,7 @@ pub fn propose_subgoals(
     config: &GuidanceConfig,
     seed: u64,
     mut go_on: impl FnMut(usize) -> bool,
-) -> Vec<Region> {
+) -> Result<Vec<Region>, DynamicsError> {
     let mut task = Task { subgoals: Vec::new(), ..task.clone() };
     // The actions from the start of an episode to each state in which the last subgoal was reached.
     let mut histories: Vec<Vec<Action>> = vec![Vec::new()];
@@ -48,7 +52,7 @@ pub fn propose_subgoals(
         let chosen: Vec<usize> = (0..config.model_rollouts).map(|_| rng.gen_range(0..states.len())).collect();
         let sequences = random_sequences(config, &mut rng);
         let starts: Vec<&Snapshot> = chosen.iter().map(|&start| &states[start]).collect();
-        let rollouts = model.rollouts(&now, &starts, &sequences);
+        let rollouts = model.rollouts(&now, &starts, &sequences)?;
         let Some(region) = best_region(&task, &rollouts) else { break };
         task.subgoals.push(region);
         let passing = (0..rollouts.len()).filter(|&index| passes(&rollouts[index].path, &region));
@@ -62,11 +66,11 @@ pub fn propose_subgoals(
             break;
         }
     }
-    task.subgoals
+    Ok(task.subgoals)
 }
 
 fn random_sequences(config: &GuidanceConfig, rng: &mut ChaCha8Rng) -> Vec<Vec<Action>> {
-    (0..config.model_rollouts).map(|_| (0..config.horizon).map(|_| uniform(rng)).collect()).collect()
+    (0..config.model_rollouts).map(|_| (0..config.horizon).map(|_| uniform_action(rng)).collect()).collect()
 }
 
 fn replay(task: &Arc<Task>, history: &[Action]) -> Snapshot {
@@ -93,12 +97,12 @@ fn real_histories(task: &Arc<Task>, candidates: impl Iterator<Item = Vec<Action>
     candidates.filter_map(reach).collect()
 }
 
-/// The earliest of the places that many of the rollouts nearest to the goal pass on their way there.
+/// The earliest of the places that many of the rollouts nearest to the goal pass before they get there.
 fn best_region(task: &Task, rollouts: &[Rollout]) -> Option<Region> {
     let goal = task.goal.position;
     let touched = |rollout: &&Rollout| rollout.actions.iter().any(|action| action.touched);
     let mut near: Vec<(f32, &[[f32; 2]])> =
-        rollouts.iter().filter(touched).map(|r| way_towards(goal, &r.path)).collect();
+        rollouts.iter().filter(touched).map(|r| path_towards(goal, &r.path)).collect();
     near.sort_by(|a, b| a.0.total_cmp(&b.0));
     near.truncate((rollouts.len() as f32 * NEAR).ceil() as usize);
 
@@ -108,10 +112,10 @@ fn best_region(task: &Task, rollouts: &[Rollout]) -> Option<Region> {
         let reached = share(rollouts.iter().filter(|r| passes(&r.path, region)).count(), rollouts.len());
         let freely = share(free.iter().filter(|r| passes(&r.path, region)).count(), free.len());
         ((REACHED[0]..=REACHED[1]).contains(&reached) && freely < reached / 2.0).then_some(())?;
-        let passed: Vec<usize> = near.iter().filter_map(|(_, way)| first_pass(way, region)).collect();
+        let passed: Vec<usize> = near.iter().filter_map(|(_, path)| first_pass(path, region)).collect();
         Some((passed.len(), share(passed.iter().sum(), passed.len())))
     };
-    let regions = candidates(task, near.iter().flat_map(|(_, way)| way.iter()));
+    let regions = candidates(task, near.iter().flat_map(|(_, path)| path.iter()));
     let scored: Vec<((usize, f32), Region)> =
         regions.into_iter().filter_map(|region| Some((score(&region)?, region))).collect();
     let most = scored.iter().map(|((passed, _), _)| *passed).max()?;
@@ -120,8 +124,8 @@ fn best_region(task: &Task, rollouts: &[Rollout]) -> Option<Region> {
     often.min_by(|a, b| a.0.1.total_cmp(&b.0.1)).map(|(_, region)| region)
 }
 
-/// Least distance to the goal, and the way until then.
-fn way_towards(goal: [f32; 2], path: &[[f32; 2]]) -> (f32, &[[f32; 2]]) {
+/// Least distance to the goal, and the path until then.
+fn path_towards(goal: [f32; 2], path: &[[f32; 2]]) -> (f32, &[[f32; 2]]) {
     let distance = |point: &[f32; 2]| (point[0] - goal[0]).hypot(point[1] - goal[1]);
     let nearest = path.iter().map(distance).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
     nearest.map_or((f32::INFINITY, path), |(index, least)| (least, &path[..=index]))

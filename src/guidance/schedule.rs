@@ -177,11 +177,45 @@ mod tests {
         assert_eq!(at("0.1", 12345), 0.1);
         assert_eq!(at("linear:0.8:0.4:100", 50), 0.6);
         assert_eq!(at("linear:0.8:0.4:100", 5000), 0.4);
-        assert!((at("exp:0.8:0.1:0.5", 2) - (0.1 + 0.7 * 0.25)).abs() < 1e-6);
-        assert_eq!(at("step:0.8:0.5:10", 25), 0.2);
+        assert_eq!(at("linear:0.8:0.4:100", 0), 0.8);
+        for (episode, power) in [(0, 1.0), (1, 0.5), (2, 0.25)] {
+            assert!((at("exp:0.8:0.1:0.5", episode) - (0.1 + 0.7 * power)).abs() < 1e-6);
+        }
+        for (episode, threshold) in [(0, 0.8), (9, 0.8), (10, 0.4), (19, 0.4), (20, 0.2), (25, 0.2)] {
+            assert_eq!(at("step:0.8:0.5:10", episode), threshold, "{episode}");
+        }
         assert_eq!(at("points:10=0.8,20=0.4", 0), 0.8);
         assert!((at("points:10=0.8,20=0.4", 15) - 0.6).abs() < 1e-6);
-        assert_eq!(at("points:10=0.8,20=0.4", 99), 0.4);
+        for (episode, threshold) in [(9, 0.8), (10, 0.8), (11, 0.76), (20, 0.4), (21, 0.4), (99, 0.4)] {
+            assert!((at("points:10=0.8,20=0.4", episode) - threshold).abs() < 1e-6, "{episode}");
+        }
+    }
+
+    #[test]
+    fn any_schedule_becomes_points_on_its_curve() {
+        let schedule: EpsilonSchedule = "linear:0.8:0.2:100".parse().unwrap();
+        let [first, second, third] = schedule.to_points(200, 3)[..] else { panic!("three points") };
+        assert_eq!((first, second.0, third), ((0, 0.8), 100, (200, second.1)));
+        assert!((second.1 - 0.2).abs() < 1e-6);
+        assert_eq!(schedule.to_points(1, 5).iter().map(|(episode, _)| *episode).collect::<Vec<_>>(), [0, 1]);
+        let points = EpsilonSchedule::Points(vec![(3, 0.5), (7, 0.25)]);
+        assert_eq!(points.to_points(100, 3), [(3, 0.5), (7, 0.25)]);
+    }
+
+    #[test]
+    fn guidance_is_off_only_if_every_threshold_is_0() {
+        for (spec, off) in [
+            ("0", true),
+            ("0.1", false),
+            ("linear:0:0:10", true),
+            ("linear:0:0.1:10", false),
+            ("exp:0.1:0:0.5", false),
+            ("step:0:0.5:10", true),
+            ("points:0=0,5=0", true),
+            ("points:0=0,5=0.1", false),
+        ] {
+            assert_eq!(spec.parse::<EpsilonSchedule>().unwrap().is_zero(), off, "{spec}");
+        }
     }
 
     #[test]

@@ -6,6 +6,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
+use crate::dynamics::{DynamicsError, Rollout};
 use crate::env::{Action, Environment, Placement, Snapshot, Step};
 use crate::task::{self, Task};
 
@@ -19,20 +20,25 @@ fn rng() -> ChaCha8Rng {
 struct Bullseye([f32; 2]);
 
 impl RolloutModel for Bullseye {
-    fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Vec<Rollout> {
+    fn rollouts(
+        &self,
+        task: &Arc<Task>,
+        starts: &[&Snapshot],
+        sequences: &[Vec<Action>],
+    ) -> Result<Vec<Rollout>, DynamicsError> {
         let roll_out = |(start, sequence): (&&Snapshot, &Vec<Action>)| {
             let [x, y] = task.stages()[start.stage()].position;
             let miss = (sequence[0][0] - self.0[0]).hypot(sequence[0][1] - self.0[1]);
             Rollout { path: vec![[x + 1.0, y], [x + miss, y]], hit: miss < 0.02, ..Rollout::default() }
         };
-        starts.iter().zip(sequences).map(roll_out).collect()
+        Ok(starts.iter().zip(sequences).map(roll_out).collect())
     }
 }
 
 #[test]
-fn two_heaps_become_two_clusters_with_their_means_and_deviations() {
-    let heap = |x: f32| [[x - 0.1, 0.0], [x + 0.1, 0.0], [x, 0.2], [x, -0.2]];
-    let actions: Vec<Action> = heap(-0.5).into_iter().chain(heap(0.5)).chain([[0.5, 0.0]; 4]).collect();
+fn two_groups_become_two_clusters_with_their_means_and_deviations() {
+    let group = |x: f32| [[x - 0.1, 0.0], [x + 0.1, 0.0], [x, 0.2], [x, -0.2]];
+    let actions: Vec<Action> = group(-0.5).into_iter().chain(group(0.5)).chain([[0.5, 0.0]; 4]).collect();
     for count in [ClusterCount::Fixed(2), ClusterCount::Silhouette(4)] {
         let found = clusters::cluster(&actions, count, 0.02, &rng());
         assert_eq!(found.iter().map(|cluster| cluster.count).collect::<Vec<_>>(), [8, 4], "{count:?}");
@@ -50,12 +56,146 @@ fn more_clusters_than_actions_are_as_many_as_there_are_actions() {
 }
 
 #[test]
-fn a_plan_homes_in_on_the_best_action() {
+fn a_cluster_samples_its_normal_distribution() {
+    let cluster = Cluster { mean: [0.1, -0.2], std: [0.05, 0.2], weight: 1.0, count: 1 };
+    let mut rng = rng();
+    let samples: Vec<Action> = (0..20_000).map(|_| cluster.sample(&mut rng)).collect();
+    for axis in 0..2 {
+        let values = || samples.iter().map(|sample| f64::from(sample[axis]));
+        let mean = values().sum::<f64>() / 20_000.0;
+        let std = (values().map(|value| (value - mean).powi(2)).sum::<f64>() / 20_000.0).sqrt();
+        let (expected_mean, expected_std) = (f64::from(cluster.mean[axis]), f64::from(cluster.std[axis]));
+        assert!((mean - expected_mean).abs() < 0.03 * expected_std, "{mean}");
+        assert!((std / expected_std - 1.0).abs() < 0.02, "{std}");
+    }
+    // Samples beyond the screen are clipped.
+    let wide = Cluster { mean: [0.9, 0.0], std: [1.0, 1.0], ..cluster };
+    let clipped: Vec<Action> = (0..200).map(|_| wide.sample(&mut rng)).collect();
+    assert!(clipped.iter().flatten().all(|value| value.abs() <= 1.0) && clipped.iter().any(|[x, _]| *x == 1.0));
+}
+
+#[test]
+fn clusters_are_drawn_by_their_weights() {
+    let cluster = |x: f32, weight| Cluster { mean: [x, 0.0], std: [0.01; 2], weight, count: 1 };
+    let stage =
+        StagePrior { clusters: vec![cluster(-0.5, 0.7), cluster(0.0, 0.2), cluster(0.5, 0.1)], ..Default::default() };
+    let task = task::load("task1").unwrap();
+    let mut prior = ActionPrior::uniform(&task, 0);
+    prior.stages[1] = stage;
+    let mut rng = rng();
+    let mut drawn = [0; 3];
+    for _ in 0..10_000 {
+        let [x, _] = prior.sample(1, &mut rng);
+        drawn[((x + 0.5) * 2.0).round() as usize] += 1;
+    }
+    for (drawn, expected) in drawn.into_iter().zip([7000, 2000, 1000]) {
+        assert!(i32::abs(drawn - expected) < 150, "{drawn} of {expected}");
+    }
+    // A stage without clusters is explored uniformly.
+    let spread = (0..2000).filter(|_| prior.sample(0, &mut rng).iter().all(|value| *value < 0.0)).count();
+    assert!((400..600).contains(&spread), "{spread}");
+}
+
+/// A model in which every sequence reaches the stage, later the larger the first action's x is.
+#[derive(Debug)]
+struct SoonerOnTheLeft;
+
+impl RolloutModel for SoonerOnTheLeft {
+    fn rollouts(
+        &self,
+        _: &Arc<Task>,
+        _: &[&Snapshot],
+        sequences: &[Vec<Action>],
+    ) -> Result<Vec<Rollout>, DynamicsError> {
+        let roll_out = |sequence: &Vec<Action>| {
+            let points = (20.0 * (2.0 + sequence[0][0])) as usize;
+            Rollout { path: vec![[0.0; 2]; points], hit: true, ..Rollout::default() }
+        };
+        Ok(sequences.iter().map(roll_out).collect())
+    }
+}
+
+#[test]
+fn of_plans_that_hit_the_soonest_is_taken() {
+    let task = Arc::new(task::load("task1").unwrap());
+    let env = Environment::new(task.clone());
+    let config = PlannerConfig { iterations: 1, ..PlannerConfig::default() };
+    let [x, _] = plan(&SoonerOnTheLeft, &task, env.snapshot(), &config, &mut rng()).unwrap();
+    assert!(x < -0.8, "{x}");
+}
+
+#[test]
+fn any_hit_is_better_than_the_nearest_miss() {
+    /// Actions on the left narrowly miss, those on the right hit late.
+    #[derive(Debug)]
+    struct HitsOnTheRight;
+    impl RolloutModel for HitsOnTheRight {
+        fn rollouts(
+            &self,
+            task: &Arc<Task>,
+            starts: &[&Snapshot],
+            sequences: &[Vec<Action>],
+        ) -> Result<Vec<Rollout>, DynamicsError> {
+            let target = task.stages()[starts[0].stage()].position;
+            let roll_out = |sequence: &Vec<Action>| match sequence[0][0] > 0.5 {
+                true => Rollout { path: vec![[0.0; 2]; 64], hit: true, ..Rollout::default() },
+                false => Rollout { path: vec![target], hit: false, ..Rollout::default() },
+            };
+            Ok(sequences.iter().map(roll_out).collect())
+        }
+    }
+    let task = Arc::new(task::load("task1").unwrap());
+    let env = Environment::new(task.clone());
+    let [x, _] = plan(&HitsOnTheRight, &task, env.snapshot(), &PlannerConfig::default(), &mut rng()).unwrap();
+    assert!(x > 0.5, "{x}");
+}
+
+#[test]
+fn a_model_that_does_not_know_the_tools_is_an_error() {
+    let task = Arc::new(task::load("task1").unwrap());
+    let model = crate::dynamics::shipped("square-floor").unwrap().unwrap();
+    let config = GuidanceConfig::default();
+    let error = build(&task, &model, "square-floor", &config, 0, |_| true).unwrap_err();
+    assert!(matches!(error, DynamicsError::UnseenEdge { .. }), "{error}");
+    assert!(propose_subgoals(&task, &model, 1, &config, 0, |_| true).is_err());
+    let env = Environment::new(task.clone());
+    assert!(plan(&model, &task, env.snapshot(), &PlannerConfig::default(), &mut rng()).is_err());
+}
+
+#[test]
+fn a_saved_prior_is_read_back_and_only_for_its_task() {
+    let task = task::load("task1").unwrap();
+    let mut prior = ActionPrior::uniform(&task, 7);
+    prior = prior.with_actions(0, vec![[0.1, 0.2], [0.15, 0.2], [-0.7, 0.5]], &rng());
+    let text = prior.to_json();
+    assert_eq!(ActionPrior::parse(&text, "prior.json", &task).unwrap(), prior);
+    let refused = |text: &str, task: &Task| ActionPrior::parse(text, "prior.json", task).unwrap_err().to_string();
+    let changed = |from: &str, to: &str| {
+        assert!(text.contains(from), "{text}");
+        refused(&text.replacen(from, to, 1), &task)
+    };
+    let error = changed("\"version\": 1", "\"version\": 2");
+    assert!(error.starts_with("prior.json: ") && error.contains("version 2"), "{error}");
+    assert!(refused(&text, &task::load("task2").unwrap()).contains("for task1 with 2 stages, not for task2 with 3"));
+    let fewer = Task { subgoals: Vec::new(), ..task.clone() };
+    assert!(refused(&text, &fewer).contains("not for task1 with 1"));
+    assert!(changed("0.02", "-0.02").contains("guidance.std_floor"));
+    assert!(
+        changed("\"actions\": [\n        [\n          0.1", "\"actions\": [\n        [\n          1.5")
+            .contains("stage 1")
+    );
+    assert!(refused(&text[..text.len() / 2], &task).starts_with("prior.json:"));
+    assert!(refused("{\"version\": 9, \"clusters\": []}", &task).contains("version 9"));
+    assert!(refused("[]", &task).contains("not an action prior"));
+}
+
+#[test]
+fn a_plan_converges_to_the_best_action() {
     let task = Arc::new(task::load("task1").unwrap());
     let env = Environment::new(task.clone());
     let distance = |iterations: usize| {
         let config = PlannerConfig { iterations, ..PlannerConfig::default() };
-        let [x, y] = plan(&Bullseye([0.3, -0.6]), &task, env.snapshot(), &config, &mut rng());
+        let [x, y] = plan(&Bullseye([0.3, -0.6]), &task, env.snapshot(), &config, &mut rng()).unwrap();
         (x - 0.3).hypot(y + 0.6)
     };
     let (shooting, entropy) = (distance(1), distance(4));
@@ -111,7 +251,7 @@ fn only_tools_that_the_ball_touched_are_rewarding() {
 fn true_physics_guides_better_than_chance() {
     let task = Arc::new(task::load("task3").unwrap());
     let config = GuidanceConfig { model_rollouts: 300, environment_rollouts: 40, ..GuidanceConfig::default() };
-    let prior = build(&task, &TruePhysics, "true physics", &config, 1, |_| true).unwrap();
+    let prior = build(&task, &TruePhysics, "true physics", &config, 1, |_| true).unwrap().unwrap();
     let reached = |prior: &ActionPrior| {
         let (mut rng, mut env) = (rng(), Environment::new(task.clone()));
         let episode = |_: u32| {
@@ -129,15 +269,15 @@ fn true_physics_guides_better_than_chance() {
 fn proposed_subgoals_lead_to_a_goal_that_chance_does_not_find() {
     let task = task::load("task6").unwrap();
     let config = GuidanceConfig::default();
-    let subgoals = propose_subgoals(&task, &TruePhysics, 2, &config, 0, |_| true);
+    let subgoals = propose_subgoals(&task, &TruePhysics, 2, &config, 0, |_| true).unwrap();
     assert_eq!(subgoals.len(), 2);
     assert_eq!(
-        propose_subgoals(&task, &TruePhysics, 2, &config, 0, |_| true),
+        propose_subgoals(&task, &TruePhysics, 2, &config, 0, |_| true).unwrap(),
         subgoals,
         "the same seed, the same proposal"
     );
     let task = Arc::new(Task { subgoals, ..task });
-    let prior = build(&task, &TruePhysics, "true physics", &config, 1, |_| true).unwrap();
+    let prior = build(&task, &TruePhysics, "true physics", &config, 1, |_| true).unwrap().unwrap();
     let goals = |prior: &ActionPrior| {
         let (mut rng, mut env) = (rng(), Environment::new(task.clone()));
         let episode = |_: u32| {

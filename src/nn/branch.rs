@@ -1,15 +1,10 @@
 //! Networks side by side whose outputs meet in one sum: edge functions and their messages.
 
-use std::mem;
-
 use dfdx::prelude::*;
 
 use super::{
-    Matrix, Mlp,
-    layer::Layer,
-    matrix,
-    mlp::{Pool, put_gradients, take_gradients},
-    stack::{self, Backward, Forward, LayerGradients, Workspace},
+    Matrix, Mlp, matrix,
+    stack::{self, Pass},
 };
 
 /// A batch of data for one of several networks.
@@ -37,78 +32,48 @@ pub fn sum_of_branches(
     columns: usize,
     device: &Cpu,
 ) -> Matrix<OwnedTape<f32, Cpu>> {
-    let mut passes: Vec<Pass> = branches.iter().map(|branch| Pass::new(branch, rows, columns)).collect();
-    stack::forward(&mut passes.iter_mut().map(Pass::forward).collect::<Vec<_>>());
-    let mut sum = vec![0.0; rows * columns];
-    for pass in &mut passes {
-        pass.workspace.output(&pass.layers, &mut pass.outputs);
-        for (row, &target) in pass.outputs.chunks_exact(columns).zip(&pass.targets) {
+    let mut passes: Vec<Pass> = branches.iter().map(|branch| branch.pass(rows, columns)).collect();
+    stack::forward(&mut passes);
+    let (mut sum, mut outputs) = (vec![0.0; rows * columns], Vec::new());
+    for (pass, branch) in passes.iter().zip(branches) {
+        outputs.resize(branch.targets.len() * columns, 0.0);
+        pass.output(&mut outputs);
+        for (row, &target) in outputs.chunks_exact(columns).zip(branch.targets) {
             sum[target * columns..][..columns].iter_mut().zip(row).for_each(|(sum, value)| *sum += value);
         }
     }
     let sum = matrix(device, sum, rows, columns);
-    let (out, mut tape) = (sum.clone(), OwnedTape::default());
+    let (out, mut tape) = (sum.ghost(), OwnedTape::default());
+    let targets: Vec<Vec<usize>> = branches.iter().map(|branch| branch.targets.to_vec()).collect();
+    let parameters: Vec<_> = branches.iter().map(|branch| branch.network.parameters().ghost()).collect();
     tape.add_backward_op(move |grads| {
-        let gradient = mem::take(&mut **grads.get_or_alloc_mut(&out)?);
-        for pass in &mut passes {
-            for (row, &target) in pass.outputs.chunks_exact_mut(columns).zip(&pass.targets) {
-                row.copy_from_slice(&gradient[target * columns..][..columns]);
-            }
-            pass.gradients = take_gradients(&pass.layers, grads)?;
+        let gradient = grads.get_or_alloc_mut(&out)?;
+        for (pass, targets) in passes.iter_mut().zip(&targets) {
+            pass.set_output_gradient(|row| &gradient[targets[row] * columns..][..columns]);
         }
-        **grads.get_or_alloc_mut(&out)? = gradient;
-        stack::backward(&mut passes.iter_mut().map(Pass::backward).collect::<Vec<_>>());
-        for pass in passes {
-            put_gradients(&pass.layers, pass.gradients, grads)?;
-            pass.pool.give_back(pass.workspace);
+        stack::backward(&mut passes, false);
+        for (pass, parameters) in passes.iter_mut().zip(&parameters) {
+            pass.add_parameter_gradients(grads.get_or_alloc_mut(parameters)?);
         }
         Ok(())
     });
     sum.put_tape(tape)
 }
 
-/// A branch between its forward and its backward pass.
-struct Pass {
-    layers: Vec<Layer>,
-    targets: Vec<usize>,
-    /// Outputs, then their gradients.
-    outputs: Vec<f32>,
-    gradients: Vec<LayerGradients>,
-    workspace: Workspace,
-    pool: Pool<Workspace>,
-}
-
-impl Pass {
-    fn new(branch: &Branch<'_>, rows: usize, columns: usize) -> Self {
-        let Branch { network, inputs, targets } = *branch;
+impl Branch<'_> {
+    fn pass(&self, rows: usize, columns: usize) -> Pass {
+        let Self { network, inputs, targets } = *self;
         assert_eq!(network.shape().outputs(), columns, "output columns of the network");
         assert_eq!(inputs.len(), targets.len() * network.shape().inputs(), "inputs of the network");
         assert!(targets.iter().all(|&target| target < rows), "targets below {rows}");
-        let (layers, pool) = (network.layers().to_vec(), network.training_pool().clone());
-        let mut workspace = pool.take();
-        workspace.input(targets.len(), &layers).copy_from_slice(inputs);
-        let outputs = vec![0.0; targets.len() * columns];
-        Self { layers, targets: targets.to_vec(), outputs, gradients: Vec::new(), workspace, pool }
-    }
-
-    fn forward(&mut self) -> Forward<'_> {
-        Forward { layers: &self.layers, workspace: &mut self.workspace }
-    }
-
-    fn backward(&mut self) -> Backward<'_> {
-        Backward {
-            layers: &self.layers,
-            workspace: &mut self.workspace,
-            dy: &self.outputs,
-            gradients: Some(&mut self.gradients),
-            input: false,
-        }
+        let mut pass = network.pass(targets.len());
+        pass.input().copy_from_slice(inputs);
+        pass
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use dfdx::tensor_ops::Backward as _;
     use rand::{Rng, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
@@ -148,12 +113,10 @@ mod tests {
         let close = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
         assert!(close(&sum.as_vec(), &expected.as_vec()));
         assert!(sum.as_vec()[3 * 5..][..10].iter().all(|v| *v == 0.0), "rows 3 and 4 have no output");
-        let (mut grads, mut wanted) = (sum.square().mean().backward(), expected.square().mean().backward());
+        let (grads, wanted) = (sum.square().mean().backward(), expected.square().mean().backward());
         for network in &networks {
-            let of = |grads| take_gradients(network.layers(), grads).unwrap();
-            for ((w, b), (w2, b2)) in of(&mut grads).iter().zip(&of(&mut wanted)) {
-                assert!(close(w, w2) && close(b, b2));
-            }
+            let of = |grads: &Gradients<f32, Cpu>| grads.get(network.parameters()).as_vec();
+            assert!(close(&of(&grads), &of(&wanted)));
         }
     }
 }

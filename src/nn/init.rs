@@ -40,29 +40,19 @@ impl Init {
         Self { scheme, last_bound: Some(bound) }
     }
 
-    /// Weight (`inputs` × `outputs`, row-major) and bias (`outputs`) of one layer.
-    pub(super) fn layer<R: Rng + ?Sized>(
-        &self,
-        inputs: usize,
-        outputs: usize,
-        is_last: bool,
-        rng: &mut R,
-    ) -> (Vec<f32>, Vec<f32>) {
-        let n = inputs * outputs;
+    /// Weight (`inputs` × `outputs`, row-major) and then bias (`outputs`) of one layer.
+    pub(super) fn layer<R: Rng + ?Sized>(&self, inputs: usize, outputs: usize, is_last: bool, rng: &mut R) -> Vec<f32> {
+        let weights = inputs * outputs;
         if let (true, Some(bound)) = (is_last, self.last_bound) {
-            return (uniform(n, bound, rng), uniform(outputs, bound, rng));
+            return uniform(weights + outputs, bound, rng);
         }
-        match self.scheme {
-            InitScheme::Xavier => {
-                let bound = (6.0 / (inputs + outputs) as f32).sqrt();
-                (uniform(n, bound, rng), vec![0.0; outputs])
-            }
-            InitScheme::Orthogonal => (orthogonal(inputs, outputs, rng), vec![0.0; outputs]),
-            InitScheme::FanIn => {
-                let bound = 1.0 / (inputs as f32).sqrt();
-                (uniform(n, bound, rng), uniform(outputs, bound, rng))
-            }
-        }
+        let mut parameters = match self.scheme {
+            InitScheme::Xavier => uniform(weights, (6.0 / (inputs + outputs) as f32).sqrt(), rng),
+            InitScheme::Orthogonal => orthogonal(inputs, outputs, rng),
+            InitScheme::FanIn => uniform(weights + outputs, 1.0 / (inputs as f32).sqrt(), rng),
+        };
+        parameters.resize(weights + outputs, 0.0);
+        parameters
     }
 }
 
@@ -129,14 +119,21 @@ mod tests {
     #[test]
     fn bounds_are_kept_and_reached() {
         let mut rng = ChaCha8Rng::seed_from_u64(2);
-        let (w, b) = Init::from(InitScheme::FanIn).layer(100, 50, true, &mut rng);
-        let largest = w.iter().chain(&b).fold(0.0f32, |m, x| m.max(x.abs()));
-        assert!(largest <= 0.1 && largest > 0.099, "{largest}");
-        let (w, b) = Init::with_last_bound(InitScheme::Xavier, 3e-3).layer(100, 50, true, &mut rng);
-        let largest = w.iter().chain(&b).fold(0.0f32, |m, x| m.max(x.abs()));
-        assert!(largest <= 3e-3 && largest > 2.9e-3, "{largest}");
-        let (w, _) = Init::with_last_bound(InitScheme::Xavier, 3e-3).layer(100, 50, false, &mut rng);
-        let largest = w.iter().fold(0.0f32, |m, x| m.max(x.abs()));
-        assert!(largest <= 0.2 && largest > 0.19, "{largest}");
+        let mut largest = |init: Init, is_last| {
+            let parameters = init.layer(100, 50, is_last, &mut rng);
+            assert_eq!(parameters.len(), 101 * 50);
+            let largest = |values: &[f32]| values.iter().fold(0.0f32, |most, value| most.max(value.abs()));
+            [largest(&parameters[..5000]), largest(&parameters[5000..])]
+        };
+        let near = |found: f32, bound: f32| assert!(found <= bound && found > 0.9 * bound, "{found} of {bound}");
+        let [weight, bias] = largest(InitScheme::FanIn.into(), true);
+        near(weight, 0.1);
+        near(bias, 0.1);
+        let [weight, bias] = largest(Init::with_last_bound(InitScheme::Xavier, 3e-3), true);
+        near(weight, 3e-3);
+        near(bias, 3e-3);
+        let [weight, bias] = largest(Init::with_last_bound(InitScheme::Xavier, 3e-3), false);
+        near(weight, 0.2);
+        assert_eq!(bias, 0.0);
     }
 }

@@ -1,103 +1,115 @@
-//! One dense layer: its parameters as dfdx tensors, and their way to and from the kernels.
+//! Dense layers within the parameters of their network, and the copy that the kernels work on.
 
 use dfdx::prelude::*;
 
 use super::{
-    Activation, Matrix,
-    kernel::{Blend, Buffer, Kernel, LINE, Update, padded},
+    Activation, MlpShape,
+    kernel::{Buffer, LINE, padded},
 };
 
-/// `y = f(x · weight + bias)`.
-#[derive(Clone, Debug)]
+/// All parameters of a network: of each layer the weight (inputs × outputs, row-major), then the
+/// bias.
+pub(super) type Parameters = Tensor<(usize,), f32, Cpu>;
+
+/// `y = f(x · weight + bias)`: sizes of a layer and its place in the parameters.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Layer {
-    /// inputs × outputs
-    pub weight: Matrix,
-    /// outputs
-    pub bias: Tensor<(usize,), f32, Cpu>,
+    pub inputs: usize,
+    pub outputs: usize,
     pub activation: Activation,
+    /// Index of its first weight in the parameters.
+    start: usize,
+    /// The same in the padded copies of a [`LoadedParameters`].
+    padded_start: usize,
 }
 
 impl Layer {
-    pub fn new(device: &Cpu, sizes: (usize, usize), activation: Activation) -> Self {
-        Self { weight: device.zeros_like(&sizes), bias: device.zeros_like(&(sizes.1,)), activation }
+    /// The layers of a network, in order.
+    pub fn all(shape: &MlpShape) -> Vec<Self> {
+        let (mut start, mut padded_start) = (0, 0);
+        let layer = |(i, sizes): (usize, &[usize])| {
+            let (inputs, outputs) = (sizes[0], sizes[1]);
+            let layer = Self { inputs, outputs, activation: shape.activation(i), start, padded_start };
+            start += (inputs + 1) * outputs;
+            if layer.is_padded() {
+                padded_start += (inputs + 1) * padded(outputs);
+            }
+            layer
+        };
+        shape.sizes.windows(2).enumerate().map(layer).collect()
     }
 
-    pub fn inputs(&self) -> usize {
-        self.weight.shape().0
+    /// Number of weights and biases.
+    pub fn parameters(&self) -> usize {
+        (self.inputs + 1) * self.outputs
     }
 
-    pub fn outputs(&self) -> usize {
-        self.weight.shape().1
+    /// The layer's weight and bias among those of the network.
+    pub fn split<'a>(&self, parameters: &'a [f32]) -> (&'a [f32], &'a [f32]) {
+        parameters[self.start..][..self.parameters()].split_at(self.inputs * self.outputs)
     }
 
-    /// Writes row-major weight and bias, of the layer's sizes.
-    pub fn set(&mut self, weight: &[f32], bias: &[f32]) {
-        self.weight.copy_from(weight);
-        self.bias.copy_from(bias);
+    /// Multiplications for a row.
+    pub fn multiplications(&self) -> usize {
+        self.inputs * self.outputs
     }
 
-    /// Copies of weight and bias, row-major.
-    pub fn values(&self) -> (Vec<f32>, Vec<f32>) {
-        (self.weight.as_vec(), self.bias.as_vec())
+    /// Whether a row of outputs is no whole number of lines, so that kernels need padded copies.
+    pub fn is_padded(&self) -> bool {
+        padded(self.outputs) != self.outputs
     }
 }
 
-impl Layer {
-    /// `self = (1 - tau) * self + tau * online`
-    pub fn blend(&mut self, online: &Layer, tau: f32, scratch: &mut [Buffer; 2]) {
-        blend(&mut self.weight, &online.weight, tau, scratch);
-        blend(&mut self.bias, &online.bias, tau, scratch);
-    }
-}
-
-fn blend<S: Shape>(
-    target: &mut Tensor<S, f32, Cpu>,
-    online: &Tensor<S, f32, Cpu>,
-    tau: f32,
-    [values, input]: &mut [Buffer; 2],
-) {
-    input.resize(online.shape().num_elements());
-    online.copy_into(input);
-    edit(target, values, |target| {
-        Update { rule: Blend { tau }, state: [target], input }.go();
-    });
-}
-
-/// Changes the values of a tensor, by way of a copy.
-pub(super) fn edit<S: Shape>(tensor: &mut Tensor<S, f32, Cpu>, copy: &mut Buffer, change: impl FnOnce(&mut [f32])) {
-    copy.resize(tensor.shape().num_elements());
-    tensor.copy_into(copy);
-    change(copy);
-    tensor.copy_from(copy);
-}
-
-/// A layer's parameters as the kernels want them. dfdx gives no access to the memory of a tensor,
-/// only copies; a layer's copy fits the innermost cache, where it is needed next anyway.
-#[derive(Debug, Default)]
-pub(super) struct LoadedLayer {
-    /// Rows padded to whole lines; followed by rows of any values, so that whole lines of rows
-    /// can be read from every row on.
-    pub weight: Buffer,
-    /// Padded to whole lines.
-    pub bias: Buffer,
+/// The parameters of a network as the kernels want them: rows of whole lines. dfdx gives no access
+/// to the memory of a tensor, only copies; this one is made when the parameters change, not in
+/// every pass, which halves the time of a single action.
+#[derive(Clone, Debug)]
+pub(super) struct LoadedParameters {
+    count: usize,
+    /// All parameters, then room for the reads past the last layer.
     dense: Buffer,
+    /// The layers whose outputs are no whole lines, with padded rows.
+    padded: Buffer,
 }
 
-impl LoadedLayer {
-    pub fn load(&mut self, layer: &Layer) {
-        let (inputs, outputs) = (layer.inputs(), layer.outputs());
-        let row = padded(outputs);
-        self.weight.resize((inputs + LINE) * row);
-        self.bias.resize(row);
-        layer.bias.copy_into(&mut self.bias[..outputs]);
-        if row == outputs {
-            layer.weight.copy_into(&mut self.weight[..inputs * outputs]);
-        } else {
-            self.dense.resize(inputs * outputs);
-            layer.weight.copy_into(&mut self.dense);
-            pad_rows(&self.dense, outputs, &mut self.weight);
-            self.bias[outputs..].fill(0.0);
+impl LoadedParameters {
+    /// Parameters with these values.
+    pub fn new(layers: &[Layer], values: &[f32]) -> Self {
+        let mut loaded = Self { count: values.len(), dense: Buffer::default(), padded: Buffer::default() };
+        // Whole lines of rows are read from every row on.
+        let beyond = LINE * layers.iter().map(|layer| padded(layer.outputs)).max().unwrap_or(0);
+        let padded_layers = layers.iter().filter(|layer| layer.is_padded());
+        let rows = padded_layers.map(|layer| (layer.inputs + 1) * padded(layer.outputs));
+        loaded.dense.resize(values.len() + beyond);
+        loaded.padded.resize(rows.sum::<usize>() + beyond);
+        loaded.edit(layers, |parameters| parameters.copy_from_slice(values));
+        loaded
+    }
+
+    /// Changes the parameters.
+    pub fn edit(&mut self, layers: &[Layer], change: impl FnOnce(&mut [f32])) {
+        change(&mut self.dense[..self.count]);
+        for layer in layers.iter().filter(|layer| layer.is_padded()) {
+            let dense = &self.dense[layer.start..][..layer.parameters()];
+            pad_rows(dense, layer.outputs, &mut self.padded[layer.padded_start..]);
         }
+    }
+
+    /// All parameters, in the order of the tensor.
+    pub fn values(&self) -> &[f32] {
+        &self.dense[..self.count]
+    }
+
+    /// Weight of a layer and all that follows in memory: rows of [`padded`] outputs, after the last
+    /// of which a whole line of rows of any values can be read.
+    pub fn weight(&self, layer: &Layer) -> &[f32] {
+        if layer.is_padded() { &self.padded[layer.padded_start..] } else { &self.dense[layer.start..] }
+    }
+
+    /// Bias of a layer, padded to whole lines.
+    pub fn bias(&self, layer: &Layer) -> &[f32] {
+        let row = padded(layer.outputs);
+        &self.weight(layer)[layer.inputs * row..][..row]
     }
 }
 
@@ -116,24 +128,4 @@ pub(super) fn unpad_rows(rows: &[f32], columns: usize, dense: &mut [f32]) {
     for (to, from) in dense.chunks_exact_mut(columns).zip(padded_rows) {
         to.copy_from_slice(&from[..columns]);
     }
-}
-
-/// `x` with its rows one after the other in memory, as copies out of dfdx need it.
-pub(super) fn dense<T: Tape<f32, Cpu>>(x: Matrix<T>) -> Matrix<T> {
-    let (rows, columns) = *x.shape();
-    // dfdx does not tell strides; addresses do.
-    let at = |i: usize, j: usize| &raw const x[[i, j]] as usize;
-    let is_dense = rows == 0
-        || columns == 0
-        || ((columns == 1 || at(0, 1) - at(0, 0) == size_of::<f32>())
-            && (rows == 1 || at(1, 0) - at(0, 0) == columns * size_of::<f32>()));
-    if is_dense { x } else { x.reshape_like(&(rows, columns)) }
-}
-
-/// The values of `x`, row-major. dfdx's own `as_vec` goes element by element.
-pub(super) fn values(x: &Matrix) -> Vec<f32> {
-    let x = dense(x.clone());
-    let mut values = vec![0.0; x.shape().num_elements()];
-    x.copy_into(&mut values);
-    values
 }

@@ -1,57 +1,31 @@
-//! The multilayer perceptron: parameters as dfdx tensors, the whole stack as one operation.
+//! The multilayer perceptron: parameters as a dfdx tensor, the whole stack as one operation.
 
-use std::{
-    mem,
-    sync::{Arc, Mutex, PoisonError},
-};
+use std::{slice, sync::Arc};
 
 use dfdx::prelude::*;
 use rand::Rng;
 
 use super::{
     Init, Matrix, MlpShape, NnError, TensorFile, TensorFileError,
-    kernel::Buffer,
-    layer::{Layer, dense},
+    kernel::{Blend, Kernel, Update},
+    layer::{Layer, LoadedParameters, Parameters},
+    matrix,
     predict::PredictWorkspace,
-    stack::{self, Backward, Forward, LayerGradients, Workspace},
+    stack::{self, Pass, Pool, Workspace},
 };
 
-/// A stack of dense layers whose parameters are dfdx tensors.
+/// A stack of dense layers whose parameters are one dfdx tensor.
 ///
 /// A clone shares no parameters and no gradients with the original.
 #[derive(Debug)]
 pub struct Mlp {
     shape: MlpShape,
-    /// The device of the parameters, our own: it keeps the memory of their gradients for the next
-    /// step, which no other tensors may fill up.
-    device: Cpu,
-    layers: Vec<Layer>,
-    blending: [Buffer; 2],
+    layers: Arc<[Layer]>,
+    parameters: Parameters,
+    /// Always equal to `parameters`.
+    loaded: Arc<LoadedParameters>,
     training: Pool<Workspace>,
     prediction: Pool<PredictWorkspace>,
-}
-
-/// Memory of passes that are done, for the next ones.
-#[derive(Debug, Default)]
-pub(super) struct Pool<W>(Arc<Mutex<Vec<W>>>);
-
-impl<W> Clone for Pool<W> {
-    /// The same pool.
-    fn clone(&self) -> Self {
-        Self(Arc::clone(&self.0))
-    }
-}
-
-impl<W: Default> Pool<W> {
-    pub fn take(&self) -> W {
-        // A poisoned lock is fine: a workspace has no state that a panic could leave half done.
-        let mut free = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        free.pop().unwrap_or_default()
-    }
-
-    pub fn give_back(&self, workspace: W) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(workspace);
-    }
 }
 
 /// What a forward pass on a tape is differentiated with respect to.
@@ -70,29 +44,18 @@ impl Mlp {
         shape.check()?;
         let init = init.into();
         let last = shape.layers() - 1;
-        let values: Vec<_> =
-            shape.sizes.windows(2).enumerate().map(|(i, s)| init.layer(s[0], s[1], i == last, rng)).collect();
+        let layer = |(i, sizes): (usize, &[usize])| init.layer(sizes[0], sizes[1], i == last, rng);
+        let values = shape.sizes.windows(2).enumerate().flat_map(layer).collect();
         Ok(Self::from_values(shape, values))
     }
 
-    fn from_values(shape: MlpShape, values: Vec<(Vec<f32>, Vec<f32>)>) -> Self {
-        let device = Cpu::default();
-        device.enable_cache();
-        let layers = values
-            .into_iter()
-            .enumerate()
-            .map(|(i, (weight, bias))| {
-                let sizes = (shape.sizes[i], shape.sizes[i + 1]);
-                let mut layer = Layer::new(&device, sizes, shape.activation(i));
-                layer.set(&weight, &bias);
-                layer
-            })
-            .collect();
+    fn from_values(shape: MlpShape, values: Vec<f32>) -> Self {
+        let layers: Arc<[Layer]> = Layer::all(&shape).into();
         Self {
-            shape,
-            device,
+            loaded: LoadedParameters::new(&layers, &values).into(),
+            parameters: Cpu::default().tensor_from_vec(values, (shape.parameters(),)),
             layers,
-            blending: Default::default(),
+            shape,
             training: Pool::default(),
             prediction: Pool::default(),
         }
@@ -107,62 +70,51 @@ impl Mlp {
     ///
     /// # Panics
     /// If `x` has another number of columns than the network has inputs.
-    pub fn forward<T: Tape<f32, Cpu>>(&self, x: Matrix<T>) -> Matrix<T> {
+    pub fn forward(&self, x: Matrix<OwnedTape<f32, Cpu>>) -> Matrix<OwnedTape<f32, Cpu>> {
         self.run(x, Wanted { parameters: true, input: true })
     }
 
     /// As [`forward`](Self::forward) for an `x` that is data: no gradient is computed for it.
-    pub fn forward_data<T: Tape<f32, Cpu>>(&self, x: Matrix<T>) -> Matrix<T> {
+    pub fn forward_data(&self, x: Matrix<OwnedTape<f32, Cpu>>) -> Matrix<OwnedTape<f32, Cpu>> {
         self.run(x, Wanted { parameters: true, input: false })
     }
 
     /// As [`forward`](Self::forward) with the parameters held constant: gradients flow to `x`
     /// only.
-    pub fn forward_frozen<T: Tape<f32, Cpu>>(&self, x: Matrix<T>) -> Matrix<T> {
+    pub fn forward_frozen(&self, x: Matrix<OwnedTape<f32, Cpu>>) -> Matrix<OwnedTape<f32, Cpu>> {
         self.run(x, Wanted { parameters: false, input: true })
     }
 
-    fn run<T: Tape<f32, Cpu>>(&self, x: Matrix<T>, wanted: Wanted) -> Matrix<T> {
+    fn run(&self, x: Matrix<OwnedTape<f32, Cpu>>, wanted: Wanted) -> Matrix<OwnedTape<f32, Cpu>> {
         let (rows, columns) = *x.shape();
         assert_eq!(columns, self.shape.inputs(), "input columns of the network");
-        let (x, mut tape) = dense(x).split_tape();
-        let mut y: Matrix = x.device().zeros_like(&(rows, self.shape.outputs()));
-        let mut values = vec![0.0; rows * self.shape.outputs()];
-        if !T::OWNS_TAPE {
-            let mut workspace = self.prediction.take();
-            workspace.predict_tensor(&self.layers, &x, &mut values);
-            self.prediction.give_back(workspace);
-            y.copy_from(&values);
-            return y.put_tape(tape);
-        }
-        let mut workspace = self.training.take();
-        x.copy_into(workspace.input(rows, &self.layers));
-        stack::forward(&mut [Forward { layers: &self.layers, workspace: &mut workspace }]);
-        workspace.output(&self.layers, &mut values);
-        y.copy_from(&values);
-
-        let (layers, pool, out) = (self.layers.clone(), self.training.clone(), y.clone());
+        let (x, mut tape) = x.contiguous().split_tape();
+        let mut pass = self.pass(rows);
+        x.copy_into(pass.input());
+        stack::forward(slice::from_mut(&mut pass));
+        let outputs = self.shape.outputs();
+        let mut values = vec![0.0; rows * outputs];
+        pass.output(&mut values);
+        let y = matrix(x.device(), values, rows, outputs);
+        let (x, out, parameters) = (x.ghost(), y.ghost(), self.parameters.ghost());
         tape.add_backward_op(move |grads| {
-            let dy = mem::take(&mut **grads.get_or_alloc_mut(&out)?);
-            let mut parameters = wanted.parameters.then(|| take_gradients(&layers, grads)).transpose()?;
-            stack::backward(&mut [Backward {
-                layers: &layers,
-                workspace: &mut workspace,
-                dy: &dy,
-                gradients: parameters.as_deref_mut(),
-                input: wanted.input,
-            }]);
-            if let Some(parameters) = parameters {
-                put_gradients(&layers, parameters, grads)?;
+            let dy = grads.get_or_alloc_mut(&out)?;
+            pass.set_output_gradient(|row| &dy[row * outputs..][..outputs]);
+            stack::backward(slice::from_mut(&mut pass), wanted.input);
+            if wanted.parameters {
+                pass.add_parameter_gradients(grads.get_or_alloc_mut(&parameters)?);
             }
-            **grads.get_or_alloc_mut(&out)? = dy;
             if wanted.input {
-                workspace.add_input_gradient(columns, grads.get_or_alloc_mut(&x)?);
+                pass.add_input_gradient(grads.get_or_alloc_mut(&x)?);
             }
-            pool.give_back(workspace);
             Ok(())
         });
         y.put_tape(tape)
+    }
+
+    /// A pass of `rows` rows with the present parameters.
+    pub(super) fn pass(&self, rows: usize) -> Pass {
+        Pass::new(self.layers.clone(), self.loaded.clone(), &self.training, rows)
     }
 
     /// Outputs for `rows` samples without a tape: `x` holds `rows` × inputs values, `out` becomes
@@ -173,14 +125,10 @@ impl Mlp {
     /// # Panics
     /// If `x.len()` is not `rows` × inputs.
     pub fn predict_into(&self, x: &[f32], rows: usize, out: &mut Vec<f32>) {
-        out.resize(rows * self.shape.outputs(), 0.0);
-        self.predict(x, rows, out);
-    }
-
-    fn predict(&self, x: &[f32], rows: usize, out: &mut [f32]) {
         assert_eq!(x.len(), rows * self.shape.inputs(), "input of the network");
+        out.resize(rows * self.shape.outputs(), 0.0);
         let mut workspace = self.prediction.take();
-        workspace.predict(&self.layers, x, rows, out);
+        workspace.predict(&self.layers, &self.loaded, x, rows, out);
         self.prediction.give_back(workspace);
     }
 
@@ -191,34 +139,41 @@ impl Mlp {
     /// If the networks have different shapes.
     pub fn soft_update(&mut self, online: &Mlp, tau: f32) {
         assert_eq!(self.shape, online.shape, "target and online network");
-        for (target, online) in self.layers.iter_mut().zip(&online.layers) {
-            target.blend(online, tau, &mut self.blending);
-        }
+        let input = online.values();
+        self.edit(|target| Update { rule: Blend { tau }, state: [target], input }.execute());
     }
 
-    /// The layers, for the optimiser.
+    /// Changes the parameters.
+    pub(super) fn edit(&mut self, change: impl FnOnce(&mut [f32])) {
+        // A copy only while a pass with the old values is still kept on a tape.
+        let loaded = Arc::make_mut(&mut self.loaded);
+        loaded.edit(&self.layers, change);
+        self.parameters.copy_from(loaded.values());
+    }
+
+    /// The layers, in the order of their parameters.
     pub(super) fn layers(&self) -> &[Layer] {
         &self.layers
     }
 
-    /// Memory of training passes.
-    pub(super) fn training_pool(&self) -> &Pool<Workspace> {
-        &self.training
+    /// The tensor of all parameters, which a gradient is found by.
+    pub(super) fn parameters(&self) -> &Parameters {
+        &self.parameters
     }
 
-    /// The layers, for the optimiser.
-    pub(super) fn layers_mut(&mut self) -> &mut [Layer] {
-        &mut self.layers
+    /// All parameters.
+    pub(super) fn values(&self) -> &[f32] {
+        self.loaded.values()
     }
 
     /// Adds weights and biases to `file` as `prefix.0.weight` (inputs × outputs), `prefix.0.bias`
     /// and so on.
     pub fn save(&self, file: &mut TensorFile, prefix: &str) {
+        let values = self.values();
         for (i, layer) in self.layers.iter().enumerate() {
-            let (inputs, outputs) = (layer.inputs(), layer.outputs());
-            let (w, b) = layer.values();
-            file.insert(format!("{prefix}.{i}.weight"), vec![inputs, outputs], w);
-            file.insert(format!("{prefix}.{i}.bias"), vec![outputs], b);
+            let (weight, bias) = layer.split(values);
+            file.insert(format!("{prefix}.{i}.weight"), vec![layer.inputs, layer.outputs], weight.to_vec());
+            file.insert(format!("{prefix}.{i}.bias"), vec![layer.outputs], bias.to_vec());
         }
     }
 
@@ -228,58 +183,19 @@ impl Mlp {
     /// When a tensor is missing, has another shape or a value that is not finite.
     pub fn load(shape: MlpShape, file: &TensorFile, prefix: &str) -> Result<Self, TensorFileError> {
         shape.check().map_err(|e| TensorFileError::Metadata { key: prefix.to_owned(), reason: e.to_string() })?;
-        let values = shape
-            .sizes
-            .windows(2)
-            .enumerate()
-            .map(|(i, s)| {
-                Ok((
-                    file.get(&format!("{prefix}.{i}.weight"), &[s[0], s[1]])?.to_vec(),
-                    file.get(&format!("{prefix}.{i}.bias"), &[s[1]])?.to_vec(),
-                ))
-            })
-            .collect::<Result<_, _>>()?;
+        let mut values = Vec::with_capacity(shape.parameters());
+        for (i, sizes) in shape.sizes.windows(2).enumerate() {
+            values.extend_from_slice(file.get(&format!("{prefix}.{i}.weight"), sizes)?);
+            values.extend_from_slice(file.get(&format!("{prefix}.{i}.bias"), &sizes[1..])?);
+        }
         Ok(Self::from_values(shape, values))
     }
 }
 
 impl Clone for Mlp {
-    /// A network with equal parameters of its own: tensors get new identities, so the gradients
+    /// A network with equal parameters of its own: its tensor gets a new identity, so the gradients
     /// of the two are kept apart on one tape.
     fn clone(&self) -> Self {
-        let values = self.layers.iter().map(Layer::values).collect();
-        Self::from_values(self.shape.clone(), values)
+        Self::from_values(self.shape.clone(), self.values().to_vec())
     }
-}
-
-impl Drop for Mlp {
-    fn drop(&mut self) {
-        // dfdx does not free the memory a device has kept.
-        self.device.disable_cache();
-    }
-}
-
-/// Takes the gradients of all parameters out of `grads`; 0 where there are none.
-pub(super) fn take_gradients(
-    layers: &[Layer],
-    grads: &mut Gradients<f32, Cpu>,
-) -> Result<Vec<LayerGradients>, CpuError> {
-    let take = |layer: &Layer| {
-        let weight = mem::take(&mut **grads.get_or_alloc_mut(&layer.weight)?);
-        Ok((weight, mem::take(&mut **grads.get_or_alloc_mut(&layer.bias)?)))
-    };
-    layers.iter().map(take).collect()
-}
-
-/// Puts back what [`take_gradients`] took.
-pub(super) fn put_gradients(
-    layers: &[Layer],
-    taken: Vec<LayerGradients>,
-    grads: &mut Gradients<f32, Cpu>,
-) -> Result<(), CpuError> {
-    for (layer, (weight, bias)) in layers.iter().zip(taken) {
-        **grads.get_or_alloc_mut(&layer.weight)? = weight;
-        **grads.get_or_alloc_mut(&layer.bias)? = bias;
-    }
-    Ok(())
 }

@@ -1,20 +1,34 @@
 //! Networks on dfdx: fused multilayer perceptrons, resumable optimisers, weights on disk.
 //!
-//! - [`Mlp`]: a stack of dense layers whose parameters are dfdx tensors on the
+//! - [`Mlp`]: a stack of dense layers whose parameters are one dfdx tensor on the
 //!   [`dfdx::tensor::Cpu`]. A whole stack joins dfdx's tape as *one* operation.
 //! - [`sum_of_branches`]: several such stacks side by side, their outputs summed by row.
 //! - [`rows`]: the few differentiable row operations that graphs and critics need.
 //! - [`Optimiser`]: Adam, SGD or RMSprop with a state that can be saved and restored.
 //! - [`TensorFile`]: named tensors and text metadata as safetensors bytes.
 //!
-//! The room knows vectors only: a batch is a matrix with one sample a row. Nothing here draws
+//! The module knows vectors only: a batch is a matrix with one sample a row. Nothing here draws
 //! from dfdx's device generator, whose state cannot be saved.
+//!
+//! # What dfdx does, and what is done here
+//! Tensors, tape, gradients, losses and element-wise operations are dfdx's. Done here is what it
+//! lacks or what is measurably faster (one core, AVX2 or AVX-512; `mge bench` times the whole):
+//!
+//! - **Fused stacks.** A training step of 17 layers of 64 on 128 rows takes 2.6 ms with dfdx's own
+//!   operations, of which 1.9 ms are a scalar `tanh` and the rest mostly copies between layers; as
+//!   one operation with vectorised kernels it takes a quarter of that.
+//! - **Instructions chosen at run time.** Without FMA the same kernels take twice as long, and a
+//!   program compiled for every processor cannot assume it.
+//! - **Optimisers.** Those of dfdx keep their moments private, so that a training could not be
+//!   resumed to the same bits.
+//! - **Kept workspaces and parameters in the kernels' layout.** See their types.
 
 mod branch;
 mod error;
 mod init;
 mod kernel;
 mod layer;
+mod matrix;
 mod mlp;
 mod optimiser;
 mod predict;
@@ -28,21 +42,8 @@ mod tests;
 pub use branch::{Branch, sum_of_branches};
 pub use error::{NnError, TensorFileError};
 pub use init::{Init, InitScheme};
+pub use matrix::{Matrix, matrix};
 pub use mlp::Mlp;
 pub use optimiser::{Optimiser, OptimiserKind};
 pub use shape::{Activation, MlpShape};
 pub use tensor_file::TensorFile;
-
-use dfdx::tensor::{Cpu, NoneTape, Tensor, TensorFromVec};
-
-/// A row-major matrix on the CPU: one sample a row.
-pub type Matrix<T = NoneTape> = Tensor<(usize, usize), f32, Cpu, T>;
-
-/// A matrix of `rows` × `columns` from its row-major `values`.
-///
-/// # Panics
-/// If `values.len() != rows * columns`.
-pub fn matrix(device: &Cpu, values: Vec<f32>, rows: usize, columns: usize) -> Matrix {
-    assert_eq!(values.len(), rows * columns, "a {rows} x {columns} matrix");
-    device.tensor_from_vec(values, (rows, columns))
-}

@@ -1,15 +1,11 @@
 //! Optimisers whose whole state can be saved: the paper's sweep set of Adam, SGD and RMSprop.
 
-use dfdx::prelude::{Cpu, Gradients};
-use rayon::prelude::*;
+use dfdx::prelude::{Cpu, CpuError, Gradients};
 use serde::{Deserialize, Serialize};
 
 use super::{
     Mlp, NnError, TensorFile, TensorFileError,
-    kernel::{Adam, Buffer, Kernel, RmsProp, Sgd, SumOfSquares, Update},
-    layer::{Layer, edit},
-    mlp::{put_gradients, take_gradients},
-    stack::LayerGradients,
+    kernel::{Adam, Kernel, LINE, RmsProp, Sgd, SumOfSquares, Update},
 };
 
 /// The optimisers of the paper's hyperparameter sweeps (tables 1 and 2), with the constants that
@@ -81,39 +77,19 @@ impl Optimiser {
         if found != self.parameters {
             return Err(NnError::OptimiserMismatch { expected: self.parameters, found });
         }
-        let mut gradients = Vec::with_capacity(networks.len());
-        for network in networks.iter() {
-            gradients.push(take_gradients(network.layers(), grads)?);
+        let norm = norm(networks, grads)?;
+        if !norm.is_finite() {
+            return Err(NnError::NotFinite { norm });
         }
-        let threads = self.parameters >= WORTH_A_THREAD && rayon::current_num_threads() > 1;
-        let norm = norm(&gradients, threads);
-        if norm.is_finite() {
-            self.steps += 1;
-            self.step(networks, &gradients, rate, threads);
-        }
-        for (network, gradients) in networks.iter().zip(gradients) {
-            put_gradients(network.layers(), gradients, grads)?;
-        }
-        if norm.is_finite() { Ok(norm) } else { Err(NnError::NotFinite { norm }) }
-    }
-
-    fn step(&mut self, networks: &mut [&mut Mlp], gradients: &[Vec<LayerGradients>], rate: f32, threads: bool) {
+        self.steps += 1;
         let rule = AnyRule::new(self.kind, self.steps, rate);
         let (mut mean, mut square) = (&mut self.mean[..], &mut self.square[..]);
-        let mut work = Vec::new();
-        for (network, gradients) in networks.iter_mut().zip(gradients) {
-            for (layer, (weight, bias)) in network.layers_mut().iter_mut().zip(gradients) {
-                let n = weight.len() + bias.len();
-                let (mean, square) = (split_front(&mut mean, n), split_front(&mut square, n));
-                work.push(LayerStep { layer, weight, bias, mean, square });
-            }
+        for network in networks {
+            let gradient = grads.get_or_alloc_mut(network.parameters())?;
+            let (mean, square) = (split_front(&mut mean, gradient.len()), split_front(&mut square, gradient.len()));
+            network.edit(|parameters| rule.apply(Step { parameters, gradient, mean, square }));
         }
-        if threads {
-            work.into_par_iter().for_each_init(Buffer::default, |copy, layer| layer.run(rule, copy));
-        } else {
-            let mut copy = Buffer::default();
-            work.into_iter().for_each(|layer| layer.run(rule, &mut copy));
-        }
+        Ok(norm)
     }
 
     /// Adds moments to `file` as `prefix.mean` and `prefix.square`, kind and step count to its
@@ -156,18 +132,18 @@ struct State {
     parameters: usize,
 }
 
-/// Parameters below which a second thread costs more than it brings.
-const WORTH_A_THREAD: usize = 50_000;
-
 /// Euclidean norm; infinite or NaN if any gradient is (or if the squares exceed the range of
 /// `f32`, which is divergence as well). Summed layer by layer, in order.
-fn norm(gradients: &[Vec<LayerGradients>], threads: bool) -> f64 {
-    let square = |g: &[f32]| f64::from(SumOfSquares(g).go());
-    let layer = |(weight, bias): &LayerGradients| square(weight) + square(bias);
-    let layers: Vec<&LayerGradients> = gradients.iter().flatten().collect();
-    let squares: Vec<f64> =
-        if threads { layers.into_par_iter().map(layer).collect() } else { layers.into_iter().map(layer).collect() };
-    squares.iter().sum::<f64>().sqrt()
+fn norm(networks: &[&mut Mlp], grads: &mut Gradients<f32, Cpu>) -> Result<f64, CpuError> {
+    let mut squares = 0.0;
+    for network in networks {
+        let gradient = grads.get_or_alloc_mut(network.parameters())?;
+        for layer in network.layers() {
+            let (weight, bias) = layer.split(gradient);
+            squares += f64::from(SumOfSquares(weight).execute()) + f64::from(SumOfSquares(bias).execute());
+        }
+    }
+    Ok(squares.sqrt())
 }
 
 /// The first `n` elements of `rest`, which loses them; nothing if it is empty.
@@ -201,30 +177,41 @@ impl AnyRule {
         }
     }
 
-    fn apply(self, parameters: &mut [f32], g: &[f32], mean: &mut [f32], square: &mut [f32]) {
+    /// Applies the rule to all parameters of a network, the halves of many side by side.
+    fn apply(self, step: Step<'_>) {
+        if step.parameters.len() > MIN_PER_THREAD {
+            let (front, back) = step.halves();
+            rayon::join(|| self.apply(front), || self.apply(back));
+            return;
+        }
+        let Step { parameters, gradient: input, mean, square } = step;
         match self {
-            Self::Adam(rule) => Update { rule, state: [parameters, mean, square], input: g }.go(),
-            Self::RmsProp(rule) => Update { rule, state: [parameters, square], input: g }.go(),
-            Self::Sgd(rule) => Update { rule, state: [parameters], input: g }.go(),
+            Self::Adam(rule) => Update { rule, state: [parameters, mean, square], input }.execute(),
+            Self::RmsProp(rule) => Update { rule, state: [parameters, square], input }.execute(),
+            Self::Sgd(rule) => Update { rule, state: [parameters], input }.execute(),
         }
     }
 }
 
-/// One layer's part of a step.
-struct LayerStep<'a> {
-    layer: &'a mut Layer,
-    weight: &'a [f32],
-    bias: &'a [f32],
+/// Parameters below which a second thread costs more than it brings.
+const MIN_PER_THREAD: usize = 50_000;
+
+/// Parameters, their gradient, and their moments where the optimiser has them.
+struct Step<'a> {
+    parameters: &'a mut [f32],
+    gradient: &'a [f32],
     mean: &'a mut [f32],
     square: &'a mut [f32],
 }
 
-impl LayerStep<'_> {
-    fn run(mut self, rule: AnyRule, copy: &mut Buffer) {
-        let n = self.weight.len();
-        let (mean, square) = (split_front(&mut self.mean, n), split_front(&mut self.square, n));
-        edit(&mut self.layer.weight, copy, |p| rule.apply(p, self.weight, mean, square));
-        edit(&mut self.layer.bias, copy, |p| rule.apply(p, self.bias, self.mean, self.square));
+impl<'a> Step<'a> {
+    fn halves(mut self) -> (Self, Self) {
+        let half = (self.parameters.len() / 2).next_multiple_of(LINE);
+        let (gradient, rest) = self.gradient.split_at(half);
+        self.gradient = rest;
+        let [parameters, mean, square] =
+            [&mut self.parameters, &mut self.mean, &mut self.square].map(|rest| split_front(rest, half));
+        (Self { parameters, gradient, mean, square }, self)
     }
 }
 
@@ -262,10 +249,6 @@ mod tests {
         last
     }
 
-    fn weights(net: &Mlp) -> Vec<(Vec<f32>, Vec<f32>)> {
-        net.layers().iter().map(Layer::values).collect()
-    }
-
     #[test]
     fn every_kind_learns() {
         for (kind, rate) in KINDS.into_iter().zip([1e-2, 0.1, 1e-3]) {
@@ -286,8 +269,7 @@ mod tests {
         let mut net = Mlp::new(shape, InitScheme::FanIn, &mut rng).unwrap();
         let mut optimiser = Optimiser::new(OptimiserKind::Adam, &[&net]);
         let device = Cpu::default();
-        let (w, b) = net.layers()[0].values();
-        let mut theirs = (device.tensor([w[0]]), device.tensor([b[0]]));
+        let mut theirs = (device.tensor([net.values()[0]]), device.tensor([net.values()[1]]));
         let mut adam = dfdx::optim::Adam::new(&theirs, dfdx::optim::AdamConfig { lr: 0.05, ..Default::default() });
         let x = matrix(&device, vec![0.7], 1, 1);
         for _ in 0..50 {
@@ -296,9 +278,9 @@ mod tests {
             let (w, b) = &theirs;
             let grads = (w.leaky_trace() * 0.7 + b.clone() - 1.0).square().mean().backward();
             dfdx::optim::Optimizer::update(&mut adam, &mut theirs, &grads).unwrap();
-            let (w, b) = net.layers()[0].values();
-            assert!((w[0] - theirs.0.array()[0]).abs() < 1e-5, "{} {:?}", w[0], theirs.0.array());
-            assert!((b[0] - theirs.1.array()[0]).abs() < 1e-5);
+            for (ours, theirs) in net.values().iter().zip([theirs.0.array()[0], theirs.1.array()[0]]) {
+                assert!((ours - theirs).abs() < 1e-5, "{ours} {theirs}");
+            }
         }
     }
 
@@ -317,7 +299,7 @@ mod tests {
             assert_eq!(loaded, optimiser);
             train(&mut net, &mut optimiser, 1e-2, 5);
             train(&mut loaded_net, &mut loaded, 1e-2, 5);
-            assert_eq!(weights(&loaded_net), weights(&net));
+            assert_eq!(loaded_net.values(), net.values());
             assert_eq!(loaded, optimiser);
         }
     }
@@ -328,13 +310,13 @@ mod tests {
             let mut net = network(4);
             let mut optimiser = Optimiser::new(OptimiserKind::Adam, &[&net]);
             train(&mut net, &mut optimiser, 1e-2, 3);
-            let (before, state) = (weights(&net), optimiser.clone());
+            let (before, state) = (net.values().to_vec(), optimiser.clone());
             let x = matrix(&Cpu::default(), vec![bad, 1.0], 1, 2);
             let loss = net.forward_data(x.leaky_trace()).square().mean() * bad;
             let mut grads = loss.backward();
             let error = optimiser.update(&mut [&mut net], &mut grads, 1e-2).unwrap_err();
             assert!(matches!(error, NnError::NotFinite { norm } if !norm.is_finite()));
-            assert_eq!((weights(&net), optimiser), (before, state));
+            assert_eq!((net.values(), optimiser), (&before[..], state));
         }
     }
 

@@ -1,44 +1,29 @@
 //! Prediction: a forward pass that keeps nothing for a backward pass.
 
-use dfdx::shapes::HasShape;
 use rayon::prelude::*;
 
 use super::{
-    Matrix,
     kernel::{Buffer, padded},
-    layer::{Layer, LoadedLayer, unpad_rows},
+    layer::{Layer, LoadedParameters, unpad_rows},
     stack::{Rows, dense, multiplications, threads_for},
 };
 
-/// Memory of a prediction that keeps nothing for a backward pass.
+/// Memory of a prediction.
 #[derive(Debug, Default)]
 pub(super) struct PredictWorkspace {
-    x: Buffer,
     threads: Vec<PredictSpace>,
 }
 
+/// Outputs of the layer before and of the present one.
 #[derive(Debug, Default)]
-struct PredictSpace {
-    layer: LoadedLayer,
-    outputs: [Buffer; 2],
-}
+struct PredictSpace([Buffer; 2]);
 
 /// Rows that pass through all layers together: their values stay in the second-level cache.
 const CHUNK: usize = 192;
 
 impl PredictWorkspace {
-    /// `y` = outputs for the rows of `x`, whose memory is dense.
-    pub fn predict_tensor(&mut self, layers: &[Layer], x: &Matrix, y: &mut [f32]) {
-        let (rows, columns) = *x.shape();
-        let mut values = std::mem::take(&mut self.x);
-        values.resize(rows * columns);
-        x.copy_into(&mut values);
-        self.predict(layers, &values, rows, y);
-        self.x = values;
-    }
-
     /// `y` = outputs for `rows` rows of `x`; both dense.
-    pub fn predict(&mut self, layers: &[Layer], x: &[f32], rows: usize, y: &mut [f32]) {
+    pub fn predict(&mut self, layers: &[Layer], parameters: &LoadedParameters, x: &[f32], rows: usize, y: &mut [f32]) {
         let (Some(first), Some(last)) = (layers.first(), layers.last()) else { return };
         if rows == 0 {
             return;
@@ -46,34 +31,33 @@ impl PredictWorkspace {
         let count = threads_for(rows * multiplications(layers)).min(rows);
         self.threads.resize_with(count, Default::default);
         let share = rows.div_ceil(count);
-        let (x_share, y_share) = (share * first.inputs(), share * last.outputs());
+        let (x_share, y_share) = (share * first.inputs, share * last.outputs);
         if count == 1 {
-            self.threads[0].predict(layers, x, y);
+            self.threads[0].predict(layers, parameters, x, y);
         } else {
             let parts = x.par_chunks(x_share).zip(y.par_chunks_mut(y_share));
-            self.threads.par_iter_mut().zip(parts).for_each(|(space, (x, y))| space.predict(layers, x, y));
+            self.threads.par_iter_mut().zip(parts).for_each(|(space, (x, y))| space.predict(layers, parameters, x, y));
         }
     }
 }
 
 impl PredictSpace {
-    fn predict(&mut self, layers: &[Layer], x: &[f32], y: &mut [f32]) {
-        let (inputs, outputs) = (layers[0].inputs(), layers[layers.len() - 1].outputs());
+    fn predict(&mut self, layers: &[Layer], parameters: &LoadedParameters, x: &[f32], y: &mut [f32]) {
+        let (inputs, outputs) = (layers[0].inputs, layers[layers.len() - 1].outputs);
         for (x, y) in x.chunks(CHUNK * inputs).zip(y.chunks_mut(CHUNK * outputs)) {
             let rows = x.len() / inputs;
             for (i, layer) in layers.iter().enumerate() {
-                self.layer.load(layer);
-                let [from, to] = &mut self.outputs;
-                to.resize(rows * padded(layer.outputs()));
-                let columns = layer.inputs();
+                let [from, to] = &mut self.0;
+                to.resize(rows * padded(layer.outputs));
+                let columns = layer.inputs;
                 let (values, row) = match i {
                     0 => (x, columns),
                     _ => (&from[..], padded(columns)),
                 };
-                dense(layer, &self.layer, rows, Rows { values, row }, to);
-                self.outputs.swap(0, 1);
+                dense(layer, parameters, rows, Rows { values, row }, to);
+                self.0.swap(0, 1);
             }
-            unpad_rows(&self.outputs[0], outputs, y);
+            unpad_rows(&self.0[0], outputs, y);
         }
     }
 }

@@ -2,10 +2,7 @@
 
 use dfdx::prelude::*;
 
-use super::{
-    Matrix,
-    layer::{dense, values},
-};
+use super::Matrix;
 
 /// `a` and `b` side by side: the rows of `a`, each followed by the same row of `b`. No gradient is
 /// computed for a `b` without a tape.
@@ -17,8 +14,8 @@ where
     T: Tape<f32, Cpu> + Merge<R>,
     R: Tape<f32, Cpu>,
 {
-    let (a, tape) = dense(a).split_tape();
-    let (b, other) = dense(b).split_tape();
+    let (a, tape) = a.contiguous().split_tape();
+    let (b, other) = b.contiguous().split_tape();
     join(a, b, tape.merge(other), [true, R::OWNS_TAPE])
 }
 
@@ -27,8 +24,8 @@ where
 /// # Panics
 /// If the numbers of rows differ.
 pub fn prepend_columns<T: Tape<f32, Cpu>>(data: &Matrix, x: Matrix<T>) -> Matrix<T> {
-    let (x, tape) = dense(x).split_tape();
-    join(data.clone(), x, tape, [false, true])
+    let (x, tape) = x.contiguous().split_tape();
+    join(data.clone().contiguous(), x, tape, [false, true])
 }
 
 fn join<T: Tape<f32, Cpu>>(a: Matrix, b: Matrix, mut tape: T, wanted: [bool; 2]) -> Matrix<T> {
@@ -54,6 +51,13 @@ fn join<T: Tape<f32, Cpu>>(a: Matrix, b: Matrix, mut tape: T, wanted: [bool; 2])
         Ok(())
     });
     out.put_tape(tape)
+}
+
+/// The values of a contiguous `x`, row-major. dfdx's own `as_vec` goes element by element.
+fn values(x: &Matrix) -> Vec<f32> {
+    let mut values = vec![0.0; x.shape().num_elements()];
+    x.copy_into(&mut values);
+    values
 }
 
 #[cfg(test)]

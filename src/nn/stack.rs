@@ -6,14 +6,53 @@
 //! the spans in order. Kernels sum every element in the order of the rows however they are cut,
 //! so all results are the same to the bit for any number of threads.
 
+use std::{
+    mem,
+    sync::{Arc, Mutex, PoisonError},
+};
+
 use rayon::prelude::*;
 
 use super::{
     kernel::{Buffer, ColumnSums, Derivative, Epilogue, Kernel, Product, Start, Transpose, padded},
-    layer::{Layer, LoadedLayer, pad_rows, unpad_rows},
+    layer::{Layer, LoadedParameters, pad_rows, unpad_rows},
 };
 
-/// Memory of one forward pass and, if it is kept, the backward pass that follows.
+/// Memory of passes that are done, for the next ones: a pass of the paper's 17 layers over 128 rows
+/// needs more than a megabyte, which the operating system would have to clear for each.
+#[derive(Debug, Default)]
+pub(super) struct Pool<W>(Arc<Mutex<Vec<W>>>);
+
+impl<W> Clone for Pool<W> {
+    /// The same pool.
+    fn clone(&self) -> Self {
+        Self(Arc::clone(&self.0))
+    }
+}
+
+impl<W: Default> Pool<W> {
+    pub fn take(&self) -> W {
+        // A poisoned lock is fine: a workspace has no state that a panic could leave half done.
+        let mut free = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        free.pop().unwrap_or_default()
+    }
+
+    pub fn give_back(&self, workspace: W) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(workspace);
+    }
+}
+
+/// One network's pass over a batch: its input is filled, [`forward`] runs, then, if wanted, the
+/// gradient of its output is set and [`backward`] runs.
+#[derive(Debug)]
+pub(super) struct Pass {
+    layers: Arc<[Layer]>,
+    parameters: Arc<LoadedParameters>,
+    workspace: Workspace,
+    pool: Pool<Workspace>,
+}
+
+/// Memory of a pass.
 #[derive(Debug, Default)]
 pub(super) struct Workspace {
     rows: usize,
@@ -22,8 +61,8 @@ pub(super) struct Workspace {
     /// The first `cuts` are in use, the others keep their memory.
     spans: Vec<Span>,
     cuts: usize,
-    /// Padded gradients of a layer whose outputs are no whole lines, a buffer a layer.
-    padded_gradients: Vec<[Buffer; 2]>,
+    /// Padded gradients of the layers whose outputs are no whole lines.
+    padded_sums: Vec<Buffer>,
 }
 
 /// The input of a layer.
@@ -47,159 +86,86 @@ struct Span {
     slopes: Vec<Buffer>,
     /// dL/dx, rows padded.
     dx: Buffer,
-    layer: LoadedLayer,
     transposed: Buffer,
 }
 
-/// Gradients of one layer's weight and bias, dense.
-pub(super) type LayerGradients = (Vec<f32>, Vec<f32>);
-
 /// Multiplications below which a second thread costs more than it brings.
-const WORTH_A_THREAD: usize = 1 << 20;
+const MULTIPLICATIONS_PER_THREAD: usize = 1 << 20;
 
 /// Rows below which a span of its own costs more than uneven shares.
-const WORTH_A_SPAN: usize = 8;
+const MIN_SPAN_ROWS: usize = 8;
 
-/// One stack in a forward pass.
-pub(super) struct Forward<'a> {
-    pub layers: &'a [Layer],
-    pub workspace: &'a mut Workspace,
-}
-
-/// Runs all layers of the stacks and keeps what [`backward`] needs.
-pub(super) fn forward(stacks: &mut [Forward<'_>]) {
-    let mut shares = shares(cut(stacks));
-    for Forward { layers, workspace } in stacks {
-        let layers = *layers;
-        let (input, spans) = (&workspace.input, &mut workspace.spans[..workspace.cuts]);
-        spans.iter_mut().for_each(|span| shares[span.share].push((layers, input, span)));
-    }
-    each(shares, |(layers, input, span)| span.forward(layers, input));
-}
-
-/// One stack in a backward pass, after the forward pass with the same workspace.
-pub(super) struct Backward<'a> {
-    pub layers: &'a [Layer],
-    pub workspace: &'a mut Workspace,
-    /// dL/dy, dense.
-    pub dy: &'a [f32],
-    /// A pair a layer, to be added to, if wanted.
-    pub gradients: Option<&'a mut [LayerGradients]>,
-    /// Whether dL/dx is wanted.
-    pub input: bool,
-}
-
-/// Propagates every `dy` back through its stack.
-pub(super) fn backward(stacks: &mut [Backward<'_>]) {
-    enum Work<'s, 'a> {
-        /// A batch that is not cut: gradients are summed layer by layer on the way.
-        Batch(&'s mut Backward<'a>),
-        Span {
-            span: &'s mut Span,
-            layers: &'a [Layer],
-            dy: &'a [f32],
-            first: usize,
-        },
-    }
-    let last_share = stacks.iter().flat_map(|stack| stack.workspace.spans()).map(|span| span.share).max();
-    let mut passes = shares(last_share.map_or(0, |share| share + 1));
-    for stack in &mut *stacks {
-        if let [span] = stack.workspace.spans() {
-            passes[span.share].push(Work::Batch(stack));
-            continue;
-        }
-        let (layers, dy, first) = (stack.layers, stack.dy, stack.first());
-        let Workspace { spans, cuts, .. } = &mut *stack.workspace;
-        for span in &mut spans[..*cuts] {
-            passes[span.share].push(Work::Span { span, layers, dy, first });
+/// Runs all layers of the passes and keeps what [`backward`] needs.
+pub(super) fn forward(passes: &mut [Pass]) {
+    let mut shares = shares(cut(passes));
+    for Pass { layers, parameters, workspace, .. } in passes {
+        let input = &workspace.input;
+        for span in &mut workspace.spans[..workspace.cuts] {
+            shares[span.share].push((&**layers, &**parameters, input, span));
         }
     }
-    each(passes, |work| match work {
-        Work::Batch(stack) => stack.run(),
-        Work::Span { span, layers, dy, first } => {
-            span.start_backward(layers, dy);
-            (first..layers.len()).rev().for_each(|i| span.backward(i, layers));
+    for_each_share(shares, |(layers, parameters, input, span)| span.forward(layers, parameters, input));
+}
+
+/// Propagates the gradients of the outputs back through the layers of the passes; through the first
+/// layer only if the gradients of the inputs are wanted.
+pub(super) fn backward(passes: &mut [Pass], inputs: bool) {
+    let last_share = passes.iter().flat_map(|pass| pass.workspace.spans()).map(|span| span.share).max();
+    let mut shares = shares(last_share.map_or(0, |share| share + 1));
+    for Pass { layers, parameters, workspace, .. } in passes {
+        for span in &mut workspace.spans[..workspace.cuts] {
+            shares[span.share].push((&**layers, &**parameters, span));
         }
+    }
+    let first = usize::from(!inputs);
+    for_each_share(shares, |(layers, parameters, span)| {
+        span.start_backward(layers);
+        (first..layers.len()).rev().for_each(|i| span.backward(i, layers, parameters));
     });
-    let cut = stacks.iter_mut().filter(|stack| stack.workspace.cuts > 1);
-    let sums: Vec<_> = cut.flat_map(Backward::sums).collect();
-    sums.into_par_iter().for_each(ParameterSum::run);
 }
 
-impl Backward<'_> {
-    /// The first layer whose input gradient is wanted.
-    fn first(&self) -> usize {
-        usize::from(!self.input)
-    }
-
-    /// The whole pass of a batch that is not cut.
-    fn run(&mut self) {
-        let (layers, first) = (self.layers, self.first());
-        let Workspace { input, spans, padded_gradients, .. } = &mut *self.workspace;
-        padded_gradients.resize_with(layers.len(), Default::default);
-        spans[0].start_backward(layers, self.dy);
-        for i in (0..layers.len()).rev() {
-            if let Some(gradients) = &mut self.gradients {
-                let (spans, space, sum) = (&spans[..1], &mut padded_gradients[i], &mut gradients[i]);
-                ParameterSum { i, layers, input: &*input, spans, space, sum }.run();
-            }
-            if i >= first {
-                spans[0].backward(i, layers);
-            }
-        }
-    }
-
-    /// The sums over a batch that is cut, one a layer.
-    fn sums(&mut self) -> impl Iterator<Item = ParameterSum<'_>> {
-        let layers = self.layers;
-        let Workspace { input, spans, cuts, padded_gradients, .. } = &mut *self.workspace;
-        padded_gradients.resize_with(layers.len(), Default::default);
-        let (input, spans) = (&*input, &spans[..*cuts]);
-        let sums = self.gradients.iter_mut().flat_map(|gradients| gradients.iter_mut()).zip(padded_gradients);
-        sums.enumerate().map(move |(i, (sum, space))| ParameterSum { i, layers, input, spans, space, sum })
-    }
-}
-
-/// Cuts the batches of all stacks into spans, the same share of multiplications for each thread
+/// Cuts the batches of all passes into spans, the same share of multiplications for each thread
 /// that is worth it. Returns the number of shares.
-fn cut(stacks: &mut [Forward<'_>]) -> usize {
-    let total = stacks.iter().map(|stack| stack.workspace.rows * multiplications(stack.layers)).sum();
+fn cut(passes: &mut [Pass]) -> usize {
+    let total = passes.iter().map(Pass::multiplications).sum();
     let threads = threads_for(total);
     let mut before = 0;
-    for Forward { layers, workspace } in stacks {
-        let (rows, each) = (workspace.rows, multiplications(layers));
+    for pass in passes {
+        let all = pass.multiplications();
+        let (rows, each) = (pass.workspace.rows, multiplications(&pass.layers));
         // The row at which a share ends.
         let end = |share: usize| match ((total * (share + 1) / threads).saturating_sub(before) / each).min(rows) {
-            row if row < WORTH_A_SPAN => 0,
-            row if row + WORTH_A_SPAN > rows => rows,
+            row if row < MIN_SPAN_ROWS => 0,
+            row if row + MIN_SPAN_ROWS > rows => rows,
             row => row,
         };
+        let spans = &mut pass.workspace.spans;
         let (mut start, mut cuts) = (0, 0);
         for share in 0..threads {
             let end = if share + 1 == threads { rows } else { end(share) };
             if end > start {
-                if workspace.spans.len() == cuts {
-                    workspace.spans.push(Span::default());
+                if spans.len() == cuts {
+                    spans.push(Span::default());
                 }
-                let span = &mut workspace.spans[cuts];
+                let span = &mut spans[cuts];
                 (span.start, span.rows, span.share) = (start, end - start, share);
                 (start, cuts) = (end, cuts + 1);
             }
         }
-        workspace.cuts = cuts;
-        before += rows * each;
+        pass.workspace.cuts = cuts;
+        before += all;
     }
     threads
 }
 
 /// Multiplications for a row.
 pub(super) fn multiplications(layers: &[Layer]) -> usize {
-    layers.iter().map(|layer| layer.inputs() * layer.outputs()).sum()
+    layers.iter().map(Layer::multiplications).sum()
 }
 
 /// Threads that this many multiplications are worth.
 pub(super) fn threads_for(multiplications: usize) -> usize {
-    rayon::current_num_threads().min(multiplications / WORTH_A_THREAD).max(1)
+    rayon::current_num_threads().min(multiplications / MULTIPLICATIONS_PER_THREAD).max(1)
 }
 
 fn shares<T>(count: usize) -> Vec<Vec<T>> {
@@ -207,37 +173,60 @@ fn shares<T>(count: usize) -> Vec<Vec<T>> {
 }
 
 /// Does the work of every share, each on a thread of its own.
-fn each<T: Send>(shares: Vec<Vec<T>>, work: impl Fn(T) + Send + Sync) {
+fn for_each_share<T: Send>(shares: Vec<Vec<T>>, work: impl Fn(T) + Send + Sync) {
     match <[_; 1]>::try_from(shares) {
         Ok([alone]) => alone.into_iter().for_each(work),
         Err(shares) => shares.into_par_iter().for_each(|share| share.into_iter().for_each(&work)),
     }
 }
 
-impl Workspace {
-    /// The input, to be filled before a pass: `rows` × inputs, dense.
-    pub fn input(&mut self, rows: usize, layers: &[Layer]) -> &mut [f32] {
-        self.rows = rows;
-        self.input.resize(rows * layers[0].inputs());
-        &mut self.input
+impl Pass {
+    /// A pass of `rows` rows on memory of the pool.
+    pub fn new(layers: Arc<[Layer]>, parameters: Arc<LoadedParameters>, pool: &Pool<Workspace>, rows: usize) -> Self {
+        let mut workspace = pool.take();
+        workspace.rows = rows;
+        workspace.input.resize(rows * layers[0].inputs);
+        Self { layers, parameters, workspace, pool: pool.clone() }
     }
 
-    fn spans(&self) -> &[Span] {
-        &self.spans[..self.cuts]
+    fn multiplications(&self) -> usize {
+        self.workspace.rows * multiplications(&self.layers)
     }
 
-    /// Copies the outputs, dense.
-    pub fn output(&self, layers: &[Layer], y: &mut [f32]) {
-        let Some(columns) = layers.last().map(Layer::outputs) else { return };
-        for span in self.spans() {
+    /// The input, to be filled before the forward pass: rows × inputs, dense.
+    pub fn input(&mut self) -> &mut [f32] {
+        &mut self.workspace.input
+    }
+
+    /// Copies the outputs, rows × outputs, dense.
+    pub fn output(&self, y: &mut [f32]) {
+        let last = self.layers.len() - 1;
+        let columns = self.layers[last].outputs;
+        for span in self.workspace.spans() {
             let y = &mut y[span.start * columns..][..span.rows * columns];
-            unpad_rows(&span.outputs[layers.len() - 1], columns, y);
+            unpad_rows(&span.outputs[last], columns, y);
+        }
+    }
+
+    /// Takes dL/dy before the backward pass; `row(i)` is that of row `i`.
+    pub fn set_output_gradient<'a>(&mut self, row: impl Fn(usize) -> &'a [f32]) {
+        let last = self.layers.len() - 1;
+        let columns = self.layers[last].outputs;
+        for span in &mut self.workspace.spans[..self.workspace.cuts] {
+            span.slopes.resize_with(self.layers.len(), Buffer::default);
+            let slopes = &mut span.slopes[last];
+            slopes.resize(span.rows * padded(columns));
+            for (i, to) in slopes.chunks_exact_mut(padded(columns)).enumerate() {
+                to[..columns].copy_from_slice(row(span.start + i));
+                to[columns..].fill(0.0);
+            }
         }
     }
 
     /// Adds dL/dx to `dx` (dense), after a backward pass that computed it.
-    pub fn add_input_gradient(&self, columns: usize, dx: &mut [f32]) {
-        for span in self.spans() {
+    pub fn add_input_gradient(&self, dx: &mut [f32]) {
+        let columns = self.layers[0].inputs;
+        for span in self.workspace.spans() {
             let dx = &mut dx[span.start * columns..][..span.rows * columns];
             let rows = span.dx.chunks_exact(padded(columns));
             for (to, from) in dx.chunks_exact_mut(columns).zip(rows) {
@@ -245,39 +234,62 @@ impl Workspace {
             }
         }
     }
+
+    /// Adds the gradients of the parameters, after a backward pass.
+    pub fn add_parameter_gradients(&mut self, gradients: &mut [f32]) {
+        let threads = threads_for(self.multiplications());
+        let Workspace { input, spans, cuts, padded_sums, .. } = &mut self.workspace;
+        padded_sums.resize_with(self.layers.len(), Buffer::default);
+        let (layers, input, spans, mut rest) = (&*self.layers, &**input, &spans[..*cuts], gradients);
+        let mut sums = Vec::with_capacity(layers.len());
+        for (i, space) in padded_sums.iter_mut().enumerate() {
+            let (sum, others) = mem::take(&mut rest).split_at_mut(layers[i].parameters());
+            rest = others;
+            sums.push(ParameterSum { i, layers, input, spans, space, sum });
+        }
+        match threads {
+            1 => sums.into_iter().for_each(ParameterSum::run),
+            _ => sums.into_par_iter().for_each(ParameterSum::run),
+        }
+    }
+}
+
+impl Drop for Pass {
+    fn drop(&mut self) {
+        self.pool.give_back(mem::take(&mut self.workspace));
+    }
+}
+
+impl Workspace {
+    fn spans(&self) -> &[Span] {
+        &self.spans[..self.cuts]
+    }
 }
 
 impl Span {
-    fn forward(&mut self, layers: &[Layer], input: &[f32]) {
+    fn forward(&mut self, layers: &[Layer], parameters: &LoadedParameters, input: &[f32]) {
         self.outputs.resize_with(layers.len(), Buffer::default);
         for (i, layer) in layers.iter().enumerate() {
             let (before, after) = self.outputs.split_at_mut(i);
             let x = input_of(i, layers, input, self.start, before);
-            after[0].resize(self.rows * padded(layer.outputs()));
-            self.layer.load(layer);
-            dense(layer, &self.layer, self.rows, x, &mut after[0]);
+            after[0].resize(self.rows * padded(layer.outputs));
+            dense(layer, parameters, self.rows, x, &mut after[0]);
         }
     }
 
-    /// dL/dz of the last layer from the dense `dy`.
-    fn start_backward(&mut self, layers: &[Layer], dy: &[f32]) {
-        self.slopes.resize_with(layers.len(), Buffer::default);
+    /// dL/dz of the last layer from dL/dy.
+    fn start_backward(&mut self, layers: &[Layer]) {
         let last = layers.len() - 1;
-        let columns = layers[last].outputs();
-        let slopes = &mut self.slopes[last];
-        slopes.resize(self.rows * padded(columns));
-        pad_rows(&dy[self.start * columns..][..self.rows * columns], columns, slopes);
-        Derivative { activation: layers[last].activation, output: &self.outputs[last], gradient: slopes }.go();
+        let (output, gradient) = (&self.outputs[last], &mut self.slopes[last]);
+        Derivative { activation: layers[last].activation, output, gradient }.execute();
     }
 
     /// dL/dz of layer `i - 1` from that of layer `i`; for layer 0, dL/dx.
-    fn backward(&mut self, i: usize, layers: &[Layer]) {
+    fn backward(&mut self, i: usize, layers: &[Layer], parameters: &LoadedParameters) {
         let layer = &layers[i];
-        let (inputs, outputs) = (layer.inputs(), layer.outputs());
-        let (rows, columns) = (padded(inputs), padded(outputs));
-        self.layer.load(layer);
+        let (rows, columns) = (padded(layer.inputs), padded(layer.outputs));
         self.transposed.resize(rows * columns);
-        Transpose { from: &self.layer.weight, rows, columns, to: &mut self.transposed }.go();
+        Transpose { from: parameters.weight(layer), rows, columns, to: &mut self.transposed }.execute();
         let (before, after) = self.slopes.split_at_mut(i);
         let (c, epilogue) = match before.last_mut() {
             Some(slopes) => {
@@ -289,7 +301,7 @@ impl Span {
         c.resize(self.rows * rows);
         Product {
             rows: self.rows,
-            depth: outputs,
+            depth: layer.outputs,
             columns: rows,
             a: &after[0],
             a_row: columns,
@@ -301,13 +313,13 @@ impl Span {
             c_row: rows,
             epilogue,
         }
-        .go();
+        .execute();
     }
 }
 
 /// The input of layer `i` for the rows of a span from `start` on.
 fn input_of<'a>(i: usize, layers: &[Layer], input: &'a [f32], start: usize, outputs: &'a [Buffer]) -> Rows<'a> {
-    let columns = layers[i].inputs();
+    let columns = layers[i].inputs;
     match i {
         0 => Rows { values: &input[start * columns..], row: columns },
         _ => Rows { values: &outputs[i - 1], row: padded(columns) },
@@ -315,23 +327,23 @@ fn input_of<'a>(i: usize, layers: &[Layer], input: &'a [f32], start: usize, outp
 }
 
 /// `y = f(x w + b)` for `rows` rows of `x`.
-pub(super) fn dense(layer: &Layer, loaded: &LoadedLayer, rows: usize, x: Rows<'_>, y: &mut [f32]) {
-    let columns = padded(layer.outputs());
+pub(super) fn dense(layer: &Layer, parameters: &LoadedParameters, rows: usize, x: Rows<'_>, y: &mut [f32]) {
+    let columns = padded(layer.outputs);
     Product {
         rows,
-        depth: layer.inputs(),
+        depth: layer.inputs,
         columns,
         a: x.values,
         a_row: x.row,
         a_depth: 1,
-        b: &loaded.weight,
+        b: parameters.weight(layer),
         b_row: columns,
-        start: Start::Row(&loaded.bias),
+        start: Start::Row(parameters.bias(layer)),
         c: y,
         c_row: columns,
         epilogue: Epilogue::Activate(layer.activation),
     }
-    .go();
+    .execute();
 }
 
 /// The gradients of layer `i`, summed over the rows of all spans in order.
@@ -340,29 +352,26 @@ struct ParameterSum<'a> {
     layers: &'a [Layer],
     input: &'a [f32],
     spans: &'a [Span],
-    space: &'a mut [Buffer; 2],
-    /// What they are added to.
-    sum: &'a mut LayerGradients,
+    space: &'a mut Buffer,
+    /// What they are added to: weight, then bias.
+    sum: &'a mut [f32],
 }
 
 impl ParameterSum<'_> {
     fn run(self) {
-        let Self { i, layers, input, spans, space: [padded_weight, padded_bias], sum: (weight, bias) } = self;
-        let (inputs, outputs) = (layers[i].inputs(), layers[i].outputs());
-        let columns = padded(outputs);
-        let is_padded = columns != outputs;
-        if is_padded {
-            padded_weight.resize(inputs * columns);
-            padded_bias.resize(columns);
-            pad_rows(weight, outputs, padded_weight);
-            pad_rows(bias, outputs, padded_bias);
+        let Self { i, layers, input, spans, space, sum } = self;
+        let layer = &layers[i];
+        let columns = padded(layer.outputs);
+        if layer.is_padded() {
+            space.resize((layer.inputs + 1) * columns);
+            pad_rows(sum, layer.outputs, space);
         }
-        let (dw, db): (&mut [f32], &mut [f32]) =
-            if is_padded { (padded_weight, padded_bias) } else { (&mut weight[..], &mut bias[..]) };
+        let padded_sum = if layer.is_padded() { &mut space[..] } else { &mut *sum };
+        let (dw, db) = padded_sum.split_at_mut(layer.inputs * columns);
         for span in spans {
             let x = input_of(i, layers, input, span.start, &span.outputs);
             Product {
-                rows: inputs,
+                rows: layer.inputs,
                 depth: span.rows,
                 columns,
                 a: x.values,
@@ -375,12 +384,11 @@ impl ParameterSum<'_> {
                 c_row: columns,
                 epilogue: Epilogue::None,
             }
-            .go();
-            ColumnSums { x: &span.slopes[i], sums: db }.go();
+            .execute();
+            ColumnSums { x: &span.slopes[i], sums: db }.execute();
         }
-        if is_padded {
-            unpad_rows(padded_weight, outputs, weight);
-            unpad_rows(padded_bias, outputs, bias);
+        if layer.is_padded() {
+            unpad_rows(space, layer.outputs, sum);
         }
     }
 }

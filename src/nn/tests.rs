@@ -4,7 +4,7 @@ use dfdx::prelude::*;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::mlp::take_gradients;
+use super::layer::Layer;
 use super::{
     Activation, Branch, InitScheme, Matrix, Mlp, MlpShape, NnError, Optimiser, OptimiserKind, TensorFile, matrix,
     sum_of_branches,
@@ -52,6 +52,11 @@ fn plain<T: Tape<f32, Cpu>>(shape: &MlpShape, parameters: &Parameters, mut x: Ma
     x
 }
 
+/// The gradient of all parameters, 0 where there is none.
+fn gradient(net: &Mlp, grads: &mut Gradients<f32, Cpu>) -> Vec<f32> {
+    grads.get_or_alloc_mut(net.parameters()).unwrap().to_vec()
+}
+
 fn close(a: &[f32], b: &[f32], tolerance: f32, what: &str) {
     assert_eq!(a.len(), b.len(), "{what}");
     for (i, (a, b)) in a.iter().zip(b).enumerate() {
@@ -80,7 +85,6 @@ fn fused_network_agrees_with_plain_dfdx() {
                 let y = net.forward(x.leaky_trace());
                 let plain_y = plain(&shape, &plain_parameters, x.leaky_trace());
                 close(&y.as_vec(), &plain_y.as_vec(), 1e-5, &what);
-                close(&net.forward(x.clone()).as_vec(), &y.as_vec(), 0.0, &what);
                 let mut predicted = Vec::new();
                 net.predict_into(&x.as_vec(), rows, &mut predicted);
                 close(&predicted, &y.as_vec(), 0.0, &what);
@@ -88,11 +92,7 @@ fn fused_network_agrees_with_plain_dfdx() {
                 let mut grads = y.square().mean().backward();
                 let plain_grads = plain_y.square().mean().backward();
                 close(&grads.get(&x).as_vec(), &plain_grads.get(&x).as_vec(), 1e-5, &what);
-                let mut mine = Vec::new();
-                for (w, b) in take_gradients(net.layers(), &mut grads).unwrap() {
-                    mine.extend(w);
-                    mine.extend(b);
-                }
+                let mine = gradient(&net, &mut grads);
                 let mut theirs = Vec::new();
                 for (w, b) in &plain_parameters {
                     theirs.extend(plain_grads.get(w).as_vec());
@@ -136,11 +136,11 @@ fn gradients_agree_with_central_differences() {
             let x = random(5, 4, &mut rng);
             let mut grads = net.forward(x.leaky_trace()).square().mean().backward();
             let mut found = wide(grads.get(&x).as_vec());
-            for (w, b) in take_gradients(net.layers(), &mut grads).unwrap() {
-                found.extend(wide(w));
-                found.extend(wide(b));
-            }
-            let mut values: Vec<_> = net.layers().iter().map(|l| l.values()).map(|(w, b)| (wide(w), wide(b))).collect();
+            found.extend(wide(gradient(&net, &mut grads)));
+            let parameters = net.values();
+            let split = |layer: &Layer| layer.split(parameters);
+            let mut values: Vec<_> =
+                net.layers().iter().map(split).map(|(w, b)| (wide(w.to_vec()), wide(b.to_vec()))).collect();
             let mut x = wide(x.as_vec());
             let mut expected = Vec::new();
             let step = 1e-6;
@@ -228,7 +228,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
 }
 
 #[test]
-fn a_row_is_predicted_alike_in_any_company() {
+fn a_row_is_predicted_alike_in_any_batch() {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     let net = Mlp::new(MlpShape::uniform(7, 40, 3, 4, Activation::Relu), InitScheme::FanIn, &mut rng).unwrap();
     let x = random(500, 7, &mut rng).as_vec();
@@ -252,11 +252,10 @@ fn frozen_and_data_passes_leave_out_what_they_say() {
     let mut data = net.forward_data(x.leaky_trace()).square().mean().backward();
     let mut frozen = net.forward_frozen(x.leaky_trace()).square().mean().backward();
     assert_eq!(frozen.get(&x).as_vec(), both.get(&x).as_vec());
-    let of = |grads: &mut Gradients<f32, Cpu>| take_gradients(net.layers(), grads).unwrap();
-    let expected = of(&mut both);
-    assert_eq!(of(&mut data), expected);
-    assert!(expected.iter().all(|(w, _)| w.iter().any(|g| *g != 0.0)));
-    assert!(of(&mut frozen).iter().all(|(w, b)| w.iter().chain(b).all(|g| *g == 0.0)));
+    let expected = gradient(&net, &mut both);
+    assert_eq!(gradient(&net, &mut data), expected);
+    assert!(net.layers().iter().all(|layer| layer.split(&expected).0.iter().any(|g| *g != 0.0)));
+    assert!(gradient(&net, &mut frozen).iter().all(|g| *g == 0.0));
     assert!(data.get_or_alloc_mut(&x).unwrap().iter().all(|g| *g == 0.0));
 }
 
@@ -269,13 +268,9 @@ fn a_network_used_twice_sums_its_gradients() {
     let mut together = (ya + net.forward(b.leaky_trace()).square().sum()).backward();
     let mut first = net.forward(a.leaky_trace()).square().sum().backward();
     let mut second = net.forward(b.leaky_trace()).square().sum().backward();
-    let of = |grads: &mut Gradients<f32, Cpu>| {
-        let taken = take_gradients(net.layers(), grads).unwrap();
-        taken.into_iter().flat_map(|(w, b)| [w, b]).flatten().collect::<Vec<f32>>()
-    };
-    let (first, second) = (of(&mut first), of(&mut second));
+    let (first, second) = (gradient(&net, &mut first), gradient(&net, &mut second));
     let sum: Vec<f32> = first.iter().zip(&second).map(|(a, b)| a + b).collect();
-    close(&of(&mut together), &sum, 1e-6, "gradients");
+    close(&gradient(&net, &mut together), &sum, 1e-6, "gradients");
 }
 
 #[test]
@@ -285,7 +280,7 @@ fn a_view_with_other_strides_is_read_in_its_own_order() {
     let turned = random(4, 6, &mut rng).permute::<_, Axes2<1, 0>>();
     let dense = matrix(&Cpu::default(), turned.as_vec(), 6, 4);
     let y = net.forward(dense.leaky_trace());
-    assert_eq!(net.forward(turned.clone()).as_vec(), y.as_vec());
+    assert_eq!(net.forward(turned.leaky_trace()).as_vec(), y.as_vec());
     let grads = y.square().mean().backward();
     let turned_grads = net.forward(turned.leaky_trace()).square().mean().backward();
     assert_eq!(turned_grads.get(&turned).as_vec(), grads.get(&dense).as_vec());
@@ -299,14 +294,11 @@ fn soft_update_keeps_one_minus_tau_of_the_target() {
     let mut target = Mlp::new(shape, InitScheme::FanIn, &mut rng).unwrap();
     let before = target.clone();
     target.soft_update(&online, 0.1);
-    for i in 0..2 {
-        let [(t, tb), (o, ob), (b, bb)] = [&target, &online, &before].map(|net| net.layers()[i].values());
-        let mix = |b: &[f32], o: &[f32]| -> Vec<f32> { b.iter().zip(o).map(|(b, o)| 0.9 * b + 0.1 * o).collect() };
-        close(&t, &mix(&b, &o), 1e-6, "weight");
-        close(&tb, &mix(&bb, &ob), 1e-6, "bias");
-    }
+    let mix = |(before, online): (&f32, &f32)| 0.9 * before + 0.1 * online;
+    let expected: Vec<f32> = before.values().iter().zip(online.values()).map(mix).collect();
+    close(target.values(), &expected, 1e-6, "parameters");
     target.soft_update(&online, 1.0);
-    assert_eq!(target.layers()[0].values(), online.layers()[0].values());
+    assert_eq!(target.values(), online.values());
 }
 
 #[test]

@@ -84,7 +84,7 @@ impl Measure {
         }
     }
 
-    /// Decimals that tell two models apart.
+    /// Decimals that distinguish two models.
     fn digits(self) -> usize {
         match self {
             Self::OneStep | Self::OneStepContact | Self::ActionContact => 4,
@@ -155,7 +155,7 @@ pub struct AblationReport {
 
 /// Does the ablation of `plan` in `folder`, or what is missing of it. Leaves there every model and
 /// its evaluation, `ablation.json`, `ablation.md` and two figures (at `dpi` dots per inch) with their
-/// CSV. `command` is what makes it again.
+/// CSV. `command` reproduces it.
 ///
 /// # Errors
 /// The first failure; what is done stays, and the next call continues.

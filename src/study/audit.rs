@@ -80,7 +80,7 @@ impl Job for AuditJob<'_> {
         let actor = count_hits(task, &mut actor, episodes, seed);
         handle.set_done(2 * u64::from(episodes));
         let goes_on = |_| !handle.is_stopped();
-        let prior = guidance::build(task, &TruePhysics, "true physics", &GuidanceConfig::default(), seed, goes_on);
+        let prior = guidance::build(task, &TruePhysics, "true physics", &GuidanceConfig::default(), seed, goes_on)?;
         Ok(prior.map(|prior| [uniform, actor, count_hits(task, &mut Guided(&prior), episodes, seed)]))
     }
 }

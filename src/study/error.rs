@@ -21,7 +21,7 @@ pub enum StudyError {
     #[error("{}: {source}", path.display())]
     Io { path: PathBuf, source: std::io::Error },
     /// A file is not what it should be.
-    #[error("{}: {message}: remove it, and the study makes it again", path.display())]
+    #[error("{}: {message}: remove it, and the study will make a new one", path.display())]
     Content { path: PathBuf, message: String },
     /// A dynamics model.
     #[error(transparent)]

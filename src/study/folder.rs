@@ -1,4 +1,4 @@
-//! The folder of a study: it belongs to one plan, and what is in it is not made again.
+//! The folder of a study: it belongs to one plan, and files that exist are used as they are.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};

@@ -2,7 +2,7 @@
 //!
 //! [`reproduce()`] does the whole study of the paper into one folder. Every piece of it
 //! (a model, a count, a training) is a file or run of its own, so that a study that was
-//! interrupted goes on where it was, and one that is finished is only reported again.
+//! interrupted continues, and one that is finished is only reported again.
 
 pub mod ablation;
 pub mod audit;

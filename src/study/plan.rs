@@ -45,7 +45,7 @@ pub struct StudyPlan {
     pub resamples: u32,
 }
 
-/// A method with what tells it from the others of the study.
+/// A method with the settings that distinguish it from the others of the study.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Arm {
     /// The method.
@@ -78,7 +78,7 @@ impl Arm {
         self
     }
 
-    /// What tells it from other arms of the same method and threshold, as in legends.
+    /// The settings that distinguish it from other arms of the same method and threshold, as in legends.
     pub fn differences(&self) -> BTreeMap<String, String> {
         let mut differences = self.settings.clone();
         if self.model != Variant::Full {
@@ -100,7 +100,7 @@ pub struct PlannedRun {
     pub model: Variant,
     /// Whether the task's subgoals are replaced by as many proposed ones.
     pub proposed_subgoals: bool,
-    /// What tells it from other runs of the same method and threshold.
+    /// The settings that distinguish it from other runs of the same method and threshold.
     pub differences: BTreeMap<String, String>,
 }
 
@@ -152,8 +152,8 @@ impl StudyPlan {
     /// Whether a training belongs to one of the paper's own arms, which figure 6 shows.
     pub fn is_of_paper(&self, row: &LearningRow) -> bool {
         figure_6(self.learning_episodes).iter().any(|arm| {
-            let told = (arm.method.name(), arm.epsilon.to_string(), arm.differences());
-            told == (row.method.as_str(), row.epsilon.clone(), row.settings.clone())
+            let known = (arm.method.name(), arm.epsilon.to_string(), arm.differences());
+            known == (row.method.as_str(), row.epsilon.clone(), row.settings.clone())
         })
     }
 

@@ -27,7 +27,7 @@ const EPISODES_PER_EPOCH: f64 = 4.0;
 const EPISODES_PER_PRIOR: u64 = 250;
 const COUNTED_EPISODES_PER_EPISODE: u64 = 8;
 
-/// Does the study of `plan` in `folder`, or what is missing of it. `command` is what makes it again;
+/// Does the study of `plan` in `folder`, or what is missing of it. `command` reproduces it;
 /// figures have `dpi` dots per inch.
 ///
 /// # Errors
@@ -367,19 +367,18 @@ impl RunJob<'_> {
         let subgoals = self.study.folder.cached(&format!("subgoals/{}-{seed}.json", task.name), || {
             let found = rollout_model(&config.prior, task)?;
             // Only uniform actions have no model.
-            Ok(found.map_or_else(Vec::new, |(model, _)| {
-                propose_subgoals(task, &*model, task.subgoals.len(), &config.guidance, *seed, |_| true)
-            }))
+            let Some((model, _)) = found else { return Ok(Vec::new()) };
+            Ok(propose_subgoals(task, &*model, task.subgoals.len(), &config.guidance, *seed, |_| true)?)
         })?;
         Ok(Arc::new(Task { subgoals, ..(**task).clone() }))
     }
 }
 
-/// A run that is there with other settings, as of another version of the program, is no part of
+/// An existing run with other settings, such as one of another version of the program, is no part of
 /// the study. The path of its model may be written differently.
 fn check_run(path: &Path, config: &RunConfig) -> Result<(), StudyError> {
     let Ok(found) = RunDirectory::open(path).and_then(|directory| directory.config::<RunConfig>()) else {
-        // What cannot be read, the training itself will tell of.
+        // The training itself reports what cannot be read.
         return Ok(());
     };
     if (RunConfig { prior: config.prior.clone(), ..found }) == *config {

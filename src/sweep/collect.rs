@@ -12,7 +12,7 @@ use crate::evidence::find_runs;
 use crate::run::{RunDirectory, RunError, RunState};
 
 /// Copies the runs of several sweep folders into the folder `out`, where there may be some
-/// already. Of a run that is there more than once, the copy that got further is taken.
+/// already. Of several copies of a run, the one with more episodes or epochs is taken.
 /// Returns how many runs `out` holds now.
 ///
 /// # Errors
@@ -61,7 +61,7 @@ fn trained_epochs(path: &Path) -> u32 {
     Model::load(&checkpoint_of(&path.join(MODEL))).map_or(0, |model| model.provenance().epoch)
 }
 
-/// Which of two runs of the same name got further.
+/// Which of two copies of a run has more episodes or epochs; of equals, a finished one.
 fn further<'a>(first: &'a Path, second: &'a Path) -> Result<&'a Path, SweepError> {
     let conflict = |problem| Err(SweepError::Conflict { first: first.into(), second: second.into(), problem });
     let config = |path: &Path| RunDirectory::open(path)?.config::<serde_json::Value>();

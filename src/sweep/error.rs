@@ -13,7 +13,7 @@ pub enum SweepError {
     /// The sweep file is not JSON, or not an object of lists.
     #[error(transparent)]
     Syntax(#[from] SyntaxError),
-    /// The sweep file says something that cannot be used.
+    /// The sweep file has a setting or value that cannot be used.
     #[error("{origin}: at {problem}")]
     Invalid {
         /// The sweep file, and the line.

@@ -133,7 +133,7 @@ impl Grid {
 }
 
 impl Work {
-    /// What is said of it at the beginning or end of its name, or does not matter to it.
+    /// Whether a setting is part of the beginning or end of its name anyway, or does not matter to it.
     fn leaves_out(&self, key: &str) -> bool {
         match self {
             Self::Train(config) => super::training::is_named_otherwise(config, key),

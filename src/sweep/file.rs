@@ -18,7 +18,7 @@ pub(super) struct SweepFile {
 /// Settings and their values, in the order of the file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Grid {
-    /// Whether agents or dynamics models are meant; `train` if nothing is said.
+    /// Whether agents or dynamics models are meant; `train` by default.
     pub kind: Option<Value>,
     /// The settings.
     pub axes: Vec<Axis>,

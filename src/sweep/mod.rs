@@ -1,7 +1,7 @@
 //! Sweeps: a file of lists, expanded to many runs or models, worked on in parallel.
 //!
 //! A sweep file is JSON. Every entry is a setting with the list of its values, or with one
-//! value; all combinations are made. `kind` says of what:
+//! value; all combinations are made, of agents or of dynamics models (`kind`):
 //!
 //! ```json
 //! {"task": ["task1", "task3"], "method": ["ddpg", "ddpg-mge"], "epsilon": [0.1, "linear:0.5:0:500"],

@@ -1,4 +1,4 @@
-//! What a sweep found: a row for each of its runs, as CSV and JSON.
+//! The results of a sweep: a row for each of its runs, as CSV and JSON.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -127,7 +127,7 @@ fn models(paths: &[PathBuf]) -> Result<Results, SweepError> {
     Ok(Results { version: 1, kind: "dynamics", rows: found.iter().map(row).collect(), columns })
 }
 
-/// What is said of a model beyond its settings.
+/// The values of a model's row that are not settings.
 fn model_values(job: &ModelJob, result: Option<&ModelResult>) -> BTreeMap<String, Value> {
     let tools = job.tools.iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
     let mut values =

@@ -7,7 +7,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 
 use super::*;
-use crate::batch::{Batch, BatchProgress};
+use crate::batch::{Batch, BatchProgress, JobHandle};
 use crate::dynamics::{ModelConfig, TrainConfig};
 use crate::run::{RunDirectory, RunState};
 use crate::trainer::{Control, Phase, Trainer};
@@ -269,6 +269,10 @@ fn models_are_trained_evaluated_and_told_in_a_table() {
             assert!(row[measure].as_f64().unwrap() > 0.0, "{measure}: {row:?}");
         }
     }
+    let Work::Dynamics(job) = &sweep.jobs[0].work else { panic!("a model") };
+    let handle = JobHandle::default();
+    job.run(&folder.path().join("alone"), "test", &handle).unwrap();
+    assert_eq!(handle.done(), 3, "epochs are the unit of its progress");
     // The model in the folder is the one that was measured.
     let model = crate::dynamics::Model::load(&sweep.jobs[0].folder(folder.path()).join("model.safetensors")).unwrap();
     assert_eq!(model.config().layers, 2);

@@ -21,7 +21,7 @@ fn setting(key: &str) -> &str {
     ALIASES.iter().find(|(alias, _)| *alias == key).map_or(key, |(_, setting)| setting)
 }
 
-/// Whether a run's name need not say this setting as it says others.
+/// Whether a run's name leaves this setting out of its list of settings.
 pub(super) fn is_named_otherwise(config: &RunConfig, key: &str) -> bool {
     ["task", "method", "seed"].contains(&key) || !config.method.uses(setting(key))
 }

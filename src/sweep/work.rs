@@ -84,7 +84,7 @@ impl batch::Job for SweepJob<'_> {
     }
 }
 
-/// Does what is missing of a sweep in `folder`, as [`Batch::run`] says. Finished runs stay as they
+/// Does what is missing of a sweep in `folder`, in the way of [`Batch::run`]. Finished runs stay as they
 /// are, and interrupted ones continue. Returns the failures, names and reasons, in the order of the
 /// jobs.
 ///

@@ -60,15 +60,15 @@ impl Edit {
         let Draft { mut task, mut proposed } = draft.clone();
         match *self {
             Self::AddSubgoal { position, radius } => task.subgoals.push(Region { position, radius }),
-            Self::MoveSubgoal { index, position } => entry(&mut task.subgoals, "subgoals", index)?.position = position,
-            Self::ResizeSubgoal { index, radius } => entry(&mut task.subgoals, "subgoals", index)?.radius = radius,
+            Self::MoveSubgoal { index, position } => entry(&mut task.subgoals, "subgoal", index)?.position = position,
+            Self::ResizeSubgoal { index, radius } => entry(&mut task.subgoals, "subgoal", index)?.radius = radius,
             Self::SwapSubgoals { first, second } => {
-                entry(&mut task.subgoals, "subgoals", first)?;
-                entry(&mut task.subgoals, "subgoals", second)?;
+                entry(&mut task.subgoals, "subgoal", first)?;
+                entry(&mut task.subgoals, "subgoal", second)?;
                 task.subgoals.swap(first, second);
             }
             Self::DeleteSubgoal { index } => {
-                entry(&mut task.subgoals, "subgoals", index)?;
+                entry(&mut task.subgoals, "subgoal", index)?;
                 task.subgoals.remove(index);
             }
             Self::MoveGoal { position } => task.goal.position = position,
@@ -77,14 +77,14 @@ impl Edit {
             Self::AddTool { kind, position, size } => {
                 task.tools.push(ToolSpec { kind, position, form: Form { size, ..Form::default() } });
             }
-            Self::MoveTool { index, position } => entry(&mut task.tools, "tools", index)?.position = position,
-            Self::ResizeTool { index, size } => entry(&mut task.tools, "tools", index)?.form.size = Some(size),
+            Self::MoveTool { index, position } => entry(&mut task.tools, "tool", index)?.position = position,
+            Self::ResizeTool { index, size } => entry(&mut task.tools, "tool", index)?.form.size = Some(size),
             Self::DeleteTool { index } => {
-                entry(&mut task.tools, "tools", index)?;
+                entry(&mut task.tools, "tool", index)?;
                 task.tools.remove(index);
             }
-            Self::MoveProposal { index, position } => entry(&mut proposed, "proposals", index)?.position = position,
-            Self::ResizeProposal { index, radius } => entry(&mut proposed, "proposals", index)?.radius = radius,
+            Self::MoveProposal { index, position } => entry(&mut proposed, "proposal", index)?.position = position,
+            Self::ResizeProposal { index, radius } => entry(&mut proposed, "proposal", index)?.radius = radius,
             Self::AcceptProposal { index } => match taken(&mut proposed, index)? {
                 regions if index.is_none() => task.subgoals = regions,
                 regions => task.subgoals.extend(regions),
@@ -102,7 +102,7 @@ impl Edit {
 fn taken(proposed: &mut Vec<Region>, index: Option<usize>) -> Result<Vec<Region>, ValidationError> {
     match index {
         Some(index) => {
-            entry(proposed, "proposals", index)?;
+            entry(proposed, "proposal", index)?;
             Ok(vec![proposed.remove(index)])
         }
         None if proposed.is_empty() => {
@@ -113,12 +113,14 @@ fn taken(proposed: &mut Vec<Region>, index: Option<usize>) -> Result<Vec<Region>
     }
 }
 
+/// The object with a number, from 0. The error counts from 1, as a person does.
 fn entry<'a, T>(list: &'a mut [T], name: &str, index: usize) -> Result<&'a mut T, ValidationError> {
-    let count = list.len();
-    list.get_mut(index).ok_or_else(|| ValidationError {
-        path: format!("{name}[{index}]"),
-        message: format!("there are only {count}: choose one from 0 to {}", count.saturating_sub(1)),
-    })
+    let choice = match list.len() {
+        0 => "there is none".to_owned(),
+        1 => "there is only one: choose 1".to_owned(),
+        count => format!("there are only {count}: choose one from 1 to {count}"),
+    };
+    list.get_mut(index).ok_or_else(|| ValidationError::new(format_args!("{name} {}", index.saturating_add(1)), choice))
 }
 
 /// A task being edited, with everything that can be undone and redone.
@@ -234,6 +236,45 @@ mod tests {
             assert_eq!(editor.task(), &before);
             assert!(editor.past.is_empty());
         }
+    }
+
+    #[test]
+    fn an_object_that_is_not_there_is_named_as_a_person_counts() {
+        let check = |edit: &Edit, expected: &str| {
+            assert_eq!(editor().apply(edit).unwrap_err().to_string(), expected);
+        };
+        check(&Edit::DeleteSubgoal { index: 8 }, "subgoal 9: there is only one: choose 1");
+        check(&Edit::SwapSubgoals { first: 0, second: 1 }, "subgoal 2: there is only one: choose 1");
+        check(&Edit::DeleteTool { index: 9 }, "tool 10: there are only 3: choose one from 1 to 3");
+        check(&Edit::DeleteProposal { index: Some(0) }, "proposal 1: there is none");
+    }
+
+    #[test]
+    fn a_new_edit_leaves_nothing_to_redo_and_what_was_redone_can_be_undone() {
+        let mut editor = editor();
+        let before = editor.task().clone();
+        let [first, second] = [0.1, 0.2].map(|x| Edit::MoveGoal { position: [x, 0.3] });
+        editor.apply(&first).unwrap();
+        assert!(editor.undo() && editor.redo() && editor.undo());
+        assert_eq!(editor.task(), &before);
+        editor.apply(&second).unwrap();
+        let edited = editor.task().clone();
+        assert!(!editor.redo(), "the first edit is gone");
+        assert_eq!(editor.task(), &edited);
+        assert!(editor.undo() && !editor.undo());
+        assert_eq!(editor.task(), &before);
+    }
+
+    #[test]
+    fn a_task_is_dirty_until_it_is_saved_and_after_a_step_back_from_there() {
+        let mut editor = editor();
+        assert!(!editor.is_dirty());
+        editor.apply(&Edit::MoveGoal { position: [0.1, 0.3] }).unwrap();
+        assert!(editor.is_dirty());
+        editor.mark_saved("mine".to_owned());
+        assert!(!editor.is_dirty() && editor.task().name == "mine");
+        editor.undo();
+        assert!(editor.is_dirty());
     }
 
     #[test]

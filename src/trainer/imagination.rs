@@ -8,6 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use super::config::ModelReplay;
 use super::training::to_action;
 use crate::agent::{Ddpg, OrnsteinUhlenbeck};
+use crate::dynamics::DynamicsError;
 use crate::env::{Action, Environment, Snapshot};
 use crate::guidance::RolloutModel;
 use crate::task::Task;
@@ -22,6 +23,9 @@ pub(super) struct Imagined {
 }
 
 /// Rollouts of the noisy actor in the model, from states of real play.
+///
+/// # Errors
+/// When the model cannot predict the task.
 pub(super) fn imagine(
     model: &dyn RolloutModel,
     task: &Arc<Task>,
@@ -30,7 +34,7 @@ pub(super) fn imagine(
     config: &ModelReplay,
     noise_scale: f32,
     rng: &mut ChaCha8Rng,
-) -> Vec<Imagined> {
+) -> Result<Vec<Imagined>, DynamicsError> {
     let mut transitions = Vec::new();
     for _ in 0..config.rollouts.min(config.rollouts * states.len()) {
         let mut env = Environment::new(task.clone());
@@ -42,7 +46,7 @@ pub(super) fn imagine(
             let mut action = ddpg.act(&observation);
             noise.perturb(&mut action, rng);
             let action = to_action(&action);
-            let rollout = model.rollouts(task, &[env.snapshot()], &[vec![action]]);
+            let rollout = model.rollouts(task, &[env.snapshot()], &[vec![action]])?;
             let Some((rollout, ball)) = rollout.first().and_then(|r| Some((r, *r.balls.first()?))) else { break };
             let Ok(step) = env.step_predicted(action, ball, rollout.hit) else { break };
             let over = step.end.is_some();
@@ -58,5 +62,5 @@ pub(super) fn imagine(
             }
         }
     }
-    transitions
+    Ok(transitions)
 }

@@ -1,9 +1,7 @@
 //! The action prior of a run's configuration.
 
-use std::sync::Arc;
-
 use crate::dynamics::{self, DynamicsError};
-use crate::guidance::{self, ActionPrior, GuidanceError, LearnedModel, RolloutModel, TruePhysics};
+use crate::guidance::{self, ActionPrior, GuidanceError, RolloutModel, TruePhysics};
 use crate::run::{RunDirectory, RunError};
 use crate::task::Task;
 
@@ -51,8 +49,9 @@ pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<NamedMo
         }
         PriorSource::ModelFile(name) => dynamics::named(name)?,
     };
+    model.check_task(task)?;
     let name = model.name();
-    Ok(Some((Box::new(LearnedModel::for_task(Arc::new(model), task)?), name)))
+    Ok(Some((Box::new(model), name)))
 }
 
 /// Builds the prior of a configuration; `progress` sees each stage's number and may
@@ -64,7 +63,7 @@ pub fn build_prior(config: &RunConfig, progress: impl FnMut(usize) -> bool) -> R
     let Some((model, name)) = rollout_model(&config.rollout_source(), &config.task)? else {
         return Ok(Some(ActionPrior::uniform(&config.task, config.seed)));
     };
-    Ok(guidance::build(&config.task, &*model, &name, &config.guidance, config.seed, progress))
+    Ok(guidance::build(&config.task, &*model, &name, &config.guidance, config.seed, progress)?)
 }
 
 /// The prior that was last in force in a run on disk; none if it never had one.

@@ -364,6 +364,51 @@ fn clusters_follow_the_agent_s_own_rewarding_actions() {
 }
 
 #[test]
+fn clusters_follow_no_fewer_actions_than_asked_for() {
+    let mut config = config(Method::DdpgMge, 20);
+    config.epsilon = "1".parse().unwrap();
+    let prior = Arc::new(build_prior(&config, |_| true).unwrap().unwrap());
+    for (least, expected) in [(4, true), (1000, false)] {
+        config.refinement = Refinement { every: 1, least, most: least };
+        let mut training = Training::new(config.clone(), Some(prior.clone())).unwrap();
+        let mut refined = 0;
+        for _ in 0..20 {
+            training.run_episode().unwrap();
+            if let Some(now) = training.refine() {
+                refined += 1;
+                let changed = now.stages.iter().zip(&prior.stages).filter(|(now, built)| now.actions != built.actions);
+                changed.for_each(|(stage, _)| assert_eq!(stage.actions.len(), least));
+            }
+        }
+        assert_eq!(refined > 0, expected, "{least}");
+    }
+}
+
+#[test]
+fn guidance_is_drawn_anew_as_often_as_asked_for() {
+    // Changes between clusters and policy, directly after a subgoal and elsewhere.
+    let changes = |granularity| {
+        let mut config = config(Method::DdpgMge, 30);
+        config.epsilon = "0.7".parse().unwrap();
+        config.granularity = granularity;
+        let prior = build_prior(&config, |_| true).unwrap().map(Arc::new);
+        let mut training = Training::new(config, prior).unwrap();
+        let mut changes = [0, 0];
+        for _ in 0..30 {
+            let (_, trace) = training.run_episode().unwrap();
+            for pair in trace.steps.windows(2).filter(|pair| pair[0].source != pair[1].source) {
+                changes[usize::from(pair[0].subgoals.is_empty())] += 1;
+            }
+        }
+        changes
+    };
+    assert_eq!(changes(Granularity::Episode), [0, 0]);
+    let [after_a_subgoal, elsewhere] = changes(Granularity::Stage);
+    assert!(after_a_subgoal > 0 && elsewhere == 0, "{after_a_subgoal} {elsewhere}");
+    assert!(changes(Granularity::Step)[1] > 0);
+}
+
+#[test]
 fn plans_through_the_true_physics_reach_the_subgoal() {
     let folder = tempfile::tempdir().unwrap();
     let mut config = config(Method::Planning, 4);

@@ -219,7 +219,7 @@ impl Training {
                 states.push(self.env.snapshot().clone());
             }
             let stage = self.env.snapshot().stage();
-            let (action, source) = self.choose(&observation, guided);
+            let (action, source) = self.choose(&observation, guided)?;
             let step = trace.step(&mut self.env, action, source)?;
             played.note(action, &step);
             if step.goal || !step.subgoals.is_empty() {
@@ -260,9 +260,9 @@ impl Training {
         let (Method::ModelReplay, Some(model)) = (self.config.method, &self.model) else { return Ok(()) };
         let rng = &mut self.progress.streams.model;
         let config = &self.config;
-        for imagined in
-            imagine(&**model, &config.task, states, self.learner.ddpg(), &config.model_replay, noise_scale, rng)
-        {
+        let ddpg = self.learner.ddpg();
+        let imagined = imagine(&**model, &config.task, states, ddpg, &config.model_replay, noise_scale, rng);
+        for imagined in imagined.map_err(PriorError::from)? {
             self.learner.record(Transition {
                 observation: &imagined.observation,
                 action: &imagined.action,
@@ -334,19 +334,20 @@ impl Training {
         epsilon < threshold
     }
 
-    fn choose(&mut self, observation: &[f32], guided: bool) -> (Action, Source) {
+    fn choose(&mut self, observation: &[f32], guided: bool) -> Result<(Action, Source), TrainingError> {
         let streams = &mut self.progress.streams;
-        match (&self.model, &self.progress.prior) {
+        Ok(match (&self.model, &self.progress.prior) {
             (Some(model), _) if self.config.method == Method::Planning => {
                 let (task, planner) = (&self.config.task, &self.config.planner);
                 let action = guidance::plan(&**model, task, self.env.snapshot(), planner, &mut streams.model);
+                let action = action.map_err(PriorError::from)?;
                 (action, Source::Planner)
             }
             (_, Some(prior)) if guided => {
                 (prior.sample(self.env.snapshot().stage(), &mut streams.guidance), Source::Clusters)
             }
             _ => (to_action(&self.learner.explore(observation)), Source::Policy),
-        }
+        })
     }
 
     fn finish_episode(

@@ -1,47 +1,30 @@
 //! The terminal: turns keys and mouse into commands, and the session into cells.
 //!
-//! [`run()`] holds the event loop. [`App`](app::App) is everything the screen knows of its own; it
-//! reads the session as plain [`facts`] and changes it only through lines of the command
-//! language, both by way of the [`desk`], so that screens can be tested without a session.
-//! The table of [`actions`] feeds the key map, the footer, the help and the palette.
-//! [`scene`], [`chart`] and [`raster`] draw; [`screens`] put them together; [`layers`] lie over them.
+//! [`run()`] holds the event loop. [`actions`] is the table of what a key can ask for; with the key
+//! map of [`input`] it feeds the footer, the help and the palette. [`view`] is what the screens
+//! show, as plain data, and the session behind it. The [`screens`] draw it with [`scene`],
+//! [`chart`] and [`widgets`], and [`layers`] lie over them; both answer with [effects](effect),
+//! which [`app`] carries out. [`terminal`] owns the terminal itself: modes, input and signals.
 
 mod actions;
 mod app;
 mod chart;
-mod columns;
-mod desk;
-mod facts;
-mod graphics;
-mod handles;
-mod key;
-mod keymap;
+mod effect;
+mod input;
 mod layers;
-mod manual;
-mod metric;
-mod mouse;
-mod perform;
-mod playback;
-mod preview;
-mod raster;
-mod rate;
-mod rescue;
 mod run;
 mod scene;
 mod screens;
-#[cfg(unix)]
-mod signals;
 mod still;
 mod terminal;
-mod text_input;
-mod theme;
+mod view;
+mod widgets;
 
-pub use key::KeyError;
-pub use keymap::KeymapError;
-pub use manual::{KeyHelp, keys};
+pub use actions::{KeyHelp, keys};
+pub use input::{KeyError, KeymapError};
 pub use run::{Leaving, Options, TuiError, run};
 pub use still::Still;
 pub use terminal::TerminalError;
 
 #[cfg(test)]
-mod testing;
+use app::testing;

@@ -4,21 +4,13 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use crossterm::event::{self, Event, KeyCode, KeyEvent, KeyModifiers};
-
-use super::app::{App, TerminalWish};
-use super::desk::SessionDesk;
-use super::graphics::Graphics;
-use super::keymap::{Keymap, KeymapError};
-use super::layers::{Layer, Tour};
-use super::rescue::{Guarded, tell_what_was_kept};
-use super::screens;
+use super::app::{App, Guarded, TerminalRequest, report_kept};
+use super::input::{Keymap, KeymapError};
 #[cfg(unix)]
-use super::signals::{self, Listener, Request};
-#[cfg(unix)]
-use super::terminal::Input;
-use super::terminal::{Screen, TerminalError};
-use super::theme::Theme;
+use super::terminal::signals::{self, Listener, Request};
+use super::terminal::{self, Graphics, Input, Protocol, Received, Screen, TerminalError};
+use super::view::SessionWorkspace;
+use super::widgets::theme::Theme;
 use crate::workbench::Session;
 
 /// Time between two pictures at least.
@@ -73,31 +65,36 @@ pub enum Leaving {
 pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
     let keymap = options.keys.as_deref().map_or_else(|| Ok(Keymap::default()), Keymap::load)?;
     let theme = Theme::from_env(|name| std::env::var(name).ok());
-    let mut screen = Screen::open(!options.no_mouse)?;
+    let screen = Screen::open(!options.no_mouse)?;
     #[cfg(unix)]
-    let listener = Listener::start()?;
-    let mut app = Guarded(App::new(Box::new(SessionDesk::new(session)), theme, keymap));
-    tell_what_was_kept(&mut app, Path::new("."));
-    app.mouse = !options.no_mouse;
+    let (listener, wake) = Listener::start()?;
+    #[cfg(unix)]
+    let input = Input::new(wake);
+    #[cfg(not(unix))]
+    let input = Input;
+    let app = App::new(Box::new(SessionWorkspace::new(session)), theme, keymap);
+    let mut app = Guarded(if options.no_mouse { app.without_mouse() } else { app });
+    report_kept(&mut app, Path::new("."));
     if options.tour {
-        app.layers.push(Layer::Tour(Tour::default()));
+        app.show_tour();
     }
-    let mut drawn: Option<Instant> = None;
+    let mut display = Display { screen, input, drawn: None, asked: false };
     let mut last = Instant::now();
-    while !app.leaving {
+    while !app.is_leaving() {
         let now = Instant::now();
-        app.tick(now - last);
+        app.guarded(|app| app.tick(now - last));
         last = now;
-        let mut there = unless_gone(turn(&mut app, &mut screen, &mut drawn))?;
+        #[cfg_attr(not(unix), expect(unused_mut, reason = "only signals change it"))]
+        let mut there = unless_gone(display.turn(&mut app))?;
         #[cfg(unix)]
         while let Some(request) = listener.next() {
             match request {
                 Request::Quit(signal) => return Ok(Leaving::Signal(signal)),
-                Request::Suspend => there &= unless_gone(screen.suspend().map(|()| true))?,
-                Request::Continue => there &= unless_gone(screen.reenter().map(|()| true))?,
+                Request::Suspend => there &= unless_gone(display.screen.suspend().map(|()| true))?,
+                Request::Continue => there &= unless_gone(display.screen.reenter().map(|()| true))?,
+                Request::Resize => {}
             }
-            app.preview.forget();
-            app.touch();
+            app.redraw();
         }
         if !there {
             #[cfg(unix)]
@@ -106,20 +103,6 @@ pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
         }
     }
     Ok(Leaving::Quit)
-}
-
-/// Draws what has changed, takes in events and does what they ask of the terminal. False
-/// if the terminal is gone.
-fn turn(app: &mut App, screen: &mut Screen, drawn: &mut Option<Instant>) -> io::Result<bool> {
-    if drawn.is_none_or(|at| at.elapsed() >= FRAME) && app.take_changed() {
-        screen.draw(|frame| screens::draw(app, frame))?;
-        if drawn.replace(Instant::now()).is_none() {
-            find_graphics(app);
-        }
-    }
-    let there = wait_for_events(app, *drawn)?;
-    fulfil(app, screen)?;
-    Ok(there)
 }
 
 /// False if the terminal is gone, whether it said so in so many words or not.
@@ -135,57 +118,91 @@ fn is_gone(error: &io::Error) -> bool {
         || (cfg!(unix) && error.raw_os_error() == Some(EIO))
 }
 
-/// Waits until something may have changed, then takes in all events that are there. False
-/// if the terminal is gone: the event reader would try to read from it for ever.
-fn wait_for_events(app: &mut App, drawn: Option<Instant>) -> io::Result<bool> {
-    let pause = if app.is_animated() || app.is_changed() {
-        drawn.map_or(Duration::ZERO, |at| FRAME.saturating_sub(at.elapsed()))
-    } else {
-        IDLE
-    };
-    #[cfg(unix)]
-    let pause = match super::terminal::wait_for_input(pause)? {
-        Input::Gone => return Ok(false),
-        Input::There | Input::None => Duration::ZERO,
-    };
-    if event::poll(pause)? {
-        app.event(event::read()?);
-        while event::poll(Duration::ZERO)? && !app.leaving {
-            app.event(event::read()?);
+/// The terminal, out and in.
+struct Display {
+    screen: Screen,
+    input: Input,
+    /// When the latest picture was drawn.
+    drawn: Option<Instant>,
+    /// The terminal was asked what pictures it can show.
+    asked: bool,
+}
+
+impl Display {
+    /// Draws what has changed, takes in events and does what they ask of the terminal. False
+    /// if the terminal is gone.
+    fn turn(&mut self, app: &mut App) -> io::Result<bool> {
+        if self.drawn.is_none_or(|at| at.elapsed() >= FRAME) && app.take_changed() {
+            self.draw(app)?;
+            self.drawn = Some(Instant::now());
+            self.find_graphics(app)?;
+        }
+        let there = self.take_events(app)?;
+        self.fulfil(app)?;
+        Ok(there)
+    }
+
+    /// Draws a frame. One that cannot be drawn is reported on a screen that can.
+    fn draw(&mut self, app: &mut App) -> io::Result<()> {
+        let mut drawn = Ok(());
+        if app.guarded(|app| drawn = self.screen.draw(|frame| app.draw(frame))) {
+            return drawn;
+        }
+        // What was half drawn is forgotten.
+        self.screen.redraw()?;
+        app.show_what_can_be_drawn();
+        let message = app.message();
+        match terminal::catch(|| self.screen.draw(|frame| app.draw(frame))) {
+            Ok(drawn) => drawn,
+            Err(_) => {
+                self.screen.redraw()?;
+                self.screen.draw(|frame| frame.render_widget(message.as_str(), frame.area()))
+            }
         }
     }
-    Ok(true)
-}
 
-/// Finds out what pictures the terminal can show. The first frame is drawn by then; what
-/// was typed while the terminal answered counts.
-fn find_graphics(app: &mut App) {
-    let (graphics, typed) = Graphics::detect();
-    app.preview.graphics = graphics;
-    for character in typed.chars() {
-        app.event(Event::Key(typed_key(character)));
+    /// Waits until something may have changed, then takes in all events that are there. False
+    /// if the terminal is gone.
+    fn take_events(&mut self, app: &mut App) -> io::Result<bool> {
+        let pause = if app.is_animated() || app.is_changed() {
+            self.drawn.map_or(Duration::ZERO, |at| FRAME.saturating_sub(at.elapsed()))
+        } else {
+            IDLE
+        };
+        let mut received = Vec::new();
+        let there = self.input.wait(pause, &mut received)?;
+        for received in received {
+            match received {
+                Received::Event(event) => _ = app.guarded(|app| app.event(event)),
+                Received::CellSize(cell) => app.set_cell_size(cell),
+                Received::Attributes { sixel: true } => app.set_protocol(Protocol::Sixel),
+                Received::Attributes { sixel: false } => {}
+            }
+            if app.is_leaving() {
+                break;
+            }
+        }
+        Ok(there)
     }
-}
 
-/// The key that sends a character.
-fn typed_key(character: char) -> KeyEvent {
-    match character {
-        '\r' => KeyCode::Enter.into(),
-        '\t' => KeyCode::Tab.into(),
-        '\x7f' => KeyCode::Backspace.into(),
-        '\x01'..='\x1a' => KeyEvent::new(KeyCode::Char((character as u8 - 1 + b'a') as char), KeyModifiers::CONTROL),
-        other => KeyCode::Char(other).into(),
+    /// Finds out what pictures the terminal can show. The first frame is drawn by then.
+    fn find_graphics(&mut self, app: &mut App) -> io::Result<()> {
+        if std::mem::replace(&mut self.asked, true) {
+            return Ok(());
+        }
+        app.set_graphics(Graphics::find()?);
+        Ok(())
     }
-}
 
-fn fulfil(app: &mut App, screen: &mut Screen) -> io::Result<()> {
-    match app.wish.take() {
-        Some(TerminalWish::Mouse(on)) => screen.set_mouse(on),
-        Some(TerminalWish::Copy(text)) => screen.copy(&text),
-        #[cfg(unix)]
-        Some(TerminalWish::Suspend) => signals::stop_job(),
-        #[cfg(not(unix))]
-        Some(TerminalWish::Suspend) => Ok(()),
-        None => Ok(()),
+    fn fulfil(&mut self, app: &mut App) -> io::Result<()> {
+        match app.take_request() {
+            Some(TerminalRequest::Mouse(on)) => self.screen.set_mouse(on),
+            Some(TerminalRequest::Copy(text)) => self.screen.copy(&text),
+            #[cfg(unix)]
+            Some(TerminalRequest::Suspend) => signals::stop_job(),
+            #[cfg(not(unix))]
+            Some(TerminalRequest::Suspend) => Ok(()),
+            None => Ok(()),
+        }
     }
 }

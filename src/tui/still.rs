@@ -7,11 +7,9 @@ use ratatui::Terminal;
 use ratatui::backend::Backend;
 
 use super::app::App;
-use super::desk::SessionDesk;
-use super::key::{Key, KeyError};
-use super::keymap::Keymap;
-use super::screens;
-use super::theme::{Depth, Marker, Palette, Theme};
+use super::input::{Key, KeyError, Keymap};
+use super::view::SessionWorkspace;
+use super::widgets::theme::{Depth, Marker, Palette, Theme};
 use crate::workbench::Session;
 
 /// A workbench that is looked at, not run.
@@ -23,7 +21,7 @@ impl Still {
     /// The workbench of a session, in true colour and braille.
     pub fn new(session: Session) -> Self {
         let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
-        Self { app: App::new(Box::new(SessionDesk::new(session)), theme, Keymap::default()) }
+        Self { app: App::new(Box::new(SessionWorkspace::new(session)), theme, Keymap::default()) }
     }
 
     /// Presses keys as key files name them, separated by spaces.
@@ -48,6 +46,6 @@ impl Still {
     /// # Errors
     /// When the backend fails.
     pub fn draw<B: Backend>(&mut self, terminal: &mut Terminal<B>) -> Result<(), B::Error> {
-        terminal.draw(|frame| screens::draw(&mut self.app, frame)).map(|_| ())
+        terminal.draw(|frame| self.app.draw(frame)).map(|_| ())
     }
 }

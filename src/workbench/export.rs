@@ -1,11 +1,14 @@
 //! The session's figures: what it holds, as the data of a figure, into a file.
 
 use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::sync::Arc;
 
-use super::SessionError;
 use super::command::{self, Command, FigureKind};
-use super::run::RunView;
-use super::session::Session;
+use super::dry_run::check_figure;
+use super::job::Reporter;
+use super::run::{RunView, SavedRun};
+use super::{Session, SessionError, create_parent};
 use crate::env::Placement;
 use crate::figures::{
     ActionSamples, Animation, Curve, CurvePanel, DEFAULT_DPI, Dashboard, Figure, LearningCurves, Moment, Provenance,
@@ -23,19 +26,30 @@ const STEPS_PER_FRAME: usize = 3;
 const ANIMATION_DPI: u32 = 137;
 
 impl Session {
-    /// Writes a figure of what the session holds, with its numbers as CSV beside it.
-    pub(super) fn export(&self, command: &command::Figure) -> Result<String, SessionError> {
+    /// Begins to write a figure of what the session holds, with its numbers as CSV beside it.
+    pub(super) fn export(&mut self, command: &command::Figure) -> Result<String, SessionError> {
         let command::Figure { kind, ref path, dpi } = *command;
-        let command = Command::from(command.clone()).to_string();
-        let provenance = self.provenance(kind, command)?;
-        match self.figure(kind)? {
-            Some(figure) => figure.write(path, &provenance, dpi.unwrap_or(DEFAULT_DPI))?,
-            None => {
-                let (task, trace) = self.episode_to_show()?;
-                animation(task, &trace).write_gif(path, &provenance, dpi.unwrap_or(ANIMATION_DPI))?;
-            }
-        }
-        Ok(format!("wrote {}", path.display()))
+        check_figure(kind, path)?;
+        let provenance = self.provenance(kind, Command::from(command.clone()).to_string())?;
+        let figure = match self.figure(kind)? {
+            Some(figure) => Ok(figure),
+            None => Err(self.episode_to_show()?),
+        };
+        let report = format!("drawing {}", path.display());
+        let path = path.clone();
+        let work = move |_: &Reporter| -> Result<PathBuf, String> {
+            create_parent(&path).map_err(|error| error.to_string())?;
+            let written = match figure {
+                Ok(figure) => figure.write(&path, &provenance, dpi.unwrap_or(DEFAULT_DPI)),
+                Err(episode) => {
+                    let (task, trace) = episode.played().map_err(|error| error.to_string())?;
+                    animation(&task, &trace).write_gif(&path, &provenance, dpi.unwrap_or(ANIMATION_DPI))
+                }
+            };
+            written.map(|()| path).map_err(|error| error.to_string())
+        };
+        self.begin_job(command.clone(), work, |_, path| Ok(format!("wrote {}", path?.display())))?;
+        Ok(report)
     }
 
     /// The settings behind a figure: those of the runs it shows, or of the session.
@@ -76,12 +90,30 @@ impl Session {
     }
 
     /// The greedy episode of the current run, or the one played by hand.
-    fn episode_to_show(&self) -> Result<(&Task, Trace), SessionError> {
-        if !self.hand_play().trace().steps.is_empty() {
-            return Ok((self.hand_play().task(), self.hand_play().trace().clone()));
+    fn episode_to_show(&self) -> Result<EpisodeToShow, SessionError> {
+        let hand_play = self.hand_play();
+        if !hand_play.trace().steps.is_empty() {
+            return Ok(EpisodeToShow::Played(hand_play.task().clone(), hand_play.trace().clone()));
         }
         let run = self.run().ok_or(SessionError::NoRun)?;
-        Ok((&run.config().task, run.greedy_episode(run.config().seed)?))
+        Ok(EpisodeToShow::Greedy(run.config().task.clone(), run.saved(), run.config().seed))
+    }
+}
+
+/// The episode of an animation.
+enum EpisodeToShow {
+    /// One that was played.
+    Played(Arc<Task>, Trace),
+    /// One of a saved policy, that is yet to be played, with its seed.
+    Greedy(Arc<Task>, SavedRun, u64),
+}
+
+impl EpisodeToShow {
+    fn played(self) -> Result<(Arc<Task>, Trace), SessionError> {
+        match self {
+            Self::Played(task, trace) => Ok((task, trace)),
+            Self::Greedy(task, run, seed) => Ok((task, run.greedy_episode(seed)?)),
+        }
     }
 }
 

@@ -13,10 +13,13 @@ use super::command::{Clusters, Command, Continue, Resume, Train, Wait, Watch};
 #[derive(Debug, Clone, Default)]
 pub(super) struct Journal {
     entries: Vec<Entry>,
+    /// Entries so far, also those forgotten.
+    numbered: u64,
 }
 
 #[derive(Debug, Clone)]
 struct Entry {
+    number: u64,
     command: Command,
     /// Number of the run it acted on.
     run: Option<usize>,
@@ -26,12 +29,24 @@ struct Entry {
 
 impl Journal {
     /// Notes a command that does not concern a running training; `run` is the one that
-    /// commands act on after it.
-    pub fn note(&mut self, command: Command, run: Option<usize>) {
+    /// commands act on after it. Returns the number of the entry.
+    pub fn note(&mut self, command: Command, run: Option<usize>) -> u64 {
         if command == NEW_CLUSTERS {
             self.forget_unused_clusters();
         }
-        self.entries.push(Entry { command, run, at: None });
+        let number = self.next_number();
+        self.entries.push(Entry { number, command, run, at: None });
+        number
+    }
+
+    /// Forgets an entry: what was asked for came to nothing.
+    pub fn forget(&mut self, number: u64) {
+        self.entries.retain(|entry| entry.number != number);
+    }
+
+    fn next_number(&mut self) -> u64 {
+        self.numbered += 1;
+        self.numbered
     }
 
     /// Clusters that were computed anew before anything came of them need not be
@@ -47,15 +62,18 @@ impl Journal {
     }
 
     /// Notes a command that took effect when a running training had finished so many
-    /// episodes. Effects are heard of late: the entry goes before those of later episodes.
-    pub fn note_at(&mut self, command: Command, run: usize, episode: u32) {
+    /// episodes. Effects are reported late: the entry goes before those of later episodes.
+    /// Returns the number of the entry.
+    pub fn note_at(&mut self, command: Command, run: usize, episode: u32) -> u64 {
         let of_run = |entry: &Entry| entry.run == Some(run);
         let start = self.entries.iter().rposition(|entry| of_run(entry) && is_start(&entry.command));
         let start = start.map_or(0, |start| start + 1);
         let later =
             self.entries[start..].iter().position(|entry| of_run(entry) && entry.at.is_some_and(|at| at > episode));
         let place = later.map_or(self.entries.len(), |offset| start + offset);
-        self.entries.insert(place, Entry { command, run: Some(run), at: Some(episode) });
+        let number = self.next_number();
+        self.entries.insert(place, Entry { number, command, run: Some(run), at: Some(episode) });
+        number
     }
 
     /// The script.
@@ -91,7 +109,7 @@ impl Writer<'_> {
     }
 
     fn write(&mut self, index: usize) {
-        let Entry { command, run, at } = &self.journal.entries[index];
+        let Entry { command, run, at, .. } = &self.journal.entries[index];
         let until = self.journal.next_stop(index + 1, *run);
         match command {
             Command::Train(Train { folder, .. }) => {
@@ -101,6 +119,8 @@ impl Writer<'_> {
                 return;
             }
             Command::Watch(Watch(number)) => return self.act_on(*number),
+            // The run is left where it was paused: the line before has brought it there.
+            Command::Pause(_) => return,
             Command::Open(_) | Command::Continue(Continue(Some(_))) => self.current = *run,
             _ => {}
         }
@@ -162,7 +182,7 @@ mod tests {
             match at {
                 Some(episode) => journal.note_at(command(line), 0, *episode),
                 None => journal.note(command(line), Some(0)),
-            }
+            };
         }
         let text = journal.to_script();
         let lines: Vec<&str> = text.lines().skip(1).collect();
@@ -230,6 +250,24 @@ mod tests {
             &[("clusters", None), ("figure clusters a.png", None), ("clusters", None)],
             &["clusters", "wait", "figure clusters a.png", "clusters", "wait"],
         );
+    }
+
+    #[test]
+    fn a_run_that_is_paused_at_the_end_stays_where_it_is() {
+        check(&[("train a", None), ("pause", Some(7))], &["train a until 7", "wait"]);
+        let changes = [("train a", None), ("epsilon 0.2", Some(3)), ("goal size 5", None), ("pause", Some(7))];
+        check(&changes, &["train a until 3", "wait", "epsilon 0.2", "resume until 7", "wait", "goal size 5"]);
+        let figure = [("train a", None), ("figure dashboard b.png", Some(7)), ("pause", Some(7))];
+        check(&figure, &["train a until 7", "wait", "figure dashboard b.png"]);
+    }
+
+    #[test]
+    fn what_came_to_nothing_is_forgotten() {
+        let mut journal = Journal::default();
+        let number = journal.note(command("figure scene a.png"), None);
+        journal.note(command("goal size 5"), None);
+        journal.forget(number);
+        assert_eq!(journal.to_script().lines().skip(1).collect::<Vec<_>>(), ["goal size 5"]);
     }
 
     #[test]

@@ -3,15 +3,16 @@
 //! A [`Command`] is applied to a [`Session`]; the terminal, a script and the command
 //! line differ only in where their commands come from.
 
+mod clusters;
 pub mod command;
 mod dry_run;
 mod error;
 mod export;
 mod hand_play;
+mod job;
+mod jobs;
 mod journal;
-mod model_job;
-mod prior_job;
-mod proposal_job;
+mod models;
 mod proposals;
 mod run;
 mod runs;
@@ -19,9 +20,28 @@ mod script;
 mod session;
 mod setup;
 
+pub use clusters::PriorState;
 pub use command::{Command, CommandError, FigureKind, Verb, verbs};
 pub use error::SessionError;
 pub use hand_play::HandPlay;
-pub use run::RunView;
+pub use job::Progress;
+pub use models::shipped_models;
+pub use run::{RunView, SavedRun};
 pub use script::{Output, Script, ScriptError, Variables};
-pub use session::{FIRST_TASK, Notice, PriorState, Session};
+pub use session::{FIRST_TASK, Notice, Session};
+
+use std::path::Path;
+
+/// Makes the folder of a file that is to be written.
+fn create_parent(path: &Path) -> Result<(), SessionError> {
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+    parent
+        .map_or(Ok(()), std::fs::create_dir_all)
+        .map_err(|source| SessionError::Write { path: path.to_owned(), source })
+}
+
+/// Writes a file, and makes its folder if there is none.
+fn write_file(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
+    create_parent(path)?;
+    crate::atomic::write(path, bytes).map_err(|source| SessionError::Write { path: path.to_owned(), source })
+}

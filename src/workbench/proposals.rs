@@ -1,30 +1,55 @@
 //! Subgoals that the model proposes for the session's task.
 
-use super::command::Propose;
-use super::proposal_job::{ProposalJob, ProposalKey};
-use super::session::Notice;
+use super::command::{Command, Propose};
+use super::job::{Progress, Reporter};
 use super::{Session, SessionError};
-use crate::task::Region;
+use crate::guidance::{GuidanceConfig, propose_subgoals};
+use crate::task::{Region, Task};
+use crate::trainer::{PriorSource, RunConfig, rollout_model};
+
+/// What proposals depend on; the subgoals that the task has are not looked at.
+#[derive(Debug, Clone, PartialEq)]
+struct ProposalKey {
+    task: Task,
+    source: PriorSource,
+    guidance: GuidanceConfig,
+    seed: u64,
+}
+
+impl ProposalKey {
+    fn of(config: &RunConfig) -> Self {
+        Self {
+            // A task that is saved has another name, but is no other scene.
+            task: Task { subgoals: Vec::new(), name: String::new(), ..Task::clone(&config.task) },
+            source: config.prior.clone(),
+            guidance: config.guidance.clone(),
+            seed: config.seed,
+        }
+    }
+}
+
+fn is_propose(command: &Command) -> bool {
+    matches!(command, Command::Propose(_))
+}
 
 impl Session {
-    /// Begins to look for subgoals, as many as the task has if `count` does not say.
-    pub(super) fn propose(&mut self, count: Option<usize>) -> Result<String, SessionError> {
+    /// Begins to look for subgoals, as many as the task has if the command does not say.
+    pub(super) fn propose(&mut self, command: &Propose) -> Result<String, SessionError> {
         self.setup.config.validate()?;
-        let count = count.unwrap_or(self.task().subgoals.len().max(1));
-        let job = ProposalJob::spawn(&self.setup.config, count).map_err(SessionError::Thread)?;
-        self.proposal_job = Some(job);
+        let count = command.0.unwrap_or(self.task().subgoals.len().max(1));
+        self.forget_proposals();
+        let config = self.setup.config.clone();
+        let key = ProposalKey::of(&config);
+        let work = move |reporter: &Reporter| search(&config, count, reporter);
+        self.begin_job(Propose(Some(count)), work, move |session, result| {
+            session.take_proposals(&key, count, result?)
+        })?;
         Ok(format!("looking for {}", subgoals(count)))
     }
 
-    pub(super) fn poll_proposals(&mut self, notices: &mut Vec<Notice>) {
-        let Some(job) = &mut self.proposal_job else { return };
-        if job.is_news() {
-            notices.push(Notice::Changed);
-        }
-        let Some(outcome) = job.outcome() else { return };
-        let (key, count) = (job.key.clone(), job.count);
-        self.proposal_job = None;
-        notices.push(Notice::Proposed(outcome.and_then(|regions| self.take_proposals(&key, count, regions))));
+    /// Ends a search for subgoals.
+    pub(super) fn forget_proposals(&mut self) {
+        self.cancel_jobs(is_propose);
     }
 
     fn take_proposals(&mut self, key: &ProposalKey, count: usize, regions: Vec<Region>) -> Result<String, String> {
@@ -48,9 +73,17 @@ impl Session {
     }
 
     /// Subgoals found so far and looked for, while they are being looked for.
-    pub fn proposing(&self) -> Option<(usize, usize)> {
-        self.proposal_job.as_ref().map(|job| (job.found(), job.count))
+    pub fn proposing(&self) -> Option<Progress> {
+        self.job(is_propose).map(|job| job.progress())
     }
+}
+
+fn search(config: &RunConfig, count: usize, reporter: &Reporter) -> Result<Vec<Region>, String> {
+    let model = rollout_model(&config.prior, &config.task).map_err(|error| error.to_string())?;
+    let (model, _) = model.ok_or("`uniform` predicts nothing: choose another model, such as learned or true")?;
+    let go_on = |found| reporter.progress(found, count);
+    propose_subgoals(&config.task, &*model, count, &config.guidance, config.seed, go_on)
+        .map_err(|error| error.to_string())
 }
 
 fn subgoals(count: usize) -> String {

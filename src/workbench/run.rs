@@ -9,8 +9,8 @@ use rand_chacha::ChaCha8Rng;
 use crate::agent::Ddpg;
 use crate::guidance::ActionPrior;
 use crate::run::{
-    CheckpointName, EpisodeRecord, EvaluationRecord, Event, EventReader, RunDirectory, RunError, RunHistory, RunState,
-    read_episode,
+    CheckpointName, EpisodeRecord, EvaluationRecord, Event, EventReader, Poll, RunDirectory, RunError, RunHistory,
+    RunState, read_episode,
 };
 use crate::trainer::{
     Control, LiveView, NETWORKS_SECTION, Phase, RunConfig, Trace, Trainer, greedy_episode, saved_prior,
@@ -34,12 +34,16 @@ pub struct RunView {
     /// It was asked to leave its pause and has not said so yet.
     leaving_pause: bool,
     trained_here: bool,
+    /// What its log says so far is being read.
+    unread: bool,
     turn: Option<Turn>,
 }
 
 /// A run that waits until a core is free for it.
 #[derive(Debug)]
 struct Turn {
+    /// Those with lower numbers were asked for before it.
+    number: u64,
     /// Pause after so many episodes.
     until: Option<u32>,
 }
@@ -78,6 +82,7 @@ impl RunView {
             saved_prior: OnceLock::new(),
             leaving_pause: false,
             trained_here: false,
+            unread: false,
             turn: None,
         })
     }
@@ -87,19 +92,39 @@ impl RunView {
         Self { number, ..self }
     }
 
+    /// The same, with a log that is read elsewhere until [`RunView::take_past`].
+    pub(super) fn with_past_unread(self) -> Self {
+        Self { unread: true, ..self }
+    }
+
+    /// Takes over what its log says so far, and goes on reading there. It is the past, and no news.
+    pub(super) fn take_past(&mut self, reader: EventReader, past: Result<Poll, RunError>) {
+        self.unread = false;
+        self.reader = reader;
+        self.take_in(past);
+        if self.is_queued() {
+            self.failure = None;
+        }
+    }
+
+    /// Whether what its log says so far is still being read.
+    pub fn is_unread(&self) -> bool {
+        self.unread
+    }
+
     /// Its number in the session, from 0 in the order they began or were opened.
     pub fn number(&self) -> usize {
         self.number
     }
 
-    /// Lets it wait for its turn to be trained in this process; with `until`, it pauses
-    /// after so many episodes.
-    pub(super) fn enqueue(&mut self, until: Option<u32>) {
+    /// Lets it wait for its turn to be trained in this process, after those with lower turns;
+    /// with `until`, it pauses after so many episodes.
+    pub(super) fn enqueue(&mut self, turn: u64, until: Option<u32>) {
         // What the log says so far is the past: an old failure is no news.
         self.poll();
         self.failure = None;
         self.trained_here = true;
-        self.turn = Some(Turn { until });
+        self.turn = Some(Turn { number: turn, until });
     }
 
     /// Takes it out of the queue; false if it is not in it.
@@ -110,6 +135,11 @@ impl RunView {
     /// Whether it waits for its turn.
     pub fn is_queued(&self) -> bool {
         self.turn.is_some()
+    }
+
+    /// Its turn, if it waits for nothing but a free core.
+    pub(super) fn turn(&self) -> Option<u64> {
+        self.turn.as_ref().filter(|_| !self.unread).map(|turn| turn.number)
     }
 
     /// Begins to train it if it is queued.
@@ -134,27 +164,11 @@ impl RunView {
 
     /// Reads what is new. Returns the new events, and whether anything changed.
     pub(super) fn poll(&mut self) -> (Vec<Event>, bool) {
-        let mut changed = false;
-        let mut events = Vec::new();
-        match self.reader.poll() {
-            Ok(poll) => {
-                if poll.restarted {
-                    self.history = RunHistory::default();
-                    changed = true;
-                }
-                self.failure = poll.problems.first().map(ToString::to_string).or(self.failure.take());
-                events.extend(poll.events.into_iter().map(|logged| logged.event));
-            }
-            // How the training ended says more than that its log is gone since.
-            Err(error) => _ = self.failure.get_or_insert_with(|| error.to_string()),
+        if self.unread {
+            return (Vec::new(), false);
         }
-        for event in &events {
-            self.history.note(event);
-            self.leaving_pause &= !matches!(event, Event::Resumed { .. });
-            if matches!(event, Event::ClustersChanged { .. } | Event::Started { .. }) {
-                self.saved_prior.take();
-            }
-        }
+        let news = self.reader.poll();
+        let (events, mut changed) = self.take_in(news);
         if let Some(trainer) = &mut self.trainer {
             if let Some(view) = trainer.watch().take() {
                 self.live = Some(view);
@@ -169,6 +183,32 @@ impl RunView {
         }
         changed |= !events.is_empty();
         (events, changed)
+    }
+
+    /// Takes in what was read from the log. Returns the events, and whether the log begins anew.
+    fn take_in(&mut self, news: Result<Poll, RunError>) -> (Vec<Event>, bool) {
+        let mut events = Vec::new();
+        let mut restarted = false;
+        match news {
+            Ok(news) => {
+                if news.restarted {
+                    self.history = RunHistory::default();
+                    restarted = true;
+                }
+                self.failure = news.problems.first().map(ToString::to_string).or(self.failure.take());
+                events.extend(news.events.into_iter().map(|logged| logged.event));
+            }
+            // How the training ended says more than that its log is gone since.
+            Err(error) => _ = self.failure.get_or_insert_with(|| error.to_string()),
+        }
+        for event in &events {
+            self.history.note(event);
+            self.leaving_pause &= !matches!(event, Event::Resumed { .. });
+            if matches!(event, Event::ClustersChanged { .. } | Event::Started { .. }) {
+                self.saved_prior.take();
+            }
+        }
+        (events, restarted)
     }
 
     /// Asks the trainer for something, if the run is ours and active.
@@ -272,11 +312,34 @@ impl RunView {
         }
     }
 
+    /// An episode of its past, played again.
+    ///
+    /// # Errors
+    /// When it was not kept or cannot be read.
+    pub fn past_episode(&self, episode: u64) -> Result<Trace, RunError> {
+        let played = read_episode(&self.directory.episodes_path(), episode)?;
+        Ok(Trace::replay(&self.config.task, &played))
+    }
+
+    /// What its checkpoints hold.
+    pub fn saved(&self) -> SavedRun {
+        SavedRun { directory: self.directory.clone(), config: self.config.clone() }
+    }
+}
+
+/// A run's checkpoints and what they were trained with; to be read on any thread.
+#[derive(Debug, Clone)]
+pub struct SavedRun {
+    directory: RunDirectory,
+    config: RunConfig,
+}
+
+impl SavedRun {
     /// The agent of the newest checkpoint.
     ///
     /// # Errors
     /// When the method learns none, there is no checkpoint yet, or one that cannot be read.
-    pub fn saved_agent(&self) -> Result<Ddpg, SessionError> {
+    pub fn agent(&self) -> Result<Ddpg, SessionError> {
         if !self.config.method.learns() {
             return Err(SessionError::Failed(format!(
                 "{} learns no policy: there is none to play or export",
@@ -287,21 +350,12 @@ impl RunView {
         Ok(Ddpg::load(checkpoint.section(NETWORKS_SECTION)?)?)
     }
 
-    /// An episode of its past, played again.
-    ///
-    /// # Errors
-    /// When it was not kept or cannot be read.
-    pub fn past_episode(&self, episode: u64) -> Result<Trace, RunError> {
-        let played = read_episode(&self.directory.episodes_path(), episode)?;
-        Ok(Trace::replay(&self.config.task, &played))
-    }
-
     /// An episode of the greedy policy of the newest checkpoint.
     ///
     /// # Errors
-    /// As [`RunView::saved_agent`].
+    /// As [`SavedRun::agent`].
     pub fn greedy_episode(&self, seed: u64) -> Result<Trace, SessionError> {
-        let agent = self.saved_agent()?;
+        let agent = self.agent()?;
         Ok(greedy_episode(&self.config.task, &agent, &mut ChaCha8Rng::seed_from_u64(seed)))
     }
 }

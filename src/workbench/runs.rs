@@ -6,6 +6,8 @@
 use std::path::{Path, PathBuf};
 
 use super::SessionError;
+use super::command::{Command, Continue, Delete, Evaluate, Open};
+use super::job::Reporter;
 use super::run::RunView;
 use super::session::Session;
 use crate::run::RunDirectory;
@@ -16,48 +18,84 @@ impl Session {
         self.setup.config.validate()?;
         let path = folder.map_or_else(|| self.free_folder(), Path::to_owned);
         let directory = RunDirectory::create(&path, &self.setup.config)?;
-        self.begin(RunView::new(directory)?, until, "training in")
+        let number = self.add(RunView::new(directory)?);
+        self.begin(number, until, "training in")
     }
 
-    pub(super) fn continue_run(&mut self, folder: Option<&Path>) -> Result<String, SessionError> {
-        let path = match folder {
-            Some(folder) => folder.to_owned(),
-            None => self.run().ok_or(SessionError::NoRun)?.directory().path().to_owned(),
+    /// Goes on with a run of the session or in a folder.
+    pub(super) fn continue_run(&mut self, command: &Continue) -> Result<String, SessionError> {
+        let known = match &command.0 {
+            Some(folder) => self.number_of(folder),
+            None => Some(self.run().ok_or(SessionError::NoRun)?.number()),
         };
-        self.refuse_if_busy(&path)?;
-        self.begin(RunView::open(&path)?, None, "going on with")
+        let run = known.and_then(|number| self.run_numbered(number));
+        if let Some(run) = run.filter(|run| run.is_active() || run.is_queued()) {
+            return Err(SessionError::Busy(run.name()));
+        }
+        let number = match (known, &command.0) {
+            (None, Some(folder)) => self.read_in_background(folder, command.clone().into())?,
+            (known, _) => known.ok_or(SessionError::NoRun)?,
+        };
+        self.begin(number, None, "going on with")
     }
 
-    /// Adds a run, in the place of the one in its folder if that is known, and starts it
-    /// as soon as there is a core for it.
-    fn begin(&mut self, view: RunView, until: Option<u32>, report: &str) -> Result<String, SessionError> {
-        let path = view.directory().path().to_owned();
-        let number = self.add(view);
+    /// Adds the run in a folder, and begins to read what its log says so far.
+    fn read_in_background(&mut self, folder: &Path, command: Command) -> Result<usize, SessionError> {
+        let run = RunView::open(folder)?;
+        let mut log = run.directory().events();
+        let number = self.add(run.with_past_unread());
+        let report = format!("opened {}", folder.display());
+        let work = move |_: &Reporter| {
+            let past = log.poll();
+            Ok((log, past))
+        };
+        self.begin_job(command, work, move |session, past| {
+            let (log, past) = past?;
+            if let Some(run) = session.runs.iter_mut().find(|run| run.number() == number) {
+                run.take_past(log, past);
+            }
+            Ok(report)
+        })?;
+        Ok(number)
+    }
+
+    /// Queues a run, and starts it if there is a core for it.
+    fn begin(&mut self, number: usize, until: Option<u32>, report: &str) -> Result<String, SessionError> {
         self.current = Some(number);
+        self.turns += 1;
+        let turn = self.turns;
         let Some(run) = self.run_mut() else { return Err(SessionError::NoRun) };
-        run.enqueue(until);
+        run.enqueue(turn, until);
         self.start_queued();
         let Some(run) = self.run() else { return Err(SessionError::NoRun) };
+        let path = run.directory().path().display();
         match run.failure() {
             Some(reason) => Err(SessionError::Failed(reason.to_owned())),
-            None if run.is_queued() => Ok(format!("{} waits for a free core", path.display())),
-            None => Ok(format!("{report} {}", path.display())),
+            None if run.is_queued() && !run.is_unread() => Ok(format!("{path} waits for a free core")),
+            None => Ok(format!("{report} {path}")),
         }
     }
 
     /// Adds a run to the session, or puts it in the place of the one in its folder, and
     /// returns its number.
-    fn add(&mut self, view: RunView) -> usize {
-        let path = view.directory().path();
-        if let Some(known) = self.runs.iter_mut().find(|run| run.directory().path() == path) {
+    fn add(&mut self, run: RunView) -> usize {
+        let path = run.directory().path();
+        if let Some(known) = self.runs.iter_mut().find(|known| known.directory().path() == path) {
             let number = known.number();
-            *known = view.numbered(number);
+            *known = run.numbered(number);
             return number;
         }
         let number = self.numbered;
         self.numbered += 1;
-        self.runs.push(view.numbered(number));
+        self.runs.push(run.numbered(number));
         number
+    }
+
+    /// Adds a run that was opened, and acts on it.
+    pub(super) fn show(&mut self, run: RunView) {
+        let folder = run.directory().path().to_owned();
+        self.current = Some(self.add(run));
+        self.journal.note(Open(folder).into(), self.current);
     }
 
     /// Starts what waits for a core, as long as there is one; true if anything began.
@@ -65,7 +103,7 @@ impl Session {
         let mut began = false;
         loop {
             let working = self.runs.iter().filter(|run| run.is_working()).count();
-            let next = self.runs.iter_mut().filter(|run| run.is_queued()).min_by_key(|run| run.number());
+            let next = self.runs.iter_mut().filter(|run| run.turn().is_some()).min_by_key(|run| run.turn());
             let Some(run) = next.filter(|_| working < self.cores) else { return began };
             // Why it could not begin is kept in the run, where it is shown.
             began |= run.start().is_ok();
@@ -111,16 +149,14 @@ impl Session {
         self.runs.iter().find(|run| run.directory().path() == folder).map(RunView::number)
     }
 
-    pub(super) fn open(&mut self, folder: &Path) -> Result<String, SessionError> {
-        let number = match self.number_of(folder) {
+    /// Opens the run in a folder and acts on it.
+    pub(super) fn open(&mut self, command: &Open) -> Result<String, SessionError> {
+        let number = match self.number_of(&command.0) {
             Some(number) => number,
-            None => {
-                let view = RunView::read(folder)?;
-                self.add(view)
-            }
+            None => self.read_in_background(&command.0, command.clone().into())?,
         };
         self.current = Some(number);
-        Ok(format!("opened {}", folder.display()))
+        Ok(format!("opened {}", command.0.display()))
     }
 
     pub(super) fn watch(&mut self, number: usize) -> Result<String, SessionError> {
@@ -130,32 +166,57 @@ impl Session {
         Ok(report)
     }
 
-    /// Deletes a run's folder, unless somebody, here or in another process, works on it.
-    pub(super) fn delete(&mut self, folder: &Path) -> Result<String, SessionError> {
-        self.refuse_if_busy(folder)?;
-        let directory = RunDirectory::open(folder)?;
+    /// Begins to delete a run's folder, unless somebody, here or in another process, works on it.
+    pub(super) fn delete(&mut self, command: &Delete) -> Result<String, SessionError> {
+        let folder = command.0.clone();
+        self.refuse_if_busy(&folder)?;
+        let directory = RunDirectory::open(&folder)?;
         let lock = directory.lock()?;
-        std::fs::remove_dir_all(folder).map_err(|source| SessionError::Delete { path: folder.to_owned(), source })?;
-        drop(lock);
-        if let Some(number) = self.number_of(folder) {
-            self.runs.retain(|run| run.number() != number);
-            self.current = self.current.filter(|current| *current != number);
+        // The run is not looked at while its files go away.
+        let index = self.runs.iter().position(|run| run.directory().path() == folder);
+        let removed = index.map(|index| self.runs.remove(index));
+        let was_current = self.run().is_none();
+        let report = format!("deleting {}", folder.display());
+        let work = move |_: &Reporter| {
+            let outcome = std::fs::remove_dir_all(&folder);
+            drop(lock);
+            outcome.map(|()| folder.clone()).map_err(|source| SessionError::Delete { path: folder, source }.to_string())
+        };
+        let begun = self.begin_job(command.clone(), work, |session, outcome| match outcome {
+            Ok(folder) => Ok(format!("deleted {}", folder.display())),
+            Err(reason) => {
+                session.runs.extend(removed);
+                session.runs.sort_by_key(RunView::number);
+                Err(reason)
+            }
+        });
+        if was_current {
+            self.current = None;
         }
-        Ok(format!("deleted {}", folder.display()))
+        begun?;
+        Ok(report)
     }
 
+    /// Begins to play the greedy policy of the current run.
     pub(super) fn evaluate(&mut self) -> Result<String, SessionError> {
-        let trace = self.run().ok_or(SessionError::NoRun)?.greedy_episode(self.setup.config.seed)?;
-        let outcome = if trace.reached_goal() { "reaches the goal" } else { "does not reach the goal" };
-        Ok(format!("the greedy policy {outcome} in {} actions, return {:.2}", trace.steps.len(), trace.total_reward()))
+        let run = self.run().ok_or(SessionError::NoRun)?;
+        let (saved, seed, name) = (run.saved(), self.setup.config.seed, run.name());
+        let work = move |_: &Reporter| saved.greedy_episode(seed).map_err(|error| error.to_string());
+        self.begin_job(Evaluate, work, |_, trace| {
+            let trace = trace?;
+            let outcome = if trace.reached_goal() { "reaches the goal" } else { "does not reach the goal" };
+            let (actions, total) = (trace.steps.len(), trace.total_reward());
+            Ok(format!("the greedy policy {outcome} in {actions} actions, return {total:.2}"))
+        })?;
+        Ok(format!("playing the greedy policy of {name}"))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::RunState;
-    use crate::workbench::Command;
+    use crate::run::{Event, RunState};
+    use crate::workbench::{Notice, Script};
 
     fn session(folder: &Path, lines: &[&str]) -> Session {
         let mut session = Session::new(crate::task::load("task1").unwrap(), folder.to_owned());
@@ -165,10 +226,18 @@ mod tests {
         session
     }
 
+    /// As a script does it: what is asked for is done when this returns.
     fn apply(session: &mut Session, lines: &[&str]) {
-        for line in lines {
-            session.apply(Command::parse(line).unwrap().unwrap()).unwrap_or_else(|error| panic!("{line}: {error}"));
-        }
+        play(session, lines).unwrap_or_else(|error| panic!("{lines:?}: {error}"));
+    }
+
+    fn play(session: &mut Session, lines: &[&str]) -> Result<(), String> {
+        let script = Script::parse(&lines.join("\n"), "s", &[]).unwrap();
+        script.run(session, |_| {}).map_err(|error| error.to_string())
+    }
+
+    fn quoted(path: &Path) -> String {
+        shell_words::quote(&path.display().to_string()).into_owned()
     }
 
     fn try_line(session: &mut Session, line: &str) -> Result<String, String> {
@@ -201,7 +270,7 @@ mod tests {
     fn a_run_is_deleted_only_when_nobody_works_on_it() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run");
-        let shown = shell_words::quote(&path.display().to_string()).into_owned();
+        let shown = quoted(&path);
         let mut session = session(folder.path(), &[&format!("train {shown} until 1"), "wait"]);
         let error = try_line(&mut session, &format!("delete {shown}")).unwrap_err();
         assert!(error.contains("run is being trained"), "{error}");
@@ -244,7 +313,175 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let lines = ["method planning", "model true", "set planner.rollouts 8", "episodes 1", "train", "wait"];
         let mut session = session(folder.path(), &lines);
-        let error = try_line(&mut session, "evaluate").unwrap_err();
+        let error = play(&mut session, &["evaluate"]).unwrap_err();
         assert!(error.contains("learns no policy"), "{error}");
+    }
+
+    #[test]
+    fn no_command_waits_for_the_work_it_begins() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| quoted(&folder.path().join(name));
+        let mut first = session(folder.path(), &[]);
+        for run in ["a", "b", "c", "d"] {
+            apply(&mut first, &[&format!("train {}", path(run)), "wait"]);
+        }
+        let mut session = session(folder.path(), &["model true", &format!("open {}", path("a"))]);
+        let gate = session.gate.clone();
+        let held = gate.lock().unwrap();
+        let begun = [
+            "clusters".to_owned(),
+            format!("clusters {}", path("clusters.json")),
+            "propose 1".to_owned(),
+            "evaluate".to_owned(),
+            format!("figure scene {}", path("new/scene.svg")),
+            format!("figure episode {}", path("new/episode.gif")),
+            format!("open {}", path("b")),
+            format!("continue {}", path("c")),
+            format!("delete {}", path("d")),
+            "model evaluate bucket-box".to_owned(),
+        ];
+        for line in &begun {
+            let before = session.jobs.len();
+            try_line(&mut session, line).unwrap_or_else(|error| panic!("{line}: {error}"));
+            session.poll();
+            // New clusters take the place of those that are being computed for the session.
+            assert!(session.jobs.len() > before, "{line}: {:?}", session.jobs);
+        }
+        assert!(try_line(&mut session, "wait").unwrap().contains("under way"));
+        let written = ["clusters.json", "new/scene.svg", "new/scene.csv", "new/episode.gif"];
+        assert!(written.iter().all(|name| !folder.path().join(name).exists()));
+        assert!(try_line(&mut session, "model stop").is_ok());
+        drop(held);
+        session.wait(|_| {}).unwrap();
+        assert!(written.iter().all(|name| folder.path().join(name).exists()));
+        assert!(!folder.path().join("d").exists());
+        assert_eq!(session.proposed().len(), 1);
+        let states: Vec<(String, usize)> = session.runs().iter().map(|run| (run.name(), run.records().len())).collect();
+        assert_eq!(states, [("a".to_owned(), 3), ("b".to_owned(), 3), ("c".to_owned(), 3)]);
+    }
+
+    #[test]
+    fn clusters_for_a_file_are_written_though_the_task_has_changed_since() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("clusters.json");
+        let mut session = session(folder.path(), &["model true"]);
+        let gate = session.gate.clone();
+        let held = gate.lock().unwrap();
+        try_line(&mut session, &format!("clusters {}", quoted(&file))).unwrap();
+        try_line(&mut session, "goal size 5").unwrap();
+        assert!(session.clusters_are_outdated());
+        try_line(&mut session, "clusters").unwrap();
+        try_line(&mut session, "task task2").unwrap();
+        drop(held);
+        session.wait(|_| {}).unwrap();
+        let saved = std::fs::read_to_string(&file).unwrap();
+        assert!(saved.contains("task1"), "{saved:.200}");
+        assert!(session.prior().is_none(), "clusters of another task");
+    }
+
+    #[test]
+    fn a_wait_fails_with_the_computation_it_waits_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = session(folder.path(), &[]);
+        let error = play(&mut session, &["model true", "clusters", "wait", "model uniform", "propose", "wait"]);
+        assert!(error.as_ref().is_err_and(|error| error.starts_with("s:6: ")), "{error:?}");
+        // A look at the session in between does not lose the failure.
+        try_line(&mut session, "propose").unwrap();
+        while session.jobs.iter().any(|_| true) {
+            try_line(&mut session, "expect subgoals >= 0").unwrap();
+        }
+        assert!(session.wait(|_| {}).is_err());
+        assert!(session.wait(|_| {}).is_ok(), "it is told once");
+    }
+
+    #[test]
+    fn queued_runs_are_trained_in_the_order_they_were_asked_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = session(folder.path(), &["train until 1", "wait", "stop", "wait"]);
+        apply(&mut session, &["seed 1", "train", "seed 2", "train", "watch 1", "continue", "seed 3", "train"]);
+        let mut began = Vec::new();
+        let note = |notice: &Notice| {
+            if let Notice::Run { run, event: Event::Started { .. } } = notice {
+                began.push(*run);
+            }
+        };
+        session.wait(note).unwrap();
+        assert_eq!(began, [1, 2, 0, 3]);
+    }
+
+    #[test]
+    fn only_the_deleted_run_is_no_longer_the_current_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| quoted(&folder.path().join(name));
+        let trains = ["a", "b", "c"].map(|name| format!("train {} until 1", path(name)));
+        let mut session = session(folder.path(), &[]);
+        for train in &trains {
+            apply(&mut session, &[train, "wait", "stop", "wait"]);
+        }
+        apply(&mut session, &["watch 2", &format!("delete {}", path("a"))]);
+        assert_eq!(session.run().map(RunView::name), Some("b".to_owned()), "another was deleted");
+        apply(&mut session, &[&format!("delete {}", path("b"))]);
+        assert!(session.run().is_none());
+        assert_eq!(session.runs().iter().map(RunView::name).collect::<Vec<_>>(), ["c"]);
+        apply(&mut session, &["watch 3"]);
+    }
+
+    /// The metrics of a run, as bytes.
+    fn metrics(folder: &Path, run: &str) -> Vec<u8> {
+        std::fs::read(folder.join(run).join("metrics.csv")).unwrap()
+    }
+
+    /// Plays the recorded session elsewhere; the folder in which it was played.
+    fn replay(session: &Session, folder: &Path) -> tempfile::TempDir {
+        let elsewhere = tempfile::tempdir().unwrap();
+        let script = session.to_script().replace(&quoted(folder), &quoted(elsewhere.path()));
+        let mut second = Session::new(crate::task::load("task1").unwrap(), elsewhere.path().to_owned());
+        play(&mut second, &[&script]).unwrap_or_else(|error| panic!("{error}\n{script}"));
+        elsewhere
+    }
+
+    #[test]
+    fn a_recorded_stop_ends_the_run_at_the_same_episode() {
+        let folder = tempfile::tempdir().unwrap();
+        let train = format!("train {} until 2", quoted(&folder.path().join("a")));
+        let session = session(folder.path(), &[&train, "wait", "stop", "wait"]);
+        assert!(session.to_script().ends_with("until 2\nwait\nstop\nwait\n"), "{}", session.to_script());
+        let elsewhere = replay(&session, folder.path());
+        assert_eq!(metrics(elsewhere.path(), "a"), metrics(folder.path(), "a"));
+        let state = RunDirectory::open(elsewhere.path().join("a")).unwrap().status().unwrap().state;
+        assert_eq!(state, RunState::Stopped("asked to".to_owned()));
+    }
+
+    #[test]
+    fn runs_that_were_trained_side_by_side_are_recorded_each_with_its_own_changes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| quoted(&folder.path().join(name));
+        let mut session = session(folder.path(), &["episodes 5"]);
+        session.set_cores(2);
+        let (a, b) = (format!("train {} until 2", path("a")), format!("train {} until 3", path("b")));
+        apply(&mut session, &[&a, "seed 1", &b, "wait", "watch 1", "epsilon 0.2", "resume", "watch 2", "stop", "wait"]);
+        let script = session.to_script();
+        assert!(script.contains("/a until 2\nwait\nseed 1\n") && script.contains("/b until 3\nwait\n"), "{script}");
+        let elsewhere = replay(&session, folder.path());
+        for run in ["a", "b"] {
+            assert_eq!(metrics(elsewhere.path(), run), metrics(folder.path(), run), "{run}: {script}");
+        }
+        let lines =
+            |run| metrics(folder.path(), run).split(|byte| *byte == b'\n').filter(|line| !line.is_empty()).count();
+        assert_eq!((lines("a"), lines("b")), (6, 4), "with the heading");
+    }
+
+    #[test]
+    fn a_recorded_session_leaves_a_paused_run_where_it_is_and_makes_the_folders_of_its_figures() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| quoted(&folder.path().join(name));
+        let train = format!("train {} until 2", path("a"));
+        let figure = format!("figure dashboard {}", path("figures/a.svg"));
+        let session = session(folder.path(), &[&train, "wait", &figure]);
+        let elsewhere = replay(&session, folder.path());
+        assert_eq!(metrics(elsewhere.path(), "a"), metrics(folder.path(), "a"), "{}", session.to_script());
+        assert!(elsewhere.path().join("figures/a.svg").exists());
+        let text = String::from_utf8(metrics(folder.path(), "a")).unwrap();
+        assert_eq!(text.lines().count(), 3, "two episodes: {text}");
     }
 }

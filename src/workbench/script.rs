@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::SessionError;
-use super::command::{Command, CommandError};
+use super::command::{Awaits, Command, CommandError};
 use super::dry_run::DryRun;
 use super::session::{Notice, Session};
 
@@ -75,11 +75,8 @@ impl Script {
     pub fn run(&self, session: &mut Session, mut on_output: impl FnMut(Output<'_>)) -> Result<(), ScriptError> {
         self.dry_run(session)?;
         for (line, command) in &self.commands {
-            let outcome = match command {
-                Command::Wait(_) => session.wait(|notice| on_output(Output::Notice(notice))),
-                other => session.apply(other.clone()),
-            };
-            on_output(Output::Report(command, &outcome.map_err(|error| self.failed(*line, error))?));
+            let report = play(session, command, &mut on_output).map_err(|error| self.failed(*line, error))?;
+            on_output(Output::Report(command, &report));
             if session.has_quit() {
                 break;
             }
@@ -101,6 +98,20 @@ impl Script {
 
     fn failed(&self, line: usize, error: SessionError) -> ScriptError {
         ScriptError::Command { origin: self.origin.clone(), line, error: Box::new(error) }
+    }
+}
+
+/// Carries out a command and waits for what the lines after it need.
+fn play(
+    session: &mut Session,
+    command: &Command,
+    on_output: &mut impl FnMut(Output<'_>),
+) -> Result<String, SessionError> {
+    let report = session.apply(command.clone())?;
+    match command.awaits() {
+        Awaits::Nothing => Ok(report),
+        Awaits::Result => Ok(session.wait_for(command)?.unwrap_or(report)),
+        Awaits::Everything => session.wait(|notice| on_output(Output::Notice(notice))),
     }
 }
 

@@ -2,52 +2,31 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
 
 use super::SessionError;
-use super::command::{self, Command, Epsilon, Expect, Guide, Quantity, Recording, Stop};
+use super::clusters::ClusterStore;
+use super::command::{self, Command, Epsilon, Expect, Guide, Pause, Quantity, Recording, Stop};
 use super::hand_play::HandPlay;
+use super::job::Progress;
+use super::jobs::Pending;
 use super::journal::Journal;
-use super::model_job::ModelJob;
-use super::prior_job::{PriorJob, PriorKey};
-use super::proposal_job::ProposalJob;
 use super::run::RunView;
 use super::setup::Setup;
-use crate::guidance::ActionPrior;
-use crate::run::{Event, RunDirectory};
+use crate::run::{Event, RunState};
 use crate::task::{self, Task};
 use crate::trainer::{Control, RunConfig};
 
-/// Something worth telling that happened in the background.
+/// Something that happened in the background.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Notice {
-    /// The clusters' build reached a stage.
-    PriorStage { stage: usize, stages: usize },
-    /// The clusters are there.
-    PriorReady,
-    /// The clusters could not be computed.
-    PriorFailed(String),
-    /// A dynamics model was trained or measured: what came of it, or why it failed.
-    Model(Result<String, String>),
-    /// Subgoals are proposed: how many, or why there are none.
-    Proposed(Result<String, String>),
-    /// Something happened in a run.
-    Run { index: usize, event: Event },
+    /// The computation that a command began got on.
+    Progress { command: Command, progress: Progress },
+    /// The computation that a command began has ended: what to report, or why it failed.
+    Finished { command: Command, outcome: Result<String, String> },
+    /// Something happened in the run with this number.
+    Run { run: usize, event: Event },
     /// Something else that is seen changed.
     Changed,
-}
-
-/// How the clusters stand to the present task and settings.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PriorState {
-    /// There are none.
-    Absent,
-    /// They are being computed: the stage, from 0, of so many.
-    Building { stage: usize, stages: usize },
-    /// They belong to the task and settings as they are.
-    Fresh,
-    /// Task or settings have changed since.
-    Stale,
 }
 
 /// The task that a script begins with unless it opens another.
@@ -58,18 +37,21 @@ pub const FIRST_TASK: &str = "task1";
 #[derive(Debug)]
 pub struct Session {
     pub(super) setup: Setup,
-    pub(super) prior: Option<(PriorKey, Arc<ActionPrior>)>,
-    pub(super) job: Option<PriorJob>,
-    job_stage: Option<usize>,
-    /// Of clusters that could not be computed: trying again would fail again.
-    hopeless: Option<PriorKey>,
-    model_job: Option<ModelJob>,
-    pub(super) proposal_job: Option<ProposalJob>,
+    pub(super) clusters: ClusterStore,
+    /// What is computed in the background, in the order in which it was begun.
+    pub(super) jobs: Vec<Pending>,
+    /// What happened since the last poll.
+    pub(super) notices: Vec<Notice>,
+    /// Computations wait as long as a test holds it.
+    #[cfg(test)]
+    pub(crate) gate: Arc<std::sync::Mutex<()>>,
     pub(super) runs: Vec<RunView>,
     /// Number of the run that commands act on.
     pub(super) current: Option<usize>,
     /// Runs so far, also those deleted.
     pub(super) numbered: usize,
+    /// Runs that were queued so far.
+    pub(super) turns: u64,
     /// Runs that are trained at the same time; more are queued.
     pub(super) cores: usize,
     pub(super) folder: PathBuf,
@@ -85,15 +67,15 @@ impl Session {
         Self {
             hand_play: HandPlay::new(setup.config.task.clone(), setup.config.seed),
             setup,
-            prior: None,
-            job: None,
-            job_stage: None,
-            hopeless: None,
-            model_job: None,
-            proposal_job: None,
+            clusters: ClusterStore::default(),
+            jobs: Vec::new(),
+            notices: Vec::new(),
+            #[cfg(test)]
+            gate: Arc::default(),
             runs: Vec::new(),
             current: None,
             numbered: 0,
+            turns: 0,
             cores: std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
             folder,
             journal: Journal::default(),
@@ -117,13 +99,14 @@ impl Session {
     /// # Errors
     /// When there is no run, or one that cannot be read.
     pub fn on_run(folder: &Path) -> Result<Self, SessionError> {
-        let config: RunConfig = RunDirectory::open(folder)?.config()?;
-        let mut session = Self::new(Task::clone(&config.task), folder.parent().unwrap_or(folder).to_owned());
-        session.apply(command::Open(folder.to_owned()))?;
+        let run = RunView::read(folder)?;
+        let mut session = Self::new(Task::clone(&run.config().task), folder.parent().unwrap_or(folder).to_owned());
+        session.show(run);
         Ok(session)
     }
 
-    /// Carries out a command and returns what to report.
+    /// Carries out a command and returns what to report. Never waits: what takes longer than
+    /// a moment is begun, and [`Session::poll`] reports its end.
     ///
     /// # Errors
     /// When the command cannot be carried out; nothing has changed then.
@@ -133,11 +116,14 @@ impl Session {
         let training = training.map(|run| (run.number(), run.records().len() as u32));
         let recording = command.recording(self);
         let report = command.execute(self)?;
-        match (recording, training) {
-            (Recording::Never, _) | (Recording::WhenEffective, Some(_)) => {}
-            (Recording::AtEpisode, Some((run, episode))) => self.journal.note_at(command, run, episode),
+        let entry = match (recording, training) {
+            (Recording::Never, _) | (Recording::WhenEffective, Some(_)) => return Ok(report),
+            (Recording::AtEpisode, Some((run, episode))) => self.journal.note_at(command.clone(), run, episode),
             (Recording::As(other), _) => self.journal.note(other, self.current),
-            _ => self.journal.note(command, self.current),
+            _ => self.journal.note(command.clone(), self.current),
+        };
+        if let Some(job) = self.jobs.last_mut().filter(|job| *job.command() == command) {
+            job.entry = Some(entry);
         }
         Ok(report)
     }
@@ -159,13 +145,6 @@ impl Session {
         self.hand_play = HandPlay::new(self.setup.config.task.clone(), self.setup.config.seed);
     }
 
-    /// Forgets what belongs to the task that was left: its clusters say nothing about another.
-    pub(super) fn forget_task(&mut self) {
-        self.job = None;
-        self.proposal_job = None;
-        self.prior = None;
-    }
-
     /// Notes what took effect in a run.
     fn note_effect(&mut self, run: usize, event: &Event) {
         let command: Command = match event {
@@ -182,135 +161,42 @@ impl Session {
 
     /// Takes in what happened in the background since the last call.
     pub fn poll(&mut self) -> Vec<Notice> {
-        let mut notices = Vec::new();
-        self.poll_job(&mut notices);
-        self.poll_model_job(&mut notices);
-        self.poll_proposals(&mut notices);
-        for (index, run) in self.runs.iter_mut().enumerate() {
+        self.advance();
+        std::mem::take(&mut self.notices)
+    }
+
+    /// Takes in what happened in the background; the next poll reports it.
+    pub(super) fn advance(&mut self) {
+        self.advance_jobs();
+        let mut effects = Vec::new();
+        for run in &mut self.runs {
             let (events, changed) = run.poll();
             if changed && events.is_empty() {
-                notices.push(Notice::Changed);
+                self.notices.push(Notice::Changed);
             }
-            notices.extend(events.into_iter().map(|event| Notice::Run { index, event }));
+            for event in events {
+                if run.was_trained_here() {
+                    effects.push((run.number(), event.clone()));
+                }
+                self.notices.push(Notice::Run { run: run.number(), event });
+            }
         }
-        for notice in &notices {
-            if let Notice::Run { index, event } = notice
-                && self.runs[*index].was_trained_here()
-            {
-                self.note_effect(self.runs[*index].number(), event);
-            }
+        for (run, event) in effects {
+            self.note_effect(run, &event);
         }
         if self.start_queued() {
-            notices.push(Notice::Changed);
-        }
-        notices
-    }
-
-    fn poll_model_job(&mut self, notices: &mut Vec<Notice>) {
-        let Some(job) = &mut self.model_job else { return };
-        if job.is_news() {
-            notices.push(Notice::Changed);
-        }
-        if let Some(outcome) = job.outcome() {
-            self.model_job = None;
-            notices.push(Notice::Model(outcome));
-        }
-    }
-
-    pub(super) fn begin_model_job(&mut self, job: std::io::Result<ModelJob>) -> Result<String, SessionError> {
-        if let Some(job) = &self.model_job {
-            return Err(SessionError::Failed(format!("{}: wait for its end, or end it with `model stop`", job.name())));
-        }
-        let job = job.map_err(SessionError::Thread)?;
-        let told = job.name().to_owned();
-        self.model_job = Some(job);
-        Ok(told)
-    }
-
-    pub(super) fn end_model_job(&mut self) -> Result<String, SessionError> {
-        match self.model_job.take() {
-            Some(job) => Ok(format!("ended: {}", job.name())),
-            None => Err(SessionError::Failed("no dynamics model is being trained or measured".to_owned())),
-        }
-    }
-
-    fn poll_job(&mut self, notices: &mut Vec<Notice>) {
-        let Some(job) = &mut self.job else { return };
-        let stage = job.stage();
-        if self.job_stage != Some(stage) {
-            self.job_stage = Some(stage);
-            notices.push(Notice::PriorStage { stage, stages: job.stages });
-        }
-        if let Some(outcome) = job.outcome() {
-            let key = job.key.clone();
-            self.job = None;
-            self.job_stage = None;
-            notices.push(match outcome {
-                Ok(prior) => {
-                    self.prior = Some((key, Arc::new(prior)));
-                    Notice::PriorReady
-                }
-                Err(reason) => {
-                    self.hopeless = Some(key);
-                    Notice::PriorFailed(reason)
-                }
-            });
-        }
-    }
-
-    /// Waits until no run is being trained and no clusters are being computed; `on_notice`
-    /// sees what happens meanwhile.
-    ///
-    /// # Errors
-    /// When the clusters or a run failed.
-    pub fn wait(&mut self, mut on_notice: impl FnMut(&Notice)) -> Result<String, SessionError> {
-        loop {
-            let idle = self.is_idle();
-            for notice in self.poll() {
-                on_notice(&notice);
-                match notice {
-                    Notice::PriorFailed(reason) | Notice::Model(Err(reason)) | Notice::Proposed(Err(reason)) => {
-                        return Err(SessionError::Failed(reason));
-                    }
-                    Notice::Run { index, event: Event::Failed { reason, .. } }
-                        if self.runs.get(index).is_some_and(RunView::was_trained_here) =>
-                    {
-                        return Err(SessionError::Failed(reason));
-                    }
-                    _ => {}
-                }
-            }
-            if idle {
-                break;
-            }
-            std::thread::sleep(Duration::from_millis(10));
-        }
-        match self.run().and_then(RunView::failure) {
-            Some(reason) => Err(SessionError::Failed(reason.to_owned())),
-            None => Ok("nothing is under way".to_owned()),
+            self.notices.push(Notice::Changed);
         }
     }
 
     /// Whether nothing is under way but what is paused.
     pub fn is_idle(&self) -> bool {
         let busy = |run: &RunView| run.is_working() || run.is_queued();
-        let jobs = self.job.is_some() || self.model_job.is_some() || self.proposal_job.is_some();
-        !jobs && !self.runs.iter().any(busy)
-    }
-
-    pub(super) fn compute_clusters(&mut self, file: Option<&Path>) -> Result<String, SessionError> {
-        self.setup.config.validate()?;
-        self.job = Some(PriorJob::spawn(&self.setup.config).map_err(SessionError::Thread)?);
-        let Some(path) = file else { return Ok("computing the action clusters".to_owned()) };
-        self.wait(|_| {})?;
-        let prior = self.prior().ok_or(SessionError::NoClusters)?;
-        crate::atomic::write(path, prior.to_json().as_bytes())
-            .map_err(|source| SessionError::Write { path: path.to_owned(), source })?;
-        Ok(format!("saved the action clusters to {}", path.display()))
+        self.jobs.is_empty() && !self.runs.iter().any(busy)
     }
 
     pub(super) fn expect(&mut self, expected: &Expect) -> Result<String, SessionError> {
-        self.poll();
+        self.advance();
         let run = || self.run().ok_or(SessionError::NoRun);
         let found = match expected.quantity {
             Quantity::Episodes => run()?.records().len() as f64,
@@ -351,21 +237,6 @@ impl Session {
         &self.setup.config
     }
 
-    /// The action clusters, fresh or stale.
-    pub fn prior(&self) -> Option<&Arc<ActionPrior>> {
-        self.prior.as_ref().map(|(_, prior)| prior)
-    }
-
-    /// How the clusters stand to the present task and settings.
-    pub fn prior_state(&self) -> PriorState {
-        match (&self.job, &self.prior) {
-            (Some(job), _) => PriorState::Building { stage: job.stage(), stages: job.stages },
-            (None, None) => PriorState::Absent,
-            (None, Some((key, _))) if *key == PriorKey::of(&self.setup.config) => PriorState::Fresh,
-            (None, Some(_)) => PriorState::Stale,
-        }
-    }
-
     /// All runs of the session.
     pub fn runs(&self) -> &[RunView] {
         &self.runs
@@ -376,21 +247,13 @@ impl Session {
         self.runs.iter().find(|run| Some(run.number()) == self.current)
     }
 
+    /// The run with a number.
+    pub fn run_numbered(&self, number: usize) -> Option<&RunView> {
+        self.runs.iter().find(|run| run.number() == number)
+    }
+
     pub(super) fn run_mut(&mut self) -> Option<&mut RunView> {
         self.runs.iter_mut().find(|run| Some(run.number()) == self.current)
-    }
-
-    /// What is being done about a dynamics model: its name and its progress from 0 to 1.
-    pub fn model_work(&self) -> Option<(&str, Option<f32>)> {
-        self.model_job.as_ref().map(|job| (job.name(), job.progress()))
-    }
-
-    /// Whether there are clusters, finished or on their way, that no longer belong to the
-    /// task and settings, and computing them anew is worth trying.
-    pub fn clusters_are_outdated(&self) -> bool {
-        let key = PriorKey::of(&self.setup.config);
-        let latest = self.job.as_ref().map(|job| &job.key).or(self.prior.as_ref().map(|(key, _)| key));
-        latest.is_some_and(|latest| *latest != key) && self.hopeless.as_ref() != Some(&key)
     }
 
     /// The folder for new runs.
@@ -405,7 +268,11 @@ impl Session {
 
     /// The session so far as a script that does the same without a terminal.
     pub fn to_script(&self) -> String {
-        self.journal.to_script()
+        let mut journal = self.journal.clone();
+        for run in self.runs.iter().filter(|run| run.is_active() && run.state() == RunState::Paused) {
+            journal.note_at(Pause.into(), run.number(), run.records().len() as u32);
+        }
+        journal.to_script()
     }
 
     /// Whether `quit` was given.

@@ -1,10 +1,10 @@
-"""Runs the README's NumPy snippet on an exported actor and compares its actions with ours.
+"""Runs the NumPy snippet of docs/python.md on an exported actor and compares its actions with ours.
 
     mge export RUN --out actor.safetensors
     mge evaluate RUN --observations > episodes.jsonl
     python tests/python/check_actor.py FOLDER
 
-FOLDER holds the two files; the snippet is the block of Python in README.md.
+FOLDER holds the two files; the snippet is the block of Python in docs/python.md.
 """
 
 import json
@@ -15,11 +15,11 @@ from pathlib import Path
 
 import numpy as np
 
-README = Path(__file__).parents[2] / "README.md"
+PAGE = Path(__file__).parents[2] / "docs" / "python.md"
 
 
 def main(folder):
-    [snippet] = re.findall(r"```python\n(.*?)```", README.read_text(), re.DOTALL)
+    [snippet] = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
     assert len(snippet.splitlines()) <= 20, "the snippet is longer than 20 lines"
     os.chdir(folder)
     names = {}

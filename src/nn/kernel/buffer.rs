@@ -2,7 +2,7 @@
 
 use std::ops::{Deref, DerefMut};
 
-use super::LINE;
+use super::dispatch::LINE;
 
 /// One cache line of floats.
 #[derive(Clone, Copy)]

@@ -1,6 +1,7 @@
 //! Activations, optimiser steps and the other work that touches each float once.
 
-use super::{Kernel, LINE, simd::Simd};
+use super::dispatch::{Kernel, LINE};
+use super::simd::Simd;
 use crate::nn::Activation;
 
 /// tanh(x) = x P(x²) / Q(x²): a minimax fit of the relative error on [-8, 8] (1.5e-7; with

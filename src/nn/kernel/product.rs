@@ -1,6 +1,8 @@
 //! The one matrix product behind forward pass, input gradient and weight gradient.
 
-use super::{Kernel, LINE, elementwise::activate, simd::Simd};
+use super::dispatch::{Kernel, LINE};
+use super::elementwise::{activate, derivative};
+use super::simd::Simd;
 use crate::nn::Activation;
 
 /// What the sums start from.
@@ -195,7 +197,7 @@ impl Product<'_> {
                 Epilogue::None => {}
                 Epilogue::Activate(f) => activate::<S>(f, c, n),
                 Epilogue::Derivative(f, y) => {
-                    super::elementwise::derivative::<S>(f, y.as_ptr().add(at), c, n);
+                    derivative::<S>(f, y.as_ptr().add(at), c, n);
                 }
             }
         }

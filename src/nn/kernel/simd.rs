@@ -7,7 +7,7 @@
 /// compiled for it (`#[target_feature]`); pointers must be valid for `LANES` floats.
 pub(in crate::nn) trait Simd {
     type V: Copy;
-    /// Floats in a vector: divides [`LINE`](super::LINE).
+    /// Floats in a vector: divides [`LINE`](super::dispatch::LINE).
     const LANES: usize;
     /// Vectors that one row of the widest register tile spans.
     const TILE_VECTORS: usize;
@@ -30,7 +30,8 @@ pub(in crate::nn) trait Simd {
     unsafe fn max(a: Self::V, b: Self::V) -> Self::V;
     /// `d` where `y > 0`, else 0.
     unsafe fn where_positive(y: Self::V, d: Self::V) -> Self::V;
-    /// Transposes a `LANES` × `LANES` block; strides are in floats.
+    /// Transposes a `LANES` × `LANES` block; strides are in floats. Both pointers must be valid for
+    /// the whole block.
     unsafe fn transpose(from: *const f32, from_row: usize, to: *mut f32, to_row: usize);
 }
 
@@ -129,69 +130,49 @@ mod x86 {
 
     use super::Simd;
 
+    /// Functions of [`Simd`] that are one instruction.
+    macro_rules! intrinsics {
+        ($($name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)? = $instruction:ident;)*) => {$(
+            #[inline(always)]
+            unsafe fn $name($($argument: $type),*) $(-> $result)? {
+                // SAFETY: the trait's contract provides the instruction set and valid pointers.
+                unsafe { $instruction($($argument),*) }
+            }
+        )*};
+    }
+
     /// AVX2 with FMA: eight lanes, sixteen registers.
     pub(in crate::nn::kernel) struct Avx2;
 
-    // SAFETY of the bodies: the trait's contract provides the instruction set and the pointers.
     impl Simd for Avx2 {
         type V = __m256;
         const LANES: usize = 8;
         const TILE_VECTORS: usize = 2;
 
-        #[inline(always)]
-        unsafe fn load(from: *const f32) -> __m256 {
-            unsafe { _mm256_loadu_ps(from) }
+        intrinsics! {
+            load(from: *const f32) -> __m256 = _mm256_loadu_ps;
+            store(to: *mut f32, v: __m256) = _mm256_storeu_ps;
+            splat(x: f32) -> __m256 = _mm256_set1_ps;
+            add(a: __m256, b: __m256) -> __m256 = _mm256_add_ps;
+            sub(a: __m256, b: __m256) -> __m256 = _mm256_sub_ps;
+            mul(a: __m256, b: __m256) -> __m256 = _mm256_mul_ps;
+            div(a: __m256, b: __m256) -> __m256 = _mm256_div_ps;
+            sqrt(a: __m256) -> __m256 = _mm256_sqrt_ps;
+            mul_add(a: __m256, b: __m256, c: __m256) -> __m256 = _mm256_fmadd_ps;
+            neg_mul_add(a: __m256, b: __m256, c: __m256) -> __m256 = _mm256_fnmadd_ps;
+            min(a: __m256, b: __m256) -> __m256 = _mm256_min_ps;
+            max(a: __m256, b: __m256) -> __m256 = _mm256_max_ps;
         }
-        #[inline(always)]
-        unsafe fn store(to: *mut f32, v: __m256) {
-            unsafe { _mm256_storeu_ps(to, v) }
-        }
-        #[inline(always)]
-        unsafe fn splat(x: f32) -> __m256 {
-            unsafe { _mm256_set1_ps(x) }
-        }
-        #[inline(always)]
-        unsafe fn add(a: __m256, b: __m256) -> __m256 {
-            unsafe { _mm256_add_ps(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn sub(a: __m256, b: __m256) -> __m256 {
-            unsafe { _mm256_sub_ps(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn mul(a: __m256, b: __m256) -> __m256 {
-            unsafe { _mm256_mul_ps(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn div(a: __m256, b: __m256) -> __m256 {
-            unsafe { _mm256_div_ps(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn sqrt(a: __m256) -> __m256 {
-            unsafe { _mm256_sqrt_ps(a) }
-        }
-        #[inline(always)]
-        unsafe fn mul_add(a: __m256, b: __m256, c: __m256) -> __m256 {
-            unsafe { _mm256_fmadd_ps(a, b, c) }
-        }
-        #[inline(always)]
-        unsafe fn neg_mul_add(a: __m256, b: __m256, c: __m256) -> __m256 {
-            unsafe { _mm256_fnmadd_ps(a, b, c) }
-        }
-        #[inline(always)]
-        unsafe fn min(a: __m256, b: __m256) -> __m256 {
-            unsafe { _mm256_min_ps(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn max(a: __m256, b: __m256) -> __m256 {
-            unsafe { _mm256_max_ps(a, b) }
-        }
+
         #[inline(always)]
         unsafe fn where_positive(y: __m256, d: __m256) -> __m256 {
+            // SAFETY: the trait's contract provides the instruction set.
             unsafe { _mm256_and_ps(d, _mm256_cmp_ps::<_CMP_GT_OQ>(y, _mm256_setzero_ps())) }
         }
         #[inline(always)]
         unsafe fn transpose(from: *const f32, from_row: usize, to: *mut f32, to_row: usize) {
+            // SAFETY: the trait's contract provides the instruction set, and LANES x LANES floats on
+            // either side, of which row i begins i strides after the pointer.
             unsafe {
                 // Plain loops: a closure would not be compiled for the instruction set.
                 let mut pairs = [_mm256_setzero_ps(); 8];
@@ -223,62 +204,29 @@ mod x86 {
     /// AVX-512: sixteen lanes, thirty-two registers.
     pub(in crate::nn::kernel) struct Avx512;
 
-    // SAFETY of the bodies: as above.
     impl Simd for Avx512 {
         type V = __m512;
         const LANES: usize = 16;
         const TILE_VECTORS: usize = 4;
 
-        #[inline(always)]
-        unsafe fn load(from: *const f32) -> __m512 {
-            unsafe { _mm512_loadu_ps(from) }
+        intrinsics! {
+            load(from: *const f32) -> __m512 = _mm512_loadu_ps;
+            store(to: *mut f32, v: __m512) = _mm512_storeu_ps;
+            splat(x: f32) -> __m512 = _mm512_set1_ps;
+            add(a: __m512, b: __m512) -> __m512 = _mm512_add_ps;
+            sub(a: __m512, b: __m512) -> __m512 = _mm512_sub_ps;
+            mul(a: __m512, b: __m512) -> __m512 = _mm512_mul_ps;
+            div(a: __m512, b: __m512) -> __m512 = _mm512_div_ps;
+            sqrt(a: __m512) -> __m512 = _mm512_sqrt_ps;
+            mul_add(a: __m512, b: __m512, c: __m512) -> __m512 = _mm512_fmadd_ps;
+            neg_mul_add(a: __m512, b: __m512, c: __m512) -> __m512 = _mm512_fnmadd_ps;
+            min(a: __m512, b: __m512) -> __m512 = _mm512_min_ps;
+            max(a: __m512, b: __m512) -> __m512 = _mm512_max_ps;
         }
-        #[inline(always)]
-        unsafe fn store(to: *mut f32, v: __m512) {
-            unsafe { _mm512_storeu_ps(to, v) }
-        }
-        #[inline(always)]
-        unsafe fn splat(x: f32) -> __m512 {
-            unsafe { _mm512_set1_ps(x) }
-        }
-        #[inline(always)]
-        unsafe fn add(a: __m512, b: __m512) -> __m512 {
-            unsafe { _mm512_add_ps(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn sub(a: __m512, b: __m512) -> __m512 {
-            unsafe { _mm512_sub_ps(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn mul(a: __m512, b: __m512) -> __m512 {
-            unsafe { _mm512_mul_ps(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn div(a: __m512, b: __m512) -> __m512 {
-            unsafe { _mm512_div_ps(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn sqrt(a: __m512) -> __m512 {
-            unsafe { _mm512_sqrt_ps(a) }
-        }
-        #[inline(always)]
-        unsafe fn mul_add(a: __m512, b: __m512, c: __m512) -> __m512 {
-            unsafe { _mm512_fmadd_ps(a, b, c) }
-        }
-        #[inline(always)]
-        unsafe fn neg_mul_add(a: __m512, b: __m512, c: __m512) -> __m512 {
-            unsafe { _mm512_fnmadd_ps(a, b, c) }
-        }
-        #[inline(always)]
-        unsafe fn min(a: __m512, b: __m512) -> __m512 {
-            unsafe { _mm512_min_ps(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn max(a: __m512, b: __m512) -> __m512 {
-            unsafe { _mm512_max_ps(a, b) }
-        }
+
         #[inline(always)]
         unsafe fn where_positive(y: __m512, d: __m512) -> __m512 {
+            // SAFETY: the trait's contract provides the instruction set.
             unsafe {
                 let positive = _mm512_cmp_ps_mask::<_CMP_GT_OQ>(y, _mm512_setzero_ps());
                 _mm512_maskz_mov_ps(positive, d)
@@ -286,6 +234,8 @@ mod x86 {
         }
         #[inline(always)]
         unsafe fn transpose(from: *const f32, from_row: usize, to: *mut f32, to_row: usize) {
+            // SAFETY: the trait's contract provides the instruction set, and LANES x LANES floats on
+            // either side, of which row i begins i strides after the pointer.
             unsafe {
                 // Plain loops: a closure would not be compiled for the instruction set.
                 let mut pairs = [_mm512_setzero_ps(); 16];

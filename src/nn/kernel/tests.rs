@@ -3,6 +3,7 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::dispatch::Level;
 use super::*;
 use crate::nn::Activation;
 
@@ -54,7 +55,7 @@ fn check_product((rows, depth, columns): (usize, usize, usize), transposed: bool
         c_row: columns,
         epilogue: Epilogue::Activate(Activation::Relu),
     }
-    .go_with(level);
+    .execute_at(level);
     for i in 0..rows {
         for j in 0..columns {
             let mut sum = f64::from([0.0, row[j], before[i * columns + j]][start]);
@@ -83,7 +84,7 @@ fn activated(f: Activation, x: &[f32], level: Level) -> Vec<f32> {
         c_row: x.len(),
         epilogue: Epilogue::Activate(f),
     }
-    .go_with(level);
+    .execute_at(level);
     y
 }
 
@@ -112,7 +113,7 @@ fn derivatives_are_those_of_the_outputs() {
         for f in [Activation::Identity, Activation::Relu, Activation::Tanh] {
             let output = activated(f, &z, level);
             let mut gradient = d.clone();
-            Derivative { activation: f, output: &output, gradient: &mut gradient }.go_with(level);
+            Derivative { activation: f, output: &output, gradient: &mut gradient }.execute_at(level);
             for i in 0..64 {
                 let slope = match f {
                     Activation::Identity => 1.0,
@@ -130,21 +131,21 @@ fn sums_and_transposes_are_exact_rearrangements() {
     let x = random(48 * 32, 7);
     for level in levels() {
         let mut t = vec![0.0; x.len()];
-        Transpose { from: &x, rows: 48, columns: 32, to: &mut t }.go_with(level);
+        Transpose { from: &x, rows: 48, columns: 32, to: &mut t }.execute_at(level);
         for r in 0..48 {
             for c in 0..32 {
                 assert_eq!(t[c * 48 + r], x[r * 32 + c], "{level:?} ({r}, {c})");
             }
         }
         let mut sums = vec![0.5; 32];
-        ColumnSums { x: &x, sums: &mut sums }.go_with(level);
+        ColumnSums { x: &x, sums: &mut sums }.execute_at(level);
         for (c, sum) in sums.into_iter().enumerate() {
             let expected: f64 = (0..48).map(|r| f64::from(x[r * 32 + c])).sum();
             close(sum, 0.5 + expected, 1e-5, "column sum");
         }
         for n in [0, 3, 16, 50] {
             let expected: f64 = x[..n].iter().map(|x| f64::from(*x).powi(2)).sum();
-            close(SumOfSquares(&x[..n]).go_with(level), expected, 1e-6, "sum of squares");
+            close(SumOfSquares(&x[..n]).execute_at(level), expected, 1e-6, "sum of squares");
         }
     }
 }
@@ -158,14 +159,14 @@ fn updates_follow_their_formulas_at_any_length() {
             let (p, g, m) = (random(n, 1), random(n, 2), random(n, 3));
             let v: Vec<f32> = random(n, 4).iter().map(|v| v.abs()).collect();
             let (mut p1, mut m1, mut v1) = (p.clone(), m.clone(), v.clone());
-            Update { rule: adam, state: [&mut p1, &mut m1, &mut v1], input: &g }.go_with(level);
+            Update { rule: adam, state: [&mut p1, &mut m1, &mut v1], input: &g }.execute_at(level);
             let (mut p2, mut v2) = (p.clone(), v.clone());
             let rms_prop = RmsProp { alpha: 0.99, epsilon: 1e-8, rate };
-            Update { rule: rms_prop, state: [&mut p2, &mut v2], input: &g }.go_with(level);
+            Update { rule: rms_prop, state: [&mut p2, &mut v2], input: &g }.execute_at(level);
             let mut p3 = p.clone();
-            Update { rule: Sgd { rate }, state: [&mut p3], input: &g }.go_with(level);
+            Update { rule: Sgd { rate }, state: [&mut p3], input: &g }.execute_at(level);
             let mut p4 = p.clone();
-            Update { rule: Blend { tau: 0.25 }, state: [&mut p4], input: &g }.go_with(level);
+            Update { rule: Blend { tau: 0.25 }, state: [&mut p4], input: &g }.execute_at(level);
             for i in 0..n {
                 let [p, g, m, v] = [p[i], g[i], m[i], v[i]].map(f64::from);
                 let rate = f64::from(rate);

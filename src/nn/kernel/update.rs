@@ -1,6 +1,7 @@
 //! Element by element updates of parameters: optimiser steps and the soft update of targets.
 
-use super::{Kernel, LINE, simd::Simd};
+use super::dispatch::{Kernel, LINE};
+use super::simd::Simd;
 
 /// How one vector of `N` states changes, given one vector of a read-only input.
 pub(in crate::nn) trait Rule<const N: usize> {

@@ -2,7 +2,12 @@
 //! of the command language, the key map, the hints of the footer, the help, the palette and the
 //! manual page come.
 
+mod help;
+mod tab;
 mod table;
+
+pub use help::{KeyHelp, keys};
+pub use tab::Tab;
 
 use std::sync::LazyLock;
 
@@ -33,7 +38,7 @@ pub enum Action {
     Copy,
     Palette,
     Help,
-    Screen(u8),
+    Screen(Tab),
     NextScreen,
     PreviousScreen,
     Colours,
@@ -174,7 +179,7 @@ impl Context {
 }
 
 /// How a script does what an action does, with a verb or its name for `V`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Script<V> {
     /// With this verb, which says what the action does.
     Verb(V),

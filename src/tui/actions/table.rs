@@ -2,7 +2,7 @@
 
 use super::Action::{self, self as A};
 use super::Context::{self, Curves, Everywhere, Figures, Hand, List, Models, Runs, Scene, Schedule};
-use super::{Row, Script};
+use super::{Row, Script, Tab};
 
 /// An action about the screen, which no verb of the command language does.
 const fn entry(
@@ -65,14 +65,14 @@ pub(super) const ROWS: &[Row] = &[
     entry(A::Copy, Everywhere, "copy", "y", "", "copy the command line of the next run to the clipboard"),
     entry(A::Palette, Everywhere, "palette", ":", "commands", "find an action by name, or type a command"),
     entry(A::Help, Everywhere, "help", "? f1", "help", "show all keys"),
-    entry(A::Screen(0), Everywhere, "screen-scene", "1", "", "show the workbench: scene, curves and status"),
-    entry(A::Screen(1), Everywhere, "screen-edit", "2", "", "show the editor of the task"),
-    entry(A::Screen(2), Everywhere, "screen-schedule", "3", "", "show the epsilon schedule"),
-    entry(A::Screen(3), Everywhere, "screen-training", "4", "", "show the curves of the training"),
-    entry(A::Screen(4), Everywhere, "screen-runs", "5", "", "show past and running runs"),
-    entry(A::Screen(5), Everywhere, "screen-models", "6", "", "show the dynamics models"),
-    entry(A::Screen(6), Everywhere, "screen-figures", "7", "", "show the figures"),
-    entry(A::Screen(7), Everywhere, "screen-log", "8", "", "show what happened"),
+    entry(A::Screen(Tab::Scene), Everywhere, "screen-scene", "1", "", "show the workbench: scene, curves and status"),
+    entry(A::Screen(Tab::Edit), Everywhere, "screen-edit", "2", "", "show the editor of the task"),
+    entry(A::Screen(Tab::Schedule), Everywhere, "screen-schedule", "3", "", "show the epsilon schedule"),
+    entry(A::Screen(Tab::Training), Everywhere, "screen-training", "4", "", "show the curves of the training"),
+    entry(A::Screen(Tab::Runs), Everywhere, "screen-runs", "5", "", "show past and running runs"),
+    entry(A::Screen(Tab::Models), Everywhere, "screen-models", "6", "", "show the dynamics models"),
+    entry(A::Screen(Tab::Figures), Everywhere, "screen-figures", "7", "", "show the figures"),
+    entry(A::Screen(Tab::Log), Everywhere, "screen-log", "8", "", "show what happened"),
     entry(A::NextScreen, Everywhere, "next-screen", "]", "", "show the next screen"),
     entry(A::PreviousScreen, Everywhere, "previous-screen", "[", "", "show the screen before"),
     entry(A::Colours, Everywhere, "colours", "f2", "", "next colours: dark, light, colour-blind"),

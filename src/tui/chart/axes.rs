@@ -4,8 +4,8 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 
 use super::range::Window;
-use crate::tui::raster::Dot;
-use crate::tui::theme::{Marker, Theme};
+use crate::tui::widgets::raster::Dot;
+use crate::tui::widgets::theme::{Marker, Theme};
 
 /// How values become heights.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

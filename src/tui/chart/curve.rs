@@ -6,9 +6,9 @@ use ratatui::style::{Color, Style};
 
 use super::axes::{Axes, Scale, number};
 use super::range::Window;
-use crate::tui::columns;
-use crate::tui::raster::{Dot, Raster};
-use crate::tui::theme::{Marker, Theme};
+use crate::tui::widgets::columns;
+use crate::tui::widgets::raster::{Dot, Raster};
+use crate::tui::widgets::theme::{Marker, Theme};
 
 /// One line.
 pub struct Curve<'a> {
@@ -224,7 +224,7 @@ fn crosshair(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tui::theme::{Depth, Palette};
+    use crate::tui::widgets::theme::{Depth, Palette};
 
     fn plot<'a>(values: &'a [f32], points: &'a [(u64, f32)]) -> Plot<'a> {
         Plot {

@@ -5,53 +5,56 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::{Position, Rect};
 use ratatui::style::Style;
 
-use super::popup::{frame, wrap};
-use super::{Deed, Wish};
-use crate::tui::columns;
-use crate::tui::theme::Theme;
+use super::Response;
+use crate::tui::effect::Effect;
+use crate::tui::widgets::columns;
+use crate::tui::widgets::popup::{frame, wrap};
+use crate::tui::widgets::theme::Theme;
 
 /// A list to choose from.
 pub struct Chooser {
     /// What is chosen.
-    pub title: String,
+    title: String,
     /// Name, explanation and what choosing does.
-    pub items: Vec<(String, String, Deed)>,
+    items: Vec<(String, String, Effect)>,
     /// The selected item.
-    pub selected: usize,
+    selected: usize,
     /// Where the items are, and which is the first.
-    pub shown: (Rect, usize),
+    shown: (Rect, usize),
 }
 
 impl Chooser {
-    pub(super) fn key(&mut self, key: KeyEvent) -> Wish {
+    /// A list with an item selected.
+    pub fn new(title: impl Into<String>, items: Vec<(String, String, Effect)>, selected: usize) -> Self {
+        Self { title: title.into(), items, selected, shown: Default::default() }
+    }
+
+    pub(super) fn key(&mut self, key: KeyEvent) -> Response {
         let last = self.items.len().saturating_sub(1);
         match key.code {
-            KeyCode::Esc | KeyCode::Char('q') => return Wish::Leave,
+            KeyCode::Esc | KeyCode::Char('q') => return Response::Leave,
             KeyCode::Up | KeyCode::Char('k') => self.selected = self.selected.saturating_sub(1),
             KeyCode::Down | KeyCode::Char('j') => self.selected = (self.selected + 1).min(last),
             KeyCode::Home => self.selected = 0,
             KeyCode::End => self.selected = last,
-            KeyCode::Enter | KeyCode::Char(' ') => {
-                return self.items.get(self.selected).map_or(Wish::Leave, |(_, _, deed)| Wish::Do(deed.clone()));
-            }
-            KeyCode::Char(digit @ '1'..='9') => {
-                let index = digit as usize - '1' as usize;
-                if let Some((_, _, deed)) = self.items.get(index) {
-                    return Wish::Do(deed.clone());
-                }
-            }
+            KeyCode::Enter | KeyCode::Char(' ') => return self.choose(self.selected),
+            KeyCode::Char(digit @ '1'..='9') => return self.choose(digit as usize - '1' as usize),
             _ => {}
         }
-        Wish::Stay
+        Response::Stay
     }
 
-    pub(super) fn click(&mut self, at: Position) -> Wish {
+    fn choose(&mut self, index: usize) -> Response {
+        // What is chosen leaves the list with it.
+        if index < self.items.len() { Response::Do(self.items.swap_remove(index).2) } else { Response::Stay }
+    }
+
+    pub(super) fn click(&mut self, at: Position) -> Response {
         let (area, first) = self.shown;
         if !area.contains(at) || first + usize::from(at.y - area.y) >= self.items.len() {
-            return Wish::Stay;
+            return Response::Stay;
         }
-        self.selected = first + usize::from(at.y - area.y);
-        self.key(KeyCode::Enter.into())
+        self.choose(first + usize::from(at.y - area.y))
     }
 
     pub(super) fn draw(&mut self, area: Rect, theme: &Theme, buffer: &mut Buffer) {
@@ -75,34 +78,44 @@ impl Chooser {
 /// A question that says what will happen.
 pub struct Confirm {
     /// What is asked.
-    pub title: String,
+    title: String,
     /// What will happen.
-    pub text: String,
+    text: String,
     /// Key, meaning and what it does. Escape does nothing.
-    pub answers: Vec<(char, String, Deed)>,
+    answers: Vec<(char, String, Effect)>,
     /// Where the answers are, the way back last.
-    pub shown: Rect,
+    shown: Rect,
 }
 
 impl Confirm {
-    pub(super) fn key(&mut self, key: KeyEvent) -> Wish {
+    /// A question; each answer has its key, its meaning and what it does.
+    pub fn new(title: &str, text: String, answers: Vec<(char, &str, Effect)>) -> Self {
+        let answers = answers.into_iter().map(|(key, meaning, effect)| (key, meaning.to_owned(), effect)).collect();
+        Self { title: title.to_owned(), text, answers, shown: Rect::default() }
+    }
+
+    pub(super) fn key(&mut self, key: KeyEvent) -> Response {
         match key.code {
-            KeyCode::Esc | KeyCode::Char('n') => Wish::Leave,
-            KeyCode::Enter => self.answers.first().map_or(Wish::Leave, |(_, _, deed)| Wish::Do(deed.clone())),
-            KeyCode::Char(c) => {
-                let answer = self.answers.iter().find(|(key, ..)| *key == c);
-                answer.map_or(Wish::Stay, |(_, _, deed)| Wish::Do(deed.clone()))
-            }
-            _ => Wish::Stay,
+            KeyCode::Esc | KeyCode::Char('n') => Response::Leave,
+            KeyCode::Enter => self.answer(0),
+            KeyCode::Char(c) => match self.answers.iter().position(|(key, ..)| *key == c) {
+                Some(index) => self.answer(index),
+                None => Response::Stay,
+            },
+            _ => Response::Stay,
         }
     }
 
-    pub(super) fn click(&mut self, at: Position) -> Wish {
+    /// The answer in a row; below the last one is the way back.
+    fn answer(&mut self, index: usize) -> Response {
+        if index < self.answers.len() { Response::Do(self.answers.swap_remove(index).2) } else { Response::Leave }
+    }
+
+    pub(super) fn click(&mut self, at: Position) -> Response {
         if !self.shown.contains(at) {
-            return Wish::Stay;
+            return Response::Stay;
         }
-        let answer = self.answers.get(usize::from(at.y - self.shown.y));
-        answer.map_or(Wish::Leave, |(_, _, deed)| Wish::Do(deed.clone()))
+        self.answer(usize::from(at.y - self.shown.y))
     }
 
     pub(super) fn draw(&mut self, area: Rect, theme: &Theme, buffer: &mut Buffer) {

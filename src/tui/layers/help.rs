@@ -5,11 +5,11 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 
-use super::Wish;
-use super::popup::{frame, wrap};
+use super::Response;
 use crate::tui::actions::{Context, Entry, Script, entries};
-use crate::tui::keymap::Keymap;
-use crate::tui::theme::Theme;
+use crate::tui::input::Keymap;
+use crate::tui::widgets::popup::{frame, wrap};
+use crate::tui::widgets::theme::Theme;
 
 /// Columns of the whole, and of those the keys' and the names'.
 const WIDTH: u16 = 116;
@@ -31,7 +31,7 @@ impl Help {
         Self { scroll: 0, contexts }
     }
 
-    pub(super) fn key(&mut self, key: KeyEvent) -> Wish {
+    pub(super) fn key(&mut self, key: KeyEvent) -> Response {
         match key.code {
             KeyCode::Up | KeyCode::Char('k') => self.scroll = self.scroll.saturating_sub(1),
             KeyCode::Down | KeyCode::Char('j') => self.scroll = self.scroll.saturating_add(1),
@@ -39,9 +39,9 @@ impl Help {
             KeyCode::PageDown | KeyCode::Char(' ') => self.scroll = self.scroll.saturating_add(10),
             KeyCode::Home => self.scroll = 0,
             KeyCode::End => self.scroll = usize::MAX,
-            _ => return Wish::Leave,
+            _ => return Response::Leave,
         }
-        Wish::Stay
+        Response::Stay
     }
 
     pub(super) fn draw(&mut self, area: Rect, keymap: &Keymap, theme: &Theme, buffer: &mut Buffer) {

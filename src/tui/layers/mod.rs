@@ -3,24 +3,22 @@
 mod choice;
 mod help;
 mod palette;
-mod popup;
 mod prompt;
 mod tour;
 
 pub use choice::{Chooser, Confirm};
 pub use help::Help;
 pub use palette::Palette;
-pub use popup::{block, wrap};
-pub use prompt::{Prompt, Then};
+pub use prompt::Prompt;
 pub use tour::Tour;
 
 use crossterm::event::{KeyCode, KeyEvent, MouseButton, MouseEvent, MouseEventKind};
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Position, Rect};
 
-use super::keymap::Keymap;
-use super::theme::Theme;
-use crate::tui::actions::Action;
+use crate::tui::effect::Effect;
+use crate::tui::input::Keymap;
+use crate::tui::widgets::theme::Theme;
 
 /// Something over the screen.
 pub enum Layer {
@@ -39,40 +37,20 @@ pub enum Layer {
 }
 
 /// What a layer wants after a key.
-#[derive(Debug, PartialEq)]
-pub enum Wish {
+pub enum Response {
     /// Nothing; it stays.
     Stay,
     /// To be left.
     Leave,
     /// To be left, and this to be done.
-    Do(Deed),
+    Do(Effect),
     /// This to be done; to be left if it succeeds.
-    Try(Deed),
-}
-
-/// What a layer can ask for.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Deed {
-    /// A line of the command language.
-    Line(String),
-    /// A line whose loss of unsaved work has been agreed to.
-    Certainly(String),
-    /// An action.
-    Action(Action),
-    /// Only runs whose line has this text.
-    Filter(String),
-    /// Type the path of a task.
-    TypeTask,
-    /// Leave the workbench.
-    Quit,
-    /// Leave the workbench once nothing is trained any more.
-    QuitLater,
+    Try(Effect),
 }
 
 impl Layer {
     /// Applies a key.
-    pub fn key(&mut self, key: KeyEvent) -> Wish {
+    pub fn key(&mut self, key: KeyEvent) -> Response {
         match self {
             Self::Help(help) => help.key(key),
             Self::Tour(tour) => tour.key(key),
@@ -83,24 +61,24 @@ impl Layer {
         }
     }
 
-    /// Applies the mouse: the wheel goes up and down, a click chooses what it hits.
-    pub fn mouse(&mut self, mouse: MouseEvent) -> Wish {
+    /// Applies the mouse: the wheel goes up and down, a click chooses what it regions.
+    pub fn mouse(&mut self, mouse: MouseEvent) -> Response {
         match mouse.kind {
             MouseEventKind::ScrollUp => self.key(KeyCode::Up.into()),
             MouseEventKind::ScrollDown => self.key(KeyCode::Down.into()),
             MouseEventKind::Down(MouseButton::Left) => self.click((mouse.column, mouse.row).into()),
-            _ => Wish::Stay,
+            _ => Response::Stay,
         }
     }
 
-    fn click(&mut self, at: Position) -> Wish {
+    fn click(&mut self, at: Position) -> Response {
         match self {
             Self::Tour(tour) => tour.key(KeyCode::Enter.into()),
-            Self::Help(_) => Wish::Leave,
+            Self::Help(_) => Response::Leave,
             Self::Chooser(chooser) => chooser.click(at),
             Self::Confirm(confirm) => confirm.click(at),
             Self::Palette(palette) => palette.click(at),
-            Self::Prompt(_) => Wish::Stay,
+            Self::Prompt(_) => Response::Stay,
         }
     }
 

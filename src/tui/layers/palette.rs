@@ -7,16 +7,17 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::{Position, Rect};
 use ratatui::style::Style;
 
-use super::popup::{frame, wrap};
+use super::Response;
 use super::prompt::line;
-use super::{Deed, Wish};
 use crate::tui::actions::{Context, Entry, Script, entries};
-use crate::tui::columns;
-use crate::tui::keymap::Keymap;
-use crate::tui::screens::shortened;
-use crate::tui::text_input::TextInput;
-use crate::tui::theme::Theme;
-use crate::workbench::{Verb, verbs};
+use crate::tui::effect::Effect;
+use crate::tui::input::Keymap;
+use crate::tui::widgets::columns;
+use crate::tui::widgets::columns::shortened;
+use crate::tui::widgets::popup::{frame, wrap};
+use crate::tui::widgets::text_input::TextInput;
+use crate::tui::widgets::theme::Theme;
+use crate::workbench::{Command, Verb, verbs};
 
 /// What can be found.
 #[derive(Clone, Copy)]
@@ -90,9 +91,9 @@ impl Palette {
         self.search();
     }
 
-    pub(super) fn key(&mut self, key: KeyEvent) -> Wish {
+    pub(super) fn key(&mut self, key: KeyEvent) -> Response {
         match key.code {
-            KeyCode::Esc => return Wish::Leave,
+            KeyCode::Esc => return Response::Leave,
             KeyCode::Up => self.selected = self.selected.saturating_sub(1),
             KeyCode::Down => self.selected = (self.selected + 1).min(self.found.len().saturating_sub(1)),
             KeyCode::Tab => self.complete(),
@@ -100,24 +101,34 @@ impl Palette {
             _ if self.input.key(key) => self.search(),
             _ => {}
         }
-        Wish::Stay
+        Response::Stay
     }
 
     /// A line that begins with a command and has an argument is that command; otherwise
     /// the selected item counts.
-    fn choose(&mut self) -> Wish {
+    fn choose(&mut self) -> Response {
         let text = self.input.text().trim();
         if is_command(text) {
-            return Wish::Try(Deed::Line(text.to_owned()));
+            return self.command();
         }
         match self.found.get(self.selected) {
-            Some(item) if item.applies => Wish::Do(Deed::Action(item.entry.action)),
+            Some(item) if item.applies => Response::Do(Effect::Perform(item.entry.action)),
             Some(_) => {
                 self.complete();
-                Wish::Stay
+                Response::Stay
             }
-            None => Wish::Try(Deed::Line(text.to_owned())),
+            None => self.command(),
         }
+    }
+
+    /// What is written, as a command.
+    fn command(&mut self) -> Response {
+        match Command::parse(self.input.text()) {
+            Ok(Some(command)) => return Response::Try(Effect::Apply(command)),
+            Ok(None) => {}
+            Err(error) => self.error = Some(error.to_string()),
+        }
+        Response::Stay
     }
 
     fn complete(&mut self) {
@@ -149,10 +160,10 @@ impl Palette {
         self.found = found.into_iter().map(|(_, item)| item).collect();
     }
 
-    pub(super) fn click(&mut self, at: Position) -> Wish {
+    pub(super) fn click(&mut self, at: Position) -> Response {
         let (area, first) = self.shown;
         if self.error.is_some() || !area.contains(at) || first + usize::from(at.y - area.y) >= self.found.len() {
-            return Wish::Stay;
+            return Response::Stay;
         }
         self.selected = first + usize::from(at.y - area.y);
         self.choose()
@@ -221,23 +232,36 @@ fn is_command(text: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tui::actions::Action;
     use crossterm::event::KeyModifiers;
 
-    fn check(typed: &str, wish: &Wish) {
+    /// What is asked for after a text was typed and given.
+    fn given(typed: &str) -> String {
         let mut palette = Palette::new(&[Context::Scene, Context::Everywhere]);
         palette.paste(typed);
-        assert_eq!(palette.key(KeyEvent::new(KeyCode::Enter, KeyModifiers::NONE)), *wish, "{typed}");
+        match palette.key(KeyEvent::new(KeyCode::Enter, KeyModifiers::NONE)) {
+            Response::Try(Effect::Apply(command)) => format!("command {command}"),
+            Response::Do(Effect::Perform(action)) => format!("action {action:?}"),
+            Response::Stay => palette.error.unwrap_or_else(|| palette.input.text().to_owned()),
+            _ => "something else".to_owned(),
+        }
     }
 
     #[test]
     fn typed_commands_are_commands_and_everything_else_is_searched() {
-        check("epsilon 0.3", &Wish::Try(Deed::Line("epsilon 0.3".into())));
-        check("undo", &Wish::Try(Deed::Line("undo".into())));
-        check("subgoal move 1 0 0.5", &Wish::Try(Deed::Line("subgoal move 1 0 0.5".into())));
-        check("train", &Wish::Do(Deed::Action(Action::Train)));
-        check("hplay", &Wish::Do(Deed::Action(Action::HandPlay)));
-        check("quarrel 7", &Wish::Try(Deed::Line("quarrel 7".into())));
+        for (typed, expected) in [
+            ("epsilon 0.3", "command epsilon 0.3"),
+            ("undo", "command undo"),
+            ("subgoal move 1 0 0.5", "command subgoal move 1 0 0.5"),
+            ("train", "action Train"),
+            ("hplay", "action HandPlay"),
+            ("seed", "action Seed"),
+            ("subgoal mo", "subgoal move "),
+            ("epsilon 7", "7 is not within 0 and 1"),
+            ("quarrel 7", "unknown command `quarrel 7`"),
+        ] {
+            let given = given(typed);
+            assert!(given.contains(expected), "{typed}: {given}");
+        }
     }
 
     #[test]

@@ -5,11 +5,13 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 
-use super::popup::{frame, wrap};
-use super::{Deed, Wish};
-use crate::tui::columns;
-use crate::tui::text_input::TextInput;
-use crate::tui::theme::Theme;
+use super::Response;
+use crate::tui::effect::Effect;
+use crate::tui::widgets::columns;
+use crate::tui::widgets::popup::{frame, wrap};
+use crate::tui::widgets::text_input::TextInput;
+use crate::tui::widgets::theme::Theme;
+use crate::workbench::Command;
 
 /// A question with a line for the answer.
 pub struct Prompt {
@@ -19,48 +21,51 @@ pub struct Prompt {
     pub hint: String,
     /// The answer.
     pub input: TextInput,
-    /// What becomes of it.
-    pub then: Then,
+    /// What the answer asks for, or what is wrong with it.
+    read: Box<dyn Fn(&str) -> Result<Effect, String>>,
     /// Why the latest answer was refused.
     pub error: Option<String>,
 }
 
-/// What becomes of an answer.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Then {
-    /// It follows the words of a command.
-    Command(String),
-    /// It is a path that follows the words of a command.
-    Path(String),
-    /// It filters the list of runs.
-    Filter,
-}
-
 impl Prompt {
-    /// A prompt that starts with `text`.
-    pub fn new(title: impl Into<String>, hint: impl Into<String>, text: impl Into<String>, then: Then) -> Self {
-        Self { title: title.into(), hint: hint.into(), input: TextInput::new(text), then, error: None }
+    /// A prompt that starts with `text`; `read` says what an answer asks for, or what is wrong with it.
+    pub fn new(
+        title: impl Into<String>,
+        hint: impl Into<String>,
+        text: impl Into<String>,
+        read: impl Fn(&str) -> Result<Effect, String> + 'static,
+    ) -> Self {
+        let (title, hint, input) = (title.into(), hint.into(), TextInput::new(text));
+        Self { title, hint, input, read: Box::new(read), error: None }
     }
 
-    pub(super) fn key(&mut self, key: KeyEvent) -> Wish {
+    /// A prompt for the arguments of a verb.
+    pub fn arguments(
+        verb: &'static str,
+        title: impl Into<String>,
+        hint: impl Into<String>,
+        text: impl Into<String>,
+    ) -> Self {
+        Self::new(title, hint, text, move |answer| match Command::parse(&format!("{verb} {answer}")) {
+            Ok(Some(command)) => Ok(Effect::Apply(command)),
+            Ok(None) => Err("nothing is written".to_owned()),
+            Err(error) => Err(error.to_string()),
+        })
+    }
+
+    pub(super) fn key(&mut self, key: KeyEvent) -> Response {
         match key.code {
-            KeyCode::Esc => return Wish::Leave,
-            KeyCode::Enter => return Wish::Try(self.deed()),
+            KeyCode::Esc => return Response::Leave,
+            KeyCode::Enter => match (self.read)(self.input.text().trim()) {
+                Ok(effect) => return Response::Try(effect),
+                Err(error) => self.error = Some(error),
+            },
             _ => {}
         }
         if self.input.key(key) {
             self.error = None;
         }
-        Wish::Stay
-    }
-
-    fn deed(&self) -> Deed {
-        let text = self.input.text().trim();
-        match &self.then {
-            Then::Command(words) => Deed::Line(format!("{words} {text}")),
-            Then::Path(words) => Deed::Line(format!("{words} {}", shell_words::quote(text))),
-            Then::Filter => Deed::Filter(text.to_owned()),
-        }
+        Response::Stay
     }
 
     pub(super) fn draw(&self, area: Rect, theme: &Theme, buffer: &mut Buffer) -> (u16, u16) {

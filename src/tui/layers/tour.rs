@@ -5,11 +5,11 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 
-use super::Wish;
-use super::popup::{frame, wrap};
+use super::Response;
 use crate::tui::actions::{Action, Context};
-use crate::tui::keymap::Keymap;
-use crate::tui::theme::Theme;
+use crate::tui::input::Keymap;
+use crate::tui::widgets::popup::{frame, wrap};
+use crate::tui::widgets::theme::Theme;
 
 /// A page of the tour.
 #[derive(Default)]
@@ -38,13 +38,13 @@ const PAGES: [(&str, &str); 4] = [
 ];
 
 impl Tour {
-    pub(super) fn key(&mut self, key: KeyEvent) -> Wish {
+    pub(super) fn key(&mut self, key: KeyEvent) -> Response {
         match key.code {
             KeyCode::Left | KeyCode::Backspace => self.page = self.page.saturating_sub(1),
             KeyCode::Right | KeyCode::Enter | KeyCode::Char(' ') if self.page + 1 < PAGES.len() => self.page += 1,
-            _ => return Wish::Leave,
+            _ => return Response::Leave,
         }
-        Wish::Stay
+        Response::Stay
     }
 
     pub(super) fn draw(&self, area: Rect, keymap: &Keymap, theme: &Theme, buffer: &mut Buffer) {

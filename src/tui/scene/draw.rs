@@ -9,9 +9,9 @@ use super::view::View;
 use crate::env::{Action, Placement};
 use crate::guidance::ActionPrior;
 use crate::trainer::Source;
-use crate::tui::playback::Moment;
-use crate::tui::raster::{Dot, Raster};
-use crate::tui::theme::{Depth, Marker, Theme};
+use crate::tui::view::playback::Moment;
+use crate::tui::widgets::raster::{Dot, Raster};
+use crate::tui::widgets::theme::{Depth, Marker, Theme};
 
 /// What to show over the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -315,7 +315,7 @@ impl Labels<'_> {
 mod tests {
     use super::*;
     use crate::guidance::{Cluster, GuidanceConfig, StagePrior};
-    use crate::tui::theme::Palette;
+    use crate::tui::widgets::theme::Palette;
 
     fn theme() -> Theme {
         Theme::new(Palette::Dark, Depth::True, Marker::Braille)

@@ -1,7 +1,7 @@
 //! The objects of a scene that a person can select and edit.
 
 use crate::physics::{Tool, to_normalised, to_units};
-use crate::task::{Region, Task};
+use crate::task::{Edit, Region, Task};
 
 /// Something in the scene with a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,14 +19,35 @@ pub enum Object {
 }
 
 impl Object {
-    /// The words of the command language that begin an edit of it.
-    pub fn verb(self, what: &str) -> String {
+    /// The edit that moves it.
+    pub fn moved_to(self, position: [f32; 2]) -> Edit {
         match self {
-            Self::Ball => format!("ball {what}"),
-            Self::Goal => format!("goal {what}"),
-            Self::Subgoal(index) => format!("subgoal {what} {}", index + 1),
-            Self::Proposal(index) => format!("proposal {what} {}", index + 1),
-            Self::Tool(index) => format!("tool {what} {}", index + 1),
+            Self::Ball => Edit::MoveBall { position },
+            Self::Goal => Edit::MoveGoal { position },
+            Self::Subgoal(index) => Edit::MoveSubgoal { index, position },
+            Self::Proposal(index) => Edit::MoveProposal { index, position },
+            Self::Tool(index) => Edit::MoveTool { index, position },
+        }
+    }
+
+    /// The edit that gives it another radius or size, in units. None for what has a fixed size.
+    pub fn resized(self, size: f32) -> Option<Edit> {
+        match self {
+            Self::Ball => None,
+            Self::Goal => Some(Edit::ResizeGoal { radius: size }),
+            Self::Subgoal(index) => Some(Edit::ResizeSubgoal { index, radius: size }),
+            Self::Proposal(index) => Some(Edit::ResizeProposal { index, radius: size }),
+            Self::Tool(index) => Some(Edit::ResizeTool { index, size }),
+        }
+    }
+
+    /// The edit that deletes it. None for what every task needs.
+    pub fn deleted(self) -> Option<Edit> {
+        match self {
+            Self::Ball | Self::Goal => None,
+            Self::Subgoal(index) => Some(Edit::DeleteSubgoal { index }),
+            Self::Proposal(index) => Some(Edit::DeleteProposal { index: Some(index) }),
+            Self::Tool(index) => Some(Edit::DeleteTool { index }),
         }
     }
 }

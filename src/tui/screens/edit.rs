@@ -1,11 +1,17 @@
 //! Edits of the task on the Scene and the Edit screen: what a key or the mouse makes of
 //! the selected object, and proposed subgoals.
 
+use super::Ui;
+use super::scene::Scene;
+use crate::physics::ToolKind;
+use crate::task::Edit;
 use crate::tui::actions::{Action, Context};
-use crate::tui::app::App;
-use crate::tui::facts::Level;
-use crate::tui::layers::{Chooser, Deed, Layer, Prompt, Then};
+use crate::tui::effect::Effect;
+use crate::tui::layers::{Chooser, Layer, Prompt};
 use crate::tui::scene::Object;
+
+/// Radius of a subgoal that is added, in units.
+const RADIUS: f32 = 4.0;
 
 /// The direction and distance of a moving action.
 pub fn direction(action: Action, near: f32, far: f32) -> Option<[f32; 2]> {
@@ -27,134 +33,126 @@ pub(super) fn moved(position: [f32; 2], by: [f32; 2]) -> [f32; 2] {
     std::array::from_fn(|axis| ((position[axis] + by[axis]).clamp(-1.0, 1.0) * 1000.0).round() / 1000.0)
 }
 
-/// Edits of the selected object; false if the action is no edit.
-pub(super) fn edit(app: &mut App, action: Action) -> bool {
-    let task = app.desk.facts().task.clone();
+/// What an action does to the task; None if it is no edit.
+pub(super) fn edit(scene: &Scene, ui: &Ui, action: Action) -> Option<Vec<Effect>> {
     let step = direction(action, 0.01, 0.1);
     match action {
-        Action::AddSubgoal => {
-            let last = task.subgoals.last().map_or(task.ball.position, |subgoal| subgoal.position);
-            let middle: [f32; 2] = std::array::from_fn(|axis| (last[axis] + task.goal.position[axis]) / 2.0);
-            let [x, y] = moved(middle, [0.0; 2]);
-            app.line(&format!("subgoal add {x} {y}"));
-            app.scene.selected = Some(Object::Subgoal(task.subgoals.len()));
-            return true;
-        }
-        Action::AddTool => {
-            choose_tool(app);
-            return true;
-        }
-        Action::Propose => {
-            ask_for_proposals(app);
-            return true;
-        }
+        Action::AddSubgoal => Some(add_subgoal(ui)),
+        Action::AddTool => Some(vec![choose_tool()]),
+        Action::Propose => Some(vec![ask_for_proposals(ui)]),
         Action::AcceptProposals | Action::RejectProposals => {
-            answer_proposals(app, action == Action::AcceptProposals);
-            return true;
+            Some(answer_proposals(scene, ui, action == Action::AcceptProposals))
         }
         Action::Coordinates
         | Action::DeleteObject
         | Action::Grow
         | Action::Shrink
         | Action::Earlier
-        | Action::Later => {}
-        _ if step.is_some() => {}
-        _ => return false,
+        | Action::Later => Some(edit_selected(scene, ui, action, step)),
+        _ if step.is_some() => Some(edit_selected(scene, ui, action, step)),
+        _ => None,
     }
-    let objects = app.desk.facts().objects();
-    let Some(object) = app.scene.selected.filter(|object| objects.has(*object)) else {
-        let key = app.keymap.key_for(Action::NextObject, Context::Scene);
-        app.say(Level::Info, format!("nothing is selected: {key} or a click selects an object"));
-        return true;
-    };
-    let (Some(position), size, name) = (objects.position(object), objects.size(object), objects.name(object)) else {
-        return true;
-    };
-    if let Some(by) = step {
-        let [x, y] = moved(position, by);
-        app.line(&format!("{} {x} {y}", object.verb("move")));
-        return true;
-    }
-    match (action, object) {
-        (Action::Coordinates, _) => {
-            let [x, y] = position;
-            let then = Then::Command(object.verb("move"));
-            let prompt = Prompt::new(name, "x and y from -1 to 1", format!("{x} {y}"), then);
-            app.layers.push(Layer::Prompt(prompt));
-        }
-        (Action::Grow | Action::Shrink, Object::Ball) => app.say(Level::Info, "the ball has a fixed size"),
-        (Action::Grow | Action::Shrink, _) => {
-            let by = if action == Action::Grow { 0.5 } else { -0.5 };
-            let size = (size.unwrap_or(0.0) + by).max(0.5);
-            app.line(&format!("{} {size}", object.verb("size")));
-        }
-        (Action::DeleteObject, Object::Ball | Object::Goal) => {
-            app.say(Level::Info, "a task needs its ball and its goal");
-        }
-        (Action::DeleteObject, _) => app.line(&object.verb("delete")),
-        (_, Object::Subgoal(index)) => reorder(app, index, action == Action::Later, task.subgoals.len()),
-        _ => app.say(Level::Info, "only subgoals have an order"),
-    }
-    true
 }
 
-fn reorder(app: &mut App, index: usize, later: bool, count: usize) {
+fn edit_selected(scene: &Scene, ui: &Ui, action: Action, step: Option<[f32; 2]>) -> Vec<Effect> {
+    let objects = ui.view.objects();
+    let selected = scene.selected().and_then(|object| Some((object, objects.position(object)?)));
+    let Some((object, position)) = selected else {
+        let key = ui.key(Action::NextObject, Context::Scene);
+        return vec![Effect::info(format!("nothing is selected: {key} or a click selects an object"))];
+    };
+    if let Some(by) = step {
+        return vec![Effect::apply(object.moved_to(moved(position, by)))];
+    }
+    match (action, object) {
+        (Action::Coordinates, _) => vec![ask_for_coordinates(object, objects.name(object), position)],
+        (Action::Grow | Action::Shrink, _) => {
+            let by = if action == Action::Grow { 0.5 } else { -0.5 };
+            let size = (objects.size(object).unwrap_or(0.0) + by).max(0.5);
+            match object.resized(size) {
+                Some(edit) => vec![Effect::apply(edit)],
+                None => vec![Effect::info("the ball has a fixed size")],
+            }
+        }
+        (Action::DeleteObject, _) => match object.deleted() {
+            Some(edit) => vec![Effect::apply(edit)],
+            None => vec![Effect::info("a task needs its ball and its goal")],
+        },
+        (_, Object::Subgoal(index)) => reorder(index, action == Action::Later, ui.view.task.subgoals.len()),
+        _ => vec![Effect::info("only subgoals have an order")],
+    }
+}
+
+fn add_subgoal(ui: &Ui) -> Vec<Effect> {
+    let task = &ui.view.task;
+    let last = task.subgoals.last().map_or(task.ball.position, |subgoal| subgoal.position);
+    let middle: [f32; 2] = std::array::from_fn(|axis| (last[axis] + task.goal.position[axis]) / 2.0);
+    let added = Object::Subgoal(task.subgoals.len());
+    let edit = Edit::AddSubgoal { position: moved(middle, [0.0; 2]), radius: RADIUS };
+    vec![Effect::apply(edit), Effect::Select(Some(added))]
+}
+
+fn ask_for_coordinates(object: Object, name: String, [x, y]: [f32; 2]) -> Effect {
+    let read = move |text: &str| Ok(Effect::apply(object.moved_to(read_position(text)?)));
+    Effect::Open(Layer::Prompt(Prompt::new(name, "x and y from -1 to 1", format!("{x} {y}"), read)))
+}
+
+fn read_position(text: &str) -> Result<[f32; 2], String> {
+    let number = |word: &str| word.parse::<f32>().map_err(|_| format!("`{word}` is not a coordinate"));
+    match text.split_whitespace().map(number).collect::<Result<Vec<f32>, String>>()?[..] {
+        [x, y] => Ok([x, y]),
+        _ => Err("write two coordinates, x and y".to_owned()),
+    }
+}
+
+/// Exchanges a subgoal with its neighbour in the order; it stays selected.
+fn reorder(index: usize, later: bool, count: usize) -> Vec<Effect> {
     let other = if later { index + 1 } else { index.wrapping_sub(1) };
     if other >= count {
-        return app.say(Level::Info, if later { "it is the last one" } else { "it is the first one" });
+        return vec![Effect::info(if later { "it is the last one" } else { "it is the first one" })];
     }
-    app.line(&format!("subgoal swap {} {}", index + 1, other + 1));
-    app.scene.selected = Some(Object::Subgoal(other));
+    let swap = Edit::SwapSubgoals { first: index, second: other };
+    vec![Effect::apply(swap), Effect::Select(Some(Object::Subgoal(other)))]
 }
 
 /// Asks how many subgoals are to be proposed: as many as there are, to start with.
-fn ask_for_proposals(app: &mut App) {
-    let facts = app.desk.facts();
+fn ask_for_proposals(ui: &Ui) -> Effect {
     let hint = format!(
         "how many subgoals, found by the model `{}`; they are only shown until you accept them",
-        facts.settings.model
+        ui.view.settings.model
     );
-    let count = facts.task.subgoals.len().max(1).to_string();
-    let then = Then::Command("propose".to_owned());
-    app.layers.push(Layer::Prompt(Prompt::new("propose subgoals", hint, count, then)));
+    let count = ui.view.task.subgoals.len().max(1).to_string();
+    Effect::Open(Layer::Prompt(Prompt::arguments("propose", "propose subgoals", hint, count)))
 }
 
 /// Accepts or rejects the selected proposal, or all of them.
-fn answer_proposals(app: &mut App, accept: bool) {
-    if app.desk.facts().proposed.is_empty() {
-        let key = app.keymap.key_for(Action::Propose, Context::Scene);
-        return app.say(Level::Info, format!("nothing is proposed: {key} lets the model propose subgoals"));
+fn answer_proposals(scene: &Scene, ui: &Ui, accept: bool) -> Vec<Effect> {
+    if ui.view.proposed.is_empty() {
+        let key = ui.key(Action::Propose, Context::Scene);
+        return vec![Effect::info(format!("nothing is proposed: {key} lets the model propose subgoals"))];
     }
-    let verb = if accept { "accept" } else { "delete" };
-    match app.scene.selected {
-        Some(proposal @ Object::Proposal(_)) => {
-            let last = app.desk.facts().task.subgoals.len();
-            app.line(&proposal.verb(verb));
-            app.scene.selected = Some(Object::Subgoal(last)).filter(|_| accept);
-        }
-        _ => app.line(&format!("proposal {verb}")),
+    let index = match scene.selected() {
+        Some(Object::Proposal(index)) => Some(index),
+        _ => None,
+    };
+    let edit = if accept { Edit::AcceptProposal { index } } else { Edit::DeleteProposal { index } };
+    let mut effects = vec![Effect::apply(edit)];
+    if index.is_some() {
+        let accepted = Object::Subgoal(ui.view.task.subgoals.len());
+        effects.push(Effect::Select(Some(accepted).filter(|_| accept)));
     }
+    effects
 }
 
-fn choose_tool(app: &mut App) {
-    let deed = |kind: crate::physics::ToolKind| Deed::Line(format!("tool add {kind} 0 0"));
-    let about =
-        |kind: crate::physics::ToolKind| format!("size {} units, in the middle of the scene", kind.default_size());
-    let kinds = crate::physics::ToolKind::ALL;
-    let items = kinds.into_iter().map(|kind| (kind.name().to_owned(), about(kind), deed(kind))).collect();
-    app.layers.push(Layer::Chooser(Chooser {
-        title: "add a tool".to_owned(),
-        items,
-        selected: 0,
-        shown: Default::default(),
-    }));
-    app.scene.selected = Some(Object::Tool(app.desk.facts().task.tools.len()));
+fn choose_tool() -> Effect {
+    let add = |kind| Effect::apply(Edit::AddTool { kind, position: [0.0; 2], size: None });
+    let about = |kind: ToolKind| format!("size {} units, in the middle of the scene", kind.default_size());
+    let items = ToolKind::ALL.into_iter().map(|kind| (kind.name().to_owned(), about(kind), add(kind))).collect();
+    Effect::Open(Layer::Chooser(Chooser::new("add a tool", items, 0)))
 }
 
 /// Ends a drag: the object stays where it was let go.
-pub fn drop_object(app: &mut App) {
-    if let Some((object, to)) = app.scene.drag.take() {
-        let [x, y] = moved(to, [0.0; 2]);
-        app.line(&format!("{} {x} {y}", object.verb("move")));
-    }
+pub fn drop_object(scene: &mut Scene) -> Vec<Effect> {
+    let dropped = scene.drop_dragged();
+    dropped.map(|(object, to)| Effect::apply(object.moved_to(moved(to, [0.0; 2])))).into_iter().collect()
 }

@@ -6,14 +6,13 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 
-use super::Hits;
-use super::frame::{WIDE, hint, pane};
-use super::lists::{line, select};
+use super::lists::{Lists, line, select};
+use super::pane::{WIDE, hint, pane};
+use super::{HitRegions, Screens, Ui};
 use crate::tui::actions::{Action, Context};
-use crate::tui::app::App;
-use crate::tui::facts::Facts;
-use crate::tui::preview::Wanted;
-use crate::tui::theme::Depth;
+use crate::tui::effect::Effect;
+use crate::tui::widgets::preview::Wanted;
+use crate::tui::widgets::theme::Depth;
 use crate::workbench::FigureKind;
 
 /// What a figure shows, in one line.
@@ -31,7 +30,7 @@ fn about(kind: FigureKind) -> &'static str {
 const LIST: u16 = 56;
 
 /// Draws the screen: the list at the left or above, the selected figure beside or below.
-pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
+pub fn draw(screens: &Screens, ui: &Ui, covered: bool, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let rows = FigureKind::ALL.len() as u16;
     let (list, picture) = if area.width >= WIDE {
         let left = Rect { width: LIST, ..area };
@@ -40,32 +39,32 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
         let above = Rect { height: (rows + 2).min(area.height), ..area };
         (above, Rect { y: above.bottom(), height: area.height - above.height, ..area })
     };
-    listed(app, list, buffer, hits);
-    let kind = selected(app);
-    let inside = pane(kind.name(), picture, &app.theme, buffer);
-    hits.preview = Some(inside);
-    if let Err(reason) = app.preview.draw(kind.name(), !app.layers.is_empty(), inside, &app.theme, buffer) {
-        hint(&reason, inside, &app.theme, buffer);
+    listed(&screens.lists, ui, list, buffer, regions);
+    let kind = selected(&screens.lists);
+    let inside = pane(kind.name(), picture, ui.theme, buffer);
+    regions.set_preview(inside);
+    if let Err(reason) = screens.preview.draw(kind.name(), covered, inside, ui.theme, buffer) {
+        hint(&reason, inside, ui.theme, buffer);
     }
 }
 
-fn listed(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
-    let theme = &app.theme;
+fn listed(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
+    let theme = ui.theme;
     let inside = pane("figures", area, theme, buffer);
-    hits.rows = Some((inside, 0));
+    regions.set_rows(inside, 0);
     for (y, (index, kind)) in (inside.y..inside.bottom()).zip(FigureKind::ALL.into_iter().enumerate()) {
         let text = format!("{:<10} {}", kind.name(), about(kind));
-        line(&text, index == app.lists.figure, inside, y, theme, buffer);
+        line(&text, index == lists.figure, inside, y, theme, buffer);
     }
     let top = (inside.y + FigureKind::ALL.len() as u16 + 1).min(inside.bottom());
     let below = Rect { y: top, height: inside.bottom() - top, ..inside };
-    let key = |action, context| app.keymap.key_for(action, context);
+    let key = |action, context| ui.key(action, context);
     let (one, vector, all) = (
         key(Action::Confirm, Context::Figures),
         key(Action::Vector, Context::Figures),
         key(Action::Export, Context::Everywhere),
     );
-    let written = &app.desk.facts().figures;
+    let written = &ui.view.figures;
     if written.is_empty() {
         let text = format!(
             "Nothing exported yet. {one} exports the selected figure as PNG (the episode as GIF), {vector} as SVG, {all} all there is something for, into the folder figures/."
@@ -78,47 +77,44 @@ fn listed(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     }
 }
 
-fn selected(app: &App) -> FigureKind {
-    FigureKind::ALL[app.lists.figure.min(FigureKind::ALL.len() - 1)]
+fn selected(lists: &Lists) -> FigureKind {
+    FigureKind::ALL[lists.figure.min(FigureKind::ALL.len() - 1)]
 }
 
-/// Keeps the picture up to date; true if there is something new to see.
-pub fn update(app: &mut App) -> bool {
-    let Some(area) = app.hits.preview.filter(|area| area.width > 0 && area.height > 0) else { return false };
-    let kind = selected(app);
-    let wanted = Wanted {
-        kind: kind.name(),
-        stamp: stamp(app.desk.facts()),
-        room: [area.width, area.height],
-        grey: app.theme.depth == Depth::None,
-    };
-    let desk = &app.desk;
-    app.preview.update(&wanted, || desk.figure(kind))
+/// The selected figure, and the picture of it that is wanted; None while it has no room.
+pub fn wanted(lists: &Lists, ui: &Ui, regions: &HitRegions) -> Option<(FigureKind, Wanted)> {
+    let area = regions.preview()?;
+    let kind = selected(lists);
+    let grey = ui.theme.depth == Depth::None;
+    let wanted = Wanted { kind: kind.name(), stamp: stamp(ui), room: [area.width, area.height], grey };
+    Some((kind, wanted))
 }
 
 /// A number that changes with everything a figure shows.
-fn stamp(facts: &Facts) -> u64 {
+fn stamp(ui: &Ui) -> u64 {
+    let view = ui.view;
     let mut hasher = DefaultHasher::new();
-    std::sync::Arc::as_ptr(&facts.task).hash(&mut hasher);
-    facts.prior.as_ref().map(std::sync::Arc::as_ptr).hash(&mut hasher);
-    facts.current.hash(&mut hasher);
-    for run in facts.runs.iter().filter(|run| run.opened) {
+    std::sync::Arc::as_ptr(&view.task).hash(&mut hasher);
+    view.prior.as_ref().map(std::sync::Arc::as_ptr).hash(&mut hasher);
+    ui.subject.run().map(|run| &run.path).hash(&mut hasher);
+    for run in view.runs.iter().filter(|run| run.opened) {
         (&run.path, run.done).hash(&mut hasher);
     }
     hasher.finish()
 }
 
 /// What an action does on this screen.
-pub fn perform(app: &mut App, action: Action) {
-    if let Some(selected) = select(action, app.lists.figure, FigureKind::ALL.len() - 1) {
-        app.lists.figure = selected;
-        return;
+pub fn perform(lists: &mut Lists, action: Action) -> Vec<Effect> {
+    if let Some(selected) = select(action, lists.figure, FigureKind::ALL.len() - 1) {
+        lists.figure = selected;
+        return Vec::new();
     }
-    let kind = selected(app);
-    match (action, kind) {
-        (Action::Confirm | Action::Vector, FigureKind::Episode) => app.export(kind.name(), "gif"),
-        (Action::Confirm, _) => app.export(kind.name(), "png"),
-        (Action::Vector, _) => app.export(kind.name(), "svg"),
-        _ => {}
-    }
+    let kind = selected(lists);
+    let format = match (action, kind) {
+        (Action::Confirm | Action::Vector, FigureKind::Episode) => "gif",
+        (Action::Confirm, _) => "png",
+        (Action::Vector, _) => "svg",
+        _ => return Vec::new(),
+    };
+    vec![Effect::Export(vec![(kind, format)])]
 }

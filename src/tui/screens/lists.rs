@@ -5,8 +5,10 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 
-use crate::tui::actions::Action;
-use crate::tui::theme::Theme;
+use crate::tui::actions::{Action, Tab};
+use crate::tui::view::ViewModel;
+use crate::tui::widgets::theme::Theme;
+use crate::workbench::FigureKind;
 
 /// The selected line of each screen; the Log counts from its end.
 #[derive(Debug, Default)]
@@ -41,4 +43,13 @@ pub fn select(action: Action, now: usize, last: usize) -> Option<usize> {
         Action::Last => last,
         _ => return None,
     })
+}
+
+/// Selects a row of a list of the Models or the Figures screen.
+pub fn select_row(lists: &mut Lists, tab: Tab, view: &ViewModel, row: usize) {
+    match tab {
+        Tab::Models if row < view.models.len() => lists.model = row,
+        Tab::Figures if row < FigureKind::ALL.len() => lists.figure = row,
+        _ => {}
+    }
 }

@@ -4,27 +4,28 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 
-use super::frame::{hint, level_style, pane};
-use super::lists::select;
+use super::Ui;
+use super::lists::{Lists, select};
+use super::pane::{hint, level_style, pane};
 use crate::tui::actions::Action;
-use crate::tui::app::App;
-use crate::tui::layers::wrap;
+use crate::tui::effect::Effect;
+use crate::tui::widgets::popup::wrap;
 
 /// Columns of the time of day and the space after it.
 const TIME: usize = 9;
 
 /// Draws the screen.
-pub fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
-    let facts = app.desk.facts();
-    let theme = &app.theme;
+pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer) {
+    let view = ui.view;
+    let theme = ui.theme;
     let inside = pane("log", area, theme, buffer);
-    if facts.log.is_empty() {
-        let text = "Nothing has happened yet. Everything you do and everything a run tells appears here.";
+    if view.log.is_empty() {
+        let text = "Nothing has happened yet. Everything you do and everything a run reports appears here.";
         return hint(text, inside, theme, buffer);
     }
     let width = usize::from(inside.width);
-    let end = facts.log.len() - app.lists.log.min(facts.log.len() - 1);
-    let wrapped = facts.log[..end].iter().rev().flat_map(|entry| {
+    let end = view.log.len() - lists.log.min(view.log.len() - 1);
+    let wrapped = view.log[..end].iter().rev().flat_map(|entry| {
         let (mark, style) = level_style(entry.level, theme);
         let lines = wrap(&format!("{mark}{}", entry.text), width.saturating_sub(TIME));
         let times =
@@ -41,10 +42,11 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
 }
 
 /// What an action does on this screen: the selected line is counted from the end.
-pub fn perform(app: &mut App, action: Action) {
-    let last = app.desk.facts().log.len().saturating_sub(1);
-    let now = last - app.lists.log.min(last);
+pub fn perform(lists: &mut Lists, ui: &Ui, action: Action) -> Vec<Effect> {
+    let last = ui.view.log.len().saturating_sub(1);
+    let now = last - lists.log.min(last);
     if let Some(selected) = select(action, now, last) {
-        app.lists.log = last - selected;
+        lists.log = last - selected;
     }
+    Vec::new()
 }

@@ -1,104 +1,64 @@
-//! The screens and what each of them remembers.
+//! The screens: what each remembers, how it is drawn, and what an action does on it. A screen gets
+//! what it draws and answers with effects; it knows neither the session nor the terminal.
 
 pub mod edit;
 pub mod figures;
+mod frame;
 pub mod lists;
 pub mod log;
 pub mod models;
+mod pane;
+mod regions;
 pub mod runs;
 pub mod scene;
 pub mod schedule;
+mod schedule_points;
 mod status;
 pub mod training;
 mod workbench;
 
-mod frame;
+pub use frame::{Chrome, Notice, draw_frame};
+pub use regions::{HitRegions, Region};
 
-pub use frame::{draw, shortened};
-pub use lists::Lists;
-pub use runs::Runs;
-pub use scene::Scene;
-pub use schedule::Schedule;
-pub use training::Curves;
+use super::actions::{Action, Context};
+use super::input::Keymap;
+use super::view::{Subject, ViewModel};
+use super::widgets::preview::Preview;
+use super::widgets::theme::Theme;
 
-use ratatui::layout::Rect;
-
-use super::chart::Axes;
-use super::metric::Metric;
-use super::scene::View;
-use crate::tui::actions::Action;
-
-/// A screen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Tab {
-    /// Scene, curves and status together.
-    Scene,
-    /// The task being edited.
-    Edit,
-    /// The epsilon schedule.
-    Schedule,
-    /// The curves of the training.
-    Training,
-    /// Past and running runs.
-    Runs,
-    /// Dynamics models.
-    Models,
-    /// Figures.
-    Figures,
-    /// What happened.
-    Log,
+/// What screens draw from.
+#[derive(Clone, Copy)]
+pub struct Ui<'a> {
+    /// Everything there is to see.
+    pub view: &'a ViewModel,
+    /// What the scene shows.
+    pub subject: &'a Subject,
+    /// Keys, to be named in texts.
+    pub keymap: &'a Keymap,
+    /// Colours and markers.
+    pub theme: &'a Theme,
 }
 
-impl Tab {
-    /// All screens, in the order of their numbers.
-    pub const ALL: [Self; 8] =
-        [Self::Scene, Self::Edit, Self::Schedule, Self::Training, Self::Runs, Self::Models, Self::Figures, Self::Log];
-
-    /// Title of the tab.
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Scene => "Scene",
-            Self::Edit => "Edit",
-            Self::Schedule => "Schedule",
-            Self::Training => "Training",
-            Self::Runs => "Runs",
-            Self::Models => "Models",
-            Self::Figures => "Figures",
-            Self::Log => "Log",
-        }
-    }
-
-    /// The screen after it.
-    pub fn next(self) -> Self {
-        Self::ALL[(self as usize + 1) % Self::ALL.len()]
-    }
-
-    /// The screen before it.
-    pub fn previous(self) -> Self {
-        Self::ALL[(self as usize + Self::ALL.len() - 1) % Self::ALL.len()]
-    }
-
-    /// Whether a scene is shown on it.
-    pub fn has_scene(self) -> bool {
-        matches!(self, Self::Scene | Self::Edit)
+impl Ui<'_> {
+    /// The key of an action, in words.
+    pub fn key(&self, action: Action, context: Context) -> String {
+        self.keymap.key_for(action, context)
     }
 }
 
-/// Where things were drawn, so that the mouse finds them.
-#[derive(Debug, Default)]
-pub struct Hits {
-    /// The tabs.
-    pub tabs: Vec<(Rect, Tab)>,
-    /// The hints in the last line and what they ask for.
-    pub hints: Vec<(Rect, Action)>,
-    /// The scene.
-    pub scene: Option<View>,
-    /// Curves.
-    pub charts: Vec<(Axes, Metric)>,
-    /// The schedule's plot.
-    pub schedule: Option<Axes>,
-    /// Where the figure is shown.
-    pub preview: Option<Rect>,
-    /// Rows of a list and the index of the first.
-    pub rows: Option<(Rect, usize)>,
+/// What the screens remember.
+#[derive(Default)]
+pub struct Screens {
+    /// Of the Scene and the Edit screen.
+    pub scene: scene::Scene,
+    /// Of the curves.
+    pub curves: training::CurvesState,
+    /// Of the schedule's editor.
+    pub schedule: schedule::Schedule,
+    /// Of the list of runs.
+    pub runs: runs::Runs,
+    /// Selected lines of the Models, Figures and Log screens.
+    pub lists: lists::Lists,
+    /// The figure that is shown on the Figures screen.
+    pub preview: Preview,
 }

@@ -8,16 +8,16 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 
-use super::Hits;
-use super::frame::{hint, pane, shortened};
+use super::pane::{hint, pane};
 use super::status::{bar, state_colour};
+use super::{HitRegions, Ui};
 use crate::run::RunState;
 use crate::tui::actions::{Action, Context};
-use crate::tui::app::App;
-use crate::tui::columns;
-use crate::tui::facts::{Level, RunFacts};
-use crate::tui::layers::{Deed, Layer, Prompt, Then};
-use crate::tui::rate::span;
+use crate::tui::effect::Effect;
+use crate::tui::layers::{Confirm, Layer, Prompt};
+use crate::tui::view::{Level, RunSummary, ViewModel, span};
+use crate::tui::widgets::columns::{self, shortened};
+use crate::workbench::command;
 
 /// State of the list of runs.
 #[derive(Debug, Default)]
@@ -51,13 +51,13 @@ impl Runs {
     }
 
     /// The row of the selected run among those shown; near where it was if it is gone.
-    fn selected_row(&self, runs: &[&RunFacts]) -> usize {
+    fn selected_row(&self, runs: &[&RunSummary]) -> usize {
         let known = self.selected.as_ref().and_then(|path| runs.iter().position(|run| run.path == *path));
         known.unwrap_or(self.row.min(runs.len().saturating_sub(1)))
     }
 
     /// Whether the run is marked for comparing.
-    pub fn is_marked(&self, run: &RunFacts) -> bool {
+    pub fn is_marked(&self, run: &RunSummary) -> bool {
         self.marked.contains(&run.path)
     }
 
@@ -65,31 +65,49 @@ impl Runs {
     pub fn leave(&mut self) -> bool {
         !std::mem::take(&mut self.filter).is_empty()
     }
+
+    /// The runs in the list, the latest first.
+    fn listed<'a>(&self, view: &'a ViewModel) -> Vec<&'a RunSummary> {
+        let filter = self.filter.to_lowercase();
+        let matches = |run: &&RunSummary| filter.is_empty() || words(run).to_lowercase().contains(&filter);
+        view.runs.iter().rev().map(|run| &**run).filter(matches).collect()
+    }
+
+    /// Selects the run in a row of the list.
+    pub fn select(&mut self, view: &ViewModel, row: usize) {
+        let path = self.listed(view).get(row).map(|run| run.path.clone());
+        (self.selected, self.row) = (path, row);
+    }
+
+    /// Whether the run in a row of the list is the selected one.
+    pub fn is_selected(&self, view: &ViewModel, row: usize) -> bool {
+        let runs = self.listed(view);
+        row < runs.len() && self.selected_row(&runs) == row
+    }
 }
 
-/// The runs in the list, the latest first.
-fn listed(app: &App) -> Vec<&RunFacts> {
-    let matches = |run: &&RunFacts| words(run).to_lowercase().contains(&app.runs.filter.to_lowercase());
-    app.desk.facts().runs.iter().rev().filter(matches).collect()
-}
-
-fn words(run: &RunFacts) -> String {
+fn words(run: &RunSummary) -> String {
     format!("{} {} {} seed {} {}", run.name, run.task, run.method, run.seed, run.state_word())
 }
 
 /// Draws the screen.
-pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
-    let facts = app.desk.facts();
-    let theme = &app.theme;
-    let mut title = format!("runs in {}", facts.settings.folder.display());
-    if !app.runs.filter.is_empty() {
-        title = format!("{title} · with `{}`, esc shows all", app.runs.filter);
+pub fn draw(state: &Runs, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
+    let view = ui.view;
+    let theme = ui.theme;
+    let mut title = format!("runs in {}", view.settings.folder.display());
+    if !state.filter.is_empty() {
+        title = format!("{title} · with `{}`, esc shows all", state.filter);
+    }
+    if view.runs_unread > 0 && !view.runs.is_empty() {
+        title = format!("{title} · {} more are being read", view.runs_unread);
     }
     let inside = pane(&title, area, theme, buffer);
-    let runs = listed(app);
+    let runs = state.listed(view);
     if runs.is_empty() {
-        let key = |action, context| app.keymap.key_for(action, context);
-        let text = if app.runs.filter.is_empty() {
+        let key = |action, context| ui.key(action, context);
+        let text = if view.runs_unread > 0 {
+            "The runs in this folder are being read.".to_owned()
+        } else if state.filter.is_empty() {
             let (train, open) = (key(Action::Train, Context::Everywhere), key(Action::OpenRun, Context::Runs));
             format!("There are no runs in this folder yet. {train} trains one; {open} opens one from elsewhere.")
         } else {
@@ -101,11 +119,11 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
     let header = columns.line("  ", ["run", "state", "episodes", "success", "left", "task, method, seed"]);
     buffer.set_stringn(inside.x, inside.y, header, usize::from(inside.width), theme.faint());
     let rows = Rect { y: inside.y + 1, height: inside.height - 1, ..inside };
-    let selected = app.runs.selected_row(&runs);
+    let selected = state.selected_row(&runs);
     let first = (selected + 1).saturating_sub(usize::from(rows.height));
-    hits.rows = Some((rows, first));
+    regions.set_rows(rows, first);
     for (y, (index, run)) in (rows.y..rows.bottom()).zip(runs.iter().enumerate().skip(first)) {
-        row(app, run, index == selected, Rect { y, height: 1, ..rows }, buffer);
+        row(state, ui, run, index == selected, Rect { y, height: 1, ..rows }, buffer);
     }
 }
 
@@ -118,9 +136,9 @@ struct Columns {
     name: usize,
     /// A bar shows how much of the episodes is done.
     bar: bool,
-    /// The time left is told.
+    /// The time left is shown.
     left: bool,
-    /// Task, method and seed are told.
+    /// Task, method and seed are shown.
     about: bool,
 }
 
@@ -140,11 +158,11 @@ impl Columns {
     }
 }
 
-fn row(app: &App, run: &RunFacts, selected: bool, area: Rect, buffer: &mut Buffer) {
-    let theme = &app.theme;
+fn row(state: &Runs, ui: &Ui, run: &RunSummary, selected: bool, area: Rect, buffer: &mut Buffer) {
+    let theme = ui.theme;
     let style = if selected { theme.selected() } else { Style::new() };
-    let watched = app.desk.facts().current_run().is_some_and(|current| current.path == run.path);
-    let mark = [if app.runs.is_marked(run) { "*" } else { " " }, if watched { ">" } else { " " }].concat();
+    let watched = ui.subject.run().is_some_and(|current| current.path == run.path);
+    let mark = [if state.is_marked(run) { "*" } else { " " }, if watched { ">" } else { " " }].concat();
     let success = run.success.map_or_else(|| "-".to_owned(), |s| format!("{:.0} %", 100.0 * s));
     let left = run.seconds_left().map_or_else(String::new, span);
     let width = usize::from(area.width);
@@ -167,85 +185,70 @@ fn row(app: &App, run: &RunFacts, selected: bool, area: Rect, buffer: &mut Buffe
 }
 
 /// What an action does on this screen.
-pub fn perform(app: &mut App, action: Action) {
-    let runs = listed(app);
+pub fn perform(state: &mut Runs, ui: &Ui, action: Action) -> Vec<Effect> {
+    let runs = state.listed(ui.view);
     let last = runs.len().saturating_sub(1);
-    let selected = app.runs.selected_row(&runs);
-    let path = runs.get(selected).map(|run| (run.path.clone(), run.opened));
-    let quoted = |path: &PathBuf| shell_words::quote(&path.display().to_string()).into_owned();
-    match (action, path) {
-        (Action::Up, _) => select(app, selected.saturating_sub(1)),
-        (Action::Down, _) => select(app, (selected + 1).min(last)),
-        (Action::First, _) => select(app, 0),
-        (Action::Last, _) => select(app, last),
+    let selected = state.selected_row(&runs);
+    let row = match action {
+        Action::Up => Some(selected.saturating_sub(1)),
+        Action::Down => Some((selected + 1).min(last)),
+        Action::First => Some(0),
+        Action::Last => Some(last),
+        _ => None,
+    };
+    if let Some(row) = row {
+        state.select(ui.view, row);
+        return Vec::new();
+    }
+    match (action, runs.get(selected)) {
         (Action::Filter, _) => {
-            let prompt = Prompt::new("show runs with", "part of a name, task, method or state", "", Then::Filter);
-            app.layers.push(Layer::Prompt(prompt));
+            let read = |text: &str| Ok(Effect::Filter(text.to_owned()));
+            let prompt = Prompt::new("show runs with", "part of a name, task, method or state", "", read);
+            vec![Effect::Open(Layer::Prompt(prompt))]
         }
         (Action::OpenRun, _) => {
-            let then = Then::Path("open".to_owned());
-            app.layers.push(Layer::Prompt(Prompt::new("open a run", "path of its folder", "", then)));
+            let read = |path: &str| Ok(Effect::apply(command::Open(path.into())));
+            vec![Effect::Open(Layer::Prompt(Prompt::new("open a run", "path of its folder", "", read)))]
         }
-        (_, None) => app.say(Level::Info, "there is no run in the list"),
-        (Action::Confirm, Some((path, _))) => watch(app, &format!("open {}", quoted(&path))),
-        (Action::DeleteRun, Some((path, _))) => {
-            let text =
-                format!("{} and everything in it is deleted from the disk. This cannot be undone.", path.display());
-            let deed = Deed::Line(format!("delete {}", quoted(&path)));
-            app.ask("delete the run?", text, vec![('y', "delete it", deed)]);
+        (_, None) => vec![Effect::info("there is no run in the list")],
+        (Action::Confirm, Some(run)) => watch(run, ui),
+        (Action::DeleteRun, Some(run)) => vec![ask_to_delete(run)],
+        (Action::Continue, Some(run)) => vec![Effect::apply(command::Continue(Some(run.path.clone())))],
+        (Action::Evaluate, Some(run)) => {
+            vec![Effect::apply(command::Open(run.path.clone())), Effect::apply(command::Evaluate)]
         }
-        (Action::Continue, Some((path, _))) => app.line(&format!("continue {}", quoted(&path))),
-        (Action::Evaluate, Some((path, _))) => {
-            app.line(&format!("open {}", quoted(&path)));
-            app.line("evaluate");
-        }
-        (Action::Mark, Some((path, opened))) => mark(app, path, opened),
-        _ => {}
+        (Action::Mark, Some(run)) => mark(state, run, ui),
+        _ => Vec::new(),
     }
 }
 
-/// Selects the run in a row of the list.
-pub fn select(app: &mut App, row: usize) {
-    let path = listed(app).get(row).map(|run| run.path.clone());
-    (app.runs.selected, app.runs.row) = (path, row);
-}
-
-/// Whether the run in a row of the list is the selected one.
-pub fn is_selected(app: &App, row: usize) -> bool {
-    let runs = listed(app);
-    row < runs.len() && app.runs.selected_row(&runs) == row
+fn ask_to_delete(run: &RunSummary) -> Effect {
+    let text = format!("{} and everything in it is deleted from the disk. This cannot be undone.", run.path.display());
+    let delete = Effect::apply(command::Delete(run.path.clone()));
+    Effect::Open(Layer::Confirm(Confirm::new("delete the run?", text, vec![('y', "delete it", delete)])))
 }
 
 /// Watches a run and says where it is seen.
-fn watch(app: &mut App, line: &str) {
-    app.line(line);
-    if app.notice.as_ref().is_some_and(|notice| notice.level == Level::Error) {
-        return;
-    }
-    if let Some(run) = app.desk.facts().current_run() {
-        let key = |action| app.keymap.key_for(action, Context::Scene);
-        let (before, after) = (key(Action::PreviousEpisode), key(Action::NextEpisode));
-        let text = format!("watching {}: 4 shows its curves, 1 its episodes ({before} and {after})", run.name);
-        app.say(Level::Good, text);
-    }
+fn watch(run: &RunSummary, ui: &Ui) -> Vec<Effect> {
+    let key = |action| ui.key(action, Context::Scene);
+    let (before, after) = (key(Action::PreviousEpisode), key(Action::NextEpisode));
+    let text = format!("watching {}: 4 shows its curves, 1 its episodes ({before} and {after})", run.name);
+    vec![Effect::apply(command::Open(run.path.clone())), Effect::Say(Level::Good, text)]
 }
 
-/// Marks a run for comparing, or takes the mark away; a marked run is read.
-fn mark(app: &mut App, path: PathBuf, opened: bool) {
-    if app.runs.marked.remove(&path) {
-        return;
+/// Marks a run for comparing, or takes the mark away; a marked run is read. The watched run stays.
+fn mark(state: &mut Runs, run: &RunSummary, ui: &Ui) -> Vec<Effect> {
+    if state.marked.remove(&run.path) {
+        return Vec::new();
     }
-    if !opened {
-        let watched = app.desk.facts().current_run().map(|run| run.path.clone());
-        app.line(&format!("open {}", shell_words::quote(&path.display().to_string())));
-        if let Some(watched) = watched {
-            app.line(&format!("open {}", shell_words::quote(&watched.display().to_string())));
-        }
+    let mut effects = Vec::new();
+    if !run.opened {
+        effects.push(Effect::apply(command::Open(run.path.clone())));
+        effects.extend(ui.subject.run().map(|watched| Effect::apply(command::Open(watched.path.clone()))));
     }
-    let compare = app.keymap.key_for(Action::Compare, Context::Curves);
-    app.runs.marked.insert(path);
-    app.say(
-        Level::Info,
-        format!("{} marked: {compare} on the Training screen (4) shows them together", app.runs.marked.len()),
-    );
+    state.marked.insert(run.path.clone());
+    let compare = ui.key(Action::Compare, Context::Curves);
+    let count = state.marked.len();
+    effects.push(Effect::info(format!("{count} marked: {compare} on the Training screen (4) shows them together")));
+    effects
 }

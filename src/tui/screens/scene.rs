@@ -3,249 +3,254 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::Ui;
 use super::edit::{direction, edit, moved};
 use crate::env::Action as Place;
 use crate::trainer::Trace;
-use crate::tui::actions::{Action, Context};
-use crate::tui::app::App;
-use crate::tui::desk::{Desk, LOOK_AHEAD, Mind};
-use crate::tui::facts::{Facts, Level};
-use crate::tui::playback::{Episode, Player};
+use crate::tui::actions::{Action, Context, Tab};
+use crate::tui::effect::Effect;
 use crate::tui::scene::{Ghost, Object, Overlays};
+use crate::tui::view::playback::{Episode, Player};
+use crate::tui::view::{AgentView, Choice, Subject, ViewModel};
+use crate::workbench::command;
+
+/// Distance in units at which an object is still hit by the mouse.
+pub const REACH: f32 = 2.0;
 
 /// State of the scene.
 #[derive(Default)]
 pub struct Scene {
     /// Time in the episode being shown.
     pub player: Player,
-    /// Show the scene untouched even if there are training episodes.
-    pub untouched: bool,
-    /// What lies over the scene.
-    pub overlays: Overlays,
-    /// The selected object.
-    pub selected: Option<Object>,
-    /// The object being dragged, and where to.
-    pub drag: Option<(Object, [f32; 2])>,
     /// The person's hand, while they play.
     pub hand: Option<Hand>,
-    /// An episode of the watched run's past that is played again.
-    past: Option<Arc<Episode>>,
-    shown: Option<Arc<Episode>>,
-    mind: Option<(usize, usize, Mind)>,
-    foreseen: Option<(usize, usize, Vec<[f32; 2]>)>,
+    pub(super) overlays: Overlays,
+    selected: Option<Object>,
+    /// Where the selected object is dragged.
+    dragged_to: Option<[f32; 2]>,
+    agent_view: Derived<AgentView>,
+    prediction: Derived<Vec<[f32; 2]>>,
 }
 
 /// A tool in a person's hand.
 pub struct Hand {
     /// Where it is held, normalised.
-    pub cursor: Place,
+    pub(super) cursor: Place,
     /// What would become of it.
-    pub ghost: Option<Ghost>,
-    played: usize,
+    pub(super) ghost: Option<Ghost>,
+}
+
+impl Hand {
+    /// Holds it at a position.
+    pub fn hold(&mut self, position: [f32; 2]) {
+        self.cursor = moved(position, [0.0; 2]);
+    }
+}
+
+/// Something derived from an action of an episode, kept until they are others.
+struct Derived<T> {
+    key: Option<Key>,
+    value: Option<Result<T, String>>,
+}
+
+/// The episode, the number of an action in it, and the model or the networks by their address.
+type Key = (Arc<Trace>, usize, Option<*const ()>);
+
+impl<T> Default for Derived<T> {
+    fn default() -> Self {
+        Self { key: None, value: None }
+    }
+}
+
+impl<T> Derived<T> {
+    /// Derives it anew if it is wanted and out of date; true if it is another now.
+    fn renew(&mut self, key: Option<Key>, derive: impl FnOnce(usize) -> Result<T, String>) -> bool {
+        let Some((trace, action, part)) = key else {
+            self.key = None;
+            return self.value.take().is_some();
+        };
+        let known = self.key.as_ref();
+        if known.is_some_and(|known| Arc::ptr_eq(&known.0, &trace) && (known.1, known.2) == (action, part)) {
+            return false;
+        }
+        self.key = Some((trace, action, part));
+        self.value = Some(derive(action));
+        true
+    }
+
+    fn get(&self) -> Option<&T> {
+        self.value.as_ref().and_then(|value| value.as_ref().ok())
+    }
+
+    fn problem(&self) -> Option<&str> {
+        self.value.as_ref().and_then(|value| value.as_ref().err()).map(String::as_str)
+    }
 }
 
 impl Scene {
-    /// The episode being shown.
-    pub fn episode(&self) -> Option<&Arc<Episode>> {
-        self.shown.as_ref()
+    /// The selected object.
+    pub fn selected(&self) -> Option<Object> {
+        self.selected
     }
 
-    /// The episode of a run's past that is being shown, if it is one.
-    pub fn replayed(&self) -> Option<&Arc<Episode>> {
-        self.past.as_ref()
+    /// Selects an object, or none.
+    pub fn select(&mut self, object: Option<Object>) {
+        self.selected = object;
+        self.dragged_to = None;
     }
 
-    /// Shows an episode of a run's past from its start.
-    fn show_past(&mut self, episode: Arc<Episode>) {
-        self.selected = None;
-        self.hand = None;
-        self.past = Some(Arc::clone(&episode));
-        self.shown = Some(episode);
-        self.player.restart();
+    /// Drags the selected object to a position.
+    pub fn drag_selected(&mut self, to: [f32; 2]) {
+        self.dragged_to = Some(to).filter(|_| self.selected.is_some());
     }
 
-    /// Leaves the past for what is shown without it; false if that is shown.
-    pub fn leave_past(&mut self) -> bool {
-        let left = self.past.take().is_some();
-        if left {
-            self.shown = None;
-        }
-        left
+    /// The object that is being dragged, and where.
+    pub(super) fn dragged(&self) -> Option<(Object, [f32; 2])> {
+        self.selected.zip(self.dragged_to)
+    }
+
+    /// Ends a drag; what was dragged, and where.
+    pub(super) fn drop_dragged(&mut self) -> Option<(Object, [f32; 2])> {
+        let dragged = self.dragged();
+        self.dragged_to = None;
+        dragged
     }
 
     /// What the agent thinks, if that is being shown.
-    pub fn mind(&self) -> Option<&Mind> {
-        self.mind.as_ref().map(|(.., mind)| mind)
+    pub(super) fn agent_view(&self) -> Option<&AgentView> {
+        self.agent_view.get()
     }
 
-    /// What the model predicts from the present action on, if that is being shown.
-    pub fn predicted(&self) -> &[[f32; 2]] {
-        self.foreseen.as_ref().map_or(&[], |(.., path)| path)
+    /// What the model predicts from the present action on, and what really happened then.
+    pub(super) fn prediction(&self, subject: &Subject) -> (&[[f32; 2]], Vec<[f32; 2]>) {
+        match (self.prediction.get(), &self.prediction.key) {
+            (Some(path), Some((_, action, _))) if !path.is_empty() => (path, subject.truth(*action)),
+            _ => (&[], Vec::new()),
+        }
     }
 
-    /// What really happened in the time the model's prediction is for.
-    pub fn truth(&self) -> Vec<[f32; 2]> {
-        let Some((.., action, path)) = &self.foreseen else { return Vec::new() };
-        let Some(shown) = self.shown.as_ref().filter(|_| !path.is_empty()) else { return Vec::new() };
-        let steps = shown.trace.steps.iter().skip(*action).take(LOOK_AHEAD);
-        steps.flat_map(|step| step.path.iter().copied()).collect()
+    /// What is missing of what is to be seen, and why.
+    pub(super) fn missing(&self, subject: &Subject) -> Vec<String> {
+        let overlays = self.overlays;
+        let mut missing: Vec<String> = subject.note().map(str::to_owned).into_iter().collect();
+        if subject.is_of_run() {
+            missing.extend(self.agent_view.problem().map(|reason| format!("no critic or actor: {reason}")));
+            missing.extend(self.prediction.problem().map(|reason| format!("no prediction: {reason}")));
+        } else if (overlays.critic || overlays.actor || overlays.model) && self.hand.is_none() {
+            missing.push("no agent acts here: critic, actor and prediction need an episode of a run".to_owned());
+        }
+        missing
     }
 
-    /// Whether the picture changes by itself.
-    pub fn is_animated(&self) -> bool {
-        self.player.playing
+    /// Whether a prediction is to be shown.
+    pub fn needs_model(&self, subject: &Subject) -> bool {
+        self.hand.is_some() || (self.overlays.model && subject.is_of_run())
     }
 
-    /// Takes in what is new and lets time pass; true if the picture changed.
-    pub fn update(&mut self, desk: &mut dyn Desk, elapsed: Duration) -> bool {
-        let mut changed = self.choose_episode(desk);
+    /// Begins to show another episode, or the same again.
+    pub fn begin(&mut self, subject: &Subject) {
+        if matches!(subject.choice(), Choice::Hand) {
+            // The latest action is played; those before it were seen.
+            let steps = &subject.episode().trace.steps;
+            let before = steps.iter().take(steps.len().saturating_sub(1)).map(|step| step.path.len()).sum();
+            self.player.go_to(before);
+            self.player.playing = true;
+        } else {
+            self.hand = None;
+            self.player.restart();
+        }
+        if let Some(hand) = &mut self.hand {
+            hand.ghost = None;
+        }
+    }
+
+    /// Lets time pass: whether the picture changed, and what follows.
+    pub fn update(&mut self, subject: &Subject, elapsed: Duration) -> (bool, Vec<Effect>) {
+        let steps = subject.episode().steps();
         let step = self.player.step();
-        let steps = self.shown.as_ref().map_or(0, |episode| episode.steps());
         let over = self.player.advance(elapsed, steps);
+        let mut effects = Vec::new();
         if over && self.hand.is_some() {
             self.player.playing = false;
         } else if over {
-            self.next_episode(desk);
+            effects.push(Effect::NextEpisode);
+        }
+        let mut changed = step.min(steps) != self.player.step().min(steps);
+        let action = subject.episode().at(self.player.step()).action.saturating_sub(1);
+        let (model, networks) = subject.parts();
+        let key = |wanted: bool, part| {
+            Some((subject.episode().trace.clone(), action, part)).filter(|_| wanted && subject.is_of_run())
+        };
+        let (show_agent, show_model) = (self.overlays.critic || self.overlays.actor, self.overlays.model);
+        changed |= self.agent_view.renew(key(show_agent, networks), |action| subject.agent_view(action));
+        changed |= self.prediction.renew(key(show_model, model), |action| subject.predict(action));
+        if let Some(hand) = &mut self.hand
+            && hand.ghost.as_ref().is_none_or(|ghost| ghost.action != hand.cursor)
+        {
+            hand.ghost = subject.ghost(hand.cursor);
             changed = true;
         }
-        changed |= step.min(steps) != self.player.step().min(steps);
-        changed |= self.think(desk);
-        changed |= self.foresee(desk);
-        changed | self.hold(desk)
-    }
-
-    fn choose_episode(&mut self, desk: &dyn Desk) -> bool {
-        let facts = desk.facts();
-        if self.hand.is_some() {
-            return self.choose_played(facts);
-        }
-        if self.past.is_some() {
-            return false;
-        }
-        let live = facts.live.as_ref().filter(|live| !self.untouched && live.task.name == facts.task.name);
-        let shown = self.shown.as_ref();
-        let showing_live = shown.is_some_and(|shown| shown.trace.episode > 0 && shown.task.name == facts.task.name);
-        if live.is_some() && !showing_live {
-            self.next_episode(desk);
-            return true;
-        }
-        if live.is_none() {
-            if facts.active_runs().next().is_some() {
-                desk.request_live();
-            }
-            if shown.is_none_or(|shown| shown.trace.episode > 0 || *shown.task != *facts.task) {
-                self.shown = Some(Arc::new(Episode::untouched(&facts.task)));
-                self.player.restart();
-                return true;
-            }
-        }
-        false
-    }
-
-    fn choose_played(&mut self, facts: &Facts) -> bool {
-        let Some(hand) = &mut self.hand else { return false };
-        let actions = facts.played.steps.len();
-        if hand.played == actions && self.shown.as_ref().is_some_and(|shown| Arc::ptr_eq(&shown.trace, &facts.played)) {
-            return false;
-        }
-        let before: usize = facts.played.steps.iter().take(actions.saturating_sub(1)).map(|step| step.path.len()).sum();
-        hand.played = actions;
-        hand.ghost = None;
-        let title = "played by hand".to_owned();
-        self.shown = Some(Arc::new(Episode { title, task: facts.task.clone(), trace: facts.played.clone() }));
-        self.player.go_to(before);
-        self.player.playing = true;
-        true
-    }
-
-    /// From the start: the latest training episode if there is one, else the same again.
-    fn next_episode(&mut self, desk: &dyn Desk) {
-        let facts = desk.facts();
-        if self.past.is_none()
-            && let Some(live) = facts.live.as_ref().filter(|live| !self.untouched && live.task.name == facts.task.name)
-        {
-            self.shown = Some(live.clone());
-            desk.request_live();
-        }
-        self.player.restart();
-    }
-
-    /// The episode being shown and the action in it that goes on, both as numbers.
-    fn place_in_episode(&self, shown: &Episode) -> (usize, usize) {
-        let action = shown.at(self.player.step()).action.saturating_sub(1);
-        (Arc::as_ptr(&shown.trace).cast::<Trace>() as usize, action)
-    }
-
-    /// Asks what the model predicts, when that is shown and the moment is another.
-    fn foresee(&mut self, desk: &mut dyn Desk) -> bool {
-        let wanted = self.overlays.model;
-        let Some(shown) = self.shown.clone().filter(|shown| wanted && shown.trace.episode > 0) else {
-            return self.foreseen.take().is_some();
-        };
-        let (trace, action) = self.place_in_episode(&shown);
-        if self.foreseen.as_ref().is_some_and(|(known, at, _)| (*known, *at) == (trace, action)) {
-            return false;
-        }
-        self.foreseen = Some((trace, action, desk.foresee(&shown, action)));
-        true
-    }
-
-    /// Asks what the agent thinks, when that is shown and the moment is another.
-    fn think(&mut self, desk: &dyn Desk) -> bool {
-        let wanted = self.overlays.critic || self.overlays.actor;
-        let Some(shown) = self.shown.as_ref().filter(|shown| wanted && shown.trace.episode > 0) else {
-            return self.mind.take().is_some();
-        };
-        let (trace, action) = self.place_in_episode(shown);
-        if self.mind.as_ref().is_some_and(|(known, at, _)| (*known, *at) == (trace, action)) {
-            return false;
-        }
-        self.mind = desk.mind(shown, action).map(|mind| (trace, action, mind));
-        true
-    }
-
-    /// Asks what would become of the tool in hand, when it was moved.
-    fn hold(&mut self, desk: &mut dyn Desk) -> bool {
-        let Some(hand) = &mut self.hand else { return false };
-        if hand.ghost.as_ref().is_some_and(|ghost| ghost.action == hand.cursor) {
-            return false;
-        }
-        hand.ghost = Some(desk.ghost(hand.cursor));
-        true
+        (changed, effects)
     }
 
     /// Begins hand play, in the middle of the scene or where the ball is.
-    fn take_tool(&mut self, facts: &Facts) {
-        let [x, y] = facts.task.ball.position;
-        self.leave_past();
-        self.hand = Some(Hand { cursor: [x, (y - 0.4).max(-0.9)], ghost: None, played: usize::MAX });
-        self.selected = None;
+    fn take_tool(&mut self, view: &ViewModel) -> Effect {
+        let [x, y] = view.task.ball.position;
+        self.hand = Some(Hand { cursor: [x, (y - 0.4).max(-0.9)], ghost: None });
+        self.select(None);
+        Effect::Show(Choice::Hand)
+    }
+
+    /// Leaves hand play or the past, or lets go of the selected object.
+    pub fn back(&mut self, subject: &Subject) -> Vec<Effect> {
+        if self.drop_dragged().is_some() {
+            return Vec::new();
+        }
+        if self.hand.take().is_some() {
+            self.player = Player::default();
+            return vec![Effect::Show(Choice::Latest)];
+        }
+        if matches!(subject.choice(), Choice::Past(_)) {
+            return vec![Effect::Show(Choice::Latest)];
+        }
+        if self.selected.take().is_none() {
+            return vec![Effect::Perform(Action::Screen(Tab::Scene))];
+        }
+        Vec::new()
     }
 }
 
 /// What an action does on the Scene and the Edit screen.
-pub fn perform(app: &mut App, action: Action) {
-    if app.scene.hand.is_some() && play_by_hand(app, action) {
-        return;
+pub fn perform(scene: &mut Scene, ui: &Ui, action: Action) -> Vec<Effect> {
+    if let Some(effects) = play_by_hand(scene, action, ui) {
+        return effects;
     }
-    if watch(app, action) || edit(app, action) {
-        return;
+    if let Some(effects) = watch(scene, ui, action).or_else(|| edit(scene, ui, action)) {
+        return effects;
     }
     match action {
         Action::HandPlay => {
-            app.scene.take_tool(app.desk.facts());
-            let key = app.keymap.key_for(Action::Confirm, Context::Hand);
-            app.say(Level::Info, format!("hand play: move the tool, {key} or a click places it, esc ends"));
+            let key = ui.key(Action::Confirm, Context::Hand);
+            let text = format!("hand play: move the tool, {key} or a click places it, esc ends");
+            vec![scene.take_tool(ui.view), Effect::info(text)]
         }
-        Action::NextObject | Action::PreviousObject => select(app, action == Action::NextObject),
-        _ => {}
+        Action::NextObject | Action::PreviousObject => {
+            select_neighbour(scene, ui.view, action == Action::NextObject);
+            leave_past(ui.subject)
+        }
+        _ => Vec::new(),
     }
 }
 
-/// Playback and overlays; false if it is none of these.
-fn watch(app: &mut App, action: Action) -> bool {
-    let scene = &mut app.scene;
-    let steps = scene.shown.as_ref().map_or(0, |episode| episode.steps());
+/// The objects of the edited task are to be seen for what is done with them.
+fn leave_past(subject: &Subject) -> Vec<Effect> {
+    let is_past = matches!(subject.choice(), Choice::Past(_));
+    is_past.then_some(Effect::Show(Choice::Latest)).into_iter().collect()
+}
+
+/// Playback and overlays; None if it is none of these.
+fn watch(scene: &mut Scene, ui: &Ui, action: Action) -> Option<Vec<Effect>> {
+    let steps = ui.subject.episode().steps();
     match action {
         Action::PlayPause => scene.player.playing = !scene.player.playing,
         Action::StepOn => scene.player.nudge(1, steps),
@@ -254,13 +259,14 @@ fn watch(app: &mut App, action: Action) -> bool {
         Action::Slower => scene.player.change_speed(false),
         Action::Restart => scene.player.restart(),
         Action::PreviousEpisode | Action::NextEpisode | Action::First | Action::Last => {
-            replay(app, action);
-            return true;
+            return Some(vec![replay(scene, ui, action)]);
         }
-        Action::Source if scene.leave_past() => {}
         Action::Source => {
-            scene.untouched = !scene.untouched;
-            scene.shown = None;
+            let choice = match ui.subject.choice() {
+                Choice::Latest => Choice::Untouched,
+                _ => Choice::Latest,
+            };
+            return Some(vec![Effect::Show(choice)]);
         }
         Action::ShowClusters => scene.overlays.clusters = !scene.overlays.clusters,
         Action::ShowSamples => scene.overlays.samples = !scene.overlays.samples,
@@ -268,116 +274,107 @@ fn watch(app: &mut App, action: Action) -> bool {
         Action::ShowActor => scene.overlays.actor = !scene.overlays.actor,
         Action::ShowModel => scene.overlays.model = !scene.overlays.model,
         Action::ShowStage => {
-            let stages = app.desk.facts().task.stage_count();
+            let stages = ui.subject.task().subgoals.len() + 1;
             let next = scene.overlays.stage.map_or(0, |stage| stage + 1);
             scene.overlays.stage = Some(next).filter(|stage| *stage < stages);
         }
-        _ => return false,
+        _ => return None,
     }
-    explain_overlay(app, action);
-    true
+    Some(explain_overlay(scene, ui, action).into_iter().collect())
 }
 
 /// Plays another episode of the watched run's past again.
-fn replay(app: &mut App, action: Action) {
-    let Some(run) = app.desk.facts().current_run().filter(|run| run.done > 0) else {
-        return app.say(Level::Info, "no run with episodes is being watched: the Runs screen (5) has them");
+fn replay(scene: &mut Scene, ui: &Ui, action: Action) -> Effect {
+    let Some(run) = ui.subject.run().filter(|run| run.done > 0) else {
+        return Effect::info("no run with episodes is being watched: the Runs screen (5) has them");
     };
+    scene.select(None);
+    scene.hand = None;
     let last = run.done;
-    let now = app.scene.past.as_ref().map(|episode| episode.trace.episode);
+    let now = match ui.subject.choice() {
+        Choice::Past(episode) => Some(episode.trace.episode),
+        _ => None,
+    };
     let episode = match action {
         Action::First => 1,
         Action::Last => last,
         Action::PreviousEpisode => now.map_or(last, |now| now.saturating_sub(1)),
         _ => now.map_or(1, |now| now + 1),
     };
-    match app.desk.past_episode(episode.clamp(1, last)) {
-        Ok(episode) => {
-            let goal = if episode.trace.reached_goal() { ", which reached the goal" } else { "" };
-            let key = app.keymap.key_for(Action::Source, Context::Scene);
-            let text = format!("episode {} of {last}{goal}; {key} leaves the past", episode.trace.episode);
-            app.scene.show_past(episode);
-            app.say(Level::Info, text);
-        }
-        Err(error) => app.say(Level::Error, error),
-    }
+    Effect::Replay(episode.clamp(1, last))
 }
 
 /// Says why an overlay that was switched on shows nothing.
-fn explain_overlay(app: &mut App, action: Action) {
-    let overlays = app.scene.overlays;
-    let facts = app.desk.facts();
+fn explain_overlay(scene: &Scene, ui: &Ui, action: Action) -> Option<Effect> {
+    let subject = ui.subject;
     let text = match action {
-        Action::ShowClusters | Action::ShowSamples if facts.prior.is_none() => {
-            format!(
-                "no action clusters yet: {} computes them",
-                app.keymap.key_for(Action::Clusters, Context::Everywhere)
-            )
+        Action::ShowClusters | Action::ShowSamples if subject.clusters().is_none() => {
+            format!("no action clusters yet: {} computes them", ui.key(Action::Clusters, Context::Everywhere))
         }
-        Action::ShowCritic | Action::ShowActor | Action::ShowModel if facts.live.is_none() => {
-            format!(
-                "there is no training episode yet: {} trains one",
-                app.keymap.key_for(Action::Train, Context::Everywhere)
-            )
-        }
-        Action::ShowStage => match overlays.stage {
+        Action::ShowCritic | Action::ShowActor | Action::ShowModel if !subject.is_of_run() => match subject.note() {
+            Some(note) => note.to_owned(),
+            None => {
+                let key = ui.key(Action::Train, Context::Everywhere);
+                format!("there is no training episode yet: {key} trains one")
+            }
+        },
+        Action::ShowStage => match scene.overlays.stage {
             None => "clusters of all stages".to_owned(),
-            Some(stage) if stage == facts.task.subgoals.len() => "clusters of the goal".to_owned(),
+            Some(stage) if stage == subject.task().subgoals.len() => "clusters of the goal".to_owned(),
             Some(stage) => format!("clusters of subgoal {}", stage + 1),
         },
-        _ => return,
+        _ => return None,
     };
-    app.say(Level::Info, text);
+    Some(Effect::info(text))
 }
 
-fn select(app: &mut App, next: bool) {
-    app.scene.leave_past();
-    let objects = app.desk.facts().objects().all();
-    let now = app.scene.selected.and_then(|selected| objects.iter().position(|object| *object == selected));
+fn select_neighbour(scene: &mut Scene, view: &ViewModel, next: bool) {
+    let objects = view.objects().all();
+    let now = scene.selected.and_then(|selected| objects.iter().position(|object| *object == selected));
     let index = match (now, next) {
         (None, true) => 0,
         (None, false) => objects.len() - 1,
         (Some(now), true) => (now + 1) % objects.len(),
         (Some(now), false) => (now + objects.len() - 1) % objects.len(),
     };
-    app.scene.selected = Some(objects[index]);
+    scene.select(Some(objects[index]));
 }
 
-/// Actions of hand play; false if it is none of these.
-fn play_by_hand(app: &mut App, action: Action) -> bool {
-    let Some(hand) = &mut app.scene.hand else { return false };
+/// Actions of hand play; None if nobody plays or it is none of these.
+fn play_by_hand(scene: &mut Scene, action: Action, ui: &Ui) -> Option<Vec<Effect>> {
+    let hand = scene.hand.as_mut()?;
     if let Some(by) = direction(action, 0.02, 0.1) {
         hand.cursor = moved(hand.cursor, by);
-        return true;
+        return Some(Vec::new());
     }
-    match action {
-        Action::Confirm => place(app),
-        Action::Restart => app.line("reset"),
-        Action::HandPlay => back(app),
-        _ => return false,
-    }
-    true
+    Some(match action {
+        Action::Confirm => vec![Effect::apply(command::Place(hand.cursor))],
+        Action::Restart => vec![Effect::apply(command::Reset)],
+        Action::HandPlay => scene.back(ui.subject),
+        _ => return None,
+    })
 }
 
-/// Places the tool where it is held.
-pub fn place(app: &mut App) {
-    let Some(hand) = &app.scene.hand else { return };
-    let [x, y] = hand.cursor;
-    app.line(&format!("place {x} {y}"));
+/// What a press of the mouse does in the scene: the tool in hand is placed, or an object selected.
+pub fn press(scene: &mut Scene, ui: &Ui, position: [f32; 2], reach: f32) -> Vec<Effect> {
+    if let Some(hand) = &mut scene.hand {
+        hand.hold(position);
+        return vec![Effect::apply(command::Place(hand.cursor))];
+    }
+    let objects = ui.view.objects();
+    let object = objects.at(position, reach);
+    scene.select(object);
+    let text = match object {
+        Some(object) => format!("{}: drag it, or move it with the arrow keys", objects.name(object)),
+        None => format!("{:.2} {:.2}", position[0], position[1]),
+    };
+    let mut effects = leave_past(ui.subject);
+    effects.push(Effect::info(text));
+    effects
 }
 
-/// Leaves hand play, or lets go of the selected object.
-pub fn back(app: &mut App) {
-    let scene = &mut app.scene;
-    if scene.drag.take().is_some() {
-        return;
-    }
-    if scene.hand.take().is_some() {
-        scene.shown = None;
-        scene.player = Player::default();
-    } else if scene.leave_past() {
-        // That was the layer to be left.
-    } else if scene.selected.take().is_none() {
-        app.show(super::Tab::Scene);
-    }
+/// What an episode shows at the moment.
+pub(super) fn title(ui: &Ui) -> String {
+    let episode: &Episode = ui.subject.episode();
+    format!("{} · {}", ui.subject.task().name, episode.title)
 }

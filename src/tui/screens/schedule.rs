@@ -4,17 +4,18 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 
-use super::Hits;
 use super::edit::direction;
-use super::frame::pane;
+use super::pane::pane;
+use super::schedule_points;
+use super::{HitRegions, Ui};
 use crate::guidance::EpsilonSchedule;
 use crate::tui::actions::{Action, Context};
-use crate::tui::app::App;
 use crate::tui::chart::{Axes, Scale, Window};
-use crate::tui::facts::Level;
-use crate::tui::handles;
-use crate::tui::raster::Raster;
-use crate::tui::theme::Marker;
+use crate::tui::effect::Effect;
+use crate::tui::view::ViewModel;
+use crate::tui::widgets::raster::Raster;
+use crate::tui::widgets::theme::Marker;
+use crate::workbench::command;
 
 /// Columns at which a point is still hit with the mouse.
 const NEAR: f32 = 4.0;
@@ -23,48 +24,59 @@ const NEAR: f32 = 4.0;
 #[derive(Debug, Default)]
 pub struct Schedule {
     /// The schedule as edited; None if it is the one in use.
-    pub draft: Option<EpsilonSchedule>,
+    draft: Option<EpsilonSchedule>,
     /// The selected point.
-    pub point: usize,
+    point: usize,
 }
 
 impl Schedule {
+    /// Whether it is another schedule than the one in use.
+    pub fn is_edited(&self) -> bool {
+        self.draft.is_some()
+    }
+
+    fn change(&mut self, schedule: EpsilonSchedule, in_use: &EpsilonSchedule) {
+        self.draft = Some(schedule).filter(|schedule| schedule != in_use);
+        let shown = self.shown(in_use);
+        self.point = self.point.min(schedule_points::points(&shown).len() - 1);
+    }
+
     /// The schedule as edited, or the one in use.
-    pub fn shown(&self, in_use: &EpsilonSchedule) -> EpsilonSchedule {
+    fn shown(&self, in_use: &EpsilonSchedule) -> EpsilonSchedule {
         self.draft.clone().unwrap_or_else(|| in_use.clone())
     }
 }
 
 /// Episodes the plot shows: those of the next run, and all points.
-fn span(app: &App) -> u32 {
-    let settings = &app.desk.facts().settings;
-    let shown = app.schedule.shown(&settings.epsilon);
-    let last = handles::points(&shown).last().map_or(0, |point| point.0);
+fn span(state: &Schedule, view: &ViewModel) -> u32 {
+    let settings = &view.settings;
+    let shown = state.shown(&settings.epsilon);
+    let last = schedule_points::points(&shown).last().map_or(0, |point| point.0);
     (settings.episodes as u32).max(last.saturating_add(last / 20)).max(10)
 }
 
 /// Draws the screen.
-pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
-    let facts = app.desk.facts();
-    let theme = &app.theme;
-    let shown = app.schedule.shown(&facts.settings.epsilon);
-    let title = format!("epsilon threshold · {} · {shown}", handles::kind(&shown));
+pub fn draw(state: &Schedule, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
+    let view = ui.view;
+    let theme = ui.theme;
+    let shown = state.shown(&view.settings.epsilon);
+    let title = format!("epsilon threshold · {} · {shown}", schedule_points::kind(&shown));
     let inside = pane(&title, area, theme, buffer);
-    let text = explanation(app);
-    let lines = crate::tui::layers::wrap(&text, usize::from(inside.width.saturating_sub(2)));
+    let text = explanation(state, ui);
+    let lines = crate::tui::widgets::popup::wrap(&text, usize::from(inside.width.saturating_sub(2)));
     let rows = (lines.len() as u16).min(inside.height / 3);
     let plot = Rect { x: inside.x + 1, y: inside.y + 1, width: inside.width - 2, height: inside.height - rows - 2 };
-    let window = Window { from: 0.0, to: span(app) as f32 };
+    let window = Window { from: 0.0, to: span(state, ui.view) as f32 };
     if let Some(axes) = Axes::draw(plot, window, [0.0, 1.0], Scale::Linear, theme, buffer) {
         let mut raster = Raster::new(axes.plot, theme.marker);
-        if app.schedule.draft.is_some() {
-            trace(&facts.settings.epsilon, &axes, theme.dim, &mut raster);
+        if state.draft.is_some() {
+            trace(&view.settings.epsilon, &axes, theme.dim, &mut raster);
         }
         trace(&shown, &axes, theme.accent, &mut raster);
         raster.render(buffer);
-        progress(app, &axes, buffer);
-        points(app, &shown, &axes, buffer);
-        hits.schedule = Some(axes);
+        progress(ui, &axes, buffer);
+        points(state, ui, &shown, &axes, buffer);
+        regions.set_schedule(axes);
     }
     for (y, line) in (inside.bottom() - rows..inside.bottom()).zip(lines) {
         buffer.set_stringn(inside.x + 1, y, line, usize::from(inside.width), theme.faint());
@@ -84,36 +96,36 @@ fn trace(schedule: &EpsilonSchedule, axes: &Axes, colour: ratatui::style::Color,
 }
 
 /// A line at the episode of the running training.
-fn progress(app: &App, axes: &Axes, buffer: &mut Buffer) {
-    let run = app.desk.facts().current_run().filter(|run| run.active);
+fn progress(ui: &Ui, axes: &Axes, buffer: &mut Buffer) {
+    let run = ui.subject.run().filter(|run| run.active);
     let Some(column) = run.and_then(|run| axes.column(run.done as f32)) else { return };
-    let bar = if app.theme.marker == Marker::Ascii { "|" } else { "┊" };
+    let bar = if ui.theme.marker == Marker::Ascii { "|" } else { "┊" };
     for row in axes.plot.top()..axes.plot.bottom() {
-        buffer.set_string(column, row, bar, Style::new().fg(app.theme.good));
+        buffer.set_string(column, row, bar, Style::new().fg(ui.theme.good));
     }
 }
 
-fn points(app: &App, shown: &EpsilonSchedule, axes: &Axes, buffer: &mut Buffer) {
+fn points(state: &Schedule, ui: &Ui, shown: &EpsilonSchedule, axes: &Axes, buffer: &mut Buffer) {
     let height = f32::from(axes.plot.height);
-    let (mark, chosen) = if app.theme.marker == Marker::Ascii { ("o", "@") } else { ("○", "●") };
-    for (index, (episode, value)) in handles::points(shown).into_iter().enumerate() {
+    let (mark, chosen) = if ui.theme.marker == Marker::Ascii { ("o", "@") } else { ("○", "●") };
+    for (index, (episode, value)) in schedule_points::points(shown).into_iter().enumerate() {
         let Some(column) = axes.column(episode as f32) else { continue };
         let row = axes.plot.y + (axes.dot([1.0, height], episode as f32, value)[1] as u16).min(axes.plot.height - 1);
-        let selected = index == app.schedule.point;
-        let style = Style::new().fg(app.theme.warn).add_modifier(Modifier::BOLD);
+        let selected = index == state.point;
+        let style = Style::new().fg(ui.theme.warn).add_modifier(Modifier::BOLD);
         buffer.set_string(column, row, if selected { chosen } else { mark }, style);
         if selected {
             let text = format!(" {episode}: {value:.2} ");
             let width = text.len() as u16;
             let x = if column + 1 + width < axes.plot.right() { column + 1 } else { column.saturating_sub(width) };
-            buffer.set_string(x, row, text, app.theme.selected());
+            buffer.set_string(x, row, text, ui.theme.selected());
         }
     }
 }
 
-fn explanation(app: &App) -> String {
-    let key = |action| app.keymap.key_for(action, Context::Schedule);
-    let state = match &app.schedule.draft {
+fn explanation(state: &Schedule, ui: &Ui) -> String {
+    let key = |action| ui.key(action, Context::Schedule);
+    let state = match &state.draft {
         None => "This schedule is in use.".to_owned(),
         Some(_) => format!("Not in use yet: {} uses it, {} goes back.", key(Action::Confirm), key(Action::Discard)),
     };
@@ -124,78 +136,91 @@ fn explanation(app: &App) -> String {
         key(Action::AddPoint),
         key(Action::DeletePoint),
         key(Action::Kind),
-        app.keymap.key_for(Action::Epsilon, Context::Everywhere),
+        ui.key(Action::Epsilon, Context::Everywhere),
     )
 }
 
 /// Moves the selected point to an episode and a threshold.
-pub fn drag(app: &mut App, episode: f32, value: f32) {
-    let shown = app.schedule.shown(&app.desk.facts().settings.epsilon);
-    let index = app.schedule.point.min(handles::points(&shown).len() - 1);
-    let moved = handles::move_point(&shown, index, episode.round().max(0.0) as u32, value);
-    change(app, moved);
+pub fn drag(state: &mut Schedule, view: &ViewModel, episode: f32, value: f32) {
+    let in_use = &view.settings.epsilon;
+    let shown = state.shown(in_use);
+    let index = state.point.min(schedule_points::points(&shown).len() - 1);
+    let moved = schedule_points::move_point(&shown, index, episode.round().max(0.0) as u32, value);
+    state.change(moved, in_use);
 }
 
 /// Selects the point nearest to a place on the plot; where none is near, a hand-drawn
 /// schedule gets another.
-pub fn pick(app: &mut App, axes: &Axes, column: u16, row: u16) {
-    let shown = app.schedule.shown(&app.desk.facts().settings.epsilon);
+pub fn pick(state: &mut Schedule, view: &ViewModel, axes: &Axes, column: u16, row: u16) {
+    let in_use = &view.settings.epsilon;
+    let shown = state.shown(in_use);
     let height = f32::from(axes.plot.height);
     let distance = |(episode, value): &(u32, f32)| {
         let x = axes.column(*episode as f32).unwrap_or(axes.plot.right());
         let y = f32::from(axes.plot.y) + axes.dot([1.0, height], *episode as f32, *value)[1];
         f32::from(x.abs_diff(column)) + 2.0 * (y - f32::from(row)).abs()
     };
-    let points = handles::points(&shown);
+    let points = schedule_points::points(&shown);
     let nearest = (0..points.len()).min_by(|a, b| distance(&points[*a]).total_cmp(&distance(&points[*b])));
-    app.schedule.point = nearest.unwrap_or(0);
+    state.point = nearest.unwrap_or(0);
     let far = nearest.is_none_or(|nearest| distance(&points[nearest]) > NEAR);
     if far && matches!(shown, EpsilonSchedule::Points(_)) {
         let episode = axes.x_at(column).round().max(0.0) as u32;
-        let (schedule, added) = handles::insert_point(&shown, episode, axes.y_at(row));
-        change(app, schedule);
-        app.schedule.point = added;
+        let (schedule, added) = schedule_points::insert_point(&shown, episode, axes.y_at(row));
+        state.change(schedule, in_use);
+        state.point = added;
     }
-}
-
-fn change(app: &mut App, schedule: EpsilonSchedule) {
-    let in_use = &app.desk.facts().settings.epsilon;
-    app.schedule.draft = Some(schedule).filter(|schedule| schedule != in_use);
-    let shown = app.schedule.shown(in_use);
-    app.schedule.point = app.schedule.point.min(handles::points(&shown).len() - 1);
 }
 
 /// What an action does on this screen.
-pub fn perform(app: &mut App, action: Action) {
-    let episodes = app.desk.facts().settings.episodes as u32;
-    let shown = app.schedule.shown(&app.desk.facts().settings.epsilon);
-    let points = handles::points(&shown);
-    let index = app.schedule.point.min(points.len() - 1);
+pub fn perform(state: &mut Schedule, ui: &Ui, action: Action) -> Vec<Effect> {
+    let in_use = &ui.view.settings.epsilon;
+    let episodes = ui.view.settings.episodes as u32;
+    let shown = state.shown(in_use);
+    let points = schedule_points::points(&shown);
+    let index = state.point.min(points.len() - 1);
     if let Some([right, up]) = direction(action, 0.01, 0.1) {
         let (episode, value) = points[index];
-        let episode = episode as f32 + right * span(app) as f32;
-        let moved = handles::move_point(&shown, index, episode.round().max(0.0) as u32, value + up);
-        return change(app, moved);
+        let episode = episode as f32 + right * span(state, ui.view) as f32;
+        let moved = schedule_points::move_point(&shown, index, episode.round().max(0.0) as u32, value + up);
+        state.change(moved, in_use);
+        return Vec::new();
     }
     match action {
-        Action::NextPoint => app.schedule.point = (index + 1) % points.len(),
-        Action::PreviousPoint => app.schedule.point = (index + points.len() - 1) % points.len(),
+        Action::NextPoint => state.point = (index + 1) % points.len(),
+        Action::PreviousPoint => state.point = (index + points.len() - 1) % points.len(),
         Action::AddPoint => {
-            let (schedule, added) = handles::add_point(&shown, episodes, index);
-            change(app, schedule);
-            app.schedule.point = added;
+            let (schedule, added) = schedule_points::add_point(&shown, episodes, index);
+            state.change(schedule, in_use);
+            state.point = added;
         }
         Action::DeletePoint if !matches!(shown, EpsilonSchedule::Points(_)) => {
-            let key = app.keymap.key_for(Action::AddPoint, Context::Schedule);
-            app.say(Level::Info, format!("only a hand-drawn schedule has points to delete; {key} makes it one"));
+            let key = ui.key(Action::AddPoint, Context::Schedule);
+            return vec![Effect::info(format!("only a hand-drawn schedule has points to delete; {key} makes it one"))];
         }
-        Action::DeletePoint => change(app, handles::delete_point(&shown, index)),
-        Action::Kind => change(app, handles::next_kind(&shown, episodes)),
-        Action::Discard => app.schedule.draft = None,
+        Action::DeletePoint => state.change(schedule_points::delete_point(&shown, index), in_use),
+        Action::Kind => state.change(schedule_points::next_kind(&shown, episodes), in_use),
+        Action::Discard => state.draft = None,
         Action::Confirm => {
-            app.line(&format!("epsilon {shown}"));
-            app.schedule.draft = None;
+            state.draft = None;
+            return vec![Effect::apply(command::Epsilon(shown))];
         }
         _ => {}
+    }
+    Vec::new()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tui::testing::empty;
+
+    #[test]
+    fn a_point_that_is_no_longer_there_is_not_dragged() {
+        let mut view = empty();
+        view.settings.epsilon = "points:0=0.8,1500=0.1".parse().unwrap();
+        let mut state = Schedule { draft: None, point: 5 };
+        drag(&mut state, &view, 700.0, 0.5);
+        assert_eq!(state.draft.unwrap().to_string(), "points:0=0.8,700=0.5");
     }
 }

@@ -4,42 +4,41 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Style};
 
-use super::frame::{pane, shortened};
-use crate::run::RunState;
+use super::Ui;
+use super::pane::pane;
+use crate::run::{Metric, RunState};
 use crate::tui::actions::{Action, Context};
-use crate::tui::app::App;
 use crate::tui::chart::number;
-use crate::tui::facts::RunFacts;
-use crate::tui::layers::wrap;
-use crate::tui::metric::Metric;
-use crate::tui::rate::span;
-use crate::tui::theme::{Marker, Theme};
+use crate::tui::view::{RunSummary, span};
+use crate::tui::widgets::columns::shortened;
+use crate::tui::widgets::popup::wrap;
+use crate::tui::widgets::theme::{Marker, Theme};
 use crate::workbench::PriorState;
 
 /// Draws the pane.
-pub fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
+pub fn draw(ui: &Ui, area: Rect, buffer: &mut Buffer) {
     if area.height < 3 {
         return;
     }
-    let theme = &app.theme;
+    let theme = ui.theme;
     let inside = pane("status", area, theme, buffer);
-    let facts = app.desk.facts();
-    let settings = &facts.settings;
+    let view = ui.view;
+    let settings = &view.settings;
     let mut pen = Pen { area: inside, y: inside.y, theme, buffer };
     pen.line("method", &format!("{}, seed {}", settings.method, settings.seed), Style::new());
     pen.line("epsilon", &settings.epsilon.to_string(), Style::new());
-    let (text, colour) = clusters(app);
+    let (text, colour) = clusters(ui);
     let style = colour.map_or(Style::new(), |colour| Style::new().fg(colour));
     // What is said of a run must have its place; the Edit screen and the log have the rest.
-    if facts.current_run().is_some() {
+    if ui.subject.run().is_some() {
         pen.line("clusters", &text, style)
     } else {
         pen.row("clusters", &text, style)
     }
     pen.line("model", &settings.model, Style::new());
-    match facts.current_run() {
+    match ui.subject.run() {
         None => {
-            let key = app.keymap.key_for(Action::Train, Context::Everywhere);
+            let key = ui.key(Action::Train, Context::Everywhere);
             pen.row("run", &format!("none; {key} trains {} episodes", settings.episodes), theme.faint());
         }
         Some(run) => pen.run(run),
@@ -47,25 +46,25 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
 }
 
 /// How the clusters stand, and what to press.
-pub fn clusters(app: &App) -> (String, Option<Color>) {
-    let facts = app.desk.facts();
-    let theme = &app.theme;
-    let key = app.keymap.key_for(Action::Clusters, Context::Everywhere);
+pub fn clusters(ui: &Ui) -> (String, Option<Color>) {
+    let view = ui.view;
+    let theme = ui.theme;
+    let key = ui.key(Action::Clusters, Context::Everywhere);
     let count = |prior: &crate::guidance::ActionPrior| {
         let clusters: usize = prior.stages.iter().map(|stage| stage.clusters.len()).sum();
         format!("{clusters} in {} stages", prior.stages.len())
     };
-    if let (Some(reason), PriorState::Absent | PriorState::Stale) = (&facts.prior_failure, &facts.prior_state) {
+    if let (Some(reason), PriorState::Absent | PriorState::Stale) = (&view.prior_failure, &view.prior_state) {
         return (format!("failed: {reason}"), Some(theme.bad));
     }
-    match (&facts.prior_state, &facts.prior) {
-        (PriorState::Building { stage, stages }, _) => {
-            (format!("computing stage {} of {stages}", (stage + 1).min(*stages)), Some(theme.warn))
-        }
-        (PriorState::Fresh, Some(prior)) => (count(prior), Some(theme.good)),
-        (PriorState::Stale, _) => (format!("out of date; {key} computes them"), Some(theme.warn)),
-        (_, Some(prior)) => (format!("{} (of the run)", count(prior)), None),
-        (_, None) => (format!("none; {key} computes them"), None),
+    if let PriorState::Building { stage, stages } = view.prior_state {
+        return (format!("computing stage {} of {stages}", (stage + 1).min(stages)), Some(theme.warn));
+    }
+    match ui.subject.clusters() {
+        Some(clusters) if clusters.of_run => (format!("{} (of the run)", count(&clusters.prior)), None),
+        Some(clusters) if clusters.stale => (format!("out of date; {key} computes them"), Some(theme.warn)),
+        Some(clusters) => (count(&clusters.prior), Some(theme.good)),
+        None => (format!("none; {key} computes them"), None),
     }
 }
 
@@ -106,7 +105,7 @@ impl Pen<'_> {
         usize::from(self.area.width).saturating_sub(LABEL)
     }
 
-    fn run(&mut self, run: &RunFacts) {
+    fn run(&mut self, run: &RunSummary) {
         let style = Style::new().fg(state_colour(&run.state, self.theme));
         self.row("run", &shortened(&run.name, self.room(), true), Style::new());
         let state = match (&run.state, run.preparing) {
@@ -132,7 +131,7 @@ impl Pen<'_> {
         }
     }
 
-    fn progress(&mut self, run: &RunFacts) {
+    fn progress(&mut self, run: &RunSummary) {
         let room = self.room();
         let count = format!(" {}/{}", run.done, run.episodes);
         let text = bar(run.done, run.episodes, room.saturating_sub(count.len()).min(24), self.theme) + &count;
@@ -161,7 +160,7 @@ pub fn state_colour(state: &RunState, theme: &Theme) -> Color {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tui::theme::{Depth, Palette};
+    use crate::tui::widgets::theme::{Depth, Palette};
 
     #[test]
     fn a_bar_is_full_only_at_the_end() {

@@ -5,36 +5,37 @@ use std::collections::HashSet;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 
-use super::Hits;
-use super::frame::{WIDE, fitting, hint, pane};
+use super::pane::{WIDE, hint, pane};
+use super::runs::Runs;
+use super::{HitRegions, Ui};
+use crate::run::Metric;
 use crate::tui::actions::{Action, Context};
-use crate::tui::app::App;
 use crate::tui::chart::{Curve, Plot, Range, Scale, draw as draw_chart};
-use crate::tui::facts::{Level, RunFacts};
-use crate::tui::metric::Metric;
-use crate::tui::rate::span;
+use crate::tui::effect::Effect;
+use crate::tui::view::{RunSummary, span};
+use crate::tui::widgets::columns::fitting;
 
 /// What the curves show.
 #[derive(Debug)]
-pub struct Curves {
+pub struct CurvesState {
     /// The episodes shown.
     pub range: Range,
     /// The episode whose values are read off.
     pub crosshair: Option<f32>,
     /// The selected curve.
-    pub selected: usize,
+    selected: usize,
     /// Only the selected curve is shown.
-    pub alone: bool,
+    alone: bool,
     /// The marked runs are shown, not only the watched one.
-    pub comparing: bool,
+    comparing: bool,
     /// Each value is the mean of so many episodes.
-    pub smoothing: usize,
+    smoothing: usize,
     logarithmic: HashSet<Metric>,
 }
 
 const SMOOTHINGS: [usize; 4] = [1, 10, 50, 200];
 
-impl Default for Curves {
+impl Default for CurvesState {
     fn default() -> Self {
         Self {
             range: Range::default(),
@@ -48,10 +49,15 @@ impl Default for Curves {
     }
 }
 
-impl Curves {
+impl CurvesState {
     /// Leaves what lies over the curves; false if there is nothing.
     pub fn leave(&mut self) -> bool {
         self.crosshair.take().is_some() || std::mem::take(&mut self.alone)
+    }
+
+    /// Selects a curve.
+    pub fn select(&mut self, metric: Metric) {
+        self.selected = Metric::CURVES.iter().position(|drawn| *drawn == metric).unwrap_or(0);
     }
 
     fn switch_scale(&mut self) {
@@ -75,85 +81,105 @@ impl Curves {
 }
 
 /// Runs whose curves are shown.
-fn shown_runs(app: &App) -> Vec<&RunFacts> {
-    let facts = app.desk.facts();
-    if app.curves.comparing {
-        return facts.runs.iter().filter(|run| run.opened && app.runs.is_marked(run)).collect();
+fn shown_runs<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Vec<&'a RunSummary> {
+    if curves.comparing {
+        let all = ui.view.runs.iter().map(|run| &**run);
+        return all.filter(|run| run.opened && runs.is_marked(run)).collect();
     }
-    facts.current_run().into_iter().collect()
+    ui.subject.run().into_iter().collect()
 }
 
 /// Episodes of the longest run that is shown.
-pub fn episodes(app: &App) -> usize {
-    shown_runs(app).iter().map(|run| run.curves.episodes()).max().unwrap_or(0)
+pub fn episodes(curves: &CurvesState, runs: &Runs, ui: &Ui) -> usize {
+    shown_runs(curves, runs, ui).iter().map(|run| run.curves.episodes()).max().unwrap_or(0)
 }
 
-/// Draws one chart.
-pub fn chart(app: &App, metric: Metric, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
-    let runs = shown_runs(app);
-    let many = runs.len() > 1;
-    let hits_of = runs.first().filter(|_| metric == Metric::SubgoalShare && !many);
-    let by_subgoal = hits_of.map(|run| run.hits()).unwrap_or_default();
-    let single = by_subgoal.iter().enumerate().map(|(index, values)| Curve {
-        name: (index + 1).to_string(),
-        colour: app.theme.stage(index),
-        values,
-        points: &[],
-    });
-    let common = common_start(&runs);
-    let whole = runs.iter().filter(|_| by_subgoal.is_empty());
-    let curves = whole.enumerate().map(|(index, run)| Curve {
-        name: if many { run.name[common..].to_owned() } else { String::new() },
-        colour: app.theme.stage(index),
-        values: run.curves.get(metric),
-        points: if metric == Metric::Success { &run.evaluations } else { &[] },
-    });
-    let empty = format!("no episodes yet: {} trains", app.keymap.key_for(Action::Train, Context::Everywhere));
-    let smoothing = app.curves.smoothing(metric);
-    let title = match (smoothing, app.curves.scale(metric)) {
-        (1, Scale::Linear) => metric.title().to_owned(),
-        (1, Scale::Log) => format!("{}, log", metric.title()),
-        (n, Scale::Linear) => format!("{}, mean of {n}", metric.title()),
-        (n, Scale::Log) => format!("{}, mean of {n}, log", metric.title()),
-    };
-    let plot = Plot {
-        title: &title,
-        curves: single.chain(curves).collect(),
-        x: app.curves.range.window(episodes(app)),
-        y: metric.info().range,
-        scale: app.curves.scale(metric),
-        smoothing,
-        crosshair: app.curves.crosshair,
-        empty: &empty,
-    };
-    if let Some(axes) = draw_chart(&plot, area, &app.theme, buffer) {
-        hits.charts.push((axes, metric));
+/// Draws one chart of some runs.
+struct Charts<'a> {
+    state: &'a CurvesState,
+    runs: Vec<&'a RunSummary>,
+    ui: &'a Ui<'a>,
+}
+
+impl Charts<'_> {
+    fn draw(&self, metric: Metric, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
+        let many = self.runs.len() > 1;
+        let of_subgoals = self.runs.first().filter(|_| metric == Metric::SubgoalShare && !many);
+        let by_subgoal = of_subgoals.map(|run| run.subgoal_hits()).unwrap_or_default();
+        let single = by_subgoal.iter().enumerate().map(|(index, values)| Curve {
+            name: (index + 1).to_string(),
+            colour: self.ui.theme.stage(index),
+            values,
+            points: &[],
+        });
+        let common = common_start(&self.runs);
+        let whole = self.runs.iter().filter(|_| by_subgoal.is_empty());
+        let curves = whole.enumerate().map(|(index, run)| Curve {
+            name: if many { run.name[common..].to_owned() } else { String::new() },
+            colour: self.ui.theme.stage(index),
+            values: run.curves.get(metric),
+            points: if metric == Metric::Success { &run.evaluations } else { &[] },
+        });
+        let empty = format!("no episodes yet: {} trains", self.ui.key(Action::Train, Context::Everywhere));
+        let smoothing = self.state.smoothing(metric);
+        let title = match (smoothing, self.state.scale(metric)) {
+            (1, Scale::Linear) => metric.title().to_owned(),
+            (1, Scale::Log) => format!("{}, log", metric.title()),
+            (n, Scale::Linear) => format!("{}, mean of {n}", metric.title()),
+            (n, Scale::Log) => format!("{}, mean of {n}, log", metric.title()),
+        };
+        let plot = Plot {
+            title: &title,
+            curves: single.chain(curves).collect(),
+            x: self.state.range.window(self.episodes()),
+            y: metric.info().range,
+            scale: self.state.scale(metric),
+            smoothing,
+            crosshair: self.state.crosshair,
+            empty: &empty,
+        };
+        if let Some(axes) = draw_chart(&plot, area, self.ui.theme, buffer) {
+            regions.add_chart(axes, metric);
+        }
+    }
+
+    fn episodes(&self) -> usize {
+        self.runs.iter().map(|run| run.curves.episodes()).max().unwrap_or(0)
     }
 }
 
 /// Length of what the names of the runs have in common, up to a hyphen: a legend has
 /// little room.
-fn common_start(runs: &[&RunFacts]) -> usize {
+fn common_start(runs: &[&RunSummary]) -> usize {
     let Some((first, others)) = runs.split_first() else { return 0 };
     let begins = |end: usize| others.iter().all(|run| run.name.starts_with(&first.name[..end]) && run.name.len() > end);
     first.name.match_indices('-').map(|(at, _)| at + 1).take_while(|end| begins(*end)).last().unwrap_or(0)
 }
 
 /// Draws charts below one another, as many as there is room for.
-pub fn stack(app: &App, metrics: &[Metric], area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
+pub fn stack(
+    curves: &CurvesState,
+    runs: &Runs,
+    ui: &Ui,
+    metrics: &[Metric],
+    area: Rect,
+    buffer: &mut Buffer,
+    regions: &mut HitRegions,
+) {
+    let charts = Charts { state: curves, runs: shown_runs(curves, runs, ui), ui };
     let count = (metrics.len() as u16).min(area.height / 5).max(1);
     let height = area.height / count;
     for (index, metric) in (0..count).zip(metrics) {
         let last = index + 1 == count;
         let rows = if last { area.height - index * height } else { height };
         let place = Rect { y: area.y + index * height, height: rows, x: area.x + 1, width: area.width - 1 };
-        chart(app, *metric, place, buffer, hits);
+        charts.draw(*metric, place, buffer, regions);
     }
 }
 
 /// Draws the screen.
-pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
-    let runs = shown_runs(app);
+pub fn draw(curves: &CurvesState, marked: &Runs, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
+    let runs = shown_runs(curves, marked, ui);
     let title = match runs.as_slice() {
         [] => "training".to_owned(),
         [run] => {
@@ -166,32 +192,33 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer, hits: &mut Hits) {
         }
         runs => format!("training · {} runs", runs.len()),
     };
-    let inside = pane(&title, area, &app.theme, buffer);
+    let inside = pane(&title, area, ui.theme, buffer);
     if runs.is_empty() {
-        return hint(&nothing(app), inside, &app.theme, buffer);
+        return hint(&nothing(curves, ui), inside, ui.theme, buffer);
     }
-    let selected = Metric::CURVES[app.curves.selected];
-    if app.curves.alone {
-        return chart(app, selected, inside, buffer, hits);
+    let selected = Metric::CURVES[curves.selected];
+    let charts = Charts { state: curves, runs, ui };
+    if curves.alone {
+        return charts.draw(selected, inside, buffer, regions);
     }
     let columns: u16 = if area.width >= WIDE { 2 } else { 1 };
     let rows = (inside.height / 7).clamp(1, (Metric::CURVES.len() as u16).div_ceil(columns));
     let (width, height) = (inside.width / columns, inside.height / rows);
     let page = usize::from(columns * rows);
-    let first = app.curves.selected / page * page;
+    let first = curves.selected / page * page;
     for (index, metric) in (0..page as u16).zip(&Metric::CURVES[first..]) {
         let (column, row) = (index / rows, index % rows);
         let place = Rect { x: inside.x + column * width + 1, y: inside.y + row * height, width: width - 1, height };
-        chart(app, *metric, place, buffer, hits);
+        charts.draw(*metric, place, buffer, regions);
         if *metric == selected {
-            buffer.set_string(place.x - 1, place.y, "›", app.theme.strong());
+            buffer.set_string(place.x - 1, place.y, "›", ui.theme.strong());
         }
     }
 }
 
-fn nothing(app: &App) -> String {
-    let key = |action, context| app.keymap.key_for(action, context);
-    if app.curves.comparing {
+fn nothing(curves: &CurvesState, ui: &Ui) -> String {
+    let key = |action, context| ui.key(action, context);
+    if curves.comparing {
         let mark = key(Action::Mark, Context::Runs);
         let compare = key(Action::Compare, Context::Curves);
         return format!(
@@ -205,10 +232,9 @@ fn nothing(app: &App) -> String {
 }
 
 /// What an action does on this screen.
-pub fn perform(app: &mut App, action: Action) {
-    let episodes = episodes(app);
+pub fn perform(curves: &mut CurvesState, runs: &Runs, ui: &Ui, action: Action) -> Vec<Effect> {
+    let episodes = episodes(curves, runs, ui);
     let last = Metric::CURVES.len() - 1;
-    let curves = &mut app.curves;
     match action {
         Action::Up => curves.selected = curves.selected.checked_sub(1).unwrap_or(last),
         Action::Down => curves.selected = if curves.selected == last { 0 } else { curves.selected + 1 },
@@ -234,8 +260,9 @@ pub fn perform(app: &mut App, action: Action) {
         Action::Compare => {
             curves.comparing = !curves.comparing;
             let text = if curves.comparing { "the marked runs" } else { "the watched run" };
-            app.say(Level::Info, text);
+            return vec![Effect::info(text)];
         }
         _ => {}
     }
+    Vec::new()
 }

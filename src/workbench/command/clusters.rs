@@ -1,10 +1,9 @@
 //! The action clusters.
 
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use super::arguments::{optional, quoted_path};
-use super::{Execute, Recording, Verb};
+use super::{Awaits, Execute, Recording, Verb};
 use crate::trainer::Control;
 use crate::workbench::{Session, SessionError};
 
@@ -13,25 +12,30 @@ use crate::workbench::{Session, SessionError};
 pub struct Clusters(pub Option<PathBuf>);
 
 impl Execute for Clusters {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "clusters",
-            arguments: "[FILE]",
-            help: "compute the action clusters of the task anew, and save them to a file",
-            read: |args| Ok(Self(args.optional_path()).into()),
-        }]
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new(
+            "clusters",
+            "[FILE]",
+            "compute the action clusters of the task anew, and save them to a file",
+            |args| Ok(Self(args.optional_path()).into()),
+        )]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "clusters{}", optional(self.0.as_deref().map(quoted_path)))
+    fn arguments(&self) -> String {
+        optional(self.0.as_deref().map(quoted_path))
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        session.compute_clusters(self.0.as_deref())
+        session.compute_clusters(self)
     }
 
     fn begins_work(&self) -> bool {
         self.0.is_none()
+    }
+
+    /// A file that is named is there when the next line is carried out.
+    fn awaits(&self) -> Awaits {
+        if self.0.is_some() { Awaits::Everything } else { Awaits::Nothing }
     }
 
     fn overwrites(&self) -> Option<&Path> {
@@ -44,17 +48,8 @@ impl Execute for Clusters {
 pub struct Guide;
 
 impl Execute for Guide {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "guide",
-            arguments: "",
-            help: "give the action clusters to the running training",
-            read: |_| Ok(Self.into()),
-        }]
-    }
-
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("guide")
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("guide", "", "give the action clusters to the running training", |_| Ok(Self.into()))]
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {

@@ -1,7 +1,5 @@
 //! Hand play: the person places the tools.
 
-use std::fmt;
-
 use super::{Execute, Verb};
 use crate::env::Action;
 use crate::workbench::{Session, SessionError};
@@ -11,18 +9,15 @@ use crate::workbench::{Session, SessionError};
 pub struct Place(pub Action);
 
 impl Execute for Place {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "place",
-            arguments: "X Y",
-            help: "place the tool and let the world run for one action",
-            read: |args| Ok(Self(args.position()?).into()),
-        }]
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("place", "X Y", "place the tool and let the world run for one action", |args| {
+            Ok(Self(args.position()?).into())
+        })]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn arguments(&self) -> String {
         let [x, y] = self.0;
-        write!(f, "place {x} {y}")
+        format!(" {x} {y}")
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -37,17 +32,8 @@ impl Execute for Place {
 pub struct Reset;
 
 impl Execute for Reset {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "reset",
-            arguments: "",
-            help: "start the episode of hand play again",
-            read: |_| Ok(Self.into()),
-        }]
-    }
-
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("reset")
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("reset", "", "start the episode of hand play again", |_| Ok(Self.into()))]
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {

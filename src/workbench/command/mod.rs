@@ -15,6 +15,7 @@ mod task;
 
 use std::fmt;
 use std::path::Path;
+use std::sync::LazyLock;
 
 use super::dry_run::DryRun;
 use super::setup::Setup;
@@ -44,6 +45,15 @@ pub struct Verb {
 }
 
 impl Verb {
+    fn new(
+        name: &'static str,
+        arguments: &'static str,
+        help: &'static str,
+        read: fn(&mut Arguments<'_>) -> Result<Command, String>,
+    ) -> Self {
+        Self { name, arguments, help, read }
+    }
+
     /// How it is written: its words and what follows them.
     pub fn usage(&self) -> String {
         format!("{} {}", self.name, self.arguments).trim_end().to_owned()
@@ -65,15 +75,33 @@ pub(super) enum Recording {
     As(Command),
 }
 
+/// What a script waits for after a command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Awaits {
+    /// Nothing.
+    Nothing,
+    /// The result of the computation that the command began, if it did.
+    Result,
+    /// The end of all that is under way.
+    Everything,
+}
+
 /// What a command does.
 trait Execute {
     /// Its verbs, in the order of the help.
-    fn verbs() -> &'static [Verb]
+    fn verbs() -> Vec<Verb>
     where
         Self: Sized;
 
-    /// Writes the line that is read back as this command.
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result;
+    /// Its arguments as they are read back, each after a space.
+    fn arguments(&self) -> String {
+        String::new()
+    }
+
+    /// The whole line, if it is not that of the first verb with the arguments.
+    fn line(&self) -> Option<String> {
+        None
+    }
 
     /// Changes the task or the settings of the next run, and returns what to report.
     ///
@@ -83,7 +111,7 @@ trait Execute {
         Ok(String::new())
     }
 
-    /// Carries it out and returns what to report.
+    /// Carries it out, without waiting for anything, and returns what to report.
     ///
     /// # Errors
     /// When it cannot be carried out; nothing has changed then.
@@ -114,6 +142,11 @@ trait Execute {
         false
     }
 
+    /// What a script waits for after it.
+    fn awaits(&self) -> Awaits {
+        Awaits::Nothing
+    }
+
     /// The file it replaces if there is one by that name.
     fn overwrites(&self) -> Option<&Path> {
         None
@@ -141,11 +174,18 @@ macro_rules! commands {
                     $(Self::$name(command) => command),*
                 }
             }
+
+            fn first_verb(&self) -> &'static str {
+                match self {
+                    $(Self::$name(_) => $name::verbs()[0].name),*
+                }
+            }
         }
 
         /// Every verb of the command language.
         pub fn verbs() -> impl Iterator<Item = &'static Verb> {
-            [$($name::verbs()),*].into_iter().flatten()
+            static VERBS: LazyLock<Vec<Verb>> = LazyLock::new(|| [$($name::verbs()),*].concat());
+            VERBS.iter()
         }
     };
 }
@@ -200,6 +240,10 @@ impl Command {
         self.behaviour().acts_on_run()
     }
 
+    pub(super) fn awaits(&self) -> Awaits {
+        self.behaviour().awaits()
+    }
+
     pub(super) fn begins_work(&self) -> bool {
         self.behaviour().begins_work()
     }
@@ -208,7 +252,10 @@ impl Command {
 impl fmt::Display for Command {
     /// The line that is read back as this command.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.behaviour().write(f)
+        match self.behaviour().line() {
+            Some(line) => f.write_str(&line),
+            None => write!(f, "{}{}", self.first_verb(), self.behaviour().arguments()),
+        }
     }
 }
 

@@ -1,13 +1,11 @@
 //! Dynamics models, trained and measured in the background.
 
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use super::arguments::{optional, quoted, quoted_path};
 use super::{Execute, Recording, Verb};
 use crate::physics::ToolKind;
 use crate::workbench::dry_run::DryRun;
-use crate::workbench::model_job::ModelJob;
 use crate::workbench::{Session, SessionError};
 
 /// Trains a dynamics model of a tool set into a file.
@@ -22,27 +20,26 @@ pub struct ModelTrain {
 }
 
 impl Execute for ModelTrain {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "model train",
-            arguments: "TYPE,... FILE [EPOCHS]",
-            help: "train a dynamics model of these tool types, in the background",
-            read: |args| {
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new(
+            "model train",
+            "TYPE,... FILE [EPOCHS]",
+            "train a dynamics model of these tool types, in the background",
+            |args| {
                 let tools = args.word("tool types")?.split(',').map(str::parse).collect::<Result<_, String>>()?;
                 let (path, epochs) = (args.path("a file")?, args.optional_number("number of epochs")?);
                 Ok(Self { tools, path, epochs }.into())
             },
-        }]
+        )]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn arguments(&self) -> String {
         let tools = self.tools.iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
-        write!(f, "model train {tools} {}{}", quoted_path(&self.path), optional(self.epochs))
+        format!(" {tools} {}{}", quoted_path(&self.path), optional(self.epochs))
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        let job = ModelJob::train(&self.tools, &self.path, self.epochs, session.config().seed);
-        session.begin_model_job(job)
+        session.train_model(self)
     }
 
     fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
@@ -64,22 +61,21 @@ impl Execute for ModelTrain {
 pub struct ModelEvaluate(pub String);
 
 impl Execute for ModelEvaluate {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "model evaluate",
-            arguments: "FILE|NAME",
-            help: "measure a dynamics model on fresh launches and unseen scenes",
-            read: |args| Ok(Self(args.word("a model")?.to_owned()).into()),
-        }]
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new(
+            "model evaluate",
+            "FILE|NAME",
+            "measure a dynamics model on fresh launches and unseen scenes",
+            |args| Ok(Self(args.word("a model")?.to_owned()).into()),
+        )]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "model evaluate {}", quoted(&self.0))
+    fn arguments(&self) -> String {
+        format!(" {}", quoted(&self.0))
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        let job = ModelJob::evaluate(&self.0, session.config().seed);
-        session.begin_model_job(job)
+        session.evaluate_model(self)
     }
 
     fn begins_work(&self) -> bool {
@@ -92,21 +88,14 @@ impl Execute for ModelEvaluate {
 pub struct ModelStop;
 
 impl Execute for ModelStop {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "model stop",
-            arguments: "",
-            help: "end the training or evaluation of a model; nothing of it is kept",
-            read: |_| Ok(Self.into()),
-        }]
-    }
-
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("model stop")
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("model stop", "", "end the training or evaluation of a model; nothing of it is kept", |_| {
+            Ok(Self.into())
+        })]
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        session.end_model_job()
+        session.stop_model_work()
     }
 
     fn recording(&self, _session: &Session) -> Recording {

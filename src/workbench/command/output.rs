@@ -1,12 +1,11 @@
 //! What comes out of a session: figures, checks, its recording, and its end.
 
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use super::arguments::{optional, quoted_path};
-use super::{Execute, Recording, Verb};
+use super::{Awaits, Execute, Recording, Verb};
 use crate::workbench::dry_run::{DryRun, check_figure};
-use crate::workbench::{Session, SessionError};
+use crate::workbench::{Session, SessionError, write_file};
 
 /// Exports a figure.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,21 +19,21 @@ pub struct Figure {
 }
 
 impl Execute for Figure {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "figure",
-            arguments: "KIND FILE [DPI]",
-            help: "export a figure: scene, clusters, learning, dashboard or episode",
-            read: |args| {
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new(
+            "figure",
+            "KIND FILE [DPI]",
+            "export a figure: scene, clusters, learning, dashboard or episode",
+            |args| {
                 let kind = args.one_of("a kind", &FigureKind::ALL, FigureKind::name)?;
                 let (path, dpi) = (args.path("a file")?, args.optional_number("resolution")?);
                 Ok(Self { kind, path, dpi }.into())
             },
-        }]
+        )]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "figure {} {}{}", self.kind.name(), quoted_path(&self.path), optional(self.dpi))
+    fn arguments(&self) -> String {
+        format!(" {} {}{}", self.kind.name(), quoted_path(&self.path), optional(self.dpi))
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -51,6 +50,10 @@ impl Execute for Figure {
 
     fn acts_on_run(&self) -> bool {
         matches!(self.kind, FigureKind::Dashboard | FigureKind::Episode)
+    }
+
+    fn awaits(&self) -> Awaits {
+        Awaits::Result
     }
 }
 
@@ -97,21 +100,21 @@ pub struct Expect {
 }
 
 impl Execute for Expect {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "expect",
-            arguments: "WHAT OP VALUE",
-            help: "fail the script unless it holds, such as expect success >= 0.5",
-            read: |args| {
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new(
+            "expect",
+            "WHAT OP VALUE",
+            "fail the script unless it holds, such as expect success >= 0.5",
+            |args| {
                 let quantity = args.one_of("a quantity", &Quantity::ALL, Quantity::name)?;
                 let comparison = args.one_of("a comparison", &Comparison::ALL, Comparison::sign)?;
                 Ok(Self { quantity, comparison, value: args.number("number")? }.into())
             },
-        }]
+        )]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "expect {} {} {}", self.quantity.name(), self.comparison.sign(), self.value)
+    fn arguments(&self) -> String {
+        format!(" {} {} {}", self.quantity.name(), self.comparison.sign(), self.value)
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -199,22 +202,18 @@ impl Comparison {
 pub struct Record(pub PathBuf);
 
 impl Execute for Record {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "record",
-            arguments: "FILE",
-            help: "save the session so far as a script",
-            read: |args| Ok(Self(args.path("a file")?).into()),
-        }]
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("record", "FILE", "save the session so far as a script", |args| {
+            Ok(Self(args.path("a file")?).into())
+        })]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "record {}", quoted_path(&self.0))
+    fn arguments(&self) -> String {
+        format!(" {}", quoted_path(&self.0))
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        crate::atomic::write(&self.0, session.to_script().as_bytes())
-            .map_err(|source| SessionError::Write { path: self.0.clone(), source })?;
+        write_file(&self.0, session.to_script().as_bytes())?;
         Ok(format!("saved the session to {}", self.0.display()))
     }
 
@@ -227,30 +226,27 @@ impl Execute for Record {
     }
 }
 
-/// Waits for what is under way.
+/// Lets a script wait for what is under way. Elsewhere it says what that is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wait;
 
 impl Execute for Wait {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "wait",
-            arguments: "",
-            help: "wait until the run pauses or ends, or the clusters are there",
-            read: |_| Ok(Self.into()),
-        }]
-    }
-
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("wait")
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("wait", "", "in a script: wait until runs pause or end and computations are done", |_| {
+            Ok(Self.into())
+        })]
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        session.wait(|_| {})
+        Ok(session.under_way())
     }
 
     fn recording(&self, _session: &Session) -> Recording {
         Recording::Never
+    }
+
+    fn awaits(&self) -> Awaits {
+        Awaits::Everything
     }
 }
 
@@ -259,17 +255,13 @@ impl Execute for Wait {
 pub struct Quit;
 
 impl Execute for Quit {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "quit",
-            arguments: "",
-            help: "leave the workbench; a running training is checkpointed first",
-            read: |_| Ok(Self.into()),
-        }]
-    }
-
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("quit")
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new(
+            "quit",
+            "",
+            "leave the workbench; a running training is checkpointed first",
+            |_| Ok(Self.into()),
+        )]
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {

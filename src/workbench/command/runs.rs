@@ -1,10 +1,9 @@
 //! Runs: begun, steered, opened, deleted.
 
-use std::fmt;
 use std::path::PathBuf;
 
 use super::arguments::{optional, quoted_path, until};
-use super::{Execute, Recording, Verb};
+use super::{Awaits, Execute, Recording, Verb};
 use crate::trainer::Control;
 use crate::workbench::dry_run::DryRun;
 use crate::workbench::{Session, SessionError};
@@ -19,20 +18,20 @@ pub struct Train {
 }
 
 impl Execute for Train {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "train",
-            arguments: "[FOLDER] [until N]",
-            help: "start a run with the settings shown, or queue it; `until` pauses it there",
-            read: |args| {
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new(
+            "train",
+            "[FOLDER] [until N]",
+            "start a run with the settings shown, or queue it; `until` pauses it there",
+            |args| {
                 let folder = if args.peek() == Some("until") { None } else { args.optional_path() };
                 Ok(Self { folder, until: args.until()? }.into())
             },
-        }]
+        )]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "train{}{}", optional(self.folder.as_deref().map(quoted_path)), until(self.until))
+    fn arguments(&self) -> String {
+        format!("{}{}", optional(self.folder.as_deref().map(quoted_path)), until(self.until))
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -49,17 +48,8 @@ impl Execute for Train {
 pub struct Pause;
 
 impl Execute for Pause {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "pause",
-            arguments: "",
-            help: "pause the training; the key also goes on with it",
-            read: |_| Ok(Self.into()),
-        }]
-    }
-
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("pause")
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("pause", "", "pause the training; the key also goes on with it", |_| Ok(Self.into()))]
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -83,17 +73,14 @@ pub struct Resume {
 }
 
 impl Execute for Resume {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "resume",
-            arguments: "[until N]",
-            help: "go on with the paused run",
-            read: |args| Ok(Self { until: args.until()? }.into()),
-        }]
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("resume", "[until N]", "go on with the paused run", |args| {
+            Ok(Self { until: args.until()? }.into())
+        })]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "resume{}", until(self.until))
+    fn arguments(&self) -> String {
+        format!("{}", until(self.until))
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -119,17 +106,8 @@ impl Execute for Resume {
 pub struct Stop;
 
 impl Execute for Stop {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "stop",
-            arguments: "",
-            help: "end the training; a checkpoint is kept",
-            read: |_| Ok(Self.into()),
-        }]
-    }
-
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("stop")
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("stop", "", "end the training; a checkpoint is kept", |_| Ok(Self.into()))]
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -150,26 +128,27 @@ impl Execute for Stop {
 pub struct Open(pub PathBuf);
 
 impl Execute for Open {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "open",
-            arguments: "FOLDER",
-            help: "open a run that is on disk",
-            read: |args| Ok(Self(args.path("a run's folder")?).into()),
-        }]
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("open", "FOLDER", "open a run that is on disk", |args| {
+            Ok(Self(args.path("a run's folder")?).into())
+        })]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "open {}", quoted_path(&self.0))
+    fn arguments(&self) -> String {
+        format!(" {}", quoted_path(&self.0))
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        session.open(&self.0)
+        session.open(self)
     }
 
     /// A run of the session may be in another folder when the script is played.
     fn recording(&self, session: &Session) -> Recording {
         session.number_of(&self.0).map_or(Recording::Now, |number| Recording::As(Watch(number).into()))
+    }
+
+    fn awaits(&self) -> Awaits {
+        Awaits::Result
     }
 }
 
@@ -178,17 +157,14 @@ impl Execute for Open {
 pub struct Watch(pub usize);
 
 impl Execute for Watch {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "watch",
-            arguments: "N",
-            help: "act on run N of the session, counted from 1 in the order they began",
-            read: |args| Ok(Self(args.index()?).into()),
-        }]
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("watch", "N", "act on run N of the session, counted from 1 in the order they began", |args| {
+            Ok(Self(args.index()?).into())
+        })]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "watch {}", self.0 + 1)
+    fn arguments(&self) -> String {
+        format!(" {}", self.0 + 1)
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -201,21 +177,22 @@ impl Execute for Watch {
 pub struct Continue(pub Option<PathBuf>);
 
 impl Execute for Continue {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "continue",
-            arguments: "[FOLDER]",
-            help: "go on with a run from its checkpoint",
-            read: |args| Ok(Self(args.optional_path()).into()),
-        }]
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("continue", "[FOLDER]", "go on with a run from its checkpoint", |args| {
+            Ok(Self(args.optional_path()).into())
+        })]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "continue{}", optional(self.0.as_deref().map(quoted_path)))
+    fn arguments(&self) -> String {
+        optional(self.0.as_deref().map(quoted_path))
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        session.continue_run(self.0.as_deref())
+        session.continue_run(self)
+    }
+
+    fn awaits(&self) -> Awaits {
+        Awaits::Result
     }
 
     fn acts_on_run(&self) -> bool {
@@ -232,21 +209,25 @@ impl Execute for Continue {
 pub struct Delete(pub PathBuf);
 
 impl Execute for Delete {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "delete",
-            arguments: "FOLDER",
-            help: "delete a run from the disk, with all its files; the key asks first",
-            read: |args| Ok(Self(args.path("a run's folder")?).into()),
-        }]
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new(
+            "delete",
+            "FOLDER",
+            "delete a run from the disk, with all its files; the key asks first",
+            |args| Ok(Self(args.path("a run's folder")?).into()),
+        )]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "delete {}", quoted_path(&self.0))
+    fn arguments(&self) -> String {
+        format!(" {}", quoted_path(&self.0))
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        session.delete(&self.0)
+        session.delete(self)
+    }
+
+    fn awaits(&self) -> Awaits {
+        Awaits::Result
     }
 
     fn recording(&self, _session: &Session) -> Recording {
@@ -259,17 +240,8 @@ impl Execute for Delete {
 pub struct Evaluate;
 
 impl Execute for Evaluate {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "evaluate",
-            arguments: "",
-            help: "play the greedy policy of the watched run",
-            read: |_| Ok(Self.into()),
-        }]
-    }
-
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("evaluate")
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("evaluate", "", "play the greedy policy of the watched run", |_| Ok(Self.into()))]
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -278,6 +250,10 @@ impl Execute for Evaluate {
 
     fn recording(&self, _session: &Session) -> Recording {
         Recording::AtEpisode
+    }
+
+    fn awaits(&self) -> Awaits {
+        Awaits::Result
     }
 
     fn acts_on_run(&self) -> bool {

@@ -1,6 +1,5 @@
 //! The settings of the next run.
 
-use std::fmt;
 use std::path::PathBuf;
 
 use super::arguments::{quoted, quoted_path};
@@ -15,17 +14,17 @@ use crate::workbench::{Session, SessionError};
 pub struct Seed(pub u64);
 
 impl Execute for Seed {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "seed",
-            arguments: "N",
-            help: "set the master seed of the next run",
-            read: |args| Ok(Self(args.number("seed")?).into()),
-        }]
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new(
+            "seed",
+            "N",
+            "set the master seed of the next run",
+            |args| Ok(Self(args.number("seed")?).into()),
+        )]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "seed {}", self.0)
+    fn arguments(&self) -> String {
+        format!(" {}", self.0)
     }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
@@ -39,17 +38,14 @@ impl Execute for Seed {
 pub struct Method(pub trainer::Method);
 
 impl Execute for Method {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "method",
-            arguments: "NAME",
-            help: "choose the method of the next run",
-            read: |args| Ok(Self(args.word("a method")?.parse()?).into()),
-        }]
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("method", "NAME", "choose the method of the next run", |args| {
+            Ok(Self(args.word("a method")?.parse()?).into())
+        })]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "method {}", self.0)
+    fn arguments(&self) -> String {
+        format!(" {}", self.0)
     }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
@@ -63,17 +59,14 @@ impl Execute for Method {
 pub struct Episodes(pub u32);
 
 impl Execute for Episodes {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "episodes",
-            arguments: "N",
-            help: "set the number of episodes of the next run",
-            read: |args| Ok(Self(args.number("number of episodes")?).into()),
-        }]
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("episodes", "N", "set the number of episodes of the next run", |args| {
+            Ok(Self(args.number("number of episodes")?).into())
+        })]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "episodes {}", self.0)
+    fn arguments(&self) -> String {
+        format!(" {}", self.0)
     }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
@@ -86,20 +79,20 @@ impl Execute for Episodes {
 pub struct Epsilon(pub EpsilonSchedule);
 
 impl Execute for Epsilon {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "epsilon",
-            arguments: "SPEC",
-            help: "set the epsilon schedule; a running training takes it at its next episode",
-            read: |args| {
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new(
+            "epsilon",
+            "SPEC",
+            "set the epsilon schedule; a running training takes it at its next episode",
+            |args| {
                 let schedule = args.word("a schedule")?.parse();
                 Ok(Self(schedule.map_err(|error: ScheduleError| error.to_string())?).into())
             },
-        }]
+        )]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "epsilon {}", self.0)
+    fn arguments(&self) -> String {
+        format!(" {}", self.0)
     }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
@@ -138,20 +131,20 @@ pub struct Set {
 }
 
 impl Execute for Set {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "set",
-            arguments: "KEY VALUE",
-            help: "set any setting by its JSON path, such as ddpg.critic_learning_rate 1e-4",
-            read: |args| {
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new(
+            "set",
+            "KEY VALUE",
+            "set any setting by its JSON path, such as ddpg.critic_learning_rate 1e-4",
+            |args| {
                 let (key, value) = (args.word("a key")?.to_owned(), args.word("a value")?.to_owned());
                 Ok(Self { key, value }.into())
             },
-        }]
+        )]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "set {} {}", quoted(&self.key), quoted(&self.value))
+    fn arguments(&self) -> String {
+        format!(" {} {}", quoted(&self.key), quoted(&self.value))
     }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
@@ -164,17 +157,17 @@ impl Execute for Set {
 pub struct Model(pub PriorSource);
 
 impl Execute for Model {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "model",
-            arguments: "learned|true|uniform|NAME|FILE",
-            help: "choose what predicts the rollouts behind the clusters",
-            read: |args| Ok(Self(PriorSource::from(args.word("a model")?.to_owned())).into()),
-        }]
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new(
+            "model",
+            "learned|true|uniform|NAME|FILE",
+            "choose what predicts the rollouts behind the clusters",
+            |args| Ok(Self(PriorSource::from(args.word("a model")?.to_owned())).into()),
+        )]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "model {}", quoted(&String::from(self.0.clone())))
+    fn arguments(&self) -> String {
+        format!(" {}", quoted(&String::from(self.0.clone())))
     }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
@@ -188,17 +181,12 @@ impl Execute for Model {
 pub struct Out(pub PathBuf);
 
 impl Execute for Out {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "out",
-            arguments: "FOLDER",
-            help: "choose the folder for runs",
-            read: |args| Ok(Self(args.path("a folder")?).into()),
-        }]
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("out", "FOLDER", "choose the folder for runs", |args| Ok(Self(args.path("a folder")?).into()))]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "out {}", quoted_path(&self.0))
+    fn arguments(&self) -> String {
+        format!(" {}", quoted_path(&self.0))
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {

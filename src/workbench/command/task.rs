@@ -1,6 +1,5 @@
 //! The task: opened, edited, saved, and subgoals proposed for it.
 
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use super::arguments::{optional, quoted, quoted_path};
@@ -21,17 +20,14 @@ const SUBGOAL_RADIUS: f32 = 4.0;
 pub struct Task(pub String);
 
 impl Execute for Task {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "task",
-            arguments: "NAME|FILE",
-            help: "open a shipped task or a task file",
-            read: |args| Ok(Self(args.word("a task")?.to_owned()).into()),
-        }]
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("task", "NAME|FILE", "open a shipped task or a task file", |args| {
+            Ok(Self(args.word("a task")?.to_owned()).into())
+        })]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "task {}", quoted(&self.0))
+    fn arguments(&self) -> String {
+        format!(" {}", quoted(&self.0))
     }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
@@ -40,7 +36,8 @@ impl Execute for Task {
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         let report = session.change(|setup| self.prepare(setup))?;
-        session.forget_task();
+        session.forget_clusters();
+        session.forget_proposals();
         Ok(report)
     }
 
@@ -54,17 +51,12 @@ impl Execute for Task {
 pub struct Save(pub Option<PathBuf>);
 
 impl Execute for Save {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "save",
-            arguments: "[FILE]",
-            help: "save the edited task",
-            read: |args| Ok(Self(args.optional_path()).into()),
-        }]
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("save", "[FILE]", "save the edited task", |args| Ok(Self(args.optional_path()).into()))]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "save{}", optional(self.0.as_deref().map(quoted_path)))
+    fn arguments(&self) -> String {
+        optional(self.0.as_deref().map(quoted_path))
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -86,12 +78,8 @@ impl Execute for Save {
 pub struct Undo;
 
 impl Execute for Undo {
-    fn verbs() -> &'static [Verb] {
-        &[Verb { name: "undo", arguments: "", help: "take the latest edit back", read: |_| Ok(Self.into()) }]
-    }
-
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("undo")
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("undo", "", "take the latest edit back", |_| Ok(Self.into()))]
     }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
@@ -108,12 +96,8 @@ impl Execute for Undo {
 pub struct Redo;
 
 impl Execute for Redo {
-    fn verbs() -> &'static [Verb] {
-        &[Verb { name: "redo", arguments: "", help: "make the undone edit again", read: |_| Ok(Self.into()) }]
-    }
-
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("redo")
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("redo", "", "make the undone edit again", |_| Ok(Self.into()))]
     }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
@@ -126,136 +110,86 @@ impl Execute for Redo {
 }
 
 impl Execute for Edit {
-    #[expect(clippy::too_many_lines, reason = "a table")]
-    fn verbs() -> &'static [Verb] {
-        &[
-            Verb {
-                name: "subgoal add",
-                arguments: "X Y [RADIUS]",
-                help: "add a subgoal after the others",
-                read: |args| {
-                    let position = args.position()?;
-                    let radius = args.optional_number("radius")?.unwrap_or(SUBGOAL_RADIUS);
-                    Ok(Self::AddSubgoal { position, radius }.into())
-                },
-            },
-            Verb {
-                name: "subgoal move",
-                arguments: "N X Y",
-                help: "move subgoal N (from 1) to normalised X Y",
-                read: |args| Ok(Self::MoveSubgoal { index: args.index()?, position: args.position()? }.into()),
-            },
-            Verb {
-                name: "subgoal size",
-                arguments: "N RADIUS",
-                help: "resize a subgoal, in units",
-                read: |args| Ok(Self::ResizeSubgoal { index: args.index()?, radius: args.number("radius")? }.into()),
-            },
-            Verb {
-                name: "subgoal swap",
-                arguments: "N M",
-                help: "exchange two subgoals in the order",
-                read: |args| Ok(Self::SwapSubgoals { first: args.index()?, second: args.index()? }.into()),
-            },
-            Verb {
-                name: "subgoal delete",
-                arguments: "N",
-                help: "delete a subgoal",
-                read: |args| Ok(Self::DeleteSubgoal { index: args.index()? }.into()),
-            },
-            Verb {
-                name: "goal move",
-                arguments: "X Y",
-                help: "move the goal",
-                read: |args| Ok(Self::MoveGoal { position: args.position()? }.into()),
-            },
-            Verb {
-                name: "goal size",
-                arguments: "RADIUS",
-                help: "resize the goal, in units",
-                read: |args| Ok(Self::ResizeGoal { radius: args.number("radius")? }.into()),
-            },
-            Verb {
-                name: "ball move",
-                arguments: "X Y",
-                help: "move the ball's start",
-                read: |args| Ok(Self::MoveBall { position: args.position()? }.into()),
-            },
-            Verb {
-                name: "tool add",
-                arguments: "TYPE X Y [SIZE]",
-                help: "add a static tool: bucket, square, box, wall or floor",
-                read: |args| {
-                    let kind = args.word("a type")?.parse::<ToolKind>()?;
-                    let (position, size) = (args.position()?, args.optional_number("size")?);
-                    Ok(Self::AddTool { kind, position, size }.into())
-                },
-            },
-            Verb {
-                name: "tool move",
-                arguments: "N X Y",
-                help: "move a static tool (from 1)",
-                read: |args| Ok(Self::MoveTool { index: args.index()?, position: args.position()? }.into()),
-            },
-            Verb {
-                name: "tool size",
-                arguments: "N SIZE",
-                help: "resize a static tool, in units",
-                read: |args| Ok(Self::ResizeTool { index: args.index()?, size: args.number("size")? }.into()),
-            },
-            Verb {
-                name: "tool delete",
-                arguments: "N",
-                help: "delete a static tool",
-                read: |args| Ok(Self::DeleteTool { index: args.index()? }.into()),
-            },
-            Verb {
-                name: "proposal move",
-                arguments: "N X Y",
-                help: "move proposed subgoal N (from 1)",
-                read: |args| Ok(Self::MoveProposal { index: args.index()?, position: args.position()? }.into()),
-            },
-            Verb {
-                name: "proposal size",
-                arguments: "N RADIUS",
-                help: "resize a proposed subgoal, in units",
-                read: |args| Ok(Self::ResizeProposal { index: args.index()?, radius: args.number("radius")? }.into()),
-            },
-            Verb {
-                name: "proposal accept",
-                arguments: "[N]",
-                help: "accept one proposed subgoal, or all in place of the task's own",
-                read: |args| Ok(Self::AcceptProposal { index: args.optional_index()? }.into()),
-            },
-            Verb {
-                name: "proposal delete",
-                arguments: "[N]",
-                help: "reject one proposed subgoal, or all of them",
-                read: |args| Ok(Self::DeleteProposal { index: args.optional_index()? }.into()),
-            },
+    fn verbs() -> Vec<Verb> {
+        vec![
+            Verb::new("subgoal add", "X Y [RADIUS]", "add a subgoal after the others", |args| {
+                let position = args.position()?;
+                let radius = args.optional_number("radius")?.unwrap_or(SUBGOAL_RADIUS);
+                Ok(Self::AddSubgoal { position, radius }.into())
+            }),
+            Verb::new("subgoal move", "N X Y", "move subgoal N (from 1) to normalised X Y", |args| {
+                Ok(Self::MoveSubgoal { index: args.index()?, position: args.position()? }.into())
+            }),
+            Verb::new("subgoal size", "N RADIUS", "resize a subgoal, in units", |args| {
+                Ok(Self::ResizeSubgoal { index: args.index()?, radius: args.number("radius")? }.into())
+            }),
+            Verb::new("subgoal swap", "N M", "exchange two subgoals in the order", |args| {
+                Ok(Self::SwapSubgoals { first: args.index()?, second: args.index()? }.into())
+            }),
+            Verb::new("subgoal delete", "N", "delete a subgoal", |args| {
+                Ok(Self::DeleteSubgoal { index: args.index()? }.into())
+            }),
+            Verb::new("goal move", "X Y", "move the goal", |args| {
+                Ok(Self::MoveGoal { position: args.position()? }.into())
+            }),
+            Verb::new("goal size", "RADIUS", "resize the goal, in units", |args| {
+                Ok(Self::ResizeGoal { radius: args.number("radius")? }.into())
+            }),
+            Verb::new("ball move", "X Y", "move the ball's start", |args| {
+                Ok(Self::MoveBall { position: args.position()? }.into())
+            }),
+            Verb::new("tool add", "TYPE X Y [SIZE]", "add a static tool: bucket, square, box, wall or floor", |args| {
+                let kind = args.word("a type")?.parse::<ToolKind>()?;
+                let (position, size) = (args.position()?, args.optional_number("size")?);
+                Ok(Self::AddTool { kind, position, size }.into())
+            }),
+            Verb::new("tool move", "N X Y", "move a static tool (from 1)", |args| {
+                Ok(Self::MoveTool { index: args.index()?, position: args.position()? }.into())
+            }),
+            Verb::new("tool size", "N SIZE", "resize a static tool, in units", |args| {
+                Ok(Self::ResizeTool { index: args.index()?, size: args.number("size")? }.into())
+            }),
+            Verb::new("tool delete", "N", "delete a static tool", |args| {
+                Ok(Self::DeleteTool { index: args.index()? }.into())
+            }),
+            Verb::new("proposal move", "N X Y", "move proposed subgoal N (from 1)", |args| {
+                Ok(Self::MoveProposal { index: args.index()?, position: args.position()? }.into())
+            }),
+            Verb::new("proposal size", "N RADIUS", "resize a proposed subgoal, in units", |args| {
+                Ok(Self::ResizeProposal { index: args.index()?, radius: args.number("radius")? }.into())
+            }),
+            Verb::new(
+                "proposal accept",
+                "[N]",
+                "accept one proposed subgoal, or all in place of the task's own",
+                |args| Ok(Self::AcceptProposal { index: args.optional_index()? }.into()),
+            ),
+            Verb::new("proposal delete", "[N]", "reject one proposed subgoal, or all of them", |args| {
+                Ok(Self::DeleteProposal { index: args.optional_index()? }.into())
+            }),
         ]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn line(&self) -> Option<String> {
         let number = |index: Option<usize>| optional(index.map(|index| index + 1));
-        match *self {
-            Self::AddSubgoal { position: [x, y], radius } => write!(f, "subgoal add {x} {y} {radius}"),
-            Self::MoveSubgoal { index, position: [x, y] } => write!(f, "subgoal move {} {x} {y}", index + 1),
-            Self::ResizeSubgoal { index, radius } => write!(f, "subgoal size {} {radius}", index + 1),
-            Self::SwapSubgoals { first, second } => write!(f, "subgoal swap {} {}", first + 1, second + 1),
-            Self::DeleteSubgoal { index } => write!(f, "subgoal delete {}", index + 1),
-            Self::MoveGoal { position: [x, y] } => write!(f, "goal move {x} {y}"),
-            Self::ResizeGoal { radius } => write!(f, "goal size {radius}"),
-            Self::MoveBall { position: [x, y] } => write!(f, "ball move {x} {y}"),
-            Self::AddTool { kind, position: [x, y], size } => write!(f, "tool add {kind} {x} {y}{}", optional(size)),
-            Self::MoveTool { index, position: [x, y] } => write!(f, "tool move {} {x} {y}", index + 1),
-            Self::ResizeTool { index, size } => write!(f, "tool size {} {size}", index + 1),
-            Self::DeleteTool { index } => write!(f, "tool delete {}", index + 1),
-            Self::MoveProposal { index, position: [x, y] } => write!(f, "proposal move {} {x} {y}", index + 1),
-            Self::ResizeProposal { index, radius } => write!(f, "proposal size {} {radius}", index + 1),
-            Self::AcceptProposal { index } => write!(f, "proposal accept{}", number(index)),
-            Self::DeleteProposal { index } => write!(f, "proposal delete{}", number(index)),
-        }
+        Some(match *self {
+            Self::AddSubgoal { position: [x, y], radius } => format!("subgoal add {x} {y} {radius}"),
+            Self::MoveSubgoal { index, position: [x, y] } => format!("subgoal move {} {x} {y}", index + 1),
+            Self::ResizeSubgoal { index, radius } => format!("subgoal size {} {radius}", index + 1),
+            Self::SwapSubgoals { first, second } => format!("subgoal swap {} {}", first + 1, second + 1),
+            Self::DeleteSubgoal { index } => format!("subgoal delete {}", index + 1),
+            Self::MoveGoal { position: [x, y] } => format!("goal move {x} {y}"),
+            Self::ResizeGoal { radius } => format!("goal size {radius}"),
+            Self::MoveBall { position: [x, y] } => format!("ball move {x} {y}"),
+            Self::AddTool { kind, position: [x, y], size } => format!("tool add {kind} {x} {y}{}", optional(size)),
+            Self::MoveTool { index, position: [x, y] } => format!("tool move {} {x} {y}", index + 1),
+            Self::ResizeTool { index, size } => format!("tool size {} {size}", index + 1),
+            Self::DeleteTool { index } => format!("tool delete {}", index + 1),
+            Self::MoveProposal { index, position: [x, y] } => format!("proposal move {} {x} {y}", index + 1),
+            Self::ResizeProposal { index, radius } => format!("proposal size {} {radius}", index + 1),
+            Self::AcceptProposal { index } => format!("proposal accept{}", number(index)),
+            Self::DeleteProposal { index } => format!("proposal delete{}", number(index)),
+        })
     }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
@@ -272,26 +206,23 @@ impl Execute for Edit {
 pub struct Propose(pub Option<usize>);
 
 impl Execute for Propose {
-    fn verbs() -> &'static [Verb] {
-        &[Verb {
-            name: "propose",
-            arguments: "[N]",
-            help: "let the model propose subgoals, N or as many as the task has",
-            read: |args| match args.optional_number("number of subgoals")? {
+    fn verbs() -> Vec<Verb> {
+        vec![Verb::new("propose", "[N]", "let the model propose subgoals, N or as many as the task has", |args| {
+            match args.optional_number("number of subgoals")? {
                 Some(count) if !(1..=MOST_PROPOSALS).contains(&count) => {
                     Err(format!("`{count}` is not a number of subgoals from 1 to {MOST_PROPOSALS}"))
                 }
                 count => Ok(Self(count).into()),
-            },
-        }]
+            }
+        })]
     }
 
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "propose{}", optional(self.0))
+    fn arguments(&self) -> String {
+        optional(self.0)
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        session.propose(self.0)
+        session.propose(self)
     }
 
     fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {

@@ -1,0 +1,108 @@
+//! Evaluations, ablations and the shipped models.
+
+use super::*;
+
+/// Another value of each predictor.
+fn of_each<T, U>(compared: &Compared<T>, value: impl Fn(&T) -> U) -> Compared<U> {
+    Compared {
+        model: value(&compared.model),
+        constant_velocity: value(&compared.constant_velocity),
+        nearest_sample: value(&compared.nearest_sample),
+    }
+}
+
+#[test]
+fn evaluation_and_ablation_report_every_part() {
+    let settings = EvaluationConfig { launches: 20, episodes: 1, horizon: 2, hit_rollouts: 10, seed: 3 };
+    let train = TrainConfig { epochs: 1, observations: 8, ..quick() };
+    let tools = [ToolKind::Square, ToolKind::Floor];
+    let ablation = Ablation {
+        model: &small(),
+        training: &train,
+        tools: &tools,
+        tasks: &task::shipped(),
+        evaluation: &settings,
+        command: "test",
+    };
+    let (mut epochs, folder) = (0, tempfile::tempdir().unwrap());
+    let results = Variant::ALL.map(|variant| {
+        let path = folder.path().join(variant.name());
+        let on_progress = |progress: &Progress| {
+            epochs += progress.epoch;
+            true
+        };
+        let (_, result) = ablation.run(variant, 1, &path, on_progress).unwrap().unwrap();
+        // A variant is a model like any other: its file says what it is.
+        let read = Model::load(&path).unwrap();
+        assert_eq!(read.config(), &variant.apply(small()));
+        assert_eq!(variant.to_string().parse(), Ok(variant));
+        result
+    });
+    assert_eq!(epochs, 4);
+    for result in &results {
+        assert_eq!(result.evaluation.data_hash, results[0].evaluation.data_hash, "the same launches");
+        let scenes: Vec<&str> = result.evaluation.scenes.iter().map(|scene| scene.task.as_str()).collect();
+        assert_eq!(scenes, ["task3", "task4"]);
+        assert!(result.evaluation.scenes.iter().all(|scene| scene.hits.model.rollouts == 10));
+        for launch in &result.evaluation.launches {
+            assert_eq!(launch.errors.model.rollout.len(), 8);
+            assert!(launch.errors.model.one_step.mean > 0.0);
+            assert!(launch.errors.nearest_sample.one_step_contact.count > 0);
+            let hits = of_each(&launch.errors, |tool| tool.hits);
+            assert_eq!(hits.model.rollouts, launch.errors.model.action_contact.count);
+            let real = |hits: Hits| hits.true_positives + hits.false_negatives;
+            assert!(real(hits.model) > 0 && real(hits.model) == real(hits.constant_velocity), "{hits:?}");
+        }
+    }
+    let text = serde_json::to_string(&results).unwrap();
+    assert_eq!(serde_json::from_str::<Vec<Ablated>>(&text).unwrap(), results);
+    assert!("none".parse::<Variant>().unwrap_err().contains("shared-edges"));
+}
+
+#[test]
+fn shipped_models_are_those_of_the_paper_and_know_the_shipped_tasks() {
+    for name in shipped_names() {
+        let model = shipped(name).unwrap().unwrap();
+        assert_eq!((model.name().as_str(), model.config()), (name, &ModelConfig::default()));
+        let provenance = model.provenance();
+        assert_eq!((&provenance.training, provenance.epoch), (&TrainConfig::default(), 5000));
+        let tools = model.tools().iter().map(|tool| tool.name()).collect::<Vec<_>>().join(",");
+        let command = format!("mge dynamics train --tools {tools} --seed 0 --out {name}.safetensors");
+        assert_eq!(provenance.command, command);
+        let launches = model.tools().iter().flat_map(|&kind| collect(kind, 1000, Split::Training, 0));
+        assert_eq!(
+            provenance.data_hash,
+            data_hash(&launches.collect::<Vec<_>>()),
+            "{name} learned from other launches"
+        );
+    }
+    for task in task::shipped() {
+        let model = shipped_for(&task.tool_set()).unwrap().expect("a model for every shipped task");
+        model.check_task(&task).unwrap();
+    }
+    assert!(shipped("other").unwrap().is_none() && shipped_for(&ToolKind::ALL).unwrap().is_none());
+}
+
+#[test]
+fn shipped_models_predict_better_than_the_baselines() {
+    let settings = EvaluationConfig { launches: 60, episodes: 40, horizon: 1, hit_rollouts: 1, seed: 8 };
+    for name in shipped_names() {
+        let evaluation = evaluate(&shipped(name).unwrap().unwrap(), &task::shipped(), &settings).unwrap();
+        for launch in &evaluation.launches {
+            let errors = of_each(&launch.errors, |tool| tool.one_step_contact.mean);
+            assert!(errors.model < 0.7 * errors.constant_velocity, "{name}: {errors:?}");
+            // A captured ball rests: the nearest sample knows that to the last digit.
+            let share = if launch.tool == ToolKind::Bucket { 1.2 } else { 0.7 };
+            assert!(errors.model < share * errors.nearest_sample, "{name}, {}: {errors:?}", launch.tool);
+            let score = of_each(&launch.errors, |tool| {
+                let Hits { true_positives, false_positives, false_negatives, .. } = tool.hits;
+                2 * true_positives * 100 / (2 * true_positives + false_positives + false_negatives)
+            });
+            assert!(score.model > 80 && score.model > score.constant_velocity, "{name}: F1 {score:?} %");
+        }
+        for scene in &evaluation.scenes {
+            let errors = of_each(&scene.rollout, |errors| errors[0].mean);
+            assert!(errors.model < errors.constant_velocity, "{}: {errors:?}", scene.task);
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! Launches, losses, training and resuming it.
+
+use super::*;
+
+#[test]
+fn launches_repeat_and_show_contacts_and_free_flight() {
+    for kind in ToolKind::ALL {
+        let launches = collect(kind, 200, Split::Training, 7);
+        assert_eq!(launches, collect(kind, 200, Split::Training, 7));
+        assert_ne!(data_hash(&launches), data_hash(&collect(kind, 200, Split::Test, 7)));
+        assert_eq!(
+            collect(kind, 3, Split::Training, 7),
+            launches[..3],
+            "a longer collection starts with a shorter one"
+        );
+        let hits = launches.iter().filter(|launch| launch::is_deflected(&launch.states)).count();
+        assert!((80..190).contains(&hits), "{kind}: {hits} of 200 launches touch the tool");
+    }
+}
+
+#[test]
+fn losses_are_written_as_they_are_read() {
+    for (text, errors) in [("squared", [0.0025, 4.0]), ("huber:0.1", [0.00125, 0.195])] {
+        let loss: Loss = text.parse().unwrap();
+        assert_eq!(loss.to_string(), text);
+        assert_eq!(serde_json::from_str::<Loss>(&format!("\"{text}\"")).unwrap(), loss);
+        for (error, expected) in [(-0.05, errors[0]), (2.0, errors[1])] {
+            assert!((loss.of(error) - expected).abs() < 1e-6, "{text} of {error}: {}", loss.of(error));
+        }
+    }
+    for text in ["huber", "huber:0", "huber:NaN", "absolute", "squared:1"] {
+        assert!(text.parse::<Loss>().unwrap_err().to_string().contains("huber:WIDTH"), "{text}");
+    }
+}
+
+#[test]
+fn training_reports_the_loss_it_minimises() {
+    for loss in [Loss::Squared, Loss::Huber(0.3)] {
+        // Every row of the data in one batch, and a rate that moves nothing.
+        let train = TrainConfig { loss, learning_rate: 1e-30, epochs: 1, mirror: false, batch: 1000, ..quick() };
+        let config = ModelConfig { interval: STEPS_PER_ACTION, ..small() };
+        let mut training = training(config, TrainConfig { observations: 8, validation: 8, ..train });
+        let launches: Vec<Launch> = TOOLS.iter().flat_map(|&kind| collect(kind, 8, Split::Training, 5)).collect();
+        let mut reported = f64::NAN;
+        training.run(|_, progress| {
+            reported = f64::from(progress.loss);
+            true
+        });
+        let model = training.model();
+        let (mut sum, mut count) = (0.0, 0.0);
+        for launch in &launches {
+            let (before, after) = (launch.states[0], launch.states[STEPS_PER_ACTION as usize]);
+            let predicted = predict(model, before, &[launch.tool]);
+            let encode = |after: &BallState| {
+                let mut target = Vec::new();
+                model.codec.encode(&before, after, &mut target);
+                model.normaliser.targets.normalise(&mut target);
+                target
+            };
+            for (output, target) in encode(&predicted).iter().zip(encode(&after)) {
+                sum += loss.of(f64::from(output - target));
+                count += 1.0;
+            }
+        }
+        assert!((reported / (sum / count) - 1.0).abs() < 1e-3, "{loss}: {reported} {}", sum / count);
+    }
+}
+
+#[test]
+fn training_lowers_the_error() {
+    let mut training = training(small(), TrainConfig { observations: 200, validation: 20, epochs: 60, ..quick() });
+    let before = training.validation_loss();
+    let mut reported = Vec::new();
+    let ended = training.run(|_, progress| {
+        reported.extend(progress.validation);
+        true
+    });
+    assert_eq!(ended, Ended::Done);
+    assert_eq!(reported.last(), Some(&training.validation_loss()));
+    assert!(training.validation_loss() < 0.7 * before, "{} of {before}", training.validation_loss());
+}
+
+#[test]
+fn a_resumed_training_gives_the_same_bits() {
+    let mut whole = training(small(), quick());
+    assert_eq!(whole.run(|_, _| true), Ended::Done);
+    let mut first = training(small(), quick());
+    assert_eq!(first.run(|_, progress| progress.epoch < 2), Ended::Stopped);
+    let bytes = first.checkpoint().to_bytes();
+    let mut second = Training::resume(&TensorFile::from_bytes(&bytes).unwrap(), "checkpoint").unwrap();
+    assert_eq!(second.epoch(), 2);
+    assert_eq!(second.run(|_, _| true), Ended::Done);
+    assert_eq!(whole.checkpoint().to_bytes(), second.checkpoint().to_bytes());
+}
+
+#[test]
+fn a_diverged_training_keeps_the_last_good_state() {
+    let train = TrainConfig { optimiser: OptimiserKind::Sgd, learning_rate: 1e20, ..quick() };
+    let mut training = training(small(), train);
+    let ended = training.run(|_, _| true);
+    assert!(matches!(ended, Ended::Diverged { epoch: 1, .. }), "{ended:?}");
+    assert!(training.validation_loss().is_finite());
+    assert_eq!(training.epoch(), 0);
+}
+
+#[test]
+fn settings_out_of_range_are_refused() {
+    let refused = |config: ModelConfig, train: TrainConfig, tools: &[ToolKind]| {
+        Training::new(config, train, tools, "test").unwrap_err().to_string()
+    };
+    assert!(refused(ModelConfig { interval: 7, ..small() }, quick(), &TOOLS).contains("interval"));
+    assert!(refused(ModelConfig { cutoff: f32::NAN, ..small() }, quick(), &TOOLS).contains("cutoff"));
+    assert!(refused(small(), TrainConfig { batch: 0, ..quick() }, &TOOLS).contains("batch"));
+    assert!(refused(small(), quick(), &[ToolKind::Box, ToolKind::Box]).contains("box-box"));
+    assert!(refused(small(), quick(), &[]).contains("tool set"));
+}

@@ -1,0 +1,116 @@
+//! The action prior built from subgoal to subgoal (paper, section 4.2, steps 1 to 4).
+
+use std::sync::Arc;
+
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+
+use super::clusters::cluster;
+use super::config::{GuidanceConfig, StartStates};
+use super::prior::{ActionPrior, StagePrior};
+use super::rollout::RolloutModel;
+use crate::dynamics::DynamicsError;
+use crate::env::{Action, Environment, Snapshot, uniform_action};
+use crate::streams::Stream;
+use crate::task::Task;
+
+/// Builds the prior of a task stage by stage. `progress` is called before each stage
+/// with its number; returning false stops the build.
+///
+/// Each stage has random streams of its own, so one stage's size does not shift another's.
+///
+/// # Errors
+/// When the model cannot predict the task.
+pub fn build(
+    task: &Arc<Task>,
+    model: &dyn RolloutModel,
+    model_name: &str,
+    config: &GuidanceConfig,
+    seed: u64,
+    mut progress: impl FnMut(usize) -> bool,
+) -> Result<Option<ActionPrior>, DynamicsError> {
+    let stages = task.stage_count();
+    let mut env = Environment::new(task.clone());
+    env.reset(&mut Stream::PriorStart.of(seed));
+    let mut starts = vec![env.snapshot().clone()];
+    let mut prior = ActionPrior {
+        version: ActionPrior::VERSION,
+        task: task.name.clone(),
+        model: model_name.to_owned(),
+        seed,
+        config: config.clone(),
+        stages: Vec::new(),
+    };
+    let environment_rollouts = config.environment_rollouts.div_ceil((stages - 1).max(1));
+    for stage in 0..stages {
+        if !progress(stage) {
+            return Ok(None);
+        }
+        let mut rng = Stream::PriorStage(stage).of(seed);
+        let mut built = imagine(task, model, config, &starts, &mut rng)?;
+        if stage + 1 < stages {
+            built.environment_rollouts = environment_rollouts;
+            let (reached, last) =
+                explore(&mut env, &built, stage, config.horizon, &starts, environment_rollouts, &mut rng);
+            built.environment_hits = reached.len();
+            let wanted = if config.start_states == StartStates::Last || reached.is_empty() { last } else { reached };
+            if !wanted.is_empty() {
+                starts = wanted;
+            }
+        }
+        prior.stages.push(built);
+    }
+    Ok(Some(prior))
+}
+
+/// Step 2: random actions rolled out in the model, the rewarding ones clustered.
+fn imagine(
+    task: &Arc<Task>,
+    model: &dyn RolloutModel,
+    config: &GuidanceConfig,
+    starts: &[Snapshot],
+    rng: &mut ChaCha8Rng,
+) -> Result<StagePrior, DynamicsError> {
+    let chosen: Vec<&Snapshot> = (0..config.model_rollouts).map(|_| &starts[rng.gen_range(0..starts.len())]).collect();
+    let sequences: Vec<Vec<Action>> =
+        chosen.iter().map(|_| (0..config.horizon).map(|_| uniform_action(rng)).collect()).collect();
+    let rollouts = model.rollouts(task, &chosen, &sequences)?;
+    let actions: Vec<Action> = rollouts.iter().flat_map(|rollout| rollout.rewarding(config.rewarding)).collect();
+    Ok(StagePrior {
+        clusters: cluster(&actions, config.clusters, config.std_floor, rng),
+        actions,
+        model_rollouts: rollouts.len(),
+        model_hits: rollouts.iter().filter(|rollout| rollout.hit).count(),
+        ..StagePrior::default()
+    })
+}
+
+/// Step 3: actions from the clusters in the real environment. Returns the states in
+/// which the stage was reached and the last states of all rollouts, of those that can continue.
+fn explore(
+    env: &mut Environment,
+    prior: &StagePrior,
+    stage: usize,
+    horizon: usize,
+    starts: &[Snapshot],
+    rollouts: usize,
+    rng: &mut ChaCha8Rng,
+) -> (Vec<Snapshot>, Vec<Snapshot>) {
+    let (mut reached, mut last) = (Vec::new(), Vec::new());
+    for _ in 0..rollouts {
+        env.restore(&starts[rng.gen_range(0..starts.len())]);
+        for _ in 0..horizon {
+            if env.step(prior.sample(rng)).is_err() || env.snapshot().stage() > stage {
+                break;
+            }
+        }
+        let end = env.snapshot();
+        if end.end().is_none() {
+            last.push(end.clone());
+        }
+        if end.stage() > stage && end.end().is_none() {
+            reached.push(end.clone());
+        }
+    }
+    (reached, last)
+}

@@ -1,0 +1,94 @@
+//! Settings of guidance, and what can be wrong with them or with a saved prior.
+
+use serde::{Deserialize, Serialize};
+
+use super::clusters::ClusterCount;
+use super::rewarding::Rewarding;
+
+/// How the prior is built.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GuidanceConfig {
+    /// Model rollouts for each stage.
+    pub model_rollouts: usize,
+    /// Actions in a rollout.
+    pub horizon: usize,
+    /// Rollouts in the real environment, over all stages (paper: 200 for each task).
+    pub environment_rollouts: usize,
+    /// Which actions of a successful rollout are stored.
+    pub rewarding: Rewarding,
+    /// Number of clusters for each stage.
+    pub clusters: ClusterCount,
+    /// Least standard deviation of a cluster, normalised.
+    pub std_floor: f32,
+    /// Which states start the next stage.
+    pub start_states: StartStates,
+}
+
+/// Which states of the real rollouts start the next stage's rollouts.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StartStates {
+    /// The states in which the subgoal was reached; all last states if none was.
+    #[default]
+    Reached,
+    /// The last state of every rollout: the paper's literal reading.
+    Last,
+}
+
+impl Default for GuidanceConfig {
+    fn default() -> Self {
+        Self {
+            model_rollouts: 600,
+            horizon: 8,
+            environment_rollouts: 200,
+            rewarding: Rewarding::default(),
+            clusters: ClusterCount::Fixed(3),
+            std_floor: 0.02,
+            start_states: StartStates::default(),
+        }
+    }
+}
+
+/// Why a prior cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum GuidanceError {
+    /// The text is not an action prior.
+    #[error("{origin}:{line}: not an action prior: {message}")]
+    Syntax { origin: String, line: usize, message: String },
+    /// It was made for another task.
+    #[error(
+        "{origin}: the action prior is for {found} with {found_stages} stages, not for {wanted} with {wanted_stages}: build it again"
+    )]
+    OtherTask { origin: String, found: String, found_stages: usize, wanted: String, wanted_stages: usize },
+    /// It is of another version of the format.
+    #[error(
+        "{origin}: the action prior has format version {found}, this program reads version {wanted}: build it again"
+    )]
+    Version { origin: String, found: u32, wanted: u32 },
+    /// It has numbers that clusters of actions cannot have.
+    #[error("{origin}: the clusters or actions of stage {stage} are out of range: build it again")]
+    Numbers { origin: String, stage: usize },
+    /// A setting is out of range.
+    #[error("{section}.{field}: {message}")]
+    Config { section: &'static str, field: &'static str, message: &'static str },
+}
+
+impl GuidanceConfig {
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// Names the first setting that is out of range.
+    pub fn validate(&self) -> Result<(), GuidanceError> {
+        let error = |field, message| Err(GuidanceError::Config { section: "guidance", field, message });
+        match self {
+            Self { model_rollouts: 0, .. } => error("model_rollouts", "must be at least 1"),
+            Self { horizon: 0, .. } => error("horizon", "must be at least 1"),
+            Self { environment_rollouts: 0, .. } => error("environment_rollouts", "must be at least 1"),
+            Self { clusters: ClusterCount::Fixed(0), .. } => error("clusters", "must be at least 1"),
+            Self { clusters: ClusterCount::Silhouette(0 | 1), .. } => error("clusters", "must be at least 2"),
+            Self { std_floor, .. } if !(0.0..=1.0).contains(std_floor) => error("std_floor", "must be from 0 to 1"),
+            _ => Ok(()),
+        }
+    }
+}

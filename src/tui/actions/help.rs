@@ -1,0 +1,31 @@
+//! The keys as the manual page lists them.
+
+use super::{Context, entries};
+
+/// A key, or several, the action's name in a key file, and what it does.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct KeyHelp {
+    /// Default keys, separated by commas; empty if it has none.
+    pub keys: String,
+    /// Name in key files and in the palette.
+    pub name: &'static str,
+    /// What it does, in one line.
+    pub about: &'static str,
+    /// The verb that does the same in a script.
+    pub verb: Option<&'static str>,
+}
+
+/// All actions that have keys, by where they apply, in the order of the help.
+pub fn keys() -> Vec<(&'static str, Vec<KeyHelp>)> {
+    let of = |context: Context| {
+        let entries = entries().iter().filter(|entry| entry.context == context);
+        let help = entries.map(|entry| KeyHelp {
+            keys: entry.keys.split_whitespace().collect::<Vec<_>>().join(", "),
+            name: entry.name,
+            about: entry.about,
+            verb: entry.verb(),
+        });
+        (context.name(), help.collect())
+    };
+    Context::ALL.into_iter().filter(|context| *context != Context::Typed).map(of).collect()
+}

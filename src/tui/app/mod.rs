@@ -1,0 +1,373 @@
+//! The workbench on screen: keys and mouse become effects, effects become commands, and what there
+//! is to see is drawn.
+
+mod mouse;
+mod perform;
+mod questions;
+mod quit;
+mod recovery;
+#[cfg(test)]
+pub(super) mod testing;
+mod unsaved;
+
+pub use unsaved::{Guarded, report_kept};
+
+use std::time::Duration;
+
+use crossterm::event::{Event, KeyEvent, KeyEventKind, KeyModifiers, MouseEvent, MouseEventKind};
+use ratatui::Frame;
+
+use super::actions::{Action, Context, Tab};
+use super::effect::Effect;
+use super::input::{Key, Keymap};
+use super::layers::{Layer, Response, Tour};
+use super::screens::{Chrome, HitRegions, Notice, Screens, Ui, draw_frame};
+use super::terminal::{Graphics, Protocol};
+use super::view::{Choice, Level, Subject, Workspace};
+use super::widgets::theme::Theme;
+use mouse::Drag;
+
+/// Everything the screen knows of its own.
+pub struct App {
+    workspace: Box<dyn Workspace>,
+    theme: Theme,
+    keymap: Keymap,
+    /// The screen being shown.
+    tab: Tab,
+    /// What lies over it, the top one last.
+    layers: Vec<Layer>,
+    /// What each screen remembers.
+    screens: Screens,
+    /// What the scene shows.
+    subject: Subject,
+    /// The latest message, and how long it has been shown.
+    notice: Option<(Notice, Duration)>,
+    /// Where things were drawn, for the mouse.
+    regions: HitRegions,
+    /// What the mouse took hold of.
+    drag: Option<Drag>,
+    request: Option<TerminalRequest>,
+    /// Whether the mouse is captured.
+    mouse: bool,
+    leaving: Leaving,
+    changed: bool,
+}
+
+/// Whether the workbench is to be left.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Leaving {
+    No,
+    WhenIdle,
+    Now,
+}
+
+/// How long a message stays that is no error.
+const NOTICE: Duration = Duration::from_secs(6);
+/// Time that can pass for a message between two looks at it.
+const BLINK: Duration = Duration::from_millis(100);
+
+/// What only the owner of the terminal can do.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum TerminalRequest {
+    /// Stop until the shell continues the program.
+    Suspend,
+    /// Switch mouse capture.
+    Mouse(bool),
+    /// Put a text on the clipboard.
+    Copy(String),
+}
+
+impl App {
+    /// The workbench of a session.
+    pub fn new(workspace: Box<dyn Workspace>, theme: Theme, keymap: Keymap) -> Self {
+        let subject = Subject::choose(workspace.view(), &Choice::default(), None, false);
+        Self {
+            workspace,
+            theme,
+            keymap,
+            tab: Tab::Scene,
+            layers: Vec::new(),
+            screens: Screens::default(),
+            subject,
+            notice: None,
+            regions: HitRegions::default(),
+            drag: None,
+            request: None,
+            mouse: true,
+            leaving: Leaving::No,
+            changed: true,
+        }
+    }
+
+    /// Leaves the mouse to the terminal.
+    pub fn without_mouse(mut self) -> Self {
+        self.mouse = false;
+        self
+    }
+
+    /// Lays the short tour over the screen.
+    pub fn show_tour(&mut self) {
+        self.layers.push(Layer::Tour(Tour::default()));
+    }
+
+    /// Whether the workbench is to be left.
+    pub fn is_leaving(&self) -> bool {
+        self.leaving == Leaving::Now
+    }
+
+    /// What only the owner of the terminal can do, if something is asked for; asking forgets it.
+    pub fn take_request(&mut self) -> Option<TerminalRequest> {
+        self.request.take()
+    }
+
+    /// Whether there is something new to draw; asking forgets it.
+    pub fn take_changed(&mut self) -> bool {
+        std::mem::take(&mut self.changed)
+    }
+
+    /// Whether there is something new to draw.
+    pub fn is_changed(&self) -> bool {
+        self.changed
+    }
+
+    /// Draws everything anew on a terminal that has forgotten what it showed.
+    pub fn redraw(&mut self) {
+        self.screens.preview.forget();
+        self.changed = true;
+    }
+
+    /// What pictures the terminal can show.
+    pub fn set_graphics(&mut self, graphics: Graphics) {
+        self.screens.preview.set_graphics(graphics);
+        self.changed = true;
+    }
+
+    /// Its cells have this size in pixels.
+    pub fn set_cell_size(&mut self, cell: [u16; 2]) {
+        self.set_graphics(Graphics { cell, ..self.screens.preview.graphics() });
+    }
+
+    /// It shows pictures in this way.
+    pub fn set_protocol(&mut self, protocol: Protocol) {
+        self.set_graphics(Graphics { protocol, ..self.screens.preview.graphics() });
+    }
+
+    /// Whether something moves, so that time must pass often.
+    pub fn is_animated(&self) -> bool {
+        self.tab.has_scene() && self.screens.scene.player.playing
+    }
+
+    /// What the screens draw from.
+    fn ui(&self) -> Ui<'_> {
+        Ui { view: self.workspace.view(), subject: &self.subject, keymap: &self.keymap, theme: &self.theme }
+    }
+
+    /// What the screens remember, to be changed, and what they draw from.
+    fn screens_and_ui(&mut self) -> (&mut Screens, Ui<'_>) {
+        let Self { workspace, subject, keymap, theme, screens, .. } = self;
+        (screens, Ui { view: workspace.view(), subject, keymap, theme })
+    }
+
+    /// Where actions are looked for now, the innermost first.
+    fn contexts(&self) -> Vec<Context> {
+        let inner = match self.tab {
+            Tab::Scene | Tab::Edit if self.screens.scene.hand.is_some() => vec![Context::Hand, Context::Scene],
+            Tab::Scene | Tab::Edit => vec![Context::Scene],
+            Tab::Schedule => vec![Context::Schedule],
+            Tab::Training => vec![Context::Curves],
+            Tab::Runs => vec![Context::Runs],
+            Tab::Models => vec![Context::Models, Context::List],
+            Tab::Figures => vec![Context::Figures, Context::List],
+            Tab::Log => vec![Context::List],
+        };
+        inner.into_iter().chain([Context::Everywhere, Context::Typed]).collect()
+    }
+
+    /// Lets time pass and takes in what the session did.
+    pub fn tick(&mut self, elapsed: Duration) {
+        let lines = self.workspace.view().log_total;
+        self.changed |= self.workspace.poll();
+        let view = self.workspace.view();
+        let fresh = view.log_total.saturating_sub(lines).min(view.log.len());
+        let news = view.log[view.log.len() - fresh..].iter().rev().find(|line| line.level != Level::Info);
+        if let Some(line) = news.cloned() {
+            self.say(line.level, line.text);
+        }
+        self.age_notice(elapsed);
+        if self.leaving == Leaving::WhenIdle && self.workspace.view().training_runs().next().is_none() {
+            self.leaving = Leaving::No;
+            self.quit();
+            self.changed = true;
+        }
+        self.choose_subject(None, false);
+        if self.tab.has_scene() {
+            self.tick_scene(elapsed);
+        }
+        if self.tab == Tab::Runs && self.screens.runs.is_time_to_look(elapsed) {
+            self.workspace.look_for_runs();
+        }
+        if self.tab == Tab::Figures {
+            self.update_preview();
+        }
+    }
+
+    fn tick_scene(&mut self, elapsed: Duration) {
+        if self.screens.scene.needs_model(&self.subject) {
+            let model = self.workspace.model_for(&self.subject.task().clone());
+            self.subject.set_model(model);
+        }
+        let (changed, effects) = self.screens.scene.update(&self.subject, elapsed);
+        self.changed |= changed;
+        self.carry_out(effects);
+        // Until there is a training episode to show, the next one is asked for.
+        let view = self.workspace.view();
+        let without_live = view.watched.as_ref().is_none_or(|watched| watched.live.is_none());
+        if without_live && view.active_runs().next().is_some() {
+            self.workspace.request_live();
+        }
+    }
+
+    /// Puts together anew what the scene shows, of what there is now.
+    fn choose_subject(&mut self, choice: Option<Choice>, next: bool) {
+        let choice = choice.unwrap_or_else(|| self.subject.choice().clone());
+        let subject = Subject::choose(self.workspace.view(), &choice, Some(&self.subject), next);
+        let is_other = !std::sync::Arc::ptr_eq(subject.episode(), self.subject.episode());
+        self.subject = subject;
+        if is_other || next {
+            self.screens.scene.begin(&self.subject);
+            self.changed = true;
+            if self.subject.is_of_run() {
+                // The one after it, for when it is over.
+                self.workspace.request_live();
+            }
+        }
+    }
+
+    fn age_notice(&mut self, elapsed: Duration) {
+        let Some((notice, shown)) = &mut self.notice else { return };
+        // Work that keeps the screen waiting must not use up the time of its own message.
+        *shown += elapsed.min(BLINK);
+        if notice.level != Level::Error && *shown > NOTICE {
+            self.notice = None;
+            self.changed = true;
+        }
+    }
+
+    /// Takes in an event of the terminal.
+    pub fn event(&mut self, event: Event) {
+        match event {
+            Event::Key(key) if key.kind != KeyEventKind::Release => self.key(key),
+            Event::Mouse(mouse) => self.mouse_event(mouse),
+            Event::Paste(text) => {
+                if let Some(layer) = self.layers.last_mut() {
+                    layer.paste(&text);
+                    self.changed = true;
+                }
+            }
+            Event::Resize(..) => self.changed = true,
+            _ => {}
+        }
+    }
+
+    fn key(&mut self, key: KeyEvent) {
+        self.changed = true;
+        let action = self.keymap.action(Key::from(key), &self.contexts());
+        // Leaving and stopping work from everywhere, whatever lies over the screen.
+        let control = key.modifiers.contains(KeyModifiers::CONTROL);
+        if let Some(action @ (Action::Quit | Action::Suspend)) = action
+            && control
+        {
+            self.perform(action);
+            return;
+        }
+        if let Some(layer) = self.layers.last_mut() {
+            let response = layer.key(key);
+            self.respond(response);
+        } else if let Some(action) = action {
+            self.notice = None;
+            self.perform(action);
+        }
+    }
+
+    fn mouse_event(&mut self, mouse: MouseEvent) {
+        let hovering = mouse.kind == MouseEventKind::Moved;
+        if self.layers.is_empty() {
+            self.changed |= self.mouse(mouse);
+        } else if !hovering {
+            self.changed = true;
+            if let Some(layer) = self.layers.last_mut() {
+                let response = layer.mouse(mouse);
+                self.respond(response);
+            }
+        }
+    }
+
+    fn respond(&mut self, response: Response) {
+        match response {
+            Response::Stay => {}
+            Response::Leave => _ = self.layers.pop(),
+            Response::Do(effect) => {
+                self.layers.pop();
+                self.carry_out(vec![effect]);
+            }
+            Response::Try(effect) => {
+                let depth = self.layers.len();
+                match self.try_effect(effect) {
+                    // A question that came up lies on top: the answered layer is below it.
+                    Ok(()) => _ = self.layers.remove(depth - 1),
+                    Err(error) => {
+                        if let Some(layer) = self.layers.last_mut() {
+                            layer.refuse(error);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Carries effects out, in order; one that fails ends the rest and says why.
+    fn carry_out(&mut self, effects: Vec<Effect>) {
+        for effect in effects {
+            if let Err(error) = self.try_effect(effect) {
+                return self.say(Level::Error, error);
+            }
+        }
+    }
+
+    /// Shows a message.
+    pub fn say(&mut self, level: Level, text: impl Into<String>) {
+        let notice = Notice { level, text: text.into() };
+        self.notice = Some((notice, Duration::ZERO)).filter(|(notice, _)| !notice.text.is_empty());
+        self.changed = true;
+    }
+
+    /// Shows a message and keeps it in the log.
+    pub fn warn(&mut self, level: Level, text: &str) {
+        self.workspace.log(level, text.to_owned());
+        self.say(level, text);
+    }
+
+    /// Draws everything.
+    pub fn draw(&mut self, frame: &mut Frame) {
+        let contexts = self.contexts();
+        let chrome = Chrome {
+            tab: self.tab,
+            contexts: &contexts,
+            notice: self.notice.as_ref().map(|(notice, _)| notice),
+            covered: !self.layers.is_empty(),
+        };
+        let ui = Ui { view: self.workspace.view(), subject: &self.subject, keymap: &self.keymap, theme: &self.theme };
+        let area = frame.area();
+        self.regions = draw_frame(&ui, &self.screens, &chrome, area, frame.buffer_mut());
+        let mut cursor = None;
+        if self.regions.is_drawn() {
+            for layer in &mut self.layers {
+                cursor = layer.draw(area, &self.keymap, &self.theme, frame.buffer_mut());
+            }
+        }
+        if let Some(cursor) = cursor {
+            frame.set_cursor_position(cursor);
+        }
+        self.theme.make_plain(frame.buffer_mut());
+    }
+}

@@ -1,0 +1,111 @@
+//! What the mouse does, by where things were drawn.
+
+use crossterm::event::{MouseButton, MouseEvent, MouseEventKind};
+
+use super::App;
+use crate::tui::actions::{Action, Tab};
+use crate::tui::screens::{Region, edit, scene, schedule, training};
+
+/// What a press took hold of, and a drag moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Drag {
+    /// An object of the scene.
+    Object,
+    /// The selected point of the schedule.
+    SchedulePoint,
+}
+
+impl App {
+    /// Applies a mouse event; true if anything changed.
+    pub(super) fn mouse(&mut self, mouse: MouseEvent) -> bool {
+        let at = (mouse.column, mouse.row);
+        match mouse.kind {
+            MouseEventKind::Down(MouseButton::Left) => self.press(at),
+            MouseEventKind::Drag(MouseButton::Left) => self.drag_to(at),
+            MouseEventKind::Up(MouseButton::Left) => {
+                self.drag = None;
+                let effects = edit::drop_object(&mut self.screens.scene);
+                self.carry_out(effects);
+                true
+            }
+            MouseEventKind::Moved => self.hover(at),
+            MouseEventKind::ScrollUp => self.scroll(at, true),
+            MouseEventKind::ScrollDown => self.scroll(at, false),
+            _ => false,
+        }
+    }
+
+    fn press(&mut self, at: (u16, u16)) -> bool {
+        self.notice = None;
+        self.drag = None;
+        match self.regions.at(at) {
+            Some(Region::Tab(tab)) => self.show(tab),
+            Some(Region::Hint(action)) => self.perform(action),
+            Some(Region::Scene(view, position)) => {
+                // A cell is coarse: what is less than half a cell away counts as hit.
+                let reach = scene::REACH.max(42.0 / f32::from(view.area.height.max(1)));
+                let (screens, ui) = self.screens_and_ui();
+                let effects = scene::press(&mut screens.scene, &ui, position, reach);
+                self.drag = self.screens.scene.selected().map(|_| Drag::Object);
+                self.carry_out(effects);
+            }
+            Some(Region::Schedule(axes)) => {
+                let view = self.workspace.view();
+                schedule::pick(&mut self.screens.schedule, view, &axes, at.0, at.1);
+                self.drag = Some(Drag::SchedulePoint);
+            }
+            Some(Region::Row(row)) => self.select_row(row),
+            Some(Region::Chart(_, metric)) => self.screens.curves.select(metric),
+            None => {}
+        }
+        true
+    }
+
+    fn drag_to(&mut self, (column, row): (u16, u16)) -> bool {
+        match (self.drag, self.regions.schedule(), self.regions.scene()) {
+            (Some(Drag::SchedulePoint), Some(axes), _) => {
+                let view = self.workspace.view();
+                schedule::drag(&mut self.screens.schedule, view, axes.x_at(column), axes.y_at(row));
+            }
+            (Some(Drag::Object), _, Some(view)) => self.screens.scene.drag_selected(view.nearest(column, row)),
+            _ => return false,
+        }
+        true
+    }
+
+    fn hover(&mut self, at: (u16, u16)) -> bool {
+        let region = self.regions.at(at);
+        if let (Some(Region::Scene(_, position)), Some(hand)) = (region, &mut self.screens.scene.hand) {
+            hand.hold(position);
+            return true;
+        }
+        let crosshair = match region {
+            Some(Region::Chart(axes, _)) => Some(axes.x_at(at.0).round()),
+            _ => None,
+        };
+        let curves = &mut self.screens.curves;
+        let before = curves.crosshair;
+        if crosshair.is_some() || self.tab == Tab::Scene {
+            curves.crosshair = crosshair;
+        }
+        before != curves.crosshair
+    }
+
+    fn scroll(&mut self, at: (u16, u16), up: bool) -> bool {
+        match self.regions.at(at) {
+            Some(Region::Chart(axes, _)) => {
+                let factor = if up { 0.5 } else { 2.0 };
+                let screens = &self.screens;
+                let episodes = training::episodes(&screens.curves, &screens.runs, &self.ui());
+                let range = screens.curves.range.zoom(factor, Some(axes.x_at(at.0)), episodes);
+                self.screens.curves.range = range;
+            }
+            Some(Region::Scene(..)) => self.screens.scene.player.change_speed(up),
+            _ if !self.tab.has_scene() && self.tab != Tab::Schedule => {
+                self.perform(if up { Action::Up } else { Action::Down });
+            }
+            _ => {}
+        }
+        true
+    }
+}

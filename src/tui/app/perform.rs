@@ -1,0 +1,231 @@
+//! What actions and effects do.
+
+use super::{App, Leaving, TerminalRequest};
+use crate::guidance::EpsilonSchedule;
+use crate::run::RunState;
+use crate::tui::actions::{Action, Context, Tab};
+use crate::tui::effect::Effect;
+use crate::tui::layers::{Help, Layer, Palette};
+use crate::tui::screens::{figures, lists, log, models, runs, scene, schedule, training};
+use crate::tui::view::{Choice, Level};
+use crate::workbench::{Command, FigureKind, command};
+
+impl App {
+    /// Does what an action asks for.
+    pub(super) fn perform(&mut self, action: Action) {
+        match action {
+            Action::Train => self.apply(command::Train { folder: None, until: None }),
+            Action::Pause => match self.subject.run() {
+                Some(run) if run.state == RunState::Paused => self.apply(command::Resume { until: None }),
+                _ => self.apply(command::Pause),
+            },
+            Action::Stop => self.ask_to_stop(),
+            Action::Epsilon => self.ask_for_epsilon(),
+            Action::EpsilonUp => self.change_epsilon(0.05),
+            Action::EpsilonDown => self.change_epsilon(-0.05),
+            Action::Clusters => self.apply(command::Clusters(None)),
+            Action::Guide => self.apply(command::Guide),
+            Action::Export => self.export_all(),
+            Action::Method => self.choose_method(),
+            Action::Task => self.choose_task(),
+            Action::Model => self.choose_model(),
+            Action::Seed => self.ask_for_seed(),
+            Action::Episodes => self.ask_for_episodes(),
+            Action::Undo => self.apply(command::Undo),
+            Action::Redo => self.apply(command::Redo),
+            Action::Save if self.workspace.view().file.is_none() => self.ask_where_to_save(),
+            Action::Save => self.apply(command::Save(None)),
+            Action::SaveAs => self.ask_where_to_save(),
+            Action::Copy => self.copy_command(),
+            Action::Palette => self.layers.push(Layer::Palette(Palette::new(&self.contexts()))),
+            Action::Type(words) => self.layers.push(Layer::Palette(Palette::begun(&self.contexts(), words))),
+            Action::Help => self.layers.push(Layer::Help(Help::new(&self.contexts()))),
+            Action::Tour => self.show_tour(),
+            Action::Screen(tab) => self.show(tab),
+            Action::NextScreen => self.show(self.tab.next()),
+            Action::PreviousScreen => self.show(self.tab.previous()),
+            Action::Colours => {
+                self.theme = self.theme.next_palette();
+                self.say(Level::Info, format!("colours: {}", self.theme.palette.name()));
+            }
+            Action::Markers => {
+                self.theme = self.theme.next_marker();
+                self.say(Level::Info, format!("markers: {}", self.theme.marker.name()));
+            }
+            Action::Mouse => self.switch_mouse(),
+            Action::Suspend => self.request = Some(TerminalRequest::Suspend),
+            Action::Quit => self.quit(),
+            Action::Back => self.back(),
+            other => self.perform_on_screen(other),
+        }
+    }
+
+    fn perform_on_screen(&mut self, action: Action) {
+        let tab = self.tab;
+        let (screens, ui) = self.screens_and_ui();
+        let effects = match tab {
+            Tab::Scene | Tab::Edit => scene::perform(&mut screens.scene, &ui, action),
+            Tab::Schedule => schedule::perform(&mut screens.schedule, &ui, action),
+            Tab::Training => training::perform(&mut screens.curves, &screens.runs, &ui, action),
+            Tab::Runs => runs::perform(&mut screens.runs, &ui, action),
+            Tab::Models => models::perform(&mut screens.lists, &ui, action),
+            Tab::Figures => figures::perform(&mut screens.lists, action),
+            Tab::Log => log::perform(&mut screens.lists, &ui, action),
+        };
+        self.carry_out(effects);
+    }
+
+    /// Does what an effect asks for.
+    pub(super) fn try_effect(&mut self, effect: Effect) -> Result<(), String> {
+        match effect {
+            Effect::Apply(Command::Quit(_)) => self.quit(),
+            Effect::Apply(command @ Command::Task(_)) if self.workspace.view().dirty => self.ask_to_discard(command),
+            Effect::Apply(command) => match self.would_overwrite(&command) {
+                Some(path) => self.ask_to_overwrite(&path, command),
+                None => self.report(command)?,
+            },
+            Effect::ApplyConfirmed(command) => self.report(command)?,
+            Effect::Perform(action) => self.perform(action),
+            Effect::Say(level, text) => self.say(level, text),
+            Effect::Open(layer) => self.layers.push(layer),
+            Effect::Select(object) => self.screens.scene.select(object),
+            Effect::Show(choice) => self.choose_subject(Some(choice), false),
+            Effect::Replay(episode) => self.replay(episode)?,
+            Effect::NextEpisode => self.choose_subject(None, true),
+            Effect::Filter(text) => self.screens.runs.filter(text),
+            Effect::Export(figures) => {
+                for (kind, format) in figures {
+                    self.export(kind, format)?;
+                }
+            }
+            Effect::Quit => self.leaving = Leaving::Now,
+            Effect::QuitWhenIdle => {
+                self.leaving = Leaving::WhenIdle;
+                self.say(Level::Info, "leaving when all runs are done; quit again to change that");
+            }
+        }
+        Ok(())
+    }
+
+    /// Carries out a command and shows its result.
+    fn report(&mut self, command: Command) -> Result<(), String> {
+        let report = self.workspace.apply(command)?;
+        self.say(Level::Good, report);
+        // What is shown follows at once: the next effect may refer to it.
+        self.choose_subject(None, false);
+        Ok(())
+    }
+
+    fn apply(&mut self, command: impl Into<Command>) {
+        self.carry_out(vec![Effect::apply(command)]);
+    }
+
+    /// Shows another screen.
+    pub(super) fn show(&mut self, tab: Tab) {
+        if tab == Tab::Runs {
+            self.workspace.look_for_runs();
+        }
+        self.tab = tab;
+    }
+
+    /// A constant threshold, starting from the one in use now.
+    fn change_epsilon(&mut self, by: f32) {
+        let episode = self.subject.run().filter(|run| run.active).map_or(0, |run| run.done);
+        let now = self.workspace.view().settings.epsilon.threshold(episode as u32);
+        let value = ((now + by).clamp(0.0, 1.0) * 100.0).round() / 100.0;
+        self.apply(command::Epsilon(EpsilonSchedule::Constant(value)));
+    }
+
+    /// Plays an episode of the watched run's past again.
+    fn replay(&mut self, episode: u64) -> Result<(), String> {
+        let last = self.subject.run().map_or(0, |run| run.done);
+        let episode = self.workspace.past_episode(episode)?;
+        let goal = if episode.trace.reached_goal() { ", which reached the goal" } else { "" };
+        let key = self.keymap.key_for(Action::Source, Context::Scene);
+        self.say(Level::Info, format!("episode {} of {last}{goal}; {key} leaves the past", episode.trace.episode));
+        self.choose_subject(Some(Choice::Past(episode)), false);
+        Ok(())
+    }
+
+    /// Exports every figure there is something for, and says which.
+    fn export_all(&mut self) {
+        let view = self.workspace.view();
+        let mut kinds = vec![FigureKind::Scene];
+        if view.prior.is_some() {
+            kinds.push(FigureKind::Clusters);
+        }
+        if view.runs.iter().any(|run| run.opened && run.done > 0) {
+            kinds.push(FigureKind::Learning);
+        }
+        if view.watched_run().is_some_and(|run| run.done > 0) {
+            kinds.push(FigureKind::Dashboard);
+        }
+        let names: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
+        let text = format!("drawing {} into figures/, with their numbers as CSV", names.join(", "));
+        let figures = kinds.into_iter().map(|kind| (kind, "png")).collect();
+        self.carry_out(vec![Effect::Export(figures), Effect::Say(Level::Good, text)]);
+    }
+
+    fn export(&mut self, kind: FigureKind, format: &str) -> Result<(), String> {
+        let path = format!("figures/{}-{}.{format}", self.workspace.view().task.name, kind.name());
+        let figure = command::Figure { kind, path: path.into(), dpi: None };
+        self.report(figure.into()).map_err(|error| format!("{}: {error}", kind.name()))
+    }
+
+    fn copy_command(&mut self) {
+        let view = self.workspace.view();
+        let settings = &view.settings;
+        let task = view.file.as_ref().map_or_else(|| view.task.name.clone(), |file| file.display().to_string());
+        let folder = settings.folder.join("copy").display().to_string();
+        let mut words = ["mge", "train", &task, "--out", &folder].map(str::to_owned).to_vec();
+        for (key, value) in self.workspace.unusual_settings() {
+            match key.as_str() {
+                "method" | "episodes" | "seed" | "epsilon" => words.extend([format!("--{key}"), value]),
+                "prior" => words.extend(["--model".to_owned(), value]),
+                _ => words.extend(["--set".to_owned(), format!("{key}={value}")]),
+            }
+        }
+        let text = shell_words::join(words);
+        let unsaved = if view.dirty { " (without the edits of the task: save them first)" } else { "" };
+        self.say(Level::Good, format!("copied{unsaved}: {text}"));
+        self.request = Some(TerminalRequest::Copy(text));
+    }
+
+    fn switch_mouse(&mut self) {
+        self.mouse = !self.mouse;
+        self.request = Some(TerminalRequest::Mouse(self.mouse));
+        let key = self.keymap.key_for(Action::Mouse, Context::Everywhere);
+        let text = if self.mouse { "the mouse works here" } else { "the mouse is the terminal's: select text with it" };
+        self.say(Level::Info, format!("{text}; {key} switches"));
+    }
+
+    fn back(&mut self) {
+        let effects = match self.tab {
+            Tab::Scene | Tab::Edit => self.screens.scene.back(&self.subject),
+            Tab::Training if self.screens.curves.leave() => Vec::new(),
+            Tab::Runs if self.screens.runs.leave() => Vec::new(),
+            _ => vec![Effect::Perform(Action::Screen(Tab::Scene))],
+        };
+        self.carry_out(effects);
+    }
+
+    /// Keeps the picture of the selected figure up to date.
+    pub(super) fn update_preview(&mut self) {
+        let wanted = figures::wanted(&self.screens.lists, &self.ui(), &self.regions);
+        if let Some((kind, wanted)) = wanted {
+            let workspace = &self.workspace;
+            self.changed |= self.screens.preview.update(&wanted, || workspace.figure(kind));
+        }
+    }
+
+    /// Selects a row of a list: an object, a run, a model or a figure.
+    pub(super) fn select_row(&mut self, row: usize) {
+        let view = self.workspace.view();
+        match self.tab {
+            Tab::Edit => self.screens.scene.select(view.objects().all().get(row).copied()),
+            Tab::Runs if self.screens.runs.is_selected(view, row) => self.perform(Action::Confirm),
+            Tab::Runs => self.screens.runs.select(view, row),
+            tab => lists::select_row(&mut self.screens.lists, tab, view, row),
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! What is asked over the screen: prompts, lists, and questions before something is lost.
+
+use std::path::{Path, PathBuf};
+
+use super::App;
+use crate::task;
+use crate::trainer::{Method, PriorSource};
+use crate::tui::effect::Effect;
+use crate::tui::layers::{Chooser, Confirm, Layer, Prompt};
+use crate::workbench::{Command, command};
+
+impl App {
+    fn prompt(&mut self, prompt: Prompt) {
+        self.layers.push(Layer::Prompt(prompt));
+    }
+
+    pub(super) fn ask(&mut self, title: &str, text: String, answers: Vec<(char, &str, Effect)>) {
+        self.layers.push(Layer::Confirm(Confirm::new(title, text, answers)));
+    }
+
+    /// Asks before a task with unsaved edits is left.
+    pub(super) fn ask_to_discard(&mut self, command: Command) {
+        let text = format!("The edits of {} are not saved and will be lost.", self.workspace.view().task.name);
+        self.ask("lose the edits?", text, vec![('y', "open the other task", Effect::ApplyConfirmed(command))]);
+    }
+
+    /// The file that a command would overwrite, other than the task's own.
+    pub(super) fn would_overwrite(&self, command: &Command) -> Option<PathBuf> {
+        let path = command.overwrites()?;
+        let own = self.workspace.view().file.as_deref() == Some(path);
+        Some(path.to_owned()).filter(|path| path.exists() && !own)
+    }
+
+    /// Asks before a file is overwritten.
+    pub(super) fn ask_to_overwrite(&mut self, path: &Path, command: Command) {
+        let text = format!("{} exists. What is in it now will be lost.", path.display());
+        self.ask("overwrite the file?", text, vec![('y', "overwrite it", Effect::ApplyConfirmed(command))]);
+    }
+
+    pub(super) fn ask_to_stop(&mut self) {
+        let Some(run) = self.subject.run().filter(|run| run.active) else {
+            return self.carry_out(vec![Effect::apply(command::Stop)]);
+        };
+        let text = format!(
+            "{} ends after the present episode, {} of {}. Its checkpoint is kept: it can be continued later.",
+            run.name, run.done, run.episodes
+        );
+        self.ask("stop the training?", text, vec![('y', "stop it", Effect::apply(command::Stop))]);
+    }
+
+    pub(super) fn ask_for_epsilon(&mut self) {
+        let now = self.workspace.view().settings.epsilon.to_string();
+        let hint = "0.1 · linear:0.8:0.05:2000 · exp:0.8:0.05:0.999 · step:0.8:0.5:500 · points:0=0.8,1000=0.3";
+        self.prompt(Prompt::arguments("epsilon", "epsilon schedule", hint, now));
+    }
+
+    pub(super) fn ask_for_seed(&mut self) {
+        let now = self.workspace.view().settings.seed.to_string();
+        self.prompt(Prompt::arguments("seed", "seed", "a whole number; it decides everything random", now));
+    }
+
+    pub(super) fn ask_for_episodes(&mut self) {
+        let now = self.workspace.view().settings.episodes.to_string();
+        self.prompt(Prompt::arguments("episodes", "episodes", "episodes of the next run", now));
+    }
+
+    pub(super) fn choose_method(&mut self) {
+        let item = |method: Method| {
+            (method.name().to_owned(), method.label().to_owned(), Effect::apply(command::Method(method)))
+        };
+        let now = &self.workspace.view().settings.method;
+        let selected = Method::ALL.iter().position(|method| method.name() == now).unwrap_or(0);
+        let items = Method::ALL.into_iter().map(item).collect();
+        self.layers.push(Layer::Chooser(Chooser::new("method of the next run", items, selected)));
+    }
+
+    pub(super) fn choose_task(&mut self) {
+        let item = |task: task::Task| {
+            let open = Effect::apply(command::Task(task.name.clone()));
+            (task.name, task.description, open)
+        };
+        let mut items: Vec<(String, String, Effect)> = task::shipped().into_iter().map(item).collect();
+        let read = |path: &str| Ok(Effect::apply(command::Task(path.to_owned())));
+        let prompt = Prompt::new("open a task file", "path of a JSON file", "", read);
+        let other = Effect::Open(Layer::Prompt(prompt));
+        items.push(("another file".to_owned(), "type the path of a task file".to_owned(), other));
+        let now = &self.workspace.view().task.name;
+        let selected = items.iter().position(|(name, ..)| name == now).unwrap_or(0);
+        self.layers.push(Layer::Chooser(Chooser::new("open a task", items, selected)));
+    }
+
+    pub(super) fn choose_model(&mut self) {
+        let view = self.workspace.view();
+        let choose = |name: &str| Effect::apply(command::Model(PriorSource::from(name.to_owned())));
+        let items = view.models.iter().map(|m| (m.name.clone(), m.about.clone(), choose(&m.name))).collect();
+        let selected = view.models.iter().position(|model| model.name == view.settings.model).unwrap_or(0);
+        self.layers.push(Layer::Chooser(Chooser::new("what predicts the rollouts?", items, selected)));
+    }
+
+    pub(super) fn ask_where_to_save(&mut self) {
+        let view = self.workspace.view();
+        let path = view.file.clone().unwrap_or_else(|| format!("my-{}.json", view.task.name).into());
+        let read = |path: &str| Ok(Effect::apply(command::Save(Some(path.into()))));
+        self.prompt(Prompt::new("save the task as", "path of a JSON file", path.display().to_string(), read));
+    }
+}

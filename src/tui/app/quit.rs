@@ -1,0 +1,44 @@
+//! Leaving the workbench.
+
+use super::{App, Leaving};
+use crate::tui::effect::Effect;
+use crate::tui::layers::Layer;
+
+impl App {
+    /// Leaves, asking first if something would be lost or stopped.
+    pub(super) fn quit(&mut self) {
+        if self.layers.iter().any(|layer| matches!(layer, Layer::Confirm(_))) {
+            return;
+        }
+        let view = self.workspace.view();
+        let mut text = Vec::new();
+        for run in view.active_runs() {
+            let doing = if run.queued { "waits for a core" } else { "is being trained" };
+            text.push(format!("{} {doing}, {} of {} episodes done.", run.name, run.done, run.episodes));
+        }
+        let trained = !text.is_empty();
+        if trained {
+            text.push("A run that is stopped keeps a checkpoint and can be continued later.".to_owned());
+        }
+        if let Some((work, _)) = &view.model_work {
+            text.push(format!("{work} ends, and nothing of it is kept."));
+        }
+        if view.dirty {
+            text.push(format!("The edits of {} are not saved and will be lost.", view.task.name));
+        }
+        if self.screens.schedule.is_edited() {
+            text.push("The schedule you have drawn is not in use and will be lost.".to_owned());
+        }
+        if text.is_empty() {
+            self.leaving = Leaving::Now;
+            return;
+        }
+        let leave = if trained { "keep a checkpoint, stop and leave" } else { "leave" };
+        let mut answers = vec![('y', leave, Effect::Quit)];
+        if view.training_runs().next().is_some() {
+            answers.push(('w', "wait: leave when all runs are done", Effect::QuitWhenIdle));
+        }
+        self.leaving = Leaving::No;
+        self.ask("leave the workbench?", text.join("\n"), answers);
+    }
+}

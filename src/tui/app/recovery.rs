@@ -1,0 +1,85 @@
+//! A panic on the screen's thread is an error on the screen with a report in a file: the session, and
+//! what it trains, goes on.
+
+use std::path::{Path, PathBuf};
+
+use super::App;
+use crate::tui::actions::Tab;
+use crate::tui::terminal;
+use crate::tui::view::Level;
+
+/// Reports that are written at most; a fault that comes again and again has said enough.
+const MOST: usize = 20;
+
+impl App {
+    /// Does some work. A panic in it is reported on the screen and in a file of the current folder;
+    /// false then.
+    pub fn guarded(&mut self, work: impl FnOnce(&mut Self)) -> bool {
+        self.guarded_in(Path::new(""), work)
+    }
+
+    /// Like [`App::guarded`], with the report in a folder.
+    pub(super) fn guarded_in(&mut self, folder: &Path, work: impl FnOnce(&mut Self)) -> bool {
+        match terminal::catch(|| work(self)) {
+            Ok(()) => true,
+            Err(report) => {
+                self.report_panic(folder, &report);
+                false
+            }
+        }
+    }
+
+    fn report_panic(&mut self, folder: &Path, report: &str) {
+        let what = report.split("\n\n").next().unwrap_or_default().replace('\n', " ");
+        let place = match write_report(folder, report) {
+            Ok(path) => format!("a report is in {}", path.display()),
+            Err(error) => format!("no report could be written: {error}"),
+        };
+        self.changed = true;
+        self.warn(Level::Error, &format!("an error of the program itself, the session goes on; {place}: {what}"));
+    }
+
+    /// Leaves what was being drawn for the screen that draws the least.
+    pub fn show_what_can_be_drawn(&mut self) {
+        self.layers.clear();
+        self.drag = None;
+        self.tab = Tab::Log;
+    }
+
+    /// The latest message.
+    pub fn message(&self) -> String {
+        self.notice.as_ref().map_or_else(String::new, |(notice, _)| notice.text.clone())
+    }
+}
+
+/// Writes a report into a file in `folder` that was not there.
+fn write_report(folder: &Path, report: &str) -> std::io::Result<PathBuf> {
+    let numbered = (1..=MOST).map(|number| folder.join(format!("mge-error-{number}.txt")));
+    let mut free = numbered.filter(|path| !path.exists());
+    let path = free.next().ok_or_else(|| std::io::Error::other(format!("there are {MOST} already")))?;
+    let text = format!("mge {}\n{report}\n", env!("CARGO_PKG_VERSION"));
+    crate::atomic::write(&path, text.as_bytes())?;
+    Ok(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tui::app::testing::{app, empty, press, shot, text};
+
+    #[test]
+    fn a_panic_is_an_error_on_the_screen_with_a_report_and_the_session_goes_on() {
+        terminal::install_panic_hook();
+        let folder = tempfile::tempdir().unwrap();
+        let (mut app, asked) = app(empty());
+        assert!(app.guarded_in(folder.path(), |app| press(app, "t")));
+        assert!(!app.guarded_in(folder.path(), |_| panic!("the model fits the task: on purpose")));
+        assert!(text(&shot(&mut app, 200, 40)).contains("the model fits the task: on purpose"));
+        let report = std::fs::read_to_string(folder.path().join("mge-error-1.txt")).unwrap();
+        assert!(report.contains("on purpose") && report.contains(file!()), "{report}");
+        assert!(!app.guarded_in(folder.path(), |_| panic!("another one")));
+        assert!(folder.path().join("mge-error-2.txt").is_file());
+        press(&mut app, "c");
+        assert_eq!(*asked.borrow(), ["train", "clusters"], "keys do what they did");
+    }
+}

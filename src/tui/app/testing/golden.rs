@@ -1,0 +1,94 @@
+//! Every screen in its empty, typical and failed state at four sizes, against files.
+//! `MGE_UPDATE_GOLDEN=1 cargo test tui` writes them anew; look at the difference.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use super::{app, empty, failed, press, shot, text, typical};
+use crate::tui::actions::{Action, Tab};
+use crate::tui::view::ViewModel;
+
+const SIZES: [(u16, u16); 4] = [(60, 20), (80, 24), (120, 40), (200, 60)];
+
+/// Compares what `draw` gives at every size with the file of that name and size.
+fn check(name: &str, draw: impl Fn(u16, u16) -> String) {
+    for (width, height) in SIZES {
+        let screens = draw(width, height);
+        let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+            .join(format!("src/tui/app/testing/golden/{name}-{width}x{height}.txt"));
+        if std::env::var_os("MGE_UPDATE_GOLDEN").is_some() {
+            std::fs::write(&path, &screens).unwrap();
+        }
+        let golden = std::fs::read_to_string(&path).unwrap_or_default();
+        let different = golden.lines().zip(screens.lines()).position(|(a, b)| a != b);
+        assert!(golden == screens, "{} differs, first in line {different:?}:\n{screens}", path.display());
+    }
+}
+
+/// All screens of the workbench in a state, the given figure selected.
+fn screens(view: fn() -> ViewModel, figure: usize) -> impl Fn(u16, u16) -> String {
+    move |width, height| {
+        let (mut app, _) = app(view());
+        app.screens.lists.figure = figure;
+        let all = Tab::ALL.map(|tab| {
+            app.tab = tab;
+            // What depends on where things are drawn is there in the second picture.
+            shot(&mut app, width, height);
+            app.tick(Duration::ZERO);
+            while app.screens.preview.is_drawing() {
+                std::thread::yield_now();
+                app.tick(Duration::ZERO);
+            }
+            format!("=== {}\n{}", tab.title(), text(&shot(&mut app, width, height)))
+        });
+        all.concat()
+    }
+}
+
+#[test]
+fn empty_screens_say_what_to_press() {
+    check("empty", screens(empty, 0));
+}
+
+#[test]
+fn typical_screens() {
+    check("typical", screens(typical, 0));
+}
+
+#[test]
+fn failed_screens_say_why() {
+    check("failed", screens(failed, 1));
+}
+
+/// Help, palette, prompts, lists and questions over the screen, by the keys that open them.
+#[test]
+fn layers_over_the_screen() {
+    const KEYS: [&str; 9] = ["?", "? end", ":", ": e p s i", ": s e e d space x enter", "e", "m", "x", "q"];
+    check("layers", |width, height| {
+        let shots = KEYS.map(|keys| {
+            let (mut app, _) = app(typical());
+            press(&mut app, keys);
+            format!("=== {keys}\n{}", text(&shot(&mut app, width, height)))
+        });
+        let (mut app, _) = app(empty());
+        app.perform(Action::Tour);
+        shots.concat() + "=== tour\n" + &text(&shot(&mut app, width, height))
+    });
+}
+
+#[test]
+fn every_size_can_be_drawn() {
+    for view in [empty, typical, failed] {
+        let (mut app, _) = app(view());
+        for tab in Tab::ALL {
+            app.tab = tab;
+            for (width, height) in
+                [(1, 1), (10, 3), (59, 20), (60, 19), (61, 21), (99, 20), (100, 20), (60, 90), (300, 20)]
+            {
+                shot(&mut app, width, height);
+            }
+        }
+    }
+    let (mut app, _) = app(empty());
+    assert!(text(&shot(&mut app, 59, 20)).contains("59x20 of 60x20"));
+}

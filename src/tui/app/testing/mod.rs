@@ -1,0 +1,265 @@
+//! A workspace without a session, sessions' states as view, and the tests of whole screens.
+
+mod golden;
+#[cfg(unix)]
+#[path = "../../../../tests/terminal/mod.rs"]
+#[allow(dead_code, reason = "shared: each test file needs a part of it")]
+mod pseudo_terminal;
+mod real_sessions;
+mod sequences;
+#[cfg(unix)]
+mod ways_out;
+
+use std::cell::RefCell;
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::buffer::Buffer;
+
+use super::App;
+use crate::figures::TaskGrid;
+use crate::guidance::{ActionPrior, Cluster, GuidanceConfig, StagePrior};
+use crate::run::{Metric, RunState};
+use crate::task::{Region, Task};
+use crate::trainer::{PriorSource, Trace};
+use crate::tui::input::{Key, Keymap};
+use crate::tui::view::playback::{Episode, Origin};
+use crate::tui::view::{
+    Curves, HandEpisode, Level, LogLine, ModelSummary, RunSummary, Settings, TaskModel, ViewModel, Watched, Workspace,
+};
+use crate::tui::widgets::preview::Drawing;
+use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
+use crate::workbench::{Command, FigureKind, HandPlay, PriorState};
+
+/// A workspace that writes down what it is asked.
+pub struct RecordingWorkspace {
+    view: ViewModel,
+    asked: Rc<RefCell<Vec<String>>>,
+}
+
+impl Workspace for RecordingWorkspace {
+    fn view(&self) -> &ViewModel {
+        &self.view
+    }
+
+    fn poll(&mut self) -> bool {
+        false
+    }
+
+    fn apply(&mut self, command: Command) -> Result<String, String> {
+        self.asked.borrow_mut().push(command.to_string());
+        Ok(String::new())
+    }
+
+    fn request_live(&self) {}
+
+    fn model_for(&mut self, task: &Arc<Task>) -> Result<TaskModel, String> {
+        TaskModel::new(&PriorSource::TruePhysics, task)
+    }
+
+    fn past_episode(&self, episode: u64) -> Result<Arc<Episode>, String> {
+        let shown = Episode::untouched(&self.view.task);
+        let trace = Trace { episode, ..Trace::clone(&shown.trace) };
+        let run = self.view.watched.as_ref().ok_or("no run is being watched")?;
+        let origin = Origin::Run(run.run.path.clone());
+        Ok(Arc::new(Episode { title: format!("episode {episode} of a run"), trace: Arc::new(trace), origin, ..shown }))
+    }
+
+    fn figure(&self, kind: FigureKind) -> Result<Drawing, String> {
+        match kind {
+            FigureKind::Scene => Ok(Box::new(TaskGrid { tasks: vec![Task::clone(&self.view.task)] })),
+            _ => Err(format!("there is nothing for the {} figure in tests", kind.name())),
+        }
+    }
+
+    fn unusual_settings(&self) -> Vec<(String, String)> {
+        vec![("episodes".into(), "2000".into()), ("ddpg.gamma".into(), "0.9".into())]
+    }
+
+    fn look_for_runs(&mut self) {}
+
+    fn log(&mut self, level: Level, text: String) {
+        self.view.log.push(at_noon(level, &text));
+    }
+}
+
+/// The first start: nothing has happened.
+pub fn empty() -> ViewModel {
+    let task = Arc::new(crate::task::load("task1").unwrap());
+    let play = HandPlay::new(task.clone(), 0);
+    let hand = HandEpisode { task: task.clone(), trace: Arc::default(), snapshot: Arc::new(play.snapshot().clone()) };
+    let model = |name: &str, about: &str| ModelSummary { name: name.into(), about: about.into() };
+    ViewModel {
+        task,
+        file: None,
+        dirty: false,
+        proposed: Vec::new(),
+        proposing: None,
+        settings: Settings {
+            method: "ddpg-mge".into(),
+            seed: 0,
+            episodes: 2000,
+            epsilon: "linear:0.8:0.05:1500".parse().unwrap(),
+            model: "learned".into(),
+            folder: PathBuf::from("runs"),
+        },
+        prior: None,
+        prior_state: PriorState::Absent,
+        prior_failure: None,
+        models: vec![model("learned", "the shipped model"), model("true", "the environment's own physics")],
+        runs: Vec::new(),
+        runs_unread: 0,
+        watched: None,
+        hand,
+        model_work: None,
+        model_outcome: None,
+        figures: Vec::new(),
+        log: Vec::new(),
+        log_total: 0,
+    }
+}
+
+/// In the middle of a training, with another run finished.
+pub fn typical() -> ViewModel {
+    let mut view = empty();
+    view.prior = Some(Arc::new(prior()));
+    view.prior_state = PriorState::Fresh;
+    view.dirty = true;
+    view.proposed = vec![Region { position: [-0.2, 0.5], radius: 4.0 }];
+    let running = run("task1-ddpg-mge-seed0", RunState::Running, 700);
+    view.runs = vec![Arc::new(run("old", RunState::Finished, 2000)), Arc::new(running)];
+    watch(&mut view, 1);
+    view.figures = vec![PathBuf::from("figures/task1-scene.png")];
+    view.log = vec![
+        at_noon(Level::Info, "training in runs/task1-ddpg-mge-seed0"),
+        at_noon(Level::Good, "the action clusters are there"),
+    ];
+    view
+}
+
+/// A run, the clusters, and the training of a model have failed.
+pub fn failed() -> ViewModel {
+    let mut view = empty();
+    let reason = "the critic's loss is not finite after 1203 updates: try a smaller learning rate";
+    view.prior_failure = Some("no shipped dynamics model knows the tools box, bucket".into());
+    view.runs = vec![Arc::new(run("task1-ddpg-mge-seed0", RunState::Failed(reason.into()), 120))];
+    watch(&mut view, 0);
+    view.log = vec![at_noon(Level::Error, &format!("task1-ddpg-mge-seed0: {reason}"))];
+    view.model_outcome = Some(Err("models/box.safetensors: epoch 12: the loss is not finite".into()));
+    view
+}
+
+/// Watches a run of the list, on the task as it is.
+pub fn watch(view: &mut ViewModel, index: usize) {
+    let run = view.runs[index].clone();
+    view.watched = Some(Watched { run, task: view.task.clone(), prior: None, live: None });
+}
+
+/// Changes a run of the list, also where it is being watched.
+pub fn change_run(view: &mut ViewModel, index: usize, change: impl FnOnce(&mut RunSummary)) {
+    let watched = view.watched.as_ref().is_some_and(|watched| watched.run.path == view.runs[index].path);
+    change(Arc::make_mut(&mut view.runs[index]));
+    if watched {
+        watch(view, index);
+    }
+}
+
+/// A finished run by name.
+pub fn run_summary(name: &str) -> RunSummary {
+    run(name, RunState::Finished, 0)
+}
+
+/// A line of the log.
+fn at_noon(level: Level, text: &str) -> LogLine {
+    LogLine { time: jiff::civil::time(12, 0, 0, 0), level, text: text.to_owned() }
+}
+
+/// Clusters of both stages of the task.
+fn prior() -> ActionPrior {
+    let cluster = |x: f32, y: f32| Cluster { mean: [x, y], std: [0.05, 0.1], weight: 0.5, count: 20 };
+    let stage = |clusters: Vec<Cluster>| StagePrior {
+        actions: clusters.iter().map(|cluster| cluster.mean).collect(),
+        clusters,
+        ..StagePrior::default()
+    };
+    ActionPrior {
+        version: 1,
+        task: "task1".into(),
+        model: "true physics".into(),
+        seed: 0,
+        config: GuidanceConfig::default(),
+        stages: vec![stage(vec![cluster(0.4, 0.5), cluster(0.4, 0.1)]), stage(vec![cluster(-0.3, -0.3)])],
+    }
+}
+
+/// A run with curves that rise, fall, and have a gap.
+fn run(name: &str, state: RunState, done: u64) -> RunSummary {
+    let mut curves = Curves::default();
+    for episode in 0..done {
+        let share = episode as f32 / 2000.0;
+        let wave = (episode as f32 / 40.0).sin();
+        curves.push(Metric::CURVES.map(|metric| match metric {
+            Metric::Success => share,
+            Metric::CriticLoss if (200..300).contains(&episode) => f32::NAN,
+            Metric::CriticLoss => 10f32.powf(-2.0 * share),
+            Metric::Epsilon => 0.8 - 0.75 * share,
+            Metric::Actions => 10.0,
+            _ => share + 0.3 * wave,
+        }));
+    }
+    RunSummary {
+        name: name.into(),
+        path: PathBuf::from("runs").join(name),
+        opened: true,
+        active: state == RunState::Running,
+        queued: false,
+        task: "task1".into(),
+        method: "ddpg-mge".into(),
+        seed: 0,
+        subgoals: 1,
+        episodes: 2000,
+        rate: Some(12.5).filter(|_| state == RunState::Running),
+        state,
+        preparing: None,
+        done,
+        success: Some(done as f32 / 2000.0),
+        curves,
+        evaluations: vec![(100, 0.0), (600, 1.0)],
+    }
+}
+
+/// The workbench with these view, not moving, and what it asks its workspace.
+pub fn app(view: ViewModel) -> (App, Rc<RefCell<Vec<String>>>) {
+    let asked = Rc::default();
+    let workspace = RecordingWorkspace { view, asked: Rc::clone(&asked) };
+    let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
+    let mut app = App::new(Box::new(workspace), theme, Keymap::default());
+    app.screens.scene.player.playing = false;
+    app.tick(std::time::Duration::ZERO);
+    (app, asked)
+}
+
+/// Presses keys as people write them, separated by spaces.
+pub fn press(app: &mut App, keys: &str) {
+    for key in keys.split_whitespace() {
+        let key: Key = key.parse().unwrap();
+        app.event(crossterm::event::Event::Key(key.event()));
+        app.tick(std::time::Duration::ZERO);
+    }
+}
+
+/// The screen at a size.
+pub fn shot(app: &mut App, width: u16, height: u16) -> Buffer {
+    let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
+    terminal.draw(|frame| app.draw(frame)).unwrap();
+    terminal.backend().buffer().clone()
+}
+
+/// The characters of a screen, line by line.
+pub fn text(buffer: &Buffer) -> String {
+    let rows = buffer.content.chunks(usize::from(buffer.area.width));
+    rows.map(|row| row.iter().map(|cell| cell.symbol()).collect::<String>().trim_end().to_owned() + "\n").collect()
+}

@@ -1,0 +1,64 @@
+//! The workbench over real sessions: what is shown of runs and tasks belongs together.
+
+use std::path::Path;
+use std::time::Duration;
+
+use super::super::App;
+use super::{press, shot, text};
+use crate::tui::effect::Effect;
+use crate::tui::input::Keymap;
+use crate::tui::view::SessionWorkspace;
+use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
+use crate::workbench::{Command, Session, command};
+
+/// A workbench on a task, after these commands and what they begin.
+fn workbench(task: &str, folder: &Path, lines: &[&str]) -> App {
+    let mut session = Session::on_task(task, folder.to_owned()).unwrap();
+    for line in lines {
+        session.apply(Command::parse(line).unwrap().unwrap()).unwrap();
+    }
+    session.wait(|_| {}).unwrap();
+    let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
+    App::new(Box::new(SessionWorkspace::new(session)), theme, Keymap::default())
+}
+
+/// Settings with which a run takes no time.
+const SHORT: [&str; 4] = ["method ddpg", "episodes 3", "set ddpg.hidden 8", "train"];
+
+/// Lets time pass and returns what is seen then.
+fn seen(app: &mut App) -> String {
+    app.tick(Duration::from_millis(300));
+    text(&shot(app, 200, 50))
+}
+
+#[test]
+fn a_past_episode_is_predicted_by_the_model_of_its_own_task() {
+    let folder = tempfile::tempdir().unwrap();
+    drop(workbench("task1", folder.path(), &SHORT));
+    let mut app = workbench("task4", folder.path(), &[]);
+    press(&mut app, "5");
+    while !seen(&mut app).contains("task1-ddpg-seed0") {
+        std::thread::yield_now();
+    }
+    press(&mut app, "enter 1 g home");
+    let screen = seen(&mut app);
+    assert!(screen.contains("task1 · episode 1 of task1-ddpg-seed0"), "{screen}");
+    assert!(!screen.contains("no prediction"), "{screen}");
+    press(&mut app, "s");
+    assert!(seen(&mut app).contains("task4 · no tool placed"));
+}
+
+#[test]
+fn another_task_is_opened_while_a_past_episode_is_predicted() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut app = workbench("task5", folder.path(), &SHORT);
+    press(&mut app, "pageup g");
+    assert!(seen(&mut app).contains("task5 · episode 3"));
+    app.carry_out(vec![Effect::apply(command::Task("task1".to_owned()))]);
+    let screen = seen(&mut app);
+    assert!(screen.contains("task5 · episode 3"), "the episode has its own task\n{screen}");
+    assert!(!screen.contains("no prediction"), "{screen}");
+    press(&mut app, "tab right");
+    assert!(seen(&mut app).contains("task1 · no tool placed"), "what is edited is seen");
+    app.carry_out(vec![Effect::apply(command::Undo)]);
+}

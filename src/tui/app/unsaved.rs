@@ -1,0 +1,89 @@
+//! Edits that nobody agreed to lose are kept: when a signal or a panic ends the workbench,
+//! the task goes into a file of the current folder, and the next start there reports it.
+
+use std::ops::{Deref, DerefMut};
+use std::path::{Path, PathBuf};
+
+use super::App;
+use crate::task;
+use crate::tui::terminal;
+use crate::tui::view::{Level, ViewModel};
+
+/// What the names of tasks that were kept begin with.
+const NAME: &str = "unsaved-";
+
+/// The workbench while it runs. Dropped without having been left in order, as by a signal
+/// or a panic, it keeps unsaved edits.
+pub struct Guarded(pub App);
+
+impl Deref for Guarded {
+    type Target = App;
+
+    fn deref(&self) -> &App {
+        &self.0
+    }
+}
+
+impl DerefMut for Guarded {
+    fn deref_mut(&mut self) -> &mut App {
+        &mut self.0
+    }
+}
+
+impl Drop for Guarded {
+    fn drop(&mut self) {
+        if !self.0.is_leaving() && self.0.workspace.view().dirty {
+            terminal::report_at_the_end(keep(self.0.workspace.view(), Path::new("")));
+        }
+    }
+}
+
+/// Keeps the task in a file in `folder` that was not there; what to report.
+fn keep(view: &ViewModel, folder: &Path) -> String {
+    let name = &view.task.name;
+    let path = (1..)
+        .map(|number| if number == 1 { format!("{NAME}{name}.json") } else { format!("{NAME}{name}-{number}.json") })
+        .map(|file| folder.join(file))
+        .find(|path| !path.exists())
+        .unwrap_or_default();
+    match task::save(&view.task, &path) {
+        Ok(()) => format!("the unsaved edits of {name} are kept in {}", path.display()),
+        Err(error) => format!("the edits of {name} are lost: {error}"),
+    }
+}
+
+/// Reports what an earlier workbench kept in `folder`.
+pub fn report_kept(app: &mut App, folder: &Path) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    let is_kept = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        name.starts_with(NAME) && name.ends_with(".json")
+    };
+    let kept = entries.flatten().map(|entry| entry.path()).filter(is_kept);
+    if let Some(path) = kept.min() {
+        let path = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let text = format!("edits of before were not saved: `task {path}` opens them");
+        app.warn(Level::Warning, &text);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tui::app::testing::{app, empty, typical};
+
+    #[test]
+    fn edits_are_kept_beside_what_is_there_and_reported() {
+        let folder = tempfile::tempdir().unwrap();
+        for file in ["unsaved-task1.json", "unsaved-task1-2.json"] {
+            let report = keep(&typical(), folder.path());
+            assert!(report.contains(file), "{report}");
+            let kept = task::load(&folder.path().join(file).display().to_string()).unwrap();
+            assert_eq!(kept.subgoals, typical().task.subgoals);
+        }
+        let (mut app, _) = app(empty());
+        report_kept(&mut app, folder.path());
+        assert!(app.notice.unwrap().0.text.contains("`task unsaved-task1"));
+        assert!(keep(&typical(), Path::new("/nowhere")).contains("are lost"));
+    }
+}

@@ -1,0 +1,49 @@
+//! What screens and layers ask of the workbench; the app carries it out.
+
+use super::actions::Action;
+use super::layers::Layer;
+use super::scene::Object;
+use super::view::{Choice, Level};
+use crate::workbench::{Command, FigureKind};
+
+/// Something to be done. Of several, one that fails ends the rest.
+pub enum Effect {
+    /// Carry out a command, after a question if unsaved work or a file would be lost.
+    Apply(Command),
+    /// Carry out a command whose loss has been agreed to.
+    ApplyConfirmed(Command),
+    /// Do what an action asks for.
+    Perform(Action),
+    /// Show a message.
+    Say(Level, String),
+    /// Lay something over the screen.
+    Open(Layer),
+    /// Select an object of the scene, or none.
+    Select(Option<Object>),
+    /// Show something else in the scene.
+    Show(Choice),
+    /// Play an episode of the watched run's past again.
+    Replay(u64),
+    /// The episode being shown is over: the next one is due.
+    NextEpisode,
+    /// List only runs whose line has this text.
+    Filter(String),
+    /// Export figures, each in a file format, into the folder for figures.
+    Export(Vec<(FigureKind, &'static str)>),
+    /// Leave the workbench.
+    Quit,
+    /// Leave the workbench once nothing is trained any more.
+    QuitWhenIdle,
+}
+
+impl Effect {
+    /// Carries out a command.
+    pub fn apply(command: impl Into<Command>) -> Self {
+        Self::Apply(command.into())
+    }
+
+    /// Says what is so.
+    pub fn info(text: impl Into<String>) -> Self {
+        Self::Say(Level::Info, text.into())
+    }
+}

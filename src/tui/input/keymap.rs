@@ -1,0 +1,208 @@
+//! Which key does what: the defaults of the table of actions, changed by a key file.
+
+use std::path::{Path, PathBuf};
+
+use crate::tui::actions::{Action, Context, Entry, entries, named};
+use crate::tui::input::{Key, KeyError};
+
+/// Keys of every action.
+#[derive(Debug, Clone)]
+pub struct Keymap {
+    bindings: Vec<(Key, &'static Entry)>,
+}
+
+/// A key file that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum KeymapError {
+    /// It cannot be read.
+    #[error("{}: {source}", path.display())]
+    Io { path: PathBuf, source: std::io::Error },
+    /// A line is not `name = key key`.
+    #[error("{origin}:{line}: `{text}` is not NAME = KEY...: write `train = t`, or `train =` for no key")]
+    Form { origin: String, line: usize, text: String },
+    /// No action has the name.
+    #[error("{origin}:{line}: there is no action `{name}`{} (`?` in the workbench lists all names)", suggestion(.nearest))]
+    Unknown { origin: String, line: usize, name: String, nearest: Option<&'static str> },
+    /// A word is no key.
+    #[error("{origin}:{line}: {source}")]
+    Key { origin: String, line: usize, source: KeyError },
+    /// Two actions that can apply at the same time have one key.
+    #[error("{origin}:{line}: key `{key}` of `{name}` already belongs to `{other}`: give one of them another key")]
+    Clash { origin: String, line: usize, key: String, name: &'static str, other: &'static str },
+}
+
+fn suggestion(nearest: &Option<&'static str>) -> String {
+    nearest.map(|name| format!(", did you mean `{name}`?")).unwrap_or_default()
+}
+
+impl Default for Keymap {
+    fn default() -> Self {
+        let keys = |entry: &'static Entry| {
+            // A test reads the keys of all entries.
+            entry.keys.split_whitespace().filter_map(move |key| Some((key.parse().ok()?, entry)))
+        };
+        Self { bindings: entries().iter().flat_map(keys).collect() }
+    }
+}
+
+impl Keymap {
+    /// The defaults changed by the file at `path`: lines `name = key key`, comments
+    /// after `#`. An action that is named has only the keys of its line.
+    ///
+    /// # Errors
+    /// When the file cannot be read or a line of it is wrong, naming file and line.
+    pub fn load(path: &Path) -> Result<Self, KeymapError> {
+        let text = std::fs::read_to_string(path).map_err(|source| KeymapError::Io { path: path.to_owned(), source })?;
+        Self::parse(&text, &path.display().to_string())
+    }
+
+    /// Like [`Keymap::load`], for text; `origin` names it in errors.
+    ///
+    /// # Errors
+    /// When a line is wrong.
+    pub fn parse(text: &str, origin: &str) -> Result<Self, KeymapError> {
+        let mut map = Self::default();
+        let mut changed: Vec<(usize, Key, &'static Entry)> = Vec::new();
+        for (line, raw) in (1..).zip(text.lines()) {
+            let Some((entry, keys)) = read_line(raw, origin, line)? else { continue };
+            map.bindings.retain(|(_, bound)| bound.name != entry.name);
+            changed.extend(keys.into_iter().map(|key| (line, key, entry)));
+        }
+        for (line, key, entry) in changed {
+            let clash = map.bindings.iter().find(|(bound, other)| *bound == key && can_meet(entry, other));
+            if let Some((_, other)) = clash {
+                let (key, name, other) = (key.to_string(), entry.name, other.name);
+                return Err(KeymapError::Clash { origin: origin.to_owned(), line, key, name, other });
+            }
+            map.bindings.push((key, entry));
+        }
+        Ok(map)
+    }
+
+    /// What a key asks for in the given contexts, the innermost first.
+    pub fn action(&self, key: Key, contexts: &[Context]) -> Option<Action> {
+        contexts.iter().find_map(|context| {
+            let bound = self.bindings.iter().find(|(bound, entry)| *bound == key && entry.context == *context);
+            bound.map(|(_, entry)| entry.action)
+        })
+    }
+
+    /// Keys of an entry, in words.
+    pub fn keys(&self, entry: &Entry) -> Vec<String> {
+        let own = self.bindings.iter().filter(|(_, bound)| bound.name == entry.name);
+        own.map(|(key, _)| key.to_string()).collect()
+    }
+
+    /// The first key of an action in a context, in words, to be named in a text.
+    pub fn key_for(&self, action: Action, context: Context) -> String {
+        let bound = self.bindings.iter().find(|(_, entry)| entry.action == action && entry.context == context);
+        bound.map_or_else(|| ":".to_owned(), |(key, _)| key.to_string())
+    }
+
+    /// Key, word and action of what is to be hinted at in the given contexts.
+    pub fn hints(&self, contexts: &[Context]) -> Vec<(String, &'static str, Action)> {
+        let of_context = |context: &Context| {
+            let context = *context;
+            entries().iter().filter(move |entry| entry.context == context && !entry.hint.is_empty())
+        };
+        let mut hints: Vec<(String, &'static str, Action)> = Vec::new();
+        for entry in contexts.iter().flat_map(of_context) {
+            let key = self.keys(entry).into_iter().next();
+            // An inner context's key hides that of an outer one.
+            if let Some(key) = key.filter(|key| hints.iter().all(|(known, ..)| known != key)) {
+                hints.push((key, entry.hint, entry.action));
+            }
+        }
+        hints
+    }
+}
+
+/// Whether two different actions can both be asked for at one moment.
+fn can_meet(a: &Entry, b: &Entry) -> bool {
+    let on_every_screen = |entry: &Entry| matches!(entry.context, Context::Everywhere | Context::Typed);
+    a.name != b.name && (a.context == b.context || on_every_screen(a) || on_every_screen(b))
+}
+
+type Line = Option<(&'static Entry, Vec<Key>)>;
+
+fn read_line(raw: &str, origin: &str, line: usize) -> Result<Line, KeymapError> {
+    let origin = origin.to_owned();
+    let text = raw.trim();
+    if text.is_empty() || text.starts_with('#') {
+        return Ok(None);
+    }
+    let Some((name, keys)) = text.split_once('=') else {
+        return Err(KeymapError::Form { origin, line, text: text.to_owned() });
+    };
+    // `#` alone is a key; before a word, or after the keys, it begins a comment.
+    let words: Vec<&str> = keys.split_whitespace().collect();
+    let is_comment =
+        |(index, word): (usize, &&str)| word.starts_with('#') && (index > 0 || words.len() > 1 || word.len() > 1);
+    let keys = &words[..words.iter().enumerate().position(is_comment).unwrap_or(words.len())];
+    let name = name.trim();
+    let Some(entry) = named(name) else {
+        let nearest = crate::spelling::nearest(entries().iter().map(|entry| entry.name), name);
+        return Err(KeymapError::Unknown { origin, line, name: name.to_owned(), nearest });
+    };
+    let keys = keys.iter().map(|key| key.parse()).collect::<Result<Vec<Key>, KeyError>>();
+    keys.map(|keys| Some((entry, keys))).map_err(|source| KeymapError::Key { origin, line, source })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn default_keys_are_keys_and_no_two_actions_share_one() {
+        let map = Keymap::default();
+        let written: usize = entries().iter().map(|entry| entry.keys.split_whitespace().count()).sum();
+        assert_eq!(map.bindings.len(), written, "every written key is a key");
+        for (index, (key, a)) in map.bindings.iter().enumerate() {
+            for (other, b) in &map.bindings[index + 1..] {
+                assert!(key != other || !can_meet(a, b), "{key}: {} and {}", a.name, b.name);
+            }
+        }
+    }
+
+    #[test]
+    fn a_file_changes_keys_and_takes_them_away() {
+        let map = Keymap::parse("# mine\ntrain = f10 f9  # go\nquit =\n", "keys").unwrap();
+        let action = |key: &str| map.action(key.parse().unwrap(), &[Context::Everywhere]);
+        assert_eq!(action("f10"), Some(Action::Train));
+        assert_eq!(action("f9"), Some(Action::Train));
+        assert_eq!(action("t"), None);
+        assert_eq!(action("q"), None);
+        let typed = Keymap::parse("set = f9", "keys").unwrap();
+        assert_eq!(typed.action("f9".parse().unwrap(), &[Context::Typed]), Some(Action::Type("set")));
+        let hash = Keymap::parse("train = #\npause = # none", "keys").unwrap();
+        assert_eq!(hash.action("#".parse().unwrap(), &[Context::Everywhere]), Some(Action::Train));
+        assert_eq!(hash.action("p".parse().unwrap(), &[Context::Everywhere]), None);
+        let swapped = Keymap::parse("train = p\npause = t", "keys").unwrap();
+        assert_eq!(swapped.action("p".parse().unwrap(), &[Context::Everywhere]), Some(Action::Train));
+    }
+
+    #[test]
+    fn mistakes_name_file_and_line() {
+        for (text, message) in [
+            ("\ntrian = t", "keys:2: there is no action `trian`, did you mean `train`?"),
+            ("train = hyper-t", "keys:1: unknown key `hyper-t`"),
+            ("train t", "keys:1: `train t` is not NAME = KEY"),
+            ("train = q", "keys:1: key `q` of `train` already belongs to `quit`"),
+            ("play = t", "keys:1: key `t` of `play` already belongs to `train`"),
+        ] {
+            let error = Keymap::parse(text, "keys").unwrap_err().to_string();
+            assert!(error.starts_with(message), "{error}");
+        }
+    }
+
+    #[test]
+    fn inner_contexts_come_first() {
+        let map = Keymap::default();
+        let contexts = [Context::Hand, Context::Everywhere];
+        assert_eq!(map.action("space".parse().unwrap(), &contexts), Some(Action::Confirm));
+        assert_eq!(map.action("t".parse().unwrap(), &contexts), Some(Action::Train));
+        let hints = map.hints(&contexts);
+        assert_eq!(hints[1], ("enter".to_owned(), "place", Action::Confirm));
+        assert_eq!(hints.iter().filter(|(key, ..)| key == "enter").count(), 1);
+    }
+}

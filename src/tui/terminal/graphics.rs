@@ -1,0 +1,102 @@
+//! What pictures the terminal can show.
+//!
+//! The environment names the terminals with kitty's graphics protocol. Sixel is known from the
+//! answer to a request for primary device attributes, which nearly every terminal gives at once;
+//! until then, and where no answer comes, figures are shown in half blocks.
+
+use std::io::{self, Write};
+
+/// How pictures are shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Protocol {
+    /// Two blocks a cell, in every terminal.
+    HalfBlock,
+    /// DEC's sixel graphics.
+    Sixel,
+    /// Kitty's protocol, with Unicode placeholders.
+    Kitty,
+}
+
+/// How pictures are shown, and how large a cell is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Graphics {
+    /// How.
+    pub protocol: Protocol,
+    /// Width and height of a cell in pixels.
+    pub cell: [u16; 2],
+}
+
+/// A cell's size if nobody says it.
+const CELL: [u16; 2] = [8, 16];
+
+impl Default for Graphics {
+    fn default() -> Self {
+        Self { protocol: Protocol::HalfBlock, cell: CELL }
+    }
+}
+
+impl Graphics {
+    /// What is known without an answer of the terminal, which is asked for the rest: for its
+    /// attributes, and for the size of a cell if the system does not know it.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn find() -> io::Result<Self> {
+        let cell = cell_of_window();
+        let known = from_env(|name| std::env::var(name).ok());
+        if known.is_none() {
+            let question: &[u8] = if cell.is_none() { b"\x1b[16t\x1b[c" } else { b"\x1b[c" };
+            let mut out = io::stdout();
+            out.write_all(question)?;
+            out.flush()?;
+        }
+        Ok(Self { protocol: known.unwrap_or(Protocol::HalfBlock), cell: cell.unwrap_or(CELL) })
+    }
+}
+
+/// The size of a cell, as far as the system knows the size of the window in pixels.
+fn cell_of_window() -> Option<[u16; 2]> {
+    let size = crossterm::terminal::window_size().ok()?;
+    let known = size.width > 0 && size.height > 0 && size.columns > 0 && size.rows > 0;
+    known.then(|| [size.width / size.columns, size.height / size.rows])
+}
+
+/// What the environment says: `MGE_GRAPHICS` (`kitty`, `sixel`, `half-block`), or the
+/// name of a terminal with kitty's protocol. None if the terminal has to be asked.
+fn from_env(variable: impl Fn(&str) -> Option<String>) -> Option<Protocol> {
+    let value = |name: &str| variable(name).unwrap_or_default();
+    match value("MGE_GRAPHICS").as_str() {
+        "kitty" => return Some(Protocol::Kitty),
+        "sixel" => return Some(Protocol::Sixel),
+        "half-block" => return Some(Protocol::HalfBlock),
+        _ => {}
+    }
+    let term = value("TERM");
+    if term == "linux" || term == "dumb" {
+        return Some(Protocol::HalfBlock);
+    }
+    // A multiplexer keeps the variables of the terminal it was started in.
+    let inside = term.starts_with("screen") || term.starts_with("tmux");
+    let kitty = ["xterm-kitty", "xterm-ghostty"].contains(&term.as_str())
+        || !value("KITTY_WINDOW_ID").is_empty()
+        || value("TERM_PROGRAM") == "ghostty";
+    (kitty && !inside).then_some(Protocol::Kitty)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_environment_names_terminals_and_is_overruled_by_our_variable() {
+        let env = |variables: &'static [(&str, &str)]| {
+            from_env(move |name| variables.iter().find(|(key, _)| *key == name).map(|(_, value)| (*value).to_owned()))
+        };
+        assert_eq!(env(&[("TERM", "xterm-kitty")]), Some(Protocol::Kitty));
+        assert_eq!(env(&[("TERM", "xterm-256color"), ("TERM_PROGRAM", "ghostty")]), Some(Protocol::Kitty));
+        assert_eq!(env(&[("TERM", "tmux-256color"), ("KITTY_WINDOW_ID", "1")]), None);
+        assert_eq!(env(&[("TERM", "linux")]), Some(Protocol::HalfBlock));
+        assert_eq!(env(&[("TERM", "xterm-kitty"), ("MGE_GRAPHICS", "half-block")]), Some(Protocol::HalfBlock));
+        assert_eq!(env(&[("TERM", "xterm-256color")]), None);
+    }
+}

@@ -1,0 +1,263 @@
+//! Taking over the terminal and giving it back, on every way out.
+//!
+//! Raw mode, alternate screen, mouse capture, bracketed paste and cursor are one state:
+//! all on or all off. [`leave`] may be called any number of times, from any thread.
+
+mod graphics;
+#[cfg(unix)]
+mod input;
+#[cfg(not(unix))]
+#[path = "other_input.rs"]
+mod input;
+#[cfg(unix)]
+mod parser;
+#[cfg(unix)]
+pub mod signals;
+
+pub use graphics::{Graphics, Protocol};
+pub use input::Input;
+
+use std::backtrace::Backtrace;
+use std::cell::RefCell;
+use std::io::{self, BufWriter, IsTerminal, Stdout, Write};
+use std::mem::ManuallyDrop;
+use std::panic;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, Once, PoisonError};
+use std::thread;
+
+use crossterm::cursor::{Hide, Show};
+use crossterm::event::{DisableBracketedPaste, DisableMouseCapture, EnableBracketedPaste, EnableMouseCapture, Event};
+use crossterm::terminal::{
+    BeginSynchronizedUpdate, EndSynchronizedUpdate, EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode,
+    enable_raw_mode,
+};
+use crossterm::{execute, queue};
+use ratatui::backend::CrosstermBackend;
+use ratatui::{Frame, Terminal};
+
+/// Whether the terminal is ours at the moment.
+static ACTIVE: AtomicBool = AtomicBool::new(false);
+/// Panics of other threads and last words, held back while the screen is ours.
+static PANICS: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+/// What a terminal sends.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Received {
+    /// A key, the mouse, a pasted text.
+    Event(Event),
+    /// Its primary device attributes: whether it shows sixel graphics.
+    Attributes { sixel: bool },
+    /// Width and height of a cell in pixels.
+    CellSize([u16; 2]),
+}
+
+/// The terminal cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum TerminalError {
+    /// Standard output or input goes elsewhere.
+    #[error(
+        "the workbench needs a terminal: without one use `mge script FILE`, `mge train TASK`, `mge reproduce --quick` or another command of `mge help`"
+    )]
+    NotATerminal,
+    /// Reading or writing failed.
+    #[error("the terminal: {0}")]
+    Io(#[from] io::Error),
+}
+
+/// The terminal while it shows the workbench; dropping it restores the terminal.
+pub struct Screen {
+    /// Never dropped: [`leave`] restores the cursor, and the library's own way to do so
+    /// panics when the terminal is gone.
+    terminal: ManuallyDrop<Terminal<CrosstermBackend<BufWriter<Stdout>>>>,
+    mouse: bool,
+}
+
+impl Screen {
+    /// Takes over the terminal.
+    ///
+    /// # Errors
+    /// When standard input or output is no terminal, or it refuses.
+    pub fn open(mouse: bool) -> Result<Self, TerminalError> {
+        if !io::stdout().is_terminal() || !io::stdin().is_terminal() {
+            return Err(TerminalError::NotATerminal);
+        }
+        install_panic_hook();
+        enter(mouse)?;
+        // From here on a failure must not keep the terminal.
+        let guard = Restore;
+        let backend = CrosstermBackend::new(BufWriter::with_capacity(1 << 16, io::stdout()));
+        let terminal = Terminal::new(backend)?;
+        std::mem::forget(guard);
+        Ok(Self { terminal: ManuallyDrop::new(terminal), mouse })
+    }
+
+    /// Draws a frame in one synchronised update.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn draw(&mut self, render: impl FnOnce(&mut Frame)) -> io::Result<()> {
+        queue!(self.terminal.backend_mut(), BeginSynchronizedUpdate)?;
+        self.terminal.draw(render)?;
+        execute!(self.terminal.backend_mut(), EndSynchronizedUpdate)
+    }
+
+    /// Switches mouse capture, so that the terminal's own selection works without it.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn set_mouse(&mut self, mouse: bool) -> io::Result<()> {
+        self.mouse = mouse;
+        if mouse { execute!(io::stdout(), EnableMouseCapture) } else { execute!(io::stdout(), DisableMouseCapture) }
+    }
+
+    /// Asks the terminal to put `text` on the clipboard (OSC 52).
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn copy(&mut self, text: &str) -> io::Result<()> {
+        execute!(io::stdout(), crossterm::clipboard::CopyToClipboard::to_clipboard_from(text))
+    }
+
+    /// Gives the terminal back and stops the process until the shell continues it.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    #[cfg(unix)]
+    pub fn suspend(&mut self) -> io::Result<()> {
+        leave();
+        signal_hook::low_level::emulate_default_handler(signal_hook::consts::SIGTSTP)?;
+        self.reenter()
+    }
+
+    /// Takes the terminal over again and draws everything anew.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn reenter(&mut self) -> io::Result<()> {
+        leave();
+        enter(self.mouse)?;
+        self.redraw()
+    }
+
+    /// Forgets what the terminal shows: the next frame is drawn from nothing. (The
+    /// library's own `clear` asks the terminal for its cursor and fails if that is slow
+    /// to answer.)
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn redraw(&mut self) -> io::Result<()> {
+        let size = self.terminal.size()?;
+        self.terminal.resize(size.into())
+    }
+}
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        leave();
+        for panic in take_panics() {
+            // Nobody may be there to read it.
+            let _ = writeln!(io::stderr(), "{panic}");
+        }
+    }
+}
+
+struct Restore;
+
+impl Drop for Restore {
+    fn drop(&mut self) {
+        leave();
+    }
+}
+
+fn enter(mouse: bool) -> io::Result<()> {
+    ACTIVE.store(true, Ordering::SeqCst);
+    let entered = enable_raw_mode().and_then(|()| {
+        execute!(io::stdout(), EnterAlternateScreen, EnableBracketedPaste, Hide)?;
+        if mouse { execute!(io::stdout(), EnableMouseCapture) } else { Ok(()) }
+    });
+    if entered.is_err() {
+        leave();
+    }
+    entered
+}
+
+/// Restores the terminal if it is ours; otherwise does nothing.
+pub fn leave() {
+    if ACTIVE.swap(false, Ordering::SeqCst) {
+        // Each part is tried even if another fails; nobody is left to hear of it.
+        let _ = execute!(
+            io::stdout(),
+            EndSynchronizedUpdate,
+            DisableMouseCapture,
+            DisableBracketedPaste,
+            LeaveAlternateScreen,
+            Show
+        );
+        let _ = disable_raw_mode();
+    }
+}
+
+/// Says something on standard error once the terminal is given back.
+pub fn report_at_the_end(line: String) {
+    PANICS.lock().unwrap_or_else(PoisonError::into_inner).push(line);
+}
+
+/// Panics of other threads since the last call, one line each.
+pub fn take_panics() -> Vec<String> {
+    std::mem::take(&mut *PANICS.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
+thread_local! {
+    /// Whether a panic of this thread is caught, and what was said of the latest.
+    static CAUGHT: RefCell<Option<String>> = const { RefCell::new(None) };
+}
+
+/// Does some work of the screen's thread. A panic in it leaves the terminal alone and is returned:
+/// message, place and backtrace.
+///
+/// # Errors
+/// When the work panicked.
+pub fn catch<T>(work: impl FnOnce() -> T) -> Result<T, String> {
+    CAUGHT.set(Some(String::new()));
+    // What the work was changing may be half done; the caller goes on with what can be shown.
+    let outcome = panic::catch_unwind(panic::AssertUnwindSafe(work));
+    let report = CAUGHT.take().unwrap_or_default();
+    outcome.map_err(|payload| {
+        // A panic that another thread handed on was not said here.
+        let text = || payload.downcast_ref::<String>().cloned();
+        let said = || payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
+        if report.is_empty() { text().or_else(said).unwrap_or_else(|| "a thread panicked".to_owned()) } else { report }
+    })
+}
+
+/// A panic of the screen's own thread that nobody catches restores the terminal before its message is
+/// printed. One of another thread fails that thread's work only: its message waits, so that it does
+/// not tear the screen.
+pub(super) fn install_panic_hook() {
+    static ONCE: Once = Once::new();
+    let screen_thread = thread::current().id();
+    ONCE.call_once(|| {
+        let previous = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            let is_caught = CAUGHT.with_borrow_mut(|caught| match caught {
+                Some(report) => {
+                    *report = format!("{info}\n\n{}", Backtrace::force_capture());
+                    true
+                }
+                None => false,
+            });
+            if is_caught {
+                return;
+            }
+            if thread::current().id() == screen_thread || !ACTIVE.load(Ordering::SeqCst) {
+                leave();
+                previous(info);
+            } else {
+                let name = thread::current().name().unwrap_or("unnamed").to_owned();
+                let line = format!("thread `{name}` {info}").replace('\n', " ");
+                PANICS.lock().unwrap_or_else(PoisonError::into_inner).push(line);
+            }
+        }));
+    });
+}

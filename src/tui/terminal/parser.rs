@@ -1,0 +1,351 @@
+//! From the bytes of a terminal to events. No byte that belongs to one is ever left behind: what is
+//! not whole yet waits for the rest, and what means nothing is skipped.
+
+use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
+
+use super::Received;
+
+/// Longest paste that is one event; a longer one comes in several.
+const PASTE: usize = 1 << 20;
+const PASTE_BEGINS: &[u8] = b"\x1b[200~";
+const PASTE_ENDS: &[u8] = b"\x1b[201~";
+/// Longest sequence; what is longer is none.
+const SEQUENCE: usize = 64;
+
+/// The state between two reads.
+#[derive(Debug, Default)]
+pub struct Parser {
+    /// Bytes that are no event yet.
+    buffer: Vec<u8>,
+    /// The text of a paste that goes on.
+    pasted: Option<Vec<u8>>,
+}
+
+/// What stands at the beginning of some bytes.
+enum Found {
+    /// So many bytes, and what they mean if they mean anything.
+    Whole(usize, Option<Received>),
+    /// The beginning of something.
+    Partial,
+}
+
+impl Parser {
+    /// Takes bytes in and appends what they mean.
+    pub fn advance(&mut self, bytes: &[u8], received: &mut Vec<Received>) {
+        self.buffer.extend_from_slice(bytes);
+        let mut done = 0;
+        while done < self.buffer.len() {
+            if self.pasted.is_some() {
+                match self.paste(done, received) {
+                    Some(after) => done = after,
+                    None => return,
+                }
+                continue;
+            }
+            let rest = &self.buffer[done..];
+            if rest.starts_with(PASTE_BEGINS) {
+                self.pasted = Some(Vec::new());
+                done += PASTE_BEGINS.len();
+                continue;
+            }
+            match find(rest) {
+                Found::Whole(length, meaning) => {
+                    received.extend(meaning);
+                    done += length;
+                }
+                Found::Partial => break,
+            }
+        }
+        self.buffer.drain(..done);
+    }
+
+    /// Goes on with a paste from a place in the buffer; where it has ended, if it has. Otherwise the
+    /// buffer keeps only what may be the beginning of its end.
+    fn paste(&mut self, from: usize, received: &mut Vec<Received>) -> Option<usize> {
+        let rest = &self.buffer[from..];
+        let end = rest.windows(PASTE_ENDS.len()).position(|window| window == PASTE_ENDS);
+        let taken = end.unwrap_or(rest.len().saturating_sub(PASTE_ENDS.len() - 1));
+        let mut text = self.pasted.take().unwrap_or_default();
+        text.extend_from_slice(&rest[..taken]);
+        if end.is_some() || text.len() >= PASTE {
+            received.push(Received::Event(Event::Paste(String::from_utf8_lossy(&text).into_owned())));
+            text.clear();
+        }
+        if end.is_some() {
+            return Some(from + taken + PASTE_ENDS.len());
+        }
+        self.pasted = Some(text);
+        self.buffer.drain(..from + taken);
+        None
+    }
+
+    /// Whether a key or a sequence has begun that may be whole as it is.
+    pub fn is_partial(&self) -> bool {
+        self.pasted.is_none() && !self.buffer.is_empty()
+    }
+
+    /// Takes what has begun for what it is when nothing follows: the Escape key, and the keys after it.
+    pub fn flush(&mut self, received: &mut Vec<Received>) {
+        if !self.is_partial() {
+            return;
+        }
+        let bytes = std::mem::take(&mut self.buffer);
+        received.push(match bytes[..] {
+            [0x1b, b] if b.is_ascii_graphic() => key(KeyCode::Char(char::from(b)), KeyModifiers::ALT),
+            [0x1b, ..] => key(KeyCode::Esc, KeyModifiers::NONE),
+            // Half of a character means nothing.
+            _ => return,
+        });
+    }
+}
+
+fn key(code: KeyCode, modifiers: KeyModifiers) -> Received {
+    Received::Event(Event::Key(KeyEvent::new(code, modifiers)))
+}
+
+fn find(bytes: &[u8]) -> Found {
+    match bytes {
+        [0x1b] => Found::Partial,
+        [0x1b, b'[', rest @ ..] => control_sequence(rest),
+        [0x1b, b'O'] => Found::Partial,
+        [0x1b, b'O', last, ..] => Found::Whole(3, letter_key(*last).map(|code| key(code, KeyModifiers::NONE))),
+        // Escape was pressed twice, or before a key that sends a sequence.
+        [0x1b, 0x1b, ..] => Found::Whole(1, Some(key(KeyCode::Esc, KeyModifiers::NONE))),
+        [0x1b, rest @ ..] => match character(rest) {
+            Found::Whole(length, Some(Received::Event(Event::Key(pressed)))) => {
+                let pressed = KeyEvent { modifiers: pressed.modifiers | KeyModifiers::ALT, ..pressed };
+                Found::Whole(1 + length, Some(Received::Event(Event::Key(pressed))))
+            }
+            Found::Whole(length, _) => Found::Whole(1 + length, None),
+            Found::Partial => Found::Partial,
+        },
+        _ => character(bytes),
+    }
+}
+
+/// One character, or a key that sends a control character.
+fn character(bytes: &[u8]) -> Found {
+    let one = |code, modifiers| Found::Whole(1, Some(key(code, modifiers)));
+    let Some(first) = bytes.first() else { return Found::Partial };
+    let length = match first {
+        b'\r' => return one(KeyCode::Enter, KeyModifiers::NONE),
+        b'\t' => return one(KeyCode::Tab, KeyModifiers::NONE),
+        0x7f => return one(KeyCode::Backspace, KeyModifiers::NONE),
+        0 => return one(KeyCode::Char(' '), KeyModifiers::CONTROL),
+        1..=0x1a => return one(KeyCode::Char(char::from(first - 1 + b'a')), KeyModifiers::CONTROL),
+        0x1c..=0x1f => return one(KeyCode::Char(char::from(first - 0x1c + b'4')), KeyModifiers::CONTROL),
+        0x20..=0x7e => 1,
+        0xc2..=0xdf => 2,
+        0xe0..=0xef => 3,
+        0xf0..=0xf4 => 4,
+        _ => return Found::Whole(1, None),
+    };
+    let Some(encoded) = bytes.get(..length) else { return Found::Partial };
+    match std::str::from_utf8(encoded).ok().and_then(|text| text.chars().next()) {
+        Some(typed) => Found::Whole(length, Some(key(KeyCode::Char(typed), KeyModifiers::NONE))),
+        None => Found::Whole(1, None),
+    }
+}
+
+/// What follows `ESC [`.
+fn control_sequence(rest: &[u8]) -> Found {
+    const PREFIX: usize = 2;
+    match rest {
+        // The function keys of the Linux console.
+        [b'[', last, ..] => {
+            let code = (b'A'..=b'E').contains(last).then(|| KeyCode::F(last - b'A' + 1));
+            return Found::Whole(PREFIX + 2, code.map(|code| key(code, KeyModifiers::NONE)));
+        }
+        [b'['] => return Found::Partial,
+        // The oldest form of mouse reports.
+        [b'M', button, column, row, ..] => {
+            let place = [column, row].map(|at| u16::from(at.saturating_sub(32)));
+            return Found::Whole(PREFIX + 4, mouse(u16::from(button.saturating_sub(32)), place, false));
+        }
+        [b'M', ..] => return Found::Partial,
+        _ => {}
+    }
+    let Some(end) = rest.iter().position(|byte| !(0x20..=0x3f).contains(byte)) else {
+        return if rest.len() < SEQUENCE { Found::Partial } else { Found::Whole(PREFIX + rest.len(), None) };
+    };
+    if !(0x40..=0x7e).contains(&rest[end]) {
+        // Something else has begun in the middle of it.
+        return Found::Whole(PREFIX + end, None);
+    }
+    Found::Whole(PREFIX + end + 1, meaning(&rest[..end], rest[end]))
+}
+
+/// What a control sequence with these parameters and this end means.
+fn meaning(parameters: &[u8], last: u8) -> Option<Received> {
+    let text = std::str::from_utf8(parameters).ok()?;
+    if let Some(attributes) = text.strip_prefix('?') {
+        let sixel = attributes.split(';').any(|attribute| attribute == "4");
+        return (last == b'c').then_some(Received::Attributes { sixel });
+    }
+    if let Some(report) = text.strip_prefix('<') {
+        let [button, column, row] = numbers(report)[..] else { return None };
+        return matches!(last, b'M' | b'm').then(|| mouse(button, [column, row], last == b'm')).flatten();
+    }
+    let numbers = numbers(text);
+    let modifiers = modifiers(numbers.get(1).copied().unwrap_or(1));
+    match (last, &numbers[..]) {
+        (b't', [6, height, width]) if *height > 0 && *width > 0 => Some(Received::CellSize([*width, *height])),
+        (b'M', [button, column, row]) => mouse(button.saturating_sub(32), [*column, *row], false),
+        (b'I', _) => Some(Received::Event(Event::FocusGained)),
+        (b'O', _) => Some(Received::Event(Event::FocusLost)),
+        (b'Z', _) => Some(key(KeyCode::BackTab, KeyModifiers::SHIFT)),
+        (b'~', [number, ..]) => numbered_key(*number).map(|code| key(code, modifiers)),
+        (b'u', [code, ..]) => char::from_u32(u32::from(*code)).map(|typed| key(KeyCode::Char(typed), modifiers)),
+        // Where the cursor is: nobody asked.
+        (b'R', [row, _]) if *row != 1 => None,
+        _ => letter_key(last).map(|code| key(code, modifiers)),
+    }
+}
+
+fn numbers(text: &str) -> Vec<u16> {
+    text.split(';').filter_map(|number| number.parse().ok()).collect()
+}
+
+fn modifiers(sent: u16) -> KeyModifiers {
+    let bits = sent.saturating_sub(1);
+    let all = [(1, KeyModifiers::SHIFT), (2, KeyModifiers::ALT), (4, KeyModifiers::CONTROL)];
+    all.into_iter().filter(|(bit, _)| bits & bit != 0).fold(KeyModifiers::NONE, |held, (_, modifier)| held | modifier)
+}
+
+fn letter_key(last: u8) -> Option<KeyCode> {
+    Some(match last {
+        b'A' => KeyCode::Up,
+        b'B' => KeyCode::Down,
+        b'C' => KeyCode::Right,
+        b'D' => KeyCode::Left,
+        b'H' => KeyCode::Home,
+        b'F' => KeyCode::End,
+        b'M' => KeyCode::Enter,
+        b'P'..=b'S' => KeyCode::F(last - b'P' + 1),
+        _ => return None,
+    })
+}
+
+fn numbered_key(number: u16) -> Option<KeyCode> {
+    Some(match number {
+        1 | 7 => KeyCode::Home,
+        2 => KeyCode::Insert,
+        3 => KeyCode::Delete,
+        4 | 8 => KeyCode::End,
+        5 => KeyCode::PageUp,
+        6 => KeyCode::PageDown,
+        11..=15 => KeyCode::F((number - 10) as u8),
+        17..=21 => KeyCode::F((number - 11) as u8),
+        23 | 24 => KeyCode::F((number - 12) as u8),
+        _ => return None,
+    })
+}
+
+/// A mouse report; columns and rows are sent counted from 1.
+fn mouse(sent: u16, [column, row]: [u16; 2], released: bool) -> Option<Received> {
+    let button = |number| match number {
+        0 => MouseButton::Left,
+        1 => MouseButton::Middle,
+        _ => MouseButton::Right,
+    };
+    let number = (sent & 0b11) | ((sent & 0b1100_0000) >> 4);
+    let kind = match (number, sent & 0b10_0000 != 0) {
+        (0..=2, _) if released => MouseEventKind::Up(button(number)),
+        (0..=2, false) => MouseEventKind::Down(button(number)),
+        (0..=2, true) => MouseEventKind::Drag(button(number)),
+        (3, false) => MouseEventKind::Up(MouseButton::Left),
+        (3..=5, true) => MouseEventKind::Moved,
+        (4, false) => MouseEventKind::ScrollUp,
+        (5, false) => MouseEventKind::ScrollDown,
+        (6, false) => MouseEventKind::ScrollLeft,
+        (7, false) => MouseEventKind::ScrollRight,
+        _ => return None,
+    };
+    let held = [(4, KeyModifiers::SHIFT), (8, KeyModifiers::ALT), (16, KeyModifiers::CONTROL)];
+    let held = held.into_iter().filter(|(bit, _)| sent & bit != 0);
+    let modifiers = held.fold(KeyModifiers::NONE, |all, (_, modifier)| all | modifier);
+    let (column, row) = (column.saturating_sub(1), row.saturating_sub(1));
+    Some(Received::Event(Event::Mouse(MouseEvent { kind, column, row, modifiers })))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tui::input::Key;
+
+    /// What bytes mean that come in pieces of a size.
+    fn received(bytes: &[u8], piece: usize) -> Vec<Received> {
+        let mut parser = Parser::default();
+        let mut received = Vec::new();
+        bytes.chunks(piece).for_each(|piece| parser.advance(piece, &mut received));
+        parser.flush(&mut received);
+        received
+    }
+
+    fn shown(received: &Received) -> String {
+        match received {
+            Received::Event(Event::Key(key)) => Key::from(*key).to_string(),
+            Received::Event(Event::Paste(text)) => format!("paste {text}"),
+            Received::Event(Event::Mouse(mouse)) => format!("{:?} {} {}", mouse.kind, mouse.column, mouse.row),
+            other => format!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn keys_reports_and_pastes_are_known_however_they_are_cut() {
+        for (bytes, expected) in [
+            (&b"aZ:"[..], &["a", "Z", ":"][..]),
+            ("ä日".as_bytes(), &["ä", "日"]),
+            (b"\r\t\x7f\x03\x1a", &["enter", "tab", "backspace", "ctrl-c", "ctrl-z"]),
+            (b"\x1b[A\x1b[1;2D\x1b[1;5C\x1bOB", &["up", "shift-left", "ctrl-right", "down"]),
+            (b"\x1b[Z\x1b[3~\x1b[5~\x1b[H\x1b[F", &["backtab", "delete", "pageup", "home", "end"]),
+            (b"\x1bOP\x1b[15~\x1b[24~\x1b[1;2R\x1b[[B", &["f1", "f5", "f12", "shift-f3", "f2"]),
+            (b"\x1bx\x1b\x1b", &["alt-x", "esc", "esc"]),
+            (b"\x1b\x1b[A", &["esc", "up"]),
+            (b"\x1b[<0;10;5M\x1b[<32;11;5M\x1b[<0;11;5m", &["Down(Left) 9 4", "Drag(Left) 10 4", "Up(Left) 10 4"]),
+            (b"\x1b[<35;1;1M\x1b[<64;1;1M\x1b[<65;2;2M", &["Moved 0 0", "ScrollUp 0 0", "ScrollDown 1 1"]),
+            (b"\x1b[M !!", &["Down(Left) 0 0"]),
+            (b"\x1b[200~a\x1b[Ab\n\x1b[201~q", &["paste a\x1b[Ab\n", "q"]),
+            (b"\x1b[200~\x1b[201~", &["paste "]),
+            (b"\x1b[?62;4;22c\x1b[6;20;10t", &["Attributes { sixel: true }", "CellSize([10, 20])"]),
+            (b"\x1b[?62;14c", &["Attributes { sixel: false }"]),
+            (b"\x1b[12;40Rx", &["x"]),
+            (b"\xff\xc3(\x1b[5\x1b[B", &["(", "down"]),
+        ] {
+            for piece in [1, 2, 3, 1024] {
+                let found: Vec<String> = received(bytes, piece).iter().map(shown).collect();
+                assert_eq!(found, expected, "{bytes:?} in pieces of {piece}");
+            }
+        }
+    }
+
+    #[test]
+    fn escape_alone_is_a_key_only_when_nothing_follows() {
+        let mut parser = Parser::default();
+        let mut received = Vec::new();
+        parser.advance(b"\x1b", &mut received);
+        assert!(received.is_empty() && parser.is_partial());
+        parser.flush(&mut received);
+        assert_eq!(received.iter().map(shown).collect::<Vec<_>>(), ["esc"]);
+        assert!(!parser.is_partial());
+        parser.advance(b"\x1b[200~half", &mut received);
+        assert!(!parser.is_partial(), "a paste may be slow");
+    }
+
+    #[test]
+    fn a_paste_without_an_end_is_handed_on_in_parts() {
+        let mut parser = Parser::default();
+        let mut received = Vec::new();
+        parser.advance(PASTE_BEGINS, &mut received);
+        for _ in 0..3 {
+            parser.advance(&vec![b'a'; PASTE / 2], &mut received);
+        }
+        parser.advance(PASTE_ENDS, &mut received);
+        let length = |received: &Received| match received {
+            Received::Event(Event::Paste(text)) => text.len(),
+            _ => 0,
+        };
+        assert_eq!(received.iter().map(length).sum::<usize>(), PASTE / 2 * 3);
+        assert_eq!(received.len(), 2);
+    }
+}

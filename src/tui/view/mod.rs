@@ -1,0 +1,251 @@
+//! What the screens show, as plain data: screens are functions of this and of the
+//! screen's own state, and need neither a session nor a thread to be tested.
+
+mod curves;
+pub mod playback;
+mod rate;
+mod run_index;
+mod subject;
+mod workspace;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+pub use curves::Curves;
+pub use rate::span;
+pub use subject::{AgentView, Choice, Subject, TaskModel};
+pub use workspace::{SessionWorkspace, Workspace};
+
+use crate::agent::Ddpg;
+use crate::env::{EndReason, Snapshot};
+use crate::guidance::{ActionPrior, EpsilonSchedule};
+use crate::run::{Metric, RunState};
+use crate::task::{Region, Task};
+use crate::trainer::Trace;
+use crate::tui::scene::Objects;
+use crate::workbench::PriorState;
+
+use playback::Episode;
+
+/// Everything there is to see.
+#[derive(Debug, Clone)]
+pub struct ViewModel {
+    /// The task as it is being edited.
+    pub task: Arc<Task>,
+    /// Its file, if it is not a shipped one.
+    pub file: Option<PathBuf>,
+    /// The task differs from its file.
+    pub dirty: bool,
+    /// Subgoals that are proposed for the task.
+    pub proposed: Vec<Region>,
+    /// Subgoals found and looked for, while they are being looked for.
+    pub proposing: Option<(usize, usize)>,
+    /// What the next run will use.
+    pub settings: Settings,
+    /// The clusters computed for the task as it is being edited, or as it was.
+    pub prior: Option<Arc<ActionPrior>>,
+    /// How these clusters stand to the task and the settings.
+    pub prior_state: PriorState,
+    /// Why the clusters could not be computed the last time.
+    pub prior_failure: Option<String>,
+    /// Dynamics models one can choose.
+    pub models: Vec<ModelSummary>,
+    /// Past and running runs, the latest last.
+    pub runs: Vec<Arc<RunSummary>>,
+    /// Runs in the folder that were not read yet; at least 1 while it is being read.
+    pub runs_unread: usize,
+    /// The run that is being watched.
+    pub watched: Option<Watched>,
+    /// The episode a person plays.
+    pub hand: HandEpisode,
+    /// What is being done about a dynamics model, and how much of it is done.
+    pub model_work: Option<(String, Option<f32>)>,
+    /// The result of the latest work on a dynamics model.
+    pub model_outcome: Option<Result<String, String>>,
+    /// Figures written in this session.
+    pub figures: Vec<PathBuf>,
+    /// What happened, oldest first, as far as it is kept.
+    pub log: Vec<LogLine>,
+    /// Lines of the log so far, also those no longer kept.
+    pub log_total: usize,
+}
+
+/// The run that is being watched, with what only an open run has.
+#[derive(Debug, Clone)]
+pub struct Watched {
+    /// The run.
+    pub run: Arc<RunSummary>,
+    /// The task it is trained on.
+    pub task: Arc<Task>,
+    /// Its action clusters.
+    pub prior: Option<Arc<ActionPrior>>,
+    /// Its latest finished episode, while it is trained here.
+    pub live: Option<Live>,
+}
+
+/// The latest finished episode of a training.
+#[derive(Debug, Clone)]
+pub struct Live {
+    /// The episode.
+    pub episode: Arc<Episode>,
+    /// Actor and critic after it.
+    pub networks: Arc<Ddpg>,
+}
+
+/// The episode a person plays.
+#[derive(Debug, Clone)]
+pub struct HandEpisode {
+    /// The task it is played on.
+    pub task: Arc<Task>,
+    /// The actions so far.
+    pub trace: Arc<Trace>,
+    /// The state after them.
+    pub snapshot: Arc<Snapshot>,
+}
+
+impl HandEpisode {
+    /// Why it is over, if it is.
+    pub fn end(&self) -> Option<EndReason> {
+        self.snapshot.end()
+    }
+}
+
+/// What the next run will use.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Name of the method.
+    pub method: String,
+    /// Master seed.
+    pub seed: u64,
+    /// Episodes of a run.
+    pub episodes: u64,
+    /// Epsilon threshold by episode.
+    pub epsilon: EpsilonSchedule,
+    /// What predicts the rollouts of guidance.
+    pub model: String,
+    /// Where runs go.
+    pub folder: PathBuf,
+}
+
+/// A dynamics model one can choose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelSummary {
+    /// The name to choose it by.
+    pub name: String,
+    /// What it is, in a few words.
+    pub about: String,
+}
+
+/// A run and its curves.
+#[derive(Debug, Clone)]
+pub struct RunSummary {
+    /// Name of its folder.
+    pub name: String,
+    /// Its folder.
+    pub path: PathBuf,
+    /// Its log is being read; otherwise only its last state is known.
+    pub opened: bool,
+    /// A thread of this program trains it.
+    pub active: bool,
+    /// It waits until a core is free for it.
+    pub queued: bool,
+    /// The task's name.
+    pub task: String,
+    /// Name of the method.
+    pub method: String,
+    /// Master seed.
+    pub seed: u64,
+    /// Subgoals of its task.
+    pub subgoals: usize,
+    /// Episodes when it is finished.
+    pub episodes: u64,
+    /// What it is doing.
+    pub state: RunState,
+    /// The trainer is computing action clusters: stages done, stages in all.
+    pub preparing: Option<(usize, usize)>,
+    /// Episodes finished.
+    pub done: u64,
+    /// Share of the latest episodes that reached the goal, as far as it is known.
+    pub success: Option<f32>,
+    /// One value an episode for every metric.
+    pub curves: Curves,
+    /// Greedy evaluations: episodes finished, share of successes.
+    pub evaluations: Vec<(u64, f32)>,
+    /// Episodes a second; None while it is too early to say.
+    pub rate: Option<f64>,
+}
+
+/// A line of the log.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LogLine {
+    /// When it happened: local time of day.
+    pub time: jiff::civil::Time,
+    /// How much it matters.
+    pub level: Level,
+    /// What happened.
+    pub text: String,
+}
+
+/// How much a line matters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Level {
+    /// It happened.
+    Info,
+    /// It worked, as asked.
+    Good,
+    /// It needs attention.
+    Warning,
+    /// It failed.
+    Error,
+}
+
+impl ViewModel {
+    /// The run that is being watched.
+    pub fn watched_run(&self) -> Option<&RunSummary> {
+        self.watched.as_ref().map(|watched| &*watched.run)
+    }
+
+    /// The objects of the task as it is being edited.
+    pub fn objects(&self) -> Objects<'_> {
+        Objects { task: &self.task, proposed: &self.proposed }
+    }
+
+    /// Runs that keep this program busy, now or later; one that is paused does not.
+    pub fn training_runs(&self) -> impl Iterator<Item = &RunSummary> {
+        self.active_runs().filter(|run| run.queued || run.state != RunState::Paused)
+    }
+
+    /// Runs this program is training or going to train.
+    pub fn active_runs(&self) -> impl Iterator<Item = &RunSummary> {
+        self.runs.iter().map(|run| &**run).filter(|run| run.active || run.queued)
+    }
+}
+
+impl RunSummary {
+    /// One word for what it is doing.
+    pub fn state_word(&self) -> &'static str {
+        if self.queued { "queued" } else { self.state.name() }
+    }
+
+    /// Seconds until the run is finished at the present rate.
+    pub fn seconds_left(&self) -> Option<f64> {
+        let rate = self.rate.filter(|rate| *rate > 0.0 && self.state == RunState::Running)?;
+        Some(self.episodes.saturating_sub(self.done) as f64 / rate)
+    }
+
+    /// For each subgoal whether each episode reached it, as 1 and 0.
+    pub fn subgoal_hits(&self) -> Vec<Vec<f32>> {
+        let shares = self.curves.get(Metric::SubgoalShare);
+        // Subgoals count in order: so many of them are the first so many.
+        let reached = |subgoal: usize| {
+            let least = (subgoal as f32 + 0.5) / self.subgoals as f32;
+            shares.iter().map(|share| f32::from(*share > least)).collect()
+        };
+        (0..self.subgoals).map(reached).collect()
+    }
+
+    /// The latest finite value of a metric.
+    pub fn latest(&self, metric: Metric) -> Option<f32> {
+        self.curves.get(metric).iter().rev().copied().find(|value| value.is_finite())
+    }
+}

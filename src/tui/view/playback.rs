@@ -1,0 +1,228 @@
+//! Episodes shown at human speed.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::env::{Action, Environment, Placement};
+use crate::physics::PHYSICS_DT;
+use crate::task::Task;
+use crate::trainer::{Source, Trace, TracedStep};
+
+/// An episode to be shown.
+#[derive(Debug, Clone)]
+pub struct Episode {
+    /// What it is, in a few words.
+    pub title: String,
+    /// The task it was played on.
+    pub task: Arc<Task>,
+    /// What was done, and what happened.
+    pub trace: Arc<Trace>,
+    /// Who acts in it.
+    pub origin: Origin,
+}
+
+/// Who acts in an episode.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Origin {
+    /// Nobody.
+    Untouched,
+    /// A person.
+    Hand,
+    /// The agent of the run in this folder.
+    Run(PathBuf),
+}
+
+/// What is to be seen at one moment of an episode.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Moment {
+    /// The ball, normalised.
+    pub ball: [f32; 2],
+    /// Where it was before, oldest first, normalised.
+    pub trail: Vec<[f32; 2]>,
+    /// Tools placed so far and who chose their place.
+    pub placed: Vec<(Action, Source)>,
+    /// The place of a tool that was blocked in this very action.
+    pub blocked: Option<Action>,
+    /// Subgoals reached so far.
+    pub reached: Vec<usize>,
+    /// The goal has been reached.
+    pub goal: bool,
+    /// Sum of the rewards of the actions finished or going on.
+    pub reward: f32,
+    /// The action going on, counted from 1; 0 before the first.
+    pub action: usize,
+}
+
+/// Physics steps of the trail behind the ball.
+const TRAIL: usize = 60;
+
+impl Episode {
+    /// The task left alone: no tool is placed, the ball falls.
+    pub fn untouched(task: &Arc<Task>) -> Self {
+        let mut env = Environment::new(task.clone());
+        let mut trace = Trace::default();
+        // An action that is no position places nothing: the ball goes its way.
+        while trace.step(&mut env, [f32::NAN; 2], Source::Policy).is_ok() {}
+        Self {
+            title: "no tool placed".to_owned(),
+            task: task.clone(),
+            trace: Arc::new(trace),
+            origin: Origin::Untouched,
+        }
+    }
+
+    /// Physics steps of the whole episode.
+    pub fn steps(&self) -> usize {
+        self.trace.steps.iter().map(|step| step.path.len()).sum()
+    }
+
+    /// The moment after `step` physics steps.
+    pub fn at(&self, step: usize) -> Moment {
+        let mut left = step.min(self.steps());
+        let start = self.task.ball.position;
+        let shift = self.trace.shift;
+        let mut path = vec![[start[0] + shift[0], start[1] + shift[1]]];
+        let mut moment = Moment::default();
+        for (index, traced) in self.trace.steps.iter().enumerate() {
+            if left == 0 {
+                break;
+            }
+            let shown = left.min(traced.path.len());
+            path.extend(&traced.path[..shown]);
+            left -= shown;
+            moment.action = index + 1;
+            moment.reward += traced.reward;
+            moment.notice(traced, shown == traced.path.len());
+        }
+        moment.ball = path[path.len() - 1];
+        moment.trail = path.split_off(path.len().saturating_sub(TRAIL));
+        moment
+    }
+}
+
+impl Moment {
+    /// Takes over what a step that has begun, or is over, has brought.
+    fn notice(&mut self, step: &TracedStep, over: bool) {
+        let placed = step.placement == Placement::Placed;
+        if placed {
+            self.placed.push((step.action, step.source));
+        }
+        // An action that is no position was a wait, not a blocked tool.
+        self.blocked = Some(step.action).filter(|_| !placed && step.placement != Placement::Invalid);
+        if over {
+            self.reached.extend(&step.subgoals);
+            self.goal |= step.goal;
+        }
+    }
+}
+
+/// Where the playback of an episode is.
+#[derive(Debug, Clone)]
+pub struct Player {
+    /// Time goes on.
+    pub playing: bool,
+    /// Times the speed of the physics.
+    pub speed: f32,
+    step: f32,
+}
+
+/// Pause at the end of an episode before it is shown again.
+const REST: f32 = 1.0;
+const SPEEDS: [f32; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+
+impl Default for Player {
+    fn default() -> Self {
+        Self { playing: true, speed: 4.0, step: 0.0 }
+    }
+}
+
+impl Player {
+    /// The physics step to show.
+    pub fn step(&self) -> usize {
+        self.step as usize
+    }
+
+    /// Back to the start.
+    pub fn restart(&mut self) {
+        self.step = 0.0;
+    }
+
+    /// Goes to a physics step.
+    pub fn go_to(&mut self, step: usize) {
+        self.step = step as f32;
+    }
+
+    /// Lets time pass; true once the episode and its rest are over.
+    pub fn advance(&mut self, elapsed: Duration, steps: usize) -> bool {
+        if self.playing {
+            self.step += elapsed.as_secs_f32() * self.speed / PHYSICS_DT;
+        }
+        self.playing && self.step > steps as f32 + REST * self.speed / PHYSICS_DT
+    }
+
+    /// Goes `by` physics steps on or back and stops there.
+    pub fn nudge(&mut self, by: i32, steps: usize) {
+        self.playing = false;
+        self.step = (self.step.floor() + by as f32).clamp(0.0, steps as f32);
+    }
+
+    /// The next faster or slower speed.
+    pub fn change_speed(&mut self, faster: bool) {
+        let mut speeds = SPEEDS.into_iter();
+        let next =
+            if faster { speeds.find(|speed| *speed > self.speed) } else { speeds.rfind(|speed| *speed < self.speed) };
+        self.speed = next.unwrap_or(self.speed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn untouched() -> Episode {
+        Episode::untouched(&Arc::new(crate::task::load("task1").unwrap()))
+    }
+
+    #[test]
+    fn an_untouched_ball_falls_straight_down() {
+        let episode = untouched();
+        assert!(episode.steps() >= 200);
+        let moment = episode.at(100);
+        assert_eq!(moment.ball[0], episode.task.ball.position[0]);
+        assert!(moment.ball[1] < episode.task.ball.position[1] && moment.placed.is_empty());
+        assert_eq!((moment.action, moment.blocked), (100 / 40 + 1, None));
+    }
+
+    #[test]
+    fn tools_appear_with_their_action_and_subgoals_at_its_end() {
+        let mut episode = untouched();
+        let steps = &mut Arc::make_mut(&mut episode.trace).steps;
+        (steps[1].action, steps[1].placement, steps[1].subgoals) = ([0.5, 0.5], Placement::Placed, vec![0]);
+        (steps[2].action, steps[2].placement) = ([0.5, 0.5], Placement::Overlap);
+        assert!(episode.at(40).placed.is_empty());
+        assert_eq!(episode.at(41).placed, [([0.5, 0.5], Source::Policy)]);
+        assert!(episode.at(79).reached.is_empty());
+        assert_eq!(episode.at(80).reached, [0]);
+        assert_eq!(episode.at(81).blocked, Some([0.5, 0.5]));
+        assert_eq!(episode.at(1_000_000), episode.at(episode.steps()));
+    }
+
+    #[test]
+    fn the_player_follows_speed_and_stops_for_single_steps() {
+        let mut player = Player::default();
+        assert!(!player.advance(Duration::from_secs(1), 1000));
+        assert!((119..=120).contains(&player.step()));
+        player.go_to(120);
+        player.nudge(1, 1000);
+        assert_eq!((player.step(), player.playing), (121, false));
+        assert!(!player.advance(Duration::from_secs(9), 1000));
+        assert_eq!(player.step(), 121);
+        player.playing = true;
+        assert!(player.advance(Duration::from_secs(20), 1000), "the end is reported");
+        for _ in 0..20 {
+            player.change_speed(true);
+        }
+        assert_eq!(player.speed, 16.0);
+    }
+}

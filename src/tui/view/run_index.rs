@@ -1,0 +1,305 @@
+//! The runs in a folder, read on a thread of their own: a folder of thousands is read once, and
+//! then only what may have changed.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::{Duration, Instant, SystemTime};
+
+use super::{Curves, RunSummary};
+use crate::run::{RunDirectory, RunState};
+use crate::trainer::RunConfig;
+
+/// Time between two reports while much is read.
+const REPORT: Duration = Duration::from_millis(200);
+/// The coarsest clock of a file system.
+const TICK: Duration = Duration::from_secs(2);
+/// Runs at rest whose log is looked at in one look; the others have their turn in later ones.
+const LOOKED_AT: usize = 500;
+
+/// The runs in a folder as far as they are known.
+pub struct RunIndex {
+    runs: Vec<Arc<RunSummary>>,
+    unread: usize,
+    /// The folder that was looked at the last time.
+    folder: PathBuf,
+    /// The folder to look at; None if the thread could not be started.
+    looks: Option<Sender<PathBuf>>,
+    reports: Receiver<Report>,
+}
+
+struct Report {
+    runs: Vec<Arc<RunSummary>>,
+    unread: usize,
+}
+
+impl RunIndex {
+    /// An index that knows nothing yet.
+    pub fn new() -> Self {
+        let (looks, folders) = channel();
+        let (sender, reports) = channel();
+        let work = move || Reader::new(sender).work(&folders);
+        let thread = std::thread::Builder::new().name("mge-runs".to_owned()).spawn(work);
+        Self { runs: Vec::new(), unread: 0, folder: PathBuf::new(), looks: thread.is_ok().then_some(looks), reports }
+    }
+
+    /// Looks at a folder, in the background.
+    pub fn look(&mut self, folder: &Path) {
+        if self.folder != folder {
+            // At least what is in it has not been counted.
+            (self.folder, self.unread) = (folder.to_owned(), 1);
+            self.runs.clear();
+        }
+        if let Some(looks) = &self.looks {
+            // Without the thread there is nobody to look.
+            let _ = looks.send(folder.to_owned());
+        }
+    }
+
+    /// Takes in what was found since; true if anything was.
+    pub fn collect(&mut self) -> bool {
+        let latest = self.reports.try_iter().last();
+        let news = latest.is_some();
+        if let Some(report) = latest {
+            (self.runs, self.unread) = (report.runs, report.unread);
+        }
+        news
+    }
+
+    /// The runs, by name.
+    pub fn runs(&self) -> &[Arc<RunSummary>] {
+        &self.runs
+    }
+
+    /// Folders that were not read yet.
+    pub fn unread(&self) -> usize {
+        self.unread
+    }
+}
+
+/// What was known of a run's folder when it was read.
+#[derive(Default)]
+struct Known {
+    stamp: Stamp,
+    /// None if it is no run.
+    run: Option<Arc<RunSummary>>,
+}
+
+/// Size and time of the log, and time of the settings: they change with everything worth reading.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+struct Stamp {
+    log: Option<(u64, SystemTime)>,
+    config: Option<SystemTime>,
+}
+
+impl Stamp {
+    fn of(folder: &Path) -> Self {
+        let directory = |name: &str| std::fs::metadata(folder.join(name)).ok();
+        let modified = |data: &std::fs::Metadata| data.modified().ok();
+        Self {
+            log: directory("events.jsonl").and_then(|data| Some((data.len(), modified(&data)?))),
+            config: directory("config.json").and_then(|data| modified(&data)),
+        }
+    }
+}
+
+/// Reads folders on its thread.
+struct Reader {
+    folder: PathBuf,
+    modified: Option<SystemTime>,
+    known: BTreeMap<PathBuf, Known>,
+    /// Where the next look at runs at rest begins.
+    turn: usize,
+    reports: Sender<Report>,
+}
+
+impl Reader {
+    fn new(reports: Sender<Report>) -> Self {
+        Self { folder: PathBuf::new(), modified: None, known: BTreeMap::new(), turn: 0, reports }
+    }
+
+    /// Looks at folders until nobody asks any more.
+    fn work(mut self, folders: &Receiver<PathBuf>) {
+        while let Ok(mut folder) = folders.recv() {
+            // Several looks that were asked for meanwhile are one.
+            while let Ok(later) = folders.try_recv() {
+                folder = later;
+            }
+            if !self.look(&folder) {
+                return;
+            }
+        }
+    }
+
+    /// Reads what may have changed. False once nobody wants to know.
+    fn look(&mut self, folder: &Path) -> bool {
+        let first = self.folder != folder;
+        if first {
+            *self = Self { folder: folder.to_owned(), ..Self::new(self.reports.clone()) };
+        }
+        let mut changed = self.list() || first;
+        let due = self.due();
+        let mut reported = Instant::now();
+        for (index, path) in due.iter().enumerate() {
+            changed |= self.read(path);
+            if changed && reported.elapsed() >= REPORT {
+                if !self.report(due.len() - index - 1) {
+                    return false;
+                }
+                reported = Instant::now();
+                changed = false;
+            }
+        }
+        // After a partial report the last one says that nothing is left to be read.
+        !(changed || due.len() > LOOKED_AT) || self.report(0)
+    }
+
+    /// Takes in folders that are new and forgets those that are gone; true if there are any.
+    fn list(&mut self) -> bool {
+        let modified = std::fs::metadata(&self.folder).and_then(|data| data.modified()).ok();
+        if modified.is_some() && modified == self.modified {
+            return false;
+        }
+        // A folder that was changed just now may change again within the same tick of its clock.
+        self.modified = modified.filter(|at| at.elapsed().is_ok_and(|age| age >= TICK));
+        let entries = std::fs::read_dir(&self.folder).into_iter().flatten().flatten();
+        let mut there: BTreeMap<PathBuf, Known> = BTreeMap::new();
+        let mut changed = false;
+        for path in entries.map(|entry| entry.path()) {
+            let known = self.known.remove(&path);
+            changed |= known.is_none();
+            there.insert(path, known.unwrap_or_default());
+        }
+        changed |= !self.known.is_empty();
+        self.known = there;
+        changed
+    }
+
+    /// Folders to look at: those never read, those somebody works on, and some of the others.
+    fn due(&mut self) -> Vec<PathBuf> {
+        let is_lively = |known: &Known| match &known.run {
+            Some(run) => matches!(run.state, RunState::Running | RunState::Paused | RunState::NotStarted),
+            None => known.stamp == Stamp::default(),
+        };
+        let (lively, at_rest): (Vec<_>, Vec<_>) = self.known.iter().partition(|(_, known)| is_lively(known));
+        let start = if self.turn < at_rest.len() { self.turn } else { 0 };
+        let others = at_rest.iter().cycle().skip(start).take(LOOKED_AT.min(at_rest.len()));
+        self.turn = start + LOOKED_AT;
+        lively.iter().chain(others).map(|(path, _)| (*path).clone()).collect()
+    }
+
+    /// Reads a run if it may have changed; true if it has.
+    fn read(&mut self, path: &Path) -> bool {
+        let Some(known) = self.known.get_mut(path) else { return false };
+        let stamp = Stamp::of(path);
+        let is_worked_on =
+            known.run.as_ref().is_some_and(|run| matches!(run.state, RunState::Running | RunState::Paused));
+        if stamp == known.stamp && !is_worked_on {
+            return false;
+        }
+        let run = glance(path).map(Arc::new);
+        let changed = match (&run, &known.run) {
+            (Some(new), Some(old)) => (new.done, &new.state) != (old.done, &old.state),
+            (None, None) => false,
+            _ => true,
+        };
+        *known = Known { stamp, run };
+        changed
+    }
+
+    fn report(&self, unread: usize) -> bool {
+        let runs = self.known.values().filter_map(|known| known.run.clone()).collect();
+        self.reports.send(Report { runs, unread }).is_ok()
+    }
+}
+
+/// What can be known of a run without reading its whole log. None if the folder is no run.
+fn glance(path: &Path) -> Option<RunSummary> {
+    let directory = RunDirectory::open(path).ok()?;
+    let config: RunConfig = directory.config().ok()?;
+    let status = directory.status().ok()?;
+    Some(RunSummary {
+        name: path.file_name()?.to_string_lossy().into_owned(),
+        path: path.to_owned(),
+        opened: false,
+        active: false,
+        queued: false,
+        task: config.task.name.clone(),
+        method: config.method.name().to_owned(),
+        seed: config.seed,
+        subgoals: config.task.subgoals.len(),
+        episodes: u64::from(config.episodes),
+        state: status.state,
+        preparing: None,
+        done: status.last_episode.as_ref().map_or(0, |record| record.episode),
+        success: status.last_episode.map(|record| record.rolling_success as f32),
+        curves: Curves::default(),
+        evaluations: Vec::new(),
+        rate: None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::{EpisodeRecord, Event, RunWriter};
+
+    fn make(folder: &Path, name: &str) -> RunDirectory {
+        let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+        RunDirectory::create(folder.join(name), &config).unwrap()
+    }
+
+    fn finish(directory: &RunDirectory, episode: u64) {
+        let mut writer = RunWriter::open(directory, 0).unwrap();
+        writer.record(&Event::EpisodeFinished(EpisodeRecord { episode, ..EpisodeRecord::default() })).unwrap();
+        writer.record(&Event::Finished { episode }).unwrap();
+    }
+
+    /// The latest report after a look.
+    fn look(reader: &mut Reader, reports: &Receiver<Report>, folder: &Path) -> Option<Vec<(String, u64)>> {
+        assert!(reader.look(folder));
+        let report = reports.try_iter().last()?;
+        assert_eq!(report.unread, 0);
+        Some(report.runs.iter().map(|run| (run.name.clone(), run.done)).collect())
+    }
+
+    #[test]
+    fn runs_that_come_go_and_change_are_noticed_and_others_are_not_read_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let (sender, reports) = channel();
+        let mut reader = Reader::new(sender);
+        let first = make(folder.path(), "a");
+        std::fs::create_dir(folder.path().join("no run")).unwrap();
+        let named = |name: &str, done| (name.to_owned(), done);
+        assert_eq!(look(&mut reader, &reports, folder.path()), Some(vec![named("a", 0)]));
+        assert_eq!(look(&mut reader, &reports, folder.path()), None, "nothing has changed");
+        finish(&first, 7);
+        assert_eq!(look(&mut reader, &reports, folder.path()), Some(vec![named("a", 7)]));
+        finish(&make(folder.path(), "b"), 3);
+        assert_eq!(look(&mut reader, &reports, folder.path()), Some(vec![named("a", 7), named("b", 3)]));
+        std::fs::remove_dir_all(folder.path().join("a")).unwrap();
+        assert_eq!(look(&mut reader, &reports, folder.path()), Some(vec![named("b", 3)]));
+        let elsewhere = tempfile::tempdir().unwrap();
+        assert_eq!(look(&mut reader, &reports, elsewhere.path()), Some(Vec::new()));
+    }
+
+    #[test]
+    fn one_look_reads_some_runs_at_rest_and_all_have_their_turn() {
+        let (sender, _reports) = channel();
+        let mut reader = Reader::new(sender);
+        let at_rest = |name: usize| {
+            let run = RunSummary { state: RunState::Finished, ..crate::tui::testing::run_summary("run") };
+            let stamp = Stamp { config: Some(SystemTime::UNIX_EPOCH), log: None };
+            (PathBuf::from(format!("{name:05}")), Known { stamp, run: Some(Arc::new(run)) })
+        };
+        reader.known = (0..1200).map(at_rest).collect();
+        let mut seen = std::collections::BTreeSet::new();
+        for _ in 0..3 {
+            let due = reader.due();
+            assert_eq!(due.len(), LOOKED_AT);
+            seen.extend(due);
+        }
+        assert_eq!(seen.len(), 1200);
+    }
+}

@@ -1,0 +1,415 @@
+//! What the scene shows, as one value: a task, an episode on it, and the run, clusters, networks and
+//! model that belong to them. It is put together in one place, so that an episode is never played
+//! with the parts of another task; a part that is missing says why.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::playback::{Episode, Origin};
+use super::{RunSummary, ViewModel, Watched};
+use crate::agent::Ddpg;
+use crate::env::{Action, Environment, Placement, Snapshot};
+use crate::guidance::{ActionPrior, RolloutModel};
+use crate::task::Task;
+use crate::trainer::{PriorSource, rollout_model};
+use crate::tui::scene::{Ghost, Heat};
+use crate::workbench::PriorState;
+
+/// Rows and columns of the grid of actions for the critic.
+const HEAT_SIDE: usize = 36;
+/// Actions a prediction looks ahead.
+const LOOK_AHEAD: usize = 3;
+
+/// What a person wants to see.
+#[derive(Debug, Clone, Default)]
+pub enum Choice {
+    /// The latest training episode on the task as edited; without one, the task untouched.
+    #[default]
+    Latest,
+    /// The task untouched, even if it is being trained on.
+    Untouched,
+    /// An episode of the watched run's past.
+    Past(Arc<Episode>),
+    /// The episode played by hand.
+    Hand,
+}
+
+/// The action clusters of a subject.
+#[derive(Debug, Clone)]
+pub struct Clusters {
+    /// The clusters.
+    pub prior: Arc<ActionPrior>,
+    /// Task or settings have changed since they were computed.
+    pub stale: bool,
+    /// They are those of the run.
+    pub of_run: bool,
+}
+
+/// A model together with the task it was found to fit: it predicts nothing else.
+#[derive(Debug, Clone)]
+pub struct TaskModel {
+    task: Arc<Task>,
+    model: Arc<dyn RolloutModel>,
+}
+
+impl TaskModel {
+    /// The model of a source for a task.
+    ///
+    /// # Errors
+    /// When the source predicts nothing, cannot be loaded or does not fit the task.
+    pub fn new(source: &PriorSource, task: &Arc<Task>) -> Result<Self, String> {
+        let model = rollout_model(source, task).map_err(|error| error.to_string())?;
+        let (model, _) = model.ok_or("`uniform` predicts nothing: choose another model")?;
+        Ok(Self { task: task.clone(), model: Arc::from(model) })
+    }
+
+    /// Predicted normalised positions of the ball when `actions` are taken from a state.
+    fn path(&self, start: &Snapshot, actions: Vec<Action>) -> Vec<[f32; 2]> {
+        // A model that cannot predict the state shows no path.
+        let rollouts = self.model.rollouts(&self.task, &[start], &[actions]).unwrap_or_default();
+        rollouts.into_iter().next().map_or_else(Vec::new, |rollout| rollout.path)
+    }
+}
+
+/// What an agent thinks of a situation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AgentView {
+    /// The critic's value of every action.
+    pub heat: Heat,
+    /// Where the actor would place the tool.
+    pub choice: Action,
+}
+
+/// What the scene shows. All its parts belong to one task.
+#[derive(Debug, Clone)]
+pub struct Subject {
+    choice: Choice,
+    task: Arc<Task>,
+    episode: Arc<Episode>,
+    run: Option<Arc<RunSummary>>,
+    clusters: Option<Clusters>,
+    networks: Option<Arc<Ddpg>>,
+    model: Option<Result<TaskModel, String>>,
+    /// State of the episode played by hand.
+    hand: Option<Arc<Snapshot>>,
+    /// What a person would look for and does not find.
+    note: Option<String>,
+}
+
+impl Subject {
+    /// What is to be shown of what there is. The episode shown before goes on while it can, unless
+    /// the `next` one is due.
+    pub fn choose(view: &ViewModel, choice: &Choice, before: Option<&Self>, next: bool) -> Self {
+        let choice = match choice {
+            // The past is that of the watched run; another run has another.
+            Choice::Past(episode) if view.watched.as_ref().is_none_or(|watched| !episode.is_of(&watched.run.path)) => {
+                Choice::Latest
+            }
+            choice => choice.clone(),
+        };
+        let live = view.watched.as_ref().and_then(|watched| watched.live.as_ref());
+        let mut note = None;
+        let (task, episode) = match &choice {
+            Choice::Past(episode) => (episode.task.clone(), episode.clone()),
+            Choice::Hand => (view.hand.task.clone(), by_hand(view, before)),
+            Choice::Latest => match live.filter(|live| is_same_scene(&live.episode.task, &view.task)) {
+                Some(live) => (view.task.clone(), going_on(view, before, next).unwrap_or(&live.episode).clone()),
+                None => {
+                    note = live.map(|live| other_task(&live.episode.task, &view.task));
+                    (view.task.clone(), untouched(&view.task, before))
+                }
+            },
+            Choice::Untouched => (view.task.clone(), untouched(&view.task, before)),
+        };
+        let of_run = view.watched.as_ref().filter(|watched| is_same_scene(&watched.task, &task));
+        let live = live.filter(|_| view.watched.as_ref().is_some_and(|watched| episode.is_of(&watched.run.path)));
+        let model = before.and_then(|before| before.model.clone());
+        Self {
+            clusters: clusters(view, &task, of_run),
+            networks: live.map(|live| live.networks.clone()),
+            model: model.filter(|model| model.as_ref().is_ok_and(|model| Arc::ptr_eq(&model.task, &task))),
+            hand: Some(view.hand.snapshot.clone()).filter(|_| matches!(choice, Choice::Hand)),
+            run: view.watched.as_ref().map(|watched| watched.run.clone()),
+            choice,
+            task,
+            episode,
+            note,
+        }
+    }
+
+    /// What was asked for.
+    pub fn choice(&self) -> &Choice {
+        &self.choice
+    }
+
+    /// The task.
+    pub fn task(&self) -> &Arc<Task> {
+        &self.task
+    }
+
+    /// The episode on the task.
+    pub fn episode(&self) -> &Arc<Episode> {
+        &self.episode
+    }
+
+    /// The run that is being watched.
+    pub fn run(&self) -> Option<&RunSummary> {
+        self.run.as_deref()
+    }
+
+    /// The clusters of the task, if there are any.
+    pub fn clusters(&self) -> Option<&Clusters> {
+        self.clusters.as_ref()
+    }
+
+    /// What a person would look for and does not find.
+    pub fn note(&self) -> Option<&str> {
+        self.note.as_deref()
+    }
+
+    /// Whether the episode is one of a run, in which an agent acts.
+    pub fn is_of_run(&self) -> bool {
+        matches!(self.episode.origin, Origin::Run(_))
+    }
+
+    /// Gives it the model of its task, or why there is none. A model of another task is refused.
+    pub fn set_model(&mut self, model: Result<TaskModel, String>) {
+        self.model = Some(match model {
+            Ok(model) if !Arc::ptr_eq(&model.task, &self.task) => Err("the model is that of another task".to_owned()),
+            model => model,
+        });
+    }
+
+    /// The model and the networks by their addresses: what is derived from them is out of date when
+    /// these change.
+    pub(in crate::tui) fn parts(&self) -> (Option<*const ()>, Option<*const ()>) {
+        let model = self.model.as_ref().and_then(|model| model.as_ref().ok());
+        (model.map(|model| Arc::as_ptr(&model.model).cast()), self.networks.as_ref().map(|it| Arc::as_ptr(it).cast()))
+    }
+
+    /// What the watched agent, as it is now, thinks before action number `action` of the episode.
+    ///
+    /// # Errors
+    /// Why that is not known.
+    pub fn agent_view(&self, action: usize) -> Result<AgentView, String> {
+        let networks = self.networks.as_ref().ok_or(if self.is_of_run() {
+            "the networks are known while it trains here"
+        } else {
+            "no agent acts in this episode"
+        })?;
+        let env = self.replay(action).ok_or("the episode cannot be played again")?;
+        let observation = env.observation();
+        if observation.len() != networks.observation_len() {
+            return Err("the networks are those of another task".to_owned());
+        }
+        let choice: [f32; 2] =
+            networks.act(&observation).try_into().map_err(|_| "the actor gives no position".to_owned())?;
+        let middle = |index: usize| (index as f32 + 0.5) / HEAT_SIDE as f32 * 2.0 - 1.0;
+        let rows = (0..HEAT_SIDE).map(|row| -middle(row));
+        let actions: Vec<f32> = rows.flat_map(|y| (0..HEAT_SIDE).flat_map(move |x| [middle(x), y])).collect();
+        let values = networks.q_values(&observation, &actions);
+        Ok(AgentView { heat: Heat { side: HEAT_SIDE, values }, choice })
+    }
+
+    /// What the model predicts for the next actions of the episode, from its action number
+    /// `action` on: normalised positions of the ball.
+    ///
+    /// # Errors
+    /// Why there is no prediction.
+    pub fn predict(&self, action: usize) -> Result<Vec<[f32; 2]>, String> {
+        let model = self.model.as_ref().ok_or("no model is loaded")?.as_ref().map_err(String::clone)?;
+        let env = self.replay(action).ok_or("the episode cannot be played again")?;
+        let steps = self.episode.trace.steps.iter().skip(action).take(LOOK_AHEAD);
+        Ok(model.path(env.snapshot(), steps.map(|step| step.action).collect()))
+    }
+
+    /// What really happened in the time for which the model predicts.
+    pub fn truth(&self, action: usize) -> Vec<[f32; 2]> {
+        let steps = self.episode.trace.steps.iter().skip(action).take(LOOK_AHEAD);
+        steps.flat_map(|step| step.path.iter().copied()).collect()
+    }
+
+    /// What would become of a tool placed by hand, and what the model predicts. None unless the
+    /// episode is played by hand.
+    pub fn ghost(&self, action: Action) -> Option<Ghost> {
+        let snapshot = self.hand.as_ref()?;
+        let placement = snapshot.check_placement(&self.task, action);
+        let mut ghost = Ghost { action, placement, predicted: Vec::new() };
+        if snapshot.end().is_none()
+            && placement == Placement::Placed
+            && let Some(Ok(model)) = &self.model
+        {
+            // After the placement the tool in hand would only overlap itself: the ball goes its way.
+            ghost.predicted = model.path(snapshot, vec![action; LOOK_AHEAD]);
+        }
+        Some(ghost)
+    }
+
+    /// The environment as it was before the episode's action number `action`. None if the
+    /// episode cannot be repeated.
+    fn replay(&self, action: usize) -> Option<Environment> {
+        let mut env = Environment::shifted(self.task.clone(), self.episode.trace.shift);
+        for step in self.episode.trace.steps.iter().take(action) {
+            env.step(step.action).ok()?;
+        }
+        Some(env)
+    }
+}
+
+/// The training episode that is being shown, while it goes on.
+fn going_on<'a>(view: &ViewModel, before: Option<&'a Subject>, next: bool) -> Option<&'a Arc<Episode>> {
+    let run = view.watched.as_ref().map(|watched| watched.run.path.as_path())?;
+    let before = before.filter(|before| matches!(before.choice, Choice::Latest) && !next)?;
+    Some(&before.episode).filter(|episode| episode.is_of(run) && is_same_scene(&episode.task, &view.task))
+}
+
+/// The task left alone; the same as before if the task is.
+fn untouched(task: &Arc<Task>, before: Option<&Subject>) -> Arc<Episode> {
+    let known = before.map(|before| &before.episode);
+    let same = known.filter(|known| known.origin == Origin::Untouched && known.task == *task);
+    same.cloned().unwrap_or_else(|| Arc::new(Episode::untouched(task)))
+}
+
+/// The episode played by hand; the same as before if nothing was placed since.
+fn by_hand(view: &ViewModel, before: Option<&Subject>) -> Arc<Episode> {
+    let known = before.map(|before| &before.episode);
+    let same = known.filter(|known| known.origin == Origin::Hand && Arc::ptr_eq(&known.trace, &view.hand.trace));
+    same.cloned().unwrap_or_else(|| {
+        let (title, task, trace) = ("played by hand".to_owned(), view.hand.task.clone(), view.hand.trace.clone());
+        Arc::new(Episode { title, task, trace, origin: Origin::Hand })
+    })
+}
+
+/// The session's clusters, if they are of this task, or those of the run on it.
+fn clusters(view: &ViewModel, task: &Task, of_run: Option<&Watched>) -> Option<Clusters> {
+    let stale = view.prior_state != PriorState::Fresh;
+    let own = view.prior.clone().filter(|_| is_same_scene(&view.task, task));
+    let own = own.map(|prior| Clusters { prior, stale, of_run: false });
+    own.or_else(|| Some(Clusters { prior: of_run?.prior.clone()?, stale: false, of_run: true }))
+}
+
+/// Whether two tasks differ in nothing but what they are called.
+fn is_same_scene(a: &Task, b: &Task) -> bool {
+    std::ptr::eq(a, b) || Task { name: b.name.clone(), description: b.description.clone(), ..a.clone() } == *b
+}
+
+fn other_task(trained: &Task, edited: &Task) -> String {
+    if trained.name == edited.name {
+        format!("the run trains {} as it was before the edits", trained.name)
+    } else {
+        format!("the run trains {}", trained.name)
+    }
+}
+
+impl Episode {
+    /// Whether it is of the run in a folder.
+    pub fn is_of(&self, run: &Path) -> bool {
+        matches!(&self.origin, Origin::Run(path) if path == run)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+
+    use super::*;
+    use crate::agent::DdpgConfig;
+    use crate::trainer::Trace;
+    use crate::tui::testing::{empty, run_summary, typical};
+    use crate::tui::view::Live;
+
+    fn task(name: &str) -> Arc<Task> {
+        Arc::new(crate::task::load(name).unwrap())
+    }
+
+    /// An episode of a run on a task.
+    fn episode(run: &str, task: &Arc<Task>) -> Arc<Episode> {
+        let shown = Episode::untouched(task);
+        let trace = Trace { episode: 7, ..Trace::clone(&shown.trace) };
+        let origin = Origin::Run(Path::new("runs").join(run));
+        Arc::new(Episode { title: format!("episode 7 of {run}"), trace: Arc::new(trace), origin, ..shown })
+    }
+
+    fn watched(run: &str, task: &Arc<Task>, live: bool) -> Watched {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(0);
+        let observation = Environment::new(task.clone()).observation().len();
+        let config = DdpgConfig { hidden: 4, ..DdpgConfig::default() };
+        let networks = Arc::new(Ddpg::new(observation, 2, &config, &mut rng).unwrap());
+        let live = live.then(|| Live { episode: episode(run, task), networks });
+        Watched { run: Arc::new(run_summary(run)), task: task.clone(), prior: None, live }
+    }
+
+    fn model(task: &Arc<Task>) -> TaskModel {
+        TaskModel::new(&PriorSource::TruePhysics, task).unwrap()
+    }
+
+    fn choose(view: &ViewModel, choice: Choice, before: Option<&Subject>) -> Subject {
+        Subject::choose(view, &choice, before, false)
+    }
+
+    #[test]
+    fn an_episode_of_another_task_is_shown_with_nothing_of_the_edited_one() {
+        let other = task("task4");
+        let mut view = typical();
+        view.watched = Some(watched("other", &other, false));
+        let past = episode("other", &other);
+        let mut subject = choose(&view, Choice::Past(past), None);
+        assert_eq!(subject.task().name, "task4");
+        assert!(subject.clusters().is_none(), "those of the session are of the edited task");
+        subject.set_model(Ok(model(&view.task)));
+        assert!(subject.predict(0).unwrap_err().contains("another task"));
+        subject.set_model(Ok(model(&subject.task().clone())));
+        assert!(!subject.predict(0).unwrap().is_empty());
+        let edited = choose(&view, Choice::Latest, Some(&subject));
+        assert_eq!(edited.task().name, "task1");
+        assert!(edited.predict(0).is_err(), "the model did not come along");
+        assert!(edited.clusters().is_some());
+    }
+
+    #[test]
+    fn the_past_ends_when_another_run_is_watched() {
+        let mut view = empty();
+        let edited = view.task.clone();
+        view.watched = Some(watched("a", &edited, false));
+        let past = choose(&view, Choice::Past(episode("a", &edited)), None);
+        assert!(past.is_of_run());
+        view.watched = Some(watched("b", &edited, false));
+        let after = choose(&view, past.choice().clone(), Some(&past));
+        assert!(matches!(after.choice(), Choice::Latest) && !after.is_of_run());
+        assert_eq!(after.run().unwrap().name, "b");
+    }
+
+    #[test]
+    fn a_training_on_another_task_is_named_and_not_shown_in_the_edited_one() {
+        let mut view = empty();
+        view.watched = Some(watched("other", &task("task4"), true));
+        let subject = choose(&view, Choice::Latest, None);
+        assert_eq!(
+            (subject.episode().origin.clone(), subject.note()),
+            (Origin::Untouched, Some("the run trains task4"))
+        );
+        assert!(subject.agent_view(0).is_err());
+        let mut edited = Task::clone(&view.task);
+        view.watched = Some(watched("same", &view.task, true));
+        assert!(choose(&view, Choice::Latest, None).agent_view(0).is_ok());
+        edited.goal.position[0] += 0.1;
+        view.task = Arc::new(edited);
+        let subject = choose(&view, Choice::Latest, None);
+        assert_eq!(subject.note(), Some("the run trains task1 as it was before the edits"));
+        let renamed = Task { name: "mine".to_owned(), ..task("task1").as_ref().clone() };
+        view.task = Arc::new(renamed);
+        assert!(choose(&view, Choice::Latest, None).is_of_run(), "another name is no other scene");
+    }
+
+    #[test]
+    fn a_training_episode_is_played_to_its_end_before_the_next() {
+        let mut view = empty();
+        view.watched = Some(watched("a", &view.task.clone(), true));
+        let first = choose(&view, Choice::Latest, None);
+        view.watched = Some(watched("a", &view.task.clone(), true));
+        let same = choose(&view, Choice::Latest, Some(&first));
+        assert!(Arc::ptr_eq(first.episode(), same.episode()));
+        let next = Subject::choose(&view, &Choice::Latest, Some(&same), true);
+        assert!(!Arc::ptr_eq(same.episode(), next.episode()));
+    }
+}

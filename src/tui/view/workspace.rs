@@ -1,0 +1,413 @@
+//! The session as the screens see it: what there is to see comes out, commands go in.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::playback::{Episode, Origin};
+use super::rate::Rate;
+use super::run_index::RunIndex;
+use super::{
+    Curves, HandEpisode, Level, Live, LogLine, ModelSummary, RunSummary, Settings, TaskModel, ViewModel, Watched,
+};
+use crate::run::{Event, RunState};
+use crate::task::Task;
+use crate::trainer::{Phase, PriorSource, unusual_settings};
+use crate::tui::widgets::preview::Drawing;
+use crate::workbench::{Command, FigureKind, Notice, RunView, Session, command, shipped_models};
+
+/// What the screens need of a session.
+pub trait Workspace {
+    /// Everything there is to see.
+    fn view(&self) -> &ViewModel;
+    /// Takes in what happened in the background; true if anything did.
+    fn poll(&mut self) -> bool;
+    /// Carries out a command; what to report.
+    ///
+    /// # Errors
+    /// What is wrong, in one line.
+    fn apply(&mut self, command: Command) -> Result<String, String>;
+    /// Asks for the next finished training episode.
+    fn request_live(&self);
+    /// The model of the present settings for a task.
+    ///
+    /// # Errors
+    /// Why there is none, in one line.
+    fn model_for(&mut self, task: &Arc<Task>) -> Result<TaskModel, String>;
+    /// An episode of the watched run's past, played again.
+    ///
+    /// # Errors
+    /// Why there is none, in one line.
+    fn past_episode(&self, episode: u64) -> Result<Arc<Episode>, String>;
+    /// A figure of what there is now.
+    ///
+    /// # Errors
+    /// Why there is none, in one line.
+    fn figure(&self, kind: FigureKind) -> Result<Drawing, String>;
+    /// All settings of the next run, by path, that are not the usual ones.
+    fn unusual_settings(&self) -> Vec<(String, String)>;
+    /// Looks for what is new in the folder of runs, in the background.
+    fn look_for_runs(&mut self);
+    /// Adds a line to the log.
+    fn log(&mut self, level: Level, text: String);
+}
+
+/// Time after an edit before the clusters are computed anew.
+const SETTLED: Duration = Duration::from_millis(700);
+/// Lines of the log that are kept.
+const LOG: usize = 2000;
+
+/// A session and what there is to see of it.
+pub struct SessionWorkspace {
+    session: Session,
+    view: ViewModel,
+    rates: HashMap<PathBuf, Rate>,
+    /// The latest model that was asked for, by what it depends on.
+    model: Option<(PriorSource, Arc<Task>, Result<TaskModel, String>)>,
+    index: RunIndex,
+    /// When the latest command was carried out.
+    touched: Instant,
+}
+
+impl SessionWorkspace {
+    /// The workspace of a session.
+    pub fn new(session: Session) -> Self {
+        let task = Arc::new(session.task().clone());
+        let view = ViewModel {
+            file: None,
+            dirty: false,
+            proposed: Vec::new(),
+            proposing: None,
+            settings: settings(&session),
+            prior: None,
+            prior_state: session.prior_state(),
+            prior_failure: None,
+            models: models(&session),
+            runs: Vec::new(),
+            runs_unread: 0,
+            watched: None,
+            hand: hand_episode(&session, &task, None),
+            model_work: None,
+            model_outcome: None,
+            figures: Vec::new(),
+            log: Vec::new(),
+            log_total: 0,
+            task,
+        };
+        let index = RunIndex::new();
+        let mut workspace = Self { session, view, rates: HashMap::new(), model: None, index, touched: Instant::now() };
+        workspace.refresh();
+        workspace
+    }
+
+    /// Takes the session's state over into the view.
+    fn refresh(&mut self) {
+        let session = &self.session;
+        let view = &mut self.view;
+        if *view.task != *session.task() {
+            view.task = Arc::new(session.task().clone());
+            view.models = models(session);
+        }
+        view.file = session.file().map(Path::to_owned);
+        view.dirty = session.is_dirty();
+        view.proposed = session.proposed().to_vec();
+        view.proposing = session.proposing().map(|progress| (progress.done, progress.total));
+        view.settings = settings(session);
+        view.prior_state = session.prior_state();
+        view.prior = session.prior().cloned();
+        let hand = session.hand_play();
+        let actions = hand.trace().steps.len();
+        if actions == 0 || view.hand.trace.steps.len() != actions || *view.hand.task != **hand.task() {
+            view.hand = hand_episode(session, &view.task, Some(&view.hand));
+        }
+        view.model_work = session.model_work().map(|(name, progress)| (name, progress.share()));
+        self.refresh_runs();
+        self.refresh_watched();
+    }
+
+    /// Computes clusters anew once an edit has made them out of date and the person has
+    /// stopped to edit for a moment.
+    fn renew_clusters(&mut self) {
+        if self.touched.elapsed() > SETTLED && self.session.clusters_are_outdated() {
+            // The result is in the log, and on the screen.
+            let _ = self.apply(command::Clusters(None).into());
+        }
+    }
+
+    /// The runs of the session, after those that are only on disk.
+    fn refresh_runs(&mut self) {
+        let old = std::mem::take(&mut self.view.runs).into_iter().filter(|run| run.opened);
+        let mut old: HashMap<PathBuf, Arc<RunSummary>> = old.map(|run| (run.path.clone(), run)).collect();
+        let now = Instant::now();
+        let opened = self.session.runs().iter().map(|run| {
+            let path = run.directory().path();
+            let rate = self.rates.entry(path.to_owned()).or_default();
+            if run.state() == RunState::Running {
+                rate.note(now, run.records().len() as u64);
+            } else {
+                rate.forget();
+            }
+            let on_disk = self.index.runs().iter().find(|known| run.is_unread() && known.path == path);
+            if let Some(known) = on_disk {
+                // Until its log is read, what is known of it without.
+                return (path.to_owned(), Arc::new(RunSummary { opened: true, ..RunSummary::clone(known) }));
+            }
+            let known = old.remove(path).map(Arc::unwrap_or_clone).map(|run| run.curves);
+            (path.to_owned(), Arc::new(summary_of(run, known.unwrap_or_default(), rate.per_second())))
+        });
+        let opened: HashMap<PathBuf, Arc<RunSummary>> = opened.collect();
+        let on_disk = self.index.runs().iter().filter(|run| !opened.contains_key(&run.path));
+        self.view.runs = on_disk.cloned().collect();
+        let in_order = self.session.runs().iter().filter_map(|run| opened.get(run.directory().path()));
+        self.view.runs.extend(in_order.cloned());
+        self.view.runs_unread = self.index.unread();
+    }
+
+    fn refresh_watched(&mut self) {
+        self.view.watched = self.session.run().and_then(|run| {
+            let path = run.directory().path();
+            let summary = self.view.runs.iter().rev().find(|known| known.path == path)?.clone();
+            let task = run.config().task.clone();
+            let live = run.live().map(|live| Live {
+                episode: Arc::new(Episode {
+                    title: format!("episode {} of {}", live.trace.episode, run.name()),
+                    task: task.clone(),
+                    trace: live.trace.clone(),
+                    origin: Origin::Run(path.to_owned()),
+                }),
+                networks: live.ddpg.clone(),
+            });
+            Some(Watched { run: summary, task, prior: run.prior(), live })
+        });
+    }
+
+    fn note(&mut self, notice: &Notice) {
+        match notice {
+            Notice::Finished { command, outcome } => self.note_outcome(command, outcome),
+            Notice::Run { event: Event::EpisodeFinished(_), .. } | Notice::Progress { .. } | Notice::Changed => {}
+            Notice::Run { run, event } => {
+                let level = match event {
+                    Event::Failed { .. } => Level::Error,
+                    Event::Stopped { .. } => Level::Warning,
+                    Event::Finished { .. } => Level::Good,
+                    _ => Level::Info,
+                };
+                let name = self.session.run_numbered(*run).map_or_else(String::new, RunView::name);
+                self.log(level, format!("{name}: {event}"));
+            }
+        }
+    }
+
+    /// Notes how a computation ended.
+    fn note_outcome(&mut self, command: &Command, outcome: &Result<String, String>) {
+        match command {
+            Command::Clusters(_) => self.view.prior_failure = outcome.as_ref().err().cloned(),
+            Command::ModelTrain(_) | Command::ModelEvaluate(_) => {
+                self.view.models = models(&self.session);
+                self.view.model_outcome = Some(outcome.clone());
+            }
+            Command::Figure(figure) if outcome.is_ok() => {
+                self.view.figures.retain(|known| *known != figure.path);
+                self.view.figures.push(figure.path.clone());
+            }
+            Command::Delete(_) => self.look_for_runs(),
+            _ => {}
+        }
+        let training = self.session.run().is_some_and(RunView::is_active);
+        let (level, text) = match (command, outcome) {
+            // The screen shows it.
+            (Command::Open(_) | Command::Continue(_), Ok(_)) => return,
+            (Command::Clusters(_), Ok(report)) if training => {
+                (Level::Good, format!("{report}; `guide` gives them to the running training"))
+            }
+            (Command::Propose(_), Ok(report)) => {
+                (Level::Good, format!("{report}: accept, move or reject them on the Edit screen"))
+            }
+            (_, Ok(report)) => (Level::Good, report.clone()),
+            (Command::Clusters(_), Err(reason)) => (Level::Error, format!("action clusters: {reason}")),
+            (Command::Propose(_), Err(reason)) => (Level::Error, format!("subgoals: {reason}")),
+            (_, Err(reason)) => (Level::Error, reason.clone()),
+        };
+        self.log(level, text);
+    }
+}
+
+impl Workspace for SessionWorkspace {
+    fn view(&self) -> &ViewModel {
+        &self.view
+    }
+
+    fn poll(&mut self) -> bool {
+        let building = self.view.prior_state;
+        self.renew_clusters();
+        let notices = self.session.poll();
+        for notice in &notices {
+            self.note(notice);
+        }
+        let preparing = self.session.run().is_some_and(|run| preparing(run).is_some());
+        let changed =
+            !notices.is_empty() || self.index.collect() || building != self.session.prior_state() || preparing;
+        if changed {
+            self.refresh();
+        }
+        changed
+    }
+
+    fn apply(&mut self, command: Command) -> Result<String, String> {
+        self.touched = Instant::now();
+        let changes_folder = matches!(command, Command::Out(_));
+        let outcome = self.session.apply(command).map_err(|error| error.to_string());
+        if changes_folder {
+            self.look_for_runs();
+        }
+        match &outcome {
+            Ok(report) if report.is_empty() => {}
+            Ok(report) => self.log(Level::Info, report.clone()),
+            Err(error) => self.log(Level::Error, error.clone()),
+        }
+        self.refresh();
+        outcome
+    }
+
+    fn request_live(&self) {
+        if let Some(run) = self.session.run() {
+            run.request_live();
+        }
+    }
+
+    fn model_for(&mut self, task: &Arc<Task>) -> Result<TaskModel, String> {
+        let source = &self.session.config().prior;
+        let known = self.model.as_ref().filter(|(known, of, _)| known == source && Arc::ptr_eq(of, task));
+        if let Some((.., model)) = known {
+            return model.clone();
+        }
+        let model = TaskModel::new(source, task);
+        self.model = Some((source.clone(), task.clone(), model.clone()));
+        model
+    }
+
+    fn past_episode(&self, episode: u64) -> Result<Arc<Episode>, String> {
+        let run = self.session.run().ok_or("no run is being watched")?;
+        let trace = run.past_episode(episode).map_err(|error| error.to_string())?;
+        let title = format!("episode {episode} of {}", run.name());
+        let origin = Origin::Run(run.directory().path().to_owned());
+        Ok(Arc::new(Episode { title, task: run.config().task.clone(), trace: Arc::new(trace), origin }))
+    }
+
+    fn figure(&self, kind: FigureKind) -> Result<Drawing, String> {
+        let figure = self.session.figure(kind).map_err(|error| error.to_string())?;
+        figure.ok_or_else(|| "An animation: the Scene screen plays it.".to_owned())
+    }
+
+    fn unusual_settings(&self) -> Vec<(String, String)> {
+        unusual_settings(self.session.config())
+    }
+
+    fn look_for_runs(&mut self) {
+        self.index.look(self.session.folder());
+        self.view.runs_unread = self.index.unread();
+    }
+
+    fn log(&mut self, level: Level, text: String) {
+        self.view.log.push(LogLine { time: jiff::Zoned::now().time(), level, text });
+        self.view.log_total += 1;
+        let more = self.view.log.len().saturating_sub(LOG);
+        self.view.log.drain(..more);
+    }
+}
+
+fn settings(session: &Session) -> Settings {
+    let config = session.config();
+    Settings {
+        method: config.method.name().to_owned(),
+        seed: config.seed,
+        episodes: u64::from(config.episodes),
+        epsilon: config.epsilon.clone(),
+        model: String::from(config.prior.clone()),
+        folder: session.folder().to_owned(),
+    }
+}
+
+/// The episode played by hand, on `task` itself if that is the same; an episode that was `known`
+/// stays the same.
+fn hand_episode(session: &Session, task: &Arc<Task>, known: Option<&HandEpisode>) -> HandEpisode {
+    let hand = session.hand_play();
+    let known = known.filter(|known| *known.trace == *hand.trace() && *known.task == **hand.task());
+    HandEpisode {
+        task: if **hand.task() == **task { task.clone() } else { hand.task().clone() },
+        trace: known.map_or_else(|| Arc::new(hand.trace().clone()), |known| known.trace.clone()),
+        snapshot: Arc::new(hand.snapshot().clone()),
+    }
+}
+
+fn models(session: &Session) -> Vec<ModelSummary> {
+    let mut models = vec![
+        model("learned", "the shipped dynamics model of the task's tool set"),
+        model("true", "the environment's own physics: the upper bound of guidance"),
+        model("uniform", "no model: uniform random actions in place of clusters"),
+    ];
+    models.extend(shipped_models().iter().map(|(name, known)| {
+        let about = known.check_task(session.task()).map_or_else(|error| error.to_string(), |()| "shipped".to_owned());
+        model(name, &about)
+    }));
+    if let Ok(entries) = std::fs::read_dir("models") {
+        let files = entries.flatten().map(|entry| entry.path());
+        let mut files: Vec<PathBuf> =
+            files.filter(|path| path.extension().is_some_and(|e| e == "safetensors")).collect();
+        files.sort();
+        models
+            .extend(files.iter().map(|path| model(&path.display().to_string(), &describe_model(path, session.task()))));
+    }
+    models
+}
+
+fn model(name: &str, about: &str) -> ModelSummary {
+    ModelSummary { name: name.to_owned(), about: about.to_owned() }
+}
+
+fn describe_model(path: &Path, task: &Task) -> String {
+    match crate::dynamics::Model::load(path) {
+        Ok(model) => match model.check_task(task) {
+            Ok(()) => format!("trained by you: {}", model.name()),
+            Err(error) => error.to_string(),
+        },
+        Err(error) => error.to_string(),
+    }
+}
+
+/// The stage of the clusters that the trainer of a run is computing, and stages in all.
+fn preparing(run: &RunView) -> Option<(usize, usize)> {
+    match run.phase() {
+        Some(Phase::BuildingPrior { stage, stages }) => Some((stage, stages)),
+        _ => None,
+    }
+}
+
+fn summary_of(run: &RunView, mut curves: Curves, rate: Option<f64>) -> RunSummary {
+    let records = run.records();
+    curves.truncate(records.len());
+    for record in &records[curves.episodes()..] {
+        curves.push_record(record);
+    }
+    let config = run.config();
+    RunSummary {
+        name: run.name(),
+        path: run.directory().path().to_owned(),
+        opened: true,
+        active: run.is_active(),
+        queued: run.is_queued(),
+        task: config.task.name.clone(),
+        method: config.method.name().to_owned(),
+        seed: config.seed,
+        subgoals: config.task.subgoals.len(),
+        episodes: u64::from(config.episodes),
+        state: run.state(),
+        preparing: preparing(run),
+        done: records.len() as u64,
+        success: records.last().map(|record| record.rolling_success as f32),
+        curves,
+        evaluations: run.evaluations().iter().map(|e| (e.episode, e.success as f32)).collect(),
+        rate,
+    }
+}

@@ -1,0 +1,81 @@
+//! Text measured in the columns it takes on screen: a wide character takes two.
+
+use unicode_width::{UnicodeWidthChar, UnicodeWidthStr};
+
+/// Columns of a text.
+pub fn width(text: &str) -> usize {
+    text.width()
+}
+
+/// As much of a text, from its beginning, as fits into `columns`, and the rest.
+pub fn split(text: &str, columns: usize) -> (&str, &str) {
+    let mut taken = 0;
+    let too_far = |(_, character): &(usize, char)| {
+        taken += character.width().unwrap_or(0);
+        taken > columns
+    };
+    text.split_at(text.char_indices().find(too_far).map_or(text.len(), |(at, _)| at))
+}
+
+/// As much of a text, up to its end, as fits into `columns`.
+pub fn end(text: &str, columns: usize) -> &str {
+    let mut taken = 0;
+    let fits = |(_, character): &(usize, char)| {
+        taken += character.width().unwrap_or(0);
+        taken <= columns
+    };
+    text.char_indices().rev().take_while(fits).last().map_or("", |(at, _)| &text[at..])
+}
+
+/// A text with spaces after it, up to `columns`.
+pub fn padded(text: &str, columns: usize) -> String {
+    format!("{text}{}", " ".repeat(columns.saturating_sub(width(text))))
+}
+
+/// As many of the parts, the first ones, as fit into `columns`.
+pub fn fitting(parts: &[String], columns: usize) -> String {
+    let mut text = String::new();
+    for part in parts.iter().filter(|part| !part.is_empty()) {
+        let more = if text.is_empty() { part.clone() } else { format!(" · {part}") };
+        if width(&text) + width(&more) > columns {
+            break;
+        }
+        text += &more;
+    }
+    text
+}
+
+/// A text that fits into `columns`; what is left out at its end, or at its beginning if
+/// the end matters more, is marked.
+pub fn shortened(text: &str, columns: usize, keep_end: bool) -> String {
+    if width(text) <= columns {
+        return text.to_owned();
+    }
+    let room = columns.saturating_sub(2);
+    if keep_end { format!("..{}", end(text, room)) } else { format!("{}..", split(text, room).0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wide_characters_take_two_columns() {
+        assert_eq!(width("a日本"), 5);
+        assert_eq!(split("a日本", 4), ("a日", "本"));
+        assert_eq!(split("ab", 4), ("ab", ""));
+        assert_eq!(end("a日本", 3), "本");
+        assert_eq!(end("abc", 2), "bc");
+        assert_eq!(padded("日", 4), "日  ");
+    }
+
+    #[test]
+    fn titles_lose_whole_parts_and_names_say_what_is_missing() {
+        let parts = ["training", "", "a run", "12.5/s"].map(str::to_owned);
+        assert_eq!(fitting(&parts, 30), "training · a run · 12.5/s");
+        assert_eq!(fitting(&parts, 24), "training · a run");
+        assert_eq!(shortened("task1-ddpg-seed0", 16, true), "task1-ddpg-seed0");
+        assert_eq!(shortened("task1-ddpg-seed0", 10, true), "..pg-seed0");
+        assert_eq!(shortened("linear:0.8:0:10", 10, false), "linear:0..");
+    }
+}

@@ -1,0 +1,8 @@
+//! Parts of pictures that know nothing of the workbench: colours, dots, text, popups.
+
+pub mod columns;
+pub mod popup;
+pub mod preview;
+pub mod raster;
+pub mod text_input;
+pub mod theme;

@@ -1,0 +1,84 @@
+//! The frame of a layer.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::widgets::{Block, BorderType, Clear, Widget};
+
+use crate::tui::widgets::columns;
+use crate::tui::widgets::theme::{Marker, Theme};
+
+/// Clears and frames a box of the wanted inner size in the middle of `area`, as far as
+/// there is room, and returns its inside.
+pub fn frame(title: &str, wanted: (u16, u16), area: Rect, theme: &Theme, buffer: &mut Buffer) -> Rect {
+    let width = (wanted.0 + 4).min(area.width);
+    let height = (wanted.1 + 2).min(area.height);
+    let place = Rect { x: area.x + (area.width - width) / 2, y: area.y + (area.height - height) / 3, width, height };
+    Clear.render(place, buffer);
+    let block = block(theme).border_style(theme.frame(true)).title(format!(" {title} ")).title_style(theme.strong());
+    let inside = block.inner(place);
+    block.render(place, buffer);
+    Rect { x: inside.x + 1, width: inside.width.saturating_sub(2), ..inside }
+}
+
+/// A frame the terminal can show.
+pub fn block(theme: &Theme) -> Block<'static> {
+    if theme.marker == Marker::Ascii {
+        Block::bordered().border_set(ratatui::symbols::border::Set {
+            top_left: "+",
+            top_right: "+",
+            bottom_left: "+",
+            bottom_right: "+",
+            vertical_left: "|",
+            vertical_right: "|",
+            horizontal_top: "-",
+            horizontal_bottom: "-",
+        })
+    } else {
+        Block::bordered().border_type(BorderType::Rounded)
+    }
+}
+
+/// A text in lines of at most `width` columns, broken at spaces; only a word that is
+/// longer than a line is broken itself.
+pub fn wrap(text: &str, width: usize) -> Vec<String> {
+    let mut lines = Vec::new();
+    for paragraph in text.lines() {
+        let mut line = String::new();
+        for word in paragraph.split(' ').flat_map(|word| pieces(word, width)) {
+            if !line.is_empty() && columns::width(&line) + 1 + columns::width(word) > width {
+                lines.push(std::mem::take(&mut line));
+            }
+            if !line.is_empty() {
+                line.push(' ');
+            }
+            line.push_str(word);
+        }
+        lines.push(line);
+    }
+    lines
+}
+
+/// A word in pieces of at most `width` columns, each at least one character.
+fn pieces(word: &str, width: usize) -> impl Iterator<Item = &str> {
+    let mut rest = Some(word);
+    std::iter::from_fn(move || {
+        let word = rest?;
+        let least = word.chars().next().map_or(0, char::len_utf8);
+        let (piece, left) = word.split_at(columns::split(word, width).0.len().max(least));
+        rest = Some(left).filter(|left| !left.is_empty());
+        Some(piece)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::wrap;
+
+    #[test]
+    fn text_is_broken_at_spaces_and_at_its_own_lines() {
+        assert_eq!(wrap("one two three\n\nfour", 8), ["one two", "three", "", "four"]);
+        assert_eq!(wrap("a linear:0.8:0.05", 10), ["a", "linear:0.8", ":0.05"]);
+        assert_eq!(wrap("日本語 日本", 5), ["日本", "語", "日本"]);
+        assert_eq!(wrap("日本", 1), ["日", "本"]);
+    }
+}

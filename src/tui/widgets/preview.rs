@@ -1,0 +1,262 @@
+//! The figure that is shown on the Figures screen: drawn in the size it is shown in, and
+//! encoded for the terminal, on a thread of its own.
+
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::time::{Duration, Instant};
+
+use image::{DynamicImage, RgbImage};
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Rect, Size};
+use ratatui::style::Color;
+use ratatui::widgets::Widget;
+use ratatui_image::Image;
+use ratatui_image::protocol::Protocol as Encoded;
+use ratatui_image::protocol::halfblocks::Halfblocks;
+use ratatui_image::protocol::kitty::Kitty;
+use ratatui_image::protocol::sixel::Sixel;
+
+use crate::figures::Figure;
+use crate::tui::terminal::{Graphics, Protocol};
+use crate::tui::widgets::theme::{Depth, Marker, Theme};
+
+/// A figure that may change hands.
+pub type Drawing = Box<dyn Figure + Send>;
+
+/// Which picture is wanted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wanted {
+    /// The kind of figure.
+    pub kind: &'static str,
+    /// Another number for other contents.
+    pub stamp: u64,
+    /// Columns and rows there are.
+    pub room: [u16; 2],
+    /// Without colours.
+    pub grey: bool,
+}
+
+/// The picture of a figure, and the one being made.
+#[derive(Default)]
+pub struct Preview {
+    /// What the terminal can show.
+    graphics: Graphics,
+    shown: Option<(Wanted, Result<Encoded, String>)>,
+    job: Option<(Wanted, Receiver<Result<Encoded, String>>)>,
+    begun: Option<Instant>,
+}
+
+/// Time between two pictures of a figure whose contents change.
+const PAUSE: Duration = Duration::from_secs(2);
+/// Pixels a cell of half blocks, before they are averaged.
+const FINE: [u16; 2] = [6, 12];
+
+impl Preview {
+    /// What the terminal can show.
+    pub fn set_graphics(&mut self, graphics: Graphics) {
+        *self = Self { graphics, ..Self::default() };
+    }
+
+    /// What the terminal is thought to show.
+    pub fn graphics(&self) -> Graphics {
+        self.graphics
+    }
+
+    /// Takes in a picture that is finished, and begins the one that is wanted if it is
+    /// another; true if there is something new to see.
+    pub fn update(&mut self, wanted: &Wanted, figure: impl FnOnce() -> Result<Drawing, String>) -> bool {
+        let news = self.collect();
+        let known = self.shown.as_ref().map(|(wanted, _)| wanted).into_iter().chain(self.job.as_ref().map(|(w, _)| w));
+        let mut same_kind =
+            known.filter(|known| (known.kind, known.room, known.grey) == (wanted.kind, wanted.room, wanted.grey));
+        let recently = self.begun.is_some_and(|begun| begun.elapsed() < PAUSE);
+        if same_kind.any(|known| known == wanted || recently) {
+            return news;
+        }
+        self.begun = Some(Instant::now());
+        match figure() {
+            Ok(figure) => {
+                let (sender, receiver) = channel();
+                let (graphics, room, grey) = (self.graphics, wanted.room, wanted.grey);
+                let work = move || _ = sender.send(picture(&*figure, graphics, room, grey));
+                match std::thread::Builder::new().name("mge-preview".to_owned()).spawn(work) {
+                    Ok(_) => self.job = Some((wanted.clone(), receiver)),
+                    Err(error) => self.shown = Some((wanted.clone(), Err(error.to_string()))),
+                }
+                news
+            }
+            Err(reason) => {
+                self.job = None;
+                self.shown = Some((wanted.clone(), Err(reason)));
+                true
+            }
+        }
+    }
+
+    fn collect(&mut self) -> bool {
+        let Some((wanted, receiver)) = &self.job else { return false };
+        let picture = match receiver.try_recv() {
+            Ok(picture) => picture,
+            Err(TryRecvError::Empty) => return false,
+            Err(TryRecvError::Disconnected) => Err("the figure could not be drawn".to_owned()),
+        };
+        self.shown = Some((wanted.clone(), picture));
+        self.job = None;
+        true
+    }
+
+    /// Whether a picture is being made.
+    #[cfg(test)]
+    pub fn is_drawing(&self) -> bool {
+        self.job.is_some()
+    }
+
+    /// Forgets the picture: a terminal that was left has forgotten it, too.
+    pub fn forget(&mut self) {
+        *self = Self { graphics: self.graphics, ..Self::default() };
+    }
+
+    /// Draws the picture of a kind in the middle of `area`; what to say if there is none.
+    /// Under a layer (`covered`) only what layers can cover is drawn.
+    pub fn draw(
+        &self,
+        kind: &str,
+        covered: bool,
+        area: Rect,
+        theme: &Theme,
+        buffer: &mut Buffer,
+    ) -> Result<(), String> {
+        let shown = self.shown.as_ref().filter(|(wanted, _)| wanted.kind == kind);
+        let picture = match shown {
+            Some((_, Ok(picture))) => picture,
+            Some((_, Err(reason))) => return Err(reason.clone()),
+            None => return Err("drawing ...".to_owned()),
+        };
+        let Size { width, height } = picture.size();
+        if width > area.width || height > area.height {
+            return Err("drawing ...".to_owned());
+        }
+        if covered && matches!(picture, Encoded::Sixel(_)) {
+            return Ok(());
+        }
+        let place =
+            Rect { x: area.x + (area.width - width) / 2, y: area.y + (area.height - height) / 2, width, height };
+        Image::new(picture).render(place, buffer);
+        if matches!(picture, Encoded::Halfblocks(_)) {
+            fit_colours(place, theme, buffer);
+        }
+        Ok(())
+    }
+}
+
+/// The figure in its own proportions, as large as there is room.
+fn picture(figure: &dyn Figure, graphics: Graphics, room: [u16; 2], grey: bool) -> Result<Encoded, String> {
+    let cell = if graphics.protocol == Protocol::HalfBlock { FINE } else { graphics.cell };
+    let pixels: [f64; 2] = std::array::from_fn(|axis| f64::from(room[axis]) * f64::from(cell[axis]));
+    let size = figure.size();
+    let scale = (pixels[0] / size[0]).min(pixels[1] / size[1]);
+    let cells: [u16; 2] = std::array::from_fn(|axis| {
+        ((size[axis] * scale / f64::from(cell[axis])).round() as u16).clamp(1, room[axis].max(1))
+    });
+    let [width, height] = [0, 1].map(|axis| u32::from(cells[axis]) * u32::from(cell[axis]));
+    let bytes = figure.to_rgb(width, height).map_err(|error| error.to_string())?;
+    let image = RgbImage::from_raw(width, height, bytes).ok_or("the picture has another size")?;
+    let (image, size) = (DynamicImage::from(image), Size::new(cells[0], cells[1]));
+    let image = if grey { DynamicImage::from(image.grayscale().to_rgb8()) } else { image };
+    let failed = |error: ratatui_image::errors::Errors| error.to_string();
+    Ok(match graphics.protocol {
+        Protocol::HalfBlock => Encoded::Halfblocks(Halfblocks::new(image, size).map_err(failed)?),
+        Protocol::Sixel => Encoded::Sixel(Sixel::new(image, size, false).map_err(failed)?),
+        Protocol::Kitty => {
+            // Any number that differs from those of earlier pictures.
+            let id = std::time::UNIX_EPOCH.elapsed().map_or(1, |now| now.subsec_nanos() | 1);
+            Encoded::Kitty(Kitty::new(image, size, id, false, false).map_err(failed)?)
+        }
+    })
+}
+
+/// Gives half blocks colours, or characters, that the terminal can show.
+fn fit_colours(area: Rect, theme: &Theme, buffer: &mut Buffer) {
+    let plain = theme.depth == Depth::None || theme.marker == Marker::Ascii;
+    for position in area.positions() {
+        let cell = &mut buffer[position];
+        let (above, below) = (cell.fg, cell.bg);
+        if plain {
+            let ink = if cell.symbol() == " " { darkness(below) } else { darkness(above).max(darkness(below)) };
+            cell.reset();
+            cell.set_char([' ', '.', ':', '+', '#'][(ink.sqrt() * 4.99) as usize]);
+        } else {
+            cell.set_fg(theme.fit(above)).set_bg(theme.fit(below));
+        }
+    }
+}
+
+/// 0 for white, 1 for black.
+fn darkness(colour: Color) -> f32 {
+    match colour {
+        Color::Rgb(r, g, b) => 1.0 - (f32::from(r) * 0.2126 + f32::from(g) * 0.7152 + f32::from(b) * 0.0722) / 255.0,
+        _ => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figures::TaskGrid;
+    use crate::tui::widgets::theme::Palette;
+
+    fn figure() -> Result<Drawing, String> {
+        Ok(Box::new(TaskGrid { tasks: vec![crate::task::load("task1").unwrap()] }))
+    }
+
+    fn shown(protocol: Protocol) -> Preview {
+        let mut preview = Preview { graphics: Graphics { protocol, cell: [8, 16] }, ..Preview::default() };
+        let wanted = Wanted { kind: "scene", stamp: 0, room: [40, 20], grey: false };
+        assert!(!preview.update(&wanted, figure));
+        while !preview.update(&wanted, || panic!("it is being drawn already")) {
+            std::thread::yield_now();
+        }
+        preview
+    }
+
+    fn drawn(preview: &Preview, covered: bool, theme: &Theme) -> Buffer {
+        let mut buffer = Buffer::empty(Rect::new(0, 0, 40, 20));
+        preview.draw("scene", covered, buffer.area, theme, &mut buffer).unwrap();
+        buffer
+    }
+
+    fn theme(depth: Depth) -> Theme {
+        Theme::new(Palette::Dark, depth, Marker::Braille)
+    }
+
+    #[test]
+    fn each_protocol_puts_its_own_sequences_into_the_picture() {
+        let text = |protocol, covered| {
+            let buffer = drawn(&shown(protocol), covered, &theme(Depth::True));
+            buffer.content.iter().map(|cell| cell.symbol()).collect::<String>()
+        };
+        assert!(text(Protocol::Sixel, false).contains("\x1bP"));
+        assert!(!text(Protocol::Sixel, true).contains("\x1bP"), "a layer cannot cover it");
+        assert!(text(Protocol::Kitty, false).contains("\x1b_G"));
+        assert!(text(Protocol::HalfBlock, false).contains('▀'));
+    }
+
+    #[test]
+    fn half_blocks_have_the_terminals_colours() {
+        let preview = shown(Protocol::HalfBlock);
+        let buffer = drawn(&preview, false, &theme(Depth::Ansi256));
+        assert!(buffer.content.iter().all(|cell| !matches!(cell.bg, Color::Rgb(..))));
+        let buffer = drawn(&preview, false, &theme(Depth::None));
+        assert!(buffer.content.iter().all(|cell| cell.symbol().is_ascii() && cell.bg == Color::Reset));
+        assert!(buffer.content.iter().any(|cell| cell.symbol() != " "));
+    }
+
+    #[test]
+    fn why_there_is_no_picture_is_said() {
+        let mut preview = Preview::default();
+        let wanted = Wanted { kind: "clusters", stamp: 0, room: [40, 20], grey: false };
+        assert!(preview.update(&wanted, || Err("no clusters".into())));
+        let mut buffer = Buffer::empty(Rect::new(0, 0, 40, 20));
+        let shown = preview.draw("clusters", false, buffer.area, &theme(Depth::True), &mut buffer);
+        assert_eq!(shown, Err("no clusters".to_owned()));
+    }
+}

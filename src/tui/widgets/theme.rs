@@ -1,0 +1,375 @@
+//! Colours and markers, fitted to what the terminal can show.
+
+use ratatui::buffer::Buffer;
+use ratatui::style::{Color, Modifier, Style};
+
+/// What dots are made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Marker {
+    /// Two by four dots a cell, one colour a cell.
+    Braille,
+    /// One by two blocks a cell, each with its colour; for fonts without braille.
+    HalfBlock,
+    /// One character a cell; for terminals without Unicode.
+    Ascii,
+}
+
+impl Marker {
+    /// Dots a cell, across and down.
+    pub fn dots(self) -> [usize; 2] {
+        match self {
+            Self::Braille => [2, 4],
+            Self::HalfBlock => [1, 2],
+            Self::Ascii => [1, 1],
+        }
+    }
+
+    /// Name on screen and in the environment variable.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Braille => "braille",
+            Self::HalfBlock => "half-block",
+            Self::Ascii => "ascii",
+        }
+    }
+
+    fn next(self) -> Self {
+        match self {
+            Self::Braille => Self::HalfBlock,
+            Self::HalfBlock => Self::Ascii,
+            Self::Ascii => Self::Braille,
+        }
+    }
+}
+
+/// How many colours the terminal can show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Depth {
+    /// None: shapes, labels and text attributes only (`NO_COLOR`).
+    None,
+    /// The sixteen named colours.
+    Ansi16,
+    /// The colour cube of 256.
+    Ansi256,
+    /// 24 bits.
+    True,
+}
+
+/// A set of colours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Palette {
+    /// For dark backgrounds.
+    Dark,
+    /// For light backgrounds.
+    Light,
+    /// Okabe and Ito's colours, which people with any colour vision can tell apart.
+    ColourBlind,
+}
+
+impl Palette {
+    /// Name on screen and in the environment variable.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Dark => "dark",
+            Self::Light => "light",
+            Self::ColourBlind => "colour-blind",
+        }
+    }
+
+    fn next(self) -> Self {
+        match self {
+            Self::Dark => Self::Light,
+            Self::Light => Self::ColourBlind,
+            Self::ColourBlind => Self::Dark,
+        }
+    }
+}
+
+/// The meaning of each colour on screen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Theme {
+    /// The colours it was made from.
+    pub palette: Palette,
+    /// How many of them the terminal shows.
+    pub depth: Depth,
+    /// What dots are made of.
+    pub marker: Marker,
+    /// Secondary text, grids.
+    pub dim: Color,
+    /// Titles, keys, the focused pane.
+    pub accent: Color,
+    /// Frames of panes.
+    pub border: Color,
+    /// The ball.
+    pub ball: Color,
+    /// Where the ball was.
+    pub trail: Color,
+    /// Tools of the scene.
+    pub tool: Color,
+    /// Tools the agent placed.
+    pub placed: Color,
+    /// The final goal.
+    pub goal: Color,
+    /// Something succeeded.
+    pub good: Color,
+    /// Something needs attention.
+    pub warn: Color,
+    /// Something failed.
+    pub bad: Color,
+    /// One colour for each stage of guidance, repeated; also overlaid curves.
+    pub stages: [Color; 6],
+}
+
+/// (dim, accent, border, ball, trail, tool, placed, goal, good, warn, bad, stages), 24 bits.
+type Swatch = ([u32; 11], [u32; 6]);
+
+const DARK: Swatch = (
+    [0x8a8f98, 0x7aa2f7, 0x4c5264, 0xf2f4f8, 0x8f9bb3, 0x9aa5b8, 0xe0af68, 0x9ece6a, 0x9ece6a, 0xe0af68, 0xf7768e],
+    [0x7dcfff, 0xbb9af7, 0xff9e64, 0x73daca, 0xf7768e, 0xe0af68],
+);
+const LIGHT: Swatch = (
+    [0x6b7280, 0x1d4ed8, 0xb3b9c4, 0x111827, 0x6b7280, 0x4b5563, 0xb45309, 0x15803d, 0x15803d, 0xb45309, 0xb91c1c],
+    [0x0369a1, 0x7e22ce, 0xc2410c, 0x0f766e, 0xbe123c, 0xa16207],
+);
+const COLOUR_BLIND: Swatch = (
+    [0x999999, 0x56b4e9, 0x666666, 0xffffff, 0x999999, 0xb0b0b0, 0xe69f00, 0x009e73, 0x009e73, 0xf0e442, 0xd55e00],
+    [0x56b4e9, 0xcc79a7, 0xe69f00, 0x009e73, 0xd55e00, 0xf0e442],
+);
+
+impl Theme {
+    /// Puts signs that every terminal has in the place of our own, where it needs that; names stay
+    /// as they are.
+    pub fn make_plain(&self, buffer: &mut Buffer) {
+        if self.marker != Marker::Ascii {
+            return;
+        }
+        for cell in &mut buffer.content {
+            match cell.symbol() {
+                "·" => _ = cell.set_char('-'),
+                "›" => _ = cell.set_char('>'),
+                _ => {}
+            }
+        }
+    }
+
+    /// The theme of a palette at a depth.
+    pub fn new(palette: Palette, depth: Depth, marker: Marker) -> Self {
+        let (main, stages) = match palette {
+            Palette::Dark => DARK,
+            Palette::Light => LIGHT,
+            Palette::ColourBlind => COLOUR_BLIND,
+        };
+        let main = main.map(|rgb| fit(rgb, depth));
+        let [dim, accent, border, ball, trail, tool, placed, goal, good, warn, bad] = main;
+        let stages = stages.map(|rgb| fit(rgb, depth));
+        Self { palette, depth, marker, dim, accent, border, ball, trail, tool, placed, goal, good, warn, bad, stages }
+    }
+
+    /// The theme that fits the terminal, from the environment: `NO_COLOR`, `COLORTERM`,
+    /// `TERM`, `COLORFGBG`, the locale, and `MGE_THEME`, a list of words such as
+    /// `light,16,ascii` (`dark`, `light`, `colour-blind`; `none`, `16`, `256`, `true`;
+    /// `braille`, `half-block`, `ascii`).
+    pub fn from_env(variable: impl Fn(&str) -> Option<String>) -> Self {
+        let value = |name: &str| variable(name).unwrap_or_default();
+        let term = value("TERM");
+        let mut depth = if matches!(value("COLORTERM").as_str(), "truecolor" | "24bit") {
+            Depth::True
+        } else if term.contains("256color") {
+            Depth::Ansi256
+        } else {
+            Depth::Ansi16
+        };
+        let locale = ["LC_ALL", "LC_CTYPE", "LANG"].into_iter().filter_map(&variable).find(|text| !text.is_empty());
+        let mut marker = match locale {
+            Some(text) if matches!(text.as_str(), "C" | "POSIX") => Marker::Ascii,
+            _ if term == "linux" => Marker::HalfBlock,
+            _ => Marker::Braille,
+        };
+        let background = value("COLORFGBG");
+        let light = background.rsplit(';').next().is_some_and(|colour| matches!(colour, "7" | "15"));
+        let mut palette = if light { Palette::Light } else { Palette::Dark };
+        for word in value("MGE_THEME").split([',', ' ']) {
+            match word {
+                "dark" => palette = Palette::Dark,
+                "light" => palette = Palette::Light,
+                "colour-blind" | "color-blind" => palette = Palette::ColourBlind,
+                "none" => depth = Depth::None,
+                "16" => depth = Depth::Ansi16,
+                "256" => depth = Depth::Ansi256,
+                "true" => depth = Depth::True,
+                "braille" => marker = Marker::Braille,
+                "half-block" => marker = Marker::HalfBlock,
+                "ascii" => marker = Marker::Ascii,
+                _ => {}
+            }
+        }
+        if !value("NO_COLOR").is_empty() {
+            depth = Depth::None;
+        }
+        Self::new(palette, depth, marker)
+    }
+
+    /// The same with the next palette.
+    pub fn next_palette(&self) -> Self {
+        Self::new(self.palette.next(), self.depth, self.marker)
+    }
+
+    /// The same with the next marker set.
+    pub fn next_marker(&self) -> Self {
+        Self::new(self.palette, self.depth, self.marker.next())
+    }
+
+    /// The colour of a stage of guidance: subgoals in order, then the goal.
+    pub fn stage(&self, stage: usize) -> Color {
+        self.stages[stage % self.stages.len()]
+    }
+
+    /// Secondary text.
+    pub fn faint(&self) -> Style {
+        if self.depth == Depth::None { Style::new().add_modifier(Modifier::DIM) } else { Style::new().fg(self.dim) }
+    }
+
+    /// Titles and keys.
+    pub fn strong(&self) -> Style {
+        Style::new().fg(self.accent).add_modifier(Modifier::BOLD)
+    }
+
+    /// The selected row, tab or object.
+    pub fn selected(&self) -> Style {
+        Style::new().add_modifier(Modifier::REVERSED)
+    }
+
+    /// The frame of a pane.
+    pub fn frame(&self, focused: bool) -> Style {
+        Style::new().fg(if focused { self.accent } else { self.border })
+    }
+
+    /// The nearest colour the terminal can show to one of 24 bits.
+    pub fn fit(&self, colour: Color) -> Color {
+        match colour {
+            Color::Rgb(r, g, b) => fit(u32::from_be_bytes([0, r, g, b]), self.depth),
+            other => other,
+        }
+    }
+
+    /// A colour of the heat map for a share from 0 to 1.
+    pub fn heat(&self, share: f32) -> Color {
+        let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 };
+        let [low, high] = match self.palette {
+            Palette::Light => [[245.0, 245.0, 255.0], [252.0, 165.0, 90.0]],
+            _ => [[18.0, 20.0, 48.0], [170.0, 60.0, 40.0]],
+        };
+        let mix = |channel: usize| (low[channel] + (high[channel] - low[channel]) * share) as u32;
+        fit(mix(0) << 16 | mix(1) << 8 | mix(2), self.depth)
+    }
+}
+
+/// The nearest colour the terminal can show.
+fn fit(rgb: u32, depth: Depth) -> Color {
+    let [_, r, g, b] = rgb.to_be_bytes();
+    match depth {
+        Depth::None => Color::Reset,
+        Depth::True => Color::Rgb(r, g, b),
+        Depth::Ansi256 => Color::Indexed(nearest_256([r, g, b])),
+        Depth::Ansi16 => nearest_16([r, g, b]),
+    }
+}
+
+fn distance(a: [u8; 3], b: [u8; 3]) -> u32 {
+    (0..3).map(|channel| u32::from(a[channel].abs_diff(b[channel])).pow(2)).sum()
+}
+
+/// The nearest entry of the 6 x 6 x 6 cube or of the grey ramp.
+fn nearest_256(rgb: [u8; 3]) -> u8 {
+    const LEVELS: [u8; 6] = [0, 95, 135, 175, 215, 255];
+    let level = |value: u8| (0..6usize).min_by_key(|level| LEVELS[*level].abs_diff(value)).unwrap_or(0);
+    let cube = rgb.map(level);
+    let from_cube = distance(rgb, cube.map(|level| LEVELS[level]));
+    let grey = (0..24u8).min_by_key(|step| distance(rgb, [8 + 10 * step; 3])).unwrap_or(0);
+    if distance(rgb, [8 + 10 * grey; 3]) < from_cube {
+        232 + grey
+    } else {
+        (16 + 36 * cube[0] + 6 * cube[1] + cube[2]) as u8
+    }
+}
+
+/// The nearest named colour; nothing becomes black, which would vanish on black.
+fn nearest_16(rgb: [u8; 3]) -> Color {
+    const NAMED: [(Color, [u8; 3]); 14] = [
+        (Color::Red, [170, 30, 40]),
+        (Color::Green, [40, 140, 60]),
+        (Color::Yellow, [190, 130, 40]),
+        (Color::Blue, [40, 70, 200]),
+        (Color::Magenta, [150, 50, 170]),
+        (Color::Cyan, [30, 140, 150]),
+        (Color::Gray, [190, 190, 190]),
+        (Color::DarkGray, [100, 105, 115]),
+        (Color::LightRed, [245, 115, 135]),
+        (Color::LightGreen, [150, 210, 110]),
+        (Color::LightYellow, [240, 220, 110]),
+        (Color::LightBlue, [115, 160, 245]),
+        (Color::LightMagenta, [200, 150, 245]),
+        (Color::LightCyan, [125, 215, 235]),
+    ];
+    let grey = rgb.iter().max().zip(rgb.iter().min()).is_some_and(|(most, least)| most - least < 30);
+    match rgb[0] {
+        235.. if grey => Color::White,
+        150..=234 if grey => Color::Gray,
+        50..=149 if grey => Color::DarkGray,
+        _ => NAMED.iter().min_by_key(|(_, value)| distance(rgb, *value)).map_or(Color::Reset, |(name, _)| *name),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn from(variables: &[(&str, &str)]) -> Theme {
+        Theme::from_env(|name| variables.iter().find(|(key, _)| *key == name).map(|(_, value)| (*value).to_owned()))
+    }
+
+    #[test]
+    fn the_environment_decides_depth_palette_and_marker() {
+        type Case = (&'static [(&'static str, &'static str)], Depth, Palette, Marker);
+        let cases: [Case; 7] = [
+            (&[("COLORTERM", "truecolor")], Depth::True, Palette::Dark, Marker::Braille),
+            (&[("TERM", "xterm-256color")], Depth::Ansi256, Palette::Dark, Marker::Braille),
+            (&[("TERM", "linux")], Depth::Ansi16, Palette::Dark, Marker::HalfBlock),
+            (&[("NO_COLOR", "1"), ("COLORTERM", "truecolor")], Depth::None, Palette::Dark, Marker::Braille),
+            (&[("COLORFGBG", "0;15")], Depth::Ansi16, Palette::Light, Marker::Braille),
+            (&[("LC_ALL", "C")], Depth::Ansi16, Palette::Dark, Marker::Ascii),
+            (&[("MGE_THEME", "colour-blind,256,ascii")], Depth::Ansi256, Palette::ColourBlind, Marker::Ascii),
+        ];
+        for (variables, depth, palette, marker) in cases {
+            let theme = from(variables);
+            assert_eq!((theme.depth, theme.palette, theme.marker), (depth, palette, marker), "{variables:?}");
+        }
+    }
+
+    #[test]
+    fn without_colour_every_colour_is_the_terminals_own() {
+        let theme = Theme::new(Palette::Dark, Depth::None, Marker::Braille);
+        assert!([theme.ball, theme.goal, theme.bad, theme.heat(0.5)].iter().all(|colour| *colour == Color::Reset));
+        assert!(theme.faint().add_modifier.contains(Modifier::DIM));
+    }
+
+    #[test]
+    fn each_depth_uses_only_its_colours_and_keeps_meanings_apart() {
+        for palette in [Palette::Dark, Palette::Light, Palette::ColourBlind] {
+            for depth in [Depth::Ansi16, Depth::Ansi256, Depth::True] {
+                let theme = Theme::new(palette, depth, Marker::Braille);
+                for colour in theme.stages.into_iter().chain([theme.ball, theme.goal, theme.bad]) {
+                    let fits = match depth {
+                        Depth::True => matches!(colour, Color::Rgb(..)),
+                        Depth::Ansi256 => matches!(colour, Color::Indexed(16..)),
+                        _ => !matches!(colour, Color::Rgb(..) | Color::Indexed(_)),
+                    };
+                    assert!(fits, "{palette:?} {depth:?} {colour:?}");
+                }
+                assert_ne!(theme.good, theme.bad);
+                assert_ne!(theme.tool, theme.placed);
+                assert_ne!(theme.stages[0], theme.stages[1]);
+            }
+        }
+    }
+}

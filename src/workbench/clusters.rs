@@ -1,0 +1,152 @@
+//! The session's action clusters.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::command::{Clusters, Command};
+use super::job::Reporter;
+use super::{Session, SessionError, write_file};
+use crate::guidance::{ActionPrior, GuidanceConfig};
+use crate::task::Task;
+use crate::trainer::{PriorSource, RunConfig, build_prior};
+
+/// How the clusters stand to the present task and settings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PriorState {
+    /// There are none.
+    Absent,
+    /// They are being computed: the stage, from 0, of so many.
+    Building { stage: usize, stages: usize },
+    /// They belong to the task and settings as they are.
+    Fresh,
+    /// Task or settings have changed since.
+    Stale,
+}
+
+/// The clusters of a session, and what is being done about them.
+#[derive(Debug, Default)]
+pub(super) struct ClusterStore {
+    /// The latest, with what they were computed from.
+    latest: Option<(PriorKey, Arc<ActionPrior>)>,
+    /// What is computed now, to take their place.
+    building: Option<PriorKey>,
+    /// What cannot be computed: trying again would fail again.
+    failed: Option<PriorKey>,
+}
+
+/// What clusters depend on; if it changes, they are out of date.
+#[derive(Debug, Clone, PartialEq)]
+struct PriorKey {
+    task: Arc<Task>,
+    source: PriorSource,
+    guidance: GuidanceConfig,
+    seed: u64,
+}
+
+impl PriorKey {
+    fn of(config: &RunConfig) -> Self {
+        Self {
+            task: config.task.clone(),
+            source: config.rollout_source(),
+            guidance: config.guidance.clone(),
+            seed: config.seed,
+        }
+    }
+}
+
+fn is_clusters(command: &Command) -> bool {
+    matches!(command, Command::Clusters(_))
+}
+
+fn is_for_the_session(command: &Command) -> bool {
+    matches!(command, Command::Clusters(Clusters(None)))
+}
+
+impl Session {
+    /// Begins to compute the clusters of the task and settings as they are.
+    pub(super) fn compute_clusters(&mut self, command: &Clusters) -> Result<String, SessionError> {
+        self.setup.config.validate()?;
+        // A file that was asked for is written whatever happens since.
+        self.cancel_jobs(is_for_the_session);
+        let (config, path) = (self.setup.config.clone(), command.0.clone());
+        let key = PriorKey::of(&config);
+        self.clusters.building = Some(key.clone());
+        let work = move |reporter: &Reporter| {
+            let prior = build(&config, reporter)?;
+            let saved = path.map(|path| save(&prior, &path)).transpose();
+            Ok((prior, saved))
+        };
+        self.begin_job(command.clone(), work, move |session, result| {
+            let wanted = session.clusters.building.take_if(|building| *building == key).is_some();
+            if wanted && result.is_err() {
+                session.clusters.failed = Some(key.clone());
+            }
+            let (prior, saved) = result?;
+            if wanted {
+                session.clusters.latest = Some((key, Arc::new(prior)));
+            }
+            Ok(saved?.unwrap_or_else(|| "the action clusters are ready".to_owned()))
+        })?;
+        Ok("computing the action clusters".to_owned())
+    }
+
+    /// Forgets the clusters: those of one task say nothing about another.
+    pub(super) fn forget_clusters(&mut self) {
+        self.cancel_jobs(is_for_the_session);
+        self.clusters = ClusterStore::default();
+    }
+
+    /// The action clusters, fresh or stale.
+    pub fn prior(&self) -> Option<&Arc<ActionPrior>> {
+        self.clusters.latest.as_ref().map(|(_, prior)| prior)
+    }
+
+    /// How the clusters stand to the present task and settings.
+    pub fn prior_state(&self) -> PriorState {
+        let ClusterStore { latest, building, .. } = &self.clusters;
+        match (building, latest) {
+            (Some(key), _) => {
+                let done = self.job(is_clusters).map_or(0, |job| job.progress().done);
+                PriorState::Building { stage: done, stages: key.task.stage_count() }
+            }
+            (None, None) => PriorState::Absent,
+            (None, Some((key, _))) if *key == PriorKey::of(&self.setup.config) => PriorState::Fresh,
+            (None, Some(_)) => PriorState::Stale,
+        }
+    }
+
+    /// Whether there are clusters, finished or on their way, that no longer belong to the
+    /// task and settings, and computing them anew is worth trying.
+    pub fn clusters_are_outdated(&self) -> bool {
+        let key = PriorKey::of(&self.setup.config);
+        let ClusterStore { latest, building, failed } = &self.clusters;
+        let newest = building.as_ref().or(latest.as_ref().map(|(key, _)| key));
+        newest.is_some_and(|newest| *newest != key) && failed.as_ref() != Some(&key)
+    }
+}
+
+fn build(config: &RunConfig, reporter: &Reporter) -> Result<ActionPrior, String> {
+    let stages = config.task.stage_count();
+    let prior = build_prior(config, |stage| reporter.progress(stage, stages)).map_err(|error| error.to_string())?;
+    prior.ok_or_else(|| "the computation was cancelled".to_owned())
+}
+
+fn save(prior: &ActionPrior, path: &Path) -> Result<String, String> {
+    write_file(path, prior.to_json().as_bytes()).map_err(|error| error.to_string())?;
+    Ok(format!("saved the action clusters to {}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trainer::Method;
+
+    #[test]
+    fn clusters_of_a_method_with_other_rollouts_are_out_of_date() {
+        let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+        let key = |method| PriorKey::of(&RunConfig { method, ..config.clone() });
+        assert_eq!(key(Method::Ddpg), key(Method::DdpgMge));
+        assert_ne!(key(Method::DdpgUniform), key(Method::DdpgMge));
+        assert_ne!(key(Method::DdpgMgeTrue), key(Method::DdpgMge));
+    }
+}

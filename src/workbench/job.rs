@@ -1,0 +1,121 @@
+//! A computation in the background: its progress, its cancellation and its result.
+
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread::JoinHandle;
+
+use crate::trainer::panic_message;
+
+/// A computation on a thread of its own.
+#[derive(Debug)]
+pub(super) struct Job<T> {
+    shared: Arc<Shared>,
+    thread: JoinHandle<Result<T, String>>,
+}
+
+/// What the computation and its owner share.
+#[derive(Debug, Default)]
+struct Shared {
+    done: AtomicUsize,
+    total: AtomicUsize,
+    cancelled: AtomicBool,
+}
+
+/// How much of a computation is done. Nothing can be said of it as long as `total` is 0.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Progress {
+    /// Parts that are done.
+    pub done: usize,
+    /// All parts.
+    pub total: usize,
+}
+
+impl Progress {
+    /// The share that is done, from 0 to 1; None if nothing can be said.
+    pub fn share(self) -> Option<f32> {
+        (self.total > 0).then(|| self.done as f32 / self.total as f32)
+    }
+}
+
+/// The computation's side of a job.
+#[derive(Debug)]
+pub(super) struct Reporter(Arc<Shared>);
+
+impl Reporter {
+    /// Reports how much is done; false if the computation is to end.
+    pub fn progress(&self, done: usize, total: usize) -> bool {
+        self.0.done.store(done, Ordering::Relaxed);
+        self.0.total.store(total, Ordering::Relaxed);
+        !self.0.cancelled.load(Ordering::Relaxed)
+    }
+}
+
+impl<T: Send + 'static> Job<T> {
+    /// Begins a computation.
+    ///
+    /// # Errors
+    /// When the system has no more threads.
+    pub fn spawn(work: impl FnOnce(&Reporter) -> Result<T, String> + Send + 'static) -> io::Result<Self> {
+        let shared = Arc::<Shared>::default();
+        let reporter = Reporter(shared.clone());
+        let thread = std::thread::Builder::new().name("mge-job".to_owned()).spawn(move || work(&reporter))?;
+        Ok(Self { shared, thread })
+    }
+
+    /// How much of it is done.
+    pub fn progress(&self) -> Progress {
+        let [done, total] = [&self.shared.done, &self.shared.total].map(|count| count.load(Ordering::Relaxed));
+        Progress { done, total }
+    }
+
+    /// Whether the result is there.
+    pub fn is_finished(&self) -> bool {
+        self.thread.is_finished()
+    }
+
+    /// The result; waits for it if it is not there yet.
+    ///
+    /// # Errors
+    /// The error, or the panic, that ended the computation.
+    pub fn result(self) -> Result<T, String> {
+        self.thread.join().unwrap_or_else(|panic| Err(format!("the computation panicked: {}", panic_message(&*panic))))
+    }
+
+    /// Cancels it: it ends when it next reports its progress.
+    pub fn cancel(&self) {
+        self.shared.cancelled.store(true, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_result_an_error_and_a_panic_are_all_outcomes() {
+        assert_eq!(Job::spawn(|_| Ok(7)).unwrap().result(), Ok(7));
+        assert_eq!(Job::<()>::spawn(|_| Err("no".to_owned())).unwrap().result(), Err("no".to_owned()));
+        let panicked = Job::<()>::spawn(|_| panic!("on purpose")).unwrap().result();
+        assert_eq!(panicked, Err("the computation panicked: on purpose".to_owned()));
+    }
+
+    #[test]
+    fn a_cancelled_job_ends_at_its_next_report() {
+        let job = Job::<()>::spawn(|reporter| {
+            let mut done = 0;
+            while reporter.progress(done, 9) {
+                done = 1;
+                std::thread::yield_now();
+            }
+            Err("cancelled".to_owned())
+        });
+        let job = job.unwrap();
+        while job.progress().done != 1 {
+            std::thread::yield_now();
+        }
+        assert!(!job.is_finished() && job.progress().share() == Some(1.0 / 9.0));
+        job.cancel();
+        assert_eq!(job.result(), Err("cancelled".to_owned()));
+    }
+}

@@ -1,0 +1,203 @@
+//! What the session computes in the background. No command waits for a computation: it
+//! begins one, and its result is taken in when the session is next polled.
+
+use std::fmt;
+use std::time::Duration;
+
+use super::command::Command;
+use super::job::{Job, Progress, Reporter};
+use super::session::Notice;
+use super::{Session, SessionError};
+
+/// Time between two looks at what a script waits for.
+const LOOK: Duration = Duration::from_millis(10);
+
+/// A computation that a command began.
+pub(super) struct Pending {
+    command: Command,
+    /// The command's entry in the journal, if it has one.
+    pub entry: Option<u64>,
+    shown: Progress,
+    work: Box<dyn Background + Send>,
+}
+
+impl fmt::Debug for Pending {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Pending").field("command", &self.command).finish_non_exhaustive()
+    }
+}
+
+impl Pending {
+    /// The command that began it.
+    pub fn command(&self) -> &Command {
+        &self.command
+    }
+
+    /// How much of it is done.
+    pub fn progress(&self) -> Progress {
+        self.work.progress()
+    }
+}
+
+/// A job of any result, with what is done with the result.
+trait Background {
+    fn progress(&self) -> Progress;
+    fn is_finished(&self) -> bool;
+    fn cancel(&self);
+    /// Takes the result in; what to report, or why there is none.
+    fn complete(self: Box<Self>, session: &mut Session) -> Result<String, String>;
+}
+
+struct Work<T, F> {
+    job: Job<T>,
+    complete: F,
+}
+
+impl<T, F> Background for Work<T, F>
+where
+    T: Send + 'static,
+    F: FnOnce(&mut Session, Result<T, String>) -> Result<String, String>,
+{
+    fn progress(&self) -> Progress {
+        self.job.progress()
+    }
+
+    fn is_finished(&self) -> bool {
+        self.job.is_finished()
+    }
+
+    fn cancel(&self) {
+        self.job.cancel();
+    }
+
+    fn complete(self: Box<Self>, session: &mut Session) -> Result<String, String> {
+        (self.complete)(session, self.job.result())
+    }
+}
+
+impl Session {
+    /// Begins a computation for a command; `complete` takes its result into the session.
+    pub(super) fn begin_job<T: Send + 'static>(
+        &mut self,
+        command: impl Into<Command>,
+        work: impl FnOnce(&Reporter) -> Result<T, String> + Send + 'static,
+        complete: impl FnOnce(&mut Self, Result<T, String>) -> Result<String, String> + Send + 'static,
+    ) -> Result<(), SessionError> {
+        #[cfg(test)]
+        let work = {
+            let gate = self.gate.clone();
+            move |reporter: &Reporter| {
+                drop(gate.lock());
+                work(reporter)
+            }
+        };
+        let job = Job::spawn(work).map_err(SessionError::Thread)?;
+        let work = Box::new(Work { job, complete });
+        self.jobs.push(Pending { command: command.into(), entry: None, shown: Progress::default(), work });
+        Ok(())
+    }
+
+    /// The latest computation begun by such a command that has not ended.
+    pub(super) fn job(&self, which: impl Fn(&Command) -> bool) -> Option<&Pending> {
+        self.jobs.iter().rev().find(|job| which(&job.command))
+    }
+
+    /// Cancels the computations begun by such commands; true if there was one.
+    pub(super) fn cancel_jobs(&mut self, which: impl Fn(&Command) -> bool) -> bool {
+        let (cancelled, others) =
+            std::mem::take(&mut self.jobs).into_iter().partition::<Vec<_>, _>(|job| which(&job.command));
+        self.jobs = others;
+        for job in &cancelled {
+            job.work.cancel();
+            self.forget(job.entry);
+        }
+        !cancelled.is_empty()
+    }
+
+    /// What came to nothing need not be repeated by the recorded script.
+    fn forget(&mut self, entry: Option<u64>) {
+        if let Some(entry) = entry {
+            self.journal.forget(entry);
+        }
+    }
+
+    /// Takes in the results that are there.
+    pub(super) fn advance_jobs(&mut self) {
+        for job in &mut self.jobs {
+            let progress = job.work.progress();
+            if std::mem::replace(&mut job.shown, progress) != progress {
+                self.notices.push(Notice::Progress { command: job.command.clone(), progress });
+            }
+        }
+        while let Some(index) = self.jobs.iter().position(|job| job.work.is_finished()) {
+            let Pending { command, entry, work, .. } = self.jobs.remove(index);
+            let outcome = work.complete(self);
+            if outcome.is_err() {
+                self.forget(entry);
+            }
+            self.notices.push(Notice::Finished { command, outcome });
+        }
+    }
+
+    /// Waits for the result of a command, which is what to report of it; None if it began
+    /// no computation.
+    ///
+    /// # Errors
+    /// When the computation failed.
+    pub fn wait_for(&mut self, command: &Command) -> Result<Option<String>, SessionError> {
+        while self.job(|pending| pending == command).is_some() {
+            self.advance();
+            std::thread::sleep(LOOK);
+        }
+        let finished = |notice: &Notice| matches!(notice, Notice::Finished { command: of, .. } if of == command);
+        match self.notices.iter().rposition(finished).map(|index| self.notices.remove(index)) {
+            Some(Notice::Finished { outcome, .. }) => outcome.map(Some).map_err(SessionError::Failed),
+            _ => Ok(None),
+        }
+    }
+
+    /// Waits until nothing is under way but what is paused; `on_notice` sees what happens
+    /// meanwhile. For scripts and the command line: the terminal polls.
+    ///
+    /// # Errors
+    /// When a computation or a run failed.
+    pub fn wait(&mut self, mut on_notice: impl FnMut(&Notice)) -> Result<String, SessionError> {
+        loop {
+            let idle = self.is_idle();
+            for notice in self.poll() {
+                on_notice(&notice);
+                if let Some(reason) = self.failure_in(&notice) {
+                    return Err(SessionError::Failed(reason));
+                }
+            }
+            if idle {
+                break;
+            }
+            std::thread::sleep(LOOK);
+        }
+        match self.run().and_then(|run| run.failure()) {
+            Some(reason) => Err(SessionError::Failed(reason.to_owned())),
+            None => Ok(self.under_way()),
+        }
+    }
+
+    /// Why something that the session does has failed.
+    fn failure_in(&self, notice: &Notice) -> Option<String> {
+        match notice {
+            Notice::Finished { outcome, .. } => outcome.as_ref().err().cloned(),
+            Notice::Run { run, event: crate::run::Event::Failed { reason, .. } } => {
+                self.run_numbered(*run).filter(|run| run.was_trained_here()).map(|_| reason.clone())
+            }
+            _ => None,
+        }
+    }
+
+    /// What is under way, in words.
+    pub(super) fn under_way(&self) -> String {
+        let runs = self.runs.iter().filter(|run| run.is_working() || run.is_queued()).count();
+        match (runs, self.jobs.len()) {
+            (0, 0) => "nothing is under way".to_owned(),
+            (runs, jobs) => format!("runs under way: {runs}; computations: {jobs}"),
+        }
+    }
+}
