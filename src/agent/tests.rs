@@ -111,7 +111,8 @@ fn metrics_are_those_of_the_batch() {
 #[test]
 fn the_target_is_made_by_the_target_networks() {
     // Targets that stay behind: the online networks would give another loss.
-    let config = DdpgConfig { tau: 0.001, actor_learning_rate: 0.02, critic_learning_rate: 0.02, ..small() };
+    let rates = DdpgConfig { actor_learning_rate: 0.02, critic_learning_rate: 0.02, ..small() };
+    let config = DdpgConfig { tau: 0.001, output_init_bound: 0.5, ..rates };
     let mut ddpg = Ddpg::new(OBSERVATION, ACTION, &config, &mut rng(1)).unwrap();
     (0..50).for_each(|seed| _ = ddpg.update(&any_batch(seed)).unwrap());
     let batch = any_batch(99);

@@ -243,7 +243,7 @@ fn a_past_run_shows_its_clusters_unless_they_are_of_another_task() {
 fn a_replayed_episode_keeps_who_chose_each_action() {
     let folder = tempfile::tempdir().unwrap();
     let mut config = config(Method::Planning, 1);
-    config.planner.rollouts = 5;
+    config.planner.rollouts = 20;
     let run = new_run(folder.path(), "run", &config);
     finish(&run);
     let played = crate::run::read_episode(&run.episodes_path(), 1).unwrap();

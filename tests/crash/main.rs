@@ -261,9 +261,9 @@ macro_rules! crash_tests {
 }
 
 crash_tests! {
-    train: 23,
-    resume: 17,
-    sweep: 31,
+    train: 29,
+    resume: 23,
+    sweep: 41,
     model: 5,
     task: 3,
     figures: 5,
