@@ -64,3 +64,29 @@ fn frame_200x60(bencher: Bencher, keys: &str) {
         still.draw(&mut terminal)
     });
 }
+
+/// A key on the list of 10,000 runs, and the frame after it.
+#[divan::bench]
+fn key_among_10000_runs(bencher: Bencher) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let session = session(folder.path());
+    for number in 0..10_000 {
+        let run = folder.path().join(format!("run-{number:05}"));
+        std::fs::create_dir(&run).expect("room on the disk");
+        for file in ["config.json", "events.jsonl"] {
+            std::fs::hard_link(folder.path().join("run").join(file), run.join(file)).expect("a file of the run");
+        }
+    }
+    let mut still = Still::new(session);
+    let mut terminal = Terminal::new(TestBackend::new(200, 60)).expect("a backend that cannot fail");
+    still.press("5").expect("keys");
+    while still.is_reading_runs() {
+        std::thread::sleep(FRAME);
+        still.pass(FRAME);
+    }
+    bencher.bench_local(|| {
+        still.press("down").expect("keys");
+        still.pass(FRAME);
+        still.draw(&mut terminal)
+    });
+}

@@ -1,5 +1,7 @@
 //! Sweeps as a user runs them: at once, through GNU parallel, as a Slurm array; and the report.
 
+use std::os::unix::fs::PermissionsExt;
+use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -128,6 +130,37 @@ fn a_sweep_finishes_a_run_whose_creation_was_killed() {
     std::fs::write(run.join(".mge-aB3xY9"), "{\n  \"format\": 1,").unwrap();
     succeed(mge(here, &["sweep", "s.json", "--quiet", "--out", "sweep"]));
     assert_eq!(read(&here.join("sweep/results.csv")).matches(",finished,").count(), 2);
+}
+
+/// The program as a user who may have so many processes, threads included. None where the test does
+/// not run as root, or that user cannot run the program.
+fn with_threads(most: u32, folder: &Path, arguments: &[&str]) -> Option<Output> {
+    const NOBODY_ELSE: u32 = 54_321;
+    let limit = |most: u32, arguments: &[&str]| {
+        let mut command = Command::new("prlimit");
+        command.arg(format!("--nproc={most}")).arg(MGE).args(arguments).current_dir(folder).uid(NOBODY_ELSE);
+        command.output().ok()
+    };
+    limit(100, &["tasks"]).filter(|output| output.status.success())?;
+    limit(most, arguments)
+}
+
+#[test]
+fn too_few_threads_are_an_error_or_make_it_slower() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    std::fs::set_permissions(here, std::fs::Permissions::from_mode(0o777)).unwrap();
+    std::fs::write(here.join("s.json"), SWEEP).unwrap();
+    let clusters = ["clusters", "task1", "--model", "true", "--seed", "1"];
+    let Some(alone) = with_threads(1, here, &clusters) else {
+        eprintln!("skipped: it takes root, prlimit, and a program that others can run");
+        return;
+    };
+    assert_eq!(succeed(alone), succeed(mge(here, &clusters)));
+    let output = with_threads(1, here, &["sweep", "s.json", "--threads", "2"]).unwrap();
+    let message = text(&output.stderr);
+    assert_eq!((output.status.code(), message.lines().count()), (Some(1), 1), "{message}");
+    assert!(message.contains("cannot start a thread"), "{message}");
 }
 
 #[test]

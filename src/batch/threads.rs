@@ -1,17 +1,36 @@
 //! The thread pool of the whole process.
 
+use std::thread;
+
 use rayon::ThreadPoolBuilder;
 
+use super::runner::default_threads;
+
 /// Starts rayon's global pool, which otherwise starts at its first use and panics where the system
-/// has too few threads left: with one thread for each processor, or else with one, or else on the
-/// calling thread.
+/// has too few threads left: with as many threads as rayon would use, or else with one, or else on
+/// the calling thread.
 pub fn start_global_pool() {
-    // The global pool can be started only once, even if that fails: another one is tried first.
-    let threads = [0, 1].into_iter().find(|&threads| ThreadPoolBuilder::new().num_threads(threads).build().is_ok());
-    let builder = match threads {
+    let wanted = std::env::var("RAYON_NUM_THREADS").ok().and_then(|text| text.parse().ok());
+    let wanted = wanted.filter(|&threads| threads > 0).unwrap_or_else(default_threads);
+    // The global pool can be started only once, even if that fails: so the threads are tried first.
+    let builder = match [wanted, 1].into_iter().find(|&threads| can_start(threads)) {
         Some(threads) => ThreadPoolBuilder::new().num_threads(threads),
         None => ThreadPoolBuilder::new().num_threads(1).use_current_thread(),
     };
     // One that has been started before is as good.
     let _ = builder.build_global();
+}
+
+/// Whether so many threads can exist at the same time.
+fn can_start(threads: usize) -> bool {
+    let (hold, held) = crossbeam_channel::bounded::<()>(0);
+    thread::scope(|scope| {
+        // Until the other end of the channel is dropped.
+        let wait = || {
+            let _ = held.recv();
+        };
+        let all = (0..threads).all(|_| thread::Builder::new().spawn_scoped(scope, wait).is_ok());
+        drop(hold);
+        all
+    })
 }

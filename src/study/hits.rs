@@ -102,3 +102,23 @@ pub fn count_hits(task: &Arc<Task>, explorer: &mut impl Explorer, episodes: u32,
     }
     hits
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task;
+
+    #[test]
+    fn random_play_starts_from_the_actor_of_a_training_and_from_start_noise_of_its_own() {
+        let task = Arc::new(task::load("task1").unwrap());
+        let config = DdpgConfig { hidden: 8, ..DdpgConfig::default() };
+        let mut env = Environment::new(task.clone());
+        let observation = env.reset(&mut Stream::Episode.of(3));
+        let of = |mut weights: ChaCha8Rng| {
+            Ddpg::new(observation_len(&task), 2, &config, &mut weights).unwrap().act(&observation)
+        };
+        let actor = ActorNoise::untrained(&task, &config, 3).unwrap().agent.act(&observation);
+        assert_eq!(actor, of(Stream::AgentWeights.of(3)));
+        assert_ne!(actor, of(Stream::Episode.of(3)), "weights and start noise share a stream");
+    }
+}

@@ -72,13 +72,14 @@ pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
     let input = Input::new(wake);
     #[cfg(not(unix))]
     let input = Input;
+    // The screen outlives the workbench, whose last words it shows once the terminal is given back.
+    let mut display = Display { screen, input, drawn: None, asked: false };
     let app = App::new(Box::new(SessionWorkspace::new(session)), theme, keymap);
     let mut app = Guarded(if options.no_mouse { app.without_mouse() } else { app });
     report_kept(&mut app, Path::new("."));
     if options.tour {
         app.show_tour();
     }
-    let mut display = Display { screen, input, drawn: None, asked: false };
     let mut last = Instant::now();
     while !app.is_leaving() {
         let now = Instant::now();

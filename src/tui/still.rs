@@ -36,6 +36,11 @@ impl Still {
         Ok(())
     }
 
+    /// Whether runs are being read from their folder.
+    pub fn is_reading_runs(&self) -> bool {
+        self.app.is_reading_runs()
+    }
+
     /// Lets time pass.
     pub fn pass(&mut self, time: Duration) {
         self.app.tick(time);

@@ -157,6 +157,11 @@ impl App {
         self.tab.has_scene() && self.screens.scene.player.playing
     }
 
+    /// Whether runs are being read from their folder.
+    pub fn is_reading_runs(&self) -> bool {
+        self.workspace.view().runs_unread > 0
+    }
+
     /// What the screens draw from.
     fn ui(&self) -> Ui<'_> {
         Ui { view: self.workspace.view(), subject: &self.subject, keymap: &self.keymap, theme: &self.theme }

@@ -40,7 +40,11 @@ fn a_past_episode_is_predicted_by_the_model_of_its_own_task() {
     while !seen(&mut app).contains("task1-ddpg-seed0") {
         std::thread::yield_now();
     }
-    press(&mut app, "enter 1 g home");
+    press(&mut app, "enter");
+    while app.subject.run().is_none_or(|run| run.done == 0) {
+        seen(&mut app);
+    }
+    press(&mut app, "1 g home");
     let screen = seen(&mut app);
     assert!(screen.contains("task1 · episode 1 of task1-ddpg-seed0"), "{screen}");
     assert!(!screen.contains("no prediction"), "{screen}");
