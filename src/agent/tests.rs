@@ -130,10 +130,10 @@ fn the_target_is_made_by_the_target_networks() {
     };
     let expected = loss(&ddpg.target_actor, &ddpg.target_critic);
     for wrong in [loss(&ddpg.actor, &ddpg.target_critic), loss(&ddpg.target_actor, &ddpg.critic)] {
-        assert!((wrong - expected).abs() > 1e-4, "{wrong} and {expected}: the test shows nothing");
+        assert!((wrong - expected).abs() > 1e-3 * expected, "{wrong} and {expected}: the test shows nothing");
     }
     let found = ddpg.update(&batch).unwrap().critic_loss;
-    assert!((found - expected).abs() < 1e-5, "{found}, expected {expected}");
+    assert!((found - expected).abs() < 1e-4 * expected, "{found}, expected {expected}");
 }
 
 #[test]
