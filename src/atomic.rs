@@ -5,6 +5,8 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
 
+use tempfile::TempPath;
+
 /// Prefix of the name of a file that is being written.
 const TEMPORARY: &str = ".mge-";
 
@@ -19,22 +21,35 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
         _ => Path::new("."),
     };
     remove_leftovers(folder);
-    let new = tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder).map_err(|error| match error.kind() {
-        // The error itself would name the temporary file, which nobody knows.
-        io::ErrorKind::NotFound => io::Error::new(io::ErrorKind::NotFound, "its folder does not exist"),
-        kind => kind.into(),
-    })?;
-    let (mut file, temporary) = new.into_parts();
-    // Held until it has its name: a file that nobody holds is a leftover.
-    let _ = file.try_lock();
+    let (mut file, temporary) = create(folder)?;
     file.write_all(bytes)?;
     file.sync_all()?;
-    set_usual_permissions(&file)?;
     std::fs::rename(&temporary, path)?;
     // It has another name now and is no longer to be removed.
     let _ = temporary.keep();
     drop(file);
     File::open(folder)?.sync_all()
+}
+
+/// A new file to be written, and its name until then. It is held while it is open: one that nobody
+/// holds is a leftover.
+fn create(folder: &Path) -> io::Result<(File, TempPath)> {
+    loop {
+        // Not `tempfile_in`: its files are private, and its errors name the temporary file.
+        let mut builder = tempfile::Builder::new();
+        let created = builder.prefix(TEMPORARY).make_in(folder, |path| File::create_new(path));
+        let created = created.map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => io::Error::new(io::ErrorKind::NotFound, "its folder does not exist"),
+            _ => error,
+        })?;
+        let (file, temporary) = created.into_parts();
+        // Where files cannot be locked nobody takes them for leftovers either.
+        let held = file.lock().is_ok();
+        // Somebody else may have taken it for a leftover before it was held.
+        if !held || temporary.exists() {
+            return Ok((file, temporary));
+        }
+    }
 }
 
 /// Whether a file of this name is one that is being written, or was when its writer died.
@@ -53,21 +68,22 @@ pub(crate) fn remove_leftovers(folder: &Path) {
     }
 }
 
-/// Temporary files are private; what a person saves is readable like any other file.
-#[cfg(unix)]
-fn set_usual_permissions(file: &File) -> io::Result<()> {
-    use std::os::unix::fs::PermissionsExt;
-    file.set_permissions(std::fs::Permissions::from_mode(0o644))
-}
-
-#[cfg(not(unix))]
-fn set_usual_permissions(_: &File) -> io::Result<()> {
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn errors_are_those_of_the_system_without_the_temporary_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        write(&file, b"whole").unwrap();
+        assert_eq!(std::fs::read(&file).unwrap(), b"whole");
+        let error = write(&file.join("below"), b"").unwrap_err();
+        assert!(error.raw_os_error().is_some() && !error.to_string().contains(".mge-"), "{error}");
+        let error = write(&folder.path().join("nowhere/file"), b"").unwrap_err();
+        assert_eq!(error.to_string(), "its folder does not exist");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left behind");
+    }
 
     fn names(folder: &Path) -> Vec<String> {
         let entries = std::fs::read_dir(folder).unwrap();
@@ -85,6 +101,18 @@ mod tests {
         let mut left = names(folder.path());
         left.sort();
         assert_eq!(left, [".mge-folder", ".mge-held", "a"]);
+    }
+
+    #[test]
+    fn writers_in_one_folder_do_not_disturb_each_other() {
+        let folder = tempfile::tempdir().unwrap();
+        std::thread::scope(|scope| {
+            for number in 0..4 {
+                let path = folder.path().join(format!("file{number}"));
+                scope.spawn(move || (0..50).for_each(|_| write(&path, b"whole").unwrap()));
+            }
+        });
+        assert_eq!(names(folder.path()).len(), 4);
     }
 
     #[test]

@@ -4,9 +4,10 @@ use dfdx::{losses::mse_loss, prelude::*};
 use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
 
-use super::{Batch, ConfigError, DdpgConfig, join::join};
+use super::{Batch, DdpgConfig, join::join};
 use crate::nn::rows::prepend_columns;
 use crate::nn::{Activation, Init, InitScheme, Matrix, Mlp, MlpShape, NnError, Optimiser, matrix};
+use crate::validation::ValidationError;
 
 /// Actor μ, critic Q, their targets μ' and Q', and the optimisers of the first two.
 #[derive(Clone, Debug)]
@@ -92,7 +93,7 @@ impl Ddpg {
         action_len: usize,
         config: &DdpgConfig,
         rng: &mut ChaCha8Rng,
-    ) -> Result<Self, ConfigError> {
+    ) -> Result<Self, ValidationError> {
         config.validate()?;
         assert!(observation_len > 0 && action_len > 0, "an agent needs vectors");
         let init = Init::with_last_bound(InitScheme::FanIn, config.output_init_bound);

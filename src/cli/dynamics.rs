@@ -1,9 +1,9 @@
 //! `mge dynamics`: train and evaluate dynamics models.
 
-use super::Outcome;
 use super::arguments::{Dynamics, DynamicsAblate, DynamicsEvaluate, DynamicsTrain};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
+use super::{Outcome, output};
 use crate::batch::{Batch, default_threads};
 use crate::dynamics::{
     self, Ended, EvaluationConfig, ModelConfig, TrainConfig, Variant, canonical_tool_set, evaluate_with_progress,
@@ -46,8 +46,7 @@ fn train(arguments: &DynamicsTrain) -> Outcome {
     if let Some(reason) = divergence {
         return Err(format!("{reason}; the model is that of the epoch before").into());
     }
-    println!("{}", arguments.out.display());
-    Ok(())
+    Ok(output::line(arguments.out.display())?)
 }
 
 fn settings(arguments: &DynamicsTrain) -> Result<(ModelConfig, TrainConfig), Box<dyn std::error::Error>> {
@@ -110,8 +109,7 @@ fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
         let provenance = Provenance::new(command, &[arguments.seed], &model.provenance().data_hash);
         model_error_figure(&evaluation, &model).write(path, &provenance, arguments.print.dpi)?;
     }
-    println!("{}", serde_json::to_string_pretty(&evaluation)?);
-    Ok(())
+    Ok(output::line(serde_json::to_string_pretty(&evaluation)?)?)
 }
 
 fn ablate(arguments: &DynamicsAblate) -> Outcome {
@@ -145,8 +143,7 @@ fn ablate(arguments: &DynamicsAblate) -> Outcome {
     });
     drop(progress);
     interrupt.result(outcome, |error| matches!(error, StudyError::Interrupted))?;
-    println!("{}", arguments.out.join("ablation.md").display());
-    Ok(())
+    Ok(output::line(arguments.out.join("ablation.md").display())?)
 }
 
 #[cfg(test)]

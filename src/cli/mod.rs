@@ -8,6 +8,7 @@ mod dynamics;
 mod guidance;
 mod interrupt;
 mod manual;
+mod output;
 mod physics;
 mod progress;
 mod runs;
@@ -15,7 +16,7 @@ mod studies;
 mod sweeps;
 mod tasks;
 
-use std::io::Write;
+use std::io::{self, Write};
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -30,18 +31,36 @@ pub(crate) type Outcome = Result<(), Box<dyn std::error::Error>>;
 /// Runs the program. Status 0: done, 1: it failed (one line on stderr), 2: wrong usage, 130 or 143:
 /// a signal ended it (one line on stderr says how to continue).
 pub fn run() -> ExitCode {
-    let arguments = Arguments::parse();
-    match dispatch(arguments) {
+    let outcome = match Arguments::try_parse() {
+        Ok(arguments) => dispatch(arguments),
+        Err(error) => print_usage(&error),
+    };
+    match outcome {
         Ok(status) => status,
         Err(error) if is_broken_pipe(&*error) => ExitCode::SUCCESS,
         Err(error) => {
             let interrupted = error.downcast_ref::<interrupt::Interrupted>();
             let prefix = if interrupted.is_some() { "" } else { "error: " };
-            // Standard error may be a terminal that is gone.
-            let _ = writeln!(std::io::stderr(), "{prefix}{error}");
+            output::message(format_args!("{prefix}{error}"));
             interrupted.map_or(ExitCode::FAILURE, interrupt::Interrupted::status)
         }
     }
+}
+
+/// Shows the help that was asked for, or what is wrong with the arguments.
+fn print_usage(error: &clap::Error) -> Result<ExitCode, Box<dyn std::error::Error>> {
+    if !error.use_stderr() {
+        error.print().and_then(|()| io::stdout().flush()).map_err(output::OutputError::from)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let plain = error.to_string();
+    if output::shown_lines(&plain) == plain {
+        // Standard error may be a terminal that is gone.
+        let _ = error.print();
+    } else {
+        output::message_lines(&plain);
+    }
+    Ok(ExitCode::from(2))
 }
 
 fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>> {

@@ -6,17 +6,16 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
 use serde_json::json;
 
-use super::Outcome;
 use super::arguments::{Evaluate, Export, Figures, Resume, Script, Train, Workbench};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
+use super::{Outcome, output};
 use crate::env::{Action, Environment};
 use crate::figures::DEFAULT_DPI;
 use crate::run::{Event, RunState};
+use crate::streams::Stream;
 use crate::task;
 use crate::tui;
 use crate::workbench::{self, Command, FigureKind, Notice, Output, RunView, Session, command};
@@ -99,8 +98,7 @@ fn follow(session: &mut Session, quiet: bool) -> Outcome {
         "rolling_success": last.map(|record| record.rolling_success),
         "greedy_success": run.evaluations().last().map(|evaluation| evaluation.success),
     });
-    println!("{result}");
-    Ok(())
+    Ok(output::line(result)?)
 }
 
 fn show(notice: &Notice, episodes: u64, progress: &mut Progress) {
@@ -136,7 +134,7 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
         if arguments.observations {
             line["observations"] = json!(observations(&run, arguments.seed + u64::from(episode), &actions));
         }
-        println!("{line}");
+        output::line(line)?;
     }
     Ok(())
 }
@@ -144,7 +142,7 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
 /// What was seen before each action of an episode that began with this seed.
 fn observations(run: &RunView, seed: u64, actions: &[Action]) -> Vec<Vec<f32>> {
     let mut env = Environment::new(run.config().task.clone());
-    let mut next = Some(env.reset(&mut ChaCha8Rng::seed_from_u64(seed)));
+    let mut next = Some(env.reset(&mut Stream::Episode.of(seed)));
     let seen = actions.iter().map_while(|&action| {
         let before = next.take()?;
         next = env.step(action).ok().map(|step| step.observation);
@@ -157,8 +155,7 @@ pub fn export_actor(arguments: &Export) -> Outcome {
     let actor = RunView::open(&arguments.run)?.saved().agent()?.export_actor();
     crate::atomic::write(&arguments.out, &actor)
         .map_err(|error| format!("cannot write {}: {error}", arguments.out.display()))?;
-    println!("{}", arguments.out.display());
-    Ok(())
+    Ok(output::line(arguments.out.display())?)
 }
 
 pub fn figures(arguments: &Figures) -> Outcome {
@@ -190,8 +187,7 @@ fn export(session: &mut Session, kind: FigureKind, path: PathBuf, dpi: Option<u3
     let figure = Command::from(command::Figure { kind, path: path.clone(), dpi });
     session.apply(figure.clone())?;
     session.wait_for(&figure)?;
-    println!("{}", path.display());
-    Ok(())
+    Ok(output::line(path.display())?)
 }
 
 fn dashboard_path(out: Option<&Path>, run: &Path, ending: &str) -> PathBuf {

@@ -38,9 +38,8 @@ mod tasks;
 mod tests;
 
 pub use ablation::{Ablation, Variant};
-pub use actions::{ActionSamples, Cluster, StageActions, TaskActions};
+pub use actions::{ActionSamples, TaskActions};
 pub use animation::{Animation, Moment};
-pub use canvas::{Canvas, Surface};
 pub use curves::{CurvePanel, LearningCurves, PerformanceProfile};
 pub use dashboard::Dashboard;
 pub use data::{Curve, Estimate, Statistics};
@@ -51,6 +50,5 @@ pub use model_error::{ModelError, Predictor};
 pub use output::{Figure, FigureError};
 pub use provenance::Provenance;
 pub use relative::{Edge, Instant, RelativeFrames};
-pub use style::{DEFAULT_DPI, DOUBLE_COLUMN, SINGLE_COLUMN};
-pub use table::Table;
+pub use style::DEFAULT_DPI;
 pub use tasks::TaskGrid;

@@ -98,7 +98,7 @@ mod tests {
     fn mistakes_are_found_behind_any_amount_of_work() {
         for (line, expected) in [
             ("set ddpg.gama 0.9", "did you mean `ddpg.gamma`?"),
-            ("set ddpg.gamma 7", "`gamma` is 7"),
+            ("set ddpg.gamma 7", "ddpg.gamma: is 7"),
             ("task tsk3", "did you mean `task3`?"),
             ("subgoal move 3 0 0", "subgoal"),
             ("undo", "nothing to undo"),

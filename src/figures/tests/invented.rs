@@ -3,6 +3,7 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::figures::actions::{Cluster, StageActions};
 use crate::figures::*;
 use crate::physics::ToolKind;
 use crate::task::{Form, ToolSpec, shipped};
