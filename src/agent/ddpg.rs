@@ -5,8 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
 
 use super::{Batch, DdpgConfig, join::join};
-use crate::nn::rows::prepend_columns;
-use crate::nn::{Activation, Init, InitScheme, Matrix, Mlp, MlpShape, NnError, Optimiser, matrix};
+use crate::nn::{Activation, Init, InitScheme, Matrix, Mlp, MlpShape, NnError, Optimiser, concat_columns, matrix};
 use crate::validation::ValidationError;
 
 /// Actor μ, critic Q, their targets μ' and Q', and the optimisers of the first two.
@@ -189,7 +188,7 @@ impl Ddpg {
         let observations = self.rows(n, s.clone());
         let mu = self.actor.forward_data(observations.leaky_trace());
         metrics.action_saturation = saturation(&mu.as_vec());
-        let loss = -self.critic.forward_frozen(prepend_columns(&observations, mu)).mean();
+        let loss = -self.critic.forward_frozen(concat_columns(observations, mu)).mean();
         metrics.actor_loss = self.finite("actor loss", loss.array())?;
         metrics.actor_gradient_norm = self.actor_optimiser.update(
             &mut [&mut self.actor],

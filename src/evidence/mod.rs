@@ -9,6 +9,7 @@
 //! - [`Comparison`]: every group on every task, and over the tasks they have in common;
 //! - [`report()`]: the comparison as Markdown, JSON and figures in a folder.
 
+mod charges;
 mod comparison;
 mod error;
 pub mod figures;

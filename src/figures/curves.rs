@@ -16,6 +16,8 @@ use super::{Figure, FigureError};
 pub struct LearningCurves {
     /// What was counted: the episodes of training, or greedy evaluations.
     pub greedy: bool,
+    /// What x is.
+    pub progress: Progress,
     /// Number of episodes, or of greedy evaluations, the success rate is averaged over.
     pub window: usize,
     /// How runs were summarised.
@@ -24,7 +26,45 @@ pub struct LearningCurves {
     pub panels: Vec<CurvePanel>,
 }
 
-/// Curves of one task: x in episodes, y the share of successes, 0 to 1.
+/// What the success of a run is drawn against.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Progress {
+    /// Episodes of training.
+    #[default]
+    Episodes,
+    /// Every action in the real environment: of training, of the rollouts from which the action
+    /// clusters were built, and of the launches from which the dynamics model learned.
+    EnvironmentSteps,
+}
+
+impl Progress {
+    fn label(self) -> &'static str {
+        match self {
+            Self::Episodes => "episode",
+            Self::EnvironmentSteps => "environment steps",
+        }
+    }
+
+    fn column(self) -> &'static str {
+        match self {
+            Self::Episodes => "episode",
+            Self::EnvironmentSteps => "environment_steps",
+        }
+    }
+
+    /// What a caption says of it.
+    fn note(self) -> &'static str {
+        match self {
+            Self::Episodes => "",
+            Self::EnvironmentSteps => {
+                " Steps are all actions in the real environment: training, the rollouts behind the \
+                                       clusters, and the launches behind the model."
+            }
+        }
+    }
+}
+
+/// Curves of one task: x as [`Progress`] says, y the share of successes, 0 to 1.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct CurvePanel {
     /// Name of the task.
@@ -99,7 +139,11 @@ fn rate_axis(label: &str) -> Axis {
 
 impl Figure for LearningCurves {
     fn name(&self) -> &'static str {
-        if self.greedy { "figure6_greedy_success" } else { "figure6_learning_curves" }
+        match (self.greedy, self.progress) {
+            (true, _) => "figure6_greedy_success",
+            (false, Progress::Episodes) => "figure6_learning_curves",
+            (false, Progress::EnvironmentSteps) => "learning_curves_by_steps",
+        }
     }
 
     fn size(&self) -> [f64; 2] {
@@ -118,6 +162,7 @@ impl Figure for LearningCurves {
         } else {
             format!("Share of the last {} training episodes that reached the goal.", self.window)
         };
+        let what = what + self.progress.note();
         let order = labels(self.panels.iter().flat_map(|panel| &panel.curves).map(|curve| curve.label.as_str()));
         let rect = note(canvas, page, &format!("{what} {}.", self.statistics.caption(band_mark(order.len()))))?;
         let rect = legend(canvas, rect, &marks(self.panels.iter().flat_map(|panel| &panel.curves)))?;
@@ -125,7 +170,7 @@ impl Figure for LearningCurves {
         for (panel, place) in self.panels.iter().zip(panels(rect, self.panels.len(), columns)) {
             let last =
                 panel.curves.iter().flat_map(|curve| &curve.x).copied().filter(|x| x.is_finite()).fold(1.0, f64::max);
-            let x = Axis::linear("episode", 0.0, last, 5);
+            let x = Axis::linear(self.progress.label(), 0.0, last, 5);
             let x = if place.x_label { x } else { x.unlabelled() };
             let y = rate_axis("success rate (%)");
             let y = if place.y_label { y } else { y.unlabelled() };
@@ -137,7 +182,7 @@ impl Figure for LearningCurves {
     }
 
     fn table(&self) -> Table {
-        let mut table = Table::new(["task", "method", "episode", "success", "low", "high"]);
+        let mut table = Table::new(["task", "method", self.progress.column(), "success", "low", "high"]);
         for panel in &self.panels {
             for curve in &panel.curves {
                 push_curve(&mut table, &panel.task, curve);

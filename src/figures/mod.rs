@@ -40,7 +40,7 @@ mod tests;
 pub use ablation::{Ablation, Variant};
 pub use actions::{ActionSamples, TaskActions};
 pub use animation::{Animation, Moment};
-pub use curves::{CurvePanel, LearningCurves, PerformanceProfile};
+pub use curves::{CurvePanel, LearningCurves, PerformanceProfile, Progress};
 pub use dashboard::Dashboard;
 pub use data::{Curve, Estimate, Statistics};
 pub use hits::{Hits, PolicyHits, TaskHits};

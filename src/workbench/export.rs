@@ -135,7 +135,7 @@ fn learning_curves(runs: &[RunView]) -> LearningCurves {
     }
     let seeds: BTreeSet<u64> = runs.iter().map(|run| run.config().seed).collect();
     let statistics = Statistics { centre: "Single runs".to_owned(), seeds: seeds.len(), ..Statistics::default() };
-    LearningCurves { greedy: false, window: WINDOW.get(), statistics, panels }
+    LearningCurves { window: WINDOW.get(), statistics, panels, ..LearningCurves::default() }
 }
 
 /// A run among others, as in legends.

@@ -162,7 +162,7 @@ pub fn curves() -> LearningCurves {
         plain.y[300..330].fill(f64::NAN);
         CurvePanel { task: task.name.clone(), curves: vec![plain, low, guided] }
     });
-    LearningCurves { greedy: false, window: 100, statistics: statistics(), panels: panels.collect() }
+    LearningCurves { window: 100, statistics: statistics(), panels: panels.collect(), ..LearningCurves::default() }
 }
 
 pub fn methods() -> MethodScores {
