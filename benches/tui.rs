@@ -7,10 +7,10 @@
 use std::time::Duration;
 
 use divan::Bencher;
+use mge::Still;
 use mge::run::{EpisodeRecord, Event, RunDirectory, RunWriter};
 use mge::task;
 use mge::trainer::RunConfig;
-use mge::tui::Still;
 use mge::workbench::{Command, Session};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;

@@ -2,7 +2,7 @@
 //! (`taskset -c 0`) for figures that compare.
 
 use divan::Bencher;
-use mge::bench::{WORKS, Work};
+use mge::{WORKS, Work};
 
 fn main() {
     divan::main();

@@ -1,4 +1,4 @@
-//! Files that are whole or absent: written beside their place, synced, renamed.
+//! Atomic file writes: a file is written beside its place, synced and renamed.
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -13,27 +13,33 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
-    let mut file =
-        tempfile::Builder::new().prefix(".mge-").tempfile_in(folder).map_err(|error| match error.kind() {
-            // The error itself would name the temporary file, which nobody knows.
-            io::ErrorKind::NotFound => io::Error::new(io::ErrorKind::NotFound, "its folder does not exist"),
-            kind => kind.into(),
-        })?;
-    file.write_all(bytes)?;
+    // Not `tempfile_in`: its files are private, and its errors name the temporary file.
+    let mut builder = tempfile::Builder::new();
+    let created = builder.prefix(".mge-").make_in(folder, |path| File::create_new(path));
+    let mut file = created.map_err(|error| match error.kind() {
+        io::ErrorKind::NotFound => io::Error::new(io::ErrorKind::NotFound, "its folder does not exist"),
+        _ => error,
+    })?;
+    file.as_file_mut().write_all(bytes)?;
     file.as_file().sync_all()?;
-    set_usual_permissions(file.as_file())?;
     file.persist(path).map_err(|error| error.error)?;
     File::open(folder)?.sync_all()
 }
 
-/// Temporary files are private; what a person saves is readable like any other file.
-#[cfg(unix)]
-fn set_usual_permissions(file: &File) -> io::Result<()> {
-    use std::os::unix::fs::PermissionsExt;
-    file.set_permissions(std::fs::Permissions::from_mode(0o644))
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-#[cfg(not(unix))]
-fn set_usual_permissions(_: &File) -> io::Result<()> {
-    Ok(())
+    #[test]
+    fn errors_are_those_of_the_system_without_the_temporary_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        write(&file, b"whole").unwrap();
+        assert_eq!(std::fs::read(&file).unwrap(), b"whole");
+        let error = write(&file.join("below"), b"").unwrap_err();
+        assert!(error.raw_os_error().is_some() && !error.to_string().contains(".mge-"), "{error}");
+        let error = write(&folder.path().join("nowhere/file"), b"").unwrap_err();
+        assert_eq!(error.to_string(), "its folder does not exist");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left behind");
+    }
 }

@@ -3,6 +3,8 @@
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
+use crate::text::{LONGEST_EXCERPT, excerpt};
+
 /// A text is not JSON, or not of the expected form.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{origin}:{line}:{column}: at `{path}`: {message}")]
@@ -34,7 +36,8 @@ pub fn parse<T: DeserializeOwned>(text: &[u8], origin: &str) -> Result<T, Syntax
 fn syntax_error(path: String, error: &serde_json::Error, origin: &str) -> SyntaxError {
     let (line, column) = (error.line(), error.column());
     let message = error.to_string();
-    let message = message.strip_suffix(&format!(" at line {line} column {column}")).unwrap_or(&message).to_owned();
+    let message = message.strip_suffix(&format!(" at line {line} column {column}")).unwrap_or(&message);
+    let [path, message] = [&path, message].map(|text| excerpt(text, LONGEST_EXCERPT).into_owned());
     SyntaxError { origin: origin.to_owned(), line, column, path, message }
 }
 

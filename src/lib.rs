@@ -1,35 +1,69 @@
 //! MGE Workbench: intuitive-physics puzzles, learned dynamics models and DDPG with
-//! model-guided exploration, in the terminal and headless.
+//! model-guided exploration (MGE), in the terminal and headless.
 //!
-//! The rooms, in the direction in which data flows (nothing knows what comes after it):
-//! [`physics`] → [`task`] → [`mod@env`] → [`dynamics`] → [`guidance`] → [`trainer`] → [`workbench`]
-//! → [`tui`]; [`nn`] and [`agent`] know vectors only, [`run`] is what a run is on disk,
-//! [`stats`], [`figures`], [`evidence`], [`study`] and [`sweep`] turn runs into evidence.
+//! The library is for programs that want more than the `mge` program offers: to play the
+//! puzzles with an agent of their own ([`task`], [`mod@env`]), to predict and to cluster actions
+//! with a dynamics model ([`dynamics`], [`guidance`]), to train ([`trainer`], [`agent`]), and to
+//! read what a training has written ([`run`], [`stats`]). [`workbench`] carries out the
+//! commands of scripts.
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use mge::env::{Environment, uniform_action};
+//! use rand::SeedableRng;
+//!
+//! let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(0);
+//! let mut env = Environment::new(Arc::new(mge::task::load("task1")?));
+//! let observation = env.reset(&mut rng);
+//! let step = env.step(uniform_action(&mut rng))?;
+//! assert_eq!(step.observation.len(), observation.len());
+//! println!("the tool was {:?}, the reward {}", step.placement, step.reward);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The other modules belong to the program: [`ARCHITECTURE.md`] says what each is for and
+//! which others it may use.
+//!
+//! [`ARCHITECTURE.md`]: https://docs.rs/crate/mge/latest/source/ARCHITECTURE.md
 
 pub mod agent;
-pub mod atomic;
-pub mod batch;
-pub mod bench;
-pub mod cli;
+mod atomic;
+mod batch;
+mod bench;
+mod cli;
 pub mod dynamics;
 pub mod env;
-pub mod evidence;
-pub mod figures;
+mod evidence;
+mod figures;
+/// Every parser as a function of bytes, for the targets in `fuzz/`.
+#[doc(hidden)]
+pub mod fuzz;
 pub mod guidance;
-pub mod json;
-pub mod markdown;
+mod json;
+mod markdown;
 pub mod nn;
 pub mod physics;
 pub mod protocol;
 pub mod run;
-pub mod spelling;
+mod spelling;
 pub mod stats;
-pub mod streams;
-pub mod study;
-pub mod sweep;
+mod streams;
+mod study;
+mod sweep;
 pub mod task;
-pub mod text;
+mod text;
 pub mod trainer;
-pub mod tui;
+mod tui;
 pub mod validation;
 pub mod workbench;
+
+/// Runs the `mge` program with the arguments of this process.
+pub use cli::run as run_program;
+
+/// The timed work of the benchmarks.
+#[doc(hidden)]
+pub use bench::{WORKS, Work};
+/// The terminal's screens without a terminal, for the benchmarks.
+#[doc(hidden)]
+pub use tui::Still;

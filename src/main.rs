@@ -1,5 +1,5 @@
 //! The `mge` program.
 
 fn main() -> std::process::ExitCode {
-    mge::cli::run()
+    mge::run_program()
 }

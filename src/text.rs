@@ -34,6 +34,9 @@ fn escape(text: &str, is_unsafe: impl Fn(char) -> bool) -> Cow<'_, str> {
     Cow::Owned(escaped)
 }
 
+/// Errors show at most so many characters of what they are about.
+pub const LONGEST_EXCERPT: usize = 300;
+
 /// At most `most` characters of a text: what is left out of the middle is counted.
 pub fn excerpt(text: &str, most: usize) -> Cow<'_, str> {
     let count = text.chars().count();

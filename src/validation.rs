@@ -5,6 +5,8 @@ use std::fmt::{self, Display};
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::text::{LONGEST_EXCERPT, excerpt};
+
 /// A value is well formed but cannot be used: which one, and why.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{path}: {message}")]
@@ -18,7 +20,9 @@ pub struct ValidationError {
 impl ValidationError {
     /// An error of the value at a JSON path.
     pub fn new(path: impl Display, message: impl Display) -> Self {
-        Self { path: path.to_string(), message: message.to_string() }
+        let [path, message] = [path.to_string(), message.to_string()];
+        let short = |text: String| excerpt(&text, LONGEST_EXCERPT).into_owned();
+        Self { path: short(path), message: short(message) }
     }
 
     /// The same error, seen from the whole: `parent` goes before the path.
@@ -63,6 +67,8 @@ pub enum Range {
     Count(u64, u64),
     /// Any number.
     Number(f32, f32),
+    /// A list of numbers.
+    Numbers(f32, f32),
     /// A whole number, or null for none.
     CountOrNull(u64, u64),
     /// Two numbers in increasing order, or null for none.
@@ -83,11 +89,26 @@ impl Setting {
 
 impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
+        match *self {
             Self::Count(low, high) => write!(f, "a whole number from {low} to {high}"),
-            Self::Number(low, high) => write!(f, "a number from {low} to {high}"),
+            Self::Number(low, high) => write!(f, "a number from {} to {}", Short(low), Short(high)),
+            Self::Numbers(low, high) => write!(f, "numbers from {} to {}", Short(low), Short(high)),
             Self::CountOrNull(low, high) => write!(f, "a whole number from {low} to {high}, or null"),
-            Self::IntervalOrNull(low, high) => write!(f, "two numbers from {low} to {high}, the lower first, or null"),
+            Self::IntervalOrNull(low, high) => {
+                write!(f, "two numbers from {} to {}, the lower first, or null", Short(low), Short(high))
+            }
+        }
+    }
+}
+
+/// The shortest text of a number, with an exponent where it has many zeros.
+struct Short(f32);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0.abs() {
+            size if size == 0.0 || (1e-4..1e7).contains(&size) => write!(f, "{}", self.0),
+            _ => write!(f, "{:e}", self.0),
         }
     }
 }
@@ -100,6 +121,9 @@ impl Range {
         match self {
             Self::Count(low, high) => value.as_u64().is_some_and(|value| (low..=high).contains(&value)),
             Self::Number(low, high) => within(low, high, value),
+            Self::Numbers(low, high) => {
+                value.as_array().is_some_and(|values| values.iter().all(|value| within(low, high, value)))
+            }
             Self::CountOrNull(low, high) => value.is_null() || Self::Count(low, high).contains(value),
             Self::IntervalOrNull(low, high) => match value.as_array().map(Vec::as_slice) {
                 Some([first, second]) => {
@@ -133,11 +157,24 @@ pub fn check_settings(config: &impl Serialize, settings: &[Setting]) -> Result<(
 fn shortest(value: &Value) -> String {
     match value {
         Value::Number(number) if number.is_f64() => {
-            number.as_f64().map_or_else(String::new, |x| (x as f32).to_string())
+            number.as_f64().map_or_else(String::new, |x| Short(x as f32).to_string())
         }
         Value::Array(values) => format!("[{}]", values.iter().map(shortest).collect::<Vec<_>>().join(", ")),
         _ => value.to_string(),
     }
+}
+
+/// The paths of the numbers of a configuration that have no row in its table, and of the rows
+/// that are about none of its numbers.
+#[cfg(test)]
+pub fn differences(config: &impl Serialize, settings: &[Setting]) -> Vec<String> {
+    let config = serde_json::to_value(config).unwrap();
+    let leaves = crate::json::leaves(&config);
+    let row = |path: &str| settings.iter().any(|setting| setting.path == path);
+    let is_number = |value: &Value| value.is_number() || value.get(0).is_some_and(Value::is_number);
+    let numbers = leaves.iter().filter(|(path, value)| is_number(value) && !row(path)).map(|(path, _)| path.clone());
+    let rows = settings.iter().map(|setting| setting.path.to_owned());
+    numbers.chain(rows.filter(|path| leaves.iter().all(|(known, _)| known != path))).collect()
 }
 
 #[cfg(test)]

@@ -161,8 +161,8 @@ fn wrong_tasks() {
         ("", "marker", Some(json!({"ball": {"position": [0.05, 0.8]}})), "marker.ball.position: overlaps ball"),
         ("", "balls", Some(json!([{"position": [0.05, 0.8]}])), "balls[0].position: overlaps ball"),
         ("/goal", "shape", Some(json!("hole")), "`goal.shape`: unknown variant `hole`"),
-        ("/rules", "max_actions", Some(json!(0)), "rules.max_actions: must be 1 to 1000"),
-        ("/rules", "steps_per_action", Some(json!(4_000_000)), "rules.steps_per_action: must be"),
+        ("/rules", "max_actions", Some(json!(0)), "rules.max_actions: is 0, but must be a whole number from 1 to 1000"),
+        ("/rules", "steps_per_action", Some(json!(4_000_000)), "rules.steps_per_action: is 4000000, but must be"),
         ("/rules/rewards", "goal", Some(json!("1e300")), "`rules.rewards.goal`: number out of range"),
         ("/rules", "gravty", Some(json!([0, 0])), "`rules.gravty`: unknown field `gravty`"),
     ];

@@ -2,6 +2,9 @@
 //! checker, the NumPy snippet of docs/python.md. They need a Python with the packages of
 //! `tests/python/requirements.txt`, named by `MGE_PYTHON`; without one they are skipped.
 
+// A skipped check says so.
+#![allow(clippy::print_stderr)]
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 

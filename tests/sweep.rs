@@ -1,5 +1,8 @@
 //! Sweeps as a user runs them: at once, through GNU parallel, as a Slurm array; and the report.
 
+// A skipped check says so.
+#![allow(clippy::print_stderr)]
+
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
 use std::path::Path;

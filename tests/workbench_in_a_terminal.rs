@@ -43,8 +43,8 @@ fn a_whole_session_trains_edits_exports_resizes_and_leaves() {
     terminal.wait_for("1 proposed in place of 1");
     terminal.type_text("1f");
     terminal.wait_for("into figures/");
-    let written = ["figures/task1-scene.png", "figures/task1-learning.csv"].map(|file| folder.path().join(file));
-    terminal.wait_until("the figures", |_| written.iter().all(|file| file.is_file()));
+    let figures = ["task1-scene.png", "task1-learning.csv"].map(|name| folder.path().join("figures").join(name));
+    terminal.wait_until("two figures", |_| figures.iter().all(|path| path.is_file()));
     terminal.resize(80, 24);
     terminal.wait_until("80 columns", |screen| {
         let contents = screen.contents();

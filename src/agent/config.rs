@@ -1,9 +1,9 @@
 //! The settings of DDPG (paper, section 5.3 and table 2) and what is wrong with them, if anything.
 
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
 use crate::nn::{Activation, OptimiserKind};
+use crate::validation::{Range, Setting, ValidationError, check_settings};
 
 /// Settings of [`Ddpg`](super::Ddpg) and [`Learner`](super::Learner). The defaults are the
 /// measured choices; where the paper differs, its value is named and can be set.
@@ -86,79 +86,38 @@ impl Default for OuConfig {
     }
 }
 
-/// A setting outside of its range.
-#[derive(Clone, Debug, Error, PartialEq)]
-#[error("`{field}` is {value}, but must be {requirement}")]
-pub struct ConfigError {
-    /// Path of the field, such as `ou.theta`.
-    pub field: &'static str,
-    /// Its value as text.
-    pub value: String,
-    /// What is allowed.
-    pub requirement: &'static str,
-}
+/// The numbers among the settings.
+pub const SETTINGS: [Setting; 15] = [
+    Setting::count("layers", 1, 32, "linear layers of each network, the output layer included"),
+    Setting::count("hidden", 1, 1024, "width of the hidden layers"),
+    Setting::number("output_init_bound", 1e-9, 10.0, "bound of the initial weights and biases of the output layers"),
+    Setting::number("actor_learning_rate", 1e-12, 1e3, "learning rate of the actor"),
+    Setting::number("critic_learning_rate", 1e-12, 1e3, "learning rate of the critic"),
+    Setting::count("batch_size", 1, 65_536, "transitions of an update"),
+    Setting::number("gamma", 0.0, 1.0, "discount of future rewards"),
+    Setting::number("tau", 1e-6, 1.0, "part of the way that the target networks go in an update"),
+    Setting::count("replay_capacity", 1, 10_000_000, "transitions that the replay buffer holds"),
+    Setting::count("warmup_steps", 0, 1_000_000_000, "transitions recorded before the first update"),
+    Setting::count("updates_per_step", 1, 1000, "updates for every transition recorded after that"),
+    Setting {
+        path: "target_clamp",
+        range: Range::IntervalOrNull(-1e9, 1e9),
+        about: "range that the critic's target is clamped to",
+    },
+    // From 2 on the process would run away from its mean.
+    Setting::number("ou.theta", 1e-6, 1.999, "pull of the exploration noise towards its mean in a step"),
+    Setting::number("ou.mu", -1.0, 1.0, "mean of the exploration noise"),
+    Setting::number("ou.sigma", 0.0, 10.0, "standard deviation of a step's kick of the exploration noise"),
+];
 
 impl DdpgConfig {
     /// Checks every setting.
     ///
     /// # Errors
-    /// Names the first field that is out of its range.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        count("layers", self.layers, 1, 100, "between 1 and 100")?;
-        count("hidden", self.hidden, 1, 4096, "between 1 and 4096")?;
-        number("output_init_bound", self.output_init_bound, |x| x > 0.0, "positive")?;
-        number("actor_learning_rate", self.actor_learning_rate, |x| x > 0.0, "positive")?;
-        number("critic_learning_rate", self.critic_learning_rate, |x| x > 0.0, "positive")?;
-        count("batch_size", self.batch_size, 1, 65_536, "between 1 and 65536")?;
-        number("gamma", self.gamma, |x| (0.0..=1.0).contains(&x), "between 0 and 1")?;
-        number("tau", self.tau, |x| x > 0.0 && x <= 1.0, "above 0 and at most 1")?;
-        count("replay_capacity", self.replay_capacity, 1, 100_000_000, "between 1 and 100000000")?;
-        count("updates_per_step", self.updates_per_step, 1, 1000, "between 1 and 1000")?;
-        if let Some([low, high]) = self.target_clamp
-            && !(low.is_finite() && high.is_finite() && low < high)
-        {
-            return Err(ConfigError {
-                field: "target_clamp",
-                value: format!("[{low}, {high}]"),
-                requirement: "two finite numbers, the lower first, or null",
-            });
-        }
-        self.ou.validate()
+    /// Names the first setting that is out of its range.
+    pub fn validate(&self) -> Result<(), ValidationError> {
+        check_settings(self, &SETTINGS)
     }
-}
-
-impl OuConfig {
-    fn validate(&self) -> Result<(), ConfigError> {
-        // From 2 on the process would run away from its mean.
-        number("ou.theta", self.theta, |x| x > 0.0 && x < 2.0, "above 0 and below 2")?;
-        number("ou.mu", self.mu, |x| (-1.0..=1.0).contains(&x), "between -1 and 1")?;
-        number("ou.sigma", self.sigma, |x| x >= 0.0, "0 or positive")
-    }
-}
-
-fn number(
-    field: &'static str,
-    value: f32,
-    allowed: impl Fn(f32) -> bool,
-    requirement: &'static str,
-) -> Result<(), ConfigError> {
-    if value.is_finite() && allowed(value) {
-        return Ok(());
-    }
-    Err(ConfigError { field, value: value.to_string(), requirement })
-}
-
-fn count(
-    field: &'static str,
-    value: usize,
-    least: usize,
-    most: usize,
-    requirement: &'static str,
-) -> Result<(), ConfigError> {
-    if (least..=most).contains(&value) {
-        return Ok(());
-    }
-    Err(ConfigError { field, value: value.to_string(), requirement })
 }
 
 #[cfg(test)]
@@ -197,28 +156,25 @@ mod tests {
     #[test]
     fn each_wrong_setting_is_named() {
         for (json, message) in [
-            (r#"{"layers": 0}"#, "`layers` is 0, but must be between 1 and 100"),
-            (r#"{"hidden": 0}"#, "`hidden` is 0, but must be between 1 and 4096"),
-            (r#"{"output_init_bound": 0}"#, "`output_init_bound` is 0, but must be positive"),
-            (r#"{"actor_learning_rate": -1}"#, "`actor_learning_rate` is -1, but must be positive"),
-            (r#"{"critic_learning_rate": 0}"#, "`critic_learning_rate` is 0, but must be positive"),
-            (r#"{"batch_size": 0}"#, "`batch_size` is 0, but must be between 1 and 65536"),
-            (r#"{"gamma": 1.5}"#, "`gamma` is 1.5, but must be between 0 and 1"),
-            (r#"{"tau": 0}"#, "`tau` is 0, but must be above 0 and at most 1"),
-            (r#"{"replay_capacity": 0}"#, "`replay_capacity` is 0, but must be between 1 and 100000000"),
-            (r#"{"updates_per_step": 0}"#, "`updates_per_step` is 0, but must be between 1 and 1000"),
+            (r#"{"layers": 0}"#, "layers: is 0, but must be a whole number from 1 to 32"),
+            (r#"{"hidden": 1025}"#, "hidden: is 1025, but must be a whole number from 1 to 1024"),
+            (r#"{"output_init_bound": 0}"#, "output_init_bound: is 0, but must be a number from 1e-9 to 10"),
+            (r#"{"actor_learning_rate": -1}"#, "actor_learning_rate: is -1, but must be a number from 1e-12 to 1000"),
+            (r#"{"batch_size": 0}"#, "batch_size: is 0, but must be a whole number from 1 to 65536"),
+            (r#"{"gamma": 1.5}"#, "gamma: is 1.5, but must be a number from 0 to 1"),
+            (r#"{"tau": 0}"#, "tau: is 0, but must be a number from 1e-6 to 1"),
+            (r#"{"replay_capacity": 0}"#, "replay_capacity: is 0, but must be a whole number from 1 to 10000000"),
             (
                 r#"{"target_clamp": [2, 1]}"#,
-                "`target_clamp` is [2, 1], but must be two finite numbers, the lower first, or null",
+                "target_clamp: is [2, 1], but must be two numbers from -1e9 to 1e9, the lower first, or null",
             ),
-            (r#"{"ou": {"theta": 2}}"#, "`ou.theta` is 2, but must be above 0 and below 2"),
-            (r#"{"ou": {"mu": 3}}"#, "`ou.mu` is 3, but must be between -1 and 1"),
-            (r#"{"ou": {"sigma": -1}}"#, "`ou.sigma` is -1, but must be 0 or positive"),
+            (r#"{"ou": {"theta": 2}}"#, "ou.theta: is 2, but must be a number from 1e-6 to 1.999"),
+            (r#"{"ou": {"sigma": -1}}"#, "ou.sigma: is -1, but must be a number from 0 to 10"),
         ] {
             let config: DdpgConfig = serde_json::from_str(json).unwrap();
             assert_eq!(config.validate().unwrap_err().to_string(), message);
         }
         let config = DdpgConfig { gamma: f32::NAN, ..DdpgConfig::default() };
-        assert_eq!(config.validate().unwrap_err().field, "gamma");
+        assert_eq!(config.validate().unwrap_err().path, "gamma");
     }
 }

@@ -4,9 +4,9 @@ use dfdx::{losses::mse_loss, prelude::*};
 use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
 
-use super::{Batch, ConfigError, DdpgConfig, join::join};
-use crate::nn::rows::prepend_columns;
-use crate::nn::{Activation, Init, InitScheme, Matrix, Mlp, MlpShape, NnError, Optimiser, matrix};
+use super::{Batch, DdpgConfig, join::join};
+use crate::nn::{Activation, Init, InitScheme, Matrix, Mlp, MlpShape, NnError, Optimiser, concat_columns, matrix};
+use crate::validation::ValidationError;
 
 /// Actor μ, critic Q, their targets μ' and Q', and the optimisers of the first two.
 #[derive(Clone, Debug)]
@@ -92,7 +92,7 @@ impl Ddpg {
         action_len: usize,
         config: &DdpgConfig,
         rng: &mut ChaCha8Rng,
-    ) -> Result<Self, ConfigError> {
+    ) -> Result<Self, ValidationError> {
         config.validate()?;
         assert!(observation_len > 0 && action_len > 0, "an agent needs vectors");
         let init = Init::with_last_bound(InitScheme::FanIn, config.output_init_bound);
@@ -188,7 +188,7 @@ impl Ddpg {
         let observations = self.rows(n, s.clone());
         let mu = self.actor.forward_data(observations.leaky_trace());
         metrics.action_saturation = saturation(&mu.as_vec());
-        let loss = -self.critic.forward_frozen(prepend_columns(&observations, mu)).mean();
+        let loss = -self.critic.forward_frozen(concat_columns(observations, mu)).mean();
         metrics.actor_loss = self.finite("actor loss", loss.array())?;
         metrics.actor_gradient_norm = self.actor_optimiser.update(
             &mut [&mut self.actor],

@@ -4,9 +4,9 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Batch, ConfigError, Ddpg, DdpgConfig, OrnsteinUhlenbeck, ReplayBuffer, ReplayError, Transition, UpdateError,
-    UpdateMetrics,
+    Batch, Ddpg, DdpgConfig, OrnsteinUhlenbeck, ReplayBuffer, ReplayError, Transition, UpdateError, UpdateMetrics,
 };
+use crate::validation::ValidationError;
 
 /// The random streams of a learner, one a purpose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,7 +49,7 @@ impl Learner {
         config: &DdpgConfig,
         initialisation: &mut ChaCha8Rng,
         streams: Streams,
-    ) -> Result<Self, ConfigError> {
+    ) -> Result<Self, ValidationError> {
         Ok(Self {
             ddpg: Ddpg::new(observation_len, action_len, config, initialisation)?,
             replay: ReplayBuffer::new(observation_len, action_len, config.replay_capacity),

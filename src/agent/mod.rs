@@ -76,7 +76,7 @@ mod state;
 #[cfg(test)]
 mod tests;
 
-pub use config::{ConfigError, DdpgConfig, OuConfig};
+pub use config::{DdpgConfig, OuConfig, SETTINGS};
 pub use ddpg::{Ddpg, UpdateError, UpdateMetrics};
 pub use learner::{Learner, Streams};
 pub use noise::OrnsteinUhlenbeck;

@@ -6,8 +6,9 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{ConfigError, Ddpg, DdpgConfig, Learner, OrnsteinUhlenbeck, ReplayBuffer, ReplayError, learner::Streams};
+use super::{Ddpg, DdpgConfig, Learner, OrnsteinUhlenbeck, ReplayBuffer, ReplayError, learner::Streams};
 use crate::nn::{Mlp, MlpShape, Optimiser, TensorFile, TensorFileError};
+use crate::validation::ValidationError;
 
 const VERSION: u32 = 1;
 /// Longest vectors believed of a file.
@@ -46,7 +47,7 @@ pub enum StateError {
     },
     /// Its settings are not valid.
     #[error("the saved agent cannot be used: {0}")]
-    Config(#[from] ConfigError),
+    Config(#[from] ValidationError),
     /// The replay buffer cannot be read.
     #[error(transparent)]
     Replay(#[from] ReplayError),

@@ -206,7 +206,7 @@ fn wrong_metadata_is_refused_with_the_reason() {
     };
     for (from, to, message) in [
         (r#""version":1"#, r#""version":2"#, "has format 2, but this program reads 1"),
-        (r#""tau":0.005"#, r#""tau":7"#, "`tau` is 7, but must be above 0 and at most 1"),
+        (r#""tau":0.005"#, r#""tau":7"#, "tau: is 7, but must be a number from 1e-6 to 1"),
         (r#""tau""#, r#""tao""#, "unknown field `tao`"),
         (r#""optimiser":"adam""#, r#""optimiser":"sgd""#, "another kind than the config says"),
         (r#""hidden":16"#, r#""hidden":17"#, "has shape"),

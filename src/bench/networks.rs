@@ -5,7 +5,8 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::nn::{
-    Activation, Branch, InitScheme, Matrix, Mlp, MlpShape, Optimiser, OptimiserKind, matrix, rows, sum_of_branches,
+    Activation, Branch, InitScheme, Matrix, Mlp, MlpShape, Optimiser, OptimiserKind, concat_columns, matrix,
+    sum_of_branches,
 };
 
 const NODE: usize = 10;
@@ -56,7 +57,7 @@ impl GraphNetwork {
         let branch =
             |edge: usize| Branch { network: &self.edges[edge], inputs: &edges[edge], targets: &receivers[edge] };
         let sum = sum_of_branches(&[branch(0), branch(1)], BATCH, EMBEDDING, &Cpu::default());
-        let embedding = self.node.forward(rows::concat_columns(sum, nodes.clone()));
+        let embedding = self.node.forward(concat_columns(sum, nodes.clone()));
         let predicted = self.decoder.forward(embedding);
         let mut gradients = (predicted - targets.clone()).square().mean().backward();
         let [first, second] = &mut self.edges;

@@ -2,9 +2,9 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::Outcome;
 use super::arguments::{Dynamics, DynamicsAblate, DynamicsEvaluate, DynamicsTrain};
 use super::progress::Progress;
+use super::{Outcome, output};
 use crate::batch::{Batch, default_threads};
 use crate::dynamics::{
     self, EvaluationConfig, ModelConfig, TrainConfig, Variant, canonical_tool_set, evaluate_with_progress,
@@ -42,8 +42,7 @@ fn train(arguments: &DynamicsTrain) -> Outcome {
     if let Some(reason) = divergence {
         return Err(format!("{reason}; the model is that of the epoch before").into());
     }
-    println!("{}", arguments.out.display());
-    Ok(())
+    Ok(output::line(arguments.out.display())?)
 }
 
 fn settings(arguments: &DynamicsTrain) -> Result<(ModelConfig, TrainConfig), Box<dyn std::error::Error>> {
@@ -106,8 +105,7 @@ fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
         let provenance = Provenance::new(command, &[arguments.seed], &model.provenance().data_hash);
         model_error_figure(&evaluation, &model).write(path, &provenance, arguments.print.dpi)?;
     }
-    println!("{}", serde_json::to_string_pretty(&evaluation)?);
-    Ok(())
+    Ok(output::line(serde_json::to_string_pretty(&evaluation)?)?)
 }
 
 fn ablate(arguments: &DynamicsAblate) -> Outcome {
@@ -140,8 +138,7 @@ fn ablate(arguments: &DynamicsAblate) -> Outcome {
         progress.set(now.done, now.total, now.message);
     })?;
     drop(progress);
-    println!("{}", arguments.out.join("ablation.md").display());
-    Ok(())
+    Ok(output::line(arguments.out.join("ablation.md").display())?)
 }
 
 #[cfg(test)]

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::Outcome;
 use super::arguments::Clusters;
 use super::progress::Progress;
+use super::{Outcome, output};
 use crate::task;
 use crate::trainer::{PriorSource, RunConfig, build_prior};
 
@@ -25,7 +25,7 @@ pub fn clusters(arguments: &Clusters) -> Outcome {
             crate::atomic::write(path, prior.to_json().as_bytes())
                 .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
         }
-        None => print!("{}", prior.to_json()),
+        None => output::lines(prior.to_json())?,
     }
     Ok(())
 }

@@ -7,14 +7,16 @@ mod documentation;
 mod dynamics;
 mod guidance;
 mod manual;
+mod output;
 mod physics;
 mod progress;
 mod runs;
+mod screenshot;
 mod studies;
 mod sweeps;
 mod tasks;
 
-use std::io::Write;
+use std::io::{self, Write};
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -28,16 +30,34 @@ pub(crate) type Outcome = Result<(), Box<dyn std::error::Error>>;
 
 /// Runs the program. Status 0: done, 1: it failed (one line on stderr), 2: wrong usage.
 pub fn run() -> ExitCode {
-    let arguments = Arguments::parse();
-    match dispatch(arguments) {
+    let outcome = match Arguments::try_parse() {
+        Ok(arguments) => dispatch(arguments),
+        Err(error) => print_usage(&error),
+    };
+    match outcome {
         Ok(status) => status,
         Err(error) if is_broken_pipe(&*error) => ExitCode::SUCCESS,
         Err(error) => {
-            // Standard error may be a terminal that is gone.
-            let _ = writeln!(std::io::stderr(), "error: {error}");
+            output::message(format_args!("error: {error}"));
             ExitCode::FAILURE
         }
     }
+}
+
+/// Shows the help that was asked for, or what is wrong with the arguments.
+fn print_usage(error: &clap::Error) -> Result<ExitCode, Box<dyn std::error::Error>> {
+    if !error.use_stderr() {
+        error.print().and_then(|()| io::stdout().flush()).map_err(output::OutputError::from)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let plain = error.to_string();
+    if output::shown_lines(&plain) == plain {
+        // Standard error may be a terminal that is gone.
+        let _ = error.print();
+    } else {
+        output::message_lines(&plain);
+    }
+    Ok(ExitCode::from(2))
 }
 
 fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>> {
@@ -56,6 +76,7 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
         Command::Export(export) => runs::export_actor(&export),
         Command::Figures(figures) => runs::figures(&figures),
         Command::Script(script) => runs::script(&script),
+        Command::Screenshot(screenshot) => screenshot::run(&screenshot),
         Command::Sweep(sweep) => sweeps::run(&sweep),
         Command::Report(report) => studies::report(&report),
         Command::Reproduce(reproduce) => studies::reproduce(&reproduce),

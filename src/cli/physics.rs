@@ -2,17 +2,17 @@
 //! them, and tasks as environments of other programs.
 
 use std::fs::File;
-use std::io::{self, BufReader, BufWriter};
+use std::io::{self, BufReader};
 use std::path::Path;
 use std::sync::Arc;
 
-use super::Outcome;
 use super::arguments::{Env, Play};
+use super::{Outcome, output};
 use crate::env::Action;
 use crate::{json, protocol, task};
 
 pub fn simulate() -> Outcome {
-    Ok(protocol::simulate(io::stdin().lock(), results())?)
+    Ok(protocol::simulate(io::stdin().lock(), output::stream())?)
 }
 
 pub fn play(arguments: &Play) -> Outcome {
@@ -26,17 +26,13 @@ pub fn play(arguments: &Play) -> Outcome {
 pub fn serve(command: &Env) -> Outcome {
     let Env::Serve { task, seed } = command;
     let task = Arc::new(task::load(task)?);
-    Ok(protocol::serve(&task, *seed, io::stdin().lock(), results())?)
-}
-
-fn results() -> impl io::Write {
-    BufWriter::new(io::stdout().lock())
+    Ok(protocol::serve(&task, *seed, io::stdin().lock(), output::stream())?)
 }
 
 fn play_episodes(levels: &Path) -> Outcome {
     let name = levels.display().to_string();
     let file = File::open(levels).map_err(|error| format!("{name}: {error}"))?;
-    Ok(protocol::play_episodes(BufReader::new(file), &name, io::stdin().lock(), results())?)
+    Ok(protocol::play_episodes(BufReader::new(file), &name, io::stdin().lock(), output::stream())?)
 }
 
 fn play_actions(task: &str, actions: &Path) -> Outcome {
@@ -44,9 +40,9 @@ fn play_actions(task: &str, actions: &Path) -> Outcome {
     let name = actions.display().to_string();
     let text = std::fs::read(actions).map_err(|error| format!("{name}: {error}"))?;
     let actions: Vec<Action> = json::parse(&text, &name)?;
-    let played = protocol::play_actions(task, &actions, results())?;
+    let played = protocol::play_actions(task, &actions, output::stream())?;
     if played < actions.len() {
-        eprintln!("the episode was over after {played} of {} actions", actions.len());
+        output::message(format_args!("the episode was over after {played} of {} actions", actions.len()));
     }
     Ok(())
 }

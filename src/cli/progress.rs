@@ -5,6 +5,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use super::output;
+
 /// Time between two lines where there is no terminal.
 const LINE_EVERY: Duration = Duration::from_secs(10);
 
@@ -40,19 +42,19 @@ impl Progress {
             if is_first {
                 bar.reset_eta();
             }
-            bar.set_message(message.to_owned());
+            bar.set_message(output::shown(message));
         } else if !self.quiet && self.last_line.is_none_or(|last| last.elapsed() >= LINE_EVERY) {
             self.last_line = Some(Instant::now());
-            eprintln!("{done}/{length} {message}{}", time_left(first, done, length));
+            output::message(format_args!("{done}/{length} {message}{}", time_left(first, done, length)));
         }
     }
 
     /// Prints a line that stays.
     pub fn say(&self, line: &str) {
         match &self.bar {
-            Some(bar) => bar.println(line),
+            Some(bar) => bar.println(output::shown_lines(line)),
             None if self.quiet => {}
-            None => eprintln!("{line}"),
+            None => output::message_lines(line),
         }
     }
 }

@@ -5,16 +5,15 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
 use serde_json::json;
 
-use super::Outcome;
 use super::arguments::{Evaluate, Export, Figures, Resume, Script, Train, Workbench};
 use super::progress::Progress;
+use super::{Outcome, output};
 use crate::env::{Action, Environment};
 use crate::figures::DEFAULT_DPI;
 use crate::run::Event;
+use crate::streams::Stream;
 use crate::task;
 use crate::tui;
 use crate::workbench::{self, Command, FigureKind, Notice, Output, RunView, Session, command};
@@ -72,8 +71,7 @@ fn follow(session: &mut Session, quiet: bool) -> Outcome {
         "rolling_success": last.map(|record| record.rolling_success),
         "greedy_success": run.evaluations().last().map(|evaluation| evaluation.success),
     });
-    println!("{result}");
-    Ok(())
+    Ok(output::line(result)?)
 }
 
 fn show(notice: &Notice, episodes: u64, progress: &mut Progress) {
@@ -109,7 +107,7 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
         if arguments.observations {
             line["observations"] = json!(observations(&run, arguments.seed + u64::from(episode), &actions));
         }
-        println!("{line}");
+        output::line(line)?;
     }
     Ok(())
 }
@@ -117,7 +115,7 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
 /// What was seen before each action of an episode that began with this seed.
 fn observations(run: &RunView, seed: u64, actions: &[Action]) -> Vec<Vec<f32>> {
     let mut env = Environment::new(run.config().task.clone());
-    let mut next = Some(env.reset(&mut ChaCha8Rng::seed_from_u64(seed)));
+    let mut next = Some(env.reset(&mut Stream::Episode.of(seed)));
     let seen = actions.iter().map_while(|&action| {
         let before = next.take()?;
         next = env.step(action).ok().map(|step| step.observation);
@@ -130,8 +128,7 @@ pub fn export_actor(arguments: &Export) -> Outcome {
     let actor = RunView::open(&arguments.run)?.saved().agent()?.export_actor();
     crate::atomic::write(&arguments.out, &actor)
         .map_err(|error| format!("cannot write {}: {error}", arguments.out.display()))?;
-    println!("{}", arguments.out.display());
-    Ok(())
+    Ok(output::line(arguments.out.display())?)
 }
 
 pub fn figures(arguments: &Figures) -> Outcome {
@@ -142,13 +139,17 @@ pub fn figures(arguments: &Figures) -> Outcome {
         session.apply(open.clone())?;
         session.wait_for(&open)?;
     }
-    let ending = if arguments.svg { "svg" } else { "png" };
+    let ending = match (arguments.svg, arguments.pdf) {
+        (true, _) => "svg",
+        (_, true) => "pdf",
+        _ => "png",
+    };
     let dashboard = |run: &Path| dashboard_path(arguments.out.as_deref(), run, ending);
     let mut paths = BTreeSet::new();
     if let Some(twice) = arguments.runs.iter().map(|run| dashboard(run)).find(|path| !paths.insert(path.clone())) {
         return Err(format!("two runs would have their figure in {}: draw them one by one", twice.display()).into());
     }
-    let dpi = Some(arguments.print.dpi).filter(|dpi| !arguments.svg && *dpi != DEFAULT_DPI);
+    let dpi = Some(arguments.print.dpi).filter(|dpi| ending == "png" && *dpi != DEFAULT_DPI);
     let shared = arguments.out.clone().unwrap_or_else(|| arguments.runs[0].join("figures"));
     export(&mut session, FigureKind::Learning, shared.join(format!("learning.{ending}")), dpi)?;
     for run in &arguments.runs {
@@ -163,8 +164,7 @@ fn export(session: &mut Session, kind: FigureKind, path: PathBuf, dpi: Option<u3
     let figure = Command::from(command::Figure { kind, path: path.clone(), dpi });
     session.apply(figure.clone())?;
     session.wait_for(&figure)?;
-    println!("{}", path.display());
-    Ok(())
+    Ok(output::line(path.display())?)
 }
 
 fn dashboard_path(out: Option<&Path>, run: &Path, ending: &str) -> PathBuf {
@@ -176,6 +176,11 @@ fn dashboard_path(out: Option<&Path>, run: &Path, ending: &str) -> PathBuf {
 }
 
 pub fn script(arguments: &Script) -> Outcome {
+    after_script(arguments).map(|_| ())
+}
+
+/// The session as it is at the end of a script.
+pub fn after_script(arguments: &Script) -> Result<Session, Box<dyn std::error::Error>> {
     let variables: Vec<(String, String)> =
         arguments.variables.iter().map(|text| split_definition(text, "--define")).collect::<Result<_, _>>()?;
     let script = workbench::Script::load(&arguments.file, &variables)?;
@@ -185,7 +190,7 @@ pub fn script(arguments: &Script) -> Outcome {
         Output::Report(command, report) => progress.say(&format!("> {command}\n  {report}")),
         Output::Notice(notice) => show(notice, 0, &mut progress),
     })?;
-    Ok(())
+    Ok(session)
 }
 
 fn split_definition(text: &str, flag: &str) -> Result<(String, String), String> {

@@ -2,9 +2,9 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::Outcome;
 use super::arguments::{Bench, Report, Reproduce};
 use super::progress::Progress;
+use super::{Outcome, output};
 use crate::batch::{Batch, default_threads};
 use crate::bench::WORKS;
 use crate::evidence;
@@ -29,8 +29,7 @@ pub fn reproduce(arguments: &Reproduce) -> Outcome {
         progress.set(now.done, now.total, now.message);
     })?;
     drop(progress);
-    println!("{}", arguments.out.join("report.md").display());
-    Ok(())
+    Ok(output::line(arguments.out.join("report.md").display())?)
 }
 
 pub fn report(arguments: &Report) -> Outcome {
@@ -48,8 +47,7 @@ pub fn report(arguments: &Report) -> Outcome {
         progress.set(read as u64, all as u64, message);
     })?;
     drop(progress);
-    println!("{}", arguments.out.join("report.md").display());
-    Ok(())
+    Ok(output::line(arguments.out.join("report.md").display())?)
 }
 
 pub fn bench(arguments: &Bench) -> Outcome {
@@ -60,7 +58,7 @@ pub fn bench(arguments: &Bench) -> Outcome {
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads.max(1)).build()?;
     for work in WORKS.iter().filter(|work| chosen(work.name)) {
-        println!("{}", serde_json::to_string(&pool.install(|| work.measure()))?);
+        output::line(serde_json::to_string(&pool.install(|| work.measure()))?)?;
     }
     Ok(())
 }

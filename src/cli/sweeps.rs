@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use super::Outcome;
 use super::arguments::Sweep as Arguments;
 use super::progress::Progress;
+use super::{Outcome, output};
 use crate::batch::{Batch, default_threads};
 use crate::sweep::{self, Sweep};
 
@@ -26,19 +26,20 @@ pub fn run(arguments: &Arguments) -> Outcome {
             true => sweep::plan(&sweep, &program, &folder)?,
             false => sweep::slurm(&sweep, &program, &folder, &name)?,
         };
-        print!("{text}");
-        return Ok(());
+        return Ok(output::lines(text)?);
     }
     let failures = work(&sweep, &folder, arguments)?;
     if arguments.file.is_some() {
         match sweep::read_results(&folder) {
-            Ok(results) => println!("{}", results.write(&folder)?.display()),
+            Ok(results) => output::line(results.write(&folder)?.display())?,
             // Without any run there is no table, and the failures below say why.
             Err(_) if !failures.is_empty() => {}
             Err(error) => return Err(error.into()),
         }
     } else {
-        sweep.jobs.iter().for_each(|job| println!("{}", job.folder(&folder).display()));
+        for job in &sweep.jobs {
+            output::line(job.folder(&folder).display())?;
+        }
     }
     match failures.first() {
         None => Ok(()),
@@ -70,9 +71,8 @@ fn work(
 
 fn collect(folders: &[PathBuf], out: &Path) -> Outcome {
     let runs = sweep::collect(folders, out)?;
-    eprintln!("{} holds {runs} runs", out.display());
-    println!("{}", sweep::read_results(out)?.write(out)?.display());
-    Ok(())
+    output::message(format_args!("{} holds {runs} runs", out.display()));
+    Ok(output::line(sweep::read_results(out)?.write(out)?.display())?)
 }
 
 fn folder(arguments: &Arguments) -> PathBuf {

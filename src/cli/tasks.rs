@@ -6,9 +6,9 @@ use std::sync::atomic::AtomicBool;
 
 use serde_json::json;
 
-use super::Outcome;
 use super::arguments::{Tasks, TasksCommand};
 use super::progress::Progress;
+use super::{Outcome, output};
 use crate::batch::{Batch, default_threads};
 use crate::env;
 use crate::guidance::{GuidanceConfig, propose_subgoals};
@@ -43,13 +43,13 @@ fn list(as_json: bool) -> Outcome {
                 })
             })
             .collect();
-        println!("{}", serde_json::to_string_pretty(&rows)?);
-        return Ok(());
+        return Ok(output::line(serde_json::to_string_pretty(&rows)?)?);
     }
     for task in &tasks {
         let tools = task.tool_set().iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
         let (placeable, count) = (task.placeable.kind, task.subgoals.len());
-        println!("{}  {tools}; places a {placeable}; {count} subgoal(s)\n       {}", task.name, task.description);
+        let about = format!("{tools}; places a {placeable}; {count} subgoal(s)");
+        output::lines(format_args!("{}  {about}\n       {}\n", task.name, task.description))?;
     }
     Ok(())
 }
@@ -58,17 +58,20 @@ fn check(files: &[String]) -> Outcome {
     let mut wrong = 0;
     for file in files {
         match check_file(file) {
-            Ok(task) => println!("{file}: ok ({} subgoals, {} tools)", task.subgoals.len(), task.tools.len()),
+            Ok(task) => {
+                let (subgoals, tools) = (task.subgoals.len(), task.tools.len());
+                output::line(format_args!("{file}: ok ({subgoals} subgoals, {tools} tools)"))?;
+            }
             Err(error) => {
                 wrong += 1;
-                eprintln!("{error}");
+                output::message(error);
             }
         }
     }
     if wrong > 0 { Err(format!("{wrong} of {} tasks cannot be used", files.len()).into()) } else { Ok(()) }
 }
 
-/// A task is right if it is valid and its environment keeps its promises.
+/// A task is right if it is valid and its environment keeps the contract.
 fn check_file(file: &str) -> Result<Arc<Task>, Box<dyn std::error::Error>> {
     let task = Arc::new(task::load(file)?);
     env::check(&task).map_err(|violation| format!("{file}: {violation}"))?;
@@ -87,12 +90,14 @@ fn propose(name: &str, subgoals: usize, model: String, seed: u64, out: Option<&P
     drop(progress);
     match task.subgoals.len() {
         0 => return Err("no place was found that tools make the ball reach on its way to the goal".into()),
-        found if found < subgoals => eprintln!("{found} of {subgoals} subgoals: no further place was found"),
+        found if found < subgoals => {
+            output::message(format_args!("{found} of {subgoals} subgoals: no further place was found"));
+        }
         _ => {}
     }
     match out {
         Some(path) => task::save(&task, path)?,
-        None => print!("{}", task::to_json(&task)),
+        None => output::lines(task::to_json(&task))?,
     }
     Ok(())
 }
@@ -108,18 +113,18 @@ fn run_audit(names: &[String], episodes: u32, seeds: u64, as_json: bool) -> Outc
     let batch = Batch { threads: default_threads(), interrupt: &interrupt };
     let rows = audit(&tasks, episodes, seeds, &batch, &mut |now| progress.set(now.done, now.total, now.message))?;
     drop(progress);
-    if as_json {
-        println!("{}", serde_json::to_string_pretty(&rows)?);
-    } else {
-        print_table(&rows, episodes);
+    match as_json {
+        true => output::line(serde_json::to_string_pretty(&rows)?)?,
+        false => output::lines(table(&rows, episodes))?,
     }
     Ok(())
 }
 
 /// A Markdown table: tasks down, ways of exploring across; one number a seed.
-fn print_table(rows: &[AuditRow], episodes: u32) {
-    println!("Episodes of {episodes} that reached each subgoal, and the goal (bold), one entry a seed.\n");
-    println!("| task | exploration | subgoals | goal |\n|---|---|---|---|");
+fn table(rows: &[AuditRow], episodes: u32) -> String {
+    let mut table =
+        format!("Episodes of {episodes} that reached each subgoal, and the goal (bold), one entry a seed.\n\n");
+    table += "| task | exploration | subgoals | goal |\n|---|---|---|---|\n";
     for row in rows {
         let subgoals: Vec<String> = row
             .hits
@@ -127,6 +132,8 @@ fn print_table(rows: &[AuditRow], episodes: u32) {
             .map(|hits| hits.subgoals.iter().map(u32::to_string).collect::<Vec<_>>().join("/"))
             .collect();
         let goals: Vec<String> = row.hits.iter().map(|hits| hits.goal.to_string()).collect();
-        println!("| {} | {} | {} | **{}** |", row.task, row.exploration, subgoals.join(", "), goals.join(", "));
+        let (subgoals, goals) = (subgoals.join(", "), goals.join(", "));
+        table += &format!("| {} | {} | {subgoals} | **{goals}** |\n", row.task, row.exploration);
     }
+    table
 }

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::error::DynamicsError;
 use crate::nn::OptimiserKind;
 use crate::physics::STEPS_PER_ACTION;
+use crate::validation::{Setting, ValidationError, check_settings};
 
 /// Structure, inputs and targets of a dynamics model (paper, sections 4.1 and A.1). The
 /// three structural assumptions of section 4.1 are the first three fields.
@@ -131,18 +132,10 @@ impl ModelConfig {
     /// # Errors
     /// Names the first setting that is out of range.
     pub fn validate(&self) -> Result<(), DynamicsError> {
-        let error = |field, message| Err(DynamicsError::Config { field, message });
-        if self.interval == 0 || !STEPS_PER_ACTION.is_multiple_of(self.interval) {
+        check_settings(self, &MODEL_SETTINGS)?;
+        let error = |path, message| Err(ValidationError::new(path, message).into());
+        if !STEPS_PER_ACTION.is_multiple_of(self.interval) {
             return error("interval", "must divide the 40 physics steps of an action");
-        }
-        if !(self.cutoff > 0.0 && self.cutoff.is_finite()) {
-            return error("cutoff", "must be a positive distance in units");
-        }
-        if !(1..=64).contains(&self.layers) {
-            return error("layers", "must be from 1 to 64");
-        }
-        if !(1..=1024).contains(&self.width) || !(1..=1024).contains(&self.embedding) {
-            return error("width", "width and embedding must be from 1 to 1024");
         }
         if self.spin && self.targets == Targets::Position {
             return error("spin", "cannot be predicted when the targets are positions only");
@@ -150,6 +143,26 @@ impl ModelConfig {
         Ok(())
     }
 }
+
+/// The numbers among the settings of [`ModelConfig`].
+pub const MODEL_SETTINGS: [Setting; 5] = [
+    Setting::number("cutoff", 1e-3, 1000.0, "largest distance of an active edge, in units"),
+    Setting::count("interval", 1, STEPS_PER_ACTION as u64, "physics steps from one prediction to the next"),
+    Setting::count("layers", 1, 64, "dense layers of every edge function and of the node function"),
+    Setting::count("width", 1, 1024, "hidden size of all networks"),
+    Setting::count("embedding", 1, 1024, "size of messages and of the node embedding"),
+];
+
+/// The numbers among the settings of [`TrainConfig`].
+pub const TRAIN_SETTINGS: [Setting; 7] = [
+    Setting::count("observations", 1, 1_000_000, "one-step observations (launches) for each tool type"),
+    Setting::count("validation", 1, 100_000, "launches for each tool type that measure the error"),
+    Setting::count("epochs", 1, 10_000_000, "passes over the observations"),
+    Setting::count("batch", 1, 65_536, "rows in a batch"),
+    Setting::number("learning_rate", 1e-30, 1e30, "learning rate at the start"),
+    Setting::number("contact_share", 0.0, 1.0, "share of rows drawn from those close to a contact"),
+    Setting::count("seed", 0, u64::MAX, "seed of launches, initial weights and batches"),
+];
 
 /// How a model is trained (paper, table 1).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -253,8 +266,12 @@ impl FromStr for Loss {
             Some(("huber", text)) => width(text).map(Self::Huber),
             _ => None,
         }
-        .ok_or(DynamicsError::Config { field: "loss", message: "must be squared or huber:WIDTH, such as huber:0.1" })
+        .ok_or_else(wrong_loss)
     }
+}
+
+fn wrong_loss() -> DynamicsError {
+    ValidationError::new("loss", "must be squared or huber:WIDTH, such as huber:0.1").into()
 }
 
 impl Default for TrainConfig {
@@ -293,22 +310,10 @@ impl TrainConfig {
     /// # Errors
     /// Names the first setting that is out of range.
     pub fn validate(&self) -> Result<(), DynamicsError> {
-        let error = |field, message| Err(DynamicsError::Config { field, message });
-        match self {
-            Self { observations: 0, .. } => error("observations", "must be at least 1"),
-            Self { validation: 0, .. } => error("validation", "must be at least 1"),
-            Self { epochs: 0, .. } => error("epochs", "must be at least 1"),
-            Self { batch: 0, .. } => error("batch", "must be at least 1"),
-            Self { learning_rate, .. } if !(*learning_rate > 0.0 && learning_rate.is_finite()) => {
-                error("learning_rate", "must be positive")
-            }
-            Self { loss: Loss::Huber(width), .. } if !(*width > 0.0 && width.is_finite()) => {
-                error("loss", "must be squared or huber:WIDTH, such as huber:0.1")
-            }
-            Self { contact_share, .. } if !(0.0..=1.0).contains(contact_share) => {
-                error("contact_share", "must be from 0 to 1")
-            }
-            _ => Ok(()),
+        check_settings(self, &TRAIN_SETTINGS)?;
+        match self.loss {
+            Loss::Huber(width) if !(width > 0.0 && width.is_finite()) => Err(wrong_loss()),
+            Loss::Huber(_) | Loss::Squared => Ok(()),
         }
     }
 

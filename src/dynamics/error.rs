@@ -4,13 +4,14 @@ use thiserror::Error;
 
 use super::object::EdgeType;
 use crate::nn::{NnError, TensorFileError};
+use crate::validation::ValidationError;
 
 /// A model cannot be made, trained or used for what was asked.
 #[derive(Debug, Error)]
 pub enum DynamicsError {
     /// A setting is out of range.
-    #[error("dynamics.{field}: {message}")]
-    Config { field: &'static str, message: &'static str },
+    #[error("dynamics.{0}")]
+    Config(#[from] ValidationError),
     /// No tool type was given, or one twice.
     #[error("the tool set `{given}` is not usable: name each of its tool types once, at least one")]
     ToolSet { given: String },

@@ -58,7 +58,8 @@ mod train_to_file;
 
 pub use ablate::{Ablated, Ablation, Variant};
 pub use config::{
-    Coordinates, EdgeActivation, EdgeFunctions, Geometry, Loss, ModelConfig, RateSchedule, Targets, TrainConfig,
+    Coordinates, EdgeActivation, EdgeFunctions, Geometry, Loss, MODEL_SETTINGS, ModelConfig, RateSchedule,
+    TRAIN_SETTINGS, Targets, TrainConfig,
 };
 pub use error::DynamicsError;
 pub use evaluate::{

@@ -6,10 +6,9 @@ use rand_chacha::ChaCha8Rng;
 
 use super::config::ModelConfig;
 use super::graph::{Graphs, Layout};
-use crate::nn::rows::concat_columns;
 use crate::nn::{
-    Activation, Branch, InitScheme, Matrix, Mlp, MlpShape, NnError, TensorFile, TensorFileError, matrix,
-    sum_of_branches,
+    Activation, Branch, InitScheme, Matrix, Mlp, MlpShape, NnError, TensorFile, TensorFileError, concat_columns,
+    matrix, sum_of_branches,
 };
 
 /// The learned functions of a dynamics model. Inputs and outputs are normalised.
@@ -72,7 +71,7 @@ impl Network {
             .collect();
         let sum = sum_of_branches(&branches, graphs.scenes, embedding, device);
         let nodes = matrix(device, graphs.nodes.clone(), graphs.scenes, node_columns);
-        self.decoder.forward(self.node.forward(concat_columns(nodes.leaky_traced(), sum)))
+        self.decoder.forward(self.node.forward(concat_columns(nodes, sum)))
     }
 
     /// Predictions for normalised graphs without a tape, scenes × outputs. A scene's

@@ -3,13 +3,11 @@
 
 use std::sync::Arc;
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-
 use super::action::{Action, EpisodeOver, Placement, Step, uniform_action};
 use super::environment::Environment;
 use super::episode::Snapshot;
 use super::observation::{OBJECT_FEATURES, OBJECT_SLOTS, observation_len};
+use crate::streams::Stream;
 use crate::task::Task;
 
 /// Episodes that are played for each of the checks.
@@ -63,7 +61,7 @@ trait Subject {
 
 impl Subject for Environment {
     fn reset(&mut self, seed: u64) -> Vec<f32> {
-        Environment::reset(self, &mut ChaCha8Rng::seed_from_u64(seed))
+        Environment::reset(self, &mut Stream::Episode.of(seed))
     }
 
     fn step(&mut self, action: Action) -> Result<Step, EpisodeOver> {
@@ -111,7 +109,7 @@ struct Episode {
 fn play(subject: &mut impl Subject, task: &Task, seed: u64) -> Result<Episode, Violation> {
     let start = subject.reset(seed);
     check_observation(&start, task, "the reset")?;
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut rng = Stream::Episode.of(seed);
     let mut episode = Episode { start, steps: Vec::new() };
     for number in 1..=task.rules.max_actions {
         let when = format!("action {number} of seed {seed}");

@@ -1,9 +1,12 @@
 //! Runs as the data of figures: learning curves, scores of methods, performance profiles.
 
+use std::collections::HashMap;
+
 use super::groups::{AREA, Groups, scores};
 use super::row::{EVALUATIONS, LearningRow, TrainedRun};
 use crate::figures::{
-    Curve, CurvePanel, Estimate, LearningCurves, MethodScore, MethodScores, PerformanceProfile, ScorePanel, Statistics,
+    Curve, CurvePanel, Estimate, LearningCurves, MethodScore, MethodScores, PerformanceProfile, Progress, ScorePanel,
+    Statistics,
 };
 use crate::stats::aggregate::iqm;
 use crate::stats::profile::profile_intervals;
@@ -22,6 +25,7 @@ pub const INTERVAL: &str = "95 % bootstrap interval over seeds";
 /// When a statistic cannot be computed.
 pub fn learning_curves(runs: &[TrainedRun], bootstrap: &Bootstrap, greedy: bool) -> Result<LearningCurves, StatsError> {
     let rows: Vec<LearningRow> = runs.iter().map(|run| run.row.clone()).collect();
+    let window = if greedy { EVALUATIONS } else { WINDOW };
     let (mut panels, mut seeds) = (Vec::new(), Vec::new());
     let groups = Groups::new(&rows);
     let labels: Vec<String> = rows.iter().map(LearningRow::label).collect();
@@ -33,13 +37,58 @@ pub fn learning_curves(runs: &[TrainedRun], bootstrap: &Bootstrap, greedy: bool)
                 of_group.map(|(run, _)| if greedy { &*run.greedy } else { &*run.training }).collect();
             if curves.iter().any(|curve| !curve.is_empty()) {
                 seeds.push(curves.len());
-                panel.curves.push(summary_curve(label.clone(), &curves, bootstrap)?);
+                let mut curve = summary_curve(label.clone(), &curves, bootstrap)?;
+                curve.partial = match greedy {
+                    true => window.get() - 1,
+                    false => curve.x.iter().take_while(|episode| **episode < window.get() as f64).count(),
+                };
+                panel.curves.push(curve);
             }
         }
         panels.push(panel);
     }
-    let window = if greedy { EVALUATIONS } else { WINDOW };
-    Ok(LearningCurves { greedy, window: window.get(), statistics: interquartile_means(INTERVAL, &seeds), panels })
+    let statistics = interquartile_means(INTERVAL, &seeds);
+    Ok(LearningCurves { greedy, window: window.get(), statistics, panels, ..LearningCurves::default() })
+}
+
+/// Interquartile mean of the rolling success over seeds, against all actions in the real environment,
+/// those that are charged included. Before its first action in training a run has no success.
+///
+/// # Errors
+/// When a statistic cannot be computed.
+pub fn step_curves(runs: &[TrainedRun], bootstrap: &Bootstrap) -> Result<LearningCurves, StatsError> {
+    let labels: Vec<String> = runs.iter().map(|run| run.row.label()).collect();
+    let group = |run: &TrainedRun, label: &String| (run.row.task.clone(), label.clone());
+    // The seeds of a group need points in common: as far as its shortest run.
+    let mut ends: HashMap<(String, String), f64> = HashMap::new();
+    for (run, label) in runs.iter().zip(&labels) {
+        let end = run.steps.last().map_or(0.0, |[steps, _]| steps + run.charged as f64);
+        ends.entry(group(run, label)).and_modify(|least| *least = least.min(end)).or_insert(end);
+    }
+    let resampled = runs.iter().zip(&labels).map(|(run, label)| {
+        let end = ends[&group(run, label)];
+        let x = |point: usize| end * point as f64 / STEP_POINTS as f64;
+        let y = |x: f64| height(&run.steps, x - run.charged as f64);
+        let training = if end > 0.0 { (1..=STEP_POINTS).map(|n| [x(n), y(x(n))]).collect() } else { Vec::new() };
+        TrainedRun { training, ..run.clone() }
+    });
+    let mut curves = learning_curves(&resampled.collect::<Vec<_>>(), bootstrap, false)?;
+    // Which steps belong to the first episodes is not known.
+    curves.panels.iter_mut().flat_map(|panel| &mut panel.curves).for_each(|curve| curve.partial = 0);
+    Ok(LearningCurves { progress: Progress::EnvironmentSteps, ..curves })
+}
+
+/// Points of a curve against steps.
+const STEP_POINTS: usize = 100;
+
+/// Height of a curve at `x`, linear between its points; 0 before the first.
+fn height(curve: &[[f64; 2]], x: f64) -> f64 {
+    let after = curve.partition_point(|point| point[0] <= x);
+    match (after.checked_sub(1).map(|before| curve[before]), curve.get(after)) {
+        (None, _) => 0.0,
+        (Some([_, y]), None) => y,
+        (Some([x0, y0]), Some([x1, y1])) => y0 + (y1 - y0) * (x - x0) / (x1 - x0),
+    }
 }
 
 /// Area under the curve of every method on every task and, where all were trained on the same
@@ -108,6 +157,7 @@ pub fn performance_profile(
             y: band.iter().map(|estimate| estimate.value).collect(),
             low: band.iter().map(|estimate| estimate.lower).collect(),
             high: band.iter().map(|estimate| estimate.upper).collect(),
+            partial: 0,
         });
     }
     let tasks = methods.first().map_or(0, |(_, scores)| scores.tasks().len());
@@ -141,4 +191,45 @@ fn summary_curve(label: String, seeds: &[&[[f64; 2]]], bootstrap: &Bootstrap) ->
 /// An estimate as figures have it.
 pub fn estimate(estimate: crate::stats::Estimate) -> Estimate {
     Estimate { value: estimate.value, low: estimate.lower, high: estimate.upper }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stats::efficiency::Efficiency;
+
+    #[test]
+    fn success_against_steps_counts_what_is_charged() {
+        let run = |method: &str, seed: u64, steps: &[[f64; 2]], charged: u64| TrainedRun {
+            row: LearningRow {
+                task: "task1".to_owned(),
+                method: method.to_owned(),
+                epsilon: "0".to_owned(),
+                settings: Default::default(),
+                seed,
+                episodes: 2,
+                efficiency: Efficiency::default(),
+                greedy_success: None,
+            },
+            training: Vec::new(),
+            greedy: Vec::new(),
+            steps: steps.to_vec(),
+            charged,
+        };
+        let runs = [
+            run("ddpg", 0, &[[100.0, 0.0], [200.0, 1.0]], 0),
+            run("ddpg", 1, &[[100.0, 0.0], [400.0, 1.0]], 0),
+            run("ddpg-uniform", 0, &[[100.0, 0.5], [200.0, 1.0]], 1000),
+        ];
+        let figure = step_curves(&runs, &Bootstrap { resamples: 10, ..Bootstrap::default() }).unwrap();
+        let [plain, charged] = &figure.panels[0].curves[..] else { panic!("two curves: {figure:?}") };
+        // As far as the shorter run: both have begun to learn.
+        let at = |curve: &Curve, x: f64| curve.y[curve.x.iter().position(|at| (at - x).abs() < 1e-9).unwrap()];
+        assert_eq!(plain.x.last(), Some(&200.0));
+        assert_eq!(at(plain, 100.0), 0.0);
+        assert!((at(plain, 200.0) - (1.0 + 1.0 / 3.0) / 2.0).abs() < 1e-12);
+        assert_eq!((charged.x.last(), at(charged, 1200.0)), (Some(&1200.0), 1.0));
+        assert_eq!(at(charged, 996.0), 0.0, "nothing is reached before training begins");
+        assert_eq!(figure.progress, Progress::EnvironmentSteps);
+    }
 }

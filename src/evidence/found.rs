@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
+use super::charges::Charges;
 use super::row::TrainedRun;
 use super::settings::distinguish;
 use crate::run::{RunDirectory, RunError, RunHistory, RunState};
@@ -91,6 +92,10 @@ pub fn read_runs_with_progress(
     for some in paths.chunks(READ_AT_ONCE) {
         runs.extend(some.par_iter().map(|path| read_run(path)).collect::<Result<Vec<FoundRun>, RunError>>()?);
         on_progress(runs.len());
+    }
+    let mut charges = Charges::default();
+    for run in &mut runs {
+        run.trained.charged = charges.of(&run.config);
     }
     distinguish(runs.iter_mut().map(|run| (&run.config, &mut run.trained.row)).collect());
     Ok(runs)

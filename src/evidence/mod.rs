@@ -9,6 +9,7 @@
 //! - [`Comparison`]: every group on every task, and over the tasks they have in common;
 //! - [`report()`]: the comparison as Markdown, JSON and figures in a folder.
 
+mod charges;
 mod comparison;
 mod error;
 pub mod figures;
@@ -19,10 +20,7 @@ mod row;
 mod settings;
 mod table;
 
-pub use comparison::{AggregateRow, Comparison, ImprovementRow, LeftOut};
-pub use error::EvidenceError;
-pub use found::{FoundRun, find_runs, read_runs, read_runs_with_progress};
-pub use groups::{AREA, FINAL, GroupSummary, Groups, HELD, Score};
+pub use found::{FoundRun, find_runs, read_runs};
+pub use groups::{FINAL, Groups};
 pub use report::report;
 pub use row::{LearningRow, TrainedRun};
-pub use settings::distinguish;

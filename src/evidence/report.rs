@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::comparison::{Comparison, LeftOut, MEASURES, left_out, without_copies};
 use super::error::EvidenceError;
-use super::figures::{learning_curves, method_scores, performance_profile};
+use super::figures::{learning_curves, method_scores, performance_profile, step_curves};
 use super::found::{FoundRun, find_runs, read_runs_with_progress};
 use super::groups::{FINAL, Groups};
 use super::row::TrainedRun;
@@ -48,9 +48,10 @@ pub fn report(
     let figures = out.join("figures");
     std::fs::create_dir_all(&figures).map_err(|source| EvidenceError::Io { path: figures.clone(), source })?;
     let provenance = Provenance::new(command, &report.seeds(), hash);
-    let draw = |name: &str, figure: &dyn Figure| figure.write_both(&figures, name, &provenance, dpi);
+    let draw = |name: &str, figure: &dyn Figure| figure.write_all(&figures, name, &provenance, dpi);
     draw("methods", &method_scores(&report.learning, bootstrap)?)?;
     draw("learning", &learning_curves(&runs, bootstrap, false)?)?;
+    draw("learning-steps", &step_curves(&runs, bootstrap)?)?;
     if runs.iter().any(|run| !run.greedy.is_empty()) {
         draw("learning-greedy", &learning_curves(&runs, bootstrap, true)?)?;
     }
@@ -151,6 +152,7 @@ impl Comparison {
         let figures = [
             ("methods", "Area under the curve by method and task", true),
             ("learning", "Rolling success during training", true),
+            ("learning-steps", "Rolling success against all actions in the real environment", true),
             ("learning-greedy", "Success of the greedy policy", greedy),
             ("performance-profile", "Performance profile of the final success", !self.common_tasks.is_empty()),
         ];

@@ -7,6 +7,7 @@ use std::num::NonZeroUsize;
 use serde::{Deserialize, Serialize};
 
 use super::settings::{USUAL, WHOLE_SCHEDULE};
+use crate::guidance::EpsilonSchedule;
 use crate::run::RunHistory;
 use crate::stats::efficiency::{Efficiency, efficiency};
 use crate::stats::rolling::{WINDOW, rolling_mean};
@@ -44,6 +45,10 @@ pub struct TrainedRun {
     pub training: Vec<[f64; 2]>,
     /// Episodes and the mean success of the last greedy evaluations.
     pub greedy: Vec<[f64; 2]>,
+    /// Actions taken in training and the rolling success after them.
+    pub steps: Vec<[f64; 2]>,
+    /// Actions in the real environment outside of its episodes: for the clusters and the model.
+    pub charged: u64,
 }
 
 /// Points of a learning curve, at most.
@@ -52,16 +57,18 @@ const CURVE_POINTS: usize = 100;
 pub(super) const EVALUATIONS: NonZeroUsize = NonZeroUsize::new(10).unwrap();
 
 impl TrainedRun {
-    /// The run with this configuration and history.
+    /// The run with this configuration and history, and nothing charged.
     pub fn new(config: &RunConfig, history: &RunHistory) -> Self {
         let every = history.records.len().div_ceil(CURVE_POINTS).max(1);
-        let records = history.records.iter().skip(every - 1).step_by(every);
+        let records = || history.records.iter().skip(every - 1).step_by(every);
         let successes: Vec<f64> = history.evaluations.iter().map(|evaluation| evaluation.success).collect();
         let greedy = history.evaluations.iter().zip(rolling_mean(&successes, EVALUATIONS));
         Self {
             row: LearningRow::new(config, history),
-            training: records.map(|record| [record.episode as f64, record.rolling_success]).collect(),
+            training: records().map(|record| [record.episode as f64, record.rolling_success]).collect(),
             greedy: greedy.map(|(evaluation, success)| [evaluation.episode as f64, success]).collect(),
+            steps: records().map(|record| [record.environment_steps as f64, record.rolling_success]).collect(),
+            charged: 0,
         }
     }
 }
@@ -104,7 +111,10 @@ impl LearningRow {
     fn threshold(&self) -> String {
         match self.epsilon.split(':').collect::<Vec<_>>().as_slice() {
             ["linear", from, to, _] if !self.settings.contains_key(WHOLE_SCHEDULE) => format!("{from} to {to}"),
-            _ => self.epsilon.clone(),
+            _ => self
+                .epsilon
+                .parse()
+                .map_or_else(|_| self.epsilon.clone(), |schedule: EpsilonSchedule| schedule.describe()),
         }
     }
 }

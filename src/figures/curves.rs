@@ -1,21 +1,21 @@
 //! Figure 6, rolling success against episodes, and performance profiles.
 
-use serde::{Deserialize, Serialize};
-
+use super::Figure;
 use super::axes::{Axis, Frame, Plot};
-use super::canvas::{Canvas, Pen, Type};
+use super::canvas::{Canvas, Type};
 use super::data::{Curve, Statistics, labels};
 use super::layout::{LEGEND, Mark, legend, legend_height, note, panels};
-use super::style::{DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, SINGLE_COLUMN, series_color};
+use super::style::{DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, SINGLE_COLUMN, Series, series};
 use super::table::{Table, cell};
 use super::tasks::{COLUMNS, heading};
-use super::{Figure, FigureError};
 
 /// Success against episodes, one panel a task.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct LearningCurves {
     /// What was counted: the episodes of training, or greedy evaluations.
     pub greedy: bool,
+    /// What x is.
+    pub progress: Progress,
     /// Number of episodes, or of greedy evaluations, the success rate is averaged over.
     pub window: usize,
     /// How runs were summarised.
@@ -24,8 +24,46 @@ pub struct LearningCurves {
     pub panels: Vec<CurvePanel>,
 }
 
-/// Curves of one task: x in episodes, y the share of successes, 0 to 1.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+/// What the success of a run is drawn against.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Progress {
+    /// Episodes of training.
+    #[default]
+    Episodes,
+    /// Every action in the real environment: of training, of the rollouts from which the action
+    /// clusters were built, and of the launches from which the dynamics model learned.
+    EnvironmentSteps,
+}
+
+impl Progress {
+    fn label(self) -> &'static str {
+        match self {
+            Self::Episodes => "episode",
+            Self::EnvironmentSteps => "environment steps",
+        }
+    }
+
+    fn column(self) -> &'static str {
+        match self {
+            Self::Episodes => "episode",
+            Self::EnvironmentSteps => "environment_steps",
+        }
+    }
+
+    /// What a caption says of it.
+    fn note(self) -> &'static str {
+        match self {
+            Self::Episodes => "",
+            Self::EnvironmentSteps => {
+                " Steps are all actions in the real environment: training, the rollouts behind the \
+                                       clusters, and the launches behind the model."
+            }
+        }
+    }
+}
+
+/// Curves of one task: x as [`Progress`] says, y the share of successes, 0 to 1.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct CurvePanel {
     /// Name of the task.
     pub task: String,
@@ -34,7 +72,7 @@ pub struct CurvePanel {
 }
 
 /// Share of runs that score better than a threshold, against the threshold.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct PerformanceProfile {
     /// What is scored, with its unit.
     pub measure: String,
@@ -55,25 +93,31 @@ fn band_mark(labels: usize) -> &'static str {
     if labels <= MOST_BANDS { "band" } else { "in the CSV only" }
 }
 
-/// Draws curves as percentages, coloured by the place of their label in `order`.
-fn draw_curves(canvas: &Canvas<'_>, plot: &Plot<'_>, curves: &[Curve], order: &[&str]) -> Result<(), FigureError> {
+/// Draws curves as percentages, each in the look of its label.
+fn draw_curves(canvas: &Canvas<'_>, plot: &Plot<'_, '_>, curves: &[Curve], order: &[&str]) {
     let percent = |values: &[f64]| values.iter().map(|value| 100.0 * value).collect::<Vec<_>>();
-    let place = |curve: &Curve| order.iter().position(|label| *label == curve.label).unwrap_or(0);
+    let looks = series(order);
+    let look = |curve: &Curve| looks[order.iter().position(|label| *label == curve.label).unwrap_or(0)];
     for curve in curves.iter().filter(|_| order.len() <= MOST_BANDS) {
-        plot.band(
-            &curve.x,
-            [&percent(&curve.y), &percent(&curve.low), &percent(&curve.high)],
-            series_color(place(curve)),
-        )?;
+        let from = curve.partial.min(curve.x.len());
+        let [x, y, low, high] = [&curve.x, &curve.y, &curve.low, &curve.high].map(|values| values.get(from..));
+        let [x, y, low, high] = [x, y, low, high].map(Option::unwrap_or_default);
+        plot.band(x, [&percent(y), &percent(low), &percent(high)], look(curve).color);
     }
     for curve in curves {
-        plot.line(&curve.x, &percent(&curve.y), Pen::series(place(curve), LINE_WIDTH))?;
+        plot.rolling(&curve.x, &percent(&curve.y), curve.partial, look(curve).pen(LINE_WIDTH));
+    }
+    if order.len() > 1 {
+        let end = |curve: &Curve| {
+            let (x, y) = curve.x.iter().zip(&curve.y).rfind(|(x, y)| x.is_finite() && y.is_finite())?;
+            Some((plot.at(*x, 100.0 * y), look(curve)))
+        };
+        plot.end_numbers(curves.iter().filter_map(end));
     }
     if curves.iter().all(Curve::is_empty) {
         let look = Type::SMALL.centered().color(GREY);
-        canvas.text(plot.rect.center(), "no finished episodes", look)?;
+        canvas.text(plot.rect.center(), "no finished episodes", look);
     }
-    Ok(())
 }
 
 /// The legend of curves: lines with bands, or lines alone where no curve has an interval.
@@ -81,11 +125,12 @@ fn marks<'c>(curves: impl IntoIterator<Item = &'c Curve>) -> Vec<(Mark, String)>
     let curves: Vec<&Curve> = curves.into_iter().collect();
     let order = labels(curves.iter().map(|curve| curve.label.as_str()));
     let banded = order.len() <= MOST_BANDS && curves.iter().any(|curve| !curve.low.is_empty());
-    let mark = |n| {
-        let pen = Pen::series(n, 1.4 * LINE_WIDTH);
-        if banded { Mark::Band(pen) } else { Mark::Line(pen) }
+    let entry = |(look, label): (Series, &&str)| {
+        let pen = look.pen(1.2 * LINE_WIDTH);
+        let text = if order.len() > 1 { look.numbered(label) } else { (*label).to_owned() };
+        (if banded { Mark::Band(pen) } else { Mark::Line(pen) }, text)
     };
-    order.iter().enumerate().map(|(n, label)| (mark(n), (*label).to_owned())).collect()
+    series(&order).into_iter().zip(&order).map(entry).collect()
 }
 
 /// What a legend of these curves needs beyond one row, so that it takes nothing from the plots.
@@ -99,7 +144,11 @@ fn rate_axis(label: &str) -> Axis {
 
 impl Figure for LearningCurves {
     fn name(&self) -> &'static str {
-        if self.greedy { "figure6_greedy_success" } else { "figure6_learning_curves" }
+        match (self.greedy, self.progress) {
+            (true, _) => "figure6_greedy_success",
+            (false, Progress::Episodes) => "figure6_learning_curves",
+            (false, Progress::EnvironmentSteps) => "learning_curves_by_steps",
+        }
     }
 
     fn size(&self) -> [f64; 2] {
@@ -108,7 +157,7 @@ impl Figure for LearningCurves {
         [DOUBLE_COLUMN, self.panels.len().div_ceil(COLUMNS).max(1) as f64 * 138.0 + 36.0 + legend]
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+    fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN).cut(0.0, 0.0, LAST_TICK, 0.0);
         if self.panels.is_empty() {
             return canvas.nothing(page, "no learning curves");
@@ -118,26 +167,29 @@ impl Figure for LearningCurves {
         } else {
             format!("Share of the last {} training episodes that reached the goal.", self.window)
         };
+        let what = what + self.progress.note();
         let order = labels(self.panels.iter().flat_map(|panel| &panel.curves).map(|curve| curve.label.as_str()));
-        let rect = note(canvas, page, &format!("{what} {}.", self.statistics.caption(band_mark(order.len()))))?;
-        let rect = legend(canvas, rect, &marks(self.panels.iter().flat_map(|panel| &panel.curves)))?;
+        let partial = self.panels.iter().flat_map(|panel| &panel.curves).any(|curve| curve.partial > 0);
+        let faint = if partial { " Faint: the mean of fewer, at the start." } else { "" };
+        let text = format!("{what}{faint} {}.", self.statistics.caption(band_mark(order.len())));
+        let rect = note(canvas, page, &text);
+        let rect = legend(canvas, rect, &marks(self.panels.iter().flat_map(|panel| &panel.curves)));
         let columns = COLUMNS.min(self.panels.len());
         for (panel, place) in self.panels.iter().zip(panels(rect, self.panels.len(), columns)) {
             let last =
                 panel.curves.iter().flat_map(|curve| &curve.x).copied().filter(|x| x.is_finite()).fold(1.0, f64::max);
-            let x = Axis::linear("episode", 0.0, last, 5);
+            let x = Axis::linear(self.progress.label(), 0.0, last, 5);
             let x = if place.x_label { x } else { x.unlabelled() };
             let y = rate_axis("success rate (%)");
             let y = if place.y_label { y } else { y.unlabelled() };
             let frame = Frame { title: &heading(&panel.task), grid: true, square: false };
-            let plot = Plot::new(canvas, place.cell, &frame, x, y)?;
-            draw_curves(canvas, &plot, &panel.curves, &order)?;
+            let plot = Plot::new(canvas, place.cell, &frame, x, y);
+            draw_curves(canvas, &plot, &panel.curves, &order);
         }
-        Ok(())
     }
 
     fn table(&self) -> Table {
-        let mut table = Table::new(["task", "method", "episode", "success", "low", "high"]);
+        let mut table = Table::new(["task", "method", self.progress.column(), "success", "low", "high"]);
         for panel in &self.panels {
             for curve in &panel.curves {
                 push_curve(&mut table, &panel.task, curve);
@@ -156,19 +208,19 @@ impl Figure for PerformanceProfile {
         [SINGLE_COLUMN, 190.0 + further_legend(SINGLE_COLUMN - 2.0 * MARGIN, &self.curves)]
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+    fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN);
         if self.curves.iter().all(Curve::is_empty) {
             return canvas.nothing(page, "no scores");
         }
         let order = labels(self.curves.iter().map(|curve| curve.label.as_str()));
-        let rect = note(canvas, page, &format!("{}.", self.statistics.caption(band_mark(order.len()))))?;
-        let rect = legend(canvas, rect, &marks(&self.curves))?;
+        let rect = note(canvas, page, &format!("{}.", self.statistics.caption(band_mark(order.len()))));
+        let rect = legend(canvas, rect, &marks(&self.curves));
         let thresholds = || self.curves.iter().flat_map(|curve| curve.x.iter().copied()).filter(|x| x.is_finite());
         let (low, high) = (thresholds().fold(f64::INFINITY, f64::min), thresholds().fold(f64::NEG_INFINITY, f64::max));
         let x = Axis::linear(&format!("threshold \u{3c4}: {}", self.measure), low, high.max(low + 1e-9), 6);
         let frame = Frame { title: "", grid: true, square: false };
-        let plot = Plot::new(canvas, rect, &frame, x, rate_axis("runs above \u{3c4} (%)"))?;
+        let plot = Plot::new(canvas, rect, &frame, x, rate_axis("runs above \u{3c4} (%)"));
         draw_curves(canvas, &plot, &self.curves, &order)
     }
 

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::clusters::ClusterCount;
 use super::rewarding::Rewarding;
+use crate::validation::{Setting, ValidationError, check_settings};
 
 /// How the prior is built.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -69,26 +70,27 @@ pub enum GuidanceError {
     /// It has numbers that clusters of actions cannot have.
     #[error("{origin}: the clusters or actions of stage {stage} are out of range: build it again")]
     Numbers { origin: String, stage: usize },
-    /// A setting is out of range.
-    #[error("{section}.{field}: {message}")]
-    Config { section: &'static str, field: &'static str, message: &'static str },
+    /// A setting it was built with is out of range.
+    #[error("{origin}: config.{error}")]
+    Config { origin: String, error: ValidationError },
 }
+
+/// The numbers among the settings of [`GuidanceConfig`].
+pub const SETTINGS: [Setting; 6] = [
+    Setting::count("model_rollouts", 1, 100_000, "model rollouts for each stage"),
+    Setting::count("horizon", 1, 100, "actions in a rollout"),
+    Setting::count("environment_rollouts", 1, 100_000, "rollouts in the real environment, over all stages"),
+    Setting::count("clusters.fixed", 1, 100, "clusters for each stage"),
+    Setting::count("clusters.silhouette", 2, 100, "clusters for each stage at most, the best number by silhouette"),
+    Setting::number("std_floor", 0.0, 1.0, "least standard deviation of a cluster, normalised"),
+];
 
 impl GuidanceConfig {
     /// Checks the ranges.
     ///
     /// # Errors
     /// Names the first setting that is out of range.
-    pub fn validate(&self) -> Result<(), GuidanceError> {
-        let error = |field, message| Err(GuidanceError::Config { section: "guidance", field, message });
-        match self {
-            Self { model_rollouts: 0, .. } => error("model_rollouts", "must be at least 1"),
-            Self { horizon: 0, .. } => error("horizon", "must be at least 1"),
-            Self { environment_rollouts: 0, .. } => error("environment_rollouts", "must be at least 1"),
-            Self { clusters: ClusterCount::Fixed(0), .. } => error("clusters", "must be at least 1"),
-            Self { clusters: ClusterCount::Silhouette(0 | 1), .. } => error("clusters", "must be at least 2"),
-            Self { std_floor, .. } if !(0.0..=1.0).contains(std_floor) => error("std_floor", "must be from 0 to 1"),
-            _ => Ok(()),
-        }
+    pub fn validate(&self) -> Result<(), ValidationError> {
+        check_settings(self, &SETTINGS)
     }
 }

@@ -18,8 +18,8 @@ mod tests;
 
 pub use build::build;
 pub use clusters::{Cluster, ClusterCount};
-pub use config::{GuidanceConfig, GuidanceError, StartStates};
-pub use planner::{PlannerConfig, plan};
+pub use config::{GuidanceConfig, GuidanceError, SETTINGS, StartStates};
+pub use planner::{PlannerConfig, SETTINGS as PLANNER_SETTINGS, plan};
 pub use prior::{ActionPrior, StagePrior};
 pub use proposal::propose_subgoals;
 pub use rewarding::{Played, Rewarding};

@@ -8,11 +8,11 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
-use super::config::GuidanceError;
 use super::rollout::RolloutModel;
 use crate::dynamics::{DynamicsError, Rollout};
 use crate::env::{Action, Snapshot, uniform_action};
 use crate::task::Task;
+use crate::validation::{Setting, ValidationError, check_settings};
 
 /// How an action is planned.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -36,23 +36,27 @@ impl Default for PlannerConfig {
     }
 }
 
+/// The numbers among the settings of [`PlannerConfig`].
+pub const SETTINGS: [Setting; 5] = [
+    Setting::count("rollouts", 1, 10_000, "model rollouts of an iteration"),
+    Setting::count("iterations", 1, 1000, "iterations; 1 is random shooting"),
+    Setting::count("elites", 1, 10_000, "best rollouts of an iteration, at most all of them"),
+    Setting::count("horizon", 1, 100, "actions in a rollout"),
+    Setting::number("std_floor", 0.0, 1.0, "least standard deviation of the distribution, normalised"),
+];
+
 impl PlannerConfig {
     /// Checks the ranges.
     ///
     /// # Errors
     /// Names the first setting that is out of range.
-    pub fn validate(&self) -> Result<(), GuidanceError> {
-        let error = |field, message| Err(GuidanceError::Config { section: "planner", field, message });
-        match self {
-            Self { rollouts: 0, .. } => error("rollouts", "must be at least 1"),
-            Self { iterations: 0, .. } => error("iterations", "must be at least 1"),
-            Self { elites, rollouts, .. } if *elites == 0 || elites > rollouts => {
-                error("elites", "must be from 1 to the number of rollouts")
-            }
-            Self { horizon: 0, .. } => error("horizon", "must be at least 1"),
-            Self { std_floor, .. } if !(0.0..=1.0).contains(std_floor) => error("std_floor", "must be from 0 to 1"),
-            _ => Ok(()),
+    pub fn validate(&self) -> Result<(), ValidationError> {
+        check_settings(self, &SETTINGS)?;
+        if self.elites > self.rollouts {
+            let message = format_args!("is {}, but must be at most planner.rollouts, {}", self.elites, self.rollouts);
+            return Err(ValidationError::new("elites", message));
         }
+        Ok(())
     }
 }
 

@@ -96,7 +96,7 @@ impl ActionPrior {
                 wanted_stages,
             });
         }
-        prior.config.validate()?;
+        prior.config.validate().map_err(|error| GuidanceError::Config { origin: origin(), error })?;
         match prior.stages.iter().position(|stage| !stage.is_possible()) {
             Some(stage) => Err(GuidanceError::Numbers { origin: origin(), stage: stage + 1 }),
             None => Ok(prior),

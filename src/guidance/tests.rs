@@ -205,9 +205,9 @@ fn a_plan_converges_to_the_best_action() {
 #[test]
 fn planner_settings_are_checked() {
     for (config, field) in [
-        (PlannerConfig { rollouts: 0, ..PlannerConfig::default() }, "planner.rollouts"),
-        (PlannerConfig { elites: 65, ..PlannerConfig::default() }, "planner.elites"),
-        (PlannerConfig { std_floor: f32::NAN, ..PlannerConfig::default() }, "planner.std_floor"),
+        (PlannerConfig { rollouts: 0, ..PlannerConfig::default() }, "rollouts"),
+        (PlannerConfig { elites: 65, ..PlannerConfig::default() }, "elites"),
+        (PlannerConfig { std_floor: f32::NAN, ..PlannerConfig::default() }, "std_floor"),
     ] {
         assert!(config.validate().unwrap_err().to_string().starts_with(field));
     }

@@ -3,7 +3,7 @@
 //! - [`Mlp`]: a stack of dense layers whose parameters are one dfdx tensor on the
 //!   [`dfdx::tensor::Cpu`]. A whole stack joins dfdx's tape as *one* operation.
 //! - [`sum_of_branches`]: several such stacks side by side, their outputs summed by row.
-//! - [`rows`]: the few differentiable row operations that graphs and critics need.
+//! - [`concat_columns`]: two matrices side by side, as graphs and critics need them.
 //! - [`Optimiser`]: Adam, SGD or RMSprop with a state that can be saved and restored.
 //! - [`TensorFile`]: named tensors and text metadata as safetensors bytes.
 //!
@@ -24,6 +24,7 @@
 //! - **Kept workspaces and parameters in the kernels' layout.** See their types.
 
 mod branch;
+mod concat;
 mod error;
 mod init;
 mod kernel;
@@ -32,7 +33,7 @@ mod matrix;
 mod mlp;
 mod optimiser;
 mod predict;
-pub mod rows;
+
 mod shape;
 mod stack;
 mod tensor_file;
@@ -40,6 +41,7 @@ mod tensor_file;
 mod tests;
 
 pub use branch::{Branch, sum_of_branches};
+pub use concat::concat_columns;
 pub use error::{NnError, TensorFileError};
 pub use init::{Init, InitScheme};
 pub use matrix::{Matrix, matrix};

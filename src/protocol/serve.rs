@@ -14,13 +14,13 @@
 use std::io::{BufRead, Write};
 use std::sync::Arc;
 
-use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::lines::{Lines, LinesError, write_line};
 use crate::env::{Action, EndReason, Environment, OBJECT_FEATURES, OBJECT_SLOTS, Placement, observation_len};
 use crate::json;
+use crate::streams::Stream;
 use crate::task::Task;
 
 /// A request.
@@ -75,7 +75,7 @@ struct Info {
 /// # Errors
 /// When the input cannot be read, a line does not end, or an answer cannot be written.
 pub fn serve(task: &Arc<Task>, seed: u64, input: impl BufRead, mut output: impl Write) -> Result<(), LinesError> {
-    let mut server = Server { env: Environment::new(task.clone()), rng: ChaCha8Rng::seed_from_u64(seed), begun: false };
+    let mut server = Server { env: Environment::new(task.clone()), rng: Stream::Episode.of(seed), begun: false };
     let mut lines = Lines::new(input, "stdin");
     while let Some((line, text)) = lines.read()? {
         let answer = match json::parse(text, "stdin") {
@@ -103,7 +103,7 @@ impl Server {
             Request::Spaces {} => spaces(self.env.task()),
             Request::Reset { seed } => {
                 if let Some(seed) = seed {
-                    self.rng = ChaCha8Rng::seed_from_u64(seed);
+                    self.rng = Stream::Episode.of(seed);
                 }
                 self.begun = true;
                 let observation = self.env.reset(&mut self.rng);
@@ -169,7 +169,7 @@ mod tests {
         );
         let task = Arc::new(crate::task::load("task1").unwrap());
         let mut env = Environment::new(task.clone());
-        let start = env.reset(&mut ChaCha8Rng::seed_from_u64(3));
+        let start = env.reset(&mut Stream::Episode.of(3));
         let step = env.step([0.5, -0.5]).unwrap();
         assert_eq!(answers.len(), 4, "nothing is answered after close");
         assert_eq!(answers[0]["observation_space"]["shape"], json!([observation_len(&task)]));

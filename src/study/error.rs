@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use crate::agent::ConfigError;
 use crate::batch::{BatchError, JobError, JobFailure};
 use crate::dynamics::DynamicsError;
 use crate::figures::FigureError;
@@ -10,6 +9,7 @@ use crate::guidance::GuidanceError;
 use crate::run::RunError;
 use crate::stats::StatsError;
 use crate::trainer::{PriorError, SettingError, TrainerError};
+use crate::validation::ValidationError;
 
 /// Why a study could not be finished. What it has done so far stays.
 #[derive(Debug, thiserror::Error)]
@@ -37,7 +37,7 @@ pub enum StudyError {
     Guidance(#[from] GuidanceError),
     /// The untrained agent.
     #[error(transparent)]
-    Agent(#[from] ConfigError),
+    Agent(#[from] ValidationError),
     /// A run's files.
     #[error(transparent)]
     Run(#[from] RunError),

@@ -5,11 +5,12 @@ use std::sync::Arc;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::agent::{ConfigError, Ddpg, DdpgConfig, OrnsteinUhlenbeck};
+use crate::agent::{Ddpg, DdpgConfig, OrnsteinUhlenbeck};
 use crate::env::{Action, Environment, observation_len, uniform_action};
 use crate::guidance::ActionPrior;
 use crate::streams::Stream;
 use crate::task::Task;
+use crate::validation::ValidationError;
 
 /// Episodes in which each stage was reached.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -63,7 +64,7 @@ impl ActorNoise {
     ///
     /// # Errors
     /// When the configuration is not valid.
-    pub fn untrained(task: &Task, config: &DdpgConfig, seed: u64) -> Result<Self, ConfigError> {
+    pub fn untrained(task: &Task, config: &DdpgConfig, seed: u64) -> Result<Self, ValidationError> {
         let agent = Ddpg::new(observation_len(task), 2, config, &mut Stream::AgentWeights.of(seed))?;
         Ok(Self { agent, noise: OrnsteinUhlenbeck::new(2, config.ou) })
     }

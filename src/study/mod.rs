@@ -19,5 +19,4 @@ mod tests;
 pub use error::StudyError;
 pub use figures::model_error_figure;
 pub use plan::StudyPlan;
-pub use report::{HitsRow, ModelRow, Report};
 pub use reproduce::reproduce;

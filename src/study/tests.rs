@@ -4,7 +4,8 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::plan::StudyPlan;
-use super::{Report, StudyError, reproduce};
+use super::report::Report;
+use super::{StudyError, reproduce};
 use crate::batch::{Batch, BatchProgress};
 use crate::dynamics::{EvaluationConfig, ModelConfig, TrainConfig};
 use crate::task;

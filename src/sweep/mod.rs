@@ -38,9 +38,7 @@ mod training;
 mod work;
 
 pub use collect::collect;
-pub use error::SweepError;
-pub use expand::{Job, Sweep, Work};
-pub use models::{ModelJob, ModelResult};
+pub use expand::Sweep;
 pub use plan::{plan, slurm};
-pub use results::{Results, read_results};
+pub use results::read_results;
 pub use work::run;

@@ -84,7 +84,10 @@ impl ModelJob {
         }
         let missing = || ValidationError::new("tools", "is missing: name a tool set, such as \"box,bucket\"");
         job.tools = tools.ok_or_else(missing)?;
-        let wrong = |error: DynamicsError| ValidationError::new(field_of(&error).unwrap_or("."), error);
+        let wrong = |error: DynamicsError| match error {
+            DynamicsError::Config(error) => error,
+            error => ValidationError::new(".", error),
+        };
         job.model.validate().map_err(wrong)?;
         job.training.validate().map_err(wrong)?;
         Ok(job)
@@ -179,10 +182,6 @@ pub(super) fn short(path: &str) -> &str {
 }
 
 /// The setting an error is about.
-fn field_of(error: &DynamicsError) -> Option<&'static str> {
-    if let DynamicsError::Config { field, .. } = error { Some(field) } else { None }
-}
-
 fn write(path: &Path, bytes: &[u8]) -> Result<(), RunError> {
     crate::atomic::write(path, bytes).map_err(RunError::io("write", path))
 }

@@ -6,6 +6,8 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 
+use super::error::SweepError;
+use super::expand::{Job, Work};
 use super::*;
 use crate::batch::{Batch, BatchProgress, JobHandle};
 use crate::dynamics::{ModelConfig, TrainConfig};
@@ -107,7 +109,7 @@ fn mistakes_are_explained_before_any_work() {
         (r#"{"task": ["task1", "task11"]}"#, "s.json:1: at task[1]: there is no task `task11`"),
         (r#"{"tasks": ["task1"]}"#, "at tasks: there is no setting `tasks`: did you mean `task`?"),
         (r#"{"seed": [1]}"#, "at task: is missing"),
-        (r#"{"task": "task1", "ddpg.gamma": [0.9, 7]}"#, "at ddpg.gamma[1]: ddpg: `gamma` is 7"),
+        (r#"{"task": "task1", "ddpg.gamma": [0.9, 7]}"#, "at ddpg.gamma[1]: ddpg.gamma: is 7"),
         (r#"{"task": "task1", "epsilon": 2}"#, "at epsilon: "),
         (r#"{"task": "task1", "method": ["dqn"]}"#, "at method[0]: unknown method `dqn`"),
         (r#"{"task": "task1", "model": "nowhere.safetensors"}"#, "at model: nowhere.safetensors"),
@@ -128,7 +130,10 @@ fn mistakes_are_explained_before_any_work() {
             r#"{"kind": "dynamics", "tools": "box", "layer": [3]}"#,
             "at layer[0]: there is no setting `layer` of a dynamics model: did you mean `layers`?",
         ),
-        (r#"{"kind": "dynamics", "tools": "box", "layers": [0]}"#, "must be from 1 to 64"),
+        (
+            r#"{"kind": "dynamics", "tools": "box", "layers": [0]}"#,
+            "layers: is 0, but must be a whole number from 1 to 64",
+        ),
         (r#"{"kind": "dynamics", "layers": [5]}"#, "at tools: is missing"),
         (r#"{"kind": "dynamics", "tools": "box", "literal": 1}"#, "at literal: must be true or false"),
         (

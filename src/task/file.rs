@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
 use serde::de::IgnoredAny;
+use serde::{Deserialize, Deserializer};
 
 use super::create;
 use super::schema::Task;
@@ -77,13 +77,24 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
 /// When the text is not JSON, not a task, or a task that cannot be played.
 pub fn parse(text: &str, origin: &str) -> Result<Task, TaskError> {
     let invalid = |error| TaskError::Invalid { origin: origin.to_owned(), error };
-    let task: Task = if is_create_level(text) {
+    let task = if is_create_level(text) {
         create::level_task(json::parse(text.as_bytes(), origin)?).map_err(invalid)?
     } else {
-        json::parse(text.as_bytes(), origin)?
+        let Unchecked(task) = json::parse(text.as_bytes(), origin)?;
+        task
     };
     task.validate().map_err(invalid)?;
     Ok(task)
+}
+
+/// A task whose form is right. Checked here and not while it is read, for errors that name
+/// the file and the path alone.
+struct Unchecked(Task);
+
+impl<'de> Deserialize<'de> for Unchecked {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Task::deserialize(deserializer).map(Self)
+    }
 }
 
 /// CREATE's level files list their objects in `env` and have no version.

@@ -16,3 +16,4 @@ pub use schema::{
     BallSpec, Form, Goal, GoalShape, Marker, Placeable, Region, Rewards, Rules, STANDARD_RADIUS, SubgoalCheck, Task,
     ToolSpec, VERSION,
 };
+pub use validate::RULES;

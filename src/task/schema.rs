@@ -1,6 +1,7 @@
 //! What a task file says.
 
-use serde::{Deserialize, Serialize};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind, to_units};
 
@@ -9,9 +10,11 @@ pub const VERSION: u32 = 1;
 /// Radius of CREATE's balls and stars, and of regions unless a task says otherwise, in units.
 pub const STANDARD_RADIUS: f32 = 4.0;
 
-/// A puzzle: scene, placeable tool, subgoals, goal and rules.
+/// A puzzle: scene, placeable tool, subgoals, goal and rules. What is read is checked: no file
+/// makes a task that cannot be played.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+// Derives `Task::deserialize` without the check, on which the trait's is built.
+#[serde(deny_unknown_fields, remote = "Self")]
 pub struct Task {
     /// Format version, [`VERSION`].
     pub version: u32,
@@ -41,6 +44,20 @@ pub struct Task {
     /// Limits, rewards and termination.
     #[serde(default)]
     pub rules: Rules,
+}
+
+impl<'de> Deserialize<'de> for Task {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let task = Self::deserialize(deserializer)?;
+        task.validate().map_err(D::Error::custom)?;
+        Ok(task)
+    }
+}
+
+impl Serialize for Task {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Self::serialize(self, serializer)
+    }
 }
 
 /// A ball and its start.

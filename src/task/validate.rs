@@ -2,7 +2,10 @@
 
 use super::schema::{BallSpec, Form, GoalShape, Region, Task, VERSION};
 use crate::physics::{MAX_OBJECTS, START_OVERLAP, Tool, ToolKind, to_units};
-use crate::validation::{ValidationError, in_range};
+use crate::validation::{Range, Setting, ValidationError, check_settings, in_range};
+
+/// The longest name of a task, in characters.
+const LONGEST_NAME: usize = 100;
 
 impl Task {
     /// Checks that the task can be played: every number in its range, a clear start.
@@ -19,8 +22,14 @@ fn validate(task: &Task) -> Result<(), ValidationError> {
         let message = format!("is {}, but this program reads version {VERSION}", task.version);
         return problem("version", message);
     }
-    if task.name.is_empty() || !task.name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c)) {
-        return problem("name", "must be letters, digits, `-`, `_` or `.`");
+    // Names become parts of the names of files.
+    let is_allowed = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    if !(1..=LONGEST_NAME).contains(&task.name.len())
+        || task.name.starts_with('.')
+        || !task.name.chars().all(is_allowed)
+    {
+        let message = "must be up to 100 letters, digits, `-`, `_` or `.`, and not begin with `.`";
+        return problem("name", message);
     }
     let marker_subgoals = task.marker.as_ref().map_or(0, |marker| marker.subgoals.len());
     for (list, count) in [
@@ -50,40 +59,26 @@ fn validate(task: &Task) -> Result<(), ValidationError> {
     regions(&task.subgoals, "subgoals")?;
     position(task.goal.position, "goal.position")?;
     in_range(task.goal.radius, "goal.radius", 0.1, 42.0)?;
-    rules(task)?;
+    check_settings(&task.rules, &RULES).map_err(|error| error.within("rules"))?;
     clear_start(task)
 }
 
-fn rules(task: &Task) -> Result<(), ValidationError> {
-    let rules = &task.rules;
-    if !(1..=1000).contains(&rules.max_actions) {
-        return problem("rules.max_actions", "must be 1 to 1000");
-    }
-    if !(1..=10_000).contains(&rules.steps_per_action) {
-        return problem("rules.steps_per_action", "must be 1 to 10000");
-    }
-    for (axis, gravity) in rules.gravity.iter().enumerate() {
-        in_range(*gravity, format!("rules.gravity[{axis}]"), -1000.0, 1000.0)?;
-    }
-    let rewards = &rules.rewards;
-    for (name, value) in [
-        ("goal", rewards.goal),
-        ("subgoal", rewards.subgoal),
-        ("step", rewards.step),
-        ("blocked", rewards.blocked),
-        ("target_moved", rewards.target_moved),
-        ("cost_per_tool", rewards.cost_per_tool),
-    ] {
-        in_range(value, format!("rules.rewards.{name}"), -1e6, 1e6)?;
-    }
-    in_range(rules.overlap_threshold, "rules.overlap_threshold", 0.0, 4.0)?;
-    in_range(rules.min_speed, "rules.min_speed", 0.0, 1000.0)?;
-    in_range(rules.start_noise, "rules.start_noise", 0.0, 1.0)?;
-    if rules.still_actions == 0 {
-        return problem("rules.still_actions", "must be at least 1");
-    }
-    Ok(())
-}
+/// The numbers among a task's rules.
+pub const RULES: [Setting; 13] = [
+    Setting::count("max_actions", 1, 1000, "actions after which the episode is truncated"),
+    Setting::count("steps_per_action", 1, 10_000, "physics steps after each action"),
+    Setting { path: "gravity", range: Range::Numbers(-1000.0, 1000.0), about: "gravity in units per second squared" },
+    Setting::number("rewards.goal", -1e6, 1e6, "reward of the goal"),
+    Setting::number("rewards.subgoal", -1e6, 1e6, "reward of each subgoal"),
+    Setting::number("rewards.step", -1e6, 1e6, "reward of every action"),
+    Setting::number("rewards.blocked", -1e6, 1e6, "reward of a blocked or invalid placement"),
+    Setting::number("rewards.target_moved", -1e6, 1e6, "reward of setting the target in motion (marker levels)"),
+    Setting::number("rewards.cost_per_tool", -1e6, 1e6, "taken off other rewards for every tool placed"),
+    Setting::number("overlap_threshold", 0.0, 4.0, "a tool this near one placed earlier is blocked, normalised"),
+    Setting::number("min_speed", 0.0, 1000.0, "a slower ball (units/s) stands still"),
+    Setting::count("still_actions", 1, u32::MAX as u64, "actions that end in standstill after which the episode ends"),
+    Setting::number("start_noise", 0.0, 1.0, "half width of the uniform noise on the ball's start, normalised"),
+];
 
 /// No ball may start inside a tool or another ball.
 fn clear_start(task: &Task) -> Result<(), ValidationError> {

@@ -2,13 +2,15 @@
 
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::method::{Method, PriorSource};
-use crate::agent::{ConfigError, DdpgConfig};
-use crate::guidance::{EpsilonSchedule, GuidanceConfig, GuidanceError, PlannerConfig};
+use crate::agent::{self, DdpgConfig};
+use crate::guidance::{self, EpsilonSchedule, GuidanceConfig, PLANNER_SETTINGS, PlannerConfig};
 use crate::run::Retention;
 use crate::task::Task;
+use crate::validation::{Range, Setting, ValidationError, check_settings};
 
 /// How often it is decided whether actions come from the clusters.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -100,9 +102,11 @@ impl Default for ModelReplay {
     }
 }
 
-/// One training, completely described.
+/// One training, completely described. What is read is checked: no file or text makes a
+/// configuration that is out of range.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+// Derives `RunConfig::deserialize` without the check, on which the trait's is built.
+#[serde(deny_unknown_fields, remote = "Self")]
 pub struct RunConfig {
     /// The task, whole, so that a run does not depend on a file that may change.
     pub task: Arc<Task>,
@@ -150,6 +154,20 @@ pub struct RunConfig {
     pub checkpoints: Retention,
 }
 
+impl<'de> Deserialize<'de> for RunConfig {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let config = Self::deserialize(deserializer)?;
+        config.validate().map_err(D::Error::custom)?;
+        Ok(config)
+    }
+}
+
+impl Serialize for RunConfig {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Self::serialize(self, serializer)
+    }
+}
+
 fn default_episodes() -> u32 {
     2000
 }
@@ -158,18 +176,49 @@ fn default_epsilon() -> EpsilonSchedule {
     EpsilonSchedule::Linear { from: 0.5, to: 0.0, episodes: 1000 }
 }
 
-/// A setting that cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum RunConfigError {
-    /// Of the run itself.
-    #[error("`{field}` must be {requirement}")]
-    Run { field: &'static str, requirement: &'static str },
-    /// Of the learner.
-    #[error("ddpg: {0}")]
-    Ddpg(#[from] ConfigError),
-    /// Of guidance.
-    #[error(transparent)]
-    Guidance(#[from] GuidanceError),
+/// The numbers among the run's own settings.
+const SETTINGS: [Setting; 14] = [
+    Setting::count("seed", 0, u64::MAX, "master seed"),
+    Setting::count("episodes", 1, 10_000_000, "episodes to train"),
+    Setting::number("noise_decay.final_scale", 0.0, 1.0, "least scale of the exploration noise; 1 keeps it constant"),
+    Setting::number("noise_decay.share", 0.0, 1.0, "share of the episodes after which the scale would be 0"),
+    Setting::count("refinement.every", 0, 1_000_000_000, "episodes between refinements of the clusters; 0 for none"),
+    Setting::count("refinement.least", 0, 100_000, "own rewarding actions of a stage before its clusters follow them"),
+    Setting::count("refinement.most", 0, 100_000, "own rewarding actions of a stage that are kept"),
+    Setting::count("model_replay.rollouts", 1, 1000, "imagined rollouts after each episode"),
+    Setting::count("model_replay.horizon", 1, 100, "actions in an imagined rollout"),
+    Setting::count("evaluation.every", 0, 1_000_000_000, "episodes between evaluations; 0 for none"),
+    Setting::count("evaluation.episodes", 0, 1000, "episodes of an evaluation"),
+    Setting::count(
+        "checkpoints.last_every",
+        0,
+        1_000_000_000,
+        "episodes between checkpoints called `last`; 0 for none",
+    ),
+    Setting::count(
+        "checkpoints.periodic_every",
+        0,
+        1_000_000_000,
+        "episodes between checkpoints that stay; 0 for none",
+    ),
+    Setting {
+        path: "checkpoints.periodic_kept",
+        range: Range::CountOrNull(0, 1_000_000),
+        about: "newest of these that are kept; null for all",
+    },
+];
+
+/// Every number among the settings of a run, by its path in [`RunConfig`].
+pub fn settings() -> impl Iterator<Item = (String, Setting)> {
+    let groups: [(&str, &[Setting]); 4] = [
+        ("", &SETTINGS),
+        ("ddpg.", &agent::SETTINGS),
+        ("guidance.", &guidance::SETTINGS),
+        ("planner.", &PLANNER_SETTINGS),
+    ];
+    groups.into_iter().flat_map(|(group, settings)| {
+        settings.iter().map(move |setting| (format!("{group}{}", setting.path), *setting))
+    })
 }
 
 impl RunConfig {
@@ -198,29 +247,18 @@ impl RunConfig {
     ///
     /// # Errors
     /// Names the first setting that is out of range.
-    pub fn validate(&self) -> Result<(), RunConfigError> {
-        let error = |field, requirement| Err(RunConfigError::Run { field, requirement });
-        if self.episodes == 0 {
-            return error("episodes", "at least 1");
-        }
-        if !(0.0..=1.0).contains(&self.noise_decay.final_scale) {
-            return error("noise_decay.final_scale", "from 0 to 1");
-        }
-        if !(0.0..=1.0).contains(&self.noise_decay.share) {
-            return error("noise_decay.share", "from 0 to 1");
-        }
+    pub fn validate(&self) -> Result<(), ValidationError> {
+        self.task.validate().map_err(|error| error.within("task"))?;
+        check_settings(self, &SETTINGS)?;
+        self.ddpg.validate().map_err(|error| error.within("ddpg"))?;
+        self.guidance.validate().map_err(|error| error.within("guidance"))?;
+        self.planner.validate().map_err(|error| error.within("planner"))?;
         if self.evaluation.every > 0 && self.evaluation.episodes == 0 {
-            return error("evaluation.episodes", "at least 1");
+            return Err(ValidationError::new("evaluation.episodes", "must be at least 1"));
         }
         if self.refinement.every > 0 && self.refinement.most < self.refinement.least.max(1) {
-            return error("refinement.most", "at least 1 and at least refinement.least");
+            return Err(ValidationError::new("refinement.most", "must be at least 1 and at least refinement.least"));
         }
-        if self.model_replay.rollouts == 0 || self.model_replay.horizon == 0 {
-            return error("model_replay.rollouts and model_replay.horizon", "at least 1");
-        }
-        self.ddpg.validate()?;
-        self.guidance.validate()?;
-        self.planner.validate()?;
         Ok(())
     }
 
@@ -232,5 +270,91 @@ impl RunConfig {
     /// Where the run's clusters, plans or imagined transitions come from.
     pub fn rollout_source(&self) -> PriorSource {
         self.method.fixed_source().unwrap_or_else(|| self.prior.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+    use crate::dynamics::{MODEL_SETTINGS, ModelConfig, TRAIN_SETTINGS, TrainConfig};
+    use crate::guidance::ClusterCount;
+    use crate::task::{RULES, Rules, load};
+    use crate::validation::differences;
+
+    fn config() -> RunConfig {
+        RunConfig::new(Arc::new(load("task1").unwrap()))
+    }
+
+    #[test]
+    fn every_number_has_a_range() {
+        let mut config = config();
+        config.checkpoints.periodic_kept = Some(3);
+        let own = |config: &RunConfig| {
+            let mut value = serde_json::to_value(config).unwrap();
+            for other in ["task", "ddpg", "guidance", "planner"] {
+                value.as_object_mut().unwrap().remove(other);
+            }
+            value
+        };
+        let none: [String; 0] = [];
+        assert_eq!(differences(&own(&config), &SETTINGS), none);
+        assert_eq!(differences(&config.ddpg, &agent::SETTINGS), none);
+        assert_eq!(differences(&config.guidance, &guidance::SETTINGS), ["clusters.silhouette"]);
+        config.guidance.clusters = ClusterCount::Silhouette(5);
+        assert_eq!(differences(&config.guidance, &guidance::SETTINGS), ["clusters.fixed"]);
+        assert_eq!(differences(&config.planner, &PLANNER_SETTINGS), none);
+        assert_eq!(differences(&Rules::default(), &RULES), none);
+        assert_eq!(differences(&ModelConfig::default(), &MODEL_SETTINGS), none);
+        assert_eq!(differences(&TrainConfig::default(), &TRAIN_SETTINGS), none);
+    }
+
+    #[test]
+    fn numbers_that_would_never_end_or_fill_the_memory_are_refused() {
+        for key in [
+            "planner.rollouts",
+            "planner.horizon",
+            "planner.iterations",
+            "guidance.model_rollouts",
+            "guidance.horizon",
+            "guidance.environment_rollouts",
+            "guidance.clusters.fixed",
+            "model_replay.rollouts",
+            "model_replay.horizon",
+            "evaluation.episodes",
+            "ddpg.layers",
+            "ddpg.hidden",
+            "ddpg.batch_size",
+            "ddpg.replay_capacity",
+        ] {
+            for value in ["4294967295", "18446744073709551615"] {
+                let Err(error) = config().with_setting(key, value) else { panic!("{key} may be {value}") };
+                let error = error.to_string();
+                assert!(error.contains(key) && (error.contains("from") || error.contains("u32")), "{error}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_configuration_that_is_read_is_checked_with_its_task() {
+        let right = serde_json::to_value(config()).unwrap();
+        assert_eq!(serde_json::from_value::<RunConfig>(right.clone()).unwrap(), config());
+        for (pointer, value, expected) in [
+            ("/task/ball/radius", json!(-5), "ball.radius: is -5"),
+            ("/task/ball/radius", json!(1e38), "ball.radius: is 1"),
+            ("/task/rules/gravity/1", json!(1e38), "rules.gravity: is [0, 1e38]"),
+            ("/task/rules/steps_per_action", json!(4_294_967_295u32), "rules.steps_per_action: is 4294967295"),
+            ("/task/name", json!("../../x"), "name: must be"),
+            ("/task/name", json!(".."), "name: must be"),
+            ("/task/name", json!("x".repeat(101)), "name: must be"),
+            ("/guidance/model_rollouts", json!(u64::MAX), "guidance.model_rollouts: is"),
+            ("/ddpg/gamma", json!(2), "ddpg.gamma: is 2"),
+        ] {
+            let mut wrong = right.clone();
+            *wrong.pointer_mut(pointer).unwrap() = value;
+            let error = serde_json::from_value::<RunConfig>(wrong).unwrap_err().to_string();
+            assert!(error.contains(expected), "{pointer}: {error}");
+        }
     }
 }

@@ -36,7 +36,7 @@ mod training;
 mod watch;
 
 pub use crate::run::Source;
-pub use config::{Evaluation, Granularity, ModelReplay, NoiseDecay, Refinement, RunConfig, RunConfigError};
+pub use config::{Evaluation, Granularity, ModelReplay, NoiseDecay, Refinement, RunConfig, settings};
 pub use method::{Method, PriorSource};
 pub use prior::{NamedModel, PriorError, build_prior, check_model, rollout_model, saved_prior};
 pub use run_loop::{Control, Ending, TrainerError, train};

@@ -2,9 +2,10 @@
 
 use serde_json::Value;
 
-use super::config::{RunConfig, RunConfigError};
+use super::config::RunConfig;
 use crate::json;
 use crate::spelling::nearest;
+use crate::validation::ValidationError;
 
 /// A setting that cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -17,7 +18,7 @@ pub enum SettingError {
     Value { key: String, value: String, message: String },
     /// The value is out of range.
     #[error(transparent)]
-    Range(#[from] RunConfigError),
+    Range(#[from] ValidationError),
 }
 
 impl RunConfig {
@@ -50,7 +51,8 @@ impl RunConfig {
             Ok(parsed) if !place.is_string() || matches!(parsed, Value::String(_)) => parsed,
             _ => Value::String(value.to_owned()),
         };
-        serde_json::from_value(config).map_err(|error| SettingError::Value {
+        // The inherent function, which does not check ranges.
+        RunConfig::deserialize(config).map_err(|error| SettingError::Value {
             key: key.to_owned(),
             value: value.to_owned(),
             message: error.to_string(),

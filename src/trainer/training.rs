@@ -7,7 +7,7 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::config::{Granularity, RunConfig, RunConfigError};
+use super::config::{Granularity, RunConfig};
 use super::imagination::imagine;
 use super::method::Method;
 use super::prior::{PriorError, consulted_model};
@@ -20,6 +20,7 @@ use crate::run::{Checkpoint, EpisodeRecord, Event, RunError, Source};
 use crate::stats::rolling::{RollingRate, WINDOW};
 use crate::streams::Stream;
 use crate::task::Task;
+use crate::validation::ValidationError;
 
 /// The checkpoint section that holds the networks, as a safetensors file.
 pub const NETWORKS_SECTION: &str = "learner.safetensors";
@@ -31,7 +32,7 @@ const PROGRESS_SECTION: &str = "progress.json";
 pub enum TrainingError {
     /// A setting is out of range.
     #[error(transparent)]
-    Config(#[from] RunConfigError),
+    Config(#[from] ValidationError),
     /// The model that the method consults.
     #[error(transparent)]
     Model(#[from] PriorError),
@@ -97,8 +98,8 @@ impl Training {
         let mut weights = Stream::AgentWeights.of(config.seed);
         let observations = observation_len(&config.task);
         let learner_streams = streams::learner(config.seed);
-        let learner =
-            Learner::new(observations, 2, &config.ddpg, &mut weights, learner_streams).map_err(RunConfigError::from)?;
+        let learner = Learner::new(observations, 2, &config.ddpg, &mut weights, learner_streams)
+            .map_err(|error| error.within("ddpg"))?;
         let progress = Progress {
             episode: 0,
             environment_steps: 0,

@@ -21,10 +21,9 @@ mod view;
 mod widgets;
 
 pub use actions::{KeyHelp, keys};
-pub use input::{KeyError, KeymapError};
-pub use run::{Leaving, Options, TuiError, run};
+pub use input::Keymap;
+pub use run::{Leaving, Options, run};
 pub use still::Still;
-pub use terminal::TerminalError;
 
 #[cfg(test)]
 use app::testing;

@@ -6,7 +6,7 @@ use super::command::Expect;
 use crate::env::EpisodeOver;
 use crate::run::RunError;
 use crate::task::TaskError;
-use crate::trainer::{RunConfigError, SettingError};
+use crate::trainer::SettingError;
 use crate::validation::ValidationError;
 
 /// A command that could not be carried out.
@@ -15,15 +15,12 @@ pub enum SessionError {
     /// The task file.
     #[error(transparent)]
     Task(#[from] TaskError),
-    /// An edit.
+    /// An edit or a configuration that is out of range.
     #[error(transparent)]
-    Edit(#[from] ValidationError),
+    Invalid(#[from] ValidationError),
     /// A setting.
     #[error(transparent)]
     Setting(#[from] SettingError),
-    /// The configuration.
-    #[error(transparent)]
-    Config(#[from] RunConfigError),
     /// A run's files.
     #[error(transparent)]
     Run(#[from] RunError),

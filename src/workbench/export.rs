@@ -126,6 +126,7 @@ fn learning_curves(runs: &[RunView]) -> LearningCurves {
             label: label(config),
             x: run.records().iter().map(|record| record.episode as f64).collect(),
             y: run.records().iter().map(|record| record.rolling_success).collect(),
+            partial: run.records().len().min(WINDOW.get() - 1),
             ..Curve::default()
         };
         match panels.iter_mut().find(|panel| panel.task == config.task.name) {
@@ -135,14 +136,14 @@ fn learning_curves(runs: &[RunView]) -> LearningCurves {
     }
     let seeds: BTreeSet<u64> = runs.iter().map(|run| run.config().seed).collect();
     let statistics = Statistics { centre: "Single runs".to_owned(), seeds: seeds.len(), ..Statistics::default() };
-    LearningCurves { greedy: false, window: WINDOW.get(), statistics, panels }
+    LearningCurves { window: WINDOW.get(), statistics, panels, ..LearningCurves::default() }
 }
 
 /// A run among others, as in legends.
 fn label(config: &RunConfig) -> String {
     let method = config.method.label();
     match config.method.has_clusters() {
-        true => format!("{method}, epsilon {}, seed {}", config.epsilon, config.seed),
+        true => format!("{method}, epsilon {}, seed {}", config.epsilon.describe(), config.seed),
         false => format!("{method}, seed {}", config.seed),
     }
 }

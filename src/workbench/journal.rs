@@ -49,8 +49,8 @@ impl Journal {
         self.numbered
     }
 
-    /// Clusters that were computed anew before anything came of them need not be
-    /// computed when the session is repeated.
+    /// Clusters that were computed anew before anything used them need not be computed when
+    /// the session is repeated.
     fn forget_unused_clusters(&mut self) {
         let unused = |entry: &Entry| matches!(entry.command, Command::Edit(_) | Command::Undo(_) | Command::Redo(_));
         let edits = self.entries.iter().rev().take_while(|entry| unused(entry)).count();

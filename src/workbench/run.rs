@@ -98,12 +98,25 @@ impl RunView {
     }
 
     /// Takes over what its log says so far, and goes on reading there. It is the past, and no news.
-    pub(super) fn take_past(&mut self, reader: EventReader, past: Result<Poll, RunError>) {
+    ///
+    /// # Errors
+    /// When it could not be read; the run then is not trained either.
+    pub(super) fn take_past(&mut self, past: Result<(EventReader, Poll), String>) -> Result<(), String> {
         self.unread = false;
-        self.reader = reader;
-        self.take_in(past);
-        if self.is_queued() {
-            self.failure = None;
+        match past {
+            Ok((reader, past)) => {
+                self.reader = reader;
+                self.take_in(Ok(past));
+                if self.is_queued() {
+                    self.failure = None;
+                }
+                Ok(())
+            }
+            Err(reason) => {
+                self.unqueue();
+                self.failure = Some(reason.clone());
+                Err(reason)
+            }
         }
     }
 

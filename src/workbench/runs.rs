@@ -24,37 +24,33 @@ impl Session {
 
     /// Goes on with a run of the session or in a folder.
     pub(super) fn continue_run(&mut self, command: &Continue) -> Result<String, SessionError> {
-        let known = match &command.0 {
-            Some(folder) => self.number_of(folder),
-            None => Some(self.run().ok_or(SessionError::NoRun)?.number()),
+        let folder = match &command.0 {
+            Some(folder) => folder.clone(),
+            None => self.run().ok_or(SessionError::NoRun)?.directory().path().to_owned(),
         };
-        let run = known.and_then(|number| self.run_numbered(number));
-        if let Some(run) = run.filter(|run| run.is_active() || run.is_queued()) {
-            return Err(SessionError::Busy(run.name()));
-        }
-        let number = match (known, &command.0) {
-            (None, Some(folder)) => self.read_in_background(folder, command.clone().into())?,
-            (known, _) => known.ok_or(SessionError::NoRun)?,
-        };
+        self.refuse_if_busy(&folder)?;
+        let number = self.known_or_read(&folder, command.clone().into())?;
         self.begin(number, None, "going on with")
     }
 
-    /// Adds the run in a folder, and begins to read what its log says so far.
-    fn read_in_background(&mut self, folder: &Path, command: Command) -> Result<usize, SessionError> {
+    /// The number of the run in a folder. One that the session does not know is added, and
+    /// what its log says so far is read in the background.
+    fn known_or_read(&mut self, folder: &Path, command: Command) -> Result<usize, SessionError> {
+        if let Some(number) = self.number_of(folder) {
+            return Ok(number);
+        }
         let run = RunView::open(folder)?;
         let mut log = run.directory().events();
         let number = self.add(run.with_past_unread());
         let report = format!("opened {}", folder.display());
         let work = move |_: &Reporter| {
-            let past = log.poll();
+            let past = log.poll().map_err(|error| error.to_string())?;
             Ok((log, past))
         };
         self.begin_job(command, work, move |session, past| {
-            let (log, past) = past?;
-            if let Some(run) = session.runs.iter_mut().find(|run| run.number() == number) {
-                run.take_past(log, past);
-            }
-            Ok(report)
+            // It may have been deleted meanwhile.
+            let Some(run) = session.runs.iter_mut().find(|run| run.number() == number) else { return Ok(report) };
+            run.take_past(past).map(|()| report)
         })?;
         Ok(number)
     }
@@ -151,10 +147,7 @@ impl Session {
 
     /// Opens the run in a folder and acts on it.
     pub(super) fn open(&mut self, command: &Open) -> Result<String, SessionError> {
-        let number = match self.number_of(&command.0) {
-            Some(number) => number,
-            None => self.read_in_background(&command.0, command.clone().into())?,
-        };
+        let number = self.known_or_read(&command.0, command.clone().into())?;
         self.current = Some(number);
         Ok(format!("opened {}", command.0.display()))
     }
@@ -175,7 +168,7 @@ impl Session {
         // The run is not looked at while its files go away.
         let index = self.runs.iter().position(|run| run.directory().path() == folder);
         let removed = index.map(|index| self.runs.remove(index));
-        let was_current = self.run().is_none();
+        let current_is_gone = self.run().is_none();
         let report = format!("deleting {}", folder.display());
         let work = move |_: &Reporter| {
             let outcome = std::fs::remove_dir_all(&folder);
@@ -190,7 +183,7 @@ impl Session {
                 Err(reason)
             }
         });
-        if was_current {
+        if current_is_gone {
             self.current = None;
         }
         begun?;
@@ -289,8 +282,8 @@ mod tests {
     fn a_threshold_without_clusters_says_what_is_missing() {
         let folder = tempfile::tempdir().unwrap();
         let mut session = session(folder.path(), &["train until 1"]);
-        let told = try_line(&mut session, "epsilon 0.5").unwrap();
-        assert!(told.contains("no action clusters") && told.contains("`guide`"), "{told}");
+        let report = try_line(&mut session, "epsilon 0.5").unwrap();
+        assert!(report.contains("no action clusters") && report.contains("`guide`"), "{report}");
         apply(&mut session, &["stop", "wait"]);
     }
 
@@ -391,7 +384,7 @@ mod tests {
             try_line(&mut session, "expect subgoals >= 0").unwrap();
         }
         assert!(session.wait(|_| {}).is_err());
-        assert!(session.wait(|_| {}).is_ok(), "it is told once");
+        assert!(session.wait(|_| {}).is_ok(), "it is reported once");
     }
 
     #[test]

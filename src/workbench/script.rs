@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_waits_at_the_episode_it_was_told() {
+    fn a_run_pauses_at_the_episode_that_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let text =
             "method ddpg\nepisodes 6\ntrain until 3\nwait\nexpect episodes = 3\nresume\nwait\nexpect episodes = 6";

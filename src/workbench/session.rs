@@ -282,7 +282,7 @@ impl Session {
 }
 
 impl Drop for Session {
-    /// All trainings are told to stop before the first is waited for.
+    /// All trainings are asked to stop before the first is waited for.
     fn drop(&mut self) {
         for run in &mut self.runs {
             // What is not being trained has nothing to stop.

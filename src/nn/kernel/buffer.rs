@@ -49,3 +49,23 @@ impl std::fmt::Debug for Buffer {
         write!(f, "Buffer({})", self.len)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_buffer_is_aligned_and_as_long_as_asked_for() {
+        let mut buffer = Buffer::default();
+        assert!(buffer.is_empty());
+        for len in [1, 16, 17, 40, 3] {
+            buffer.resize(len);
+            assert_eq!((buffer.len(), buffer.as_ptr() as usize % 64), (len, 0));
+            buffer.fill(len as f32);
+        }
+        buffer.resize(40);
+        assert_eq!(buffer[..4], [3.0, 3.0, 3.0, 40.0], "memory is kept");
+        buffer.resize(100);
+        assert!(buffer[48..].iter().all(|value| *value == 0.0), "new memory is 0");
+    }
+}

@@ -67,6 +67,43 @@ fn check_product((rows, depth, columns): (usize, usize, usize), transposed: bool
     }
 }
 
+#[test]
+fn slices_that_are_too_short_are_refused_before_they_are_read() {
+    let product = |a: usize, b: usize, start: usize, c: usize, y: usize| {
+        let (a, b, start, y, mut c) = (vec![0.0; a], vec![0.0; b], vec![0.0; start], vec![0.0; y], vec![0.0; c]);
+        let epilogue = Epilogue::Derivative(Activation::Tanh, &y);
+        let product = Product {
+            rows: 3,
+            depth: 5,
+            columns: 32,
+            a: &a,
+            a_row: 5,
+            a_depth: 1,
+            b: &b,
+            b_row: 32,
+            start: Start::Row(&start),
+            c: &mut c,
+            c_row: 32,
+            epilogue,
+        };
+        std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| product.execute())).is_ok()
+    };
+    assert!(product(15, 160, 32, 96, 96));
+    for short in 0..5 {
+        let mut sizes = [15, 160, 32, 96, 96];
+        sizes[short] -= 1;
+        let [a, b, start, c, y] = sizes;
+        assert!(!product(a, b, start, c, y), "{sizes:?}");
+    }
+    let refused = |work: &mut dyn FnMut()| std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)).is_err();
+    let (long, mut short) = (vec![0.0; 256], vec![0.0; 240]);
+    assert!(refused(&mut || Transpose { from: &long, rows: 16, columns: 16, to: &mut short }.execute()));
+    assert!(refused(&mut || ColumnSums { x: &long[..250], sums: &mut short[..16] }.execute()));
+    let activation = Activation::Relu;
+    assert!(refused(&mut || Derivative { activation, output: &long, gradient: &mut short }.execute()));
+    assert!(refused(&mut || Update { rule: Sgd { rate: 0.1 }, state: [&mut short], input: &long }.execute()));
+}
+
 /// `f` of every element of `x`, by a product with the unit matrix.
 fn activated(f: Activation, x: &[f32], level: Level) -> Vec<f32> {
     let mut y = vec![0.0; x.len()];

@@ -1,51 +1,41 @@
-//! Differentiable operations on the rows of matrices, as one tape entry each.
+//! A differentiable operation on the rows of matrices.
 
 use dfdx::prelude::*;
 
 use super::Matrix;
 
-/// `a` and `b` side by side: the rows of `a`, each followed by the same row of `b`. No gradient is
-/// computed for a `b` without a tape.
+/// `a` and `b` side by side: the rows of `a`, each followed by the same row of `b`. A matrix without
+/// a tape is data: no gradient is computed for it, as dfdx's `concat_along` would, element by element.
 ///
 /// # Panics
 /// If the numbers of rows differ.
-pub fn concat_columns<T, R>(a: Matrix<T>, b: Matrix<R>) -> Matrix<T>
+pub fn concat_columns<A, B>(a: Matrix<A>, b: Matrix<B>) -> Matrix<OwnedTape<f32, Cpu>>
 where
-    T: Tape<f32, Cpu> + Merge<R>,
-    R: Tape<f32, Cpu>,
+    A: Tape<f32, Cpu>,
+    B: Tape<f32, Cpu>,
+    OwnedTape<f32, Cpu>: Merge<A> + Merge<B>,
 {
-    let (a, tape) = a.contiguous().split_tape();
-    let (b, other) = b.contiguous().split_tape();
-    join(a, b, tape.merge(other), [true, R::OWNS_TAPE])
-}
-
-/// `data` and `x` side by side, as [`concat_columns`]; no gradient is computed for `data`.
-///
-/// # Panics
-/// If the numbers of rows differ.
-pub fn prepend_columns<T: Tape<f32, Cpu>>(data: &Matrix, x: Matrix<T>) -> Matrix<T> {
-    let (x, tape) = x.contiguous().split_tape();
-    join(data.clone().contiguous(), x, tape, [false, true])
-}
-
-fn join<T: Tape<f32, Cpu>>(a: Matrix, b: Matrix, mut tape: T, wanted: [bool; 2]) -> Matrix<T> {
+    let ((a, of_a), (b, of_b)) = (a.contiguous().split_tape(), b.contiguous().split_tape());
+    let mut tape = OwnedTape::default().merge(of_a).merge(of_b);
     let ((rows, left), (rows_b, right)) = (*a.shape(), *b.shape());
     assert_eq!(rows, rows_b, "rows of the concatenated matrices");
-    let (av, bv) = (values(&a), values(&b));
+    let (left_values, right_values) = (values(&a), values(&b));
     let mut joined = Vec::with_capacity(rows * (left + right));
-    for r in 0..rows {
-        joined.extend_from_slice(&av[r * left..(r + 1) * left]);
-        joined.extend_from_slice(&bv[r * right..(r + 1) * right]);
+    for row in 0..rows {
+        joined.extend_from_slice(&left_values[row * left..(row + 1) * left]);
+        joined.extend_from_slice(&right_values[row * right..(row + 1) * right]);
     }
     let out = a.device().tensor_from_vec(joined, (rows, left + right));
-    let ghost = out.clone();
+    let (a, b, ghost) = (a.ghost(), b.ghost(), out.ghost());
     tape.add_backward_op(move |grads| {
-        let g = grads.get_or_alloc_mut(&ghost)?.to_vec();
-        let parts = [(&a, 0, left), (&b, left, right)];
-        for ((part, offset, width), _) in parts.into_iter().zip(wanted).filter(|(_, w)| *w) {
+        let gradient = grads.get_or_alloc_mut(&ghost)?.to_vec();
+        for (part, offset, width, is_data) in [(&a, 0, left, !A::OWNS_TAPE), (&b, left, right, !B::OWNS_TAPE)] {
+            if is_data {
+                continue;
+            }
             let rows = grads.get_or_alloc_mut(part)?.chunks_exact_mut(width);
-            for (to, from) in rows.zip(g.chunks_exact(left + right)) {
-                to.iter_mut().zip(&from[offset..]).for_each(|(d, g)| *d += g);
+            for (to, from) in rows.zip(gradient.chunks_exact(left + right)) {
+                to.iter_mut().zip(&from[offset..]).for_each(|(sum, value)| *sum += value);
             }
         }
         Ok(())
@@ -79,9 +69,10 @@ mod tests {
         assert_eq!(grads.get(&a).as_vec(), [100.0, 103.0]);
         assert_eq!(grads.get(&b).as_vec(), [101.0, 102.0, 104.0, 105.0]);
 
-        let joined = prepend_columns(&a, b.leaky_trace());
+        let joined = concat_columns(a.clone(), b.leaky_trace());
         assert_eq!(joined.as_vec(), [1.0, 10.0, 11.0, 2.0, 12.0, 13.0]);
-        let grads = (joined * weights).sum().backward();
+        let mut grads = (joined * weights).sum().backward();
         assert_eq!(grads.get(&b).as_vec(), [101.0, 102.0, 104.0, 105.0]);
+        assert_eq!(grads.get_or_alloc_mut(&a).unwrap().to_vec(), [0.0, 0.0], "data has no gradient");
     }
 }

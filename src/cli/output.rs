@@ -1,0 +1,61 @@
+//! All printing of the program: results to standard output, messages to standard error.
+
+use std::fmt::Display;
+use std::io::{self, BufWriter, IsTerminal, Write};
+
+use crate::text::{excerpt, printable, printable_lines};
+
+/// More of a message than this, in characters, is not shown.
+const LONGEST_MESSAGE: usize = 2000;
+
+/// Standard output cannot be written.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write to standard output: {0}")]
+pub struct OutputError(#[from] io::Error);
+
+/// Writes a line of results.
+///
+/// # Errors
+/// When standard output is closed or full.
+pub fn line(text: impl Display) -> Result<(), OutputError> {
+    lines(format_args!("{text}\n"))
+}
+
+/// Writes results that end their lines themselves.
+///
+/// # Errors
+/// When standard output is closed or full.
+pub fn lines(text: impl Display) -> Result<(), OutputError> {
+    let mut out = io::stdout().lock();
+    let text = text.to_string();
+    // Other programs get the names of files as they are; a terminal would act on some.
+    let shown = if out.is_terminal() { printable_lines(&text) } else { text.into() };
+    out.write_all(shown.as_bytes())?;
+    Ok(out.flush()?)
+}
+
+/// Standard output for streams of JSON Lines.
+pub fn stream() -> impl Write {
+    BufWriter::new(io::stdout().lock())
+}
+
+/// Writes a message of one line to standard error.
+pub fn message(text: impl Display) {
+    message_lines(&shown(&text.to_string()));
+}
+
+/// Writes a message that may have several lines to standard error.
+pub fn message_lines(text: &str) {
+    // Standard error may be a terminal that is gone.
+    let _ = writeln!(io::stderr(), "{}", shown_lines(text).trim_end());
+}
+
+/// A message as it is shown: on one line, without control characters, not too long.
+pub fn shown(text: &str) -> String {
+    printable(&excerpt(text, LONGEST_MESSAGE)).into_owned()
+}
+
+/// [`shown`] for a message of several lines.
+pub fn shown_lines(text: &str) -> String {
+    printable_lines(&excerpt(text, LONGEST_MESSAGE)).into_owned()
+}

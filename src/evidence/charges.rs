@@ -1,0 +1,87 @@
+//! Actions in the real environment that a run takes outside of its own episodes.
+
+use std::collections::HashMap;
+
+use crate::dynamics::{self, Model};
+use crate::physics::ToolKind;
+use crate::trainer::{PriorSource, RunConfig};
+
+/// Counts the actions that runs take outside of their episodes; reads each dynamics model once.
+#[derive(Debug, Default)]
+pub(super) struct Charges {
+    launches: HashMap<(String, Vec<ToolKind>), u64>,
+}
+
+impl Charges {
+    /// The real rollouts from which a run's first clusters are built (those of the true physics are all
+    /// real), and the launches from which its dynamics model learned, each of one action. Rollouts
+    /// that end early are counted whole, and the launches in every run that uses the model. A model
+    /// that cannot be read has no launches.
+    pub fn of(&mut self, config: &RunConfig) -> u64 {
+        let source = config.rollout_source();
+        let uses_model = config.is_guided() || config.method.consults_model();
+        let rollouts = if config.is_guided() { rollout_actions(config, &source) } else { 0 };
+        rollouts + if uses_model { self.launches(config, source) } else { 0 }
+    }
+
+    fn launches(&mut self, config: &RunConfig, source: PriorSource) -> u64 {
+        let tools = config.task.tool_set();
+        *self.launches.entry((String::from(source.clone()), tools)).or_insert_with_key(|(_, tools)| {
+            let model = match &source {
+                PriorSource::Uniform | PriorSource::TruePhysics => None,
+                PriorSource::Learned => dynamics::shipped_for(tools).ok().flatten(),
+                PriorSource::ModelFile(name) => dynamics::named(name).ok(),
+            };
+            model.as_ref().map_or(0, launches_of)
+        })
+    }
+}
+
+fn rollout_actions(config: &RunConfig, source: &PriorSource) -> u64 {
+    let (stages, guidance) = (config.task.stage_count(), &config.guidance);
+    let explored = stages - 1;
+    let real = match source {
+        PriorSource::Uniform => 0,
+        _ if explored == 0 => 0,
+        _ => explored * guidance.environment_rollouts.div_ceil(explored),
+    };
+    let imagined = if *source == PriorSource::TruePhysics { stages * guidance.model_rollouts } else { 0 };
+    ((real + imagined) * guidance.horizon) as u64
+}
+
+fn launches_of(model: &Model) -> u64 {
+    (model.tools().len() * model.provenance().training.observations) as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::guidance::EpsilonSchedule;
+    use crate::task;
+    use crate::trainer::Method;
+
+    #[test]
+    fn clusters_and_models_are_charged_to_those_who_use_them() {
+        let mut config = RunConfig::new(Arc::new(task::load("task2").unwrap()));
+        config.epsilon = EpsilonSchedule::Constant(0.5);
+        (config.guidance.environment_rollouts, config.guidance.model_rollouts, config.guidance.horizon) = (10, 100, 4);
+        let stages = config.task.stage_count() as u64;
+        assert!(stages > 1);
+        let rollouts = (stages - 1) * 10_u64.div_ceil(stages - 1) * 4;
+        let launches = launches_of(&dynamics::shipped_for(&config.task.tool_set()).unwrap().unwrap());
+        assert!(launches > 0);
+        let mut charges = Charges::default();
+        let mut check = |method: Method, epsilon: f32, expected: u64| {
+            let config = RunConfig { method, epsilon: EpsilonSchedule::Constant(epsilon), ..config.clone() };
+            assert_eq!(charges.of(&config), expected, "{method}, epsilon {epsilon}");
+        };
+        check(Method::Ddpg, 0.5, 0);
+        check(Method::DdpgUniform, 0.5, 0);
+        check(Method::DdpgMge, 0.0, 0);
+        check(Method::DdpgMge, 0.5, rollouts + launches);
+        check(Method::DdpgMgeTrue, 0.5, rollouts + stages * 100 * 4);
+        check(Method::ModelReplay, 0.0, launches);
+    }
+}

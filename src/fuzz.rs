@@ -1,0 +1,143 @@
+//! Every parser of the program as a function of bytes, for the fuzz targets in `fuzz/`. None may
+//! panic, and what one of them accepts must come back from its own output.
+
+use std::io::sink;
+use std::sync::{Arc, LazyLock};
+
+use crate::agent::{self, Ddpg, Learner, ReplayBuffer};
+use crate::dynamics::Model;
+use crate::env::Environment;
+use crate::guidance::EpsilonSchedule;
+use crate::run::read_events;
+use crate::sweep::Sweep;
+use crate::task::{self, Task};
+use crate::tui::Keymap;
+use crate::workbench::{Command, Script};
+use crate::{nn, protocol};
+
+/// The targets: the name of each is that of its corpus.
+pub const TARGETS: [(&str, fn(&[u8])); 12] = [
+    ("task", task),
+    ("level", task),
+    ("script", script),
+    ("command", command),
+    ("sweep", sweep),
+    ("epsilon", epsilon),
+    ("keymap", keymap),
+    ("model", model),
+    ("checkpoint", checkpoint),
+    ("events", events),
+    ("env_serve", env_serve),
+    ("simulate", simulate),
+];
+
+/// Runs one target on one input.
+///
+/// # Panics
+/// When there is no such target, or a parser has a fault.
+pub fn run(target: &str, input: &[u8]) {
+    let (_, parse) = TARGETS.iter().find(|(name, _)| *name == target).expect("a target of the table");
+    parse(input);
+}
+
+/// An input as text; what is not UTF-8 is no input of a parser of texts.
+fn text(input: &[u8]) -> &str {
+    std::str::from_utf8(input).unwrap_or_default()
+}
+
+/// Our tasks and CREATE's levels: a task that is accepted can be played and saved.
+fn task(input: &[u8]) {
+    let Ok(task) = task::parse(text(input), "fuzz") else { return };
+    let saved = task::to_json(&task);
+    assert_eq!(task::parse(&saved, "saved").expect("a saved task is valid"), task);
+    let steps = task.rules.steps_per_action;
+    let mut env = Environment::new(Arc::new(task));
+    if steps <= 100 {
+        let step = env.step([0.1, 0.2]).expect("the first action is never refused");
+        assert!(step.observation.iter().all(|value| value.is_finite()));
+    }
+}
+
+fn script(input: &[u8]) {
+    // A script whose mistakes are reported; its commands are not carried out.
+    let _ = Script::parse(text(input), "fuzz", &[]);
+}
+
+fn command(input: &[u8]) {
+    let Ok(Some(command)) = Command::parse(text(input)) else { return };
+    let printed = command.to_string();
+    let again = Command::parse(&printed).expect("a printed command is read").expect("it is no comment");
+    assert_eq!(again.to_string(), printed);
+}
+
+fn sweep(input: &[u8]) {
+    let _ = Sweep::parse(input, "fuzz");
+}
+
+fn epsilon(input: &[u8]) {
+    let Ok(schedule) = text(input).parse::<EpsilonSchedule>() else { return };
+    assert_eq!(schedule.to_string().parse(), Ok(schedule.clone()));
+    for episode in [0, 1, 1000, u32::MAX] {
+        assert!((0.0..=1.0).contains(&schedule.threshold(episode)));
+    }
+    schedule.to_points(u32::MAX, 9);
+}
+
+fn keymap(input: &[u8]) {
+    let _ = Keymap::parse(text(input), "fuzz");
+}
+
+fn model(input: &[u8]) {
+    let Ok(model) = Model::from_bytes(input, "fuzz") else { return };
+    let saved = model.to_file().to_bytes();
+    assert_eq!(Model::from_bytes(&saved, "saved").expect("a saved model is read").to_file().to_bytes(), saved);
+}
+
+/// The parts of a run's checkpoint.
+fn checkpoint(input: &[u8]) {
+    let _ = nn::TensorFile::from_bytes(input);
+    let _ = Ddpg::load(input);
+    let _ = Learner::load(&agent::Checkpoint { networks: input.to_vec(), replay: Vec::new() });
+    if let Ok(replay) = ReplayBuffer::from_bytes(input) {
+        assert_eq!(ReplayBuffer::from_bytes(&replay.to_bytes()), Ok(replay));
+    }
+}
+
+/// The event log, which is read from a file.
+fn events(input: &[u8]) {
+    let file = tempfile::NamedTempFile::new().expect("a temporary file");
+    std::fs::write(file.path(), input).expect("it can be written");
+    let _ = read_events(file.path());
+}
+
+static TASK: LazyLock<Arc<Task>> = LazyLock::new(|| Arc::new(task::load("task2").expect("shipped tasks are valid")));
+
+fn env_serve(input: &[u8]) {
+    let _ = protocol::serve(&TASK, 0, input, sink());
+}
+
+fn simulate(input: &[u8]) {
+    let _ = protocol::simulate(input, sink());
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    /// The inputs of a target's corpus: examples, and what fuzzing has found.
+    fn corpus(target: &str) -> Vec<Vec<u8>> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(target);
+        std::fs::read_dir(folder).unwrap().map(|entry| std::fs::read(entry.unwrap().path()).unwrap()).collect()
+    }
+
+    #[test]
+    fn every_corpus_passes() {
+        for (target, parse) in TARGETS {
+            let inputs = corpus(target);
+            assert!(inputs.len() >= 3, "{target} has {} inputs", inputs.len());
+            inputs.iter().for_each(|input| parse(input));
+        }
+    }
+}

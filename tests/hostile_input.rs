@@ -1,0 +1,182 @@
+//! What nobody means to do to the program: outputs that are closed or full, texts that a
+//! terminal would act on, lines without an end, runs that were tampered with.
+
+use std::fs::{self, File};
+use std::io::{Read, Write};
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use serde_json::{Value, json};
+
+const MGE: &str = env!("CARGO_BIN_EXE_mge");
+
+fn mge(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(MGE);
+    command.args(arguments).current_dir(folder).stdin(Stdio::null());
+    command
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    mge(folder, arguments).output().expect("the program starts")
+}
+
+/// Runs the program with this on its standard input.
+fn run_with_input(folder: &Path, arguments: &[&str], mut input: impl Read) -> Output {
+    let mut command = mge(folder, arguments);
+    let mut child = command
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let mut stdin = child.stdin.take().unwrap();
+    // The program may end before it has read everything.
+    let _ = std::io::copy(&mut input, &mut stdin);
+    drop(stdin);
+    child.wait_with_output().unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).expect("messages are UTF-8")
+}
+
+/// The program failed with one short line that a terminal can show.
+#[track_caller]
+fn assert_fails_plainly(output: &Output, expected: &str) {
+    let message = stderr(output);
+    assert_eq!(output.status.code(), Some(1), "{message:.2000}");
+    assert!(message.starts_with("error: ") && message.contains(expected), "{message:.2000}");
+    assert_eq!(message.matches('\n').count(), 1, "{message:.2000}");
+    assert!(message.len() < 3000, "{} bytes: {message:.200}", message.len());
+    assert!(!message.trim_end().contains(char::is_control), "{message:?}");
+}
+
+/// A finished run of two episodes.
+fn train(folder: &Path) {
+    let settings = ["--set", "ddpg.hidden=4", "--method", "ddpg", "--episodes", "2", "--quiet", "--out", "run"];
+    let output = run(folder, &[&["train", "task1"], &settings[..]].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+}
+
+#[test]
+fn a_closed_output_ends_quietly_and_a_full_one_is_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    train(folder.path());
+    let commands: [&[&str]; 8] = [
+        &["tasks"],
+        &["tasks", "--json"],
+        &["tasks", "check", "task1"],
+        &["man"],
+        &["--help"],
+        &["clusters", "task1", "--model", "uniform"],
+        &["evaluate", "run"],
+        &["export", "run", "--out", "actor.safetensors"],
+    ];
+    for arguments in commands {
+        let full = File::options().write(true).open("/dev/full").expect("Linux has /dev/full");
+        let output = mge(folder.path(), arguments).stdout(full).output().unwrap();
+        assert_fails_plainly(&output, "cannot write to standard output: No space left on device");
+
+        let mut child = mge(folder.path(), arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(0), ""), "{arguments:?}");
+    }
+}
+
+/// Clears the screen, sets the title, writes to the clipboard, and hides what follows.
+const ESCAPES: &str = "\u{1b}[2J\u{1b}]0;owned\u{7}\u{1b}]52;c;eA==\u{7}\u{9b}8m\u{202e}";
+
+#[test]
+fn escapes_in_names_and_texts_never_reach_the_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let hostile = |name: &str, text: &str| fs::write(path.join(name), text.replace("ESC", ESCAPES)).unwrap();
+    let quoted = serde_json::to_string(ESCAPES).unwrap();
+    hostile("task.json", &format!("{{\"version\": 1, {quoted}: 1}}"));
+    hostile("kind.json", &format!("{{\"version\": 1, \"name\": \"x\", \"placeable\": {{\"type\": {quoted}}}}}"));
+    hostile(
+        "level.json",
+        &format!(
+            "{{\"name\": \"x\", \"env\": [{{\"name\": {quoted}, \"pos\": [0, 0]}}], \"target\": [0, 0], \"goal\": [0, 0.5]}}"
+        ),
+    );
+    hostile("script.mge", "ESC\n");
+    hostile("sweep.json", &format!("{{\"task\": [\"task1\"], {quoted}: [1]}}"));
+    let name = format!("no{ESCAPES}file");
+    let commands: [&[&str]; 10] = [
+        &["tasks", "check", "task.json"],
+        &["tasks", "check", "kind.json"],
+        &["tasks", "check", "level.json"],
+        &["tasks", "check", &name],
+        &["script", "script.mge"],
+        &["sweep", "sweep.json"],
+        &["train", "task1", "--model", &name, "--quiet"],
+        &["resume", &name],
+        &["train", &name],
+        &["train", "task1", "--episodes", &name],
+    ];
+    for arguments in commands {
+        let output = run(path, arguments);
+        assert!(!output.status.success(), "{arguments:?}");
+        let message = stderr(&output);
+        assert!(message.contains("\\u{"), "{arguments:?}: {message:?}");
+        let is_raw = |c: char| c.is_control() && c != '\n' || c == '\u{202e}';
+        assert!(!message.contains(is_raw), "{arguments:?}: {message:?}");
+    }
+    let scene = format!("{{{quoted}: 1}}\n");
+    assert_fails_plainly(&run_with_input(path, &["simulate"], scene.as_bytes()), "\\u{1b}");
+}
+
+#[test]
+fn messages_show_a_bounded_piece_of_a_long_text() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let long = "x".repeat(2 << 20);
+    fs::write(path.join("script.mge"), format!("{long}\n")).unwrap();
+    fs::write(path.join("key.json"), format!("{{\"{long}\": 1}}")).unwrap();
+    fs::write(path.join("sweep.json"), format!("{{\"task\": [\"task1\"], \"method\": [\"{long}\"]}}")).unwrap();
+    fs::write(path.join("axis.json"), format!("{{\"task\": [\"task1\"], \"{long}\": [1]}}")).unwrap();
+    assert_fails_plainly(&run(path, &["script", "script.mge"]), "script.mge:1");
+    assert_fails_plainly(&run(path, &["train", "key.json"]), "key.json:1");
+    assert_fails_plainly(&run(path, &["sweep", "sweep.json"]), "sweep.json:1");
+    assert_fails_plainly(&run(path, &["sweep", "axis.json"]), "axis.json:1");
+    let scene = format!("{{\"id\": \"a\", \"{long}\": 1}}\n");
+    assert_fails_plainly(&run_with_input(path, &["simulate"], scene.as_bytes()), "stdin:1");
+    let request = format!("{{\"command\": \"{long}\"}}\n{{\"command\": \"close\"}}\n");
+    let output = run_with_input(path, &["env", "serve", "task1"], request.as_bytes());
+    assert!(output.status.success() && output.stdout.len() < 3000, "{} bytes", output.stdout.len());
+}
+
+#[test]
+fn a_line_without_an_end_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for arguments in [&["simulate"][..], &["env", "serve", "task1"]] {
+        let endless = std::io::repeat(b' ').take(64 << 20);
+        let output = run_with_input(folder.path(), arguments, endless);
+        assert_fails_plainly(&output, "stdin:1: the line is longer than 16 MB");
+    }
+}
+
+#[test]
+fn the_task_of_a_run_is_checked_like_any_other() {
+    let folder = tempfile::tempdir().unwrap();
+    train(folder.path());
+    let file = folder.path().join("run/config.json");
+    let saved: Value = serde_json::from_slice(&fs::read(&file).unwrap()).unwrap();
+    for (pointer, value, expected) in [
+        ("/config/task/ball/radius", json!(-5), "ball.radius: is -5"),
+        ("/config/task/ball/radius", json!(1e38), "ball.radius: is"),
+        ("/config/task/rules/gravity/1", json!(1e38), "rules.gravity: is"),
+        ("/config/task/rules/steps_per_action", json!(4_294_967_295u32), "rules.steps_per_action: is 4294967295"),
+        ("/config/task/name", json!("../../x"), "name: must be"),
+        ("/config/guidance/horizon", json!(u64::MAX), "guidance.horizon: is"),
+    ] {
+        let mut hostile = saved.clone();
+        *hostile.pointer_mut(pointer).unwrap() = value;
+        File::create(&file).unwrap().write_all(hostile.to_string().as_bytes()).unwrap();
+        for arguments in [&["resume", "run", "--quiet"][..], &["evaluate", "run"], &["export", "run", "--out", "a"]] {
+            assert_fails_plainly(&run(folder.path(), arguments), expected);
+        }
+    }
+}
