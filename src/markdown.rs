@@ -3,6 +3,8 @@
 
 use std::fmt::Write as _;
 
+use crate::text::printable;
+
 /// A text for a paragraph, a list item or a cell of a table.
 pub fn text(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
@@ -11,21 +13,20 @@ pub fn text(text: &str) -> String {
             '\\' | '`' | '*' | '<' | '|' => escaped.extend(['\\', c]),
             // Brackets alone are text, and part of every interval.
             '(' if escaped.ends_with(']') => escaped.push_str("\\("),
-            c => push_visible(&mut escaped, c),
+            c => escaped.push(c),
         }
     }
-    escaped
+    printable(&escaped).into_owned()
 }
 
 /// A code span for a paragraph or a list item.
 pub fn code(text: &str) -> String {
-    let mut visible = String::with_capacity(text.len());
-    text.chars().for_each(|c| push_visible(&mut visible, c));
-    let longest = visible.split(|c| c != '`').map(str::len).max().unwrap_or(0);
+    let text = printable(text);
+    let longest = text.split(|c| c != '`').map(str::len).max().unwrap_or(0);
     let fence = "`".repeat(longest + 1);
     // A backtick beside the fence would be a part of it.
-    let pad = if visible.starts_with('`') || visible.ends_with('`') { " " } else { "" };
-    format!("{fence}{pad}{visible}{pad}{fence}")
+    let pad = if text.starts_with('`') || text.ends_with('`') { " " } else { "" };
+    format!("{fence}{pad}{text}{pad}{fence}")
 }
 
 /// A row of a table, each cell as [`text()`].
@@ -44,16 +45,6 @@ pub fn header<S: AsRef<str>>(cells: impl IntoIterator<Item = S>) -> String {
     format!("{}|{}\n", row(&cells), "---|".repeat(cells.len()))
 }
 
-/// Control characters, and those that change the direction of text, are written as escapes.
-fn push_visible(text: &mut String, c: char) {
-    let changes_direction = matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-    if c.is_control() || changes_direction {
-        text.extend(c.escape_unicode());
-    } else {
-        text.push(c);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -64,7 +55,7 @@ mod tests {
             text("DDPG-MGE, epsilon 0.5 to 0, model_replay.rollouts 2"),
             "DDPG-MGE, epsilon 0.5 to 0, model_replay.rollouts 2"
         );
-        assert_eq!(text("a|b\n# c <script> [x](y) *z* \\"), "a\\|b\\u{a}# c \\<script> [x]\\(y) \\*z\\* \\\\");
+        assert_eq!(text("a|b\n# c <script> [x](y) *z* \\"), "a\\|b\\n# c \\<script> [x]\\(y) \\*z\\* \\\\");
         assert_eq!(text("0.36 [0.31, 0.41]"), "0.36 [0.31, 0.41]");
         assert_eq!(text("\u{1b}[2J\u{7}\u{9b}\u{202e}"), "\\u{1b}[2J\\u{7}\\u{9b}\\u{202e}");
     }
@@ -74,7 +65,7 @@ mod tests {
         assert_eq!(code("mge report runs"), "`mge report runs`");
         assert_eq!(code("a `` b"), "```a `` b```");
         assert_eq!(code("`x`"), "`` `x` ``");
-        assert_eq!(code("a\nb"), "`a\\u{a}b`");
+        assert_eq!(code("a\nb"), "`a\\nb`");
     }
 
     #[test]

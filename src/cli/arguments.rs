@@ -98,6 +98,8 @@ pub enum Command {
     Figures(Figures),
     /// Run a workbench script
     Script(Script),
+    /// Draw screens of the workbench as it is after a script
+    Screenshot(Screenshot),
     /// Train many agents or dynamics models: all combinations in a file of lists
     Sweep(Sweep),
     /// Tables and figures of runs: report.md and report.json
@@ -265,7 +267,7 @@ pub struct DynamicsEvaluate {
     /// Fresh launches of each tool
     #[arg(long, default_value_t = 300)]
     pub launches: usize,
-    /// Also draw the errors into this PNG or SVG
+    /// Also draw the errors into this PNG, SVG or PDF
     #[arg(long)]
     pub figure: Option<PathBuf>,
     #[command(flatten)]
@@ -372,6 +374,9 @@ pub struct Figures {
     /// SVG instead of PNG
     #[arg(long, conflicts_with = "dpi")]
     pub svg: bool,
+    /// PDF instead of PNG
+    #[arg(long, conflicts_with_all = ["dpi", "svg"])]
+    pub pdf: bool,
     #[command(flatten)]
     pub print: Print,
 }
@@ -389,6 +394,22 @@ pub struct Script {
     /// Only errors on stderr
     #[arg(long)]
     pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Screenshot {
+    #[command(flatten)]
+    pub script: Script,
+    /// PNG, SVG or PDF file to write, and the keys that lead to its screen from the one before:
+    /// `training.png="3 z"`
+    #[arg(long = "screen", value_name = "FILE=KEYS", required = true)]
+    pub screens: Vec<String>,
+    /// Columns and rows of the screen
+    #[arg(long, value_name = "COLUMNSxROWS", default_value = "120x36")]
+    pub size: String,
+    /// Dots per inch of PNGs
+    #[arg(long, default_value_t = 144, value_parser = clap::value_parser!(u32).range(1..=2400))]
+    pub dpi: u32,
 }
 
 #[derive(Debug, Args)]

@@ -11,6 +11,7 @@ mod output;
 mod physics;
 mod progress;
 mod runs;
+mod screenshot;
 mod studies;
 mod sweeps;
 mod tasks;
@@ -75,6 +76,7 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
         Command::Export(export) => runs::export_actor(&export),
         Command::Figures(figures) => runs::figures(&figures),
         Command::Script(script) => runs::script(&script),
+        Command::Screenshot(screenshot) => screenshot::run(&screenshot),
         Command::Sweep(sweep) => sweeps::run(&sweep),
         Command::Report(report) => studies::report(&report),
         Command::Reproduce(reproduce) => studies::reproduce(&reproduce),

@@ -139,13 +139,17 @@ pub fn figures(arguments: &Figures) -> Outcome {
         session.apply(open.clone())?;
         session.wait_for(&open)?;
     }
-    let ending = if arguments.svg { "svg" } else { "png" };
+    let ending = match (arguments.svg, arguments.pdf) {
+        (true, _) => "svg",
+        (_, true) => "pdf",
+        _ => "png",
+    };
     let dashboard = |run: &Path| dashboard_path(arguments.out.as_deref(), run, ending);
     let mut paths = BTreeSet::new();
     if let Some(twice) = arguments.runs.iter().map(|run| dashboard(run)).find(|path| !paths.insert(path.clone())) {
         return Err(format!("two runs would have their figure in {}: draw them one by one", twice.display()).into());
     }
-    let dpi = Some(arguments.print.dpi).filter(|dpi| !arguments.svg && *dpi != DEFAULT_DPI);
+    let dpi = Some(arguments.print.dpi).filter(|dpi| ending == "png" && *dpi != DEFAULT_DPI);
     let shared = arguments.out.clone().unwrap_or_else(|| arguments.runs[0].join("figures"));
     export(&mut session, FigureKind::Learning, shared.join(format!("learning.{ending}")), dpi)?;
     for run in &arguments.runs {
@@ -172,6 +176,11 @@ fn dashboard_path(out: Option<&Path>, run: &Path, ending: &str) -> PathBuf {
 }
 
 pub fn script(arguments: &Script) -> Outcome {
+    after_script(arguments).map(|_| ())
+}
+
+/// The session as it is at the end of a script.
+pub fn after_script(arguments: &Script) -> Result<Session, Box<dyn std::error::Error>> {
     let variables: Vec<(String, String)> =
         arguments.variables.iter().map(|text| split_definition(text, "--define")).collect::<Result<_, _>>()?;
     let script = workbench::Script::load(&arguments.file, &variables)?;
@@ -181,7 +190,7 @@ pub fn script(arguments: &Script) -> Outcome {
         Output::Report(command, report) => progress.say(&format!("> {command}\n  {report}")),
         Output::Notice(notice) => show(notice, 0, &mut progress),
     })?;
-    Ok(())
+    Ok(session)
 }
 
 fn split_definition(text: &str, flag: &str) -> Result<(String, String), String> {

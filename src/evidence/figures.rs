@@ -25,6 +25,7 @@ pub const INTERVAL: &str = "95 % bootstrap interval over seeds";
 /// When a statistic cannot be computed.
 pub fn learning_curves(runs: &[TrainedRun], bootstrap: &Bootstrap, greedy: bool) -> Result<LearningCurves, StatsError> {
     let rows: Vec<LearningRow> = runs.iter().map(|run| run.row.clone()).collect();
+    let window = if greedy { EVALUATIONS } else { WINDOW };
     let (mut panels, mut seeds) = (Vec::new(), Vec::new());
     let groups = Groups::new(&rows);
     let labels: Vec<String> = rows.iter().map(LearningRow::label).collect();
@@ -36,12 +37,16 @@ pub fn learning_curves(runs: &[TrainedRun], bootstrap: &Bootstrap, greedy: bool)
                 of_group.map(|(run, _)| if greedy { &*run.greedy } else { &*run.training }).collect();
             if curves.iter().any(|curve| !curve.is_empty()) {
                 seeds.push(curves.len());
-                panel.curves.push(summary_curve(label.clone(), &curves, bootstrap)?);
+                let mut curve = summary_curve(label.clone(), &curves, bootstrap)?;
+                curve.partial = match greedy {
+                    true => window.get() - 1,
+                    false => curve.x.iter().take_while(|episode| **episode < window.get() as f64).count(),
+                };
+                panel.curves.push(curve);
             }
         }
         panels.push(panel);
     }
-    let window = if greedy { EVALUATIONS } else { WINDOW };
     let statistics = interquartile_means(INTERVAL, &seeds);
     Ok(LearningCurves { greedy, window: window.get(), statistics, panels, ..LearningCurves::default() })
 }
@@ -67,7 +72,9 @@ pub fn step_curves(runs: &[TrainedRun], bootstrap: &Bootstrap) -> Result<Learnin
         let training = if end > 0.0 { (1..=STEP_POINTS).map(|n| [x(n), y(x(n))]).collect() } else { Vec::new() };
         TrainedRun { training, ..run.clone() }
     });
-    let curves = learning_curves(&resampled.collect::<Vec<_>>(), bootstrap, false)?;
+    let mut curves = learning_curves(&resampled.collect::<Vec<_>>(), bootstrap, false)?;
+    // Which steps belong to the first episodes is not known.
+    curves.panels.iter_mut().flat_map(|panel| &mut panel.curves).for_each(|curve| curve.partial = 0);
     Ok(LearningCurves { progress: Progress::EnvironmentSteps, ..curves })
 }
 
@@ -150,6 +157,7 @@ pub fn performance_profile(
             y: band.iter().map(|estimate| estimate.value).collect(),
             low: band.iter().map(|estimate| estimate.lower).collect(),
             high: band.iter().map(|estimate| estimate.upper).collect(),
+            partial: 0,
         });
     }
     let tasks = methods.first().map_or(0, |(_, scores)| scores.tasks().len());

@@ -48,7 +48,7 @@ pub fn report(
     let figures = out.join("figures");
     std::fs::create_dir_all(&figures).map_err(|source| EvidenceError::Io { path: figures.clone(), source })?;
     let provenance = Provenance::new(command, &report.seeds(), hash);
-    let draw = |name: &str, figure: &dyn Figure| figure.write_both(&figures, name, &provenance, dpi);
+    let draw = |name: &str, figure: &dyn Figure| figure.write_all(&figures, name, &provenance, dpi);
     draw("methods", &method_scores(&report.learning, bootstrap)?)?;
     draw("learning", &learning_curves(&runs, bootstrap, false)?)?;
     draw("learning-steps", &step_curves(&runs, bootstrap)?)?;

@@ -7,6 +7,7 @@ use std::num::NonZeroUsize;
 use serde::{Deserialize, Serialize};
 
 use super::settings::{USUAL, WHOLE_SCHEDULE};
+use crate::guidance::EpsilonSchedule;
 use crate::run::RunHistory;
 use crate::stats::efficiency::{Efficiency, efficiency};
 use crate::stats::rolling::{WINDOW, rolling_mean};
@@ -110,7 +111,10 @@ impl LearningRow {
     fn threshold(&self) -> String {
         match self.epsilon.split(':').collect::<Vec<_>>().as_slice() {
             ["linear", from, to, _] if !self.settings.contains_key(WHOLE_SCHEDULE) => format!("{from} to {to}"),
-            _ => self.epsilon.clone(),
+            _ => self
+                .epsilon
+                .parse()
+                .map_or_else(|_| self.epsilon.clone(), |schedule: EpsilonSchedule| schedule.describe()),
         }
     }
 }

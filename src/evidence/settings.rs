@@ -161,8 +161,8 @@ mod tests {
         let expected = [
             "DDPG-MGE, epsilon 0.1, ddpg.gamma 0.7",
             "DDPG-MGE, epsilon 0.1, ddpg.gamma USUAL",
-            "DDPG-MGE, epsilon linear:0.5:0:10, ddpg.gamma USUAL",
-            "DDPG-MGE, epsilon linear:0.5:0:20, ddpg.gamma USUAL",
+            "DDPG-MGE, epsilon 0.5 to 0 over 10 episodes, ddpg.gamma USUAL",
+            "DDPG-MGE, epsilon 0.5 to 0 over 20 episodes, ddpg.gamma USUAL",
             "DDPG, ddpg.gamma USUAL",
             "DDPG-MGE, epsilon 0.1, ddpg.gamma USUAL",
         ];

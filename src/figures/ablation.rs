@@ -1,7 +1,6 @@
 //! What each part of the method contributes.
 
-use serde::{Deserialize, Serialize};
-
+use super::Figure;
 use super::axes::{Axis, Frame, Plot};
 use super::canvas::{Canvas, Pen};
 use super::data::{Estimate, Statistics};
@@ -9,10 +8,9 @@ use super::geometry::clip_polyline;
 use super::layout::note;
 use super::style::{BLUE, GREY, INK, LABEL_SIZE, MARGIN, SINGLE_COLUMN, SKY, THIN_WIDTH};
 use super::table::{Table, cell};
-use super::{Figure, FigureError};
 
 /// One measure for the full method and for variants of it.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Ablation {
     /// What is measured, with its unit.
     pub measure: String,
@@ -23,7 +21,7 @@ pub struct Ablation {
 }
 
 /// A variant and its result.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Variant {
     /// What is different.
     pub label: String,
@@ -32,20 +30,19 @@ pub struct Variant {
 }
 
 impl Ablation {
-    fn bar(&self, canvas: &Canvas<'_>, plot: &Plot<'_>, row: usize) -> Result<(), FigureError> {
+    fn bar(&self, canvas: &Canvas<'_>, plot: &Plot<'_, '_>, row: usize) {
         let (y, estimate) = ((self.variants.len() - row) as f64, self.variants[row].estimate);
         if !estimate.value.is_finite() {
-            return Ok(());
+            return;
         }
         let corners = [[0.0, -0.36], [estimate.value, -0.36], [estimate.value, 0.36], [0.0, 0.36]];
-        canvas.fill(&corners.map(|[x, dy]| plot.at(x, y + dy)), if row == 0 { BLUE } else { SKY })?;
+        canvas.fill(&corners.map(|[x, dy]| plot.at(x, y + dy)), if row == 0 { BLUE } else { SKY });
         if estimate.has_interval() {
             let pen = Pen::new(INK, THIN_WIDTH);
             let ends = [plot.at(estimate.low, y), plot.at(estimate.high, y)];
-            canvas.line(&ends, pen)?;
-            ends.iter().try_for_each(|[x, y]| canvas.line(&[[*x, y - 1.5], [*x, y + 1.5]], pen))?;
+            canvas.line(&ends, pen);
+            ends.iter().for_each(|[x, y]| canvas.line(&[[*x, y - 1.5], [*x, y + 1.5]], pen));
         }
-        Ok(())
     }
 
     fn x_axis(&self) -> Axis {
@@ -67,7 +64,7 @@ impl Figure for Ablation {
         [SINGLE_COLUMN, 2.2 * LABEL_SIZE * self.variants.len().max(3) as f64 + 55.0]
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+    fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN);
         if self.variants.is_empty() {
             return canvas.nothing(page, "no variants");
@@ -76,17 +73,17 @@ impl Figure for Ablation {
             canvas,
             page,
             &format!("{}. Dashed: {}.", self.statistics.caption("error bars"), self.variants[0].label),
-        )?;
+        );
         let rows = self.variants.len();
         let ticks = self.variants.iter().enumerate().map(|(n, variant)| ((rows - n) as f64, variant.label.clone()));
         let y = Axis::with_ticks("", 0.4, rows as f64 + 0.6, ticks.collect());
-        let plot = Plot::new(canvas, rect, &Frame { title: "", grid: false, square: false }, self.x_axis(), y)?;
-        (0..rows).try_for_each(|row| self.bar(canvas, &plot, row))?;
+        let plot = Plot::new(canvas, rect, &Frame { title: "", grid: false, square: false }, self.x_axis(), y);
+        (0..rows).for_each(|row| self.bar(canvas, &plot, row));
         let reference = self.variants[0].estimate.value;
         let line = [plot.at(reference, 0.4), plot.at(reference, rows as f64 + 0.6)];
         clip_polyline(&line, &plot.rect)
             .iter()
-            .try_for_each(|part| canvas.line(part, Pen::new(GREY, THIN_WIDTH).dashed(2.4, 1.8)))
+            .for_each(|part| canvas.line(part, Pen::new(GREY, THIN_WIDTH).dashed(&[2.4, 1.8])))
     }
 
     fn table(&self) -> Table {

@@ -1,29 +1,27 @@
 //! Figure 4: actions sampled from the clusters, over each scene.
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
-
+use super::Figure;
 use super::canvas::{Canvas, Pen};
 use super::geometry::ellipse;
 use super::layout::{LEGEND, Mark, legend, note};
 use super::scene::{Position, SceneView};
-use super::style::{Color, GREEN, INK, MARGIN, WHITE, faded, stage_color};
+use super::style::{Color, GREEN, MARGIN, WHITE, faded, stage_color};
 use super::table::{Table, cell32};
 use super::tasks::{cells, heading, page_size};
-use super::{Figure, FigureError};
 use crate::guidance::ActionPrior;
 use crate::task::Task;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 
 /// Sampled actions over the scenes of the tasks.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct ActionSamples {
     /// One panel a task.
     pub tasks: Vec<TaskActions>,
 }
 
 /// A task, and the actions for each of its stages.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct TaskActions {
     /// The scene.
     pub task: Task,
@@ -32,7 +30,7 @@ pub struct TaskActions {
 }
 
 /// The clusters of one stage and actions sampled from them.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct StageActions {
     /// Sampled actions: normalised places of the tool.
     pub samples: Vec<Position>,
@@ -41,7 +39,7 @@ pub struct StageActions {
 }
 
 /// A cluster of rewarding actions.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cluster {
     /// Mean, normalised.
     pub mean: Position,
@@ -69,17 +67,18 @@ impl TaskActions {
         Self { task: task.clone(), stages: stages.collect() }
     }
 
-    fn draw(&self, view: &SceneView<'_>, canvas: &Canvas<'_>) -> Result<(), FigureError> {
-        view.task(&self.task)?;
+    fn draw(&self, view: &SceneView<'_, '_>, canvas: &Canvas<'_>) {
+        view.task(&self.task);
         for (n, stage) in self.stages.iter().enumerate() {
             let color = stage_color(n, self.stages.len());
             for sample in stage.samples.iter().filter(|sample| view.shows(**sample)) {
-                canvas.dot(view.at(*sample), 1.1, faded(color, 0.45))?;
+                canvas.dot(view.at(*sample), 1.1, faded(color, 0.45));
             }
         }
         for (n, stage) in self.stages.iter().enumerate() {
+            let name = if n + 1 == self.stages.len() { "G".to_owned() } else { (n + 1).to_string() };
             for cluster in &stage.clusters {
-                draw_cluster(view, canvas, cluster, stage_color(n, self.stages.len()))?;
+                draw_cluster(view, cluster, &name, stage_color(n, self.stages.len()));
             }
         }
         view.names(&self.task, faded(WHITE, 0.75))
@@ -87,28 +86,21 @@ impl TaskActions {
 }
 
 /// What the shapes are.
-const SHAPES: &str = "Dots: tool placements sampled from the action clusters of the stage of their colour. Crosses: cluster means; \
-                      ellipses: one (solid) and two (dashed) standard deviations.";
+const SHAPES: &str = "Dots: tool placements sampled from the action clusters of the stage of their colour. Ellipses: one (solid) and two \
+                      (dashed) standard deviations around the cluster mean, which has the name of its stage.";
 
-/// A cross at the mean, ellipses at one and two standard deviations.
-fn draw_cluster(view: &SceneView<'_>, canvas: &Canvas<'_>, cluster: &Cluster, color: Color) -> Result<(), FigureError> {
+/// The stage's name at the mean, ellipses at one and two standard deviations.
+fn draw_cluster(view: &SceneView<'_, '_>, cluster: &Cluster, name: &str, color: Color) {
     let center = view.at(cluster.mean);
     let edge = view.at([cluster.mean[0] + cluster.std[0], cluster.mean[1] + cluster.std[1]]);
     let radii = [edge[0] - center[0], center[1] - edge[1]];
     if !radii.iter().chain(&center).all(|value| value.is_finite()) {
-        return Ok(());
+        return;
     }
     let clear = faded(WHITE, 0.0);
-    view.shape(&ellipse(center, radii), clear, Pen::new(color, 1.0))?;
-    view.shape(&ellipse(center, radii.map(|r| 2.0 * r)), clear, Pen::new(color, 0.7).dashed(2.0, 1.4))?;
-    if view.shows(cluster.mean) {
-        let [x, y] = center;
-        for (width, color) in [(2.2, WHITE), (1.0, INK)] {
-            canvas.line(&[[x - 2.4, y], [x + 2.4, y]], Pen::new(color, width))?;
-            canvas.line(&[[x, y - 2.4], [x, y + 2.4]], Pen::new(color, width))?;
-        }
-    }
-    Ok(())
+    view.shape(&ellipse(center, radii), clear, Pen::new(color, 1.0));
+    view.shape(&ellipse(center, radii.map(|r| 2.0 * r)), clear, Pen::new(color, 0.7).dashed(&[2.0, 1.4]));
+    view.name(cluster.mean, name, color, faded(WHITE, 0.85));
 }
 
 impl Figure for ActionSamples {
@@ -120,24 +112,23 @@ impl Figure for ActionSamples {
         page_size(self.tasks.len(), LEGEND, SHAPES)
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+    fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN);
         if self.tasks.is_empty() {
             return canvas.nothing(page, "no sampled actions");
         }
-        let rect = note(canvas, page, SHAPES)?;
+        let rect = note(canvas, page, SHAPES);
         let most = self.tasks.iter().map(|task| task.stages.len()).max().unwrap_or(0);
         let mut marks: Vec<(Mark, String)> = (0..most.saturating_sub(1))
             .map(|n| (Mark::Dot(stage_color(n, most)), format!("subgoal {}", n + 1)))
             .collect();
         marks.push((Mark::Dot(GREEN), "goal (G)".to_owned()));
-        let rect = legend(canvas, rect, &marks)?;
+        let rect = legend(canvas, rect, &marks);
         for (actions, (cell, window)) in self.tasks.iter().zip(cells(rect, self.tasks.len())) {
             let title = format!("{}: {}", heading(&actions.task.name), actions.task.placeable.kind);
-            let view = SceneView::new(canvas, cell, &title, window)?;
-            actions.draw(&view, canvas)?;
+            let view = SceneView::new(canvas, cell, &title, window);
+            actions.draw(&view, canvas);
         }
-        Ok(())
     }
 
     fn table(&self) -> Table {

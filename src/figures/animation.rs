@@ -3,12 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
-
-use super::canvas::{Canvas, Pen};
+use super::canvas::{Canvas, Pen, svg};
 use super::layout::note;
-use super::output::{pixels, rasterise, write_with_table};
+use super::output::write_with_table;
 use super::provenance::Provenance;
+use super::render::{pixels, rgb};
 use super::scene::{PLACED_TOOL, Position, SceneView, Window};
 use super::style::{BLUE, MARGIN, SINGLE_COLUMN, faded};
 use super::table::{Table, cell32};
@@ -18,7 +17,7 @@ use crate::task::Task;
 
 /// The moments of an episode on its task. As a figure it is its last moment, with the
 /// whole way of the ball.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Animation {
     /// The task.
     pub task: Task,
@@ -31,7 +30,7 @@ pub struct Animation {
 }
 
 /// The scene at one moment.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Moment {
     /// Time in seconds.
     pub time: f32,
@@ -47,7 +46,7 @@ pub struct Moment {
 const LAST_FRAME_MS: u32 = 1500;
 
 impl Animation {
-    fn draw_moment(&self, canvas: &Canvas<'_>, index: usize, trail: usize) -> Result<(), FigureError> {
+    fn draw_moment(&self, canvas: &Canvas<'_>, index: usize, trail: usize) {
         let page = canvas.page().inset(MARGIN);
         let Some(moment) = self.moments.get(index) else { return canvas.nothing(page, "nothing happened") };
         let stages = self.task.stage_count();
@@ -57,15 +56,15 @@ impl Animation {
             format!("subgoals reached: {} of {}", moment.reached, stages - 1)
         };
         let text = format!("t = {:.2} s, tools placed: {}, {reached}", moment.time, moment.placed.len());
-        let rect = note(canvas, page, &text)?;
-        let view = SceneView::new(canvas, rect, &heading(&self.task.name), Window::SCREEN)?;
-        view.surroundings(&self.task)?;
+        let rect = note(canvas, page, &text);
+        let view = SceneView::new(canvas, rect, &heading(&self.task.name), Window::SCREEN);
+        view.surroundings(&self.task);
         for position in &moment.placed {
-            view.tool(&self.task.placeable.tool(*position), PLACED_TOOL)?;
+            view.tool(&self.task.placeable.tool(*position), PLACED_TOOL);
         }
         let past: Vec<Position> =
             self.moments[index.saturating_sub(trail)..=index].iter().map(|past| past.ball).collect();
-        view.path(&past, Pen::new(faded(BLUE, 0.7), 1.2))?;
+        view.path(&past, Pen::new(faded(BLUE, 0.7), 1.2));
         view.ball(moment.ball, self.task.ball.radius)
     }
 
@@ -79,7 +78,7 @@ impl Animation {
         let (Ok(width), Ok(height)) = (u16::try_from(wide), u16::try_from(high)) else {
             return Err(FigureError::Size { width: wide, height: high });
         };
-        let failed = |error: gif::EncodingError| FigureError::Backend(error.to_string());
+        let failed = |error: gif::EncodingError| FigureError::Encoding(error.to_string());
         let mut bytes = Vec::new();
         let mut encoder = gif::Encoder::new(&mut bytes, width, height, &[]).map_err(failed)?;
         encoder.set_repeat(gif::Repeat::Infinite).map_err(failed)?;
@@ -87,11 +86,10 @@ impl Animation {
         let blocks: Vec<&[u8]> = comment.as_bytes().chunks(255).collect();
         encoder
             .write_raw_extension(gif::Extension::Comment.into(), &blocks)
-            .map_err(|error| FigureError::Backend(error.to_string()))?;
+            .map_err(|error| FigureError::Encoding(error.to_string()))?;
         for index in 0..self.moments.len().max(1) {
-            let draw = |canvas: &Canvas<'_>| self.draw_moment(canvas, index, self.trail);
-            let pixels = rasterise(wide, high, self.size(), draw)?;
-            let (palette, indices) = commonest_colors(&pixels);
+            let page = svg(self.size(), "", |canvas| self.draw_moment(canvas, index, self.trail));
+            let (palette, indices) = commonest_colors(&rgb(&page, wide, high)?);
             let mut frame = gif::Frame::from_palette_pixels(width, height, indices, palette, None);
             // GIF counts hundredths of a second.
             let last = index + 1 >= self.moments.len();
@@ -147,7 +145,7 @@ impl Figure for Animation {
         [SINGLE_COLUMN, 1.05 * SINGLE_COLUMN]
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+    fn draw(&self, canvas: &Canvas<'_>) {
         self.draw_moment(canvas, self.moments.len().saturating_sub(1), self.moments.len())
     }
 

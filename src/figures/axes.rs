@@ -3,15 +3,13 @@
 use plotters::coord::ranged1d::{KeyPointHint, KeyPointWeight, Ranged};
 use plotters::coord::types::RangedCoordf64;
 
-use super::FigureError;
 use super::canvas::{Canvas, Pen, Type};
 use super::data::Estimate;
-use super::geometry::{Point, Rect, clip_polygon, clip_polyline};
+use super::geometry::{Point, Rect, clip_polyline};
 use super::style::{
-    BAND_OPACITY, Color, FRAME_WIDTH, GRID, INK, LABEL_SIZE, SMALL_SIZE, THIN_WIDTH, TICK_LENGTH, TITLE_SIZE, faded,
+    BAND_OPACITY, Color, FRAME_WIDTH, GRID, INK, LABEL_SIZE, SMALL_SIZE, Series, THIN_WIDTH, TICK_LENGTH, TINY_SIZE,
+    TITLE_SIZE, faded,
 };
-
-type Drawn = Result<(), FigureError>;
 
 /// Width of an upright label left of a plot.
 pub const Y_LABEL: f64 = 1.5 * LABEL_SIZE;
@@ -143,8 +141,8 @@ fn power_of_ten(power: i32) -> String {
 }
 
 /// A framed plot whose inside maps data to the page.
-pub struct Plot<'c> {
-    canvas: &'c Canvas<'c>,
+pub struct Plot<'c, 'p> {
+    canvas: &'c Canvas<'p>,
     /// The inside of the frame.
     pub rect: Rect,
     x: Axis,
@@ -161,12 +159,9 @@ pub struct Frame<'t> {
     pub square: bool,
 }
 
-impl<'c> Plot<'c> {
+impl<'c, 'p> Plot<'c, 'p> {
     /// Draws frame, ticks and labels into `outer`.
-    ///
-    /// # Errors
-    /// When the backend fails.
-    pub fn new(canvas: &'c Canvas<'c>, outer: Rect, frame: &Frame<'_>, x: Axis, y: Axis) -> Result<Self, FigureError> {
+    pub fn new(canvas: &'c Canvas<'p>, outer: Rect, frame: &Frame<'_>, x: Axis, y: Axis) -> Self {
         let widest = y.ticks.iter().map(|(_, text)| Type::SMALL.width(text)).fold(Type::SMALL.width("0.00"), f64::max);
         let left = TICK_LENGTH + 2.0 + widest + if y.label.is_empty() { 0.0 } else { Y_LABEL };
         let below = TICK_LENGTH + 1.4 * SMALL_SIZE + if x.label.is_empty() { 0.0 } else { X_LABEL };
@@ -176,37 +171,36 @@ impl<'c> Plot<'c> {
             rect = rect.square();
         }
         let plot = Self { canvas, rect, x, y };
-        plot.ticks(frame.grid)?;
-        canvas.outline(&rect.corners(), Pen::new(INK, FRAME_WIDTH))?;
+        plot.ticks(frame.grid);
+        canvas.outline(&rect.corners(), Pen::new(INK, FRAME_WIDTH));
         let baseline = rect.top - 0.8 * TITLE_SIZE;
-        canvas.text([rect.left, baseline], frame.title, Type::TITLE)?;
+        canvas.text([rect.left, baseline], frame.title, Type::TITLE);
         // Below the middle, or further left where a long label would leave the page.
         let middle = rect.center()[0].min(outer.right - 0.5 * Type::LABEL.width(&plot.x.label));
-        canvas.text([middle, rect.bottom + below - 0.7 * LABEL_SIZE], &plot.x.label, Type::LABEL.centered())?;
+        canvas.text([middle, rect.bottom + below - 0.7 * LABEL_SIZE], &plot.x.label, Type::LABEL.centered());
         canvas.text(
             [rect.left - left + 0.6 * LABEL_SIZE, rect.center()[1]],
             &plot.y.label,
             Type::LABEL.centered().upright(),
-        )?;
-        Ok(plot)
+        );
+        plot
     }
 
-    fn ticks(&self, grid: bool) -> Drawn {
+    fn ticks(&self, grid: bool) {
         let (canvas, rect, pen) = (self.canvas, self.rect, Pen::new(INK, FRAME_WIDTH));
         for (value, text) in &self.x.ticks {
             let x = self.at(*value, self.y.low)[0];
-            canvas.line(&[[x, rect.bottom], [x, rect.bottom + TICK_LENGTH]], pen)?;
-            canvas.text([x, rect.bottom + TICK_LENGTH + 0.8 * SMALL_SIZE], text, Type::SMALL.centered())?;
+            canvas.line(&[[x, rect.bottom], [x, rect.bottom + TICK_LENGTH]], pen);
+            canvas.text([x, rect.bottom + TICK_LENGTH + 0.8 * SMALL_SIZE], text, Type::SMALL.centered());
         }
         for (value, text) in &self.y.ticks {
             let y = self.at(self.x.low, *value)[1];
             if grid {
-                canvas.line(&[[rect.left, y], [rect.right, y]], Pen::new(GRID, FRAME_WIDTH))?;
+                canvas.line(&[[rect.left, y], [rect.right, y]], Pen::new(GRID, FRAME_WIDTH));
             }
-            canvas.line(&[[rect.left - TICK_LENGTH, y], [rect.left, y]], pen)?;
-            canvas.text([rect.left - TICK_LENGTH - 2.0, y], text, Type::SMALL.right())?;
+            canvas.line(&[[rect.left - TICK_LENGTH, y], [rect.left, y]], pen);
+            canvas.text([rect.left - TICK_LENGTH - 2.0, y], text, Type::SMALL.right());
         }
-        Ok(())
     }
 
     /// The place of a value pair on the page; not finite when a value is not.
@@ -218,29 +212,33 @@ impl<'c> Plot<'c> {
     }
 
     /// A line through the points; values that are not finite leave gaps, a lone value is a dot.
-    ///
-    /// # Errors
-    /// When the backend fails.
-    pub fn line(&self, xs: &[f64], ys: &[f64], pen: Pen) -> Drawn {
+    pub fn line(&self, xs: &[f64], ys: &[f64], pen: Pen) {
         for run in finite_runs(xs, &[ys]) {
             let points: Vec<Point> = run.map(|n| self.at(xs[n], ys[n])).collect();
             match points[..] {
-                [lone] if self.rect.contains(lone) => self.canvas.dot(lone, pen.width, pen.color)?,
+                [lone] if self.rect.contains(lone) => self.canvas.dot(lone, pen.width, pen.color),
                 _ => {
                     for part in clip_polyline(&points, &self.rect) {
-                        self.canvas.line(&part, pen)?;
+                        self.canvas.line(&part, pen);
                     }
                 }
             }
         }
-        Ok(())
+    }
+
+    /// As [`Self::line`], for means over a window: the first `partial`, of fewer values, are faint.
+    pub fn rolling(&self, xs: &[f64], ys: &[f64], partial: usize, pen: Pen) {
+        let partial = partial.min(xs.len()).min(ys.len());
+        let faint = Pen { color: faded(pen.color, 0.35), width: 0.5 * pen.width, dash: &[] };
+        let joined = (partial + 1).min(xs.len()).min(ys.len());
+        if partial > 0 {
+            self.line(&xs[..joined], &ys[..joined], faint);
+        }
+        self.line(&xs[partial..], &ys[partial..], pen);
     }
 
     /// The band around a line, with gaps where the line or either end is not finite.
-    ///
-    /// # Errors
-    /// When the backend fails.
-    pub fn band(&self, xs: &[f64], [ys, low, high]: [&[f64]; 3], color: Color) -> Drawn {
+    pub fn band(&self, xs: &[f64], [ys, low, high]: [&[f64]; 3], color: Color) {
         for run in finite_runs(xs, &[ys, low, high]) {
             // One polygon a run: translucent slices would show their seams.
             let (mut upper, mut lower) = (Vec::new(), Vec::new());
@@ -252,40 +250,53 @@ impl<'c> Plot<'c> {
                 lower.push(clamp(self.at(xs[n], low[n])));
             }
             upper.extend(lower.into_iter().rev());
-            self.canvas.fill(&upper, faded(color, BAND_OPACITY))?;
+            self.canvas.fill(&upper, faded(color, BAND_OPACITY));
         }
-        Ok(())
     }
 
     /// A bar of `width` (data units) from zero, with its interval as an error bar.
-    ///
-    /// # Errors
-    /// When the backend fails.
-    pub fn bar(&self, x: f64, width: f64, estimate: Estimate, color: Color) -> Drawn {
+    pub fn bar(&self, x: f64, width: f64, estimate: Estimate, series: &Series) {
         if !estimate.value.is_finite() {
-            return Ok(());
+            return;
         }
-        let bar = |y: f64| [self.at(x - width / 2.0, y), self.at(x + width / 2.0, y)];
-        let ([a, b], [c, d]) = (bar(0.0), bar(estimate.value));
-        self.canvas.fill(&clip_polygon(&[a, b, d, c], &self.rect), color)?;
-        self.error_bar(x, estimate)
+        let ([left, zero], [right, end]) = (self.at(x - width / 2.0, 0.0), self.at(x + width / 2.0, estimate.value));
+        let y = |value: f64| value.clamp(self.rect.top, self.rect.bottom);
+        let bar = Rect::new(left.max(self.rect.left), y(zero.min(end)), right.min(self.rect.right), y(zero.max(end)));
+        series.bar(self.canvas, &bar);
+        self.error_bar(x, estimate);
+    }
+
+    /// Numbers at the right ends of curves, moved apart where they would cover each other.
+    pub fn end_numbers(&self, ends: impl IntoIterator<Item = (Point, Series)>) {
+        const APART: f64 = TINY_SIZE * 0.95;
+        let inside = |(place, _): &(Point, Series)| self.rect.contains(*place);
+        let mut ends: Vec<(Point, Series)> = ends.into_iter().filter(inside).collect();
+        ends.sort_by(|(a, _), (b, _)| a[1].total_cmp(&b[1]));
+        let mut lowest = self.rect.top - APART;
+        for n in 0..ends.len() {
+            // As high as it belongs, unless those below would leave the frame.
+            let below = (ends.len() - 1 - n) as f64 * APART;
+            let y = ends[n].0[1].max(lowest + APART).min((self.rect.bottom - below).max(lowest + APART));
+            lowest = y;
+            let ([x, _], series) = ends[n];
+            // Not over the frame.
+            let x = if x + TINY_SIZE > self.rect.right { self.rect.right } else { x };
+            let look = Type { size: TINY_SIZE, ..Type::LABEL.bold().color(series.color) };
+            self.canvas.text([x + 1.5, y], &series.number(), look);
+        }
     }
 
     /// A vertical interval with caps.
-    ///
-    /// # Errors
-    /// When the backend fails.
-    pub fn error_bar(&self, x: f64, estimate: Estimate) -> Drawn {
+    pub fn error_bar(&self, x: f64, estimate: Estimate) {
         if !estimate.has_interval() {
-            return Ok(());
+            return;
         }
         let pen = Pen::new(INK, THIN_WIDTH);
         let (low, high) = (self.at(x, estimate.low), self.at(x, estimate.high));
-        self.canvas.line(&[low, high], pen)?;
+        self.canvas.line(&[low, high], pen);
         for [x, y] in [low, high] {
-            self.canvas.line(&[[x - 1.5, y], [x + 1.5, y]], pen)?;
+            self.canvas.line(&[[x - 1.5, y], [x + 1.5, y]], pen);
         }
-        Ok(())
     }
 }
 

@@ -1,11 +1,10 @@
 //! Grouped bars with intervals.
 
-use super::FigureError;
 use super::axes::{Axis, Frame, Plot, number};
 use super::canvas::{Canvas, Type};
 use super::data::Estimate;
 use super::geometry::Rect;
-use super::style::{LABEL_SIZE, SMALL_SIZE, TICK_LENGTH, series_color};
+use super::style::{LABEL_SIZE, SMALL_SIZE, Series, TICK_LENGTH};
 
 /// Bars that belong together: one group a member, one bar a series.
 pub struct BarCluster {
@@ -40,16 +39,8 @@ pub struct BarLook<'t> {
     pub room_for_names: bool,
 }
 
-/// Draws clusters of bars side by side.
-///
-/// # Errors
-/// When the backend fails.
-pub fn grouped_bars(
-    canvas: &Canvas<'_>,
-    rect: Rect,
-    look: &BarLook<'_>,
-    clusters: &[BarCluster],
-) -> Result<(), FigureError> {
+/// Draws clusters of bars side by side, those of each member in the order of `series`.
+pub fn grouped_bars(canvas: &Canvas<'_>, rect: Rect, look: &BarLook<'_>, clusters: &[BarCluster], series: &[Series]) {
     let mut x = CLUSTER_GAP / 2.0;
     let (mut placed, mut names) = (Vec::new(), Vec::new());
     for cluster in clusters {
@@ -70,34 +61,28 @@ pub fn grouped_bars(
     let frame = Frame { title: look.title, grid: true, square: false };
     let axes = [Axis::with_ticks("", 0.0, end, Vec::new()), Axis::from_zero(look.label, values, 6)];
     let [horizontal, vertical] = axes;
-    let plot = Plot::new(canvas, rect, &frame, horizontal, vertical)?;
+    let plot = Plot::new(canvas, rect, &frame, horizontal, vertical);
     let mut taken = Vec::new();
     for member in &placed {
-        for (n, bar) in member.bars.iter().enumerate() {
+        for ((n, bar), series) in member.bars.iter().enumerate().zip(series) {
             let x = member.left + n as f64 + 0.5;
-            plot.bar(x, 0.92, *bar, series_color(n))?;
+            plot.bar(x, 0.92, *bar, series);
             if look.counts {
-                write_count(canvas, &plot, x, *bar, &mut taken)?;
+                write_count(canvas, &plot, x, *bar, &mut taken);
             }
         }
         let [x, y] =
             [plot.at(member.left + member.bars.len() as f64 / 2.0, 0.0)[0], plot.rect.bottom + 0.9 * SMALL_SIZE];
-        canvas.text([x, y], member.name, Type::SMALL.centered())?;
+        canvas.text([x, y], member.name, Type::SMALL.centered());
     }
     let line = plot.rect.bottom + if named { 0.9 * SMALL_SIZE + 1.3 * LABEL_SIZE } else { LABEL_SIZE };
-    names.into_iter().try_for_each(|(x, name)| canvas.text([plot.at(x, 0.0)[0], line], name, Type::SMALL.centered()))
+    names.into_iter().for_each(|(x, name)| canvas.text([plot.at(x, 0.0)[0], line], name, Type::SMALL.centered()))
 }
 
 /// The count above its bar, unless it would cover one written before.
-fn write_count(
-    canvas: &Canvas<'_>,
-    plot: &Plot<'_>,
-    x: f64,
-    bar: Estimate,
-    taken: &mut Vec<Rect>,
-) -> Result<(), FigureError> {
+fn write_count(canvas: &Canvas<'_>, plot: &Plot<'_, '_>, x: f64, bar: Estimate, taken: &mut Vec<Rect>) {
     if !bar.value.is_finite() {
-        return Ok(());
+        return;
     }
     let look = Type { size: 0.85 * SMALL_SIZE, ..Type::SMALL.centered() };
     let text = number(bar.value, 0);
@@ -105,7 +90,7 @@ fn write_count(
     let (half, y) = (look.width(&text) / 2.0, y - 0.7 * SMALL_SIZE);
     let place = Rect::new(x - half, y - 0.4 * look.size, x + half, y + 0.4 * look.size);
     if taken.iter().any(|other| other.overlaps(&place)) {
-        return Ok(());
+        return;
     }
     taken.push(place);
     canvas.text([x, y], &text, look)

@@ -1,18 +1,16 @@
 //! Figure 6, rolling success against episodes, and performance profiles.
 
-use serde::{Deserialize, Serialize};
-
+use super::Figure;
 use super::axes::{Axis, Frame, Plot};
-use super::canvas::{Canvas, Pen, Type};
+use super::canvas::{Canvas, Type};
 use super::data::{Curve, Statistics, labels};
 use super::layout::{LEGEND, Mark, legend, legend_height, note, panels};
-use super::style::{DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, SINGLE_COLUMN, series_color};
+use super::style::{DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, SINGLE_COLUMN, Series, series};
 use super::table::{Table, cell};
 use super::tasks::{COLUMNS, heading};
-use super::{Figure, FigureError};
 
 /// Success against episodes, one panel a task.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct LearningCurves {
     /// What was counted: the episodes of training, or greedy evaluations.
     pub greedy: bool,
@@ -27,7 +25,7 @@ pub struct LearningCurves {
 }
 
 /// What the success of a run is drawn against.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Progress {
     /// Episodes of training.
     #[default]
@@ -65,7 +63,7 @@ impl Progress {
 }
 
 /// Curves of one task: x as [`Progress`] says, y the share of successes, 0 to 1.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct CurvePanel {
     /// Name of the task.
     pub task: String,
@@ -74,7 +72,7 @@ pub struct CurvePanel {
 }
 
 /// Share of runs that score better than a threshold, against the threshold.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct PerformanceProfile {
     /// What is scored, with its unit.
     pub measure: String,
@@ -95,25 +93,31 @@ fn band_mark(labels: usize) -> &'static str {
     if labels <= MOST_BANDS { "band" } else { "in the CSV only" }
 }
 
-/// Draws curves as percentages, coloured by the place of their label in `order`.
-fn draw_curves(canvas: &Canvas<'_>, plot: &Plot<'_>, curves: &[Curve], order: &[&str]) -> Result<(), FigureError> {
+/// Draws curves as percentages, each in the look of its label.
+fn draw_curves(canvas: &Canvas<'_>, plot: &Plot<'_, '_>, curves: &[Curve], order: &[&str]) {
     let percent = |values: &[f64]| values.iter().map(|value| 100.0 * value).collect::<Vec<_>>();
-    let place = |curve: &Curve| order.iter().position(|label| *label == curve.label).unwrap_or(0);
+    let looks = series(order);
+    let look = |curve: &Curve| looks[order.iter().position(|label| *label == curve.label).unwrap_or(0)];
     for curve in curves.iter().filter(|_| order.len() <= MOST_BANDS) {
-        plot.band(
-            &curve.x,
-            [&percent(&curve.y), &percent(&curve.low), &percent(&curve.high)],
-            series_color(place(curve)),
-        )?;
+        let from = curve.partial.min(curve.x.len());
+        let [x, y, low, high] = [&curve.x, &curve.y, &curve.low, &curve.high].map(|values| values.get(from..));
+        let [x, y, low, high] = [x, y, low, high].map(Option::unwrap_or_default);
+        plot.band(x, [&percent(y), &percent(low), &percent(high)], look(curve).color);
     }
     for curve in curves {
-        plot.line(&curve.x, &percent(&curve.y), Pen::series(place(curve), LINE_WIDTH))?;
+        plot.rolling(&curve.x, &percent(&curve.y), curve.partial, look(curve).pen(LINE_WIDTH));
+    }
+    if order.len() > 1 {
+        let end = |curve: &Curve| {
+            let (x, y) = curve.x.iter().zip(&curve.y).rfind(|(x, y)| x.is_finite() && y.is_finite())?;
+            Some((plot.at(*x, 100.0 * y), look(curve)))
+        };
+        plot.end_numbers(curves.iter().filter_map(end));
     }
     if curves.iter().all(Curve::is_empty) {
         let look = Type::SMALL.centered().color(GREY);
-        canvas.text(plot.rect.center(), "no finished episodes", look)?;
+        canvas.text(plot.rect.center(), "no finished episodes", look);
     }
-    Ok(())
 }
 
 /// The legend of curves: lines with bands, or lines alone where no curve has an interval.
@@ -121,11 +125,12 @@ fn marks<'c>(curves: impl IntoIterator<Item = &'c Curve>) -> Vec<(Mark, String)>
     let curves: Vec<&Curve> = curves.into_iter().collect();
     let order = labels(curves.iter().map(|curve| curve.label.as_str()));
     let banded = order.len() <= MOST_BANDS && curves.iter().any(|curve| !curve.low.is_empty());
-    let mark = |n| {
-        let pen = Pen::series(n, 1.4 * LINE_WIDTH);
-        if banded { Mark::Band(pen) } else { Mark::Line(pen) }
+    let entry = |(look, label): (Series, &&str)| {
+        let pen = look.pen(1.2 * LINE_WIDTH);
+        let text = if order.len() > 1 { look.numbered(label) } else { (*label).to_owned() };
+        (if banded { Mark::Band(pen) } else { Mark::Line(pen) }, text)
     };
-    order.iter().enumerate().map(|(n, label)| (mark(n), (*label).to_owned())).collect()
+    series(&order).into_iter().zip(&order).map(entry).collect()
 }
 
 /// What a legend of these curves needs beyond one row, so that it takes nothing from the plots.
@@ -152,7 +157,7 @@ impl Figure for LearningCurves {
         [DOUBLE_COLUMN, self.panels.len().div_ceil(COLUMNS).max(1) as f64 * 138.0 + 36.0 + legend]
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+    fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN).cut(0.0, 0.0, LAST_TICK, 0.0);
         if self.panels.is_empty() {
             return canvas.nothing(page, "no learning curves");
@@ -164,8 +169,11 @@ impl Figure for LearningCurves {
         };
         let what = what + self.progress.note();
         let order = labels(self.panels.iter().flat_map(|panel| &panel.curves).map(|curve| curve.label.as_str()));
-        let rect = note(canvas, page, &format!("{what} {}.", self.statistics.caption(band_mark(order.len()))))?;
-        let rect = legend(canvas, rect, &marks(self.panels.iter().flat_map(|panel| &panel.curves)))?;
+        let partial = self.panels.iter().flat_map(|panel| &panel.curves).any(|curve| curve.partial > 0);
+        let faint = if partial { " Faint: the mean of fewer, at the start." } else { "" };
+        let text = format!("{what}{faint} {}.", self.statistics.caption(band_mark(order.len())));
+        let rect = note(canvas, page, &text);
+        let rect = legend(canvas, rect, &marks(self.panels.iter().flat_map(|panel| &panel.curves)));
         let columns = COLUMNS.min(self.panels.len());
         for (panel, place) in self.panels.iter().zip(panels(rect, self.panels.len(), columns)) {
             let last =
@@ -175,10 +183,9 @@ impl Figure for LearningCurves {
             let y = rate_axis("success rate (%)");
             let y = if place.y_label { y } else { y.unlabelled() };
             let frame = Frame { title: &heading(&panel.task), grid: true, square: false };
-            let plot = Plot::new(canvas, place.cell, &frame, x, y)?;
-            draw_curves(canvas, &plot, &panel.curves, &order)?;
+            let plot = Plot::new(canvas, place.cell, &frame, x, y);
+            draw_curves(canvas, &plot, &panel.curves, &order);
         }
-        Ok(())
     }
 
     fn table(&self) -> Table {
@@ -201,19 +208,19 @@ impl Figure for PerformanceProfile {
         [SINGLE_COLUMN, 190.0 + further_legend(SINGLE_COLUMN - 2.0 * MARGIN, &self.curves)]
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+    fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN);
         if self.curves.iter().all(Curve::is_empty) {
             return canvas.nothing(page, "no scores");
         }
         let order = labels(self.curves.iter().map(|curve| curve.label.as_str()));
-        let rect = note(canvas, page, &format!("{}.", self.statistics.caption(band_mark(order.len()))))?;
-        let rect = legend(canvas, rect, &marks(&self.curves))?;
+        let rect = note(canvas, page, &format!("{}.", self.statistics.caption(band_mark(order.len()))));
+        let rect = legend(canvas, rect, &marks(&self.curves));
         let thresholds = || self.curves.iter().flat_map(|curve| curve.x.iter().copied()).filter(|x| x.is_finite());
         let (low, high) = (thresholds().fold(f64::INFINITY, f64::min), thresholds().fold(f64::NEG_INFINITY, f64::max));
         let x = Axis::linear(&format!("threshold \u{3c4}: {}", self.measure), low, high.max(low + 1e-9), 6);
         let frame = Frame { title: "", grid: true, square: false };
-        let plot = Plot::new(canvas, rect, &frame, x, rate_axis("runs above \u{3c4} (%)"))?;
+        let plot = Plot::new(canvas, rect, &frame, x, rate_axis("runs above \u{3c4} (%)"));
         draw_curves(canvas, &plot, &self.curves, &order)
     }
 

@@ -1,18 +1,13 @@
-//! The numbers figures are made of. JSON has no NaN: it is written as null and read back.
-
-use serde::{Deserialize, Deserializer, Serialize};
+//! The numbers figures are made of.
 
 /// A measured value with its interval. A value or bound that is not finite is missing.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// The point estimate.
-    #[serde(deserialize_with = "number")]
     pub value: f64,
     /// Lower end of the interval.
-    #[serde(deserialize_with = "number")]
     pub low: f64,
     /// Upper end of the interval.
-    #[serde(deserialize_with = "number")]
     pub high: f64,
 }
 
@@ -33,7 +28,7 @@ impl Estimate {
 }
 
 /// How intervals and centres were computed, as said in captions.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Statistics {
     /// The centre, such as "interquartile mean".
     pub centre: String,
@@ -42,7 +37,6 @@ pub struct Statistics {
     /// Number of seeds behind each estimate, or the most.
     pub seeds: usize,
     /// The fewest seeds behind an estimate, where not all have the same number.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fewest_seeds: Option<usize>,
 }
 
@@ -61,22 +55,20 @@ impl Statistics {
 }
 
 /// A line with a band: values by position on the x axis. Not finite means missing.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Curve {
     /// What it shows, as in the legend. Equal labels have equal colours in all panels.
     pub label: String,
     /// Positions on the x axis, increasing.
-    #[serde(deserialize_with = "numbers")]
     pub x: Vec<f64>,
     /// Values.
-    #[serde(deserialize_with = "numbers")]
     pub y: Vec<f64>,
     /// Lower ends of the intervals; empty when there are none.
-    #[serde(default, deserialize_with = "numbers")]
     pub low: Vec<f64>,
     /// Upper ends of the intervals; empty when there are none.
-    #[serde(default, deserialize_with = "numbers")]
     pub high: Vec<f64>,
+    /// Number of values at the start that are means over a window not yet full.
+    pub partial: usize,
 }
 
 impl Curve {
@@ -94,13 +86,4 @@ pub(super) fn labels<'c>(curves: impl IntoIterator<Item = &'c str>) -> Vec<&'c s
         }
     }
     labels
-}
-
-fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
-}
-
-pub(super) fn numbers<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<f64>, D::Error> {
-    let values: Vec<Option<f64>> = Vec::deserialize(deserializer)?;
-    Ok(values.into_iter().map(|value| value.unwrap_or(f64::NAN)).collect())
 }

@@ -1,6 +1,8 @@
 //! Plane geometry of drawing: rectangles and their division, clipping, dashes.
 //! Points are `[x, y]` with y downwards, lengths in points (1/72 inch).
 
+use crate::physics::{Tool, to_normalised};
+
 /// A place on the page.
 pub type Point = [f64; 2];
 
@@ -106,7 +108,7 @@ pub fn clip_polyline(points: &[Point], rect: &Rect) -> Vec<Vec<Point>> {
 }
 
 /// The part of a segment inside `rect` (Liang and Barsky).
-fn clip_segment(from: Point, to: Point, rect: &Rect) -> Option<(Point, Point)> {
+pub fn clip_segment(from: Point, to: Point, rect: &Rect) -> Option<(Point, Point)> {
     let delta = [to[0] - from[0], to[1] - from[1]];
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
     for (p, q) in [
@@ -151,11 +153,12 @@ pub fn clip_polygon(polygon: &[Point], rect: &Rect) -> Vec<Point> {
     })
 }
 
-/// The strokes of a dashed polyline: `on` drawn, `off` left out, in turn.
-pub fn dashes(points: &[Point], on: f64, off: f64) -> Vec<Vec<Point>> {
+/// The strokes of a dashed polyline: the lengths of `pattern` drawn and left out, in turn.
+pub fn dashes(points: &[Point], pattern: &[f64]) -> Vec<Vec<Point>> {
+    let mut lengths = pattern.iter().copied().cycle();
     let mut strokes = Vec::new();
-    let Some(&first) = points.first() else { return strokes };
-    let (mut stroke, mut drawing, mut left) = (vec![first], true, on);
+    let (Some(&first), Some(mut left)) = (points.first(), lengths.next()) else { return strokes };
+    let (mut stroke, mut drawing) = (vec![first], true);
     for pair in points.windows(2) {
         let (mut from, to) = (pair[0], pair[1]);
         let mut length = (to[0] - from[0]).hypot(to[1] - from[1]);
@@ -170,7 +173,7 @@ pub fn dashes(points: &[Point], on: f64, off: f64) -> Vec<Vec<Point>> {
                 stroke = vec![from];
             }
             drawing = !drawing;
-            left = if drawing { on } else { off };
+            left = lengths.next().unwrap_or(f64::INFINITY);
         }
         left -= length;
         if drawing {
@@ -181,6 +184,28 @@ pub fn dashes(points: &[Point], on: f64, off: f64) -> Vec<Vec<Point>> {
         strokes.push(stroke);
     }
     strokes
+}
+
+/// The outline of a tool, normalised: polygons as they are, segments with their round ends and
+/// a thickness of at least twice `least` units.
+pub fn tool_outline(tool: &Tool, least: f32) -> Vec<[f32; 2]> {
+    const STEPS: u32 = 16;
+    let corners = tool.vertices();
+    let outline = match corners[..] {
+        [from, to] => {
+            let (radius, along) = (tool.radius.max(least), (to[1] - from[1]).atan2(to[0] - from[0]));
+            let end = |center: [f32; 2], start: f32| {
+                (0..=STEPS).map(move |n| {
+                    let (sin, cos) = (start + std::f32::consts::PI * n as f32 / STEPS as f32).sin_cos();
+                    [center[0] + radius * cos, center[1] + radius * sin]
+                })
+            };
+            let quarter = std::f32::consts::FRAC_PI_2;
+            end(to, along - quarter).chain(end(from, along + quarter)).collect()
+        }
+        _ => corners,
+    };
+    outline.into_iter().map(to_normalised).collect()
 }
 
 /// A circle as a polygon fine enough for print.
@@ -202,6 +227,7 @@ pub fn ellipse(center: Point, radii: [f64; 2]) -> Vec<Point> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::physics::ToolKind;
 
     const UNIT: Rect = Rect { left: 0.0, top: 0.0, right: 1.0, bottom: 1.0 };
 
@@ -215,6 +241,16 @@ mod tests {
     }
 
     #[test]
+    fn a_wall_has_its_thickness_and_round_ends() {
+        let wall = Tool::new(ToolKind::Wall, [42.0, 42.0]).with_size(20.0);
+        let extent = |outline: &[[f32; 2]]| [0, 1].map(|axis| outline.iter().map(|p| p[axis]).fold(f32::MIN, f32::max));
+        let [width, height] = extent(&tool_outline(&wall, 0.0));
+        assert!((width - 1.0 / 42.0).abs() < 1e-6 && (height - 11.0 / 42.0).abs() < 1e-6);
+        assert!((extent(&tool_outline(&wall, 3.0))[0] - 3.0 / 42.0).abs() < 1e-6);
+        assert_eq!(tool_outline(&Tool::new(ToolKind::Box, [42.0, 42.0]), 3.0).len(), 4);
+    }
+
+    #[test]
     fn polygons_are_cut_at_the_border() {
         let half = clip_polygon(&[[-1.0, 0.0], [0.5, 0.0], [0.5, 1.0], [-1.0, 1.0]], &UNIT);
         assert_eq!(half, [[0.0, 0.0], [0.5, 0.0], [0.5, 1.0], [0.0, 1.0]]);
@@ -223,7 +259,8 @@ mod tests {
 
     #[test]
     fn dashes_cover_the_asked_share() {
-        let drawn: f64 = dashes(&[[0.0, 0.0], [10.0, 0.0]], 2.0, 3.0).iter().map(|s| s[s.len() - 1][0] - s[0][0]).sum();
+        let drawn: f64 =
+            dashes(&[[0.0, 0.0], [10.0, 0.0]], &[2.0, 3.0]).iter().map(|s| s[s.len() - 1][0] - s[0][0]).sum();
         assert_eq!(drawn, 4.0);
     }
 }

@@ -1,20 +1,18 @@
 //! Figure 5: how often guided and random exploration reach goals and subgoals.
 
-use serde::{Deserialize, Serialize};
-
+use super::Figure;
 use super::axes::number;
 use super::bars::{BarCluster, BarLook, grouped_bars};
 use super::canvas::Canvas;
 use super::data::{Estimate, Statistics, labels};
 use super::geometry::Rect;
 use super::layout::{Mark, legend, note};
-use super::style::{DOUBLE_COLUMN, GAP, MARGIN, series_color};
+use super::style::{DOUBLE_COLUMN, GAP, MARGIN, series};
 use super::table::{Table, cell};
 use super::tasks::heading;
-use super::{Figure, FigureError};
 
 /// Hits of each policy on each task.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Hits {
     /// Episodes behind each count.
     pub episodes: usize,
@@ -25,7 +23,7 @@ pub struct Hits {
 }
 
 /// Hits on one task.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct TaskHits {
     /// Name of the task.
     pub task: String,
@@ -34,7 +32,7 @@ pub struct TaskHits {
 }
 
 /// Numbers of episodes in which a policy reached the stages of a task.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct PolicyHits {
     /// Name of the policy, as in the legend.
     pub policy: String,
@@ -83,7 +81,7 @@ impl Figure for Hits {
         [DOUBLE_COLUMN, 200.0]
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+    fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN);
         if self.tasks.is_empty() {
             return canvas.nothing(page, "no hits were counted");
@@ -93,21 +91,19 @@ impl Figure for Hits {
             "Counts in {episodes} episodes of each policy. {}. T1: Task 1; below the bars in (b): subgoals in order of reach.",
             self.statistics.caption("error bars")
         );
-        let rect = note(canvas, page, &text)?;
-        let marks: Vec<(Mark, String)> = self
-            .policies()
-            .into_iter()
-            .enumerate()
-            .map(|(n, name)| (Mark::Patch(series_color(n)), name.to_owned()))
-            .collect();
-        let rect = legend(canvas, rect, &marks)?;
+        let rect = note(canvas, page, &text);
+        let policies = self.policies();
+        let looks = series(&policies);
+        let marks: Vec<(Mark, String)> =
+            looks.iter().zip(&policies).map(|(look, name)| (Mark::Bar(*look), (*name).to_owned())).collect();
+        let rect = legend(canvas, rect, &marks);
         let middle = rect.left + 0.4 * rect.width();
         let left = Rect { right: middle - GAP / 2.0, ..rect };
         let right = Rect { left: middle + GAP / 2.0, ..rect };
         let label = &format!("episodes of {episodes}");
         let look = |title| BarLook { title, label, counts: true, room_for_names: true };
-        grouped_bars(canvas, left, &look("(a) Final goal hit"), &self.goals())?;
-        grouped_bars(canvas, right, &look("(b) Subgoal hit"), &self.subgoals())
+        grouped_bars(canvas, left, &look("(a) Final goal hit"), &self.goals(), &looks);
+        grouped_bars(canvas, right, &look("(b) Subgoal hit"), &self.subgoals(), &looks);
     }
 
     fn table(&self) -> Table {

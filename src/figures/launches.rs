@@ -1,26 +1,24 @@
 //! Figure 1: launches of the ball at single tools.
 
-use serde::{Deserialize, Serialize};
-
+use super::Figure;
 use super::axes::number;
 use super::canvas::{Canvas, Pen};
 use super::layout::{LEGEND, Mark, NOTE, legend, note, panels, squares_height};
 use super::scene::{Position, SCENE_TOOL, SceneView, Window};
 use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, VERMILLION, faded};
 use super::table::{Table, cell32};
-use super::{Figure, FigureError};
 use crate::physics::to_units;
 use crate::task::ToolSpec;
 
 /// The tools and a sample of the launches at each.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Launches {
     /// One panel a tool.
     pub tools: Vec<ToolLaunches>,
 }
 
 /// A tool and the ball's ways around it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ToolLaunches {
     /// The tool in its place.
     pub tool: ToolSpec,
@@ -46,22 +44,22 @@ impl ToolLaunches {
         trajectory.iter().position(touches).unwrap_or(trajectory.len())
     }
 
-    fn draw(&self, view: &SceneView<'_>, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+    fn draw(&self, view: &SceneView<'_, '_>, canvas: &Canvas<'_>) {
         for trajectory in &self.trajectories {
             let contact = self.contact(trajectory);
-            view.path(&trajectory[..trajectory.len().min(contact + 1)], Pen::new(faded(BLUE, 0.55), 0.6))?;
-            view.path(&trajectory[contact.min(trajectory.len())..], Pen::new(faded(VERMILLION, 0.55), 0.6))?;
+            view.path(&trajectory[..trajectory.len().min(contact + 1)], Pen::new(faded(BLUE, 0.55), 0.6));
+            view.path(&trajectory[contact.min(trajectory.len())..], Pen::new(faded(VERMILLION, 0.55), 0.6));
         }
         for start in self.trajectories.iter().filter_map(|trajectory| trajectory.first()) {
             if view.shows(*start) {
-                canvas.dot(view.at(*start), 1.0, BLUE)?;
+                canvas.dot(view.at(*start), 1.0, BLUE);
             }
         }
-        view.tool(&self.tool.tool(), SCENE_TOOL)?;
+        view.tool(&self.tool.tool(), SCENE_TOOL);
         // The ball of the first launch, to scale.
         match self.trajectories.first().and_then(|trajectory| trajectory.first()) {
             Some(start) => view.ring(*start, self.ball_radius, GREY),
-            None => Ok(()),
+            None => {}
         }
     }
 }
@@ -89,7 +87,7 @@ impl Figure for Launches {
         [DOUBLE_COLUMN, squares_height(DOUBLE_COLUMN, panels, panels, LEGEND + 2.0 * NOTE)]
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+    fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN);
         if self.tools.is_empty() {
             return canvas.nothing(page, "no launches");
@@ -105,22 +103,21 @@ impl Figure for Launches {
              observations in the data: {}. Grey ring: a ball to scale.",
             counts.join(", ")
         );
-        let rect = note(canvas, page, &text)?;
+        let rect = note(canvas, page, &text);
         let marks = [
             (Mark::Dot(BLUE), "launch".to_owned()),
             (Mark::Line(Pen::new(BLUE, 1.4 * LINE_WIDTH)), "until the ball meets the tool".to_owned()),
             (Mark::Line(Pen::new(VERMILLION, 1.4 * LINE_WIDTH)), "afterwards".to_owned()),
         ];
-        let rect = legend(canvas, rect, &marks)?;
+        let rect = legend(canvas, rect, &marks);
         let half = self.reach();
         for (tool, place) in self.tools.iter().zip(panels(rect, self.tools.len(), self.tools.len())) {
             let origin = tool.tool.position.map(f64::from);
             let names = ["\u{394}x to the tool", "\u{394}y to the tool"];
             let window = Window { center: origin, half, origin, names, labels: [place.x_label, place.y_label] };
-            let view = SceneView::new(canvas, place.cell, tool.tool.kind.name(), window)?;
-            tool.draw(&view, canvas)?;
+            let view = SceneView::new(canvas, place.cell, tool.tool.kind.name(), window);
+            tool.draw(&view, canvas);
         }
-        Ok(())
     }
 
     fn table(&self) -> Table {

@@ -1,10 +1,9 @@
 //! A page: panels of equal plots, legend above, note below.
 
-use super::FigureError;
 use super::axes::{X_LABEL, Y_LABEL};
 use super::canvas::{Canvas, Pen, Type};
-use super::geometry::Rect;
-use super::style::{BAND_OPACITY, Color, GAP, GREY, LABEL_SIZE, LINE_WIDTH, MARGIN, SMALL_SIZE, faded};
+use super::geometry::{Point, Rect, clip_polyline};
+use super::style::{BAND_OPACITY, Color, GAP, GREY, LABEL_SIZE, MARGIN, SMALL_SIZE, Series, WHITE, faded};
 
 /// A cell of a grid of plots whose insides are equal: the outer cells are larger by the
 /// axis labels that only they have.
@@ -54,12 +53,50 @@ pub enum Mark {
     Line(Pen),
     /// A line with a band.
     Band(Pen),
-    /// A dashed line.
-    Dashed(Color),
     /// A filled patch.
     Patch(Color),
+    /// A bar of compared things, with its hatching.
+    Bar(Series),
     /// A dot.
     Dot(Color),
+    /// A dot of one of several numbered things.
+    Numbered(Series),
+}
+
+impl Series {
+    /// Its line of this width.
+    pub fn pen(&self, width: f64) -> Pen {
+        Pen::new(self.color, width).dashed(self.dash)
+    }
+
+    /// Its number in the legend, for people.
+    pub fn number(&self) -> String {
+        (self.place + 1).to_string()
+    }
+
+    /// A label for the legend, with the number that stands at its curve.
+    pub fn numbered(&self, label: &str) -> String {
+        format!("{} {label}", self.number())
+    }
+
+    /// A bar: filled, and from the second on hatched, so that it is told apart without colours.
+    pub fn bar(&self, canvas: &Canvas<'_>, rect: &Rect) {
+        canvas.fill(&rect.corners(), self.color);
+        let (size, step) = (rect.width() + rect.height(), 3.0);
+        let lines = (1..).map(|n| f64::from(n) * step).take_while(|along| *along < size);
+        let strokes: Vec<[Point; 2]> = match self.place % 4 {
+            0 => Vec::new(),
+            1 => lines.map(|x| [[rect.left + x, rect.top], [rect.left, rect.top + x]]).collect(),
+            2 => lines.map(|y| [[rect.left, rect.top + y], [rect.right, rect.top + y]]).collect(),
+            _ => lines.map(|x| [[rect.right - x, rect.top], [rect.right, rect.top + x]]).collect(),
+        };
+        // Round ends reach over the line's own end.
+        const WIDTH: f64 = 0.7;
+        let inside = rect.inset(WIDTH / 2.0);
+        for part in strokes.iter().flat_map(|stroke| clip_polyline(stroke, &inside)) {
+            canvas.line(&part, Pen::new(WHITE, WIDTH));
+        }
+    }
 }
 
 /// Space of a mark, between mark and label, and between entries.
@@ -95,10 +132,7 @@ pub fn legend_height(width: f64, entries: &[(Mark, String)]) -> f64 {
 
 /// Draws a legend along the top of `rect`, centred, in as many rows as it needs, and
 /// returns what is left below.
-///
-/// # Errors
-/// When the backend fails.
-pub fn legend(canvas: &Canvas<'_>, rect: Rect, entries: &[(Mark, String)]) -> Result<Rect, FigureError> {
+pub fn legend(canvas: &Canvas<'_>, rect: Rect, entries: &[(Mark, String)]) -> Rect {
     let (rows, widths) = legend_rows(rect.width(), entries);
     for (row, members) in rows.iter().enumerate() {
         let total = members.iter().map(|&n| widths[n]).sum::<f64>() + BETWEEN * (members.len() - 1) as f64;
@@ -106,31 +140,45 @@ pub fn legend(canvas: &Canvas<'_>, rect: Rect, entries: &[(Mark, String)]) -> Re
         let y = rect.top + (row as f64 + 0.5) * ROW;
         for &n in members {
             let (mark, label) = &entries[n];
-            draw_mark(canvas, *mark, x, y)?;
-            canvas.text([x + MARK + SPACE, y], label, Type::LABEL)?;
+            draw_mark(canvas, *mark, x, y);
+            canvas.text([x + MARK + SPACE, y], label, Type::LABEL);
             x += widths[n] + BETWEEN;
         }
     }
-    Ok(rect.split_top(legend_height(rect.width(), entries)).1)
+    rect.split_top(legend_height(rect.width(), entries)).1
 }
 
-fn draw_mark(canvas: &Canvas<'_>, mark: Mark, x: f64, y: f64) -> Result<(), FigureError> {
-    let bar = |half: f64| Rect::new(x, y - half, x + MARK, y + half).corners();
+fn draw_mark(canvas: &Canvas<'_>, mark: Mark, x: f64, y: f64) {
+    let bar = |half: f64| Rect::new(x, y - half, x + MARK, y + half);
     let line = [[x, y], [x + MARK, y]];
     match mark {
         Mark::Line(pen) => canvas.line(&line, pen),
         Mark::Band(pen) => {
-            canvas.fill(&bar(3.0), faded(pen.color, BAND_OPACITY))?;
-            canvas.line(&line, pen)
+            canvas.fill(&bar(3.0).corners(), faded(pen.color, BAND_OPACITY));
+            canvas.line(&line, pen);
         }
-        Mark::Dashed(color) => canvas.line(&line, Pen::new(color, LINE_WIDTH).dashed(2.5, 1.8)),
-        Mark::Patch(color) => canvas.fill(&bar(3.0), color),
+        Mark::Patch(color) => canvas.fill(&bar(3.0).corners(), color),
+        Mark::Bar(series) => series.bar(canvas, &bar(3.2)),
         Mark::Dot(color) => canvas.dot([x + MARK / 2.0, y], 2.2, color),
+        Mark::Numbered(series) => {
+            canvas.dot([x + MARK / 3.0, y], 1.9, series.color);
+        }
     }
 }
 
-/// A note of this width, broken between words.
+/// A note of this width, broken between words; no line holds a lone word or two.
 fn note_lines(width: f64, text: &str) -> Vec<String> {
+    /// The least share of the width that a last line fills.
+    const LAST: f64 = 0.3;
+    let text = &text.replace(" %", "\u{a0}%");
+    let lines = broken(width, text);
+    let full =
+        |lines: &[String]| lines.len() < 2 || lines.last().is_some_and(|last| Type::SMALL.width(last) >= LAST * width);
+    let narrower = (0..40).map(|n| broken(width * (1.0 - 0.01 * f64::from(n)), text));
+    narrower.take_while(|other| other.len() == lines.len()).find(|lines| full(lines)).unwrap_or(lines)
+}
+
+fn broken(width: f64, text: &str) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split(' ').filter(|word| !word.is_empty()) {
         match lines.last_mut() {
@@ -151,15 +199,12 @@ pub fn note_height(page_width: f64, text: &str) -> f64 {
 
 /// Writes a note along the bottom of `rect`, broken between words, and returns what is
 /// left above.
-///
-/// # Errors
-/// When the backend fails.
-pub fn note(canvas: &Canvas<'_>, rect: Rect, text: &str) -> Result<Rect, FigureError> {
+pub fn note(canvas: &Canvas<'_>, rect: Rect, text: &str) -> Rect {
     let look = Type::SMALL.color(GREY);
     let lines = note_lines(rect.width(), text);
     let (rest, foot) = rect.split_bottom(NOTE * lines.len() as f64);
     for (n, line) in lines.iter().enumerate() {
-        canvas.text([foot.left, foot.top + (n as f64 + 0.6) * NOTE], line, look)?;
+        canvas.text([foot.left, foot.top + (n as f64 + 0.6) * NOTE], line, look);
     }
-    Ok(rest)
+    rest
 }

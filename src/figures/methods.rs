@@ -1,22 +1,20 @@
 //! Scores of many methods side by side: one row a method, one panel a task.
 
-use serde::{Deserialize, Serialize};
-
+use super::Figure;
 use super::axes::{Axis, Frame, Plot};
 use super::canvas::{Canvas, Pen, Type};
-use super::data::{Estimate, Statistics, labels, numbers};
+use super::data::{Estimate, Statistics, labels};
 use super::geometry::Rect;
-use super::layout::note;
+use super::layout::{Mark, legend, legend_height, note, note_height};
 use super::style::{
-    DOUBLE_COLUMN, FRAME_WIDTH, GAP, GREY, GRID, LABEL_SIZE, MARGIN, SMALL_SIZE, THIN_WIDTH, TITLE_SIZE, faded,
-    series_color,
+    Color, DOUBLE_COLUMN, FRAME_WIDTH, GAP, GREY, GRID, LABEL_SIZE, MARGIN, SMALL_SIZE, Series, THIN_WIDTH, TITLE_SIZE,
+    faded, series,
 };
 use super::table::{Table, cell};
 use super::tasks::heading;
-use super::{Figure, FigureError};
 
 /// A score of every method on every task: dots with intervals, and the runs behind them.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct MethodScores {
     /// What is scored, with its unit.
     pub measure: String,
@@ -27,7 +25,7 @@ pub struct MethodScores {
 }
 
 /// The methods on one task, or over all tasks.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct ScorePanel {
     /// Name of the task, or what stands in its place.
     pub task: String,
@@ -36,14 +34,13 @@ pub struct ScorePanel {
 }
 
 /// One method on one task.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct MethodScore {
     /// Name of the method. Equal labels share a row and a colour in all panels.
     pub label: String,
     /// Its summary.
     pub estimate: Estimate,
     /// The score of each run; none where too many would be shown.
-    #[serde(deserialize_with = "numbers")]
     pub runs: Vec<f64>,
 }
 
@@ -53,9 +50,8 @@ const ROW: f64 = 1.45 * SMALL_SIZE;
 const AROUND: f64 = 1.6 * TITLE_SIZE + 2.8 * SMALL_SIZE;
 /// How far the dots of runs lie below the middle of their row, in rows.
 const BELOW: f64 = 0.27;
-/// Width of the narrowest panel and of the longest name, in points.
-const NARROWEST: f64 = 84.0;
-const LONGEST_NAME: f64 = 300.0;
+/// Panels side by side, at most.
+const COLUMNS: usize = 4;
 
 impl MethodScores {
     /// Names of all methods: the first is what the others are compared with.
@@ -63,22 +59,29 @@ impl MethodScores {
         labels(self.panels.iter().flat_map(|panel| &panel.methods).map(|method| method.label.as_str()))
     }
 
-    /// Width of the names of the methods, beyond that of a tick label.
-    fn names(&self) -> f64 {
-        let widest = self.methods().iter().map(|name| Type::SMALL.width(&shortened(name))).fold(0.0, f64::max);
-        (widest - Type::SMALL.width("0.00")).max(0.0)
+    /// The legend: the number, colour and name of every method.
+    fn marks(&self) -> Vec<(Mark, String)> {
+        let methods = self.methods();
+        let entry = |(look, label): (Series, &&str)| (Mark::Numbered(look), look.numbered(label));
+        series(&methods).into_iter().zip(&methods).map(entry).collect()
     }
 
-    /// As many panels side by side as have room, in rows of about one length.
+    /// Panels side by side, in rows of about one length.
     fn columns(&self) -> usize {
-        let room = DOUBLE_COLUMN - 2.0 * MARGIN - self.names();
-        let most = ((room / NARROWEST) as usize).clamp(1, 4);
         let count = self.panels.len().max(1);
-        count.div_ceil(count.div_ceil(most))
+        count.div_ceil(count.div_ceil(COLUMNS))
     }
 
     fn rows(&self) -> usize {
         self.panels.len().div_ceil(self.columns()).max(1)
+    }
+
+    /// The note below the panels.
+    fn caption(&self) -> String {
+        let runs = self.panels.iter().flat_map(|panel| &panel.methods).any(|method| !method.runs.is_empty());
+        let small = if runs { " Small dots: single runs." } else { "" };
+        let compared = self.methods().first().copied().unwrap_or_default();
+        format!("{}.{small} Dashed: {compared}.", self.statistics.caption("lines"))
     }
 
     /// From a little below zero, so that dots there are whole, to beyond the largest score.
@@ -88,61 +91,45 @@ impl MethodScores {
         let (low, high) = values
             .filter(|value| value.is_finite())
             .fold((0.0, 0.1), |(low, high): (f64, f64), value| (low.min(value), high.max(value)));
-        Axis::linear("", low - 0.04 * (high - low), high + 0.04 * (high - low), 4)
+        Axis::linear("", low - 0.04 * (high - low), high + 0.04 * (high - low), 6)
     }
 
-    fn draw_panel(&self, canvas: &Canvas<'_>, panel: &ScorePanel, cell: Rect, named: bool) -> Result<(), FigureError> {
+    fn draw_panel(&self, canvas: &Canvas<'_>, panel: &ScorePanel, cell: Rect, named: bool) {
         let methods = self.methods();
         let row = |label: &str| methods.iter().position(|name| *name == label).unwrap_or(0);
         let place = |row: usize| (methods.len() - row) as f64;
-        let ticks = methods.iter().enumerate().filter(|_| named);
-        let ticks = ticks.map(|(row, name)| (place(row), shortened(name))).collect();
+        let looks = series(&methods);
+        let ticks = looks.iter().filter(|_| named).map(|look| (place(look.place), look.number())).collect();
         let y = Axis::with_ticks("", 0.4, methods.len() as f64 + 0.6, ticks);
         let frame = Frame { title: &heading(&panel.task), grid: false, square: false };
-        let plot = Plot::new(canvas, cell, &frame, self.x_axis(), y)?;
+        let plot = Plot::new(canvas, cell, &frame, self.x_axis(), y);
         for row in 0..methods.len() {
             let y = plot.at(0.0, place(row))[1];
-            canvas.line(&[[plot.rect.left, y], [plot.rect.right, y]], Pen::new(GRID, FRAME_WIDTH))?;
+            canvas.line(&[[plot.rect.left, y], [plot.rect.right, y]], Pen::new(GRID, FRAME_WIDTH));
         }
         let compared = panel.methods.iter().find(|score| row(&score.label) == 0);
         if let Some(x) = compared.map(|score| plot.at(score.estimate.value, 0.0)[0]).filter(|x| x.is_finite()) {
-            let pen = Pen::new(GREY, THIN_WIDTH).dashed(2.4, 1.8);
-            canvas.line(&[[x, plot.rect.bottom], [x, plot.rect.top]], pen)?;
+            let pen = Pen::new(GREY, THIN_WIDTH).dashed(&[2.4, 1.8]);
+            canvas.line(&[[x, plot.rect.bottom], [x, plot.rect.top]], pen);
         }
         for score in &panel.methods {
-            draw_score(canvas, &plot, score, place(row(&score.label)), row(&score.label))?;
+            let row = row(&score.label);
+            draw_score(canvas, &plot, score, place(row), looks[row].color);
         }
-        Ok(())
     }
 }
 
-/// The end of a name that is too long: there it is told from others.
-fn shortened(name: &str) -> String {
-    let fits = |text: &str| Type::SMALL.width(text) <= LONGEST_NAME;
-    let starts = name.char_indices().map(|(start, _)| start);
-    let cut = |start: usize| if start == 0 { name.to_owned() } else { format!("…{}", &name[start..]) };
-    starts.map(cut).find(|text| fits(text)).unwrap_or_default()
-}
-
-fn draw_score(
-    canvas: &Canvas<'_>,
-    plot: &Plot<'_>,
-    score: &MethodScore,
-    y: f64,
-    row: usize,
-) -> Result<(), FigureError> {
-    let color = series_color(row);
+fn draw_score(canvas: &Canvas<'_>, plot: &Plot<'_, '_>, score: &MethodScore, y: f64, color: Color) {
     for run in score.runs.iter().filter(|run| run.is_finite()) {
-        canvas.dot(plot.at(*run, y - BELOW), 0.9, faded(color, 0.45))?;
+        canvas.dot(plot.at(*run, y - BELOW), 0.9, faded(color, 0.45));
     }
     let Estimate { value, low, high } = score.estimate;
     if score.estimate.has_interval() {
-        canvas.line(&[plot.at(low, y), plot.at(high, y)], Pen::new(color, 1.5 * THIN_WIDTH))?;
+        canvas.line(&[plot.at(low, y), plot.at(high, y)], Pen::new(color, 1.5 * THIN_WIDTH));
     }
     if value.is_finite() {
-        canvas.dot(plot.at(value, y), 1.9, color)?;
+        canvas.dot(plot.at(value, y), 1.9, color);
     }
-    Ok(())
 }
 
 impl Figure for MethodScores {
@@ -153,31 +140,28 @@ impl Figure for MethodScores {
     fn size(&self) -> [f64; 2] {
         let panel = AROUND + ROW * (self.methods().len().max(2) as f64 + 0.2);
         let rows = self.rows() as f64;
-        [DOUBLE_COLUMN, rows * panel + (rows - 1.0) * GAP + 2.0 * MARGIN + 1.4 * LABEL_SIZE + 2.7 * SMALL_SIZE]
+        let around = legend_height(DOUBLE_COLUMN - 2.0 * MARGIN, &self.marks())
+            + note_height(DOUBLE_COLUMN, &self.caption())
+            + 1.4 * LABEL_SIZE
+            + 2.0 * MARGIN;
+        [DOUBLE_COLUMN, rows * panel + (rows - 1.0) * GAP + around]
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+    fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN);
-        let methods = self.methods();
-        let Some(compared) = methods.first() else { return canvas.nothing(page, "no finished runs") };
-        let runs = self.panels.iter().flat_map(|panel| &panel.methods).any(|method| !method.runs.is_empty());
-        let small = if runs { " Small dots: single runs." } else { "" };
-        let text = format!("{}.{small} Dashed: {compared}.", self.statistics.caption("lines"));
-        let rect = note(canvas, page, &text)?;
+        if self.methods().is_empty() {
+            return canvas.nothing(page, "no finished runs");
+        }
+        let rect = note(canvas, page, &self.caption());
+        let rect = legend(canvas, rect, &self.marks());
         // The label of the x axes stands once, below all panels.
         let (rect, foot) = rect.split_bottom(1.4 * LABEL_SIZE);
-        let (names, columns) = (self.names(), self.columns());
-        let half = Type::LABEL.width(&self.measure) / 2.0;
-        let middle = (foot.center()[0] + names / 2.0).min(foot.right - half);
-        canvas.text([middle, foot.center()[1]], &self.measure, Type::LABEL.centered())?;
-        let cells = rect.cut(names, 0.0, 0.0, 0.0).grid(self.rows(), columns, GAP);
+        canvas.text(foot.center(), &self.measure, Type::LABEL.centered());
+        let columns = self.columns();
+        let cells = rect.grid(self.rows(), columns, GAP);
         for (n, (panel, cell)) in self.panels.iter().zip(cells).enumerate() {
-            // Cells of the first column are wider by the names of the methods.
-            let named = n % columns == 0;
-            let cell = if named { cell.cut(-names, 0.0, 0.0, 0.0) } else { cell };
-            self.draw_panel(canvas, panel, cell, named)?;
+            self.draw_panel(canvas, panel, cell, n % columns == 0);
         }
-        Ok(())
     }
 
     fn table(&self) -> Table {

@@ -6,9 +6,9 @@
 //! that are not finite are missing: they leave gaps, never break an axis. Figures
 //! without data are drawn as empty panels that say so.
 //!
-//! A figure draws in points on a [`Canvas`], which is a plotters drawing area of any
-//! backend. PNGs come from an anti-aliasing backend with the bundled typeface
-//! (`assets/fonts/`), so that no system library or font is needed.
+//! A figure draws in points on a [`Canvas`], which plotters writes as SVG. PNG, PDF and the
+//! frames of a GIF are rendered from that SVG with the bundled typefaces (`assets/fonts/`),
+//! so that all formats show the same, and no system library or font is needed.
 
 mod ablation;
 mod actions;
@@ -27,28 +27,35 @@ mod layout;
 mod methods;
 mod model_error;
 mod output;
+mod pdf;
 mod provenance;
-mod raster;
 mod relative;
+mod render;
 mod scene;
 mod style;
 mod table;
 mod tasks;
 #[cfg(test)]
 mod tests;
+mod xml;
 
 pub use ablation::{Ablation, Variant};
 pub use actions::{ActionSamples, TaskActions};
 pub use animation::{Animation, Moment};
+pub use canvas::{Canvas, Pen, Type, svg};
 pub use curves::{CurvePanel, LearningCurves, PerformanceProfile, Progress};
 pub use dashboard::Dashboard;
 pub use data::{Curve, Estimate, Statistics};
+pub use font::Family;
+pub use geometry::{Point, Rect, clip_segment, tool_outline};
 pub use hits::{Hits, PolicyHits, TaskHits};
 pub use launches::{Launches, ToolLaunches};
 pub use methods::{MethodScore, MethodScores, ScorePanel};
 pub use model_error::{ModelError, Predictor};
-pub use output::{Figure, FigureError};
+pub use output::{ENDINGS, Figure, FigureError, encode};
 pub use provenance::Provenance;
 pub use relative::{Edge, Instant, RelativeFrames};
-pub use style::DEFAULT_DPI;
+#[cfg(test)]
+pub use render::rgb;
+pub use style::{Color, DEFAULT_DPI};
 pub use tasks::TaskGrid;

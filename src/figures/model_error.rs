@@ -1,19 +1,17 @@
 //! Prediction error of the dynamics models: one step, and rollouts.
 
-use serde::{Deserialize, Serialize};
-
+use super::Figure;
 use super::axes::{Axis, Frame, Plot, number};
 use super::bars::{BarCluster, BarLook, grouped_bars};
-use super::canvas::{Canvas, Pen};
+use super::canvas::Canvas;
 use super::data::{Estimate, Statistics};
 use super::geometry::Rect;
 use super::layout::{Mark, legend, note, panels};
-use super::style::{DOUBLE_COLUMN, LINE_WIDTH, MARGIN, series_color};
+use super::style::{DOUBLE_COLUMN, LINE_WIDTH, MARGIN, Series, series};
 use super::table::{Table, cell};
-use super::{Figure, FigureError};
 
 /// Errors of several predictors on several tools (or tool sets).
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct ModelError {
     /// Names of the tools, one group and one panel each.
     pub tools: Vec<String>,
@@ -26,7 +24,7 @@ pub struct ModelError {
 }
 
 /// Errors of one predictor, in normalised units.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Predictor {
     /// Name, as in the legend.
     pub label: String,
@@ -39,6 +37,10 @@ pub struct Predictor {
 }
 
 impl ModelError {
+    fn looks(&self) -> Vec<Series> {
+        series(&self.predictors.iter().map(|predictor| predictor.label.as_str()).collect::<Vec<_>>())
+    }
+
     fn one_step(&self) -> Vec<BarCluster> {
         let bars = |tool: usize| {
             let of = |predictor: &Predictor| predictor.one_step.get(tool).copied();
@@ -64,7 +66,7 @@ impl ModelError {
         self.predictors.iter().map(move |predictor| predictor.rollout.get(tool).map_or(&[][..], Vec::as_slice))
     }
 
-    fn draw_rollouts(&self, canvas: &Canvas<'_>, rect: Rect) -> Result<(), FigureError> {
+    fn draw_rollouts(&self, canvas: &Canvas<'_>, rect: Rect) {
         let all = || (0..self.tools.len()).flat_map(|tool| self.rollouts(tool));
         let longest = all().map(<[Estimate]>::len).max().unwrap_or(0).max(2);
         let values: Vec<f64> = all().flatten().flat_map(Estimate::values).collect();
@@ -74,16 +76,20 @@ impl ModelError {
             let y = Axis::from_zero("rollout error (normalised)", values.iter().copied(), 5);
             let y = if place.y_label { y } else { y.unlabelled() };
             let title = if tool == 0 { format!("(c) {}", self.tools[tool]) } else { self.tools[tool].clone() };
-            let plot = Plot::new(canvas, place.cell, &Frame { title: &title, grid: true, square: false }, x, y)?;
-            for (n, errors) in self.rollouts(tool).enumerate() {
+            let plot = Plot::new(canvas, place.cell, &Frame { title: &title, grid: true, square: false }, x, y);
+            let mut ends = Vec::new();
+            for (look, errors) in self.looks().into_iter().zip(self.rollouts(tool)) {
                 let column = |of: fn(&Estimate) -> f64| errors.iter().map(of).collect::<Vec<f64>>();
                 let steps: Vec<f64> = (1..=errors.len()).map(|k| k as f64).collect();
                 let values = column(|e| e.value);
-                plot.band(&steps, [&values, &column(|e| e.low), &column(|e| e.high)], series_color(n))?;
-                plot.line(&steps, &values, Pen::new(series_color(n), LINE_WIDTH))?;
+                plot.band(&steps, [&values, &column(|e| e.low), &column(|e| e.high)], look.color);
+                plot.line(&steps, &values, look.pen(LINE_WIDTH));
+                if let (Some(x), Some(y)) = (steps.last(), values.last()) {
+                    ends.push((plot.at(*x, *y), look));
+                }
             }
+            plot.end_numbers(ends);
         }
-        Ok(())
     }
 }
 
@@ -96,7 +102,7 @@ impl Figure for ModelError {
         [DOUBLE_COLUMN, 420.0]
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+    fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN);
         if self.tools.is_empty() || self.predictors.is_empty() {
             return canvas.nothing(page, "no model was evaluated");
@@ -106,19 +112,19 @@ impl Figure for ModelError {
             number(self.step_seconds, 2),
             self.statistics.caption("error bars and bands")
         );
-        let rect = note(canvas, page, &text)?;
-        let marks: Vec<(Mark, String)> = self
-            .predictors
+        let rect = note(canvas, page, &text);
+        let looks = self.looks();
+        let marks: Vec<(Mark, String)> = looks
             .iter()
-            .enumerate()
-            .map(|(n, predictor)| (Mark::Patch(series_color(n)), predictor.label.clone()))
+            .zip(&self.predictors)
+            .map(|(look, predictor)| (Mark::Bar(*look), look.numbered(&predictor.label)))
             .collect();
-        let rect = legend(canvas, rect, &marks)?;
+        let rect = legend(canvas, rect, &marks);
         let (above, below) = rect.split_top(rect.height() / 3.0);
         let (middle, below) = below.split_top(0.5 * below.height());
         let look = |title, label| BarLook { title, label, ..BarLook::default() };
-        grouped_bars(canvas, above, &look("(a) One step", "error (normalised)"), &self.one_step())?;
-        grouped_bars(canvas, middle, &look("(b) Subgoal hits", "share"), &self.hits())?;
+        grouped_bars(canvas, above, &look("(a) One step", "error (normalised)"), &self.one_step(), &looks);
+        grouped_bars(canvas, middle, &look("(b) Subgoal hits", "share"), &self.hits(), &looks);
         self.draw_rollouts(canvas, below)
     }
 

@@ -1,9 +1,10 @@
 //! Where a figure comes from, carried inside its file.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
+#[cfg(test)]
 use super::FigureError;
+use super::xml::escaped;
 
 /// The command, seeds, config and program behind a figure.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -30,7 +31,7 @@ impl Provenance {
     }
 
     /// Keywords and texts, as in a PNG's text chunks.
-    fn chunks(&self) -> [(&'static str, String); 4] {
+    pub(super) fn chunks(&self) -> [(&'static str, String); 4] {
         let seeds = self.seeds.iter().map(u64::to_string).collect::<Vec<_>>().join(" ");
         [
             ("Software", format!("mge {}", self.version)),
@@ -40,6 +41,7 @@ impl Provenance {
         ]
     }
 
+    #[cfg(test)]
     fn from_chunks(find: impl Fn(&str) -> Option<String>) -> Option<Self> {
         Some(Self {
             version: find("Software")?.strip_prefix("mge ")?.to_owned(),
@@ -65,12 +67,11 @@ impl Provenance {
     }
 
     /// An SVG `metadata` element.
-    pub(super) fn to_svg(&self) -> String {
+    pub fn to_svg(&self) -> String {
         let mut text = String::from("<metadata>\n");
         for (keyword, value) in self.chunks() {
-            let value = value.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
             // Writing to a string cannot fail.
-            let _ = writeln!(text, "{keyword}: {value}");
+            let _ = writeln!(text, "{keyword}: {}", escaped(&value));
         }
         text + "</metadata>\n"
     }
@@ -80,11 +81,12 @@ impl Provenance {
         self.chunks().map(|(keyword, text)| format!("{keyword}: {text}")).join("\n")
     }
 
-    /// Reads the provenance in a PNG written by this program.
+    /// Reads back the provenance in a PNG written by this program.
     ///
     /// # Errors
     /// When the file cannot be read, is no PNG, or carries no provenance of ours.
-    pub fn read(path: &Path) -> Result<Self, FigureError> {
+    #[cfg(test)]
+    pub(crate) fn read(path: &std::path::Path) -> Result<Self, FigureError> {
         let unreadable = |message: String| FigureError::Unreadable { path: path.to_owned(), message };
         let file = std::fs::File::open(path).map_err(|source| FigureError::io(path, source))?;
         let reader = png::Decoder::new(std::io::BufReader::new(file))

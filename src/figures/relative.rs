@@ -1,7 +1,6 @@
 //! Figure 2: the dynamic relative coordinate system, with the moving ball as its origin.
 
-use serde::{Deserialize, Serialize};
-
+use super::Figure;
 use super::axes::{X_LABEL, number};
 use super::canvas::{Canvas, Pen, Type};
 use super::geometry::{Point, Rect, circle};
@@ -9,11 +8,10 @@ use super::layout::{LEGEND, Mark, NOTE, legend, note, panels, squares_height};
 use super::scene::{PLACED_TOOL, Position, SceneView, Window};
 use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, TITLE_SIZE, VERMILLION, WHITE, faded};
 use super::table::{Table, cell32};
-use super::{Figure, FigureError};
 use crate::task::Task;
 
 /// One scene at a few instants, above in the screen's coordinates, below in the ball's.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct RelativeFrames {
     /// The scene.
     pub task: Task,
@@ -24,7 +22,7 @@ pub struct RelativeFrames {
 }
 
 /// The scene at one time.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Instant {
     /// Time in seconds.
     pub time: f32,
@@ -39,7 +37,7 @@ pub struct Instant {
 }
 
 /// An edge of the graph, from a tool to the ball.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Edge {
     /// Normalised position of the tool.
     pub object: Position,
@@ -60,26 +58,25 @@ const RELATIVE_REACH: f64 = 1.0;
 const BEYOND: f64 = 0.2;
 
 impl RelativeFrames {
-    fn scene(&self, view: &SceneView<'_>, canvas: &Canvas<'_>, instant: &Instant) -> Result<(), FigureError> {
-        view.surroundings(&self.task)?;
+    fn scene(&self, view: &SceneView<'_, '_>, canvas: &Canvas<'_>, instant: &Instant) {
+        view.surroundings(&self.task);
         for position in &instant.placed {
-            view.tool(&self.task.placeable.tool(*position), PLACED_TOOL)?;
+            view.tool(&self.task.placeable.tool(*position), PLACED_TOOL);
         }
         let (rect, [x, y]) = (view.rect(), view.at(instant.ball));
         let axis = Pen::new(BLUE, 0.8);
         if rect.contains([x, y]) {
-            canvas.arrow([rect.left, y], [rect.right, y], axis)?;
-            canvas.arrow([x, rect.bottom], [x, rect.top], axis)?;
+            canvas.arrow([rect.left, y], [rect.right, y], axis);
+            canvas.arrow([x, rect.bottom], [x, rect.top], axis);
         }
         let reach = circle([x, y], view.length(self.cutoff));
-        view.shape(&reach, faded(BLUE, 0.06), Pen::new(BLUE, 0.6).dashed(1.0, 1.6))?;
-        view.path(&instant.trail, Pen::new(GREY, 0.8).dashed(1.6, 1.6))?;
-        view.ball(instant.ball, self.task.ball.radius)?;
+        view.shape(&reach, faded(BLUE, 0.06), Pen::new(BLUE, 0.6).dashed(&[1.0, 1.6]));
+        view.path(&instant.trail, Pen::new(GREY, 0.8).dashed(&[1.6, 1.6]));
+        view.ball(instant.ball, self.task.ball.radius);
         for edge in instant.edges.iter().filter(|edge| view.shows(edge.object) && view.shows(instant.ball)) {
-            let pen = if edge.active { Pen::new(VERMILLION, 1.3) } else { Pen::new(GREY, 0.7).dashed(2.2, 1.6) };
-            canvas.arrow([x, y], view.at(edge.object), pen)?;
+            let pen = if edge.active { Pen::new(VERMILLION, 1.3) } else { Pen::new(GREY, 0.7).dashed(&[2.2, 1.6]) };
+            canvas.arrow([x, y], view.at(edge.object), pen);
         }
-        Ok(())
     }
 
     /// Half the width of the views around the ball: every tool is in them.
@@ -90,7 +87,7 @@ impl RelativeFrames {
     }
 
     /// Writes the relative vectors of active edges beside their tools, clear of all else.
-    fn vectors(&self, view: &SceneView<'_>, canvas: &Canvas<'_>, instant: &Instant) -> Result<(), FigureError> {
+    fn vectors(&self, view: &SceneView<'_, '_>, canvas: &Canvas<'_>, instant: &Instant) {
         let look = Type::SMALL.centered().color(VERMILLION);
         let stages = self.task.stages();
         let things = instant.edges.iter().map(|edge| edge.object).chain(stages.iter().map(|stage| stage.position));
@@ -101,10 +98,9 @@ impl RelativeFrames {
             let text = format!("({dx}, {dy})");
             let plate = free_place(view.at(edge.object), look.width(&text), &view.rect(), &taken);
             taken.push(plate);
-            canvas.fill(&plate.corners(), faded(WHITE, 0.8))?;
-            canvas.text(plate.center(), &text, look)?;
+            canvas.fill(&plate.corners(), faded(WHITE, 0.8));
+            canvas.text(plate.center(), &text, look);
         }
-        Ok(())
     }
 }
 
@@ -139,7 +135,7 @@ impl Figure for RelativeFrames {
         [DOUBLE_COLUMN, squares_height(DOUBLE_COLUMN, 2 * columns, columns, X_LABEL - TITLE + LEGEND + 2.0 * NOTE)]
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+    fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN);
         if self.instants.is_empty() {
             return canvas.nothing(page, "no instants");
@@ -149,21 +145,21 @@ impl Figure for RelativeFrames {
              active edges. Dotted circle: cutoff of {} units from the ball to a tool's surface.",
             self.cutoff
         );
-        let rect = note(canvas, page, &text)?;
+        let rect = note(canvas, page, &text);
         let marks = [
             (Mark::Line(Pen::new(BLUE, 1.4 * LINE_WIDTH)), "axes of the ball".to_owned()),
             (Mark::Line(Pen::new(VERMILLION, 1.4 * LINE_WIDTH)), "active edge".to_owned()),
-            (Mark::Dashed(GREY), "inactive edge".to_owned()),
+            (Mark::Line(Pen::new(GREY, LINE_WIDTH).dashed(&[2.5, 1.8])), "inactive edge".to_owned()),
             (Mark::Patch(PLACED_TOOL), "placed by the agent".to_owned()),
         ];
-        let rect = legend(canvas, rect, &marks)?;
+        let rect = legend(canvas, rect, &marks);
         let count = self.instants.len();
         let (above, below) = rect.split_top((rect.height() + TITLE) / 2.0);
         let places = panels(above, count, count).into_iter().zip(panels(below, count, count));
         for (instant, (upper, lower)) in self.instants.iter().zip(places) {
             let window = Window { labels: [upper.x_label, upper.y_label], ..Window::SCREEN };
             let title = format!("t = {} s", number(f64::from(instant.time), 2));
-            self.scene(&SceneView::new(canvas, upper.cell, &title, window)?, canvas, instant)?;
+            self.scene(&SceneView::new(canvas, upper.cell, &title, window), canvas, instant);
             let origin = instant.ball.map(f64::from);
             let names = ["x relative to the ball", "y relative to the ball"];
             let view = SceneView::new(
@@ -171,11 +167,10 @@ impl Figure for RelativeFrames {
                 lower.cell,
                 "",
                 Window { center: origin, half: self.reach(), origin, names, ..window },
-            )?;
-            self.scene(&view, canvas, instant)?;
-            self.vectors(&view, canvas, instant)?;
+            );
+            self.scene(&view, canvas, instant);
+            self.vectors(&view, canvas, instant);
         }
-        Ok(())
     }
 
     fn table(&self) -> Table {

@@ -1,17 +1,14 @@
 //! A scene as people see it: tools with their true geometry, subgoals numbered in the
 //! order of reach, goal, ball.
 
-use super::FigureError;
 use super::axes::{Axis, Frame, Plot};
 use super::canvas::{Canvas, Pen, Type};
-use super::geometry::{Point, Rect, circle, clip_polygon, clip_polyline};
+use super::geometry::{Point, Rect, circle, clip_polygon, clip_polyline, tool_outline};
 use super::style::{
     BLACK, Color, GREEN, GREY, INK, LIGHT_GREY, SMALL_SIZE, THIN_WIDTH, WHITE, YELLOW, faded, stage_color,
 };
-use crate::physics::{SCREEN, Tool, ToolKind, to_normalised};
+use crate::physics::{SCREEN, Tool, ToolKind};
 use crate::task::{Goal, GoalShape, Region, Task};
-
-type Drawn = Result<(), FigureError>;
 
 /// Fills: tools of the scene, and tools placed by the agent.
 pub const SCENE_TOOL: Color = LIGHT_GREY;
@@ -50,25 +47,25 @@ impl Window {
 }
 
 /// A framed square onto the plane, on which objects are drawn.
-pub struct SceneView<'c> {
-    canvas: &'c Canvas<'c>,
-    plot: Plot<'c>,
+pub struct SceneView<'c, 'p> {
+    canvas: &'c Canvas<'p>,
+    plot: Plot<'c, 'p>,
     origin: [f64; 2],
     per_unit: f64,
 }
 
-impl<'c> SceneView<'c> {
+impl<'c, 'p> SceneView<'c, 'p> {
     /// Frames `window` in `outer`, with x and y as axes.
-    pub fn new(canvas: &'c Canvas<'c>, outer: Rect, title: &str, window: Window) -> Result<Self, FigureError> {
+    pub fn new(canvas: &'c Canvas<'p>, outer: Rect, title: &str, window: Window) -> Self {
         let axis = |n: usize| {
             let center = window.center[n] - window.origin[n];
             let axis = Axis::linear(window.names[n], center - window.half, center + window.half, 5);
             if window.labels[n] { axis } else { axis.unlabelled() }
         };
         let frame = Frame { title, grid: false, square: true };
-        let plot = Plot::new(canvas, outer, &frame, axis(0), axis(1))?;
+        let plot = Plot::new(canvas, outer, &frame, axis(0), axis(1));
         let per_unit = plot.rect.width() / (window.half * f64::from(SCREEN));
-        Ok(Self { canvas, plot, origin: window.origin, per_unit })
+        Self { canvas, plot, origin: window.origin, per_unit }
     }
 
     /// The frame's inside.
@@ -92,68 +89,77 @@ impl<'c> SceneView<'c> {
     }
 
     /// A filled convex polygon with an outline, cut at the frame.
-    pub fn shape(&self, corners: &[Point], fill: Color, pen: Pen) -> Drawn {
+    pub fn shape(&self, corners: &[Point], fill: Color, pen: Pen) {
         let rect = self.plot.rect;
-        self.canvas.fill(&clip_polygon(corners, &rect), fill)?;
+        self.canvas.fill(&clip_polygon(corners, &rect), fill);
         let closed: Vec<Point> = corners.iter().chain(corners.first()).copied().collect();
-        clip_polyline(&closed, &rect).iter().try_for_each(|part| self.canvas.line(part, pen))
+        clip_polyline(&closed, &rect).iter().for_each(|part| self.canvas.line(part, pen))
     }
 
     /// A line through positions, cut at the frame; what is not finite leaves a gap.
-    pub fn path(&self, positions: &[Position], pen: Pen) -> Drawn {
+    pub fn path(&self, positions: &[Position], pen: Pen) {
         let points: Vec<Point> = positions.iter().map(|position| self.at(*position)).collect();
-        clip_polyline(&points, &self.plot.rect).iter().try_for_each(|part| self.canvas.line(part, pen))
+        clip_polyline(&points, &self.plot.rect).iter().for_each(|part| self.canvas.line(part, pen))
     }
 
     /// Everything of the task at its start, without the agent's tools.
-    pub fn task(&self, task: &Task) -> Drawn {
-        self.surroundings(task)?;
+    pub fn task(&self, task: &Task) {
+        self.surroundings(task);
         for ball in task.marker.iter().map(|marker| &marker.ball).chain(&task.balls) {
-            self.ring(ball.position, ball.radius, GREY)?;
+            self.ring(ball.position, ball.radius, GREY);
         }
         self.ball(task.ball.position, task.ball.radius)
     }
 
     /// Everything of the task that does not move: tools, subgoals, goal.
-    pub fn surroundings(&self, task: &Task) -> Drawn {
+    pub fn surroundings(&self, task: &Task) {
         let stages = task.stage_count();
         for (n, region) in task.subgoals.iter().enumerate() {
-            self.subgoal(region, n, stages)?;
+            self.subgoal(region, n, stages);
         }
-        self.goal(&task.goal)?;
-        task.tools.iter().try_for_each(|tool| self.tool(&tool.tool(), SCENE_TOOL))?;
+        self.goal(&task.goal);
+        task.tools.iter().for_each(|tool| self.tool(&tool.tool(), SCENE_TOOL));
         self.names(task, faded(WHITE, 0.0))
     }
 
-    /// A tool with its true geometry.
-    pub fn tool(&self, tool: &Tool, fill: Color) -> Drawn {
-        let corners: Vec<Point> = tool.vertices().into_iter().map(|vertex| self.at(to_normalised(vertex))).collect();
-        draw_tool(self, tool.kind, &corners, self.length(tool.radius), fill)
+    /// A tool with its true geometry; a bucket shows its rim.
+    pub fn tool(&self, tool: &Tool, fill: Color) {
+        let least = (THIN_WIDTH / self.per_unit) as f32;
+        let outline: Vec<Point> = tool_outline(tool, least).into_iter().map(|corner| self.at(corner)).collect();
+        match (tool.kind, outline[..].first_chunk()) {
+            (ToolKind::Bucket, Some([a, b, c, d])) => {
+                self.shape(&outline, faded(fill, 0.45), Pen::new(INK, THIN_WIDTH).dashed(&[1.2, 1.2]));
+                for part in clip_polyline(&[*d, *a, *b, *c], &self.plot.rect) {
+                    self.canvas.line(&part, Pen::new(INK, 2.4 * THIN_WIDTH));
+                }
+            }
+            _ => self.shape(&outline, fill, Pen::new(INK, THIN_WIDTH)),
+        }
     }
 
     /// The ball, as a disc of its true size.
-    pub fn ball(&self, position: Position, radius: f32) -> Drawn {
+    pub fn ball(&self, position: Position, radius: f32) {
         self.disc(position, radius, BALL)
     }
 
     /// A disc of `radius` units.
-    pub fn disc(&self, position: Position, radius: f32, color: Color) -> Drawn {
+    pub fn disc(&self, position: Position, radius: f32, color: Color) {
         let corners = circle(self.at(position), self.length(radius));
         self.canvas.fill(&clip_polygon(&corners, &self.plot.rect), color)
     }
 
     /// An empty circle of `radius` units.
-    pub fn ring(&self, position: Position, radius: f32, color: Color) -> Drawn {
+    pub fn ring(&self, position: Position, radius: f32, color: Color) {
         self.shape(&circle(self.at(position), self.length(radius)), faded(WHITE, 0.0), Pen::new(color, THIN_WIDTH))
     }
 
-    fn subgoal(&self, region: &Region, index: usize, stages: usize) -> Drawn {
+    fn subgoal(&self, region: &Region, index: usize, stages: usize) {
         let color = stage_color(index, stages);
         let corners = circle(self.at(region.position), self.length(region.radius));
-        self.shape(&corners, faded(color, 0.12), Pen::new(color, THIN_WIDTH).dashed(2.4, 1.6))
+        self.shape(&corners, faded(color, 0.12), Pen::new(color, THIN_WIDTH).dashed(&[2.4, 1.6]))
     }
 
-    fn goal(&self, goal: &Goal) -> Drawn {
+    fn goal(&self, goal: &Goal) {
         let (center, radius) = (self.at(goal.position), self.length(goal.radius));
         let pen = Pen::new(GREEN, 1.5 * THIN_WIDTH);
         let outline = match goal.shape {
@@ -163,29 +169,29 @@ impl<'c> SceneView<'c> {
             }
             GoalShape::Circle | GoalShape::Star | GoalShape::Ball => circle(center, radius),
         };
-        self.shape(&outline, faded(GREEN, 0.25), pen)?;
+        self.shape(&outline, faded(GREEN, 0.25), pen);
         if goal.shape == GoalShape::Star {
-            self.shape(&star(center, radius), faded(GREEN, 0.0), Pen::new(GREEN, THIN_WIDTH))?;
+            self.shape(&star(center, radius), faded(GREEN, 0.0), Pen::new(GREEN, THIN_WIDTH));
         }
-        Ok(())
     }
 
     /// The numbers of the subgoals and the goal's G, on discs of `plate` that keep them
     /// legible over what was drawn before.
-    pub fn names(&self, task: &Task, plate: Color) -> Drawn {
+    pub fn names(&self, task: &Task, plate: Color) {
         let stages = task.stage_count();
         for (n, region) in task.subgoals.iter().enumerate() {
-            self.name(region.position, &(n + 1).to_string(), stage_color(n, stages), plate)?;
+            self.name(region.position, &(n + 1).to_string(), stage_color(n, stages), plate);
         }
         self.name(task.goal.position, "G", GREEN, plate)
     }
 
-    fn name(&self, position: Position, name: &str, color: Color, plate: Color) -> Drawn {
+    /// A short name on a disc of `plate`.
+    pub fn name(&self, position: Position, name: &str, color: Color, plate: Color) {
         let center = self.at(position);
         if !self.plot.rect.contains(center) {
-            return Ok(());
+            return;
         }
-        self.canvas.dot(center, 0.62 * SMALL_SIZE, plate)?;
+        self.canvas.dot(center, 0.62 * SMALL_SIZE, plate);
         self.canvas.text(center, name, Type::SMALL.bold().centered().color(color))
     }
 }
@@ -200,35 +206,4 @@ fn star([x, y]: Point, radius: f64) -> Vec<Point> {
             [x + r * cos, y + r * sin]
         })
         .collect()
-}
-
-/// Polygons as they are; a bucket shows its rim, segments their rounded ends.
-fn draw_tool(view: &SceneView<'_>, kind: ToolKind, corners: &[Point], radius: f64, fill: Color) -> Drawn {
-    let pen = Pen::new(INK, THIN_WIDTH);
-    match (kind, corners) {
-        (ToolKind::Wall | ToolKind::Floor, [from, to]) => {
-            view.shape(&capsule(*from, *to, radius.max(THIN_WIDTH)), fill, pen)
-        }
-        (ToolKind::Bucket, [a, b, c, d]) => {
-            view.shape(corners, faded(fill, 0.45), Pen::new(INK, THIN_WIDTH).dashed(1.2, 1.2))?;
-            let sides = [*d, *a, *b, *c];
-            let parts = clip_polyline(&sides, &view.plot.rect);
-            parts.iter().try_for_each(|part| view.canvas.line(part, Pen::new(INK, 2.4 * THIN_WIDTH)))
-        }
-        _ => view.shape(corners, fill, pen),
-    }
-}
-
-/// A segment with round ends.
-fn capsule(from: Point, to: Point, radius: f64) -> Vec<Point> {
-    const STEPS: u32 = 16;
-    let along = (to[1] - from[1]).atan2(to[0] - from[0]);
-    let end = |center: Point, start: f64| {
-        (0..=STEPS).map(move |n| {
-            let (sin, cos) = (start + std::f64::consts::PI * f64::from(n) / f64::from(STEPS)).sin_cos();
-            [center[0] + radius * cos, center[1] + radius * sin]
-        })
-    };
-    let quarter = std::f64::consts::FRAC_PI_2;
-    end(to, along - quarter).chain(end(from, along + quarter)).collect()
 }

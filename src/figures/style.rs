@@ -43,13 +43,77 @@ pub const LIGHT_GREY: Color = rgb(0xC4, 0xC4, 0xC4);
 /// Grid lines.
 pub const GRID: Color = rgb(0xE4, 0xE4, 0xE4);
 
-/// Colours of compared things (methods, policies, predictors), in order of appearance.
-pub const SERIES: [Color; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK];
+/// The colours of methods, by the word or words that their labels begin with: the same in every
+/// figure. What explores like a method has its colour.
+const METHODS: [(&str, Color); 9] = [
+    ("DDPG", BLUE),
+    ("DDPG-MGE", VERMILLION),
+    ("DDPG-MGE, epsilon 0.1", GREEN),
+    ("DDPG-MGE, true physics", SKY),
+    ("DDPG, uniform exploration", ORANGE),
+    ("DDPG, model replay", PURPLE),
+    ("planning", BLACK),
+    ("model-guided exploration", VERMILLION),
+    ("random exploration", BLUE),
+];
 
-/// The colour of the `index`-th compared thing; they repeat after seven, lines then dashed
-/// (see [`Pen::series`](super::canvas::Pen::series)).
-pub fn series_color(index: usize) -> Color {
-    SERIES[index % SERIES.len()]
+/// Colours of compared things that are no methods, in order of appearance.
+const OTHERS: [Color; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK];
+
+/// Dash patterns of compared lines, in order of appearance: told apart without colours.
+const DASHES: [&[f64]; 7] =
+    [&[], &[3.6, 1.6], &[1.0, 1.5], &[5.0, 1.5, 1.0, 1.5], &[2.0, 1.0], &[6.0, 1.2, 1.2, 1.2, 1.2, 1.2], &[8.0, 2.0]];
+
+/// How one of several compared things looks: its colour says the method, its dash pattern and
+/// hatching say its place in the legend.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Series {
+    /// Colour of lines, dots and bars.
+    pub color: Color,
+    /// Dash pattern of lines.
+    pub dash: &'static [f64],
+    /// Place in the legend, from 0.
+    pub place: usize,
+}
+
+/// The looks of compared things with these labels, in the order of the legend. Things of one
+/// method, such as its seeds, have shades of its colour.
+pub fn series(labels: &[&str]) -> Vec<Series> {
+    let mut seen: Vec<&str> = Vec::new();
+    let mut others = 0;
+    let look = |(place, label): (usize, &&str)| {
+        let color = match method(label) {
+            Some((name, color)) => {
+                let before = seen.iter().filter(|other| **other == name).count();
+                seen.push(name);
+                shade(color, before)
+            }
+            None => {
+                others += 1;
+                OTHERS[(others - 1) % OTHERS.len()]
+            }
+        };
+        Series { color, dash: DASHES[place % DASHES.len()], place }
+    };
+    labels.iter().enumerate().map(look).collect()
+}
+
+/// The method that a label begins with, of those that fit the longest.
+fn method(label: &str) -> Option<(&'static str, Color)> {
+    let ends = |rest: &str| rest.is_empty() || rest.starts_with([',', ' ']);
+    let fitting = METHODS.into_iter().filter(|(name, _)| label.strip_prefix(name).is_some_and(ends));
+    fitting.max_by_key(|(name, _)| name.len())
+}
+
+/// The colour itself, then a lighter and a darker shade, repeated.
+fn shade(color: Color, index: usize) -> Color {
+    let mix = |channel: u8, with: f64| (f64::from(channel) + 0.42 * (with - f64::from(channel))).round() as u8;
+    let mixed = |with: f64| RGBAColor(mix(color.0, with), mix(color.1, with), mix(color.2, with), color.3);
+    match index % 3 {
+        0 => color,
+        1 => mixed(255.0),
+        _ => mixed(0.0),
+    }
 }
 
 /// The colour of a stage of a task: subgoals in order of reach, the goal always green.
@@ -71,6 +135,8 @@ pub const TITLE_SIZE: f64 = 8.5;
 pub const LABEL_SIZE: f64 = 7.5;
 /// Size of tick labels and notes.
 pub const SMALL_SIZE: f64 = 6.5;
+/// Size of the numbers at the ends of curves.
+pub const TINY_SIZE: f64 = 5.2;
 
 /// Width of frames and ticks.
 pub const FRAME_WIDTH: f64 = 0.6;

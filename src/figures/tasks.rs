@@ -1,18 +1,16 @@
 //! Figure 3: the tasks.
 
-use serde::{Deserialize, Serialize};
-
+use super::Figure;
 use super::canvas::Canvas;
 use super::geometry::Rect;
 use super::layout::{Panel, note, note_height, panels, squares_height};
 use super::scene::{SceneView, Window};
 use super::style::{DOUBLE_COLUMN, MARGIN, SINGLE_COLUMN};
 use super::table::{Table, cell32};
-use super::{Figure, FigureError};
 use crate::task::Task;
 
 /// Tasks side by side, three in a row.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct TaskGrid {
     /// The tasks in order.
     pub tasks: Vec<Task>,
@@ -57,17 +55,16 @@ impl Figure for TaskGrid {
         page_size(self.tasks.len(), 0.0, LEGEND_NOTE)
     }
 
-    fn draw(&self, canvas: &Canvas<'_>) -> Result<(), FigureError> {
+    fn draw(&self, canvas: &Canvas<'_>) {
         let page = canvas.page().inset(MARGIN);
         if self.tasks.is_empty() {
             return canvas.nothing(page, "no tasks");
         }
-        let rect = note(canvas, page, LEGEND_NOTE)?;
+        let rect = note(canvas, page, LEGEND_NOTE);
         for (task, (cell, window)) in self.tasks.iter().zip(cells(rect, self.tasks.len())) {
             let title = format!("{}: place a {}", heading(&task.name), task.placeable.kind);
-            SceneView::new(canvas, cell, &title, window)?.task(task)?;
+            SceneView::new(canvas, cell, &title, window).task(task);
         }
-        Ok(())
     }
 
     fn table(&self) -> Table {

@@ -47,6 +47,23 @@ impl EpsilonSchedule {
         value.clamp(0.0, 1.0)
     }
 
+    /// The schedule in words, as in legends: `0.5 to 0 over 1,000 episodes`.
+    pub fn describe(&self) -> String {
+        match self {
+            Self::Constant(value) => value.to_string(),
+            Self::Linear { from, to, episodes } => format!("{from} to {to} over {} episodes", thousands(*episodes)),
+            Self::Exponential { from, to, factor } => format!("{from} to {to} by the factor {factor} per episode"),
+            Self::Step { from, factor, episodes } => {
+                format!("{from}, times {factor} every {} episodes", thousands(*episodes))
+            }
+            Self::Points(points) => {
+                let points: Vec<String> =
+                    points.iter().map(|(at, value)| format!("{value} at episode {}", thousands(*at))).collect();
+                points.join(", ")
+            }
+        }
+    }
+
     /// Whether guidance is never used.
     pub fn is_zero(&self) -> bool {
         match self {
@@ -70,6 +87,13 @@ impl EpsilonSchedule {
         points.dedup_by_key(|point| point.0);
         points
     }
+}
+
+/// A count with commas between thousands.
+fn thousands(count: u32) -> String {
+    let digits = count.to_string();
+    let groups: Vec<&[u8]> = digits.as_bytes().rchunks(3).rev().collect();
+    groups.iter().map(|group| String::from_utf8_lossy(group)).collect::<Vec<_>>().join(",")
 }
 
 fn interpolate(points: &[(u32, f32)], episode: u32) -> f32 {
@@ -167,6 +191,19 @@ impl From<EpsilonSchedule> for String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn schedules_are_described_in_words() {
+        for (text, words) in [
+            ("0.1", "0.1"),
+            ("linear:0.5:0:1000", "0.5 to 0 over 1,000 episodes"),
+            ("exp:0.8:0.05:0.999", "0.8 to 0.05 by the factor 0.999 per episode"),
+            ("step:0.8:0.5:500", "0.8, times 0.5 every 500 episodes"),
+            ("points:0=0.8,1234567=0.3", "0.8 at episode 0, 0.3 at episode 1,234,567"),
+        ] {
+            assert_eq!(text.parse::<EpsilonSchedule>().unwrap().describe(), words);
+        }
+    }
 
     fn at(spec: &str, episode: u32) -> f32 {
         spec.parse::<EpsilonSchedule>().unwrap().threshold(episode)

@@ -197,7 +197,7 @@ pub fn ablation(
         ),
         ("ablation-scenes", Measure::SceneLast, format!("error after {horizon} actions, unseen scenes (normalised)")),
     ] {
-        report.figure(measure, &label).write_both(folder.0, name, &provenance, dpi)?;
+        report.figure(measure, &label).write_all(folder.0, name, &provenance, dpi)?;
     }
     Ok(report)
 }

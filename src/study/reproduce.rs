@@ -171,7 +171,7 @@ impl<'a> Study<'a> {
     fn figure(self, name: &str, figure: &impl Figure) -> Result<(), StudyError> {
         let seeds: Vec<u64> = (self.plan.seed..self.plan.seed + self.plan.hit_seeds).collect();
         let provenance = Provenance::new(self.command, &seeds, config_hash(self.plan)?);
-        Ok(figure.write_both(&self.folder.path("figures"), name, &provenance, self.dpi)?)
+        Ok(figure.write_all(&self.folder.path("figures"), name, &provenance, self.dpi)?)
     }
 }
 

@@ -4,11 +4,12 @@
 use std::time::Duration;
 
 use ratatui::Terminal;
-use ratatui::backend::Backend;
+use ratatui::backend::{Backend, TestBackend};
 
 use super::app::App;
 use super::input::{Key, KeyError, Keymap};
 use super::view::SessionWorkspace;
+use super::widgets::screenshot;
 use super::widgets::theme::{Depth, Marker, Palette, Theme};
 use crate::workbench::Session;
 
@@ -34,6 +35,28 @@ impl Still {
             self.app.event(crossterm::event::Event::Key(key.event()));
         }
         Ok(())
+    }
+
+    /// Draws the screen at a size as SVG, once nothing moves any more; `head` is put behind the
+    /// opening tag.
+    pub fn picture(&mut self, width: u16, height: u16, head: &str) -> String {
+        /// What depends on where things are drawn is there in the second frame; previews of figures
+        /// are drawn on another thread.
+        const FRAMES: usize = 2;
+        let mut terminal = match Terminal::new(TestBackend::new(width, height)) {
+            Ok(terminal) => terminal,
+            Err(never) => match never {},
+        };
+        let mut drawn = 0;
+        while drawn < FRAMES || self.app.is_drawing_figure() || self.is_reading_runs() {
+            self.pass(Duration::from_millis(20));
+            match self.draw(&mut terminal) {
+                Ok(()) => drawn += 1,
+                Err(never) => match never {},
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        screenshot::svg(terminal.backend().buffer(), head)
     }
 
     /// Whether runs are being read from their folder.

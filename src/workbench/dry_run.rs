@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use super::SessionError;
 use super::command::{self, Command, FigureKind};
 use super::setup::Setup;
+use crate::figures::ENDINGS;
 use crate::trainer::{PriorSource, check_model};
 
 /// What is known before anything is computed, trained or written.
@@ -76,7 +77,7 @@ impl DryRun {
 pub(super) fn check_figure(kind: FigureKind, path: &Path) -> Result<(), SessionError> {
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("");
     let (known, expected): (&[&str], _) =
-        if kind == FigureKind::Episode { (&["gif"], "`.gif`") } else { (&["png", "svg"], "`.png` or `.svg`") };
+        if kind == FigureKind::Episode { (&["gif"], "`.gif`") } else { (&ENDINGS, "`.png`, `.svg` or `.pdf`") };
     if known.contains(&ending) {
         return Ok(());
     }
@@ -102,7 +103,7 @@ mod tests {
             ("task tsk3", "did you mean `task3`?"),
             ("subgoal move 3 0 0", "subgoal"),
             ("undo", "nothing to undo"),
-            ("figure dashboard a.jpeg", "`.png` or `.svg`"),
+            ("figure dashboard a.jpeg", "`.png`, `.svg` or `.pdf`"),
             ("figure episode a.png", "`.gif`"),
             ("model nowhere.safetensors\ntrain b", "nowhere.safetensors"),
         ] {

@@ -126,6 +126,7 @@ fn learning_curves(runs: &[RunView]) -> LearningCurves {
             label: label(config),
             x: run.records().iter().map(|record| record.episode as f64).collect(),
             y: run.records().iter().map(|record| record.rolling_success).collect(),
+            partial: run.records().len().min(WINDOW.get() - 1),
             ..Curve::default()
         };
         match panels.iter_mut().find(|panel| panel.task == config.task.name) {
@@ -142,7 +143,7 @@ fn learning_curves(runs: &[RunView]) -> LearningCurves {
 fn label(config: &RunConfig) -> String {
     let method = config.method.label();
     match config.method.has_clusters() {
-        true => format!("{method}, epsilon {}, seed {}", config.epsilon, config.seed),
+        true => format!("{method}, epsilon {}, seed {}", config.epsilon.describe(), config.seed),
         false => format!("{method}, seed {}", config.seed),
     }
 }

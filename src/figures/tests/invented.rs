@@ -144,12 +144,16 @@ fn curve(label: &str, episodes: usize, top: f64, slope: f64, rng: &mut ChaCha8Rn
         .iter()
         .map(|x| {
             noise = 0.9 * noise + rng.gen_range(-0.015..0.015);
-            if *x < 99.0 { f64::NAN } else { (top / (1.0 + (-(x - slope) / 250.0).exp()) + noise).clamp(0.0, 1.0) }
+            if *x < 15.0 {
+                f64::NAN
+            } else {
+                (top / (1.0 + (-(x - slope) / 250.0).exp()) + noise + 6.0 / x).clamp(0.0, 1.0)
+            }
         })
         .collect();
     let low = y.iter().map(|y| (y - 0.12_f64).clamp(0.0, 1.0)).collect();
     let high = y.iter().map(|y| (y + 0.1_f64).clamp(0.0, 1.0)).collect();
-    Curve { label: label.to_owned(), x, y, low, high }
+    Curve { label: label.to_owned(), x, y, low, high, partial: 30 }
 }
 
 pub fn curves() -> LearningCurves {
@@ -190,7 +194,7 @@ pub fn profile() -> PerformanceProfile {
         let y: Vec<f64> = x.iter().map(|x| (1.0 - x.powf(skill)).clamp(0.0, 1.0)).collect();
         let low = y.iter().map(|y| (y - 0.08).max(0.0)).collect();
         let high = y.iter().map(|y| (y + 0.08).min(1.0)).collect();
-        Curve { label: label.to_owned(), x, y, low, high }
+        Curve { label: label.to_owned(), x, y, low, high, partial: 0 }
     };
     PerformanceProfile {
         measure: "final success rate".to_owned(),

@@ -117,6 +117,7 @@ pub enum Action {
     EvaluateModel,
     StopModel,
     Vector,
+    Pdf,
     /// Begins a command in the palette, to be gone on with by typing.
     Type(&'static str),
 }

@@ -183,6 +183,7 @@ pub(super) const ROWS: &[Row] = &[
     verb(A::StopModel, Models, "stop-model", "X", "", "model stop"),
     like(A::Confirm, Figures, "export-figure", "enter", "as PNG", "export the selected figure as PNG, the episode as GIF", "figure"),
     like(A::Vector, Figures, "export-svg", "s", "as SVG", "export the selected figure as SVG", "figure"),
+    like(A::Pdf, Figures, "export-pdf", "D", "as PDF", "export the selected figure as PDF", "figure"),
 
     entry(A::Up, List, "above", "up k", "", "select the line above"),
     entry(A::Down, List, "below", "down j", "", "select the line below"),

@@ -352,6 +352,11 @@ impl App {
         self.say(level, text);
     }
 
+    /// Whether the picture of a figure is still being made.
+    pub fn is_drawing_figure(&self) -> bool {
+        self.screens.preview.is_drawing()
+    }
+
     /// Draws everything.
     pub fn draw(&mut self, frame: &mut Frame) {
         let contexts = self.contexts();

@@ -4,9 +4,10 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
 
-use super::object::{Object, Objects, corners};
+use super::object::{Object, Objects};
 use super::view::View;
 use crate::env::{Action, Placement};
+use crate::figures::tool_outline;
 use crate::guidance::ActionPrior;
 use crate::trainer::Source;
 use crate::tui::view::playback::Moment;
@@ -154,7 +155,7 @@ impl Painter<'_> {
     }
 
     fn tool(&mut self, tool: &crate::physics::Tool, colour: Color, filled: bool) {
-        let corners: Vec<Dot> = corners(tool).into_iter().map(|corner| self.dot(corner)).collect();
+        let corners: Vec<Dot> = tool_outline(tool, 0.0).into_iter().map(|corner| self.dot(corner)).collect();
         if filled { self.raster.fill(&corners, colour) } else { self.raster.outline(&corners, colour) }
     }
 

@@ -1,6 +1,6 @@
 //! The objects of a scene that a person can select and edit.
 
-use crate::physics::{Tool, to_normalised, to_units};
+use crate::physics::to_units;
 use crate::task::{Edit, Region, Task};
 
 /// Something in the scene with a place.
@@ -129,31 +129,9 @@ impl Objects<'_> {
     }
 }
 
-/// The corners of a tool, normalised, with the thickness of segments drawn out.
-pub fn corners(tool: &Tool) -> Vec<[f32; 2]> {
-    let vertices = tool.vertices();
-    let corners = match vertices[..] {
-        [from, to] => {
-            let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
-            let length = dx.hypot(dy).max(f32::EPSILON);
-            let (along, across) = (
-                [dx / length * tool.radius, dy / length * tool.radius],
-                [-dy / length * tool.radius, dx / length * tool.radius],
-            );
-            let corner = |point: [f32; 2], end: f32, side: f32| {
-                [point[0] + end * along[0] + side * across[0], point[1] + end * along[1] + side * across[1]]
-            };
-            vec![corner(from, -1.0, -1.0), corner(to, 1.0, -1.0), corner(to, 1.0, 1.0), corner(from, -1.0, 1.0)]
-        }
-        _ => vertices,
-    };
-    corners.into_iter().map(to_normalised).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::physics::ToolKind;
 
     #[test]
     fn objects_are_found_where_they_are() {
@@ -164,14 +142,5 @@ mod tests {
             assert_eq!(objects.at(objects.position(object).unwrap(), 0.0), Some(object));
         }
         assert_eq!(objects.at([0.9, 0.9], 1.0), None);
-    }
-
-    #[test]
-    fn a_wall_has_its_thickness_and_rounded_ends_as_a_rectangle() {
-        let tool = Tool::new(ToolKind::Wall, [42.0, 42.0]).with_size(20.0);
-        let corners = corners(&tool);
-        let width = corners.iter().map(|c| c[0]).fold(f32::MIN, f32::max);
-        let height = corners.iter().map(|c| c[1]).fold(f32::MIN, f32::max);
-        assert!((width - 1.0 / 42.0).abs() < 1e-6 && (height - 11.0 / 42.0).abs() < 1e-6);
     }
 }

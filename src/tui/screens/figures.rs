@@ -59,15 +59,16 @@ fn listed(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut
     let top = (inside.y + FigureKind::ALL.len() as u16 + 1).min(inside.bottom());
     let below = Rect { y: top, height: inside.bottom() - top, ..inside };
     let key = |action, context| ui.key(action, context);
-    let (one, vector, all) = (
+    let (one, vector, pdf, all) = (
         key(Action::Confirm, Context::Figures),
         key(Action::Vector, Context::Figures),
+        key(Action::Pdf, Context::Figures),
         key(Action::Export, Context::Everywhere),
     );
     let written = &ui.view.figures;
     if written.is_empty() {
         let text = format!(
-            "Nothing exported yet. {one} exports the selected figure as PNG (the episode as GIF), {vector} as SVG, {all} all there is something for, into the folder figures/."
+            "Nothing exported yet. {one} exports the selected figure as PNG (the episode as GIF), {vector} as SVG, {pdf} as PDF, {all} all there is something for, into the folder figures/."
         );
         return hint(&text, below, theme, buffer);
     }
@@ -111,9 +112,10 @@ pub fn perform(lists: &mut Lists, action: Action) -> Vec<Effect> {
     }
     let kind = selected(lists);
     let format = match (action, kind) {
-        (Action::Confirm | Action::Vector, FigureKind::Episode) => "gif",
+        (Action::Confirm | Action::Vector | Action::Pdf, FigureKind::Episode) => "gif",
         (Action::Confirm, _) => "png",
         (Action::Vector, _) => "svg",
+        (Action::Pdf, _) => "pdf",
         _ => return Vec::new(),
     };
     vec![Effect::Export(vec![(kind, format)])]

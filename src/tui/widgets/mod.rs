@@ -4,5 +4,6 @@ pub mod columns;
 pub mod popup;
 pub mod preview;
 pub mod raster;
+pub mod screenshot;
 pub mod text_input;
 pub mod theme;

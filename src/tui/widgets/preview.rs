@@ -105,7 +105,6 @@ impl Preview {
     }
 
     /// Whether a picture is being made.
-    #[cfg(test)]
     pub fn is_drawing(&self) -> bool {
         self.job.is_some()
     }

@@ -4,6 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
 
+use crate::figures;
 use crate::tui::widgets::theme::Marker;
 
 /// Dots over an area of cells. Later dots win the colour of their cell.
@@ -54,7 +55,12 @@ impl Raster {
 
     /// A straight line, clipped to the area.
     pub fn line(&mut self, from: Dot, to: Dot, colour: Color) {
-        let Some((from, to)) = clip(from, to, self.size()) else { return };
+        if !from.iter().chain(&to).all(|value| value.is_finite()) {
+            return;
+        }
+        let area = figures::Rect::new(0.0, 0.0, self.width as f64, self.height as f64);
+        let Some((from, to)) = figures::clip_segment(from.map(f64::from), to.map(f64::from), &area) else { return };
+        let [from, to] = [from, to].map(|end| end.map(|value| value as f32));
         let steps = (to[0] - from[0]).abs().max((to[1] - from[1]).abs()).ceil().max(1.0);
         for step in 0..=steps as usize {
             let share = step as f32 / steps;
@@ -181,30 +187,6 @@ fn around(centre: Dot, radii: [f32; 2]) -> impl Iterator<Item = Dot> {
         let (sin, cos) = (step as f32 / steps as f32 * std::f32::consts::TAU).sin_cos();
         [centre[0] + radii[0] * cos, centre[1] + radii[1] * sin]
     })
-}
-
-/// Liang-Barsky: the part of a line inside of [0, size]. None if there is none.
-fn clip(from: Dot, to: Dot, size: [f32; 2]) -> Option<(Dot, Dot)> {
-    let delta = [to[0] - from[0], to[1] - from[1]];
-    if !(delta[0].is_finite() && delta[1].is_finite()) {
-        return None;
-    }
-    let (mut enter, mut leave) = (0.0f32, 1.0f32);
-    for axis in 0..2 {
-        for (speed, room) in [(-delta[axis], from[axis]), (delta[axis], size[axis] - from[axis])] {
-            if speed == 0.0 {
-                if room < 0.0 {
-                    return None;
-                }
-            } else if speed < 0.0 {
-                enter = enter.max(room / speed);
-            } else {
-                leave = leave.min(room / speed);
-            }
-        }
-    }
-    let at = |share: f32| [from[0] + delta[0] * share, from[1] + delta[1] * share];
-    (enter <= leave).then(|| (at(enter), at(leave)))
 }
 
 #[cfg(test)]

@@ -410,6 +410,7 @@ fn figures_are_looked_at_and_exported() {
     check(empty(), "7 down", &[], "there is nothing for the clusters figure in tests");
     check(empty(), "7 enter", &["figure scene figures/task1-scene.png"], "");
     check(empty(), "7 s", &["figure scene figures/task1-scene.svg"], "");
+    check(empty(), "7 D", &["figure scene figures/task1-scene.pdf"], "");
     check(empty(), "7 end enter", &["figure episode figures/task1-episode.gif"], "");
 }
 

@@ -1,0 +1,80 @@
+//! `mge screenshot`: screens of the workbench as pictures.
+
+use std::path::Path;
+
+use super::Outcome;
+use super::arguments::Screenshot;
+use super::runs::after_script;
+use crate::figures::{Provenance, encode};
+use crate::run::config_hash;
+use crate::tui::Still;
+
+pub fn run(arguments: &Screenshot) -> Outcome {
+    let (width, height) = size(&arguments.size)?;
+    let screens = arguments.screens.iter().map(|screen| {
+        screen
+            .split_once('=')
+            .ok_or_else(|| format!("--screen {screen}: write FILE=KEYS, such as training.png=\"3 z\""))
+    });
+    let screens: Vec<(&str, &str)> = screens.collect::<Result<_, _>>()?;
+    let session = after_script(&arguments.script)?;
+    let (seed, hash) = (session.config().seed, config_hash(session.config())?);
+    let mut still = Still::new(session);
+    for (path, keys) in screens {
+        still.press(keys)?;
+        let (path, file) = (Path::new(path), arguments.script.file.display());
+        let command = format!("mge screenshot {file} --size {width}x{height} --screen \"{}={keys}\"", path.display());
+        let provenance = Provenance::new(command, &[seed], hash.clone());
+        let picture = still.picture(width, height, &provenance.to_svg());
+        let bytes = encode(path, &picture, &provenance, arguments.dpi)?;
+        crate::atomic::write(path, &bytes).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+        println!("{}", path.display());
+    }
+    Ok(())
+}
+
+/// Columns and rows, at least as many as the workbench needs.
+fn size(text: &str) -> Result<(u16, u16), String> {
+    let parsed = text.split_once('x').and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
+    parsed
+        .filter(|size| (60..=400).contains(&size.0) && (20..=200).contains(&size.1))
+        .ok_or_else(|| format!("--size {text}: write COLUMNSxROWS, from 60x20 to 400x200, such as 120x36"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::arguments::Script;
+
+    fn arguments(folder: &Path, screens: &[&str], size: &str) -> Screenshot {
+        let file = folder.join("screen.mge");
+        std::fs::write(&file, "task task2\nmodel true\nseed 7\n").unwrap();
+        let script = Script { file, variables: Vec::new(), runs: folder.join("runs"), quiet: true };
+        let screens = screens.iter().map(|screen| screen.replace("DIR", &folder.display().to_string())).collect();
+        Screenshot { script, screens, size: size.to_owned(), dpi: 72 }
+    }
+
+    #[test]
+    fn screens_are_drawn_one_after_the_other() {
+        let folder = tempfile::tempdir().unwrap();
+        let svg = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+        run(&arguments(folder.path(), &["DIR/a.svg=", "DIR/b.svg=?", "DIR/b.png="], "80x24")).unwrap();
+        assert!(svg("a.svg").contains("task2") && svg("a.svg").contains("Seed: 7"));
+        assert!(svg("b.svg").len() != svg("a.svg").len(), "help lies over the screen");
+        assert_eq!(Provenance::read(&folder.path().join("b.png")).unwrap().seeds, [7]);
+    }
+
+    #[test]
+    fn what_cannot_be_drawn_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let error =
+            |screens: &[&str], size: &str| run(&arguments(folder.path(), screens, size)).unwrap_err().to_string();
+        assert!(
+            error(&["DIR/a.png"], "80x24").contains("FILE=KEYS") && error(&["DIR/a.png=1"], "big").contains("120x36")
+        );
+        assert!(
+            error(&["DIR/a.bmp=1"], "80x24").contains(".pdf") && error(&["DIR/a.png=nokey"], "80x24").contains("nokey")
+        );
+        assert!(!folder.path().join("a.png").exists() && !folder.path().join("a.bmp").exists());
+    }
+}

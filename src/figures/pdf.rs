@@ -1,0 +1,156 @@
+//! From the SVG of a page to PDF.
+
+use miniz_oxide::deflate::compress_to_vec_zlib;
+use pdf_writer::types::{LineCapStyle, LineJoinStyle};
+use pdf_writer::writers::ExtGraphicsState;
+use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, TextStr};
+use resvg::tiny_skia::{Path, PathSegment, Point, Transform};
+use resvg::usvg::{FillRule, Group, LineCap, LineJoin, Node, Paint};
+
+use super::FigureError;
+use super::provenance::Provenance;
+use super::render::{POINTS, tree};
+
+/// The page as PDF of one page, with its text as outlines and its provenance as document
+/// information.
+///
+/// # Errors
+/// When the SVG is none.
+pub fn pdf(svg: &str, provenance: &Provenance) -> Result<Vec<u8>, FigureError> {
+    let tree = tree(svg)?;
+    let (width, height) = (tree.size().width() * POINTS, tree.size().height() * POINTS);
+    let mut page = Page { content: Content::new(), opacities: Vec::new() };
+    let to_points = Transform::from_row(POINTS, 0.0, 0.0, -POINTS, 0.0, height);
+    page.group(tree.root(), to_points, 1.0);
+
+    let [catalog, pages, only, content, information] = [1, 2, 3, 4, 5].map(Ref::new);
+    let mut pdf = Pdf::new();
+    pdf.catalog(catalog).pages(pages);
+    pdf.pages(pages).kids([only]).count(1);
+    let mut sheet = pdf.page(only);
+    sheet.parent(pages).media_box(Rect::new(0.0, 0.0, width, height)).contents(content);
+    let mut resources = sheet.resources();
+    let mut states = resources.ext_g_states();
+    for opacity in &page.opacities {
+        let share = f32::from(*opacity) / 255.0;
+        states
+            .insert(Name(state(*opacity).as_bytes()))
+            .start::<ExtGraphicsState<'_>>()
+            .non_stroking_alpha(share)
+            .stroking_alpha(share);
+    }
+    states.finish();
+    resources.finish();
+    sheet.finish();
+    let packed = compress_to_vec_zlib(&page.content.finish(), 6);
+    pdf.stream(content, &packed).filter(Filter::FlateDecode);
+    let mut facts = pdf.document_info(information);
+    for (keyword, text) in provenance.chunks() {
+        facts.pair(Name(keyword.replace(' ', "").as_bytes()), TextStr(&text));
+    }
+    facts.finish();
+    Ok(pdf.finish())
+}
+
+/// Name of the graphics state of an opacity.
+fn state(opacity: u8) -> String {
+    format!("a{opacity}")
+}
+
+/// The drawing operators of a page, and the opacities among them.
+struct Page {
+    content: Content,
+    opacities: Vec<u8>,
+}
+
+impl Page {
+    /// The opacity of a group counts for each of its members: ours never overlap.
+    fn group(&mut self, group: &Group, page: Transform, opacity: f32) {
+        let opacity = opacity * group.opacity().get();
+        for node in group.children() {
+            match node {
+                Node::Group(group) => self.group(group, page, opacity),
+                Node::Text(text) => self.group(text.flattened(), page, opacity),
+                Node::Path(path) => {
+                    self.content.save_state();
+                    self.path(path, page, opacity);
+                    self.content.restore_state();
+                }
+                Node::Image(_) => {}
+            }
+        }
+    }
+
+    fn path(&mut self, path: &resvg::usvg::Path, page: Transform, opacity: f32) {
+        let transform = page.pre_concat(path.abs_transform());
+        if let Some((fill, color)) = path.fill().and_then(|fill| Some((fill, color(fill.paint())?))) {
+            self.opacity(opacity * fill.opacity().get());
+            self.content.set_fill_rgb(color[0], color[1], color[2]);
+            self.outline(path.data(), transform);
+            match fill.rule() {
+                FillRule::NonZero => self.content.fill_nonzero(),
+                FillRule::EvenOdd => self.content.fill_even_odd(),
+            };
+        }
+        if let Some((stroke, color)) = path.stroke().and_then(|stroke| Some((stroke, color(stroke.paint())?))) {
+            self.opacity(opacity * stroke.opacity().get());
+            self.content.set_stroke_rgb(color[0], color[1], color[2]);
+            self.content.set_line_width(stroke.width().get() * transform.get_scale().0);
+            self.content.set_line_cap(match stroke.linecap() {
+                LineCap::Butt => LineCapStyle::ButtCap,
+                LineCap::Round => LineCapStyle::RoundCap,
+                LineCap::Square => LineCapStyle::ProjectingSquareCap,
+            });
+            self.content.set_line_join(match stroke.linejoin() {
+                LineJoin::Round => LineJoinStyle::RoundJoin,
+                LineJoin::Bevel => LineJoinStyle::BevelJoin,
+                LineJoin::Miter | LineJoin::MiterClip => LineJoinStyle::MiterJoin,
+            });
+            self.outline(path.data(), transform);
+            self.content.stroke();
+        }
+    }
+
+    fn opacity(&mut self, opacity: f32) {
+        let opacity = (opacity * 255.0).round() as u8;
+        if !self.opacities.contains(&opacity) {
+            self.opacities.push(opacity);
+        }
+        self.content.set_parameters(Name(state(opacity).as_bytes()));
+    }
+
+    fn outline(&mut self, path: &Path, transform: Transform) {
+        // A transformation that leaves no area leaves nothing to draw.
+        let Some(path) = path.clone().transform(transform) else { return };
+        let mut last = Point::zero();
+        for segment in path.segments() {
+            match segment {
+                PathSegment::MoveTo(to) => _ = self.content.move_to(to.x, to.y),
+                PathSegment::LineTo(to) => _ = self.content.line_to(to.x, to.y),
+                PathSegment::QuadTo(control, to) => {
+                    // The cubic curve of the same shape.
+                    let near = |end: Point| [(2.0 * control.x + end.x) / 3.0, (2.0 * control.y + end.y) / 3.0];
+                    let ([ax, ay], [bx, by]) = (near(last), near(to));
+                    self.content.cubic_to(ax, ay, bx, by, to.x, to.y);
+                }
+                PathSegment::CubicTo(a, b, to) => _ = self.content.cubic_to(a.x, a.y, b.x, b.y, to.x, to.y),
+                PathSegment::Close => _ = self.content.close_path(),
+            }
+            if let PathSegment::MoveTo(to)
+            | PathSegment::LineTo(to)
+            | PathSegment::QuadTo(_, to)
+            | PathSegment::CubicTo(_, _, to) = segment
+            {
+                last = to;
+            }
+        }
+    }
+}
+
+/// Figures are drawn in plain colours only.
+fn color(paint: &Paint) -> Option<[f32; 3]> {
+    match paint {
+        Paint::Color(color) => Some([color.red, color.green, color.blue].map(|channel| f32::from(channel) / 255.0)),
+        _ => None,
+    }
+}
