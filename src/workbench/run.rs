@@ -211,7 +211,8 @@ impl RunView {
                 self.failure = news.problems.first().map(ToString::to_string).or(self.failure.take());
                 events.extend(news.events.into_iter().map(|logged| logged.event));
             }
-            Err(error) => self.failure = Some(error.to_string()),
+            // How the training ended says more than that its log is gone since.
+            Err(error) => _ = self.failure.get_or_insert_with(|| error.to_string()),
         }
         for event in &events {
             self.history.note(event);
