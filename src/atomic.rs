@@ -1,10 +1,17 @@
-//! Atomic file writes: a file is written beside its place, synced and renamed.
+//! Atomic file writes: a file is written beside its place, synced and renamed, so that it is there
+//! whole or as it was before.
 
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Replaces the file at `path` with `bytes`, or leaves what was there.
+use tempfile::TempPath;
+
+/// Prefix of the name of a file that is being written.
+const TEMPORARY: &str = ".mge-";
+
+/// Replaces the file at `path` with `bytes`, or leaves what was there. Removes what earlier writers
+/// that died have left in the folder.
 ///
 /// # Errors
 /// When the folder does not exist, is not writable, or the disk is full.
@@ -13,17 +20,52 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
-    // Not `tempfile_in`: its files are private, and its errors name the temporary file.
-    let mut builder = tempfile::Builder::new();
-    let created = builder.prefix(".mge-").make_in(folder, |path| File::create_new(path));
-    let mut file = created.map_err(|error| match error.kind() {
-        io::ErrorKind::NotFound => io::Error::new(io::ErrorKind::NotFound, "its folder does not exist"),
-        _ => error,
-    })?;
-    file.as_file_mut().write_all(bytes)?;
-    file.as_file().sync_all()?;
-    file.persist(path).map_err(|error| error.error)?;
+    remove_leftovers(folder);
+    let (mut file, temporary) = create(folder)?;
+    file.write_all(bytes)?;
+    file.sync_all()?;
+    std::fs::rename(&temporary, path)?;
+    // It has another name now and is no longer to be removed.
+    let _ = temporary.keep();
+    drop(file);
     File::open(folder)?.sync_all()
+}
+
+/// A new file to be written, and its name until then. It is held while it is open: one that nobody
+/// holds is a leftover.
+fn create(folder: &Path) -> io::Result<(File, TempPath)> {
+    loop {
+        // Not `tempfile_in`: its files are private, and its errors name the temporary file.
+        let mut builder = tempfile::Builder::new();
+        let created = builder.prefix(TEMPORARY).make_in(folder, |path| File::create_new(path));
+        let created = created.map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => io::Error::new(io::ErrorKind::NotFound, "its folder does not exist"),
+            _ => error,
+        })?;
+        let (file, temporary) = created.into_parts();
+        // Where files cannot be locked nobody takes them for leftovers either.
+        let held = file.lock().is_ok();
+        // Somebody else may have taken it for a leftover before it was held.
+        if !held || temporary.exists() {
+            return Ok((file, temporary));
+        }
+    }
+}
+
+/// Whether a file of this name is one that is being written, or was when its writer died.
+pub(crate) fn is_temporary(name: &str) -> bool {
+    name.starts_with(TEMPORARY)
+}
+
+/// Removes the temporary files of writers that died. What cannot be removed stays: it does no harm.
+pub(crate) fn remove_leftovers(folder: &Path) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    let temporary = entries.flatten().filter(|entry| is_temporary(&entry.file_name().to_string_lossy()));
+    for entry in temporary.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file())) {
+        if File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok()) {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
 }
 
 #[cfg(test)]
@@ -41,5 +83,44 @@ mod tests {
         let error = write(&folder.path().join("nowhere/file"), b"").unwrap_err();
         assert_eq!(error.to_string(), "its folder does not exist");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left behind");
+    }
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = std::fs::read_dir(folder).unwrap();
+        entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect()
+    }
+
+    #[test]
+    fn leftovers_of_a_dead_writer_go_and_files_being_written_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join(".mge-dead"), "half").unwrap();
+        std::fs::create_dir(folder.path().join(".mge-folder")).unwrap();
+        let held = File::create(folder.path().join(".mge-held")).unwrap();
+        held.lock().unwrap();
+        write(&folder.path().join("a"), b"whole").unwrap();
+        let mut left = names(folder.path());
+        left.sort();
+        assert_eq!(left, [".mge-folder", ".mge-held", "a"]);
+    }
+
+    #[test]
+    fn writers_in_one_folder_do_not_disturb_each_other() {
+        let folder = tempfile::tempdir().unwrap();
+        std::thread::scope(|scope| {
+            for number in 0..4 {
+                let path = folder.path().join(format!("file{number}"));
+                scope.spawn(move || (0..50).for_each(|_| write(&path, b"whole").unwrap()));
+            }
+        });
+        assert_eq!(names(folder.path()).len(), 4);
+    }
+
+    #[test]
+    fn a_write_that_fails_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("taken");
+        std::fs::create_dir(&path).unwrap();
+        assert!(write(&path, b"new").is_err(), "a folder is in its place");
+        assert_eq!(names(folder.path()), ["taken"]);
     }
 }

@@ -104,6 +104,194 @@ fn a_run_in_use_is_refused() {
     assert_eq!(metrics(&run), before);
 }
 
+/// A training in a process of its own that has finished at least so many episodes.
+#[cfg(unix)]
+fn under_way(arguments: &[String], run: &Path, episodes: usize) -> std::process::Child {
+    let mut child = Command::new(MGE)
+        .args(arguments)
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let rows = || std::fs::read_to_string(run.join("metrics.csv")).map_or(0, |text| text.lines().count());
+    while rows() <= episodes {
+        assert!(child.try_wait().unwrap().is_none(), "it ended before it was asked to");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    child
+}
+
+#[cfg(unix)]
+fn signal(child: &std::process::Child, signal: rustix::process::Signal) {
+    let id = rustix::process::Pid::from_child(child);
+    rustix::process::kill_process(id, signal).unwrap();
+}
+
+#[cfg(unix)]
+#[test]
+fn a_signal_saves_everything_and_says_how_to_continue() {
+    use rustix::process::Signal;
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("my run");
+    let resume = ["resume".to_owned(), run.display().to_string(), "--quiet".to_owned()];
+    let mut done = 0;
+    for (number, status, arguments) in [(Signal::INT, 130, train(&run, "100000")), (Signal::TERM, 143, resume.to_vec())]
+    {
+        let child = under_way(&arguments, &run, done + 30);
+        signal(&child, number);
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(status), "{}", text(&output.stderr));
+        let records = mge::run::read_metrics(&run.join("metrics.csv")).unwrap();
+        let directory = RunDirectory::open(&run).unwrap();
+        let (checkpoint, _) = directory.checkpoints().load_newest().unwrap();
+        assert_eq!(checkpoint.episode, records.len() as u64, "episodes were lost");
+        assert!(matches!(directory.status().unwrap().state, RunState::Stopped(_)));
+        assert!(records.iter().zip(1..).all(|(record, episode)| record.episode == episode));
+        let message = text(&output.stderr);
+        let expected = format!(
+            "stopped after {} of 100000 episodes: continue with `mge resume '{}'`\n",
+            records.len(),
+            run.display()
+        );
+        assert_eq!(message, expected);
+        done = records.len();
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_second_signal_ends_the_program_at_once() {
+    use rustix::process::Signal;
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("run");
+    // The clusters take minutes, and the first signal waits for a stage of them.
+    let arguments = ["train", "task1", "--method", "ddpg-mge-true", "--quiet", "--set=guidance.model_rollouts=1000000"];
+    let mut child = Command::new(MGE).args(arguments).arg("--out").arg(&run).spawn().unwrap();
+    while !run.join("log.txt").exists() {
+        assert!(child.try_wait().unwrap().is_none(), "it ended before it was asked to");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    signal(&child, Signal::TERM);
+    std::thread::sleep(std::time::Duration::from_millis(100));
+    assert!(child.try_wait().unwrap().is_none(), "the first signal ended it at once");
+    signal(&child, Signal::TERM);
+    assert_eq!(child.wait().unwrap().code(), Some(143));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_sweep_and_a_study_end_on_a_signal_and_go_on() {
+    use rustix::process::Signal;
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("s.json");
+    std::fs::write(
+        &file,
+        r#"{"task": "task1", "method": "ddpg", "seed": [0, 1], "episodes": 100000, "ddpg.hidden": 4}"#,
+    )
+    .unwrap();
+    let [sweep, study] = ["sweep", "study"].map(|name| folder.path().join(name).display().to_string());
+    let sweep_arguments = ["sweep".to_owned(), file.display().to_string(), "--out".to_owned(), sweep.clone()];
+    let child = Command::new(MGE).args(sweep_arguments).stderr(std::process::Stdio::piped()).spawn().unwrap();
+    let runs = Path::new(&sweep).join("runs");
+    let metrics = || -> Vec<PathBuf> {
+        let runs = std::fs::read_dir(&runs).into_iter().flatten().flatten();
+        runs.map(|entry| entry.path().join("metrics.csv")).filter(|path| path.exists()).collect()
+    };
+    while metrics().is_empty() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    signal(&child, Signal::INT);
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
+    let message = text(&output.stderr);
+    assert!(message.trim_end().lines().last().unwrap().contains("the same command continues"), "{message}");
+    for path in metrics() {
+        let directory = RunDirectory::open(path.parent().unwrap()).unwrap();
+        let records = mge::run::read_metrics(&path).unwrap();
+        assert_eq!(directory.checkpoints().load_newest().unwrap().0.episode, records.len() as u64);
+    }
+
+    let child = Command::new(MGE)
+        .args(["reproduce", "--quick", "--out", &study])
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    while std::fs::read_dir(&study).map_or(0, |entries| entries.count()) == 0 {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    signal(&child, Signal::TERM);
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(143), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("the same command continues"), "{}", text(&output.stderr));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_run_whose_folder_is_deleted_or_moved_ends_with_an_error_and_does_not_come_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let [run, moved] = ["run", "moved"].map(|name| folder.path().join(name));
+    for delete in [true, false] {
+        let child = under_way(&train(&run, "100000"), &run, 30);
+        match delete {
+            // The training may write a file between two removals.
+            true => while std::fs::remove_dir_all(&run).is_err() {},
+            false => std::fs::rename(&run, &moved).unwrap(),
+        }
+        let message = failure(&child.wait_with_output().unwrap());
+        assert!(message.contains("was moved or deleted while it was being trained"), "{message}");
+        assert!(!run.exists(), "it came back");
+    }
+    assert!(matches!(RunDirectory::open(&moved).unwrap().status().unwrap().state, RunState::Failed(_)));
+    let child = under_way(&["resume".to_owned(), moved.display().to_string(), "--quiet".to_owned()], &moved, 60);
+    signal(&child, rustix::process::Signal::TERM);
+    assert_eq!(child.wait_with_output().unwrap().status.code(), Some(143));
+}
+
+#[test]
+fn a_folder_in_which_a_run_was_being_created_is_taken_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("run");
+    std::fs::create_dir(&run).unwrap();
+    std::fs::write(run.join("lock"), "1").unwrap();
+    std::fs::write(run.join(".mge-abcdef"), "{\"format\": 1, \"mge").unwrap();
+    let output = Command::new(MGE).args(train(&run, "5")).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(!run.join(".mge-abcdef").exists(), "the temporary file stays");
+    std::fs::write(run.join(".mge-later"), "x").unwrap();
+    let output = mge(&["resume", &run.display().to_string(), "--quiet"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+}
+
+#[cfg(unix)]
+#[test]
+fn links_are_not_followed_and_pipes_do_not_block() {
+    let folder = tempfile::tempdir().unwrap();
+    let thesis = folder.path().join("thesis.tex");
+    std::fs::write(&thesis, "years of work").unwrap();
+    let run = first_version(folder.path());
+    let path = run.display().to_string();
+    std::fs::remove_file(run.join("lock")).unwrap_or_default();
+    std::os::unix::fs::symlink(&thesis, run.join("lock")).unwrap();
+    let message = failure(&mge(&["resume", &path, "--quiet"]));
+    assert!(message.contains("lock: it is no regular file"), "{message}");
+    std::fs::remove_file(run.join("lock")).unwrap();
+    for file in ["events.jsonl", "metrics.csv", "episodes.jsonl"] {
+        let kept = std::fs::read(run.join(file)).unwrap_or_default();
+        std::fs::remove_file(run.join(file)).unwrap_or_default();
+        assert!(Command::new("mkfifo").arg(run.join(file)).status().unwrap().success());
+        let message = failure(&mge(&["resume", &path, "--quiet"]));
+        assert!(message.contains(&format!("{file}: it is no regular file")), "{message}");
+        if file == "events.jsonl" {
+            let report = folder.path().join("report").display().to_string();
+            let message = failure(&mge(&["report", &path, "--out", &report]));
+            assert!(message.contains("it is no regular file"), "{message}");
+        }
+        std::fs::remove_file(run.join(file)).unwrap();
+        std::fs::write(run.join(file), kept).unwrap();
+    }
+    assert_eq!(std::fs::read_to_string(&thesis).unwrap(), "years of work");
+}
+
 /// A copy of the run that the first version of the format left, stopped in the middle.
 fn first_version(folder: &Path) -> PathBuf {
     fn copy(from: &Path, to: &Path) {

@@ -18,7 +18,7 @@ pub struct Streams {
 }
 
 /// Everything that changes while an agent learns. [`save`](Self::save) and [`load`](Self::load)
-/// make a checkpoint of it, after which learning goes on to the bit.
+/// make a checkpoint of it, from which learning continues bit by bit the same.
 ///
 /// An environment loop calls, for each episode, [`start_episode`](Self::start_episode) and then
 /// for each step [`explore`](Self::explore) (or chooses an action of its own),
@@ -68,6 +68,11 @@ impl Learner {
     /// The transitions held.
     pub fn replay(&self) -> &ReplayBuffer {
         &self.replay
+    }
+
+    /// The exploration noise.
+    pub fn noise(&self) -> &OrnsteinUhlenbeck {
+        &self.noise
     }
 
     /// Transitions recorded so far, those overwritten included.

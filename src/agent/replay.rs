@@ -11,7 +11,7 @@ use thiserror::Error;
 
 mod codec;
 
-/// One step of experience, `(s, a, r, s', d)`, borrowed from whoever made it.
+/// One step of experience, `(s, a, r, s', d)`, borrowed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition<'a> {
     /// `s`: what the agent saw.
@@ -242,7 +242,7 @@ impl ReplayBuffer {
     }
 }
 
-/// Equal bits, not equal numbers: 0 and -0 are told apart.
+/// Equal bits, not equal numbers: 0 and -0 differ.
 fn bits(values: &[f32]) -> impl Iterator<Item = u32> {
     values.iter().map(|value| value.to_bits())
 }

@@ -152,7 +152,7 @@ impl Learner {
         Checkpoint { networks: file.to_bytes(), replay: self.replay.to_bytes() }
     }
 
-    /// The learner that [`save`](Self::save) wrote. It goes on as the saved one would have.
+    /// The learner that [`save`](Self::save) wrote. It continues as the saved one would have.
     ///
     /// # Errors
     /// If a part is damaged or the two do not belong together.

@@ -1,10 +1,11 @@
-//! Promises of the agent: the target update, equal runs, resuming to the bit, clear errors.
+//! What the agent guarantees: the target update, equal runs, resuming to the bit, clear errors.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::join::join;
 use super::{Batch, Checkpoint, Ddpg, DdpgConfig, Learner, ReplayError, StateError, Streams, Transition, UpdateError};
-use crate::nn::{OptimiserKind, TensorFile};
+use crate::nn::{Mlp, OptimiserKind, TensorFile};
 
 const OBSERVATION: usize = 5;
 const ACTION: usize = 2;
@@ -105,6 +106,34 @@ fn metrics_are_those_of_the_batch() {
     assert!((metrics.max_q - q.iter().copied().fold(f32::MIN, f32::max)).abs() < 1e-5);
     assert!(metrics.critic_gradient_norm > 0.0 && metrics.actor_gradient_norm > 0.0);
     assert_eq!(ddpg.updates(), 1);
+}
+
+#[test]
+fn the_target_is_made_by_the_target_networks() {
+    // Targets that stay behind: the online networks would give another loss.
+    let rates = DdpgConfig { actor_learning_rate: 0.02, critic_learning_rate: 0.02, ..small() };
+    let config = DdpgConfig { tau: 0.001, output_init_bound: 0.5, ..rates };
+    let mut ddpg = Ddpg::new(OBSERVATION, ACTION, &config, &mut rng(1)).unwrap();
+    (0..50).for_each(|seed| _ = ddpg.update(&any_batch(seed)).unwrap());
+    let batch = any_batch(99);
+    let q = ddpg.q_values(&batch.observations, &batch.actions);
+    let of = |network: &Mlp, inputs: &[f32]| {
+        let mut outputs = Vec::new();
+        network.predict_into(inputs, 8, &mut outputs);
+        outputs
+    };
+    let loss = |actor: &Mlp, critic: &Mlp| {
+        let next_a = of(actor, &batch.next_observations);
+        let next_q = of(critic, &join(8, &batch.next_observations, &next_a));
+        let error = |i: usize| (batch.rewards[i] + config.gamma * next_q[i]).clamp(-1.0, 16.0) - q[i];
+        (0..8).map(|i| error(i).powi(2)).sum::<f32>() / 8.0
+    };
+    let expected = loss(&ddpg.target_actor, &ddpg.target_critic);
+    for wrong in [loss(&ddpg.actor, &ddpg.target_critic), loss(&ddpg.target_actor, &ddpg.critic)] {
+        assert!((wrong - expected).abs() > 1e-3 * expected, "{wrong} and {expected}: the test shows nothing");
+    }
+    let found = ddpg.update(&batch).unwrap().critic_loss;
+    assert!((found - expected).abs() < 1e-4 * expected, "{found}, expected {expected}");
 }
 
 #[test]

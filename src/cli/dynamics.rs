@@ -1,19 +1,18 @@
 //! `mge dynamics`: train and evaluate dynamics models.
 
-use std::sync::atomic::AtomicBool;
-
 use super::arguments::{Dynamics, DynamicsAblate, DynamicsEvaluate, DynamicsTrain};
+use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::{Outcome, output};
 use crate::batch::{Batch, default_threads};
 use crate::dynamics::{
-    self, EvaluationConfig, ModelConfig, TrainConfig, Variant, canonical_tool_set, evaluate_with_progress,
+    self, Ended, EvaluationConfig, ModelConfig, TrainConfig, Variant, canonical_tool_set, evaluate_with_progress,
     train_to_file,
 };
 use crate::figures::{Figure, Provenance};
 use crate::stats::Bootstrap;
 use crate::study::ablation::{AblationPlan, ablation};
-use crate::study::{StudyPlan, model_error_figure};
+use crate::study::{StudyError, StudyPlan, model_error_figure};
 use crate::task;
 
 pub fn run(command: Dynamics) -> Outcome {
@@ -28,12 +27,17 @@ fn train(arguments: &DynamicsTrain) -> Outcome {
     let (config, settings) = settings(arguments)?;
     let command = command_line(arguments);
     let mut progress = Progress::new(1, arguments.quiet);
+    let interrupt = Interrupt::listen()?;
     let on_progress = |now: &dynamics::Progress| {
         progress.set(u64::from(now.epoch), u64::from(now.epochs), &format!("loss {:.5}", now.loss));
-        true
+        !interrupt.is_requested()
     };
     let trained = train_to_file(&arguments.out, config, settings, &arguments.tools, &command, on_progress)?;
     drop(progress);
+    if matches!(trained.ended, Ended::Stopped) {
+        let epoch = trained.training.epoch();
+        return Err(interrupt.ended(format!("stopped after epoch {epoch}: the same command continues")).into());
+    }
     let divergence = trained.divergence();
     if divergence.is_some() {
         trained.model().save(&arguments.out)?;
@@ -132,12 +136,13 @@ fn ablate(arguments: &DynamicsAblate) -> Outcome {
         bootstrap: Bootstrap::default(),
     };
     let mut progress = Progress::new(1, arguments.quiet);
-    let interrupt = AtomicBool::new(false);
-    let batch = Batch { threads: arguments.threads.unwrap_or_else(default_threads), interrupt: &interrupt };
-    ablation(&plan, &arguments.out, &command, arguments.print.dpi, &batch, &mut |now| {
+    let interrupt = Interrupt::listen()?;
+    let batch = Batch { threads: arguments.threads.unwrap_or_else(default_threads), interrupt: interrupt.flag() };
+    let outcome = ablation(&plan, &arguments.out, &command, arguments.print.dpi, &batch, &mut |now| {
         progress.set(now.done, now.total, now.message);
-    })?;
+    });
     drop(progress);
+    interrupt.result(outcome, |error| matches!(error, StudyError::Interrupted))?;
     Ok(output::line(arguments.out.join("ablation.md").display())?)
 }
 
@@ -149,7 +154,7 @@ mod tests {
 
     use super::*;
     use crate::cli::arguments::{Arguments, Command};
-    use crate::dynamics::{Ended, Loss, Model, Training, checkpoint_of};
+    use crate::dynamics::{Loss, Model, Training, checkpoint_of};
 
     fn arguments(line: &str) -> DynamicsTrain {
         match Arguments::try_parse_from(line.split(' ')).unwrap().command {

@@ -30,10 +30,14 @@ const ENVIRONMENT: [(&str, &str); 6] = [
 ];
 
 /// Exit statuses and what they mean.
-const EXIT_STATUS: [(&str, &str); 3] = [
+const EXIT_STATUS: [(&str, &str); 4] = [
     ("0", "The command succeeded."),
     ("1", "The command failed: one line on standard error says why and what to do."),
     ("2", "Wrong usage."),
+    (
+        "130, 143",
+        "SIGINT or SIGTERM ended the command: its work is saved, and one line says how to continue. A second signal ends it at once.",
+    ),
 ];
 
 /// How a file given with `--keys` or `MGE_KEYS` changes the keys.

@@ -6,6 +6,7 @@ mod arguments;
 mod documentation;
 mod dynamics;
 mod guidance;
+mod interrupt;
 mod manual;
 mod output;
 mod physics;
@@ -28,7 +29,8 @@ use arguments::{Arguments, Command};
 /// What a command returns: nothing, or one line for the person.
 pub(crate) type Outcome = Result<(), Box<dyn std::error::Error>>;
 
-/// Runs the program. Status 0: done, 1: it failed (one line on stderr), 2: wrong usage.
+/// Runs the program. Status 0: done, 1: it failed (one line on stderr), 2: wrong usage, 130 or 143:
+/// a signal ended it (one line on stderr says how to continue).
 pub fn run() -> ExitCode {
     let outcome = match Arguments::try_parse() {
         Ok(arguments) => dispatch(arguments),
@@ -38,8 +40,10 @@ pub fn run() -> ExitCode {
         Ok(status) => status,
         Err(error) if is_broken_pipe(&*error) => ExitCode::SUCCESS,
         Err(error) => {
-            output::message(format_args!("error: {error}"));
-            ExitCode::FAILURE
+            let interrupted = error.downcast_ref::<interrupt::Interrupted>();
+            let prefix = if interrupted.is_some() { "" } else { "error: " };
+            output::message(format_args!("{prefix}{error}"));
+            interrupted.map_or(ExitCode::FAILURE, interrupt::Interrupted::status)
         }
     }
 }

@@ -4,15 +4,17 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Duration;
 
 use serde_json::json;
 
 use super::arguments::{Evaluate, Export, Figures, Resume, Script, Train, Workbench};
+use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::{Outcome, output};
 use crate::env::{Action, Environment};
 use crate::figures::DEFAULT_DPI;
-use crate::run::Event;
+use crate::run::{Event, RunState};
 use crate::streams::Stream;
 use crate::task;
 use crate::tui;
@@ -61,9 +63,34 @@ pub fn resume(arguments: &Resume) -> Outcome {
 fn follow(session: &mut Session, quiet: bool) -> Outcome {
     let episodes = u64::from(session.run().map_or(0, |run| run.config().episodes));
     let mut progress = Progress::new(episodes, quiet);
-    session.wait(|notice| show(notice, episodes, &mut progress))?;
+    let interrupt = Interrupt::listen()?;
+    let mut stopping = false;
+    loop {
+        // Asked first, so that what happened before is polled afterwards.
+        let idle = session.is_idle();
+        session.poll().iter().for_each(|notice| show(notice, episodes, &mut progress));
+        if idle {
+            break;
+        }
+        if interrupt.is_requested() && !stopping {
+            stopping = true;
+            // A run that has just ended cannot be stopped any more.
+            let _ = session.apply(command::Stop);
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
     drop(progress);
     let run = session.run().ok_or("there is no run")?;
+    if let Some(failure) = run.failure() {
+        return Err(failure.to_owned().into());
+    }
+    if stopping && run.state() != RunState::Finished {
+        let folder = run.directory().path().display().to_string();
+        let resume = shell_words::join(["mge", "resume", &folder]);
+        let done = run.records().len();
+        let message = format!("stopped after {done} of {episodes} episodes: continue with `{resume}`");
+        return Err(interrupt.ended(message).into());
+    }
     let last = run.records().last();
     let result = json!({
         "run": run.directory().path(),

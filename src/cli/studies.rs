@@ -1,15 +1,14 @@
 //! `mge reproduce`, `mge report` and `mge bench`.
 
-use std::sync::atomic::AtomicBool;
-
 use super::arguments::{Bench, Report, Reproduce};
+use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::{Outcome, output};
 use crate::batch::{Batch, default_threads};
 use crate::bench::WORKS;
 use crate::evidence;
 use crate::stats::Bootstrap;
-use crate::study::{self, StudyPlan};
+use crate::study::{self, StudyError, StudyPlan};
 
 pub fn reproduce(arguments: &Reproduce) -> Outcome {
     let mut plan = if arguments.quick { StudyPlan::quick(arguments.seed) } else { StudyPlan::full(arguments.seed) };
@@ -23,12 +22,13 @@ pub fn reproduce(arguments: &Reproduce) -> Outcome {
     }
     command += &format!(" --seed {}{}", arguments.seed, arguments.print.option());
     let mut progress = Progress::new(1, arguments.quiet);
-    let interrupt = AtomicBool::new(false);
-    let batch = Batch { threads: arguments.threads.unwrap_or_else(default_threads), interrupt: &interrupt };
-    study::reproduce(&plan, &arguments.out, &command, arguments.print.dpi, &batch, &mut |now| {
+    let interrupt = Interrupt::listen()?;
+    let batch = Batch { threads: arguments.threads.unwrap_or_else(default_threads), interrupt: interrupt.flag() };
+    let outcome = study::reproduce(&plan, &arguments.out, &command, arguments.print.dpi, &batch, &mut |now| {
         progress.set(now.done, now.total, now.message);
-    })?;
+    });
     drop(progress);
+    interrupt.result(outcome, |error| matches!(error, StudyError::Interrupted))?;
     Ok(output::line(arguments.out.join("report.md").display())?)
 }
 

@@ -1,13 +1,13 @@
 //! `mge sweep`: many runs from one file.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
 use super::arguments::Sweep as Arguments;
+use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::{Outcome, output};
 use crate::batch::{Batch, default_threads};
-use crate::sweep::{self, Sweep};
+use crate::sweep::{self, Sweep, SweepError};
 
 pub fn run(arguments: &Arguments) -> Outcome {
     if !arguments.collect.is_empty() {
@@ -57,16 +57,17 @@ fn work(
     arguments: &Arguments,
 ) -> Result<Vec<(String, String)>, Box<dyn std::error::Error>> {
     let mut progress = Progress::new(1, arguments.quiet);
-    let interrupt = AtomicBool::new(false);
-    let batch = Batch { threads: arguments.threads.unwrap_or_else(default_threads), interrupt: &interrupt };
-    let failures = sweep::run(sweep, folder, &batch, &mut |now| {
+    let interrupt = Interrupt::listen()?;
+    let batch = Batch { threads: arguments.threads.unwrap_or_else(default_threads), interrupt: interrupt.flag() };
+    let outcome = sweep::run(sweep, folder, &batch, &mut |now| {
         if let Some((name, reason)) = now.failure {
             progress.say(&format!("{name} failed: {reason}"));
         }
         let failed = if now.failed > 0 { format!(", {} failed", now.failed) } else { String::new() };
         progress.set(now.done, now.total, &format!("{} of {} done{failed}", now.ended - now.failed, now.jobs));
-    })?;
-    Ok(failures)
+    });
+    drop(progress);
+    interrupt.result(outcome, |error| matches!(error, SweepError::Interrupted { .. }))
 }
 
 fn collect(folders: &[PathBuf], out: &Path) -> Outcome {

@@ -1,10 +1,10 @@
 //! A file that only grows, one whole piece at a time.
 
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::{Result, RunError};
+use super::{Result, RunError, file};
 
 /// An append-only file. Each piece reaches the operating system at once, so that other processes
 /// see it; a piece that could not be written whole is taken back.
@@ -18,7 +18,10 @@ pub(super) struct AppendFile {
 impl AppendFile {
     /// Opens the file at its end; creates it if there is none.
     pub fn open(path: &Path) -> Result<Self> {
-        let file = OpenOptions::new().create(true).append(true).open(path).map_err(RunError::io("write", path))?;
+        Self::of(file::open_append(path).map_err(RunError::io("write", path))?, path)
+    }
+
+    fn of(file: File, path: &Path) -> Result<Self> {
         let length = file.metadata().map_err(RunError::io("read", path))?.len();
         Ok(Self { path: path.to_path_buf(), file, length })
     }
@@ -55,6 +58,13 @@ impl AppendFile {
         self.file.sync_data().map_err(RunError::io("write", &self.path))
     }
 
+    /// A file on a device that is always full.
+    #[cfg(all(test, target_os = "linux"))]
+    pub fn on_a_full_disk() -> Self {
+        let path = Path::new("/dev/full");
+        Self::of(File::options().append(true).open(path).unwrap(), path).unwrap()
+    }
+
     /// Where the file is.
     pub fn path(&self) -> &Path {
         &self.path
@@ -84,7 +94,7 @@ mod tests {
     #[cfg(target_os = "linux")]
     #[test]
     fn a_full_disk_is_an_error_with_the_path_and_the_remedy() {
-        let mut file = AppendFile::open(Path::new("/dev/full")).unwrap();
+        let mut file = AppendFile::on_a_full_disk();
         let text = file.append(b"one\n").unwrap_err().to_string();
         assert!(text.starts_with("cannot write /dev/full: "), "{text}");
         assert!(text.contains("free some space"), "{text}");

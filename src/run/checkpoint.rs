@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::folder::{self, write_new};
-use super::{Result, RunError, number};
+use super::{Result, RunError, file, number};
 
 /// Format of a checkpoint that this program writes, and the newest that it reads.
 pub const FORMAT: u64 = 1;
@@ -116,7 +116,7 @@ impl Checkpoint {
     ///
     /// All files are written and synced in a new folder beside it, which is then renamed. The old
     /// one is moved out of the way just before and removed after; [`Checkpoint::load`] finds it if
-    /// the process dies between the two renames.
+    /// the process is killed between the two renames.
     ///
     /// # Errors
     /// [`RunError::Io`]; the old checkpoint is still there then.
@@ -157,7 +157,7 @@ impl Checkpoint {
             if !is_section_name(&section.name) {
                 return Err(RunError::SectionName(section.name.clone()));
             }
-            let bytes = fs::read(&file).map_err(RunError::io("read", &file))?;
+            let bytes = file::read(&file)?;
             if bytes.len() as u64 != section.bytes {
                 let (expected, found) = (section.bytes, bytes.len() as u64);
                 return Err(RunError::Truncated { path: file, expected, found });
@@ -176,12 +176,9 @@ impl Manifest {
     pub fn read(path: &Path) -> Result<Self> {
         let path = &existing(path);
         let file = path.join(MANIFEST);
-        let bytes = match fs::read(&file) {
-            Ok(bytes) => bytes,
-            Err(error) if error.kind() == ErrorKind::NotFound => {
-                return Err(RunError::NoCheckpoint(path.clone()));
-            }
-            Err(error) => return Err(RunError::io("read", &file)(error)),
+        let bytes = match file::read(&file) {
+            Err(error) if error.is_not_found() => return Err(RunError::NoCheckpoint(path.clone())),
+            bytes => bytes?,
         };
         check_format(&file, &bytes, FORMAT)?;
         parse_json(&file, &bytes)
@@ -225,7 +222,18 @@ fn swap_in(new: tempfile::TempDir, path: &Path) -> Result<()> {
     remove(&previous)
 }
 
-/// Removes a checkpoint, if it is there.
+/// Removes a checkpoint, if it is there: all of it at once, also if the process is killed meanwhile.
+pub(super) fn remove_whole(path: &Path) -> Result<()> {
+    // The new name is one that `CheckpointStore::tidy` removes; the rename replaces the empty folder.
+    let leaving = folder::new_beside(path)?;
+    match fs::rename(path, leaving.path()) {
+        Ok(()) => leaving.close().map_err(RunError::io("remove", path)),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        Err(error) => Err(RunError::io("remove", path)(error)),
+    }
+}
+
+/// Removes a folder, if it is there.
 pub(super) fn remove(path: &Path) -> Result<()> {
     match fs::remove_dir_all(path) {
         Err(error) if error.kind() != ErrorKind::NotFound => Err(RunError::io("remove", path)(error)),
@@ -238,7 +246,7 @@ fn previous_of(path: &Path) -> PathBuf {
     path.with_file_name(format!("{PREVIOUS}{name}"))
 }
 
-/// `path`, or the old checkpoint if a process died while it replaced this one.
+/// `path`, or the old checkpoint if a process was killed while it replaced this one.
 fn existing(path: &Path) -> PathBuf {
     let previous = previous_of(path);
     if !path.exists() && previous.exists() { previous } else { path.to_path_buf() }

@@ -1,6 +1,6 @@
 //! The folder of a run: where its files are, its configuration, its lock.
 
-use std::fs::{self, File, OpenOptions, TryLockError};
+use std::fs::{self, File, TryLockError};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::thread;
@@ -13,7 +13,7 @@ use super::checkpoint::{check_format, parse_json, sha256};
 use super::log::{EventReader, read_tail};
 use super::status::RunStatus;
 use super::store::CheckpointStore;
-use super::{Result, RunError};
+use super::{Result, RunError, file, folder};
 use crate::atomic;
 
 /// Format of a run folder that this program writes, and the newest that it reads.
@@ -50,7 +50,9 @@ impl RunDirectory {
         directory.refuse_if_made()?;
         fs::create_dir_all(path).map_err(RunError::io("create", path))?;
         for entry in fs::read_dir(path).map_err(RunError::io("read", path))? {
-            if entry.map_err(RunError::io("read", path))?.file_name() != LOCK {
+            let name = entry.map_err(RunError::io("read", path))?.file_name();
+            // Left by a process that was killed here; the next one completes the creation.
+            if name != LOCK && !atomic::is_temporary(&name.to_string_lossy()) {
                 return Err(RunError::NotEmpty(path.clone()));
             }
         }
@@ -59,10 +61,12 @@ impl RunDirectory {
             .map_err(|source| RunError::Encode { what: "the configuration".into(), source })?;
         text.push(b'\n');
         let _lock = directory.lock()?;
-        // Somebody may have been faster until here.
+        // Another process may have been faster.
         directory.refuse_if_made()?;
         let file = directory.config_path();
         atomic::write(&file, &text).map_err(RunError::io("write", &file))?;
+        // The folder's own name, too, should outlive a loss of power.
+        folder::sync(&folder::parent_of(path))?;
         Ok(directory)
     }
 
@@ -91,15 +95,17 @@ impl RunDirectory {
 
     fn config_bytes(&self) -> Result<Vec<u8>> {
         let path = self.config_path();
-        let bytes = fs::read(&path).map_err(|error| match error.kind() {
-            ErrorKind::NotFound | ErrorKind::NotADirectory => RunError::NotARun(self.path.clone()),
-            _ => RunError::io("read", &path)(error),
+        let bytes = file::read(&path).map_err(|error| match error {
+            RunError::Io { source, .. } if matches!(source.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+                RunError::NotARun(self.path.clone())
+            }
+            error => error,
         })?;
         check_format(&path, &bytes, FORMAT)?;
         Ok(bytes)
     }
 
-    /// Whether anybody works on the run, how it ended, and how far it is. Cheap also for a long
+    /// Whether a process trains the run, how it ended, and how far it is. Cheap also for a long
     /// run: usually only the end of the log is read.
     ///
     /// # Errors
@@ -114,41 +120,36 @@ impl RunDirectory {
         Ok(RunStatus::derive(&read_tail(&self.events_path(), u64::MAX)?, locked))
     }
 
-    /// Takes the run for writing, for as long as the lock lives.
+    /// Takes the run for writing, until the lock is dropped.
     ///
     /// # Errors
     /// [`RunError::InUse`] if another process, or another part of this one, has it.
     pub fn lock(&self) -> Result<RunLock> {
         let path = self.path.join(LOCK);
-        let mut file = OpenOptions::new()
-            .create(true)
-            .write(true)
-            .truncate(false)
-            .open(&path)
-            .map_err(RunError::io("write", &path))?;
+        let mut file = file::open_write(&path).map_err(RunError::io("write", &path))?;
         // Readers that ask for the status hold the lock for a moment.
         for _ in 0..10 {
             match file.try_lock() {
                 Ok(()) => {
                     file.set_len(0).map_err(RunError::io("write", &path))?;
                     write!(file, "{}", std::process::id()).map_err(RunError::io("write", &path))?;
-                    return Ok(RunLock { _file: file });
+                    return Ok(RunLock { file, path });
                 }
                 Err(TryLockError::WouldBlock) => thread::sleep(Duration::from_millis(20)),
                 Err(TryLockError::Error(error)) => return Err(RunError::io("lock", &path)(error)),
             }
         }
-        let process = fs::read_to_string(&path).ok().and_then(|text| text.trim().parse().ok());
+        let process = file::read(&path).ok().and_then(|text| String::from_utf8(text).ok()?.trim().parse().ok());
         Err(RunError::InUse { path: self.path.clone(), process })
     }
 
-    /// Whether somebody holds the run's lock.
+    /// Whether a process holds the run's lock.
     ///
     /// # Errors
     /// [`RunError::Io`] if the lock cannot be read.
     pub fn is_locked(&self) -> Result<bool> {
         let path = self.path.join(LOCK);
-        let file = match File::open(&path) {
+        let file = match file::open(&path) {
             Ok(file) => file,
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(false),
             Err(error) => return Err(RunError::io("read", &path)(error)),
@@ -157,6 +158,19 @@ impl RunDirectory {
             Ok(()) => Ok(false),
             Err(TryLockError::WouldBlock) => Ok(true),
             Err(TryLockError::Error(error)) => Err(RunError::io("lock", &path)(error)),
+        }
+    }
+
+    /// The text of `prior.json`; none if the run has no action clusters.
+    ///
+    /// # Errors
+    /// [`RunError::Io`] if it cannot be read.
+    pub fn read_prior(&self) -> Result<Option<String>> {
+        let path = self.prior_path();
+        match file::read(&path) {
+            Ok(bytes) => Ok(Some(String::from_utf8_lossy(&bytes).into_owned())),
+            Err(error) if error.is_not_found() => Ok(None),
+            Err(error) => Err(error),
         }
     }
 
@@ -209,17 +223,27 @@ impl RunDirectory {
     pub fn tensorboard_path(&self) -> PathBuf {
         self.path.join("tensorboard")
     }
-
-    /// `figures/`
-    pub fn figures_path(&self) -> PathBuf {
-        self.path.join("figures")
-    }
 }
 
 /// The right to write a run; given up when dropped, also by a crash.
 #[derive(Debug)]
 pub struct RunLock {
-    _file: File,
+    file: File,
+    path: PathBuf,
+}
+
+impl RunLock {
+    /// Whether the lock is still where it was taken: not if the run was moved or deleted.
+    pub(super) fn is_in_place(&self) -> bool {
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::MetadataExt;
+            let (Ok(held), Ok(found)) = (self.file.metadata(), fs::symlink_metadata(&self.path)) else { return false };
+            (held.dev(), held.ino()) == (found.dev(), found.ino())
+        }
+        #[cfg(not(unix))]
+        self.path.exists()
+    }
 }
 
 /// Twelve hexadecimal digits that name a configuration, for the metadata of figures and reports.

@@ -7,7 +7,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::append::AppendFile;
-use super::{Result, RunError};
+use super::{Result, RunError, file};
 
 /// Where an action came from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -79,7 +79,7 @@ impl EpisodeLog {
     /// Opens the file and removes what comes after `episode`, and a half-written line.
     pub fn open(path: &Path, episode: u64) -> Result<Self> {
         let mut file = AppendFile::open(path)?;
-        let bytes = std::fs::read(path).map_err(RunError::io("read", path))?;
+        let bytes = file::read(path)?;
         let mut kept = 0;
         let mut end = 0;
         // A line that is damaged costs its own episode, not those after it.
@@ -121,7 +121,7 @@ fn parse(line: &[u8]) -> serde_json::Result<PlayedEpisode> {
 /// [`RunError::Io`] if the run keeps no episodes, [`RunError::NoEpisode`] if it has not kept
 /// this one or is just writing it, [`RunError::Malformed`] if its line is not an episode.
 pub fn read_episode(path: &Path, episode: u64) -> Result<PlayedEpisode> {
-    let file = std::fs::File::open(path).map_err(RunError::io("read", path))?;
+    let file = file::open(path).map_err(RunError::io("read", path))?;
     let mut reader = BufReader::new(file);
     for number in 1.. {
         let mut line = Vec::new();

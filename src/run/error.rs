@@ -41,6 +41,9 @@ pub enum RunError {
         /// Process id of the writer, where it can be read.
         process: Option<u32>,
     },
+    /// The folder is no longer where it was while the run is being written.
+    #[error("{} was moved or deleted while it was being trained: the training has ended", .0.display())]
+    Gone(PathBuf),
     /// Written by a program that knows more than this one.
     #[error(
         "{} has format {found}, and this program reads formats 1 to {supported}: update mge",

@@ -81,11 +81,13 @@ pub struct EpisodeRecord {
 ///    a [`Paused`](Event::Paused) that is followed by [`Resumed`](Event::Resumed) before the next
 ///    `EpisodeFinished`;
 /// 3. exactly one of [`Finished`](Event::Finished), [`Stopped`](Event::Stopped) and
-///    [`Failed`](Event::Failed), and nothing after it. If it is missing and nobody holds the
-///    run's lock, the process died.
+///    [`Failed`](Event::Failed), and nothing after it. If it is missing and no process holds
+///    the run's lock, the process exited unexpectedly.
 ///
-/// `Checkpointed` comes after the checkpoint is safely on disk. A process that continues a run
-/// first removes everything after the `Checkpointed` of its checkpoint, then begins at 1.
+/// `Checkpointed` comes after the checkpoint is safely on disk, with all its copies. A process that
+/// continues a run first removes everything after the `Checkpointed` of its checkpoint, or, if the
+/// process before it was killed before it wrote that event, completes the checkpoint and writes it;
+/// then it begins at 1.
 ///
 /// `episode` is always the number of episodes finished so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -133,7 +135,7 @@ pub enum Event {
         /// Episodes finished so far.
         episode: u64,
     },
-    /// Training goes on after a pause.
+    /// Training continues after a pause.
     Resumed {
         /// Episodes finished so far.
         episode: u64,
@@ -157,7 +159,7 @@ pub enum Event {
         /// Episodes finished.
         episode: u64,
     },
-    /// Somebody ended the run early; it can be continued.
+    /// The run was ended early; it can be continued.
     Stopped {
         /// Episodes finished so far.
         episode: u64,

@@ -1,7 +1,7 @@
 //! Folders that appear whole: filled beside their place, synced, renamed.
 
 use std::fs::File;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::{Builder, TempDir};
@@ -18,6 +18,15 @@ pub(super) fn new_beside(path: &Path) -> Result<TempDir> {
 
 /// Prefix of the name of a folder that is being filled.
 pub(super) const TEMPORARY: &str = ".writing-";
+
+/// Makes a folder in one that exists, unless it is there. The folder of a run that is gone does not
+/// come back by this.
+pub(super) fn create(path: &Path) -> Result<()> {
+    match std::fs::create_dir(path) {
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(()),
+        made => made.map_err(RunError::io("create", path)),
+    }
+}
 
 /// Writes a new file and syncs it.
 pub(super) fn write_new(path: &Path, bytes: &[u8]) -> Result<()> {

@@ -1,4 +1,4 @@
-//! A run's past as its log tells it: episodes, evaluations, the latest event.
+//! The history of a run, read from its log: episodes, evaluations, the latest event.
 
 use super::event::{EpisodeRecord, Event};
 use super::log::read_events;
@@ -42,7 +42,7 @@ impl RunHistory {
     /// Takes in the next event.
     pub fn note(&mut self, event: &Event) {
         match event {
-            // A run that goes on after an interruption repeats the episodes after its checkpoint.
+            // A run that is continued after an interruption repeats the episodes after its checkpoint.
             Event::Started { episode, .. } => {
                 self.records.truncate(usize::try_from(*episode).unwrap_or(usize::MAX));
                 self.evaluations.retain(|evaluation| evaluation.episode <= *episode);

@@ -6,12 +6,14 @@ use std::path::{Path, PathBuf};
 
 use super::append::AppendFile;
 use super::event::{Event, LoggedEvent};
-use super::{Result, RunError};
+use super::{Result, RunError, file};
 
 /// The writing end of `events.jsonl`.
 #[derive(Debug)]
 pub(super) struct EventLog {
     file: AppendFile,
+    /// Whether the log says that the checkpoint it was cut to is on the disk, with all its copies.
+    pub checkpoint_logged: bool,
 }
 
 impl EventLog {
@@ -19,9 +21,10 @@ impl EventLog {
     /// after that episode's `Checkpointed`, or, without one, after the episode itself.
     pub fn open(path: &Path, episode: u64) -> Result<Self> {
         let mut file = AppendFile::open(path)?;
-        let bytes = std::fs::read(path).map_err(RunError::io("read", path))?;
-        file.cut(cut_point(path, &bytes, episode)?)?;
-        Ok(Self { file })
+        let bytes = file::read(path)?;
+        let (length, checkpoint_logged) = cut_point(path, &bytes, episode)?;
+        file.cut(length)?;
+        Ok(Self { file, checkpoint_logged })
     }
 
     /// Appends one line.
@@ -38,12 +41,14 @@ impl EventLog {
     }
 }
 
-/// Length of the part of a log that belongs to a checkpoint of `episode`.
+/// Length of the part of a log that belongs to a checkpoint of `episode`, and whether it ends with
+/// that checkpoint's event.
 ///
-/// Damage behind the last episode that is kept goes away with the cut.
-fn cut_point(path: &Path, bytes: &[u8], episode: u64) -> Result<u64> {
+/// Damage behind the last episode that is kept goes away with the cut, and so does the end of a
+/// process that was killed before it could log the checkpoint.
+fn cut_point(path: &Path, bytes: &[u8], episode: u64) -> Result<(u64, bool)> {
     let mut after_checkpoint = None;
-    let mut end = 0;
+    let (mut end, mut kept) = (0, 0);
     let mut last_episode = 0;
     for (number, line) in complete_lines(bytes) {
         let event = match parse(path, number, line) {
@@ -58,6 +63,9 @@ fn cut_point(path: &Path, bytes: &[u8], episode: u64) -> Result<u64> {
             last_episode = record.episode;
         }
         end += line.len() as u64 + 1;
+        if !matches!(event, Event::Finished { .. } | Event::Stopped { .. } | Event::Failed { .. }) {
+            kept = end;
+        }
         if matches!(event, Event::Checkpointed { episode: at, .. } if at == episode) {
             after_checkpoint = Some(end);
         }
@@ -66,7 +74,8 @@ fn cut_point(path: &Path, bytes: &[u8], episode: u64) -> Result<u64> {
         return Err(RunError::LogTooShort { path: path.to_path_buf(), found: last_episode, wanted: episode });
     }
     // Without a checkpoint the run begins again, and so does its log.
-    Ok(after_checkpoint.unwrap_or(if episode == 0 { 0 } else { end }))
+    let unlogged = (if episode == 0 { 0 } else { kept }, false);
+    Ok(after_checkpoint.map_or(unlogged, |length| (length, true)))
 }
 
 /// Lines that end with a line feed, counted from 1; a half-written last line is left out.
@@ -92,7 +101,7 @@ pub struct Poll {
     pub events: Vec<LoggedEvent>,
     /// Lines that cannot be read, each with its number; the lines around them are in `events`.
     pub problems: Vec<RunError>,
-    /// The run was taken back to a checkpoint: forget what was read before, `events` begins anew.
+    /// The run was taken back to a checkpoint: what was read before is void, `events` starts from the beginning.
     pub restarted: bool,
 }
 
@@ -126,7 +135,7 @@ impl EventReader {
 
     fn read_on(&mut self) -> std::io::Result<Poll> {
         let mut poll = Poll::default();
-        let mut file = match File::open(&self.path) {
+        let mut file = match file::open(&self.path) {
             Ok(file) => file,
             Err(error) if error.kind() == ErrorKind::NotFound && self.offset == 0 => {
                 return Ok(poll);
@@ -172,14 +181,14 @@ impl EventReader {
 /// [`RunError::Io`] if there is no such file, [`RunError::Malformed`] with the number of the first
 /// line that is not an event. A half-written last line is left out and is no error.
 pub fn read_events(path: &Path) -> Result<Vec<LoggedEvent>> {
-    let bytes = std::fs::read(path).map_err(RunError::io("read", path))?;
+    let bytes = file::read(path)?;
     complete_lines(&bytes).map(|(number, line)| parse(path, number, line)).collect()
 }
 
 /// The events in the last `bytes` bytes of a log, oldest first, without what cannot be read.
 pub(super) fn read_tail(path: &Path, bytes: u64) -> Result<Vec<LoggedEvent>> {
     let read = || -> std::io::Result<Vec<u8>> {
-        let mut file = File::open(path)?;
+        let mut file = file::open(path)?;
         let start = file.metadata()?.len().saturating_sub(bytes);
         file.seek(SeekFrom::Start(start))?;
         let mut tail = Vec::new();
@@ -287,7 +296,12 @@ mod tests {
         let evaluated = Event::Evaluated { episode: 1, episodes: 5, success: 0.0, mean_return: 0.0 };
         log.raw(&lines(&[episode(1), evaluated.clone(), episode(2)]));
         log.write(1, &[]);
-        assert_eq!(log.events(), [episode(1), evaluated]);
+        assert_eq!(log.events(), [episode(1), evaluated.clone()]);
+
+        let failed = Event::Failed { episode: 1, reason: "disk".into() };
+        log.raw(&lines(&[failed]));
+        log.write(1, &[]);
+        assert_eq!(log.events(), [episode(1), evaluated], "how the earlier process ended is not part of the run");
     }
 
     #[test]

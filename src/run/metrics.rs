@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::append::AppendFile;
 use super::event::EpisodeRecord;
-use super::{Result, RunError};
+use super::{Result, RunError, file};
 
 /// The writing end of `metrics.csv`.
 #[derive(Debug)]
@@ -16,7 +16,7 @@ impl MetricsLog {
     /// Opens the table and removes the rows after `episode` and a half-written last row.
     pub fn open(path: &Path, episode: u64) -> Result<Self> {
         let mut file = AppendFile::open(path)?;
-        let bytes = std::fs::read(path).map_err(RunError::io("read", path))?;
+        let bytes = file::read(path)?;
         let (rows, ends, damage) = parse(path, whole_lines(&bytes));
         let kept = rows.iter().take_while(|row| row.episode <= episode).count();
         let found = kept.checked_sub(1).map_or(0, |last| rows[last].episode);
@@ -43,7 +43,7 @@ impl MetricsLog {
     /// A table on a device that is always full.
     #[cfg(all(test, target_os = "linux"))]
     pub fn on_a_full_disk() -> Self {
-        Self { file: AppendFile::open(Path::new("/dev/full")).unwrap() }
+        Self { file: AppendFile::on_a_full_disk() }
     }
 
     /// Waits until everything is on the disk.
@@ -58,7 +58,7 @@ impl MetricsLog {
 /// [`RunError::Io`] if there is no such file, [`RunError::Malformed`] with the number of the first
 /// line that is not a row. A half-written last row is left out and is no error.
 pub fn read_metrics(path: &Path) -> Result<Vec<EpisodeRecord>> {
-    let bytes = std::fs::read(path).map_err(RunError::io("read", path))?;
+    let bytes = file::read(path)?;
     let (rows, _, damage) = parse(path, whole_lines(&bytes));
     damage.map_or(Ok(rows), Err)
 }

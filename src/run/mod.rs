@@ -10,10 +10,10 @@
 //! metrics.csv                 one row an episode, the fields of `EpisodeRecord`; no times, so one seed gives one file
 //! episodes.jsonl              the actions of each episode, so that it can be played again
 //! prior.json                  the action clusters in use, if there are any
-//! log.txt                     the same story in words, without the single episodes
+//! log.txt                     the events but single episodes, as text for people
 //! tensorboard/                TFEvents files, tags grouped as train/, loss/, eval/, time/
 //! checkpoint/last/            always the newest; `best/` and `episode-N/` beside it
-//! figures/                    for whoever draws
+//! figures/                    figures of the run
 //! lock                        locked while a process writes the run; its text is that process's id
 //! ```
 //!
@@ -38,6 +38,7 @@ mod directory;
 mod episodes;
 mod error;
 mod event;
+mod file;
 mod folder;
 mod history;
 mod log;
@@ -60,10 +61,9 @@ pub use history::{EvaluationRecord, RunHistory};
 pub use log::{EventReader, Poll, read_events};
 pub use metric::{Direction, Metric, MetricInfo};
 pub use metrics::read_metrics;
-pub use retention::{Action, CheckpointName, Moment, Retention, what_to_keep};
+pub use retention::{CheckpointAction, CheckpointName, Retention, RetentionContext, what_to_keep};
 pub use status::{RunState, RunStatus};
 pub use store::CheckpointStore;
-pub use tensorboard::TensorBoardWriter;
 pub use writer::RunWriter;
 
 /// Result of everything that touches a run on disk.

@@ -62,7 +62,7 @@ impl Default for Retention {
 
 /// The situation in which [`what_to_keep`] decides.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moment<'a> {
+pub struct RetentionContext<'a> {
     /// Episodes finished so far.
     pub episode: u64,
     /// Score of the present networks, if they were evaluated just now.
@@ -77,7 +77,7 @@ pub struct Moment<'a> {
 
 /// Something to do to the checkpoints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Action {
+pub enum CheckpointAction {
     /// Write the present state under this name.
     Save(CheckpointName),
     /// Remove this one.
@@ -89,7 +89,7 @@ pub enum Action {
 /// Whenever something is saved, `last` is saved first, so that it is never older than any other.
 /// A checkpoint becomes `best` if its score is strictly higher than that of the `best` so far; a
 /// score that is not a number never is.
-pub fn what_to_keep(policy: &Retention, moment: &Moment) -> Vec<Action> {
+pub fn what_to_keep(policy: &Retention, moment: &RetentionContext) -> Vec<CheckpointAction> {
     let due = |every: u64| every > 0 && moment.episode > 0 && moment.episode.is_multiple_of(every);
     let best = match (moment.score, moment.best_score) {
         (Some(score), Some(best)) => score > best,
@@ -100,51 +100,52 @@ pub fn what_to_keep(policy: &Retention, moment: &Moment) -> Vec<Action> {
     if !(best || periodic || moment.closing || due(policy.last_every)) {
         return Vec::new();
     }
-    let mut actions = vec![Action::Save(CheckpointName::Last)];
+    let mut actions = vec![CheckpointAction::Save(CheckpointName::Last)];
     if best {
-        actions.push(Action::Save(CheckpointName::Best));
+        actions.push(CheckpointAction::Save(CheckpointName::Best));
     }
     if periodic {
         let new = CheckpointName::Episode(moment.episode);
-        actions.push(Action::Save(new));
+        actions.push(CheckpointAction::Save(new));
         let is_other = |name: &CheckpointName| matches!(name, CheckpointName::Episode(_)) && *name != new;
         let mut old: Vec<_> = moment.existing.iter().copied().filter(is_other).collect();
         old.sort_unstable();
         let kept = policy.periodic_kept.map_or(usize::MAX, |kept| kept.saturating_sub(1));
         let surplus = old.len().saturating_sub(kept);
-        actions.extend(old.into_iter().take(surplus).map(Action::Delete));
+        actions.extend(old.into_iter().take(surplus).map(CheckpointAction::Delete));
     }
     actions
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Action::{Delete, Save};
+    use super::CheckpointAction::{Delete, Save};
     use super::CheckpointName::{Best, Episode, Last};
     use super::*;
 
     const POLICY: Retention = Retention { last_every: 10, periodic_every: 100, periodic_kept: Some(2) };
 
-    const QUIET: Moment = Moment { episode: 7, score: None, best_score: None, closing: false, existing: &[] };
+    const QUIET: RetentionContext =
+        RetentionContext { episode: 7, score: None, best_score: None, closing: false, existing: &[] };
 
-    fn check(moment: Moment, actions: &[Action]) {
+    fn check(moment: RetentionContext, actions: &[CheckpointAction]) {
         assert_eq!(what_to_keep(&POLICY, &moment), actions, "{moment:?}");
     }
 
     #[test]
     fn last_is_written_when_due_and_when_closing() {
         check(QUIET, &[]);
-        check(Moment { episode: 0, ..QUIET }, &[]);
-        check(Moment { episode: 20, ..QUIET }, &[Save(Last)]);
-        check(Moment { closing: true, ..QUIET }, &[Save(Last)]);
-        check(Moment { episode: 0, closing: true, ..QUIET }, &[Save(Last)]);
+        check(RetentionContext { episode: 0, ..QUIET }, &[]);
+        check(RetentionContext { episode: 20, ..QUIET }, &[Save(Last)]);
+        check(RetentionContext { closing: true, ..QUIET }, &[Save(Last)]);
+        check(RetentionContext { episode: 0, closing: true, ..QUIET }, &[Save(Last)]);
         let never = Retention { last_every: 0, periodic_every: 0, periodic_kept: None };
-        assert_eq!(what_to_keep(&never, &Moment { episode: 20, ..QUIET }), []);
+        assert_eq!(what_to_keep(&never, &RetentionContext { episode: 20, ..QUIET }), []);
     }
 
     #[test]
     fn best_must_be_strictly_better_and_a_number() {
-        let with = |score, best_score| Moment { score, best_score, ..QUIET };
+        let with = |score, best_score| RetentionContext { score, best_score, ..QUIET };
         check(with(Some(0.5), None), &[Save(Last), Save(Best)]);
         check(with(Some(0.5), Some(0.4)), &[Save(Last), Save(Best)]);
         check(with(Some(0.5), Some(0.5)), &[]);
@@ -157,15 +158,15 @@ mod tests {
     fn old_periodic_ones_go_oldest_first() {
         let existing = [Episode(300), Best, Last, Episode(100), Episode(200)];
         check(
-            Moment { episode: 400, existing: &existing, ..QUIET },
+            RetentionContext { episode: 400, existing: &existing, ..QUIET },
             &[Save(Last), Save(Episode(400)), Delete(Episode(100)), Delete(Episode(200))],
         );
         check(
-            Moment { episode: 300, existing: &existing, ..QUIET },
+            RetentionContext { episode: 300, existing: &existing, ..QUIET },
             &[Save(Last), Save(Episode(300)), Delete(Episode(100))],
         );
         let all = Retention { periodic_kept: None, ..POLICY };
-        let actions = what_to_keep(&all, &Moment { episode: 400, existing: &existing, ..QUIET });
+        let actions = what_to_keep(&all, &RetentionContext { episode: 400, existing: &existing, ..QUIET });
         assert_eq!(actions, [Save(Last), Save(Episode(400))]);
     }
 

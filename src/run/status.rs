@@ -5,7 +5,7 @@ use super::event::{EpisodeRecord, Event, LoggedEvent};
 /// The state of a run as a reader sees it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RunState {
-    /// Created, but nobody began to work on it.
+    /// Created, but not trained yet.
     NotStarted,
     /// A living process trains it.
     Running,
@@ -13,11 +13,11 @@ pub enum RunState {
     Paused,
     /// All episodes are done.
     Finished,
-    /// Somebody ended it early; it can be continued.
+    /// It was ended early; it can be continued.
     Stopped(String),
     /// An error ended it; it can be continued from its last checkpoint.
     Failed(String),
-    /// The process that worked on it is gone without a word; it can be continued.
+    /// The process that trained it exited unexpectedly; it can be continued.
     Interrupted,
 }
 
@@ -39,7 +39,7 @@ impl RunState {
 /// The state of a run and how far it is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunStatus {
-    /// Whether anybody works on it, or how it ended.
+    /// Whether a process trains it, or how it ended.
     pub state: RunState,
     /// The last finished episode, if there is one in the part of the log that was looked at.
     pub last_episode: Option<EpisodeRecord>,
@@ -67,11 +67,15 @@ impl RunStatus {
             | Event::ScheduleChanged { .. }
             | Event::ClustersChanged { .. } => None,
         });
-        let nothing_said = if locked { RunState::Running } else { RunState::NotStarted };
-        Self { state: state.unwrap_or(nothing_said), last_episode, last_time: events.last().map(|logged| logged.time) }
+        let without_events = if locked { RunState::Running } else { RunState::NotStarted };
+        Self {
+            state: state.unwrap_or(without_events),
+            last_episode,
+            last_time: events.last().map(|logged| logged.time),
+        }
     }
 
-    /// True if the events were enough to tell.
+    /// True if the events were enough to decide.
     pub(super) fn is_decided(&self) -> bool {
         self.last_episode.is_some()
     }
@@ -108,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn status_tells_how_far_the_run_is() {
+    fn status_says_how_far_the_run_is() {
         let record = EpisodeRecord { episode: 5, ..Default::default() };
         let log = [
             LoggedEvent { time: 1.0, event: Event::EpisodeFinished(record.clone()) },

@@ -6,8 +6,8 @@ use std::io::ErrorKind;
 use std::path::PathBuf;
 
 use super::checkpoint::{self, Checkpoint, Manifest};
-use super::folder::TEMPORARY;
-use super::retention::{Action, CheckpointName};
+use super::folder::{self, TEMPORARY};
+use super::retention::{CheckpointAction, CheckpointName};
 use super::{Result, RunError};
 
 /// The folder that holds a run's checkpoints by name.
@@ -50,6 +50,11 @@ impl CheckpointStore {
         }
     }
 
+    /// Episode of a checkpoint; `None` if there is none of this name whose manifest can be read.
+    pub(super) fn episode_of(&self, name: CheckpointName) -> Option<u64> {
+        Manifest::read(&self.path(name)).ok().map(|manifest| manifest.episode)
+    }
+
     /// Reads and verifies one checkpoint.
     ///
     /// # Errors
@@ -87,11 +92,11 @@ impl CheckpointStore {
     /// # Errors
     /// [`RunError::Io`]. The checkpoint that could not be written is as it was before; nothing is
     /// removed.
-    pub fn apply(&self, actions: &[Action], checkpoint: &Checkpoint) -> Result<()> {
-        fs::create_dir_all(&self.folder).map_err(RunError::io("create", &self.folder))?;
+    pub fn apply(&self, actions: &[CheckpointAction], checkpoint: &Checkpoint) -> Result<()> {
+        folder::create(&self.folder)?;
         let mut saved: Option<PathBuf> = None;
         for action in actions {
-            let Action::Save(name) = action else { continue };
+            let CheckpointAction::Save(name) = action else { continue };
             let path = self.path(*name);
             match &saved {
                 Some(first) => checkpoint::duplicate(first, &path)?,
@@ -102,14 +107,14 @@ impl CheckpointStore {
             }
         }
         for action in actions {
-            if let Action::Delete(name) = action {
-                checkpoint::remove(&self.path(*name))?;
+            if let CheckpointAction::Delete(name) = action {
+                checkpoint::remove_whole(&self.path(*name))?;
             }
         }
         Ok(())
     }
 
-    /// Cleans up after a process that died while it wrote. Only for the holder of the run's lock.
+    /// Cleans up after a process that was killed while it wrote. Only for the holder of the run's lock.
     pub(super) fn tidy(&self) -> Result<()> {
         for entry in self.entries()? {
             let path = self.folder.join(&entry);
@@ -142,7 +147,7 @@ fn finished_name(entry: &str) -> &str {
 
 #[cfg(test)]
 mod tests {
-    use super::Action::{Delete, Save};
+    use super::CheckpointAction::{Delete, Save};
     use super::CheckpointName::{Best, Episode, Last};
     use super::*;
 
@@ -189,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn leftovers_of_a_dead_process_are_tidied() {
+    fn leftovers_of_a_killed_process_are_removed() {
         let folder = tempfile::tempdir().unwrap();
         let store = CheckpointStore::new(folder.path());
         store.apply(&[Save(Last), Save(Best)], &sample(10, 0.5)).unwrap();

@@ -7,11 +7,11 @@
 use std::path::Path;
 
 use super::append::AppendFile;
-use super::{Result, RunError};
+use super::{Result, RunError, folder};
 
 /// Writes one event file. Every call appends one whole record, so that TensorBoard can follow.
 #[derive(Debug)]
-pub struct TensorBoardWriter {
+pub(super) struct TensorBoardWriter {
     file: AppendFile,
 }
 
@@ -19,13 +19,13 @@ impl TensorBoardWriter {
     /// Starts a new event file in `folder`, which is created if need be.
     ///
     /// Event files are never changed: a run that is continued starts another one. `first_step` is
-    /// the first step it will write; readers then forget what older files say from there on.
+    /// the first step it will write; readers then discard what older files contain from there on.
     /// `wall_time` is in seconds since 1970-01-01 UTC, here and below.
     ///
     /// # Errors
     /// [`RunError::Io`].
     pub fn create(folder: &Path, first_step: u64, wall_time: f64) -> Result<Self> {
-        std::fs::create_dir_all(folder).map_err(RunError::io("create", folder))?;
+        folder::create(folder)?;
         // Readers take the files in the order of their names.
         let older = std::fs::read_dir(folder).map_err(RunError::io("read", folder))?.count();
         let name = format!("events.out.tfevents.{:010}.mge.{older:04}", wall_time as u64);
@@ -138,12 +138,26 @@ impl Message {
     }
 }
 
+/// The steps of the records with numbers in an event file, in order.
+#[cfg(test)]
+pub(super) fn scalar_steps(bytes: &[u8]) -> Vec<u64> {
+    let step = |record: &[u8]| {
+        // After the time (a tag and eight bytes): the step's tag and varint, then the summary's tag.
+        let varint = &record[10..];
+        let length = varint.iter().position(|byte| byte & 0x80 == 0).unwrap() + 1;
+        let digits = varint[..length].iter().rev();
+        let value = digits.fold(0, |value, byte| value << 7 | u64::from(byte & 0x7f));
+        (varint.get(length) == Some(&0x2a)).then_some(value)
+    };
+    tests::records(bytes).into_iter().filter_map(step).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     /// The messages in an event file, their framing verified.
-    fn records(bytes: &[u8]) -> Vec<&[u8]> {
+    pub(super) fn records(bytes: &[u8]) -> Vec<&[u8]> {
         let mut rest = bytes;
         let mut records = Vec::new();
         while !rest.is_empty() {

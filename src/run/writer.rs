@@ -1,4 +1,4 @@
-//! The one writer of a run: every event into every file that tells of it.
+//! The one writer of a run: writes every event to every file that records it.
 
 use std::time::SystemTime;
 
@@ -9,10 +9,11 @@ use super::episodes::{EpisodeLog, PlayedEpisode};
 use super::event::{Event, LoggedEvent};
 use super::log::EventLog;
 use super::metrics::MetricsLog;
-use super::retention::Action;
+use super::retention::{CheckpointAction, CheckpointName, Retention, RetentionContext, what_to_keep};
 use super::scalars::Scalars;
 use super::tensorboard::TensorBoardWriter;
-use super::{Result, RunError};
+use super::{Result, RunError, file};
+use crate::atomic;
 
 /// Holds a run's lock and writes its logs and checkpoints.
 #[derive(Debug)]
@@ -25,7 +26,7 @@ pub struct RunWriter {
     scalars: Scalars,
     log: AppendFile,
     opened: f64,
-    _lock: RunLock,
+    lock: RunLock,
 }
 
 impl RunWriter {
@@ -33,7 +34,7 @@ impl RunWriter {
     /// to continue one. What the logs say of later episodes is removed.
     ///
     /// # Errors
-    /// [`RunError::InUse`] if somebody else writes the run; [`RunError::LogTooShort`] or
+    /// [`RunError::InUse`] if another process writes the run; [`RunError::LogTooShort`] or
     /// [`RunError::Malformed`] if its logs do not lead to `episode`; [`RunError::Io`].
     pub fn open(directory: &RunDirectory, episode: u64) -> Result<Self> {
         Self::locked(directory, directory.lock()?, episode)
@@ -46,6 +47,7 @@ impl RunWriter {
     pub fn locked(directory: &RunDirectory, lock: RunLock, episode: u64) -> Result<Self> {
         let time = now();
         directory.checkpoints().tidy()?;
+        atomic::remove_leftovers(directory.path());
         let events = EventLog::open(&directory.events_path(), episode)?;
         let metrics = MetricsLog::open(&directory.metrics_path(), episode)?;
         let episodes = EpisodeLog::open(&directory.episodes_path(), episode)?;
@@ -53,8 +55,8 @@ impl RunWriter {
         let mut tensorboard = TensorBoardWriter::create(&directory.tensorboard_path(), first_step, time)?;
         if episode == 0 {
             let path = directory.config_path();
-            let config = std::fs::read_to_string(&path).map_err(RunError::io("read", &path))?;
-            tensorboard.text(0, time, "config", &format!("```json\n{config}```\n"))?;
+            let config = file::read(&path)?;
+            tensorboard.text(0, time, "config", &format!("```json\n{}```\n", String::from_utf8_lossy(&config)))?;
         }
         Ok(Self {
             directory: directory.clone(),
@@ -65,7 +67,7 @@ impl RunWriter {
             scalars: Scalars::default(),
             log: AppendFile::open(&directory.log_path())?,
             opened: time,
-            _lock: lock,
+            lock,
         })
     }
 
@@ -73,8 +75,8 @@ impl RunWriter {
     /// see [`Event`].
     ///
     /// # Errors
-    /// [`RunError::Io`], for example on a full disk. The run should end then; the last checkpoint
-    /// is whole.
+    /// [`RunError::Io`], for example on a full disk, and [`RunError::Gone`]. The run should end then;
+    /// the last checkpoint is whole.
     pub fn record(&mut self, event: &Event) -> Result<()> {
         let logged = LoggedEvent { time: now(), event: event.clone() };
         self.events.append(&logged)?;
@@ -83,10 +85,15 @@ impl RunWriter {
             other => self.note(&other.to_string())?,
         }
         let values = self.scalars.of(&logged);
-        if values.is_empty() {
-            return Ok(());
+        if !values.is_empty() {
+            self.tensorboard.scalars(event.episode(), logged.time, &values)?;
         }
-        self.tensorboard.scalars(event.episode(), logged.time, &values)
+        self.check_in_place()
+    }
+
+    /// What was written goes with the folder, wherever it is now; nothing may be made in its place.
+    fn check_in_place(&self) -> Result<()> {
+        if self.lock.is_in_place() { Ok(()) } else { Err(RunError::Gone(self.directory.path().to_owned())) }
     }
 
     /// Keeps what was done in an episode, so that it can be played again.
@@ -110,21 +117,45 @@ impl RunWriter {
     ///
     /// # Errors
     /// [`RunError::Io`]; the checkpoints there were are still whole.
-    pub fn checkpoint(&mut self, actions: &[Action], checkpoint: &Checkpoint) -> Result<()> {
+    pub fn checkpoint(&mut self, actions: &[CheckpointAction], checkpoint: &Checkpoint) -> Result<()> {
+        self.check_in_place()?;
         // First the logs: a resume needs them to reach at least as far as the checkpoint.
         self.events.sync()?;
         self.metrics.sync()?;
         self.episodes.sync()?;
         self.directory.checkpoints().apply(actions, checkpoint)?;
-        let saved = |action: &Action| match action {
-            Action::Save(name) => Some(name.to_string()),
-            Action::Delete(_) => None,
+        let saved = |action: &CheckpointAction| match action {
+            CheckpointAction::Save(name) => Some(name.to_string()),
+            CheckpointAction::Delete(_) => None,
         };
         let names: Vec<_> = actions.iter().filter_map(saved).collect();
         if names.is_empty() {
             return Ok(());
         }
         self.record(&Event::Checkpointed { episode: checkpoint.episode, names })
+    }
+
+    /// Completes what a process that was killed while it saved `checkpoint` had left to do: the copies
+    /// that `policy` asks for, the removals, and the event.
+    ///
+    /// # Errors
+    /// As [`RunWriter::checkpoint`].
+    pub fn finish_checkpoint(&mut self, policy: &Retention, checkpoint: &Checkpoint) -> Result<()> {
+        if self.events.checkpoint_logged {
+            return Ok(());
+        }
+        let (store, episode) = (self.directory.checkpoints(), checkpoint.episode);
+        let existing = store.names()?;
+        // A `best` that cannot be read counts as none, as it does for the episodes to come.
+        let best_score = store.best_score().unwrap_or_default();
+        let moment =
+            RetentionContext { episode, score: checkpoint.score, best_score, closing: true, existing: &existing };
+        let is_here = |name: CheckpointName| store.episode_of(name) == Some(episode);
+        let mut actions = what_to_keep(policy, &moment);
+        actions.retain(|action| !matches!(action, CheckpointAction::Save(name) if is_here(*name)));
+        store.apply(&actions, checkpoint)?;
+        let names = store.names()?.into_iter().filter(|name| is_here(*name)).map(|name| name.to_string()).collect();
+        self.record(&Event::Checkpointed { episode, names })
     }
 
     /// The run that is written.
@@ -143,9 +174,7 @@ mod tests {
     use std::fs;
 
     use super::*;
-    use crate::run::{
-        CheckpointName, EpisodeRecord, Moment, Retention, RunState, read_events, read_metrics, what_to_keep,
-    };
+    use crate::run::{EpisodeRecord, RunState, read_events, read_metrics};
 
     fn new_run() -> (tempfile::TempDir, RunDirectory) {
         let folder = tempfile::tempdir().unwrap();
@@ -172,7 +201,7 @@ mod tests {
             let return_ = (episode as f32).sin();
             let record = EpisodeRecord { episode, return_, steps: 3, ..Default::default() };
             writer.record(&Event::EpisodeFinished(record)).unwrap();
-            let moment = Moment { episode, score: None, best_score: None, closing: false, existing: &[] };
+            let moment = RetentionContext { episode, score: None, best_score: None, closing: false, existing: &[] };
             let actions = what_to_keep(&policy, &moment);
             if !actions.is_empty() {
                 writer.checkpoint(&actions, &Checkpoint::new(episode)).unwrap();
@@ -218,6 +247,90 @@ mod tests {
     }
 
     #[test]
+    fn a_run_whose_folder_goes_away_ends_and_leaves_no_stub() {
+        let (folder, run) = new_run();
+        let mut writer = RunWriter::open(&run, 0).unwrap();
+        train(&mut writer, 1..=5);
+        fs::remove_dir_all(run.path()).unwrap();
+        let record = EpisodeRecord { episode: 6, ..Default::default() };
+        let error = writer.record(&Event::EpisodeFinished(record)).unwrap_err();
+        assert!(matches!(error, RunError::Gone(_)), "{error}");
+        let save = [CheckpointAction::Save(CheckpointName::Last)];
+        assert!(writer.checkpoint(&save, &Checkpoint::new(6)).is_err());
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    /// A checkpoint whose event is missing was not finished, whatever there is of it.
+    #[test]
+    fn a_checkpoint_that_was_being_saved_is_completed_on_resume() {
+        let policy = Retention { last_every: 5, periodic_every: 5, periodic_kept: Some(1) };
+        let state = |run: &RunDirectory| {
+            let names = run.checkpoints().names().unwrap();
+            let log = read_events(&run.events_path()).unwrap();
+            let events: Vec<Event> = log.into_iter().map(|logged| logged.event).collect();
+            (names, events)
+        };
+        let played = |writer: &mut RunWriter, episode: u64| {
+            for episode in episode - 4..=episode {
+                let record = EpisodeRecord { episode, ..Default::default() };
+                writer.record(&Event::EpisodeFinished(record)).unwrap();
+            }
+        };
+        let scored = |episode: u64| {
+            let mut checkpoint = Checkpoint::new(episode);
+            checkpoint.score = Some(episode as f64);
+            checkpoint
+        };
+        let saved = |writer: &mut RunWriter, episode: u64| {
+            let existing = writer.directory().checkpoints().names().unwrap();
+            let best_score = writer.directory().checkpoints().best_score().unwrap();
+            let score = Some(episode as f64);
+            let moment = RetentionContext { episode, score, best_score, closing: false, existing: &existing };
+            writer.checkpoint(&what_to_keep(&policy, &moment), &scored(episode)).unwrap();
+        };
+        let (_folder, whole) = new_run();
+        let mut writer = RunWriter::open(&whole, 0).unwrap();
+        for episode in [5, 10] {
+            played(&mut writer, episode);
+            saved(&mut writer, episode);
+        }
+        let all = [CheckpointName::Last, CheckpointName::Best, CheckpointName::Episode(10)];
+        // Killed after the first so many copies.
+        for copies in 1..=3 {
+            let (_folder, broken) = new_run();
+            let mut writer = RunWriter::open(&broken, 0).unwrap();
+            played(&mut writer, 5);
+            saved(&mut writer, 5);
+            played(&mut writer, 10);
+            let actions: Vec<CheckpointAction> = all[..copies].iter().copied().map(CheckpointAction::Save).collect();
+            broken.checkpoints().apply(&actions, &scored(10)).unwrap();
+            drop(writer);
+            let checkpoint = broken.checkpoints().load(CheckpointName::Last).unwrap();
+            let mut writer = RunWriter::open(&broken, 10).unwrap();
+            writer.finish_checkpoint(&policy, &checkpoint).unwrap();
+            assert_eq!(state(&broken), state(&whole), "after {copies} copies");
+            assert_eq!(broken.checkpoints().load(CheckpointName::Best).unwrap(), scored(10));
+            // And nothing more the next time.
+            drop(writer);
+            let mut writer = RunWriter::open(&broken, 10).unwrap();
+            writer.finish_checkpoint(&policy, &checkpoint).unwrap();
+            assert_eq!(state(&broken), state(&whole));
+        }
+    }
+
+    #[test]
+    fn the_step_in_tensorboard_is_the_episode() {
+        let (_folder, run) = new_run();
+        let mut writer = RunWriter::open(&run, 0).unwrap();
+        train(&mut writer, 1..=3);
+        writer.record(&Event::Evaluated { episode: 3, episodes: 1, success: 1.0, mean_return: 2.0 }).unwrap();
+        drop(writer);
+        let file = fs::read_dir(run.tensorboard_path()).unwrap().next().unwrap().unwrap();
+        let steps = super::super::tensorboard::scalar_steps(&fs::read(file.path()).unwrap());
+        assert_eq!(steps, [0, 1, 2, 3, 3], "the configuration, episodes, an evaluation");
+    }
+
+    #[test]
     fn two_writers_are_refused() {
         let (_folder, run) = new_run();
         let _writer = RunWriter::open(&run, 0).unwrap();
@@ -226,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn log_tells_the_story_in_words() {
+    fn log_describes_the_events_in_words() {
         let (_folder, run) = new_run();
         let mut writer = RunWriter::open(&run, 0).unwrap();
         train(&mut writer, 1..=5);

@@ -38,6 +38,7 @@ mod training;
 mod work;
 
 pub use collect::collect;
+pub use error::SweepError;
 pub use expand::Sweep;
 pub use plan::{plan, slurm};
 pub use results::read_results;

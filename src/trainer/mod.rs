@@ -3,14 +3,14 @@
 //! [`Training`] is the loop without threads or files. [`train`] runs it into a run
 //! directory, which every reader of the run reads; [`Trainer`] does so on a thread.
 //! What crosses the threads: [`Control`] values in, the run's event log out, and a
-//! latest-wins [`Watch`] for whoever looks on.
+//! latest-wins [`Watch`] for observers.
 //!
 //! # Choices the paper leaves open
 //!
 //! 1. When epsilon is drawn ([`Granularity`]): at each stage. Final success on tasks 2, 4 and 6
 //!    (trials as described in [`agent`](crate::agent#choices-the-paper-leaves-open)): 0.51, 0.27,
 //!    0.00, by episode 0.45, 0.43, 0.00; with discount 0.99 0.25, 0.48, 0.09, by episode 0.17,
-//!    0.15, 0.01: four seeds do not tell them apart. Before every action, the literal reading,
+//!    0.15, 0.01: four seeds cannot distinguish them. Before every action, the literal reading,
 //!    stray tools of half-guided stages fill the replay buffer; pilot runs ended at 0 to 0.36 on
 //!    task 1 instead of 0.79 to 0.88.
 //! 2. The annealing of the noise ([`NoiseDecay`]) is choice 8 of the agent's.

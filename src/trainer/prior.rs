@@ -1,7 +1,5 @@
 //! The action prior of a run's configuration.
 
-use std::io::ErrorKind;
-
 use crate::dynamics::{self, DynamicsError};
 use crate::guidance::{self, ActionPrior, GuidanceError, RolloutModel, TruePhysics};
 use crate::run::{RunDirectory, RunError};
@@ -73,12 +71,9 @@ pub fn build_prior(config: &RunConfig, progress: impl FnMut(usize) -> bool) -> R
 /// # Errors
 /// When `prior.json` cannot be read, is no prior, or one of another task.
 pub fn saved_prior(directory: &RunDirectory, task: &Task) -> Result<Option<ActionPrior>, PriorError> {
-    let path = directory.prior_path();
-    match std::fs::read_to_string(&path) {
-        Ok(text) => Ok(Some(ActionPrior::parse(&text, &path.display().to_string(), task)?)),
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(RunError::io("read", &path)(error).into()),
-    }
+    let origin = directory.prior_path().display().to_string();
+    let text = directory.read_prior()?;
+    Ok(text.map(|text| ActionPrior::parse(&text, &origin, task)).transpose()?)
 }
 
 /// Whether a run will find the models it needs.

@@ -1,6 +1,7 @@
 //! A training from its directory to its end: prior, episodes, evaluations, checkpoints,
 //! and what a person asks for in between.
 
+use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 
@@ -12,7 +13,9 @@ use super::prior::{PriorError, build_prior};
 use super::training::{Training, TrainingError};
 use super::watch::{LiveView, Phase, Watch};
 use crate::guidance::{ActionPrior, EpsilonSchedule};
-use crate::run::{Action, CheckpointName, Event, Moment, RunDirectory, RunError, RunWriter, what_to_keep};
+use crate::run::{
+    CheckpointAction, CheckpointName, Event, RetentionContext, RunDirectory, RunError, RunWriter, what_to_keep,
+};
 
 /// What can be asked of a running training. Each takes effect between two episodes, in
 /// the order of sending.
@@ -20,7 +23,7 @@ use crate::run::{Action, CheckpointName, Event, Moment, RunDirectory, RunError, 
 pub enum Control {
     /// Wait until [`Control::Resume`].
     Pause,
-    /// Go on after a pause.
+    /// Continue after a pause.
     Resume,
     /// Train so many more episodes, then pause.
     Advance(u32),
@@ -37,7 +40,7 @@ pub enum Control {
 pub enum Ending {
     /// All episodes are done.
     Finished,
-    /// Somebody asked for it.
+    /// A control asked for it.
     Stopped,
 }
 
@@ -72,6 +75,9 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
     };
     let mut writer =
         RunWriter::locked(directory, lock, checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode))?;
+    if let Some(checkpoint) = &checkpoint {
+        writer.finish_checkpoint(&config.checkpoints, checkpoint)?;
+    }
     let store = directory.checkpoints();
     // A `best` that cannot be read is replaced by the next.
     let best_score = store.best_score().unwrap_or_else(|problem| {
@@ -83,12 +89,17 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
     }
     let existing = store.names()?;
     watch.set_episode(checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode));
-    let mut run_loop = RunLoop { writer, controls, watch, pause_after: None, best_score, existing };
+    let mut run_loop =
+        RunLoop { writer, controls, watch, received: VecDeque::new(), pause_after: None, best_score, existing };
     let outcome = record_panic(&mut run_loop, |run_loop| {
         let training = match &checkpoint {
             Some(checkpoint) => Training::resume(config, checkpoint)?,
             None => {
                 let prior = run_loop.build_prior(&config)?;
+                if let Some(reason) = run_loop.stop_received() {
+                    run_loop.writer.record(&Event::Stopped { episode: 0, reason })?;
+                    return Ok(Ending::Stopped);
+                }
                 Training::new(config, prior)?
             }
         };
@@ -101,7 +112,7 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
     outcome
 }
 
-/// Does the work; a panic in it is recorded as the run's end before it goes on.
+/// Does the work; a panic in it is recorded as the run's end before it is passed on.
 fn record_panic<T>(run_loop: &mut RunLoop<'_>, work: impl FnOnce(&mut RunLoop<'_>) -> T) -> T {
     match catch_unwind(AssertUnwindSafe(|| work(run_loop))) {
         Ok(outcome) => outcome,
@@ -114,7 +125,7 @@ fn record_panic<T>(run_loop: &mut RunLoop<'_>, work: impl FnOnce(&mut RunLoop<'_
 
 /// What the loop does after the controls.
 enum Next {
-    GoOn,
+    Continue,
     Stop(String),
 }
 
@@ -122,6 +133,8 @@ struct RunLoop<'a> {
     writer: RunWriter,
     controls: &'a Receiver<Control>,
     watch: &'a Watch,
+    /// Controls that came while clusters were built.
+    received: VecDeque<Control>,
     /// Pause when this many episodes are done.
     pause_after: Option<u64>,
     /// Score of the checkpoint called `best`.
@@ -131,7 +144,16 @@ struct RunLoop<'a> {
 }
 
 impl RunLoop<'_> {
-    /// The prior of a new run, if it is guided.
+    /// The reason of a request to stop that has come and was not carried out yet.
+    fn stop_received(&mut self) -> Option<String> {
+        self.received.extend(self.controls.try_iter());
+        self.received.iter().find_map(|control| match control {
+            Control::Stop { reason } => Some(reason.clone()),
+            _ => None,
+        })
+    }
+
+    /// The prior of a new run, if it is guided. A request to stop ends it after a stage.
     fn build_prior(&mut self, config: &RunConfig) -> Result<Option<Arc<ActionPrior>>, TrainerError> {
         if !config.is_guided() {
             return Ok(None);
@@ -139,7 +161,7 @@ impl RunLoop<'_> {
         let stages = config.task.stage_count();
         let prior = build_prior(config, |stage| {
             self.watch.set_phase(Phase::BuildingPrior { stage, stages });
-            true
+            self.stop_received().is_none()
         })?;
         Ok(prior.map(Arc::new))
     }
@@ -206,7 +228,7 @@ impl RunLoop<'_> {
     /// Writes the checkpoints that are due.
     fn save_due(&mut self, training: &Training, score: Option<f64>, closing: bool) -> Result<(), TrainerError> {
         let (episode, best_score) = (training.episode(), self.best_score);
-        let moment = Moment { episode, score, best_score, closing, existing: &self.existing };
+        let moment = RetentionContext { episode, score, best_score, closing, existing: &self.existing };
         let actions = what_to_keep(&training.config().checkpoints, &moment);
         if actions.is_empty() {
             return Ok(());
@@ -215,7 +237,7 @@ impl RunLoop<'_> {
         // Without it the next `best` would have nothing to be better than.
         checkpoint.score = score;
         self.writer.checkpoint(&actions, &checkpoint)?;
-        if actions.contains(&Action::Save(CheckpointName::Best)) {
+        if actions.contains(&CheckpointAction::Save(CheckpointName::Best)) {
             self.best_score = score;
         }
         self.existing = self.writer.directory().checkpoints().names()?;
@@ -231,12 +253,15 @@ impl RunLoop<'_> {
                 self.pause_after = None;
                 self.pause(training)?;
             }
-            let control = match paused {
-                // Nobody can ask for anything any more: stop instead of waiting for ever.
-                true => self.controls.recv().unwrap_or(Control::Stop { reason: "the program ended".to_owned() }),
-                false => match self.controls.try_recv() {
+            let control = match self.received.pop_front() {
+                Some(control) => control,
+                // No control can come any more: stop instead of waiting for ever.
+                None if paused => {
+                    self.controls.recv().unwrap_or(Control::Stop { reason: "the program ended".to_owned() })
+                }
+                None => match self.controls.try_recv() {
                     Ok(control) => control,
-                    Err(_) => return Ok(Next::GoOn),
+                    Err(_) => return Ok(Next::Continue),
                 },
             };
             match control {
@@ -285,12 +310,14 @@ impl RunLoop<'_> {
 
     /// Makes the saved prior that of the checkpoint: a later one may have been saved since.
     fn restore_prior(&self, prior: Option<&ActionPrior>) -> Result<(), RunError> {
-        let path = self.writer.directory().prior_path();
-        let saved = std::fs::read_to_string(&path).ok();
+        let directory = self.writer.directory();
         match prior.map(ActionPrior::to_json) {
-            wanted if wanted == saved => Ok(()),
+            wanted if wanted == directory.read_prior().unwrap_or_default() => Ok(()),
             Some(text) => self.write_prior(&text),
-            None => std::fs::remove_file(&path).map_err(RunError::io("remove", &path)),
+            None => {
+                let path = directory.prior_path();
+                std::fs::remove_file(&path).map_err(RunError::io("remove", &path))
+            }
         }
     }
 
@@ -323,6 +350,7 @@ mod tests {
             writer,
             controls: &controls,
             watch: &watch,
+            received: VecDeque::new(),
             pause_after: None,
             best_score: None,
             existing: Vec::new(),

@@ -111,10 +111,10 @@ mod tests {
         let changes = [("ddpg.gamma", "0.9"), ("method", "ddpg"), ("epsilon", "0.25"), ("seed", "3")];
         let set = |config: RunConfig, (key, value): (&str, &str)| config.with_setting(key, value).unwrap();
         let changed = changes.into_iter().fold(config(), set);
-        let told = unusual_settings(&changed);
-        assert_eq!(told.len(), changes.len(), "{told:?}");
-        assert!(told.contains(&("ddpg.gamma".to_owned(), "0.9".to_owned())));
-        let again = told.iter().map(|(key, value)| (key.as_str(), value.as_str())).fold(config(), set);
+        let changes_found = unusual_settings(&changed);
+        assert_eq!(changes_found.len(), changes.len(), "{changes_found:?}");
+        assert!(changes_found.contains(&("ddpg.gamma".to_owned(), "0.9".to_owned())));
+        let again = changes_found.iter().map(|(key, value)| (key.as_str(), value.as_str())).fold(config(), set);
         assert_eq!(again, changed);
     }
 

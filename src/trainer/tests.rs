@@ -1,5 +1,6 @@
 //! Whole trainings on small networks: what a run leaves behind.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
@@ -7,7 +8,9 @@ use std::time::Duration;
 use crossbeam_channel::unbounded;
 
 use super::*;
-use crate::run::{CheckpointName, Event, RunDirectory, RunState, read_events, read_metrics};
+use crate::agent::ReplayBuffer;
+use crate::guidance::ActionPrior;
+use crate::run::{CheckpointName, EpisodeRecord, Event, RunDirectory, RunState, read_events, read_metrics};
 use crate::task;
 
 fn config(method: Method, episodes: u32) -> RunConfig {
@@ -32,7 +35,7 @@ fn new_run(folder: &Path, name: &str, config: &RunConfig) -> RunDirectory {
 }
 
 fn finish(directory: &RunDirectory) -> Ending {
-    let (_nobody, controls) = unbounded();
+    let (_sender, controls) = unbounded();
     train(directory, &controls, &Watch::default()).unwrap()
 }
 
@@ -40,12 +43,16 @@ fn finish(directory: &RunDirectory) -> Ending {
 fn stop_at(directory: &RunDirectory, episode: u32) {
     let trainer = Trainer::spawn(directory.clone()).unwrap();
     trainer.send(Control::Advance(episode));
+    wait_for_pause(&trainer);
+    trainer.send(Control::Stop { reason: "a test".to_owned() });
+    assert_eq!(trainer.join(), Ok(Ending::Stopped));
+}
+
+fn wait_for_pause(trainer: &Trainer) {
     while trainer.watch().phase() != Phase::Paused {
         assert!(trainer.is_active(), "the training ended before it paused");
         std::thread::sleep(Duration::from_millis(2));
     }
-    trainer.send(Control::Stop { reason: "a test".to_owned() });
-    assert_eq!(trainer.join(), Ok(Ending::Stopped));
 }
 
 fn metrics(directory: &RunDirectory) -> Vec<u8> {
@@ -87,6 +94,178 @@ fn a_stopped_and_resumed_run_equals_an_uninterrupted_one() {
     }
 }
 
+/// Everything a run leaves that does not depend on when and by how many processes it was made.
+fn lasting(directory: &RunDirectory) -> BTreeMap<String, Vec<u8>> {
+    fn collect(folder: &Path, root: &Path, files: &mut BTreeMap<String, Vec<u8>>) {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.strip_prefix(root).unwrap().display().to_string();
+            match name.as_str() {
+                "events.jsonl" | "log.txt" | "lock" | "tensorboard" => {}
+                _ if path.is_dir() => collect(&path, root, files),
+                _ => _ = files.insert(name, std::fs::read(&path).unwrap()),
+            }
+        }
+    }
+    let mut files = BTreeMap::new();
+    collect(directory.path(), directory.path(), &mut files);
+    let of_training = |event: &Event| {
+        matches!(event, Event::EpisodeFinished(_) | Event::Evaluated { .. } | Event::ClustersChanged { .. })
+    };
+    let events = read_events(&directory.events_path()).unwrap().into_iter().map(|logged| logged.event);
+    let events: Vec<Event> = events.filter(of_training).collect();
+    files.insert("events".to_owned(), serde_json::to_vec(&events).unwrap());
+    files
+}
+
+#[test]
+fn everything_of_a_resumed_run_is_that_of_an_uninterrupted_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut config = config(Method::DdpgMge, 12);
+    let mut task = task::load("task1").unwrap();
+    // Starts that differ, so that evaluations draw from their stream.
+    task.rules.start_noise = 0.05;
+    config.task = Arc::new(task);
+    config.epsilon = "linear:1:0.5:12".parse().unwrap();
+    config.evaluation = Evaluation { every: 2, episodes: 2 };
+    config.refinement = Refinement { every: 6, least: 1, most: 5 };
+    config.checkpoints.periodic_every = 4;
+    let [whole, broken] = ["whole", "broken"].map(|name| new_run(folder.path(), name, &config));
+    finish(&whole);
+    stop_at(&broken, 5);
+    finish(&broken);
+    let (whole, broken) = (lasting(&whole), lasting(&broken));
+    assert_eq!(Vec::from_iter(whole.keys()), Vec::from_iter(broken.keys()));
+    for (name, bytes) in &whole {
+        assert!(broken[name] == *bytes, "{name} differs");
+    }
+    let progress = String::from_utf8_lossy(&whole["checkpoint/last/progress.json"]);
+    assert!(progress.contains("\"rewarding\":[[["), "nothing to refine from was kept: the test shows nothing");
+}
+
+#[test]
+fn a_resumed_run_does_not_replace_a_better_best() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = new_run(folder.path(), "run", &config(Method::Ddpg, 12));
+    stop_at(&run, 5);
+    let manifest = run.checkpoints().path(CheckpointName::Best).join("manifest.json");
+    let mut best: serde_json::Value = serde_json::from_slice(&std::fs::read(&manifest).unwrap()).unwrap();
+    best["score"] = 1000.0.into();
+    std::fs::write(&manifest, best.to_string()).unwrap();
+    finish(&run);
+    assert_eq!(run.checkpoints().best_score().unwrap(), Some(1000.0));
+    assert_eq!(run.checkpoints().load(CheckpointName::Best).unwrap().episode, 4);
+}
+
+#[test]
+fn a_schedule_and_clusters_given_while_training_are_those_of_the_resumed_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut config = config(Method::DdpgMge, 8);
+    config.epsilon = "1".parse().unwrap();
+    let run = new_run(folder.path(), "run", &config);
+    let given = Arc::new(ActionPrior::uniform(&config.task, 77));
+    let trainer = Trainer::spawn(run.clone()).unwrap();
+    trainer.send(Control::SetSchedule("step:0.8:0.5:4".parse().unwrap()));
+    trainer.send(Control::SetPrior(given.clone()));
+    trainer.send(Control::Advance(3));
+    wait_for_pause(&trainer);
+    trainer.send(Control::Stop { reason: "a test".to_owned() });
+    trainer.join().unwrap();
+    assert_eq!(saved_prior(&run, &config.task).unwrap().as_ref(), Some(&*given));
+    // As if others had been given that no checkpoint knows.
+    std::fs::write(run.prior_path(), ActionPrior::uniform(&config.task, 78).to_json()).unwrap();
+    finish(&run);
+    let records = read_metrics(&run.metrics_path()).unwrap();
+    // The controls take effect together with the first advance, before or after the first episode.
+    let epsilons: Vec<f32> = records[1..].iter().map(|record| record.epsilon).collect();
+    assert_eq!(epsilons, [0.8, 0.8, 0.8, 0.4, 0.4, 0.4, 0.4]);
+    assert_eq!(saved_prior(&run, &config.task).unwrap().as_ref(), Some(&*given));
+}
+
+#[test]
+fn thresholds_and_noise_are_those_of_the_episode() {
+    let mut config = config(Method::DdpgMge, 6);
+    config.epsilon = "linear:1:0:4".parse().unwrap();
+    config.ddpg.ou.sigma = 0.4;
+    config.noise_decay = NoiseDecay { final_scale: 0.1, share: 0.5 };
+    let prior = Arc::new(ActionPrior::uniform(&config.task, 0));
+    let mut training = Training::new(config.clone(), Some(prior)).unwrap();
+    let mut noise_used = Vec::new();
+    let mut records = Vec::new();
+    for _ in 0..6 {
+        records.push(training.run_episode().unwrap().0);
+        noise_used.push(training.noise_scale());
+    }
+    let of = |value: fn(&EpisodeRecord) -> f32| records.iter().map(value).collect::<Vec<f32>>();
+    assert_eq!(of(|record| record.epsilon), [1.0, 0.75, 0.5, 0.25, 0.0, 0.0]);
+    let near = |found: Vec<f32>, expected: [f32; 6]| {
+        assert!(found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-6), "{found:?}");
+    };
+    near(of(|record| record.noise_sigma), [0.4, 0.8 / 3.0, 0.4 / 3.0, 0.04, 0.04, 0.04]);
+    near(noise_used, [1.0, 2.0 / 3.0, 1.0 / 3.0, 0.1, 0.1, 0.1]);
+}
+
+#[test]
+fn an_episode_that_is_cut_off_is_not_learned_as_an_end() {
+    let last_of = |max_actions| {
+        let mut config = config(Method::Ddpg, 1);
+        let mut task = task::load("task1").unwrap();
+        task.rules.max_actions = max_actions;
+        config.task = Arc::new(task);
+        let mut training = Training::new(config, None).unwrap();
+        let (record, _) = training.run_episode().unwrap();
+        let checkpoint = training.checkpoint().unwrap();
+        let replay = ReplayBuffer::from_bytes(checkpoint.section("replay.bin").unwrap()).unwrap();
+        let last = replay.get(replay.len() - 1).unwrap();
+        (record, last.terminated)
+    };
+    let (record, terminated) = last_of(1);
+    assert!(record.truncated && !record.terminated && !terminated, "{record:?}, stored as {terminated}");
+    let (record, terminated) = last_of(100);
+    assert!(!record.truncated && record.terminated && terminated, "{record:?}, stored as {terminated}");
+}
+
+#[test]
+fn a_past_run_shows_its_clusters_unless_they_are_of_another_task() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = config(Method::DdpgMge, 2);
+    let run = new_run(folder.path(), "run", &config);
+    assert_eq!(saved_prior(&run, &config.task).unwrap(), None);
+    finish(&run);
+    let prior = saved_prior(&run, &config.task).unwrap().unwrap();
+    assert_eq!(prior.stages.len(), config.task.stage_count());
+    let other = task::load("task4").unwrap();
+    let error = saved_prior(&run, &other).unwrap_err().to_string();
+    assert!(error.contains("prior.json: the action prior is for task1"), "{error}");
+}
+
+#[test]
+fn a_replayed_episode_keeps_who_chose_each_action() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut config = config(Method::Planning, 1);
+    config.planner.rollouts = 20;
+    let run = new_run(folder.path(), "run", &config);
+    finish(&run);
+    let played = crate::run::read_episode(&run.episodes_path(), 1).unwrap();
+    let trace = Trace::replay(&config.task, &played);
+    assert!(!trace.steps.is_empty() && trace.steps.iter().all(|step| step.source == Source::Planner));
+}
+
+#[test]
+fn a_stop_while_clusters_are_built_takes_effect_and_the_run_begins_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = config(Method::DdpgMge, 3);
+    let [whole, stopped] = ["whole", "stopped"].map(|name| new_run(folder.path(), name, &config));
+    finish(&whole);
+    let (sender, controls) = unbounded();
+    sender.send(Control::Stop { reason: "a test".to_owned() }).unwrap();
+    assert_eq!(train(&stopped, &controls, &Watch::default()).unwrap(), Ending::Stopped);
+    assert_eq!(stopped.status().unwrap().state, RunState::Stopped("a test".to_owned()));
+    assert!(!stopped.prior_path().exists(), "the clusters were built in spite of the stop");
+    finish(&stopped);
+    assert_eq!(lasting(&whole), lasting(&stopped));
+}
+
 #[test]
 fn a_killed_run_goes_on_from_its_checkpoint() {
     let folder = tempfile::tempdir().unwrap();
@@ -94,12 +273,12 @@ fn a_killed_run_goes_on_from_its_checkpoint() {
     let [whole, killed] = ["whole", "killed"].map(|name| new_run(folder.path(), name, &config));
     finish(&whole);
     finish(&killed);
-    // As after a kill in episode 8: the log goes on beyond the checkpoint of episode 6.
+    // As after a kill in episode 8: the log continues beyond the checkpoint of episode 6.
     let mut training = Training::new(config, None).unwrap();
     (0..6).for_each(|_| drop(training.run_episode().unwrap()));
     training.evaluate(1);
     std::fs::remove_dir_all(killed.path().join("checkpoint")).unwrap();
-    let save = crate::run::Action::Save(CheckpointName::Last);
+    let save = crate::run::CheckpointAction::Save(CheckpointName::Last);
     killed.checkpoints().apply(&[save], &training.checkpoint().unwrap()).unwrap();
     let log = std::fs::read_to_string(killed.events_path()).unwrap();
     let cut = log.find("\"episode\":8").unwrap();
@@ -131,9 +310,7 @@ fn a_new_schedule_holds_from_the_next_episode_on() {
     let run = new_run(folder.path(), "run", &config);
     let trainer = Trainer::spawn(run.clone()).unwrap();
     trainer.send(Control::Advance(3));
-    while trainer.watch().phase() != Phase::Paused {
-        std::thread::sleep(Duration::from_millis(2));
-    }
+    wait_for_pause(&trainer);
     trainer.send(Control::SetSchedule("0".parse().unwrap()));
     trainer.send(Control::Resume);
     assert_eq!(trainer.join(), Ok(Ending::Finished));
@@ -145,10 +322,10 @@ fn a_new_schedule_holds_from_the_next_episode_on() {
 }
 
 #[test]
-fn a_live_view_is_given_to_whoever_asks() {
+fn a_live_view_is_given_on_request() {
     let folder = tempfile::tempdir().unwrap();
     let run = new_run(folder.path(), "run", &config(Method::Ddpg, 4));
-    let (_nobody, controls) = unbounded();
+    let (_sender, controls) = unbounded();
     let watch = Watch::default();
     watch.request();
     train(&run, &controls, &watch).unwrap();
@@ -271,11 +448,11 @@ fn a_shipped_model_is_chosen_by_its_name() {
 }
 
 #[test]
-fn a_checkpoint_of_other_settings_is_not_gone_on_with() {
+fn a_checkpoint_of_other_settings_is_not_continued() {
     let folder = tempfile::tempdir().unwrap();
     let config = config(Method::Ddpg, 4);
     let run = new_run(folder.path(), "run", &config);
-    let (_nobody, controls) = unbounded();
+    let (_sender, controls) = unbounded();
     train(&run, &controls, &Watch::default()).unwrap();
     let text = std::fs::read_to_string(run.config_path()).unwrap();
     let gamma = format!("\"gamma\": {}", config.ddpg.gamma);
@@ -291,7 +468,7 @@ fn a_missing_model_fails_the_run_with_a_reason() {
     let mut config = config(Method::DdpgMge, 4);
     config.prior = PriorSource::ModelFile("nowhere.safetensors".to_owned());
     let run = new_run(folder.path(), "run", &config);
-    let (_nobody, controls) = unbounded();
+    let (_sender, controls) = unbounded();
     let error = train(&run, &controls, &Watch::default()).unwrap_err().to_string();
     assert!(error.contains("nowhere.safetensors"), "{error}");
     assert_eq!(run.status().unwrap().state, RunState::Failed(error));

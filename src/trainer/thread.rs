@@ -22,7 +22,7 @@ pub struct Trainer {
 }
 
 impl Trainer {
-    /// Begins, or goes on with, the run in `directory`.
+    /// Starts or continues the run in `directory`.
     ///
     /// # Errors
     /// When the system has no more threads.
@@ -47,7 +47,7 @@ impl Trainer {
         &self.directory
     }
 
-    /// What onlookers see.
+    /// What observers see.
     pub fn watch(&self) -> &Watch {
         &self.watch
     }

@@ -1,4 +1,4 @@
-//! A finished episode, step by step, for whoever wants to look at it.
+//! A finished episode, step by step.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use crate::physics::to_normalised;
 use crate::run::{PlayedAction, PlayedEpisode, Source};
 use crate::task::Task;
 
-/// One action of an episode and what came of it.
+/// One action of an episode and its result.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TracedStep {
     /// Where the tool was to be placed, normalised.

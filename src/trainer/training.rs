@@ -27,7 +27,7 @@ pub const NETWORKS_SECTION: &str = "learner.safetensors";
 const REPLAY_SECTION: &str = "replay.bin";
 const PROGRESS_SECTION: &str = "progress.json";
 
-/// Why training cannot go on.
+/// Why training cannot continue.
 #[derive(Debug, thiserror::Error)]
 pub enum TrainingError {
     /// A setting is out of range.
@@ -113,7 +113,7 @@ impl Training {
         Ok(Self { env: Environment::new(config.task.clone()), config, model, learner, progress })
     }
 
-    /// A run that goes on from a checkpoint exactly as if it had not been interrupted.
+    /// A run that continues from a checkpoint exactly as if it had not been interrupted.
     ///
     /// # Errors
     /// When the checkpoint is not one of this configuration.
@@ -165,6 +165,12 @@ impl Training {
     /// Transitions recorded for learning so far, imagined ones included.
     pub fn transitions(&self) -> u64 {
         self.learner.recorded()
+    }
+
+    /// What the exploration noise of the latest episode was multiplied by.
+    #[cfg(test)]
+    pub(super) fn noise_scale(&self) -> f32 {
+        self.learner.noise().scale()
     }
 
     /// Actor and critic as they are.
@@ -249,7 +255,7 @@ impl Training {
         }
     }
 
-    /// Puts what the model makes of the episode's states into the replay buffer, if that
+    /// Puts transitions imagined by the model from the episode's states into the replay buffer, if that
     /// is the method.
     fn imagine(&mut self, states: &[Snapshot], noise_scale: f32) -> Result<(), TrainingError> {
         let (Method::ModelReplay, Some(model)) = (self.config.method, &self.model) else { return Ok(()) };

@@ -1,4 +1,4 @@
-//! What onlookers see of a running training: the latest state wins, and the trainer
+//! What observers see of a running training: the latest state wins, and the trainer
 //! never waits for them.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -35,7 +35,7 @@ pub struct LiveView {
     pub prior: Option<Arc<ActionPrior>>,
 }
 
-/// A slot for the latest view, filled only when somebody has asked for one.
+/// A slot for the latest view, filled only when one was requested.
 #[derive(Debug, Default)]
 pub struct Watch {
     wanted: AtomicBool,
@@ -83,7 +83,7 @@ impl Watch {
         *lock(&self.prior) = prior;
     }
 
-    /// Fills the slot if somebody asked; `view` is made only then.
+    /// Fills the slot if a view was requested; `view` is called only then.
     pub(super) fn offer(&self, view: impl FnOnce() -> LiveView) {
         if self.wanted.swap(false, Ordering::Relaxed) {
             *lock(&self.view) = Some(view());

@@ -207,7 +207,8 @@ impl RunView {
         let news = match news {
             Ok(news) => news,
             Err(error) => {
-                self.failure = Some(error.to_string());
+                // How the training ended says more than that its log is gone since.
+                self.failure.get_or_insert_with(|| error.to_string());
                 return (Vec::new(), false);
             }
         };

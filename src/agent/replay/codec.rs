@@ -90,7 +90,7 @@ impl ReplayBuffer {
     }
 
     /// A full buffer that was filled in slot order is brought to the form it had: its last slot
-    /// may go on in the first, and the latest transition keeps its own next observation.
+    /// may continue in the first, and the latest transition keeps its own next observation.
     fn close_ring(&mut self) {
         if self.len() < self.capacity || self.next == 0 {
             return;
@@ -198,7 +198,7 @@ mod tests {
             let buffer = recorded(count, capacity);
             let mut restored = ReplayBuffer::from_bytes(&buffer.to_bytes()).unwrap();
             assert_eq!(restored, buffer);
-            // The ring goes on at the same slot.
+            // The ring continues at the same slot.
             let mut buffer = buffer;
             let more = recorded(1, 1);
             buffer.push(more.get(0).unwrap()).unwrap();

@@ -1,0 +1,88 @@
+//! SIGINT and SIGTERM while a command works: the first asks it to end in good order, so that
+//! nothing is lost; a second one ends the program at once.
+
+use std::fmt;
+use std::io;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
+
+/// Whether a signal has asked the command to end.
+#[derive(Debug)]
+pub struct Interrupt {
+    requested: Arc<AtomicBool>,
+    signal: Arc<AtomicUsize>,
+}
+
+impl Interrupt {
+    /// Begins to listen.
+    ///
+    /// # Errors
+    /// When the system refuses the handlers.
+    pub fn listen() -> io::Result<Self> {
+        let (requested, signal) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicUsize::new(0)));
+        for number in [SIGINT, SIGTERM] {
+            // In this order: the first signal finds the flag unset.
+            flag::register_conditional_shutdown(number, 128 + number, requested.clone())?;
+            flag::register(number, requested.clone())?;
+            flag::register_usize(number, signal.clone(), number as usize)?;
+        }
+        Ok(Self { requested, signal })
+    }
+
+    /// Set once a signal has come, for those who look at it while they work.
+    pub fn flag(&self) -> &AtomicBool {
+        &self.requested
+    }
+
+    /// Whether a signal has come.
+    pub fn is_requested(&self) -> bool {
+        self.requested.load(Ordering::Relaxed)
+    }
+
+    /// The result of work that looks at the flag: ended by the signal if `is_interruption` says so of
+    /// its error, whose text then says how to continue.
+    ///
+    /// # Errors
+    /// [`Interrupted`], or the error as it is.
+    pub fn result<T, E: std::error::Error + 'static>(
+        &self,
+        result: Result<T, E>,
+        is_interruption: impl FnOnce(&E) -> bool,
+    ) -> Result<T, Box<dyn std::error::Error>> {
+        result.map_err(|error| match is_interruption(&error) {
+            true => self.ended(error.to_string()).into(),
+            false => error.into(),
+        })
+    }
+
+    /// What a command returns that has ended because of the signal; `message` says how to go on.
+    pub fn ended(&self, message: String) -> Interrupted {
+        Interrupted { signal: self.signal.load(Ordering::Relaxed), message }
+    }
+}
+
+/// A command ended because a signal asked for it.
+#[derive(Debug)]
+pub struct Interrupted {
+    signal: usize,
+    message: String,
+}
+
+impl Interrupted {
+    /// The status that says which signal it was: 130 or 143.
+    pub fn status(&self) -> ExitCode {
+        ExitCode::from(128 + (self.signal & 0x7f) as u8)
+    }
+}
+
+impl fmt::Display for Interrupted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Interrupted {}
