@@ -448,3 +448,31 @@ impl Hits {
         Self { precision: share(hits.false_positives), recall: share(hits.false_negatives), ..hits }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dynamics::shipped;
+    use crate::task;
+
+    #[test]
+    fn an_evaluation_reports_every_part_and_can_be_stopped() {
+        let model = shipped("bucket-box").unwrap().unwrap();
+        let config = EvaluationConfig { launches: 4, episodes: 1, horizon: 1, hit_rollouts: 2, seed: 5 };
+        let tasks = [task::load("task1").unwrap(), task::load("task3").unwrap()];
+        let mut reports = Vec::new();
+        let whole = evaluate_with_progress(&model, &tasks, &config, &mut |now| {
+            reports.push((now.done, now.total));
+            true
+        });
+        // Two tools and one task that the model knows, three predictors each.
+        assert_eq!(reports, (0..12).map(|done| (done, 12)).collect::<Vec<_>>());
+        assert_eq!(whole.unwrap().unwrap(), evaluate(&model, &tasks, &config).unwrap());
+        let mut parts = 0;
+        let stopped = evaluate_with_progress(&model, &tasks, &config, &mut |_| {
+            parts += 1;
+            parts < 3
+        });
+        assert_eq!((stopped.unwrap(), parts), (None, 3));
+    }
+}

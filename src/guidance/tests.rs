@@ -177,6 +177,8 @@ fn a_saved_prior_is_read_back_and_only_for_its_task() {
     let error = changed("\"version\": 1", "\"version\": 2");
     assert!(error.starts_with("prior.json: ") && error.contains("version 2"), "{error}");
     assert!(refused(&text, &task::load("task2").unwrap()).contains("for task1 with 2 stages, not for task2 with 3"));
+    let renamed = Task { name: "another".to_owned(), ..task.clone() };
+    assert!(refused(&text, &renamed).contains("for task1 with 2 stages, not for another with 2"));
     let fewer = Task { subgoals: Vec::new(), ..task.clone() };
     assert!(refused(&text, &fewer).contains("not for task1 with 1"));
     assert!(changed("0.02", "-0.02").contains("guidance.std_floor"));
@@ -243,8 +245,42 @@ fn only_tools_that_the_ball_touched_are_rewarding() {
     }
     // After a stage the earlier tools belong to none of the next actions.
     played.take_rewarding(Rewarding::Touched);
-    played.note([0.5, 0.0], &outcome(Placement::Placed, &[1, 4]));
+    played.note([0.5, 0.0], &outcome(Placement::Placed, &[1]));
+    assert!(played.clone().take_rewarding(Rewarding::Touched).is_empty(), "an earlier tool was touched");
+    played.note([0.6, 0.0], &outcome(Placement::Placed, &[4]));
     assert_eq!(played.take_rewarding(Rewarding::Touched), [[0.5, 0.0]]);
+}
+
+/// The true physics, and the stages of the states that rollouts began in.
+#[derive(Debug, Default)]
+struct Observed(std::sync::Mutex<Vec<usize>>);
+
+impl RolloutModel for Observed {
+    fn rollouts(
+        &self,
+        task: &Arc<Task>,
+        starts: &[&Snapshot],
+        sequences: &[Vec<Action>],
+    ) -> Result<Vec<Rollout>, DynamicsError> {
+        self.0.lock().unwrap().extend(starts.iter().map(|start| start.stage()));
+        TruePhysics.rollouts(task, starts, sequences)
+    }
+}
+
+#[test]
+fn a_stage_is_explored_from_where_the_one_before_was_reached() {
+    let task = Arc::new(task::load("task3").unwrap());
+    let stages = |start_states| {
+        let config =
+            GuidanceConfig { start_states, model_rollouts: 200, environment_rollouts: 40, ..GuidanceConfig::default() };
+        let model = Observed::default();
+        build(&task, &model, "true physics", &config, 1, |_| true).unwrap().unwrap();
+        model.0.into_inner().unwrap()
+    };
+    let reached = stages(StartStates::Reached);
+    assert!(reached[..200].iter().all(|stage| *stage == 0) && reached[200..].iter().all(|stage| *stage == 1));
+    let last = stages(StartStates::Last);
+    assert!(last[200..].contains(&0) && last[200..].contains(&1), "also from where it was not reached");
 }
 
 #[test]

@@ -72,7 +72,7 @@ pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
     let input = Input::new(wake);
     #[cfg(not(unix))]
     let input = Input;
-    // The screen outlives the workbench, whose last words it shows once the terminal is given back.
+    // The screen outlives the workbench, whose final messages it shows once the terminal is given back.
     let mut display = Display { screen, input, drawn: None, asked: false };
     let app = App::new(Box::new(SessionWorkspace::new(session)), theme, keymap);
     let mut app = Guarded(if options.no_mouse { app.without_mouse() } else { app });

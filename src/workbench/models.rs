@@ -5,7 +5,10 @@ use std::sync::{Arc, LazyLock};
 use super::command::{Command, ModelEvaluate, ModelTrain};
 use super::job::{Progress, Reporter};
 use super::{Session, SessionError, create_parent};
-use crate::dynamics::{self, Ended, EvaluationConfig, Model, ModelConfig, TrainConfig, train_to_file};
+use crate::dynamics::{
+    self, Ended, EvaluationConfig, EvaluationProgress, Model, ModelConfig, TrainConfig, evaluate_with_progress,
+    train_to_file,
+};
 use crate::task;
 
 /// The shipped dynamics models, by name. They are read once.
@@ -39,7 +42,7 @@ impl Session {
     /// Begins to measure a shipped model or one in a file.
     pub(super) fn evaluate_model(&mut self, command: &ModelEvaluate) -> Result<String, SessionError> {
         let (seed, model) = (self.config().seed, command.0.clone());
-        self.begin_model_work(command.clone().into(), move |_| evaluate(&model, seed))
+        self.begin_model_work(command.clone().into(), move |reporter| evaluate(&model, seed, reporter))
     }
 
     /// One at a time: each of them keeps all cores busy.
@@ -93,11 +96,14 @@ fn train_into_file(train: &ModelTrain, seed: u64, reporter: &Reporter) -> Result
     Ok(format!("trained {}: validation loss {:.5}", path.display(), trained.training.validation_loss()))
 }
 
-fn evaluate(name: &str, seed: u64) -> Result<String, String> {
+fn evaluate(name: &str, seed: u64, reporter: &Reporter) -> Result<String, String> {
     let model = dynamics::named(name).map_err(|error| error.to_string())?;
     let tasks: Vec<_> = task::shipped().into_iter().filter(|task| model.check_task(task).is_ok()).collect();
     let config = EvaluationConfig { seed, ..EvaluationConfig::default() };
-    let evaluation = dynamics::evaluate(&model, &tasks, &config).map_err(|error| error.to_string())?;
+    let on_progress = &mut |now: &EvaluationProgress| reporter.progress(now.done, now.total);
+    let evaluation = evaluate_with_progress(&model, &tasks, &config, on_progress)
+        .map_err(|error| error.to_string())?
+        .ok_or_else(|| format!("{name}: ended before it was measured"))?;
     let launches = evaluation.launches.iter().map(|launches| {
         let (ours, still) = (&launches.errors.model.one_step, &launches.errors.constant_velocity.one_step);
         format!("{} {:.4} ({:.4})", launches.tool, ours.mean, still.mean)

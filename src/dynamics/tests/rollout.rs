@@ -64,3 +64,17 @@ fn a_touch_counts_only_before_the_stage_is_reached() {
     assert!(!place([x, y - 24.9]), "near the ball only where it has reached the subgoal");
     assert!(!place([x + 12.0, y - 8.0]), "too far from its path");
 }
+
+#[test]
+fn a_stage_is_reached_when_the_ball_s_surface_touches_it() {
+    let mut task = task::load("task1").unwrap();
+    let [x, y] = crate::physics::to_units(task.ball.position);
+    // The radii of the ball and of the subgoal are 4 units each.
+    for (offset, expected) in [(7.9, true), (8.1, false)] {
+        task.subgoals[0].position = to_normalised([x + offset, y - 20.0]);
+        let task = std::sync::Arc::new(task.clone());
+        let env = Environment::new(task.clone());
+        let found = rollouts(&Falling(6.0), &task, &[env.snapshot()], &[vec![[-0.9, -0.9]]]).unwrap().remove(0);
+        assert_eq!(found.hit, expected, "{offset}");
+    }
+}

@@ -32,14 +32,20 @@ pub(in crate::nn) trait Kernel: Sized {
     fn execute_at(self, level: Level) -> Self::Output {
         assert!(level.is_available(), "{level:?} on this processor");
         match level {
-            // SAFETY: the processor has the instruction set, as asserted.
             #[cfg(target_arch = "x86_64")]
-            Level::Avx512 => unsafe { run_avx512(self) },
-            // SAFETY: as above.
+            Level::Avx512 => {
+                // SAFETY: the processor has the instruction set, as asserted.
+                unsafe { run_avx512(self) }
+            }
             #[cfg(target_arch = "x86_64")]
-            Level::Avx2 => unsafe { run_avx2(self) },
-            // SAFETY: plain Rust needs no instruction set.
-            Level::Portable => unsafe { self.run::<Portable>() },
+            Level::Avx2 => {
+                // SAFETY: as above.
+                unsafe { run_avx2(self) }
+            }
+            Level::Portable => {
+                // SAFETY: plain Rust needs no instruction set.
+                unsafe { self.run::<Portable>() }
+            }
         }
     }
 }

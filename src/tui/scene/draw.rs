@@ -51,7 +51,7 @@ pub struct Heat {
 pub struct Ghost {
     /// Where, normalised.
     pub action: Action,
-    /// What would become of it.
+    /// Whether it can be placed there.
     pub placement: Placement,
     /// What the chosen model predicts for the ball, normalised.
     pub predicted: Vec<[f32; 2]>,

@@ -36,7 +36,7 @@ pub struct Scene {
 pub struct Hand {
     /// Where it is held, normalised.
     pub(super) cursor: Place,
-    /// What would become of it.
+    /// Whether it can be placed there, and what follows.
     pub(super) ghost: Option<Ghost>,
 }
 

@@ -38,7 +38,7 @@ use ratatui::{Frame, Terminal};
 
 /// Whether the terminal is ours at the moment.
 static ACTIVE: AtomicBool = AtomicBool::new(false);
-/// Panics of other threads and last words, held back while the screen is ours.
+/// Panics of other threads and final messages, held back while the screen is ours.
 static PANICS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 /// What a terminal sends.
@@ -185,7 +185,7 @@ fn enter(mouse: bool) -> io::Result<()> {
 /// Restores the terminal if it is ours; otherwise does nothing.
 pub fn leave() {
     if ACTIVE.swap(false, Ordering::SeqCst) {
-        // Each part is tried even if another fails; nobody is left to hear of it.
+        // Each part is tried even if another fails; nobody is left to report it to.
         let _ = execute!(
             io::stdout(),
             EndSynchronizedUpdate,

@@ -27,11 +27,11 @@ pub enum Request {
 /// Listens for signals until it is dropped.
 pub struct Listener {
     requests: Receiver<Request>,
-    heard: Arc<AtomicBool>,
+    noticed: Arc<AtomicBool>,
     handle: Handle,
 }
 
-/// How long the event loop may take to hear that the terminal has gone.
+/// How long the event loop may take to notice that the terminal is gone.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 impl Listener {
@@ -47,10 +47,10 @@ impl Listener {
         let mut signals = Signals::new([SIGTERM, SIGINT, SIGHUP, SIGQUIT, SIGTSTP, SIGCONT, SIGWINCH])?;
         let handle = signals.handle();
         let (sender, requests) = channel();
-        let heard = Arc::new(AtomicBool::new(false));
-        let shared = Arc::clone(&heard);
+        let noticed = Arc::new(AtomicBool::new(false));
+        let shared = Arc::clone(&noticed);
         thread::Builder::new().name("signals".to_owned()).spawn(move || {
-            let heard = shared;
+            let noticed = shared;
             let mut asked_to_quit = false;
             for signal in signals.forever() {
                 let request = match signal {
@@ -65,7 +65,7 @@ impl Listener {
                 };
                 asked_to_quit |= matches!(request, Request::Quit(_));
                 if signal == SIGHUP {
-                    end_if_stuck(&heard);
+                    end_if_stuck(&noticed);
                 }
                 if sender.send(request).is_err() {
                     return;
@@ -74,12 +74,12 @@ impl Listener {
                 let _ = bell.write(&[0]);
             }
         })?;
-        Ok((Self { requests, heard, handle }, wake))
+        Ok((Self { requests, noticed, handle }, wake))
     }
 
     /// The workbench is being left: nobody is stuck, however long its trainings take to end.
     pub fn note_leaving(&self) {
-        self.heard.store(true, Ordering::Relaxed);
+        self.noticed.store(true, Ordering::Relaxed);
     }
 
     /// The next request, if there is one.
@@ -92,13 +92,13 @@ impl Listener {
     }
 }
 
-/// Ends the process if the event loop does not hear of a hang-up: a terminal that goes
+/// Ends the process if the event loop does not notice a hang-up: a terminal that goes
 /// away while it is being read keeps the reader reading. The run's last checkpoint is whole.
-fn end_if_stuck(heard: &Arc<AtomicBool>) {
-    let heard = Arc::clone(heard);
+fn end_if_stuck(noticed: &Arc<AtomicBool>) {
+    let noticed = Arc::clone(noticed);
     let watch = move || {
         thread::sleep(PATIENCE);
-        if !heard.load(Ordering::Relaxed) {
+        if !noticed.load(Ordering::Relaxed) {
             std::process::exit(128 + SIGHUP);
         }
     };

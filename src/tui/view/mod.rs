@@ -2,6 +2,7 @@
 //! screen's own state, and need neither a session nor a thread to be tested.
 
 mod curves;
+mod models;
 pub mod playback;
 mod rate;
 mod run_index;

@@ -229,7 +229,7 @@ impl Subject {
         steps.flat_map(|step| step.path.iter().copied()).collect()
     }
 
-    /// What would become of a tool placed by hand, and what the model predicts. None unless the
+    /// Whether a tool can be placed somewhere by hand, and what the model predicts then. None unless the
     /// episode is played by hand.
     pub fn ghost(&self, action: Action) -> Option<Ghost> {
         let snapshot = self.hand.as_ref()?;

@@ -5,17 +5,16 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use super::models::Models;
 use super::playback::{Episode, Origin};
 use super::rate::Rate;
 use super::run_index::RunIndex;
-use super::{
-    Curves, HandEpisode, Level, Live, LogLine, ModelSummary, RunSummary, Settings, TaskModel, ViewModel, Watched,
-};
+use super::{Curves, HandEpisode, Level, Live, LogLine, RunSummary, Settings, TaskModel, ViewModel, Watched};
 use crate::run::{Event, RunState};
 use crate::task::Task;
 use crate::trainer::{Phase, PriorSource, unusual_settings};
 use crate::tui::widgets::preview::Drawing;
-use crate::workbench::{Command, FigureKind, Notice, RunView, Session, command, shipped_models};
+use crate::workbench::{Command, FigureKind, Notice, RunView, Session, command};
 
 /// What the screens need of a session.
 pub trait Workspace {
@@ -63,6 +62,7 @@ pub struct SessionWorkspace {
     session: Session,
     view: ViewModel,
     rates: HashMap<PathBuf, Rate>,
+    models: Models,
     /// The latest model that was asked for, by what it depends on.
     model: Option<(PriorSource, Arc<Task>, Result<TaskModel, String>)>,
     index: RunIndex,
@@ -74,6 +74,7 @@ impl SessionWorkspace {
     /// The workspace of a session.
     pub fn new(session: Session) -> Self {
         let task = Arc::new(session.task().clone());
+        let mut models = Models::default();
         let view = ViewModel {
             file: None,
             dirty: false,
@@ -83,7 +84,7 @@ impl SessionWorkspace {
             prior: None,
             prior_state: session.prior_state(),
             prior_failure: None,
-            models: models(&session),
+            models: models.summaries(session.task()),
             runs: Vec::new(),
             runs_unread: 0,
             watched: None,
@@ -96,7 +97,8 @@ impl SessionWorkspace {
             task,
         };
         let index = RunIndex::new();
-        let mut workspace = Self { session, view, rates: HashMap::new(), model: None, index, touched: Instant::now() };
+        let mut workspace =
+            Self { session, view, rates: HashMap::new(), models, model: None, index, touched: Instant::now() };
         workspace.refresh();
         workspace
     }
@@ -107,7 +109,7 @@ impl SessionWorkspace {
         let view = &mut self.view;
         if *view.task != *session.task() {
             view.task = Arc::new(session.task().clone());
-            view.models = models(session);
+            view.models = self.models.summaries(session.task());
         }
         view.file = session.file().map(Path::to_owned);
         view.dirty = session.is_dirty();
@@ -204,7 +206,7 @@ impl SessionWorkspace {
         match command {
             Command::Clusters(_) => self.view.prior_failure = outcome.as_ref().err().cloned(),
             Command::ModelTrain(_) | Command::ModelEvaluate(_) => {
-                self.view.models = models(&self.session);
+                self.view.models = self.models.summaries(self.session.task());
                 self.view.model_outcome = Some(outcome.clone());
             }
             Command::Figure(figure) if outcome.is_ok() => {
@@ -338,41 +340,6 @@ fn hand_episode(session: &Session, task: &Arc<Task>, known: Option<&HandEpisode>
         task: if **hand.task() == **task { task.clone() } else { hand.task().clone() },
         trace: known.map_or_else(|| Arc::new(hand.trace().clone()), |known| known.trace.clone()),
         snapshot: Arc::new(hand.snapshot().clone()),
-    }
-}
-
-fn models(session: &Session) -> Vec<ModelSummary> {
-    let mut models = vec![
-        model("learned", "the shipped dynamics model of the task's tool set"),
-        model("true", "the environment's own physics: the upper bound of guidance"),
-        model("uniform", "no model: uniform random actions in place of clusters"),
-    ];
-    models.extend(shipped_models().iter().map(|(name, known)| {
-        let about = known.check_task(session.task()).map_or_else(|error| error.to_string(), |()| "shipped".to_owned());
-        model(name, &about)
-    }));
-    if let Ok(entries) = std::fs::read_dir("models") {
-        let files = entries.flatten().map(|entry| entry.path());
-        let mut files: Vec<PathBuf> =
-            files.filter(|path| path.extension().is_some_and(|e| e == "safetensors")).collect();
-        files.sort();
-        models
-            .extend(files.iter().map(|path| model(&path.display().to_string(), &describe_model(path, session.task()))));
-    }
-    models
-}
-
-fn model(name: &str, about: &str) -> ModelSummary {
-    ModelSummary { name: name.to_owned(), about: about.to_owned() }
-}
-
-fn describe_model(path: &Path, task: &Task) -> String {
-    match crate::dynamics::Model::load(path) {
-        Ok(model) => match model.check_task(task) {
-            Ok(()) => format!("trained by you: {}", model.name()),
-            Err(error) => error.to_string(),
-        },
-        Err(error) => error.to_string(),
     }
 }
 

@@ -1,0 +1,88 @@
+//! The dynamics models one can choose. A model is read once, and again when its file has changed.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use super::ModelSummary;
+use crate::dynamics::Model;
+use crate::task::Task;
+use crate::workbench::shipped_models;
+
+/// Where models that were trained here are looked for.
+const FOLDER: &str = "models";
+
+/// The models in the folder as far as they were read: when the file was changed, and the model or
+/// why it cannot be read.
+#[derive(Default)]
+pub struct Models {
+    files: HashMap<PathBuf, (Option<SystemTime>, Result<Model, String>)>,
+}
+
+impl Models {
+    /// All models, with what each is to a task.
+    pub fn summaries(&mut self, task: &Task) -> Vec<ModelSummary> {
+        let mut models = vec![
+            summary("learned", "the shipped dynamics model of the task's tool set"),
+            summary("true", "the environment's own physics: the upper bound of guidance"),
+            summary("uniform", "no model: uniform random actions in place of clusters"),
+        ];
+        let shipped = shipped_models().iter();
+        models.extend(shipped.map(|(name, model)| summary(name, &about(model, task, || "shipped".to_owned()))));
+        self.read(Path::new(FOLDER));
+        let mut files: Vec<_> = self.files.iter().collect();
+        files.sort_by_key(|(path, _)| *path);
+        models.extend(files.into_iter().map(|(path, (_, model))| {
+            let about = match model {
+                Ok(model) => about(model, task, || format!("trained by you: {}", model.name())),
+                Err(error) => error.clone(),
+            };
+            summary(&path.display().to_string(), &about)
+        }));
+        models
+    }
+
+    /// Reads files that are new or have changed, and forgets those that are gone.
+    fn read(&mut self, folder: &Path) {
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let files = entries.map(|entry| entry.path());
+        let mut known = std::mem::take(&mut self.files);
+        for path in files.filter(|path| path.extension().is_some_and(|extension| extension == "safetensors")) {
+            let changed = std::fs::metadata(&path).and_then(|data| data.modified()).ok();
+            let model = match known.remove(&path) {
+                Some((then, model)) if then == changed && changed.is_some() => model,
+                _ => Model::load(&path).map_err(|error| error.to_string()),
+            };
+            self.files.insert(path, (changed, model));
+        }
+    }
+}
+
+/// Why the model does not fit the task, or what it is if it does.
+fn about(model: &Model, task: &Task, fitting: impl FnOnce() -> String) -> String {
+    model.check_task(task).map_or_else(|error| error.to_string(), |()| fitting())
+}
+
+fn summary(name: &str, about: &str) -> ModelSummary {
+    ModelSummary { name: name.to_owned(), about: about.to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_read_when_it_is_new_and_forgotten_when_it_is_gone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mine.safetensors");
+        std::fs::write(&path, "no model").unwrap();
+        std::fs::write(folder.path().join("notes.txt"), "no model either").unwrap();
+        let mut models = Models::default();
+        models.read(folder.path());
+        assert!(models.files.values().all(|(_, model)| model.is_err()));
+        assert_eq!(models.files.keys().collect::<Vec<_>>(), [&path]);
+        std::fs::remove_file(&path).unwrap();
+        models.read(folder.path());
+        assert!(models.files.is_empty());
+    }
+}
