@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
+use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand};
 
 use crate::dynamics::{Loss, Variant};
 use crate::figures::DEFAULT_DPI;
 use crate::guidance::EpsilonSchedule;
-use crate::physics::ToolKind;
+use crate::physics::{MAX_OBJECTS, ToolKind};
 use crate::trainer::{Method, PriorSource};
 
 /// Intuitive-physics puzzles, learned dynamics models and model-guided exploration.
@@ -33,6 +34,16 @@ pub struct Play {
     /// JSON Lines file of recorded levels; episodes are read from standard input
     #[arg(long, value_name = "FILE")]
     pub levels: Option<PathBuf>,
+}
+
+/// A number of threads.
+fn threads() -> RangedU64ValueParser<usize> {
+    count(1024)
+}
+
+/// A number from 1 to `most`.
+fn count(most: u64) -> RangedU64ValueParser<usize> {
+    RangedU64ValueParser::new().range(1..=most)
 }
 
 /// How figures are printed.
@@ -135,7 +146,7 @@ pub enum TasksCommand {
         /// Name of a shipped task, or a task file
         task: String,
         /// Subgoals to propose, at most
-        #[arg(long, default_value_t = 2)]
+        #[arg(long, default_value_t = 2, value_parser = count(MAX_OBJECTS as u64))]
         subgoals: usize,
         /// What predicts the rollouts: learned, true, or a model file
         #[arg(long, default_value = "learned")]
@@ -152,10 +163,10 @@ pub enum TasksCommand {
         /// Tasks; all shipped ones if none is named
         tasks: Vec<String>,
         /// Episodes for each seed and way of exploring
-        #[arg(long, default_value_t = 1000)]
+        #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
         episodes: u32,
         /// Number of seeds, counted from 0
-        #[arg(long, default_value_t = 3)]
+        #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100_000))]
         seeds: u64,
         /// As JSON
         #[arg(long)]
@@ -239,7 +250,7 @@ pub struct DynamicsAblate {
     #[arg(long, value_delimiter = ',')]
     pub tools: Option<Vec<ToolKind>>,
     /// Number of seeds
-    #[arg(long, default_value_t = 5)]
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     pub seeds: u64,
     /// First seed
     #[arg(long, default_value_t = 0)]
@@ -250,7 +261,7 @@ pub struct DynamicsAblate {
     #[command(flatten)]
     pub print: Print,
     /// Threads; all cores if not given
-    #[arg(long)]
+    #[arg(long, value_parser = threads())]
     pub threads: Option<usize>,
     /// No progress on stderr
     #[arg(long)]
@@ -265,7 +276,7 @@ pub struct DynamicsEvaluate {
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Fresh launches of each tool
-    #[arg(long, default_value_t = 300)]
+    #[arg(long, default_value_t = 300, value_parser = count(1_000_000))]
     pub launches: usize,
     /// Also draw the errors into this PNG, SVG or PDF
     #[arg(long)]
@@ -344,7 +355,7 @@ pub struct Evaluate {
     /// The run's folder
     pub run: PathBuf,
     /// Episodes to play
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub episodes: u32,
     /// Seed of the start noise
     #[arg(long, default_value_t = 0)]
@@ -433,7 +444,7 @@ pub struct Sweep {
     #[arg(long, requires = "file", conflicts_with = "plan")]
     pub slurm: bool,
     /// Runs at a time [default: all cores]
-    #[arg(long)]
+    #[arg(long, value_parser = threads())]
     pub threads: Option<usize>,
     /// No progress on stderr
     #[arg(long)]
@@ -449,7 +460,7 @@ pub struct Report {
     #[arg(long, default_value = "report")]
     pub out: PathBuf,
     /// Resamples behind every interval
-    #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub resamples: u32,
     /// Seed of the resampling
     #[arg(long, default_value_t = 0)]
@@ -476,7 +487,7 @@ pub struct Reproduce {
     #[command(flatten)]
     pub print: Print,
     /// Threads [default: all cores]
-    #[arg(long)]
+    #[arg(long, value_parser = threads())]
     pub threads: Option<usize>,
     /// No progress on stderr
     #[arg(long)]
@@ -496,6 +507,6 @@ pub struct Bench {
     #[arg(long, value_delimiter = ',')]
     pub only: Vec<String>,
     /// Threads
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = threads())]
     pub threads: usize,
 }

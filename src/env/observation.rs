@@ -7,7 +7,7 @@ use crate::task::Task;
 /// Features of one object: velocity x, y; position x, y; one-hot type (ball, then
 /// [`ToolKind::ALL`]).
 pub const OBJECT_FEATURES: usize = 4 + 1 + ToolKind::ALL.len();
-/// Objects an observation has room for. Of more, the tools placed first drop out.
+/// Objects in an observation. Of more, the tools placed first drop out.
 pub const OBJECT_SLOTS: usize = 16;
 /// Velocities are divided by this many units/s.
 pub const VELOCITY_SCALE: f32 = 10.0;
