@@ -10,8 +10,8 @@ use tempfile::TempPath;
 /// Prefix of the name of a file that is being written.
 const TEMPORARY: &str = ".mge-";
 
-/// Replaces the file at `path` with `bytes`, or leaves what was there. Removes what earlier writers
-/// that died have left in the folder.
+/// Replaces the file at `path` with `bytes`, or leaves what was there. Removes what writers that
+/// were killed have left in the folder.
 ///
 /// # Errors
 /// When the folder does not exist, is not writable, or the disk is full.
@@ -31,8 +31,8 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     File::open(folder)?.sync_all()
 }
 
-/// A new file to be written, and its name until then. It is held while it is open: one that nobody
-/// holds is a leftover.
+/// A new file to be written, and its name until then. It is held while it is open: one that is
+/// not held is a leftover.
 fn create(folder: &Path) -> io::Result<(File, TempPath)> {
     loop {
         // Not `tempfile_in`: its files are private, and its errors name the temporary file.
@@ -45,19 +45,19 @@ fn create(folder: &Path) -> io::Result<(File, TempPath)> {
         let (file, temporary) = created.into_parts();
         // Where files cannot be locked nobody takes them for leftovers either.
         let held = file.lock().is_ok();
-        // Somebody else may have taken it for a leftover before it was held.
+        // Another writer may have removed it as a leftover before it was held.
         if !held || temporary.exists() {
             return Ok((file, temporary));
         }
     }
 }
 
-/// Whether a file of this name is one that is being written, or was when its writer died.
+/// Whether a file of this name is one that is being written, or was when its writer was killed.
 pub(crate) fn is_temporary(name: &str) -> bool {
     name.starts_with(TEMPORARY)
 }
 
-/// Removes the temporary files of writers that died. What cannot be removed stays: it does no harm.
+/// Removes the temporary files of writers that were killed. What cannot be removed stays: it does no harm.
 pub(crate) fn remove_leftovers(folder: &Path) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     let temporary = entries.flatten().filter(|entry| is_temporary(&entry.file_name().to_string_lossy()));
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn leftovers_of_a_dead_writer_go_and_files_being_written_stay() {
+    fn leftovers_of_a_killed_writer_go_and_files_being_written_stay() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join(".mge-dead"), "half").unwrap();
         std::fs::create_dir(folder.path().join(".mge-folder")).unwrap();

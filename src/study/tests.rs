@@ -16,7 +16,7 @@ fn plan() -> StudyPlan {
         model: ModelConfig { layers: 1, width: 8, embedding: 4, ..ModelConfig::default() },
         model_training: TrainConfig { observations: 8, validation: 2, epochs: 3, batch: 8, ..TrainConfig::default() },
         model_evaluation: EvaluationConfig { launches: 5, episodes: 1, horizon: 2, hit_rollouts: 5, seed: 1 },
-        builds: 2,
+        builds: 1,
         hit_seeds: 2,
         hit_episodes: 4,
         learning_seeds: 2,
@@ -43,7 +43,7 @@ fn run(
     interrupt: &AtomicBool,
     on_progress: &mut dyn FnMut(&BatchProgress<'_>),
 ) -> Result<Report, StudyError> {
-    reproduce(&plan(), folder, "mge reproduce", 50, &Batch { threads, interrupt }, on_progress)
+    reproduce(&plan(), folder, "mge reproduce", 20, &Batch { threads, interrupt }, on_progress)
 }
 
 #[test]

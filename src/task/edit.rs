@@ -240,13 +240,16 @@ mod tests {
 
     #[test]
     fn an_object_that_is_not_there_is_named_as_a_person_counts() {
-        let check = |edit: &Edit, expected: &str| {
-            assert_eq!(editor().apply(edit).unwrap_err().to_string(), expected);
+        let check = |editor: &mut Editor, edit: &Edit, expected: &str| {
+            assert_eq!(editor.apply(edit).unwrap_err().to_string(), expected);
         };
-        check(&Edit::DeleteSubgoal { index: 8 }, "subgoal 9: there is only one: choose 1");
-        check(&Edit::SwapSubgoals { first: 0, second: 1 }, "subgoal 2: there is only one: choose 1");
-        check(&Edit::DeleteTool { index: 9 }, "tool 10: there are only 3: choose one from 1 to 3");
-        check(&Edit::DeleteProposal { index: Some(0) }, "proposal 1: there is none");
+        let mut editor = editor();
+        assert_eq!(editor.task().subgoals.len(), 2);
+        check(&mut editor, &Edit::DeleteSubgoal { index: 8 }, "subgoal 9: there are only 2: choose one from 1 to 2");
+        check(&mut editor, &Edit::DeleteProposal { index: Some(0) }, "proposal 1: there is none");
+        editor.apply(&Edit::DeleteSubgoal { index: 0 }).unwrap();
+        let swap = Edit::SwapSubgoals { first: 0, second: 1 };
+        check(&mut editor, &swap, "subgoal 2: there is only one: choose 1");
     }
 
     #[test]

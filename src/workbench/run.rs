@@ -9,8 +9,8 @@ use rand_chacha::ChaCha8Rng;
 use crate::agent::Ddpg;
 use crate::guidance::ActionPrior;
 use crate::run::{
-    CheckpointName, EpisodeRecord, EvaluationRecord, Event, EventReader, Poll, RunDirectory, RunError, RunHistory,
-    RunState, read_episode,
+    CheckpointName, EpisodeRecord, EvaluationRecord, Event, EventReader, LoggedEvent, Poll, RunDirectory, RunError,
+    RunHistory, RunState, read_episode,
 };
 use crate::trainer::{
     Control, LiveView, NETWORKS_SECTION, Phase, RunConfig, Trace, Trainer, greedy_episode, saved_prior,
@@ -26,6 +26,8 @@ pub struct RunView {
     config: RunConfig,
     reader: EventReader,
     history: RunHistory,
+    /// Time of the latest event that was read.
+    latest: f64,
     trainer: Option<Trainer>,
     live: Option<LiveView>,
     failure: Option<String>,
@@ -76,6 +78,7 @@ impl RunView {
             config,
             reader,
             history: RunHistory::default(),
+            latest: f64::NEG_INFINITY,
             trainer: None,
             live: None,
             failure: None,
@@ -198,30 +201,35 @@ impl RunView {
         (events, changed)
     }
 
-    /// Takes in what was read from the log. Returns the events, and whether the log begins anew.
+    /// Takes in what was read from the log. Returns the events that are new, and whether the
+    /// log was read from its start again because the run was taken back to a checkpoint.
     fn take_in(&mut self, news: Result<Poll, RunError>) -> (Vec<Event>, bool) {
-        let mut events = Vec::new();
-        let mut restarted = false;
-        match news {
-            Ok(news) => {
-                if news.restarted {
-                    self.history = RunHistory::default();
-                    restarted = true;
-                }
-                self.failure = news.problems.first().map(ToString::to_string).or(self.failure.take());
-                events.extend(news.events.into_iter().map(|logged| logged.event));
+        let news = match news {
+            Ok(news) => news,
+            Err(error) => {
+                // How the training ended says more than that its log is gone since.
+                self.failure.get_or_insert_with(|| error.to_string());
+                return (Vec::new(), false);
             }
-            // How the training ended says more than that its log is gone since.
-            Err(error) => _ = self.failure.get_or_insert_with(|| error.to_string()),
+        };
+        if news.restarted {
+            self.history = RunHistory::default();
         }
-        for event in &events {
-            self.history.note(event);
+        self.failure = news.problems.first().map(ToString::to_string).or(self.failure.take());
+        let mut events = Vec::new();
+        for LoggedEvent { time, event } in news.events {
+            self.history.note(&event);
             self.leaving_pause &= !matches!(event, Event::Resumed { .. });
             if matches!(event, Event::ClustersChanged { .. } | Event::Started { .. }) {
                 self.saved_prior.take();
             }
+            // What is left of a log that was cut is no news.
+            if !news.restarted || time > self.latest {
+                events.push(event);
+            }
+            self.latest = self.latest.max(time);
         }
-        (events, restarted)
+        (events, news.restarted)
     }
 
     /// Asks the trainer for something, if the run is ours and active.
