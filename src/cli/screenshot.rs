@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use super::Outcome;
 use super::arguments::Screenshot;
 use super::runs::after_script;
+use super::{Outcome, output};
 use crate::figures::{Provenance, encode};
 use crate::run::config_hash;
 use crate::tui::Still;
@@ -28,7 +28,7 @@ pub fn run(arguments: &Screenshot) -> Outcome {
         let picture = still.picture(width, height, &provenance.to_svg());
         let bytes = encode(path, &picture, &provenance, arguments.dpi)?;
         crate::atomic::write(path, &bytes).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
-        println!("{}", path.display());
+        output::line(path.display())?;
     }
     Ok(())
 }

@@ -7,6 +7,8 @@
 //! Needs Linux and a C compiler named `cc`; without them nothing is tried, which is said.
 
 #![cfg(target_os = "linux")]
+// It prints what was skipped and how much was tried.
+#![allow(clippy::print_stderr)]
 
 mod tensorboard;
 
