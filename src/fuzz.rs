@@ -15,8 +15,11 @@ use crate::tui::Keymap;
 use crate::workbench::{Command, Script};
 use crate::{nn, protocol};
 
+/// A parser as a function of bytes.
+type Target = fn(&[u8]);
+
 /// The targets: the name of each is that of its corpus.
-pub const TARGETS: [(&str, fn(&[u8])); 12] = [
+pub const TARGETS: [(&str, Target); 12] = [
     ("task", task),
     ("level", task),
     ("script", script),

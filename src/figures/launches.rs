@@ -57,9 +57,8 @@ impl ToolLaunches {
         }
         view.tool(&self.tool.tool(), SCENE_TOOL);
         // The ball of the first launch, to scale.
-        match self.trajectories.first().and_then(|trajectory| trajectory.first()) {
-            Some(start) => view.ring(*start, self.ball_radius, GREY),
-            None => {}
+        if let Some(start) = self.trajectories.first().and_then(|trajectory| trajectory.first()) {
+            view.ring(*start, self.ball_radius, GREY);
         }
     }
 }

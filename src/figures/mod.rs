@@ -47,7 +47,7 @@ pub use curves::{CurvePanel, LearningCurves, PerformanceProfile, Progress};
 pub use dashboard::Dashboard;
 pub use data::{Curve, Estimate, Statistics};
 pub use font::Family;
-pub use geometry::{Point, Rect, clip_segment, tool_outline};
+pub use geometry::{Rect, clip_segment, tool_outline};
 pub use hits::{Hits, PolicyHits, TaskHits};
 pub use launches::{Launches, ToolLaunches};
 pub use methods::{MethodScore, MethodScores, ScorePanel};

@@ -96,7 +96,7 @@ impl Session {
             return Ok(EpisodeToShow::Played(hand_play.task().clone(), hand_play.trace().clone()));
         }
         let run = self.run().ok_or(SessionError::NoRun)?;
-        Ok(EpisodeToShow::Greedy(run.config().task.clone(), run.saved(), run.config().seed))
+        Ok(EpisodeToShow::Greedy(run.config().task.clone(), Box::new(run.saved()), run.config().seed))
     }
 }
 
@@ -105,7 +105,7 @@ enum EpisodeToShow {
     /// One that was played.
     Played(Arc<Task>, Trace),
     /// One of a saved policy, that is yet to be played, with its seed.
-    Greedy(Arc<Task>, SavedRun, u64),
+    Greedy(Arc<Task>, Box<SavedRun>, u64),
 }
 
 impl EpisodeToShow {

@@ -13,6 +13,9 @@ use crate::tui::widgets::text_input::TextInput;
 use crate::tui::widgets::theme::Theme;
 use crate::workbench::Command;
 
+/// What an answer asks for, or what is wrong with it.
+type Reader = dyn Fn(&str) -> Result<Effect, String>;
+
 /// A question with a line for the answer.
 pub struct Prompt {
     /// What is asked.
@@ -22,7 +25,7 @@ pub struct Prompt {
     /// The answer.
     pub input: TextInput,
     /// What the answer asks for, or what is wrong with it.
-    read: Box<dyn Fn(&str) -> Result<Effect, String>>,
+    read: Box<Reader>,
     /// Why the latest answer was refused.
     pub error: Option<String>,
 }

@@ -146,7 +146,9 @@ mod tests {
 
     #[test]
     fn blocks_and_braille_dots_are_where_a_terminal_shows_them() {
-        let pixel = drawn(|buffer| _ = buffer.set_string(0, 0, "▀⠁⢀", Style::new().fg(RED)));
+        let pixel = drawn(|buffer| {
+            buffer.set_string(0, 0, "▀⠁⢀", Style::new().fg(RED));
+        });
         assert_eq!([pixel(0, 0.5, 0.25), pixel(0, 0.5, 0.75)], [[255, 0, 0], PAPER]);
         assert_eq!([pixel(1, 0.25, 0.125), pixel(1, 0.75, 0.875)], [[255, 0, 0], PAPER]);
         assert_eq!([pixel(2, 0.25, 0.125), pixel(2, 0.75, 0.875)], [PAPER, [255, 0, 0]]);

@@ -80,7 +80,7 @@ impl Execute for Resume {
     }
 
     fn arguments(&self) -> String {
-        format!("{}", until(self.until))
+        until(self.until)
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
