@@ -165,7 +165,7 @@ fn a_second_signal_ends_the_program_at_once() {
     let folder = tempfile::tempdir().unwrap();
     let run = folder.path().join("run");
     // The clusters take minutes, and the first signal waits for a stage of them.
-    let arguments = ["train", "task1", "--method", "ddpg-mge-true", "--quiet", "--set=guidance.model_rollouts=1000000"];
+    let arguments = ["train", "task1", "--method", "ddpg-mge-true", "--quiet", "--set=guidance.model_rollouts=100000"];
     let mut child = Command::new(MGE).args(arguments).arg("--out").arg(&run).spawn().unwrap();
     while !run.join("log.txt").exists() {
         assert!(child.try_wait().unwrap().is_none(), "it ended before it was asked to");

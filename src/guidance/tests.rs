@@ -181,7 +181,8 @@ fn a_saved_prior_is_read_back_and_only_for_its_task() {
     assert!(refused(&text, &renamed).contains("for task1 with 2 stages, not for another with 2"));
     let fewer = Task { subgoals: Vec::new(), ..task.clone() };
     assert!(refused(&text, &fewer).contains("not for task1 with 1"));
-    assert!(changed("0.02", "-0.02").contains("guidance.std_floor"));
+    let error = changed("0.02", "-0.02");
+    assert!(error.contains("std_floor"), "{error}");
     assert!(
         changed("\"actions\": [\n        [\n          0.1", "\"actions\": [\n        [\n          1.5")
             .contains("stage 1")
