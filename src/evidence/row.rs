@@ -75,7 +75,7 @@ impl TrainedRun {
 
 impl LearningRow {
     /// The row of a run with this configuration and history, without settings that
-    /// [`distinguish`](super::distinguish) it from others.
+    /// [`distinguish`](super::settings::distinguish) it from others.
     pub fn new(config: &RunConfig, history: &RunHistory) -> Self {
         let successes: Vec<bool> = history.records.iter().map(|record| record.goal).collect();
         let last_tenth = u64::from(config.episodes) * 9 / 10;

@@ -1,6 +1,6 @@
 //! JSON Lines spoken with other programs: recorded scenes in and trajectories out
 //! ([`simulate`]), recorded episodes replayed ([`play_episodes`]), a task as an environment
-//! that answers requests ([`serve`]).
+//! that answers requests ([`serve()`]).
 //!
 //! The formats of scenes, levels and episodes are those of the recordings made in CREATE.
 

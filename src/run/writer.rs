@@ -112,7 +112,7 @@ impl RunWriter {
         self.log.append(format!("[{:10.3} s] {message}\n", now() - self.opened).as_bytes())
     }
 
-    /// Carries out what [`what_to_keep`](super::what_to_keep) decided, then records
+    /// Carries out what [`what_to_keep`] decided, then records
     /// [`Event::Checkpointed`]. Without an action to save it does nothing but the removals.
     ///
     /// # Errors

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use super::simd::{self, Portable, Simd};
 
-/// Floats in a cache line: rows of a [`Buffer`] are multiples of it.
+/// Floats in a cache line: rows of a [`Buffer`](super::buffer::Buffer) are multiples of it.
 pub(in crate::nn) const LINE: usize = 16;
 
 /// `columns` rounded up to whole lines.
