@@ -62,7 +62,9 @@ pub(crate) fn remove_leftovers(folder: &Path) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     let temporary = entries.flatten().filter(|entry| is_temporary(&entry.file_name().to_string_lossy()));
     for entry in temporary.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file())) {
-        if File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok()) {
+        let Ok(file) = File::open(entry.path()) else { continue };
+        // Held until it is gone: whoever has just created it waits, and then creates another.
+        if file.try_lock().is_ok() {
             let _ = std::fs::remove_file(entry.path());
         }
     }
