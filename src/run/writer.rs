@@ -92,7 +92,10 @@ impl RunWriter {
     }
 
     /// What was written goes with the folder, wherever it is now; nothing may be made in its place.
-    fn check_in_place(&self) -> Result<()> {
+    ///
+    /// # Errors
+    /// [`RunError::Gone`] when the run was moved or deleted.
+    pub fn check_in_place(&self) -> Result<()> {
         if self.lock.is_in_place() { Ok(()) } else { Err(RunError::Gone(self.directory.path().to_owned())) }
     }
 

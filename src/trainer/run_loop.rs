@@ -105,6 +105,7 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
         };
         run_loop.run(training)
     });
+    let outcome = outcome.map_err(|error| run_loop.explained(error));
     watch.set_phase(Phase::Ended);
     if let Err(error) = &outcome {
         run_loop.fail(error);
@@ -324,6 +325,16 @@ impl RunLoop<'_> {
     fn write_prior(&self, text: &str) -> Result<(), RunError> {
         let path = self.writer.directory().prior_path();
         crate::atomic::write(&path, text.as_bytes()).map_err(RunError::io("write", &path))
+    }
+
+    /// The error, or what explains it: in a folder that is moved or deleted anything may fail first.
+    fn explained(&self, error: TrainerError) -> TrainerError {
+        let is_missing = matches!(&error, TrainerError::Run(cause) if cause.is_not_found());
+        match self.writer.check_in_place() {
+            Ok(()) if is_missing => RunError::Gone(self.writer.directory().path().to_owned()).into(),
+            Ok(()) => error,
+            Err(gone) => gone.into(),
+        }
     }
 
     /// Records the error as the run's end. If even that fails, the error itself is
