@@ -1,7 +1,8 @@
 //! `mge._mge`: the library as an extension module of Python.
 
-#[pyo3::pymodule]
-mod _mge {
-    #[pymodule_export]
-    use mge::python::module::version;
+use pyo3::prelude::*;
+
+#[pymodule]
+fn _mge(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    mge::python::register(module)
 }
