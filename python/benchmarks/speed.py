@@ -3,8 +3,8 @@
     pip install ./python envpool stable-baselines3 sbx-rl
     python python/benchmarks/speed.py [--program mge] [--seconds 3] [part ...]
 
-Parts: random (random actions through vector environments), rust (the same work in Rust alone: needs the
-program), others (EnvPool's, Gymnasium's), trainers (Stable-Baselines3 and SBX), memory (10 million
+Parts: random (random actions through vector environments), rust (the same work in Rust alone; with the
+program, also its benchmark), others (EnvPool's, Gymnasium's), trainers (Stable-Baselines3 and SBX), memory (10 million
 steps). All without names. What is not installed is left out, which is said. Prints lines of Markdown.
 """
 
@@ -73,16 +73,28 @@ def part_random(options):
 
 
 def part_rust(options):
-    """`env_action` of `mge bench` is task5 under random play, resets included."""
-    if options.program is None:
-        return row("Rust alone", "left out: --program is missing", "")
+    """The same environments and actions with and without Python, in turns; and `env_action` of
+    `mge bench`: a single environment of task5 under random play, resets included."""
     for threads in dict.fromkeys((1, os.cpu_count())):
-        environment = {**os.environ, "RAYON_NUM_THREADS": str(threads)}
-        said = subprocess.run([options.program, "bench", "env_action"], capture_output=True, text=True, env=environment)
-        lines = [json.loads(line) for line in said.stdout.splitlines() if line.startswith("{")]
-        for line in lines:
-            if line["work"] == "env_action":
-                row("Rust alone (`mge bench`), task5", f"{line['threads']} threads", shown(1e3 / line["ms"]))
+        envs = mge.PuzzleVectorEnv(1024, "task5", num_threads=threads)
+        envs.reset(seed=0)
+        actions = np.random.default_rng(0).uniform(-1, 1, (32, 1024, 2)).astype(np.float32)
+        envs._core.time_alone(actions)
+        ours, rust = [], []
+        for _ in range(max(3, int(options.seconds * 5))):
+            rust.append(envs._core.time_alone(actions))
+            start = time.perf_counter()
+            for batch in actions:
+                envs.step(batch)
+            ours.append(time.perf_counter() - start)
+        each = [actions.size / 2 / sorted(times)[len(times) // 2] for times in (rust, ours)]
+        row("1024 environments of task5, Rust alone", f"{threads} threads", shown(each[0]))
+        row("the same through `step`", f"{threads} threads", f"{shown(each[1])} ({each[0] / each[1] - 1:+.0%} time)")
+        if options.program is not None:
+            command = [options.program, "bench", "--only", "env_action", "--threads", str(threads)]
+            for line in subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines():
+                if (work := json.loads(line))["work"] == "env_action":
+                    row("`mge bench`: one environment of task5", f"{threads} threads", shown(1e3 / work["ms"]))
 
 
 def part_others(options):

@@ -4,6 +4,7 @@ import sys
 
 import mge
 import numpy as np
+import torch
 from mge.sb3 import PuzzleVecEnv
 from stable_baselines3 import TD3
 from stable_baselines3.common.noise import NormalActionNoise
@@ -24,6 +25,7 @@ class Guided(TD3):
         return actions, stored
 
 
+torch.set_num_threads(1)  # networks this small are faster on one
 random, task = np.random.default_rng(0), mge.Task("task1")
 steps = int(next((word for word in sys.argv[1:] if word.isdigit()), 24_000))
 guided = "--own-model" in sys.argv
