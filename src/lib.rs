@@ -45,6 +45,7 @@ mod markdown;
 pub mod nn;
 pub mod physics;
 pub mod protocol;
+mod puzzles;
 pub mod run;
 mod spelling;
 pub mod stats;
