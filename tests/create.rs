@@ -221,7 +221,10 @@ fn hostile_records_are_refused_with_the_path() {
         (scene("{\"type\":\"see_saw\",\"length\":10,\"ball_mass\":0,\"pos\":[1,1]}", ""), "tools[0].ball_mass"),
         (scene("{\"type\":\"box\",\"size\":5,\"pos\":[1e9,1]}", ""), "tools[0].position[0]"),
         (scene(&tools, ""), "tools: has 10000"),
-        (scene("", ",\"others\":[{\"shape\":\"box\",\"size\":0,\"mass\":1,\"elasticity\":0,\"friction\":0}]"), "parts.mover1"),
+        (
+            scene("", ",\"others\":[{\"shape\":\"box\",\"size\":0,\"mass\":1,\"elasticity\":0,\"friction\":0}]"),
+            "parts.mover1",
+        ),
     ] {
         let error = protocol::simulate(record.as_bytes(), &mut Vec::new()).unwrap_err().to_string();
         assert!(error.contains(path), "{path}: {error:.300}");

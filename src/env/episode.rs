@@ -1,9 +1,7 @@
 //! One episode of a task: placements, physics, stages reached, reward, end.
 
 use super::action::{Action, EndReason, Placement, Step};
-use crate::physics::{
-    Ball, BallState, Motion, ObjectId, SCREEN, Sensor, Tool, World, exact, to_normalised, to_units,
-};
+use crate::physics::{Ball, BallState, Motion, ObjectId, SCREEN, Sensor, Tool, World, exact, to_normalised, to_units};
 use crate::task::{BallSpec, Goal, GoalShape, Part, Region, SubgoalCheck, Task};
 
 /// Index of the target ball in the world.
@@ -317,8 +315,13 @@ impl Snapshot {
             (EndReason::Goal, self.goal && task.rules.goal_ends_episode),
         ];
         self.reasons = reasons.into_iter().filter_map(|(reason, applies)| applies.then_some(reason)).collect();
-        let by_weight =
-            [EndReason::Goal, EndReason::OutOfBounds, EndReason::MarkerOut, EndReason::Standstill, EndReason::MaxActions];
+        let by_weight = [
+            EndReason::Goal,
+            EndReason::OutOfBounds,
+            EndReason::MarkerOut,
+            EndReason::Standstill,
+            EndReason::MaxActions,
+        ];
         by_weight.into_iter().find(|reason| self.reasons.contains(reason))
     }
 

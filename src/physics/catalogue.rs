@@ -164,7 +164,12 @@ fn generate() -> Vec<Tool> {
     for size in range(12.0, 2.0, 5) {
         for max_angle in limits(6) {
             let frictions = range(1.0, 0.05, 3).into_iter();
-            tools.extend(frictions.map(|roll_friction| Tool { size, max_angle, roll_friction, ..new(HingeConstrained) }));
+            tools.extend(frictions.map(|roll_friction| Tool {
+                size,
+                max_angle,
+                roll_friction,
+                ..new(HingeConstrained)
+            }));
         }
     }
     for size in range(12.0, 2.0, 5) {

@@ -200,7 +200,12 @@ impl RecordedLevel {
 
     fn marker(&self, marker: &Object) -> Result<Marker, ValidationError> {
         let ball = marker.ball().map_err(|problem| problem.within("marker"))?;
-        Ok(Marker { ball, move_threshold: self.rules.move_threshold, must_hit: self.rules.marker_must_hit, subgoals: Vec::new() })
+        Ok(Marker {
+            ball,
+            move_threshold: self.rules.move_threshold,
+            must_hit: self.rules.marker_must_hit,
+            subgoals: Vec::new(),
+        })
     }
 }
 

@@ -607,7 +607,9 @@ impl Task {
             shift.parts.retain(|part| *part != gone);
             for part in &mut shift.parts {
                 match (part, gone) {
-                    (Part::Tool(index), Part::Tool(gone)) | (Part::Subgoal(index), Part::Subgoal(gone)) if *index > gone => {
+                    (Part::Tool(index), Part::Tool(gone)) | (Part::Subgoal(index), Part::Subgoal(gone))
+                        if *index > gone =>
+                    {
                         *index -= 1;
                     }
                     _ => {}
@@ -642,9 +644,11 @@ impl Task {
             Part::Box(index) => self.boxes.get_mut(index).map(|moving| &mut moving.position),
             Part::Tool(index) => self.tools.get_mut(index).map(|tool| &mut tool.position),
             Part::Subgoal(index) => self.subgoals.get_mut(index).map(|region| &mut region.position),
-            Part::MarkerSubgoal(index) => {
-                self.marker.as_mut().and_then(|marker| marker.subgoals.get_mut(index)).map(|region| &mut region.position)
-            }
+            Part::MarkerSubgoal(index) => self
+                .marker
+                .as_mut()
+                .and_then(|marker| marker.subgoals.get_mut(index))
+                .map(|region| &mut region.position),
         }
     }
 

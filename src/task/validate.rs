@@ -87,7 +87,10 @@ fn order(task: &Task) -> Result<(), ValidationError> {
         }
         if let Part::Tool(tool) = *part {
             if last_tool.map_or(tool != 0, |last: usize| tool != last + 1) {
-                return problem(&format!("order[{i}]"), "must name the tools in the order of their list, and all of them");
+                return problem(
+                    &format!("order[{i}]"),
+                    "must name the tools in the order of their list, and all of them",
+                );
             }
             last_tool = Some(tool);
         }

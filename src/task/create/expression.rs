@@ -185,7 +185,9 @@ impl<'a> Reader<'a> {
 fn number(value: &Value) -> Result<f64, String> {
     match value {
         Value::Number(number) => Ok(*number),
-        Value::Truth(_) | Value::List(_) | Value::Uniform(..) | Value::Choice(_) => Err("only numbers can be calculated with".to_owned()),
+        Value::Truth(_) | Value::List(_) | Value::Uniform(..) | Value::Choice(_) => {
+            Err("only numbers can be calculated with".to_owned())
+        }
     }
 }
 

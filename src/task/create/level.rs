@@ -286,7 +286,8 @@ impl Objects {
                 self.add_ball(object, |ball| BallSpec { mass, radius, elasticity, friction, ..ball })?
             }
             "box" => {
-                let mut number = |name: &str, usual: f64| object.number(name).map(|value| value.unwrap_or(usual) as f32);
+                let mut number =
+                    |name: &str, usual: f64| object.number(name).map(|value| value.unwrap_or(usual) as f32);
                 let (size, mass) = (number("size", 5.0)?, number("mass", 10.0)?);
                 let (elasticity, friction) = (number("elasticity", 1.0)?, number("friction", 1.0)?);
                 let position = object.position()?;
