@@ -41,7 +41,12 @@ impl ValidationError {
 ///
 /// # Errors
 /// When it is not.
-pub fn in_range(value: f32, path: impl Display, low: f32, high: f32) -> Result<(), ValidationError> {
+pub fn in_range<T: PartialOrd + Display + Copy>(
+    value: T,
+    path: impl Display,
+    low: T,
+    high: T,
+) -> Result<(), ValidationError> {
     if (low..=high).contains(&value) {
         return Ok(());
     }

@@ -2,6 +2,7 @@
 
 use std::io::BufReader;
 
+use mge::physics::{NO_OP, ToolSplit, catalogue_tool};
 use mge::protocol;
 use serde_json::Value;
 
@@ -100,4 +101,132 @@ fn episodes_agree_in_every_rule() {
     let quantile = |share: f64| errors[(share * errors.len() as f64) as usize];
     assert!(quantile(0.5) < 1e-5, "median {}", quantile(0.5));
     assert!(quantile(0.95) < 1e-3, "95th percentile {}", quantile(0.95));
+}
+
+/// Records of `data/create/all`, one of which is a line.
+fn all(bytes: &[u8]) -> String {
+    // Ten bytes of header, eight of checksum and length.
+    let body = &bytes[10..bytes.len() - 8];
+    String::from_utf8(miniz_oxide::inflate::decompress_to_vec(body).unwrap()).unwrap()
+}
+
+/// The largest difference of two rows.
+fn difference(theirs: &Value, ours: &Value) -> f64 {
+    row(theirs).iter().zip(row(ours)).map(|(theirs, ours)| (theirs - ours).abs()).fold(0.0, f64::max)
+}
+
+/// Every number of every body at every step, contacts, events and sleepers.
+fn assert_repeated(theirs: &Value, ours: &Value) {
+    let id = &theirs["id"];
+    let rows = |record: &Value| record.as_array().unwrap().clone();
+    let mut bodies = vec![("traj".to_owned(), &theirs["traj"], &ours["traj"])];
+    let parts = theirs["parts"].as_object().into_iter().flatten();
+    bodies.extend(parts.map(|(name, rows)| (name.clone(), rows, &ours["parts"][name])));
+    for (name, theirs, ours) in bodies {
+        let (theirs, ours) = (rows(theirs), rows(ours));
+        assert_eq!(theirs.len(), ours.len(), "{id}, {name}");
+        for (step, (theirs, ours)) in theirs.iter().zip(&ours).enumerate() {
+            let error = difference(theirs, ours);
+            // Recordings are rounded to five decimals.
+            assert!(error < 6e-6, "{id}, {name}, step {step}: {error}");
+        }
+    }
+    assert_eq!(theirs["first_contact"], ours["first_contact"], "{id}: first contact");
+    assert_eq!(theirs["sleep_steps"], ours["sleep_steps"], "{id}: sleepers");
+    assert_eq!(theirs["events"], ours["events"], "{id}: events");
+}
+
+#[test]
+fn launches_of_every_type_are_repeated_to_the_last_digit() {
+    let launches = all(include_bytes!("data/create/all/launches.jsonl.gz"));
+    simulated(&launches).iter().for_each(|(theirs, ours)| assert_repeated(theirs, ours));
+}
+
+#[test]
+fn scenes_of_every_type_are_repeated_to_the_last_digit() {
+    let scenes = all(include_bytes!("data/create/all/scenes.jsonl.gz"));
+    simulated(&scenes).iter().for_each(|(theirs, ours)| assert_repeated(theirs, ours));
+}
+
+#[test]
+fn episodes_with_action_sets_agree_in_every_rule() {
+    let levels = all(include_bytes!("data/create/all/levels.jsonl.gz"));
+    let episodes = all(include_bytes!("data/create/all/episodes.jsonl.gz"));
+    let mut answers = Vec::new();
+    protocol::play_episodes(levels.as_bytes(), "levels", episodes.as_bytes(), &mut answers).unwrap();
+    for (theirs, ours) in pairs(&episodes, &answers) {
+        let steps = |record: &Value| record["steps"].as_array().unwrap().clone();
+        let (id, theirs, ours) = (theirs["id"].clone(), steps(&theirs), steps(&ours));
+        assert_eq!(theirs.len(), ours.len(), "{id}: length");
+        for (number, (theirs, ours)) in theirs.iter().zip(&ours).enumerate() {
+            for key in ["outcome", "goal_hit", "subgoals_hit", "placed_tools", "done_reasons"] {
+                assert_eq!(theirs[key], ours[key], "{id}, action {number}: {key}");
+            }
+            let reward = |step: &Value| step["reward"].as_f64().unwrap();
+            assert!((reward(theirs) - reward(ours)).abs() < 1e-4, "{id}, action {number}: reward");
+        }
+    }
+}
+
+#[test]
+fn the_catalogue_is_that_of_create() {
+    let tools = all(include_bytes!("data/create/all/tools.jsonl.gz"));
+    let mut split = ToolSplit::ALL.map(|_| Vec::new());
+    for (number, line) in tools.lines().enumerate() {
+        let record: Value = serde_json::from_str(line).unwrap();
+        for name in record["split"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()) {
+            split[name.parse::<ToolSplit>().unwrap() as usize].push(number);
+        }
+        let Some(tool) = catalogue_tool(number) else {
+            assert_eq!((record["type"].as_str(), number), (Some("no_op"), NO_OP));
+            continue;
+        };
+        assert_eq!(record["type"], tool.kind.name());
+        for (name, ours) in [
+            (tool.kind.measure(), tool.size),
+            ("angle", tool.angle),
+            ("elasticity", tool.elasticity),
+            ("friction", tool.friction),
+            ("force", tool.force),
+            ("vel", tool.velocity),
+            ("max_angle", tool.max_angle),
+            ("ball_mass", tool.weight),
+            ("roll_friction", tool.roll_friction),
+        ] {
+            let theirs = record[name].as_f64().unwrap_or(ours);
+            assert_eq!(theirs, ours, "{number}, {name}");
+        }
+        assert_eq!(record["on_left"].as_bool().unwrap_or(tool.on_left), tool.on_left, "{number}");
+    }
+    for kind in [ToolSplit::Train, ToolSplit::Validation, ToolSplit::Test] {
+        let theirs: Vec<usize> = split[kind as usize].iter().copied().filter(|number| *number != NO_OP).collect();
+        assert_eq!(kind.tools(), theirs, "{kind}");
+    }
+}
+
+#[test]
+fn hostile_records_are_refused_with_the_path() {
+    let scene = |tool: &str, more: &str| {
+        format!(
+            "{{\"id\":\"x\",\"tools\":[{tool}],\"mover\":{{\"shape\":\"ball\",\"radius\":4,\"mass\":10,\"elasticity\":1,\
+             \"friction\":1}},\"steps\":10,\"traj\":[[42,70,0,0,0,0]]{more}}}"
+        )
+    };
+    let tools = vec!["{\"type\":\"box\",\"size\":5,\"pos\":[1,1]}"; 10_000].join(",");
+    for (record, path) in [
+        (scene("{\"type\":\"ramp\",\"length\":0,\"pos\":[1,1]}", ""), "tools[0].length"),
+        (scene("{\"type\":\"circle\",\"radius\":-1,\"pos\":[1,1]}", ""), "tools[0].radius"),
+        (scene("{\"type\":\"cannon\",\"size\":10,\"force\":1e38,\"pos\":[1,1]}", ""), "tools[0].force"),
+        (scene("{\"type\":\"fan\",\"size\":10,\"angle\":1e300,\"pos\":[1,1]}", ""), "tools[0].angle"),
+        (scene("{\"type\":\"see_saw\",\"length\":10,\"ball_mass\":0,\"pos\":[1,1]}", ""), "tools[0].ball_mass"),
+        (scene("{\"type\":\"box\",\"size\":5,\"pos\":[1e9,1]}", ""), "tools[0].position[0]"),
+        (scene(&tools, ""), "tools: has 10000"),
+        (
+            scene("", ",\"others\":[{\"shape\":\"box\",\"size\":0,\"mass\":1,\"elasticity\":0,\"friction\":0}]"),
+            "parts.mover1",
+        ),
+    ] {
+        let error = protocol::simulate(record.as_bytes(), &mut Vec::new()).unwrap_err().to_string();
+        assert!(error.contains(path), "{path}: {error:.300}");
+    }
 }

@@ -71,7 +71,8 @@ fn named_objects_have_the_sizes_of_create() {
         ]
     );
     let angles: Vec<_> = tools[7..].iter().map(|tool| tool.angle).collect();
-    assert_eq!(angles, [std::f32::consts::FRAC_PI_4, -std::f32::consts::FRAC_PI_2, 0.0, 0.5]);
+    let expected = [std::f64::consts::FRAC_PI_4, -std::f64::consts::FRAC_PI_2, 0.0, 0.5];
+    assert!(angles.iter().zip(expected).all(|(angle, expected)| (angle - expected).abs() < 1e-6), "{angles:?}");
     assert_eq!(task.tools[0].position, [-0.5, -0.14]);
     assert_eq!((task.ball.radius, task.ball.position), (3.0, [0.0, 0.8]));
     assert_eq!((task.goal.shape, task.goal.radius), (GoalShape::Star, 4.0));
@@ -218,7 +219,8 @@ fn the_marker_has_subgoals_of_its_own() {
 fn other_balls_move_too() {
     let lines = play(level(json!({"env": [{"name": "ball", "pos": [0.5, 0.8], "mass": 1, "radius": 2}]})), 1);
     let [_, y, _, vy, ..] = lines[0].balls["ball0"];
-    assert!((y - (fallen(0.8, 1.0) + 1.0) * 42.0).abs() < 1e-3 && (vy + 80.0 / 30.0).abs() < 1e-4);
+    let fallen = f64::from((fallen(0.8, 1.0) + 1.0) * 42.0);
+    assert!((y - fallen).abs() < 1e-3 && (vy + 80.0 / 30.0).abs() < 1e-4);
 }
 
 #[test]

@@ -29,7 +29,7 @@ pub(super) fn full() -> Box<dyn FnMut()> {
     let cells = (0..5).flat_map(|row| (0..5).map(move |column| (row, column)));
     task.tools = cells
         .map(|(row, column)| ToolSpec {
-            kind: ToolKind::ALL[(row + column) % ToolKind::ALL.len()],
+            kind: ToolKind::PAPER[(row + column) % ToolKind::PAPER.len()],
             position: [0.4 * column as f32 - 0.8, 0.3 * row as f32 - 0.8],
             form: Form { size: Some(4.0), ..Form::default() },
         })

@@ -104,7 +104,7 @@ impl GraphBuilder {
             self.push_node(
                 &mut edges.inputs,
                 ObjectType::Tool(tool.kind),
-                &BallState::at_rest(tool.position),
+                &BallState::at_rest(tool.centre()),
                 ball.position,
             );
             edges.inputs.extend_from_slice(&edge[..self.layout().edge - 2 * self.layout().node]);
@@ -122,8 +122,8 @@ impl GraphBuilder {
                 let edge = EdgeType { receiver: ObjectType::Ball, sender: ObjectType::Tool(tool.kind) };
                 return Err(DynamicsError::UnseenEdge { edge, known: tool_set_name(&self.tools) });
             }
-            numbers.extend(tool.position);
-            numbers.push(tool.size);
+            numbers.extend(tool.centre());
+            numbers.push(tool.size as f32);
         }
         if numbers.iter().all(|number| number.is_finite()) { Ok(()) } else { Err(DynamicsError::NotFinite) }
     }
@@ -159,7 +159,7 @@ impl GraphBuilder {
     fn active_edge(&self, ball: &BallState, tool: &Tool) -> Option<[f32; 5]> {
         let (distance, features) = match self.config.geometry {
             Geometry::Centre => {
-                let [x, y] = tool.position;
+                let [x, y] = tool.centre();
                 let distance = (x - ball.position[0]).hypot(y - ball.position[1]);
                 (distance, [0.0; 4])
             }

@@ -52,7 +52,7 @@ pub fn data_hash<'a>(launches: impl IntoIterator<Item = &'a Launch>) -> String {
         hash.update([tool.kind.index() as u8]);
         hash.update(tool.position[0].to_le_bytes());
         hash.update(tool.position[1].to_le_bytes());
-        hash.update(tool.size.to_le_bytes());
+        hash.update((tool.size as f32).to_le_bytes());
         for state in &launch.states {
             let [x, y] = state.position;
             let [vx, vy] = state.velocity;
@@ -65,9 +65,9 @@ pub fn data_hash<'a>(launches: impl IntoIterator<Item = &'a Launch>) -> String {
 }
 
 fn launch(kind: ToolKind, rng: &mut ChaCha8Rng) -> Launch {
-    let centre = SCREEN / 2.0;
+    let centre = f64::from(SCREEN / 2.0);
     loop {
-        let tool = Tool::new(kind, [centre; 2]).with_size(size(kind, rng));
+        let tool = Tool::new(kind, [centre; 2]).with_size(size(kind, rng).into());
         let start = start(&tool, rng);
         let (distance, _) = tool.surface(start.position);
         if distance > Ball::default().radius {
@@ -82,6 +82,8 @@ fn size(kind: ToolKind, rng: &mut impl Rng) -> f32 {
         ToolKind::Bucket => 4.0..8.0,
         ToolKind::Square | ToolKind::Box => 6.0..10.0,
         ToolKind::Wall | ToolKind::Floor => 10.0..45.0,
+        // Models know the paper's types.
+        other => return other.default_size() as f32,
     };
     rng.gen_range(range)
 }
@@ -92,7 +94,7 @@ fn size(kind: ToolKind, rng: &mut impl Rng) -> f32 {
 fn start(tool: &Tool, rng: &mut impl Rng) -> BallState {
     let radius = Ball::default().radius;
     let reach = tool.half_extents().map(|half| half + 1.1 * radius);
-    let aim: [f32; 2] = std::array::from_fn(|axis| tool.position[axis] + rng.gen_range(-reach[axis]..reach[axis]));
+    let aim: [f32; 2] = std::array::from_fn(|axis| tool.centre()[axis] + rng.gen_range(-reach[axis]..reach[axis]));
     let spin = if rng.gen_bool(0.5) { 0.0 } else { rng.gen_range(-MAX_SPEED..MAX_SPEED) / 2.0 / radius };
     let speed = rng.gen_range(0.0..MAX_SPEED);
     let down = -std::f32::consts::FRAC_PI_2;
@@ -125,7 +127,7 @@ fn flying(tool: &Tool, spin: f32, rng: &mut impl Rng) -> BallState {
         _ => [rng.gen_range(-MAX_SPEED..MAX_SPEED) / 2.0, fall + rng.gen_range(0.0..MAX_SPEED)],
     };
     BallState {
-        position: [tool.position[0] + side * away, tool.position[1]],
+        position: [tool.centre()[0] + side * away, tool.centre()[1]],
         velocity,
         angle: 0.0,
         angular_velocity: spin,

@@ -25,9 +25,9 @@ pub struct EdgeType {
 
 impl ObjectType {
     /// Length of the one-hot encoding.
-    pub const COUNT: usize = 1 + ToolKind::ALL.len();
+    pub const COUNT: usize = 1 + ToolKind::PAPER.len();
 
-    /// Place in the one-hot encoding: the ball, then [`ToolKind::ALL`].
+    /// Place in the one-hot encoding: the ball, then [`ToolKind::PAPER`].
     pub fn index(self) -> usize {
         match self {
             Self::Ball => 0,

@@ -96,7 +96,7 @@ fn reflect(mut state: BallState, image: bool) -> BallState {
 /// All tool types are their own mirror images.
 fn reflect_tool(mut tool: Tool, image: bool) -> Tool {
     if image {
-        tool.position[0] = crate::physics::SCREEN - tool.position[0];
+        tool.position[0] = f64::from(crate::physics::SCREEN) - tool.position[0];
     }
     tool
 }

@@ -23,6 +23,8 @@ pub enum Placement {
     Collision,
     /// The action is not a pair of finite numbers.
     Invalid,
+    /// The action asked for no tool.
+    NoOp,
 }
 
 /// Why an episode is over.

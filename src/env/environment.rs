@@ -7,14 +7,18 @@ use rand::Rng;
 use super::action::{Action, EpisodeOver, Placement, Step};
 use super::episode::Snapshot;
 use super::observation::{observation_len, observe};
-use crate::physics::{BallState, World};
+use crate::physics::{BallState, ToolSplit, World, catalogue_tool};
 use crate::task::Task;
 
 /// A task being played.
 #[derive(Debug, Clone)]
 pub struct Environment {
+    /// The task with its random shifts, and the variant that is being played.
+    base: Arc<Task>,
     task: Arc<Task>,
     shift: [f32; 2],
+    tools: Option<ToolSplit>,
+    inventory: Vec<usize>,
     now: Snapshot,
 }
 
@@ -28,7 +32,24 @@ impl Environment {
     /// [`Environment::shift`] reported it for an earlier episode.
     pub fn shifted(task: Arc<Task>, shift: [f32; 2]) -> Self {
         let now = Snapshot::new(&task, shift);
-        Self { task, shift, now }
+        Self { base: task.clone(), task, shift, tools: None, inventory: Vec::new(), now }
+    }
+
+    /// The environment of a task in which the agent chooses among an action set of CREATE's
+    /// tools, which every [`reset`](Self::reset) draws anew.
+    pub fn with_tools(task: Arc<Task>, tools: ToolSplit) -> Self {
+        Self { tools: Some(tools), ..Self::new(task) }
+    }
+
+    /// Numbers of the tools in the action set, in [`catalogue_tool`]'s order of numbers; empty
+    /// where the agent has the task's own tool, and before the first reset.
+    pub fn inventory(&self) -> &[usize] {
+        &self.inventory
+    }
+
+    /// Gives the agent another action set for this episode.
+    pub fn set_inventory(&mut self, inventory: Vec<usize>) {
+        self.inventory = inventory;
     }
 
     /// How far noise has shifted the start of the present episode, normalised.
@@ -36,13 +57,19 @@ impl Environment {
         self.shift
     }
 
-    /// The task being played.
+    /// The task being played; with its random shifts carried out, if it has any.
     pub fn task(&self) -> &Arc<Task> {
         &self.task
     }
 
     /// Starts an episode and returns its first observation.
     pub fn reset(&mut self, rng: &mut impl Rng) -> Vec<f32> {
+        if !self.base.shifts.is_empty() {
+            self.task = Arc::new(self.base.varied(rng));
+        }
+        if let Some(tools) = self.tools {
+            self.inventory = tools.draw(rng);
+        }
         let noise = self.task.rules.start_noise;
         self.shift = if noise > 0.0 { [0; 2].map(|_| rng.gen_range(-noise..=noise)) } else { [0.0; 2] };
         self.now = Snapshot::new(&self.task, self.shift);
@@ -76,21 +103,45 @@ impl Environment {
         self.step_watched(action, |_| {})
     }
 
+    /// Places a tool of the action set, by its index there, and lets the world run for one
+    /// action interval. The no-op, and an index that is not in the set, place nothing.
+    ///
+    /// # Errors
+    /// When the episode is over.
+    pub fn step_tool(&mut self, index: usize, action: Action) -> Result<Step, EpisodeOver> {
+        if self.now.end().is_some() {
+            return Err(EpisodeOver);
+        }
+        let placement = match self.inventory.get(index) {
+            None => Placement::Invalid,
+            Some(&number) => match catalogue_tool(number) {
+                Some(tool) => self.now.place_tool(&self.task, tool, action),
+                None => Placement::NoOp,
+            },
+        };
+        let step = self.blank_step(placement);
+        Ok(self.run(step, |_| {}))
+    }
+
     /// Like [`Environment::step`]; `watch` sees the world after every physics step.
     ///
     /// # Errors
     /// When the episode is over.
-    pub fn step_watched(&mut self, action: Action, mut watch: impl FnMut(&World)) -> Result<Step, EpisodeOver> {
+    pub fn step_watched(&mut self, action: Action, watch: impl FnMut(&World)) -> Result<Step, EpisodeOver> {
         if self.now.end().is_some() {
             return Err(EpisodeOver);
         }
-        let mut step = self.begin_step(action);
+        let step = self.begin_step(action);
+        Ok(self.run(step, watch))
+    }
+
+    fn run(&mut self, mut step: Step, mut watch: impl FnMut(&World)) -> Step {
         for _ in 0..self.task.rules.steps_per_action {
             self.now.advance(&self.task, &mut step);
             watch(self.now.world());
         }
         self.finish_step(&mut step);
-        Ok(step)
+        step
     }
 
     /// An imagined step: places the tool if it may be placed, then puts the ball where a
@@ -114,7 +165,13 @@ impl Environment {
 
     fn begin_step(&mut self, action: Action) -> Step {
         let placement = self.now.place(&self.task, action);
-        let blocked = if placement == Placement::Placed { 0.0 } else { self.task.rules.rewards.blocked };
+        self.blank_step(placement)
+    }
+
+    /// A step in which nothing has happened yet but the placement.
+    fn blank_step(&self, placement: Placement) -> Step {
+        let is_free = matches!(placement, Placement::Placed | Placement::NoOp);
+        let blocked = if is_free { 0.0 } else { self.task.rules.rewards.blocked };
         Step {
             observation: Vec::new(),
             reward: self.task.rules.rewards.step + blocked,

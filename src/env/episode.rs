@@ -1,8 +1,8 @@
 //! One episode of a task: placements, physics, stages reached, reward, end.
 
 use super::action::{Action, EndReason, Placement, Step};
-use crate::physics::{Ball, BallState, ObjectId, SCREEN, Sensor, World, to_normalised, to_units};
-use crate::task::{Goal, GoalShape, Region, SubgoalCheck, Task};
+use crate::physics::{Ball, BallState, Motion, ObjectId, SCREEN, Sensor, Tool, World, exact, to_normalised, to_units};
+use crate::task::{BallSpec, Goal, GoalShape, Part, Region, SubgoalCheck, Task};
 
 /// Index of the target ball in the world.
 pub(super) const TARGET: usize = 0;
@@ -22,7 +22,8 @@ pub fn ball_names(task: &Task) -> Vec<String> {
     let marker = task.marker.is_some().then_some("marker");
     let goal = (task.goal.shape == GoalShape::Ball).then_some("goal_ball");
     let named = ["target"].into_iter().chain(marker).chain(goal).map(str::to_owned);
-    named.chain((0..task.balls.len()).map(|index| format!("ball{index}"))).collect()
+    let balls = (0..task.balls.len()).map(|index| format!("ball{index}"));
+    named.chain(balls).chain((0..task.boxes.len()).map(|index| format!("box{index}"))).collect()
 }
 
 /// Index of the first subgoal's sensor; the marker's subgoals come after the target's.
@@ -45,36 +46,14 @@ pub struct Snapshot {
     actions: u32,
     still: u32,
     end: Option<EndReason>,
+    reasons: Vec<EndReason>,
 }
 
 impl Snapshot {
     pub(super) fn new(task: &Task, shift: [f32; 2]) -> Self {
-        let mut world = World::new(task.rules.gravity);
         let mut ball = task.ball;
         ball.position = [ball.position[0] + shift[0], ball.position[1] + shift[1]];
-        world.add_ball(ball.material(), ball.start());
-        if let Some(marker) = &task.marker {
-            world.add_ball(marker.ball.material(), marker.ball.start());
-        }
-        match goal_sensor(&task.goal) {
-            Some(sensor) => {
-                world.add_sensor(&sensor);
-            }
-            None => {
-                let material = Ball { radius: task.goal.radius, ..Ball::default() };
-                world.add_ball(material, BallState::at_rest(to_units(task.goal.position)));
-            }
-        }
-        for other in &task.balls {
-            world.add_ball(other.material(), other.start());
-        }
-        let marker_subgoals = task.marker.iter().flat_map(|marker| &marker.subgoals);
-        for subgoal in task.subgoals.iter().chain(marker_subgoals) {
-            world.add_sensor(&circle(subgoal));
-        }
-        for tool in &task.tools {
-            world.add_tool(tool.tool());
-        }
+        let world = world(task, &ball);
         Self {
             world,
             start: ball.position,
@@ -88,6 +67,7 @@ impl Snapshot {
             actions: 0,
             still: 0,
             end: None,
+            reasons: Vec::new(),
         }
     }
 
@@ -136,8 +116,23 @@ impl Snapshot {
         self.end
     }
 
-    /// Whether a tool could be placed at `action`, without placing it.
+    /// Every reason why the episode is over, in CREATE's order: more than one may apply.
+    pub fn end_reasons(&self) -> &[EndReason] {
+        &self.reasons
+    }
+
+    /// Which of the marker's subgoals have been reached.
+    pub fn reached_by_marker(&self) -> &[bool] {
+        &self.reached_by_marker
+    }
+
+    /// Whether the task's tool could be placed at `action`, without placing it.
     pub fn check_placement(&self, task: &Task, action: Action) -> Placement {
+        self.check_tool(task, &task.placeable.tool([0.0; 2]), action)
+    }
+
+    /// Whether a tool could be placed at `action`, without placing it.
+    pub fn check_tool(&self, task: &Task, tool: &Tool, action: Action) -> Placement {
         if !action.iter().all(|value| value.is_finite()) {
             return Placement::Invalid;
         }
@@ -146,7 +141,7 @@ impl Snapshot {
         if self.placed.iter().any(|other| distance(other) <= task.rules.overlap_threshold) {
             return Placement::Overlap;
         }
-        match self.world.obstruction(&task.placeable.tool(action)) {
+        match self.world.obstruction(&tool.at(to_units(action.map(f64::from)))) {
             Some(_) => Placement::Collision,
             None => Placement::Placed,
         }
@@ -157,13 +152,23 @@ impl Snapshot {
         self.world.set_ball(TARGET, state);
     }
 
-    /// Places a tool at `action` if it may be placed there.
+    /// Places the task's tool at `action` if it may be placed there.
     pub fn place(&mut self, task: &Task, action: Action) -> Placement {
-        let placement = self.check_placement(task, action);
-        if placement == Placement::Placed {
-            let action = action.map(|value| value.clamp(-1.0, 1.0));
-            self.world.add_tool(task.placeable.tool(action));
-            self.placed.push(action);
+        self.place_tool(task, &task.placeable.tool([0.0; 2]), action)
+    }
+
+    /// Places a tool at `action` if it may be placed there.
+    pub fn place_tool(&mut self, task: &Task, tool: &Tool, action: Action) -> Placement {
+        let placement = self.check_tool(task, tool, action);
+        let action = action.map(|value| value.clamp(-1.0, 1.0));
+        let tool = tool.at(to_units(action.map(f64::from)));
+        match placement {
+            Placement::Placed => {
+                self.world.add_tool(tool);
+                self.placed.push(action);
+            }
+            Placement::Collision => self.world.reject_tool(&tool),
+            Placement::Overlap | Placement::Invalid | Placement::NoOp => {}
         }
         placement
     }
@@ -207,7 +212,11 @@ impl Snapshot {
                 continue;
             }
             let sensor = first_subgoal(task) + index;
-            if self.touches(TARGET, ObjectId::Sensor(sensor)) {
+            let is_reached = match task.rules.subgoal_check {
+                SubgoalCheck::AnyStep => self.touches(TARGET, ObjectId::Sensor(sensor)),
+                SubgoalCheck::ActionEnd => self.world.touches_sensor(TARGET, sensor),
+            };
+            if is_reached {
                 self.reach_subgoal(index, task, step);
             } else if task.rules.in_order {
                 break;
@@ -234,7 +243,7 @@ impl Snapshot {
     fn check_marker_subgoals(&mut self, task: &Task, step: &mut Step) {
         for index in 0..self.reached_by_marker.len() {
             let sensor = first_subgoal(task) + self.reached.len() + index;
-            if !self.reached_by_marker[index] && self.touches(MARKER, ObjectId::Sensor(sensor)) {
+            if !self.reached_by_marker[index] && self.world.touches_sensor(MARKER, sensor) {
                 self.reached_by_marker[index] = true;
                 self.world.remove_sensor(sensor);
                 step.reward += self.worth(task, task.rules.rewards.subgoal).max(0.0);
@@ -289,53 +298,108 @@ impl Snapshot {
     }
 
     fn find_end(&mut self, task: &Task) -> Option<EndReason> {
-        let inside = |ball: usize| self.world.ball(ball).position.iter().all(|p| *p > 0.0 && *p < SCREEN);
-        let rests = |ball: usize| {
-            self.world.ball(ball).speed() < task.rules.min_speed
-                || (task.rules.capture_is_standstill && self.world.is_captured(ball))
+        let inside = |ball: usize| {
+            let screen = f64::from(SCREEN);
+            self.world.motion(ball).position.iter().all(|p| *p > 0.0 && *p < screen)
         };
-        if (0..self.world.ball_count()).all(rests) {
+        let target_out = !inside(TARGET);
+        let marker_out = task.marker.is_some() && !self.target_moved && !inside(MARKER);
+        if self.rests(task) {
             self.still += 1;
         }
-        if self.goal && task.rules.goal_ends_episode {
-            Some(EndReason::Goal)
-        } else if !inside(TARGET) {
-            Some(EndReason::OutOfBounds)
-        } else if task.marker.is_some() && !self.target_moved && !inside(MARKER) {
-            Some(EndReason::MarkerOut)
-        } else if self.still >= task.rules.still_actions {
-            Some(EndReason::Standstill)
-        } else if self.actions >= task.rules.max_actions {
-            Some(EndReason::MaxActions)
-        } else {
-            None
-        }
+        let reasons = [
+            (EndReason::MaxActions, self.actions >= task.rules.max_actions),
+            (EndReason::OutOfBounds, target_out),
+            (EndReason::Standstill, self.still >= task.rules.still_actions),
+            (EndReason::MarkerOut, marker_out),
+            (EndReason::Goal, self.goal && task.rules.goal_ends_episode),
+        ];
+        self.reasons = reasons.into_iter().filter_map(|(reason, applies)| applies.then_some(reason)).collect();
+        let by_weight = [
+            EndReason::Goal,
+            EndReason::OutOfBounds,
+            EndReason::MarkerOut,
+            EndReason::Standstill,
+            EndReason::MaxActions,
+        ];
+        by_weight.into_iter().find(|reason| self.reasons.contains(reason))
+    }
+
+    /// Whether nothing moves: balls, boxes and planks.
+    fn rests(&self, task: &Task) -> bool {
+        let is_slow = |motion: Motion| BallState::from(motion).speed() < task.rules.min_speed;
+        let ball_rests = |ball: usize| {
+            is_slow(self.world.motion(ball)) || (task.rules.capture_is_standstill && self.world.is_captured(ball))
+        };
+        (0..self.world.ball_count()).all(ball_rests)
+            && (0..self.world.tools().len()).all(|tool| self.world.plank(tool).0.is_none_or(is_slow))
     }
 }
 
+/// The world of a task at its start, with another target ball.
+fn world(task: &Task, target: &BallSpec) -> World {
+    let mut world = World::new(task.rules.gravity);
+    let (mut balls, mut sensors) = (Vec::new(), Vec::new());
+    for part in task.parts() {
+        match part {
+            Part::Target => balls.push((part, world.add_ball(target.material(), target.motion()))),
+            Part::Marker => {
+                let marker = task.marker.iter().map(|marker| marker.ball);
+                balls.extend(marker.map(|ball| (part, world.add_ball(ball.material(), ball.motion()))));
+            }
+            Part::Goal => match goal_sensor(&task.goal) {
+                Some(sensor) => sensors.push((part, world.add_sensor(&sensor))),
+                None => {
+                    let material = Ball { radius: task.goal.radius, ..Ball::default() };
+                    balls.push((part, world.add_ball(material, Motion::at_rest(place(task.goal.position)))));
+                }
+            },
+            Part::Ball(index) => {
+                let ball = &task.balls[index];
+                balls.push((part, world.add_ball(ball.material(), ball.motion())));
+            }
+            Part::Box(index) => {
+                let moving = &task.boxes[index];
+                balls.push((part, world.add_box(moving.material(), moving.motion())));
+            }
+            Part::Subgoal(index) => sensors.push((part, world.add_sensor(&circle(&task.subgoals[index])))),
+            Part::MarkerSubgoal(index) => {
+                let subgoals = task.marker.iter().map(|marker| &marker.subgoals[index]);
+                sensors.extend(subgoals.map(|region| (part, world.add_sensor(&circle(region)))));
+            }
+            Part::Tool(index) => {
+                world.add_tool(task.tools[index].tool());
+            }
+        }
+    }
+    if !task.order.is_empty() {
+        // Others know balls and sensors by the usual order.
+        let usual = Task { order: Vec::new(), ..task.clone() }.parts();
+        let arranged = |added: &[(Part, usize)]| -> Vec<usize> {
+            let index = |part: &Part| added.iter().find(|(other, _)| other == part).map(|(_, index)| *index);
+            usual.iter().filter_map(index).collect()
+        };
+        world.arrange(&arranged(&balls), &arranged(&sensors));
+    }
+    world
+}
+
 fn circle(region: &Region) -> Sensor {
-    Sensor::Circle { position: to_units(region.position), radius: region.radius }
+    Sensor::Circle { position: place(region.position), radius: exact(region.radius) }
 }
 
 /// The sensor of a goal that does not move.
 fn goal_sensor(goal: &Goal) -> Option<Sensor> {
-    let centre = to_units(goal.position);
+    let (position, radius) = (place(goal.position), exact(goal.radius));
     match goal.shape {
         GoalShape::Ball => None,
         GoalShape::Circle => Some(circle(&goal.region())),
-        // The engine keeps a star's convex hull, a pentagon with one corner straight up.
-        GoalShape::Star => Some(regular_polygon(centre, goal.radius, 5, std::f32::consts::FRAC_PI_2)),
-        GoalShape::Basket => {
-            let corner_radius = goal.radius * std::f32::consts::SQRT_2;
-            Some(regular_polygon(centre, corner_radius, 4, std::f32::consts::FRAC_PI_4))
-        }
+        GoalShape::Star => Some(Sensor::Star { position, radius }),
+        GoalShape::Basket => Some(Sensor::Square { position, side: 2.0 * radius }),
     }
 }
 
-fn regular_polygon(centre: [f32; 2], radius: f32, corners: usize, first_angle: f32) -> Sensor {
-    let corner = |index| {
-        let angle = first_angle + index as f32 * std::f32::consts::TAU / corners as f32;
-        [centre[0] + radius * angle.cos(), centre[1] + radius * angle.sin()]
-    };
-    Sensor::Polygon { vertices: (0..corners).map(corner).collect() }
+/// A place of a task, in units.
+fn place(position: [f32; 2]) -> [f64; 2] {
+    to_units(position.map(exact))
 }

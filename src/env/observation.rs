@@ -5,8 +5,8 @@ use crate::physics::{BallState, ToolKind, World, to_normalised};
 use crate::task::Task;
 
 /// Features of one object: velocity x, y; position x, y; one-hot type (ball, then
-/// [`ToolKind::ALL`]).
-pub const OBJECT_FEATURES: usize = 4 + 1 + ToolKind::ALL.len();
+/// [`ToolKind::PAPER`]).
+pub const OBJECT_FEATURES: usize = 4 + 1 + ToolKind::PAPER.len();
 /// Objects in an observation. Of more, the tools placed first drop out.
 pub const OBJECT_SLOTS: usize = 16;
 /// Velocities are divided by this many units/s.
@@ -40,7 +40,7 @@ pub(super) fn observe(world: &World, fixed_tools: usize, stage: usize, stages: u
     let dropped = (fixed_tools + placed).saturating_sub(free);
     let keep = |index: &usize| *index < fixed_tools || *index >= fixed_tools + dropped;
     for (_, tool) in world.tools().enumerate().filter(|(index, _)| keep(index)).take(free) {
-        let [x, y] = to_normalised(tool.position);
+        let [x, y] = to_normalised(tool.centre());
         observation.extend([0.0, 0.0, x, y]);
         push_type(1 + tool.kind.index(), observation);
     }

@@ -193,7 +193,7 @@ pub fn tool_outline(tool: &Tool, least: f32) -> Vec<[f32; 2]> {
     let corners = tool.vertices();
     let outline = match corners[..] {
         [from, to] => {
-            let (radius, along) = (tool.radius.max(least), (to[1] - from[1]).atan2(to[0] - from[0]));
+            let (radius, along) = ((tool.radius as f32).max(least), (to[1] - from[1]).atan2(to[0] - from[0]));
             let end = |center: [f32; 2], start: f32| {
                 (0..=STEPS).map(move |n| {
                     let (sin, cos) = (start + std::f32::consts::PI * n as f32 / STEPS as f32).sin_cos();

@@ -89,7 +89,7 @@ impl Figure for TaskGrid {
                 row("other ball", "", String::new(), ball.position, ball.radius);
             }
             for tool in &task.tools {
-                row("tool", tool.kind.name(), String::new(), tool.position, tool.tool().size);
+                row("tool", tool.kind.name(), String::new(), tool.position, tool.tool().size as f32);
             }
             for (n, region) in task.subgoals.iter().enumerate() {
                 row("subgoal", "", (n + 1).to_string(), region.position, region.radius);

@@ -1,14 +1,13 @@
-//! Balls: what they are made of, how they move, and the body in the world.
+//! Bodies: what moves and how, and the ground.
 
 use rapier2d::prelude::*;
 
-use super::motion::Motion;
-use super::tool::Tool;
-use super::units::PHYSICS_DT;
+use super::outline::{Bounds, Frame, Outline, direction};
+use super::units::DT;
 use crate::validation::{ValidationError, in_range};
 
-/// Idle steps in a row after which a resting ball falls asleep (0.3 s).
-pub(super) const SLEEP_STEPS: u32 = 9;
+/// Index of the body of all that does not move.
+pub(super) const GROUND: usize = 0;
 
 /// What a ball is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,17 +35,54 @@ impl Ball {
     /// The first field, by name, whose number is not finite or out of range.
     pub fn check(&self) -> Result<(), ValidationError> {
         in_range(self.radius, "radius", 0.1, 42.0)?;
-        in_range(self.mass, "mass", 1e-3, 1e6)?;
-        in_range(self.elasticity, "elasticity", 0.0, 1.0)?;
-        in_range(self.friction, "friction", 0.0, 100.0)
-    }
-
-    fn inertia(&self) -> f32 {
-        self.mass * self.radius * self.radius / 2.0
+        check_material(self.mass, self.elasticity, self.friction)
     }
 }
 
-/// How a ball moves: units, units/s, radians (not wrapped), radians/s.
+fn check_material(mass: f32, elasticity: f32, friction: f32) -> Result<(), ValidationError> {
+    in_range(mass, "mass", 1e-3, 1e6)?;
+    in_range(elasticity, "elasticity", 0.0, 1.0)?;
+    in_range(friction, "friction", 0.0, 100.0)
+}
+
+/// What a box that moves is made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MovingBox {
+    /// Side in units.
+    pub size: f32,
+    /// Mass; the moment of inertia is that of a square.
+    pub mass: f32,
+    /// Elasticity, multiplied with that of what it touches.
+    pub elasticity: f32,
+    /// Friction coefficient, multiplied with that of what it touches.
+    pub friction: f32,
+}
+
+impl MovingBox {
+    /// Whether the numbers make a box that can move in a world.
+    ///
+    /// # Errors
+    /// The first field, by name, whose number is not finite or out of range.
+    pub fn check(&self) -> Result<(), ValidationError> {
+        in_range(self.size, "size", 0.1, 84.0)?;
+        check_material(self.mass, self.elasticity, self.friction)
+    }
+}
+
+/// How a body moves: units, units/s, radians (not wrapped), radians/s.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Motion {
+    /// Centre.
+    pub position: [f64; 2],
+    /// Velocity of the centre.
+    pub velocity: [f64; 2],
+    /// Angle, not wrapped.
+    pub angle: f64,
+    /// Angular velocity.
+    pub angular_velocity: f64,
+}
+
+/// A [`Motion`] in single precision, as networks and screens have it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct BallState {
     /// Centre.
@@ -71,108 +107,212 @@ impl BallState {
     }
 }
 
-/// A ball in the world.
-#[derive(Debug, Clone)]
+impl Motion {
+    /// A body at rest.
+    pub fn at_rest(position: [f64; 2]) -> Self {
+        Self { position, ..Self::default() }
+    }
+}
+
+impl From<BallState> for Motion {
+    fn from(state: BallState) -> Self {
+        Self {
+            position: state.position.map(f64::from),
+            velocity: state.velocity.map(f64::from),
+            angle: state.angle.into(),
+            angular_velocity: state.angular_velocity.into(),
+        }
+    }
+}
+
+impl From<Motion> for BallState {
+    fn from(motion: Motion) -> Self {
+        Self {
+            position: motion.position.map(|p| p as f32),
+            velocity: motion.velocity.map(|v| v as f32),
+            angle: motion.angle as f32,
+            angular_velocity: motion.angular_velocity as f32,
+        }
+    }
+}
+
+/// A body: its motion, what acts on it and what is remembered about it.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Body {
-    pub ball: Ball,
-    /// rapier's body: pose, velocities and mass properties.
-    pub rigid: RigidBody,
-    pub shape: SharedShape,
-    /// Not wrapped, unlike the rotation of `rigid`.
-    pub angle: f32,
+    pub position: Vector,
+    pub velocity: Vector,
+    /// Not wrapped.
+    pub angle: f64,
+    pub spin: f64,
+    /// Cosine and sine of the angle.
+    pub rotation: Vector,
+    /// Velocity that undoes overlap in the next step and never enters the velocity.
     pub bias_velocity: Vector,
-    pub bias_angular_velocity: f32,
-    /// Idle steps in a row.
-    pub idle: u32,
-    pub asleep: bool,
+    pub bias_spin: f64,
+    /// Acts in this step only.
+    pub force: Vector,
+    pub mass: f64,
+    pub moment: f64,
+    pub inverse_mass: f64,
+    pub inverse_moment: f64,
+    /// How long its energy has been small, in seconds.
+    pub idle: f64,
+    /// Its shape in its own frame, if it has one, and that shape's index.
+    pub outline: Option<Outline>,
+    pub shape: u32,
+    /// Whether it is a disc that moves freely: rolling friction is for those.
+    pub is_ball: bool,
+    /// Whether a bucket has captured it.
     pub captured: bool,
-    /// The lowest-known ball of those that hang together; only valid while a step looks
-    /// for sleepers.
-    pub group: usize,
+    /// The first of the bodies that it hangs together with, and the next of them; of those
+    /// that are awake only while a step looks for sleepers.
+    pub root: Option<u32>,
+    pub next: Option<u32>,
 }
 
 impl Body {
-    pub fn new(ball: Ball, state: BallState) -> Self {
-        let mut rigid = RigidBodyBuilder::dynamic()
-            .pose(Pose::new(state.position.into(), state.angle))
-            .linvel(state.velocity.into())
-            .angvel(state.angular_velocity)
-            .additional_mass_properties(MassProperties::new(Vector::ZERO, ball.mass, ball.inertia()))
-            .build();
-        rigid.recompute_mass_properties_from_colliders(&ColliderSet::new());
+    /// The body of all that does not move.
+    pub fn ground() -> Self {
+        let mut ground = Self::new(1.0, 1.0, Motion::default());
+        (ground.inverse_mass, ground.inverse_moment) = (0.0, 0.0);
+        ground
+    }
+
+    pub fn new(mass: f64, moment: f64, motion: Motion) -> Self {
         Self {
-            ball,
-            rigid,
-            shape: SharedShape::ball(ball.radius),
-            angle: state.angle,
+            position: motion.position.into(),
+            velocity: motion.velocity.into(),
+            angle: motion.angle,
+            spin: motion.angular_velocity,
+            rotation: direction(motion.angle),
             bias_velocity: Vector::ZERO,
-            bias_angular_velocity: 0.0,
-            idle: 0,
-            asleep: false,
+            bias_spin: 0.0,
+            force: Vector::ZERO,
+            mass,
+            moment,
+            inverse_mass: 1.0 / mass,
+            inverse_moment: 1.0 / moment,
+            idle: 0.0,
+            outline: None,
+            shape: u32::MAX,
+            is_ball: false,
             captured: false,
-            group: 0,
-        }
-    }
-
-    pub fn state(&self) -> BallState {
-        BallState {
-            position: self.rigid.translation().into(),
-            velocity: self.rigid.linvel().into(),
-            angle: self.angle,
-            angular_velocity: self.rigid.angvel(),
-        }
-    }
-
-    /// Integrates the position with the velocities of the previous step.
-    pub fn advance(&mut self) {
-        let position = self.rigid.translation() + (self.rigid.linvel() + self.bias_velocity) * PHYSICS_DT;
-        self.angle += (self.rigid.angvel() + self.bias_angular_velocity) * PHYSICS_DT;
-        self.rigid.set_translation(position, false);
-        self.bias_velocity = Vector::ZERO;
-        self.bias_angular_velocity = 0.0;
-    }
-
-    /// Counts one more idle step, or starts again. A ball is idle while its energy is at
-    /// most what one step of gravity gives it.
-    pub fn count_idle(&mut self, gravity: Vector) {
-        let threshold = (gravity * PHYSICS_DT).length_squared();
-        let rotation = self.ball.radius * self.ball.radius / 2.0 * self.rigid.angvel().powi(2);
-        let is_idle = self.rigid.linvel().length_squared() + rotation <= threshold;
-        self.idle = if is_idle { self.idle.saturating_add(1) } else { 0 };
-    }
-
-    pub fn wake(&mut self) {
-        self.asleep = false;
-        self.idle = 0;
-    }
-
-    /// Moves the ball to the bucket's centre, at rest, for good.
-    pub fn capture(&mut self, bucket: &Tool) {
-        self.rigid.set_translation(bucket.position.into(), false);
-        self.rigid.set_linvel(Vector::ZERO, false);
-        self.idle = 0;
-        if !self.captured {
-            self.captured = true;
-            self.rigid.set_angvel(0.0, false);
-            self.angle = 0.0;
+            root: None,
+            next: None,
         }
     }
 
     pub fn motion(&self) -> Motion {
         Motion {
-            velocity: self.rigid.linvel(),
-            angular_velocity: self.rigid.angvel(),
-            bias_velocity: self.bias_velocity,
-            bias_angular_velocity: self.bias_angular_velocity,
-            inverse_mass: 1.0 / self.ball.mass,
-            inverse_inertia: 1.0 / self.ball.inertia(),
+            position: self.position.into(),
+            velocity: self.velocity.into(),
+            angle: self.angle,
+            angular_velocity: self.spin,
         }
     }
 
-    pub fn set_motion(&mut self, motion: &Motion) {
-        self.rigid.set_linvel(motion.velocity, false);
-        self.rigid.set_angvel(motion.angular_velocity, false);
-        self.bias_velocity = motion.bias_velocity;
-        self.bias_angular_velocity = motion.bias_angular_velocity;
+    /// Puts it into another state of motion.
+    pub fn set_motion(&mut self, motion: Motion) {
+        self.position = motion.position.into();
+        self.velocity = motion.velocity.into();
+        self.spin = motion.angular_velocity;
+        self.turn_to(motion.angle);
+        self.bias_velocity = Vector::ZERO;
+        self.bias_spin = 0.0;
+        self.force = Vector::ZERO;
+        self.idle = 0.0;
+        self.captured = false;
     }
+
+    pub fn turn_to(&mut self, angle: f64) {
+        if angle != self.angle {
+            self.angle = angle;
+            self.rotation = direction(angle);
+        }
+    }
+
+    pub fn frame(&self) -> Frame {
+        Frame { position: self.position, rotation: self.rotation }
+    }
+
+    pub fn is_asleep(&self) -> bool {
+        self.root.is_some()
+    }
+
+    /// Integrates the position with the velocities of the previous step.
+    pub fn advance(&mut self) {
+        self.position += (self.velocity + self.bias_velocity) * DT;
+        self.turn_to(self.angle + (self.spin + self.bias_spin) * DT);
+        self.bias_velocity = Vector::ZERO;
+        self.bias_spin = 0.0;
+    }
+
+    /// Gravity and the force of this step.
+    pub fn accelerate(&mut self, gravity: Vector) {
+        self.velocity += (gravity + self.force * self.inverse_mass) * DT;
+        self.force = Vector::ZERO;
+    }
+
+    /// Counts one more idle step, or starts again. A body is idle while its energy is at
+    /// most what one step of gravity gives it.
+    pub fn count_idle(&mut self, squared_gain: f64) {
+        let energy = self.velocity.length_squared() * self.mass + self.spin * self.spin * self.moment;
+        self.idle = if energy > self.mass * squared_gain { 0.0 } else { self.idle + DT };
+    }
+
+    /// Moves it somewhere, at rest and at angle 0.
+    pub fn put_to_rest(&mut self, position: Vector) {
+        self.position = position;
+        self.velocity = Vector::ZERO;
+        self.spin = 0.0;
+        self.force = Vector::ZERO;
+        self.turn_to(0.0);
+        self.idle = 0.0;
+    }
+
+    /// Velocity at the end of an arm from the centre.
+    pub fn velocity_at(&self, arm: Vector) -> Vector {
+        self.velocity + arm.perp() * self.spin
+    }
+
+    /// Bias velocity at the end of an arm from the centre.
+    pub fn bias_at(&self, arm: Vector) -> Vector {
+        self.bias_velocity + arm.perp() * self.bias_spin
+    }
+
+    /// Applies an impulse at the end of an arm.
+    pub fn push(&mut self, impulse: Vector, arm: Vector) {
+        self.velocity += impulse * self.inverse_mass;
+        self.spin += self.inverse_moment * arm.perp_dot(impulse);
+    }
+
+    /// Applies a bias impulse at the end of an arm.
+    pub fn push_bias(&mut self, impulse: Vector, arm: Vector) {
+        self.bias_velocity += impulse * self.inverse_mass;
+        self.bias_spin += self.inverse_moment * arm.perp_dot(impulse);
+    }
+
+    /// Inverse of the mass that an impulse in this direction at the end of an arm meets.
+    pub fn inverse_mass_along(&self, arm: Vector, direction: Vector) -> f64 {
+        let lever = arm.perp_dot(direction);
+        self.inverse_mass + self.inverse_moment * lever * lever
+    }
+}
+
+/// A shape in the world.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shape {
+    /// The number by which the engine knows it; counts up as shapes are added.
+    pub number: u64,
+    pub outline: Outline,
+    pub bounds: Bounds,
+    /// Index of its body.
+    pub body: u32,
+    /// Where the body of a shape that does not move stands.
+    pub origin: Vector,
+    pub elasticity: f64,
+    pub friction: f64,
+    pub is_sensor: bool,
+    /// The object of the world that it belongs to.
+    pub owner: super::touch::ObjectId,
 }

@@ -4,166 +4,232 @@
 
 use rapier2d::prelude::*;
 
-use super::motion::Motion;
-use super::touch::ObjectId;
-use super::units::PHYSICS_DT;
+use super::body::{Body, GROUND, Shape};
+use super::collide::Touching;
+use super::units::DT;
 
-/// Iterations of the solver in one step, each over all contacts.
+/// Iterations of the solver in one step, each over all contacts, then all joints.
 pub(super) const ITERATIONS: usize = 10;
-/// Penetration that is left alone, in units; single precision in CREATE's engine too.
-const SLOP: f32 = 0.1;
-/// Share of the remaining penetration that one step removes: 1 - 0.9^(60 dt). CREATE's engine
-/// has 0.9 in single precision, which makes it 0.19000004; the difference is a hundredth of the
-/// rounding of a position on the screen.
-const BIAS_SHARE: f32 = 0.19;
+/// Penetration that is left alone, in units; single precision in the engine too.
+const SLOP: f64 = 0.1_f32 as f64;
+/// Share of the remaining penetration, or of a joint's separation, that one step removes:
+/// 1 - 0.9^(60 dt), with the engine's 0.9 in single precision. A test computes it.
+pub(super) const BIAS_SHARE: f64 = 0.190_000_042_915_343_67;
 /// Steps after which a lost contact forgets its accumulated impulses.
-const PERSISTENCE: u64 = 3;
+pub(super) const PERSISTENCE: u64 = 3;
 
-/// Geometry of a contact as detection found it.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Geometry {
-    /// Unit normal from the first ball towards the other object.
-    pub normal: Vector,
-    /// From the first ball's centre to its surface along the normal.
-    pub arm: Vector,
-    /// From the other object's centre to its surface; zero for static objects.
-    pub other_arm: Vector,
-    /// Signed distance of the surfaces, negative when they overlap.
-    pub distance: f32,
-    /// Product of both elasticities.
-    pub elasticity: f32,
-    /// Product of both friction coefficients.
-    pub friction: f32,
+/// Where a contact of two shapes stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum State {
+    /// It began in this step.
+    New,
+    /// It was there in the step before.
+    Lasting,
+    /// A rule has dropped it until the shapes have been apart.
+    Ignored,
+    /// It was not there in the latest step, but is remembered.
+    Lost,
 }
 
-/// A contact between a ball and another object, remembered across steps.
+/// A place of a contact, with what the solver knows about it.
+#[derive(Debug, Clone, Copy, Default)]
+struct Place {
+    /// From the first body's centre to its surface, and from the second's.
+    arm: Vector,
+    other_arm: Vector,
+    key: u64,
+    normal_mass: f64,
+    tangent_mass: f64,
+    target_bias: f64,
+    target_bounce: f64,
+    normal_impulse: f64,
+    tangent_impulse: f64,
+    bias_impulse: f64,
+}
+
+/// A contact between two shapes, remembered across steps.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Contact {
-    pub ball: usize,
-    /// What it touches: a ball or a tool.
-    pub object: ObjectId,
-    geometry: Geometry,
-    last_seen: u64,
-    continued: bool,
-    normal_mass: f32,
-    tangent_mass: f32,
-    target_bias: f32,
-    target_bounce: f32,
-    normal_impulse: f32,
-    tangent_impulse: f32,
-    bias_impulse: f32,
+    pub shapes: [u32; 2],
+    pub bodies: [u32; 2],
+    pub state: State,
+    /// The step that found it last.
+    pub seen: u64,
+    /// Found among those that may be found again; contacts of sleeping bodies are not.
+    pub is_cached: bool,
+    /// Hangs on its bodies since so many contacts before it; bodies hang together by these.
+    pub linked: Option<u64>,
+    /// Where the bodies of shapes that do not move stand.
+    origins: [Vector; 2],
+    normal: Vector,
+    count: usize,
+    places: [Place; 2],
+    elasticity: f64,
+    friction: f64,
 }
 
 impl Contact {
     /// A contact that has not been seen yet.
-    pub fn new(ball: usize, object: ObjectId) -> Self {
+    pub fn new() -> Self {
         Self {
-            ball,
-            object,
-            geometry: Geometry::default(),
-            last_seen: 0,
-            continued: false,
-            normal_mass: 0.0,
-            tangent_mass: 0.0,
-            target_bias: 0.0,
-            target_bounce: 0.0,
-            normal_impulse: 0.0,
-            tangent_impulse: 0.0,
-            bias_impulse: 0.0,
+            shapes: [0; 2],
+            bodies: [0; 2],
+            state: State::New,
+            seen: 0,
+            is_cached: true,
+            linked: None,
+            origins: [Vector::ZERO; 2],
+            normal: Vector::ZERO,
+            count: 0,
+            places: [Place::default(); 2],
+            elasticity: 0.0,
+            friction: 0.0,
         }
     }
 
-    pub fn is_between(&self, ball: usize, object: ObjectId) -> bool {
-        self.ball == ball && self.object == object
+    pub fn is_between(&self, shapes: [u32; 2]) -> bool {
+        self.shapes == shapes || self.shapes == [shapes[1], shapes[0]]
     }
 
-    /// The second ball, or none when the other object is static.
-    fn other(&self) -> Option<usize> {
-        match self.object {
-            ObjectId::Ball(other) => Some(other),
-            ObjectId::Tool(_) | ObjectId::Sensor(_) => None,
+    pub fn involves(&self, body: u32) -> bool {
+        self.bodies.contains(&body)
+    }
+
+    /// The other body of a contact of `body`.
+    pub fn other(&self, body: u32) -> u32 {
+        if self.bodies[0] == body { self.bodies[1] } else { self.bodies[0] }
+    }
+
+    /// Takes over what detection found. Places whose number was there before keep their
+    /// impulses.
+    pub fn refresh(&mut self, indices: [u32; 2], shapes: [&Shape; 2], bodies: &[Body], touching: &Touching) {
+        let before = *self;
+        self.shapes = indices;
+        self.bodies = shapes.map(|shape| shape.body);
+        self.origins = shapes.map(|shape| shape.origin);
+        let centres = self.centres(bodies);
+        self.count = touching.points().len();
+        for (place, point) in self.places.iter_mut().zip(touching.points()) {
+            *place = Place {
+                arm: point.on_first - centres[0],
+                other_arm: point.on_second - centres[1],
+                key: point.key,
+                ..Place::default()
+            };
+            for old in &before.places[..before.count] {
+                if old.key == place.key {
+                    place.normal_impulse = old.normal_impulse;
+                    place.tangent_impulse = old.tangent_impulse;
+                }
+            }
+        }
+        self.normal = touching.normal;
+        self.elasticity = shapes[0].elasticity * shapes[1].elasticity;
+        self.friction = shapes[0].friction * shapes[1].friction;
+        if self.state == State::Lost {
+            self.state = State::New;
         }
     }
 
-    /// Whether detection found the contact in step `step`.
-    pub fn is_active(&self, step: u64) -> bool {
-        self.last_seen == step
+    /// A rule or a sensor leaves the solver nothing.
+    pub fn drop_places(&mut self) {
+        self.count = 0;
+        if self.state != State::Ignored {
+            self.state = State::Lasting;
+        }
     }
 
-    /// Whether detection missed the contact in step `step`, but not for so long that its
-    /// accumulated impulses are lost.
-    pub fn is_remembered(&self, step: u64) -> bool {
-        self.last_seen < step && step < self.last_seen + PERSISTENCE
-    }
-
-    /// Sees the contact again in step `step`. The impulses act again at once only if
-    /// it was there in the step before.
-    pub fn refresh(&mut self, geometry: Geometry, step: u64) {
-        self.continued = self.last_seen + 1 == step;
-        self.geometry = geometry;
-        self.last_seen = step;
+    fn centres(&self, bodies: &[Body]) -> [Vector; 2] {
+        [0, 1].map(|side| match self.bodies[side] {
+            0 => self.origins[side],
+            body => bodies[body as usize].position,
+        })
     }
 
     /// Effective masses, target bias velocity and target bounce, from the velocities
     /// before this step's gravity.
-    pub fn prepare(&mut self, motions: &[Motion]) {
-        let Geometry { normal, arm, other_arm, distance, elasticity, .. } = self.geometry;
-        let (ball, other) = (self.ball, self.other());
-        let inverse_mass = |direction: Vector| {
-            motions[ball].inverse_effective_mass(arm, direction)
-                + other.map_or(0.0, |other| motions[other].inverse_effective_mass(other_arm, direction))
-        };
-        self.normal_mass = 1.0 / inverse_mass(normal);
-        self.tangent_mass = 1.0 / inverse_mass(normal.perp());
-        self.target_bias = BIAS_SHARE * (-(distance + SLOP)).max(0.0) / PHYSICS_DT;
-        self.target_bounce = elasticity * self.relative_velocity(motions).dot(normal);
-        self.bias_impulse = 0.0;
+    pub fn prepare(&mut self, bodies: &[Body]) {
+        let [centre, other_centre] = self.centres(bodies);
+        let between = other_centre - centre;
+        let [a, b] = self.bodies.map(|body| &bodies[body as usize]);
+        let normal = self.normal;
+        for place in &mut self.places[..self.count] {
+            let mass = |direction: Vector| {
+                1.0 / (a.inverse_mass_along(place.arm, direction) + b.inverse_mass_along(place.other_arm, direction))
+            };
+            place.normal_mass = mass(normal);
+            place.tangent_mass = mass(normal.perp());
+            let distance = (place.other_arm - place.arm + between).dot(normal);
+            place.target_bias = -BIAS_SHARE * (distance + SLOP).min(0.0) / DT;
+            place.bias_impulse = 0.0;
+            let velocity = b.velocity_at(place.other_arm) - a.velocity_at(place.arm);
+            place.target_bounce = velocity.dot(normal) * self.elasticity;
+        }
     }
 
     /// Applies the impulses of the step before again.
-    pub fn warm_start(&self, motions: &mut [Motion]) {
-        if self.continued {
-            self.push(motions, self.normal_impulse, self.tangent_impulse);
+    pub fn warm_start(&self, bodies: &mut [Body]) {
+        if self.state == State::New {
+            return;
+        }
+        for place in &self.places[..self.count] {
+            let impulse = combined(self.normal, place.normal_impulse, place.tangent_impulse);
+            bodies[self.bodies[0] as usize].push(-impulse, place.arm);
+            bodies[self.bodies[1] as usize].push(impulse, place.other_arm);
         }
     }
 
-    /// One iteration: bias, normal and friction impulse towards their targets.
-    pub fn solve(&mut self, motions: &mut [Motion]) {
-        let Geometry { normal, arm, other_arm, friction, .. } = self.geometry;
-        let velocity = self.relative_velocity(motions);
-        let other_bias = self.other().map_or(Vector::ZERO, |other| motions[other].bias_at(other_arm));
-        let bias = (other_bias - motions[self.ball].bias_at(arm)).dot(normal);
+    /// One iteration: bias, normal and friction impulse towards their targets. Returns whether
+    /// any of them changed.
+    pub fn solve(&mut self, bodies: &mut [Body]) -> bool {
+        let (normal, tangent) = (self.normal, self.normal.perp());
+        let [first, second] = self.bodies.map(|body| body as usize);
+        let mut changed = false;
+        for place in &mut self.places[..self.count] {
+            let (a, b) = (&bodies[first], &bodies[second]);
+            let bias = (b.bias_at(place.other_arm) - a.bias_at(place.arm)).dot(normal);
+            let velocity = b.velocity_at(place.other_arm) - a.velocity_at(place.arm);
 
-        let old_bias = self.bias_impulse;
-        self.bias_impulse = (old_bias + (self.target_bias - bias) * self.normal_mass).max(0.0);
-        let old_normal = self.normal_impulse;
-        let change = -(self.target_bounce + velocity.dot(normal)) * self.normal_mass;
-        self.normal_impulse = (old_normal + change).max(0.0);
-        let limit = friction * self.normal_impulse;
-        let old_tangent = self.tangent_impulse;
-        let change = -velocity.dot(normal.perp()) * self.tangent_mass;
-        self.tangent_impulse = (old_tangent + change).max(-limit).min(limit);
+            let old_bias = place.bias_impulse;
+            place.bias_impulse = not_negative(old_bias + (place.target_bias - bias) * place.normal_mass);
+            let old_normal = place.normal_impulse;
+            let change = -(place.target_bounce + velocity.dot(normal)) * place.normal_mass;
+            place.normal_impulse = not_negative(old_normal + change);
+            let limit = self.friction * place.normal_impulse;
+            let old_tangent = place.tangent_impulse;
+            let change = -velocity.dot(tangent) * place.tangent_mass;
+            place.tangent_impulse = between(-limit, old_tangent + change, limit);
 
-        let impulse = normal * (self.bias_impulse - old_bias);
-        motions[self.ball].push_bias(-impulse, arm);
-        if let Some(other) = self.other() {
-            motions[other].push_bias(impulse, other_arm);
+            let bias = place.bias_impulse - old_bias;
+            let (along, across) = (place.normal_impulse - old_normal, place.tangent_impulse - old_tangent);
+            if bias == 0.0 && along == 0.0 && across == 0.0 {
+                continue;
+            }
+            changed = true;
+            let (bias, impulse) = (normal * bias, combined(normal, along, across));
+            if first != GROUND {
+                bodies[first].push_bias(-bias, place.arm);
+                bodies[first].push(-impulse, place.arm);
+            }
+            if second != GROUND {
+                bodies[second].push_bias(bias, place.other_arm);
+                bodies[second].push(impulse, place.other_arm);
+            }
         }
-        self.push(motions, self.normal_impulse - old_normal, self.tangent_impulse - old_tangent);
+        changed
     }
+}
 
-    fn push(&self, motions: &mut [Motion], along_normal: f32, along_tangent: f32) {
-        let Geometry { normal, arm, other_arm, .. } = self.geometry;
-        let impulse = normal * along_normal + normal.perp() * along_tangent;
-        motions[self.ball].push(-impulse, arm);
-        if let Some(other) = self.other() {
-            motions[other].push(impulse, other_arm);
-        }
-    }
+/// The impulse of its parts along the normal and across.
+fn combined(normal: Vector, along: f64, across: f64) -> Vector {
+    Vector::new(normal.x * along - normal.y * across, normal.x * across + normal.y * along)
+}
 
-    /// Velocity of the other object relative to the ball at the contact.
-    fn relative_velocity(&self, motions: &[Motion]) -> Vector {
-        let other = self.other().map_or(Vector::ZERO, |other| motions[other].at(self.geometry.other_arm));
-        other - motions[self.ball].at(self.geometry.arm)
-    }
+fn not_negative(value: f64) -> f64 {
+    if value > 0.0 { value } else { 0.0 }
+}
+
+fn between(low: f64, value: f64, high: f64) -> f64 {
+    let value = if value > low { value } else { low };
+    if value < high { value } else { high }
 }

@@ -1,184 +1,226 @@
-//! One physics step in CREATE's order: positions, collision detection with the bucket's
-//! capture, sleeping, gravity, impulses.
+//! One physics step in the engine's order: positions, detection with the rules of tools,
+//! sleeping, gravity, impulses.
 
-use rapier2d::parry::query;
-use rapier2d::prelude::*;
-
-use super::body::{Body, SLEEP_STEPS};
-use super::contact::{Contact, Geometry, ITERATIONS};
-use super::tool::{Tool, ToolKind};
+use super::body::GROUND;
+use super::broad::{Candidate, Extent};
+use super::collide::{Side, collide};
+use super::contact::{Contact, ITERATIONS, PERSISTENCE, State};
+use super::rules::Rule;
 use super::touch::{ObjectId, Touch};
-use super::units::PHYSICS_DT;
-use super::world::{StaticTool, World, reaches};
+use super::world::World;
 
 impl World {
-    /// Advances by one physics step of 1/30 s in CREATE's order: positions, collision
-    /// detection, sleeping, gravity, impulses.
+    /// Advances by one physics step of 1/30 s.
     pub fn step(&mut self) {
         self.step += 1;
-        for body in self.balls.iter_mut().filter(|body| !body.asleep) {
-            body.advance();
+        self.let_go();
+        for &body in &self.awake {
+            self.bodies[body as usize].advance();
         }
         self.detect();
-        self.put_to_sleep();
+        self.update_sleep();
+        self.forget_contacts();
         self.respond();
+    }
+
+    /// Contacts of the step before no longer hang on bodies that are awake.
+    fn let_go(&mut self) {
+        for &index in &self.order {
+            let contact = &mut self.contacts[index as usize];
+            contact.state = State::Lasting;
+            if contact.bodies.iter().all(|&body| !self.bodies[body as usize].is_asleep()) {
+                contact.linked = None;
+            }
+        }
+        self.order.clear();
     }
 
     /// Finds what touches now. Contacts are solved in the order in which they are found.
     fn detect(&mut self) {
         self.touches.clear();
-        std::mem::swap(&mut self.contacts, &mut self.previous);
-        self.contacts.clear();
-        self.wake_touched();
-        for ball in 0..self.balls.len() {
-            for other in ball + 1..self.balls.len() {
-                self.detect_balls(ball, other);
-            }
-            // Before the tools: a bucket moves the ball it captures.
-            for sensor in 0..self.sensor_count() {
-                if self.touches_sensor(ball, sensor) {
-                    self.touches.push(Touch { ball, object: ObjectId::Sensor(sensor) });
-                }
-            }
-            for tool in 0..self.tools.len() {
-                self.detect_tool(ball, tool);
+        self.moved.clear();
+        for &index in &self.awake {
+            let body = &self.bodies[index as usize];
+            if let Some(outline) = body.outline {
+                let shape = &mut self.shapes[body.shape as usize];
+                shape.outline = outline.placed(&body.frame());
+                shape.bounds = shape.outline.bounds();
             }
         }
-        let step = self.step;
-        self.contacts.extend(self.previous.iter().filter(|contact| contact.is_remembered(step)));
-    }
-
-    /// Wakes every sleeping ball that an awake one touches, and those that lean on it.
-    fn wake_touched(&mut self) {
-        while self.balls.iter().any(|body| body.asleep) {
-            let touched = |&ball: &usize| {
-                let is_awake_neighbour = |other: &Body| !other.asleep && gap(&self.balls[ball], other).1 < 0.0;
-                self.balls[ball].asleep && self.balls.iter().any(is_awake_neighbour)
-            };
-            let Some(ball) = (0..self.balls.len()).find(touched) else { break };
-            self.balls[ball].wake();
-        }
-    }
-
-    fn detect_balls(&mut self, first: usize, second: usize) {
-        let (a, b) = (&self.balls[first], &self.balls[second]);
-        let (between, distance) = gap(a, b);
-        if distance >= 0.0 {
-            return;
-        }
-        let normal = between.normalize_or(Vector::X);
-        let geometry = Geometry {
-            normal,
-            arm: normal * a.ball.radius,
-            other_arm: -normal * b.ball.radius,
-            distance,
-            elasticity: a.ball.elasticity * b.ball.elasticity,
-            friction: a.ball.friction * b.ball.friction,
+        let Self { broad, shapes, bodies, candidates, .. } = self;
+        let extent = |shape: u32| {
+            let shape = &shapes[shape as usize];
+            Extent { bounds: shape.bounds, velocity: bodies[shape.body as usize].velocity }
         };
-        self.touches.push(Touch { ball: first, object: ObjectId::Ball(second) });
-        self.touches.push(Touch { ball: second, object: ObjectId::Ball(first) });
-        self.remember(first, ObjectId::Ball(second), geometry);
+        broad.update(extent, candidates);
+        for index in 0..self.candidates.len() {
+            self.examine(self.candidates[index]);
+        }
     }
 
-    fn detect_tool(&mut self, ball: usize, index: usize) {
-        let body = &mut self.balls[ball];
-        let StaticTool { tool, collider, bounds } = &*self.tools[index];
-        if !reaches(body, bounds) {
+    fn examine(&mut self, candidate: Candidate) {
+        let Candidate { first, second, pair } = candidate;
+        let (a, b) = (&self.shapes[first as usize], &self.shapes[second as usize]);
+        if !a.bounds.intersects(&b.bounds) || a.body == b.body {
             return;
         }
-        let found = query::contact(collider.position(), collider.shape(), body.rigid.position(), &*body.shape, 0.0);
-        // A ball against a convex shape is always supported.
-        let Ok(Some(found)) = found else { return };
-        self.touches.push(Touch { ball, object: ObjectId::Tool(index) });
-        if tool.kind == ToolKind::Bucket && (body.captured || is_above(tool, body.rigid.translation())) {
-            body.capture(tool);
+        let (first, second) = if a.outline.rank() > b.outline.rank() { (second, first) } else { (first, second) };
+        let (a, b) = (&self.shapes[first as usize], &self.shapes[second as usize]);
+        let touching = collide(
+            Side { outline: &a.outline, number: a.number },
+            Side { outline: &b.outline, number: b.number },
+            self.broad.hint(pair),
+        );
+        self.broad.set_hint(pair, touching.hint);
+        if touching.points().is_empty() {
             return;
         }
-        let normal = -found.normal1;
-        let geometry = Geometry {
-            normal,
-            arm: normal * body.ball.radius,
-            other_arm: Vector::ZERO,
-            distance: found.dist,
-            elasticity: body.ball.elasticity * tool.elasticity,
-            friction: body.ball.friction * tool.friction,
-        };
-        self.remember(ball, ObjectId::Tool(index), geometry);
+        let is_sensor = a.is_sensor || b.is_sensor;
+        let owners = [a.owner, b.owner];
+        let index = self.contact_between([first, second]);
+        let (a, b) = (&self.shapes[first as usize], &self.shapes[second as usize]);
+        let contact = &mut self.contacts[index as usize];
+        contact.refresh([first, second], [a, b], &self.bodies, &touching);
+        self.note_touch(owners);
+        let goes_on = self.apply_rules(index, owners);
+        let contact = &mut self.contacts[index as usize];
+        contact.seen = self.step;
+        if goes_on && !is_sensor {
+            self.order.push(index);
+        } else {
+            contact.drop_places();
+        }
     }
 
-    fn remember(&mut self, ball: usize, object: ObjectId, geometry: Geometry) {
-        let step = self.step;
-        let known = self.previous.iter_mut().find(|contact| contact.is_between(ball, object));
-        let mut new = Contact::new(ball, object);
-        let contact = known.unwrap_or(&mut new);
-        contact.refresh(geometry, step);
-        self.contacts.push(*contact);
+    /// The remembered contact of two shapes, or a new one.
+    fn contact_between(&mut self, shapes: [u32; 2]) -> u32 {
+        let found = self.contacts.iter().position(|contact| contact.is_cached && contact.is_between(shapes));
+        if let Some(index) = found {
+            return index as u32;
+        }
+        if let Some(free) = self.free_contacts.pop() {
+            self.contacts[free as usize] = Contact::new();
+            return free;
+        }
+        self.contacts.push(Contact::new());
+        self.contacts.len() as u32 - 1
     }
 
-    /// Balls that hang together and have all been idle long enough fall asleep.
-    fn put_to_sleep(&mut self) {
-        for (index, body) in self.balls.iter_mut().enumerate() {
-            body.group = index;
-            if !body.asleep {
-                body.count_idle(self.gravity);
-            }
-        }
-        if self.balls.iter().all(|body| body.asleep || body.idle < SLEEP_STEPS) {
-            return;
-        }
-        let step = self.step;
-        for contact in self.contacts.iter().filter(|contact| contact.is_active(step)) {
-            if let ObjectId::Ball(other) = contact.object {
-                let (from, to) = (self.balls[other].group, self.balls[contact.ball].group);
-                self.balls.iter_mut().filter(|body| body.group == from).for_each(|body| body.group = to);
-            }
-        }
-        for group in 0..self.balls.len() {
-            let mut members = self.balls.iter_mut().filter(|body| body.group == group);
-            if members.all(|body| body.asleep || body.idle >= SLEEP_STEPS) {
-                self.balls.iter_mut().filter(|body| body.group == group).for_each(|body| body.asleep = true);
+    fn note_touch(&mut self, [a, b]: [ObjectId; 2]) {
+        for (one, other) in [(a, b), (b, a)] {
+            if let ObjectId::Ball(ball) = one {
+                self.touches.push(Touch { ball, object: other });
             }
         }
     }
 
-    /// Gravity and the impulses of contacts.
+    /// Lets a tool act on a body that touches it. Returns whether the contact goes on.
+    fn apply_rules(&mut self, index: u32, owners: [ObjectId; 2]) -> bool {
+        let contact = &self.contacts[index as usize];
+        let state = contact.state;
+        let Some(acting) = Acting::of(owners, contact.bodies) else { return state != State::Ignored };
+        let kind = self.tools[acting.tool].tool.kind;
+        if let (State::New, Some(rule)) = (state, kind.begin())
+            && !self.act(rule, acting)
+        {
+            self.contacts[index as usize].state = State::Ignored;
+            self.moved.push(acting.touch());
+        }
+        if self.contacts[index as usize].state == State::Ignored {
+            return false;
+        }
+        let goes_on = kind.pre_solve().is_none_or(|rule| self.act(rule, acting));
+        if !goes_on && !kind.is_sensor() {
+            self.moved.push(acting.touch());
+        }
+        goes_on
+    }
+
+    fn act(&mut self, rule: Rule, acting: Acting) -> bool {
+        rule(&self.tools[acting.tool], &mut self.bodies[acting.body as usize])
+    }
+
+    /// Forgets contacts that have been lost for long. Those between what rests stay.
+    fn forget_contacts(&mut self) {
+        for (index, contact) in self.contacts.iter_mut().enumerate() {
+            if !contact.is_cached || contact.seen == self.step {
+                continue;
+            }
+            let rests = |&body: &u32| body == GROUND as u32 || self.bodies[body as usize].is_asleep();
+            if contact.bodies.iter().all(rests) {
+                continue;
+            }
+            contact.state = State::Lost;
+            if self.step - contact.seen >= PERSISTENCE {
+                contact.is_cached = false;
+                self.free_contacts.push(index as u32);
+            }
+        }
+    }
+
+    /// Gravity and the impulses of contacts and joints, then the rules that follow them.
     fn respond(&mut self) {
-        let Self { balls, contacts, motions, step, .. } = self;
-        motions.clear();
-        motions.extend(balls.iter().map(Body::motion));
-        // Balls in contact sleep together, so asking one of them is enough.
-        let is_solved = |contact: &&mut Contact| contact.is_active(*step) && !balls[contact.ball].asleep;
-        for contact in contacts.iter_mut().filter(is_solved) {
-            contact.prepare(motions);
+        let Self { bodies, contacts, order, joints, active_joints, awake, gravity, .. } = self;
+        for &index in order.iter() {
+            contacts[index as usize].prepare(bodies);
         }
-        for (body, motion) in balls.iter().zip(motions.iter_mut()) {
-            if !body.asleep {
-                motion.velocity += self.gravity * PHYSICS_DT;
-            }
+        for &index in active_joints.iter() {
+            joints[index as usize].prepare(bodies);
         }
-        for contact in contacts.iter_mut().filter(is_solved) {
-            contact.warm_start(motions);
+        for &body in awake.iter() {
+            bodies[body as usize].accelerate(*gravity);
+        }
+        for &index in order.iter() {
+            contacts[index as usize].warm_start(bodies);
+        }
+        for &index in active_joints.iter() {
+            joints[index as usize].warm_start(bodies);
         }
         for _ in 0..ITERATIONS {
-            for contact in contacts.iter_mut().filter(is_solved) {
-                contact.solve(motions);
+            let mut changed = false;
+            for &index in order.iter() {
+                changed |= contacts[index as usize].solve(bodies);
+            }
+            for &index in active_joints.iter() {
+                changed |= joints[index as usize].solve(bodies);
+            }
+            // Further iterations would change nothing either.
+            if !changed {
+                break;
             }
         }
-        for (body, motion) in balls.iter_mut().zip(motions.iter()) {
-            body.set_motion(motion);
+        for index in 0..self.order.len() {
+            let contact = &self.contacts[self.order[index] as usize];
+            let owners = contact.shapes.map(|shape| self.shapes[shape as usize].owner);
+            let Some(acting) = Acting::of(owners, contact.bodies) else { continue };
+            if let Some(rule) = self.tools[acting.tool].tool.kind.post_solve()
+                && self.act(rule, acting)
+            {
+                self.rouse(acting.body);
+            }
         }
     }
 }
 
-/// From one ball's centre to the other's, and the signed distance of their surfaces.
-fn gap(a: &Body, b: &Body) -> (Vector, f32) {
-    let between = b.rigid.translation() - a.rigid.translation();
-    (between, between.length() - a.ball.radius - b.ball.radius)
+/// A tool and the body that it may act on.
+#[derive(Debug, Clone, Copy)]
+struct Acting {
+    tool: usize,
+    ball: usize,
+    body: u32,
 }
 
-/// Whether a centre is nearer to both upper corners of a bucket than to both lower
-/// ones: above both diagonals in the bucket's own frame.
-fn is_above(bucket: &Tool, centre: Vector) -> bool {
-    let local = bucket.pose().inverse_transform_point(centre);
-    local.y > local.x.abs()
+impl Acting {
+    /// Of a contact between a tool and a ball or box; rules are for those.
+    fn of(owners: [ObjectId; 2], bodies: [u32; 2]) -> Option<Self> {
+        match owners {
+            [ObjectId::Ball(ball), ObjectId::Tool(tool)] => Some(Self { tool, ball, body: bodies[0] }),
+            [ObjectId::Tool(tool), ObjectId::Ball(ball)] => Some(Self { tool, ball, body: bodies[1] }),
+            _ => None,
+        }
+    }
+
+    fn touch(&self) -> Touch {
+        Touch { ball: self.ball, object: ObjectId::Tool(self.tool) }
+    }
 }

@@ -3,9 +3,9 @@
 /// An object of the world, by the order in which its kind was added.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ObjectId {
-    /// A ball.
+    /// A ball, or a box that moves.
     Ball(usize),
-    /// A static tool.
+    /// A tool.
     Tool(usize),
     /// A sensor.
     Sensor(usize),

@@ -1,209 +1,409 @@
-//! The world: balls, static tools and sensors.
+//! The world: bodies, tools and sensors.
 
 use std::sync::Arc;
 
-use rapier2d::parry::bounding_volume::{Aabb, BoundingVolume};
-use rapier2d::parry::query;
-use rapier2d::prelude::*;
+use rapier2d::prelude::Vector;
 
-use super::body::{Ball, BallState, Body};
+use super::body::{Ball, BallState, Body, GROUND, Motion, MovingBox, Shape};
+use super::broad::{BroadPhase, Candidate, Extent};
+use super::collide::{Side, collide};
 use super::contact::Contact;
-use super::motion::Motion;
+use super::joint::Joint;
+use super::outline::{Frame, Outline};
+use super::rules::Actor;
 use super::tool::Tool;
 use super::touch::{ObjectId, Touch};
+use super::units::exact;
 
 /// A static region that notices balls and exerts no force.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Sensor {
     /// A disc: centre and radius in units.
-    Circle { position: [f32; 2], radius: f32 },
-    /// A convex polygon: counter-clockwise world vertices in units.
-    Polygon { vertices: Vec<[f32; 2]> },
+    Circle { position: [f64; 2], radius: f64 },
+    /// The hull of CREATE's star: a pentagon with one corner straight up; centre to corner.
+    Star { position: [f64; 2], radius: f64 },
+    /// An axis-aligned square: centre and side.
+    Square { position: [f64; 2], side: f64 },
 }
 
-/// A static tool and its rapier collider.
-#[derive(Debug)]
-pub(super) struct StaticTool {
-    pub tool: Tool,
-    pub collider: Collider,
-    pub bounds: Aabb,
+/// What a ball or a moving box is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Mover {
+    Ball(Ball),
+    Box(MovingBox),
 }
 
-/// The placed shape of a sensor.
-#[derive(Debug)]
-struct Region {
-    pose: Pose,
-    shape: SharedShape,
-    bounds: Aabb,
-}
-
-/// Balls, tools and sensors under gravity. Cloning takes a snapshot; assigning the
+/// Bodies, tools and sensors under gravity. Cloning takes a snapshot; assigning the
 /// clone back restores it exactly.
 #[derive(Debug, Clone)]
 pub struct World {
     pub(super) gravity: Vector,
-    pub(super) balls: Vec<Body>,
-    pub(super) tools: Vec<Arc<StaticTool>>,
-    sensors: Vec<Option<Arc<Region>>>,
-    /// Contacts of the latest step in the order of detection, then those lost lately.
+    /// The ground, then bodies in the order in which they were added.
+    pub(super) bodies: Vec<Body>,
+    pub(super) shapes: Vec<Shape>,
+    /// Number of the next shape.
+    next_number: u64,
+    pub(super) joints: Vec<Joint>,
+    /// Bodies that are awake and joints that act, in the engine's order.
+    pub(super) awake: Vec<u32>,
+    pub(super) active_joints: Vec<u32>,
+    pub(super) broad: BroadPhase,
+    /// Contacts, remembered ones and free places among them.
     pub(super) contacts: Vec<Contact>,
-    pub(super) touches: Vec<Touch>,
-    /// Buffers of a step, so that stepping allocates nothing.
-    pub(super) motions: Vec<Motion>,
-    pub(super) previous: Vec<Contact>,
+    pub(super) free_contacts: Vec<u32>,
+    /// The contacts of the latest step in the order in which they are solved.
+    pub(super) order: Vec<u32>,
+    /// How many contacts have been hung on bodies.
+    pub(super) links: u64,
     pub(super) step: u64,
+    /// Bodies of balls and boxes.
+    balls: Vec<(u32, Mover)>,
+    pub(super) tools: Vec<Arc<Actor>>,
+    /// Shapes of tools and of sensors; of sensors that are gone, none.
+    tool_shapes: Vec<u32>,
+    sensors: Vec<Option<u32>>,
+    pub(super) touches: Vec<Touch>,
+    pub(super) moved: Vec<Touch>,
+    /// Buffer of a step.
+    pub(super) candidates: Vec<Candidate>,
 }
 
 impl World {
     /// An empty world; gravity in units per second squared.
     pub fn new(gravity: [f32; 2]) -> Self {
         Self {
-            gravity: gravity.into(),
+            gravity: Vector::from(gravity.map(exact)),
+            bodies: vec![Body::ground()],
+            shapes: Vec::new(),
+            next_number: 0,
+            joints: Vec::new(),
+            awake: Vec::new(),
+            active_joints: Vec::new(),
+            broad: BroadPhase::default(),
+            contacts: Vec::new(),
+            free_contacts: Vec::new(),
+            order: Vec::new(),
+            links: 0,
+            step: 0,
             balls: Vec::new(),
             tools: Vec::new(),
+            tool_shapes: Vec::new(),
             sensors: Vec::new(),
-            contacts: Vec::new(),
             touches: Vec::new(),
-            motions: Vec::new(),
-            previous: Vec::new(),
-            step: 0,
+            moved: Vec::new(),
+            candidates: Vec::new(),
         }
     }
 
     /// Adds a ball and returns its index.
-    pub fn add_ball(&mut self, ball: Ball, state: BallState) -> usize {
-        self.balls.push(Body::new(ball, state));
-        self.balls.len() - 1
+    pub fn add_ball(&mut self, ball: Ball, motion: impl Into<Motion>) -> usize {
+        let (mass, radius) = (exact(ball.mass), exact(ball.radius));
+        let mut body = Body::new(mass, mass * (0.5 * (radius * radius)), motion.into());
+        body.is_ball = true;
+        let material = [ball.elasticity, ball.friction].map(exact);
+        self.add_mover(body, Outline::disc(radius), material, Mover::Ball(ball))
     }
 
-    /// Adds a static tool and returns its index. Wakes nothing, as in CREATE.
+    /// Adds a box that moves and returns its index, among those of the balls.
+    pub fn add_box(&mut self, moving: MovingBox, motion: impl Into<Motion>) -> usize {
+        let (mass, side) = (exact(moving.mass), exact(moving.size));
+        let body = Body::new(mass, mass * (side * side + side * side) / 12.0, motion.into());
+        let material = [moving.elasticity, moving.friction].map(exact);
+        self.add_mover(body, Outline::rectangle(side, side), material, Mover::Box(moving))
+    }
+
+    fn add_mover(&mut self, mut body: Body, outline: Outline, material: [f64; 2], mover: Mover) -> usize {
+        body.outline = Some(outline);
+        let body = self.add_body(body);
+        let index = self.balls.len();
+        self.balls.push((body, mover));
+        self.add_moving_shape(body, outline, material, ObjectId::Ball(index));
+        index
+    }
+
+    /// Adds a tool and returns its index. Wakes nothing, as in CREATE.
     pub fn add_tool(&mut self, tool: Tool) -> usize {
-        let collider = tool.collider();
-        let bounds = collider.compute_aabb();
-        self.tools.push(Arc::new(StaticTool { tool, collider, bounds }));
-        self.tools.len() - 1
+        let index = self.tools.len();
+        let owner = ObjectId::Tool(index);
+        self.tools.push(Arc::new(Actor { tool, corners: tool.corners() }));
+        let shape = self.shapes.len() as u32;
+        if tool.kind.is_hinged() {
+            self.add_plank(&tool, owner);
+        } else {
+            let (outline, frame) = tool.local_outline();
+            let material = [tool.elasticity, tool.friction];
+            self.add_resting_shape(outline, &frame, material, tool.kind.is_sensor(), owner);
+        }
+        self.tool_shapes.push(shape);
+        index
+    }
+
+    /// Takes note of a tool that was tried and taken back: in CREATE it uses up the number of
+    /// a shape, on which the order of contacts depends.
+    pub fn reject_tool(&mut self, tool: &Tool) {
+        if tool.kind.is_hinged() {
+            self.broad.make_room();
+        }
+        self.next_number += 1;
     }
 
     /// Adds a sensor and returns its index.
     pub fn add_sensor(&mut self, sensor: &Sensor) -> usize {
-        self.sensors.push(Some(Arc::new(sensor.region())));
-        self.sensors.len() - 1
+        let (outline, position) = sensor.outline();
+        let frame = Frame { position: position.into(), rotation: Vector::X };
+        let index = self.sensors.len();
+        let shape = self.add_resting_shape(outline, &frame, [0.0; 2], true, ObjectId::Sensor(index));
+        self.sensors.push(Some(shape));
+        index
     }
 
     /// Removes a sensor; the indices of the others stay.
     pub fn remove_sensor(&mut self, index: usize) {
-        self.sensors[index] = None;
+        if let Some(shape) = self.sensors[index].take() {
+            self.broad.remove_resting(shape);
+            for contact in &mut self.contacts {
+                if contact.is_cached && contact.shapes.contains(&shape) {
+                    contact.seen = 0;
+                }
+            }
+        }
+    }
+
+    pub(super) fn add_body(&mut self, body: Body) -> u32 {
+        let index = self.bodies.len() as u32;
+        self.bodies.push(body);
+        self.awake.push(index);
+        index
+    }
+
+    pub(super) fn add_joint(&mut self, joint: Joint) {
+        self.active_joints.push(self.joints.len() as u32);
+        self.joints.push(joint);
+    }
+
+    pub(super) fn add_moving_shape(&mut self, body: u32, local: Outline, material: [f64; 2], owner: ObjectId) -> u32 {
+        let found = &self.bodies[body as usize];
+        let (outline, velocity) = (local.placed(&found.frame()), found.velocity);
+        let index = self.push_shape(outline, body, Vector::ZERO, material, false, owner);
+        let Shape { number, bounds, .. } = self.shapes[index as usize];
+        self.bodies[body as usize].shape = index;
+        self.broad.insert_moving(index, number, &Extent { bounds, velocity });
+        index
+    }
+
+    fn add_resting_shape(
+        &mut self,
+        local: Outline,
+        frame: &Frame,
+        material: [f64; 2],
+        is_sensor: bool,
+        owner: ObjectId,
+    ) -> u32 {
+        let outline = local.placed(frame);
+        let index = self.push_shape(outline, GROUND as u32, frame.position, material, is_sensor, owner);
+        let Shape { number, bounds, .. } = self.shapes[index as usize];
+        self.broad.insert_resting(index, number, bounds);
+        index
+    }
+
+    fn push_shape(
+        &mut self,
+        outline: Outline,
+        body: u32,
+        origin: Vector,
+        [elasticity, friction]: [f64; 2],
+        is_sensor: bool,
+        owner: ObjectId,
+    ) -> u32 {
+        let number = self.next_number;
+        self.next_number += 1;
+        let bounds = outline.bounds();
+        self.shapes.push(Shape { number, outline, bounds, body, origin, elasticity, friction, is_sensor, owner });
+        self.shapes.len() as u32 - 1
     }
 
     /// The tools, in the order in which they were added.
     pub fn tools(&self) -> impl ExactSizeIterator<Item = &Tool> {
-        self.tools.iter().map(|tool| &tool.tool)
+        self.tools.iter().map(|actor| &actor.tool)
     }
 
-    /// Number of balls.
+    /// Motion of a tool's plank and of its weight, if it has them.
+    pub fn plank(&self, tool: usize) -> (Option<Motion>, Option<Motion>) {
+        let plank = self.shapes[self.tool_shapes[tool] as usize].body;
+        if plank == GROUND as u32 {
+            return (None, None);
+        }
+        let has_weight = self.tools[tool].tool.kind == super::ToolKind::SeeSaw;
+        let weight = has_weight.then(|| self.bodies[plank as usize + 1].motion());
+        (Some(self.bodies[plank as usize].motion()), weight)
+    }
+
+    /// Whether a tool's plank rests and is no longer simulated until something touches it.
+    pub fn is_plank_asleep(&self, tool: usize) -> bool {
+        self.bodies[self.shapes[self.tool_shapes[tool] as usize].body as usize].is_asleep()
+    }
+
+    /// Number of balls, and boxes that move.
     pub fn ball_count(&self) -> usize {
         self.balls.len()
     }
 
-    /// Motion of a ball.
+    fn body(&self, ball: usize) -> &Body {
+        &self.bodies[self.balls[ball].0 as usize]
+    }
+
+    /// Motion of a ball, in single precision.
     pub fn ball(&self, index: usize) -> BallState {
-        self.balls[index].state()
+        self.motion(index).into()
+    }
+
+    /// Motion of a ball.
+    pub fn motion(&self, index: usize) -> Motion {
+        self.body(index).motion()
     }
 
     /// Puts a ball into another state of motion, awake and with its old contacts forgotten.
-    pub fn set_ball(&mut self, index: usize, state: BallState) {
-        self.contacts.retain(|contact| contact.ball != index && contact.object != ObjectId::Ball(index));
-        let body = &mut self.balls[index];
-        body.rigid.set_translation(state.position.into(), false);
-        body.rigid.set_linvel(state.velocity.into(), false);
-        body.rigid.set_angvel(state.angular_velocity, false);
-        body.angle = state.angle;
-        body.bias_velocity = Vector::ZERO;
-        body.bias_angular_velocity = 0.0;
-        body.idle = 0;
-        body.asleep = false;
-        body.captured = false;
+    pub fn set_ball(&mut self, index: usize, motion: impl Into<Motion>) {
+        let body = self.balls[index].0;
+        if self.bodies[body as usize].is_asleep() {
+            self.wake(body);
+        }
+        for slot in 0..self.contacts.len() {
+            let contact = &mut self.contacts[slot];
+            if contact.involves(body) && (contact.is_cached || contact.linked.is_some()) {
+                *contact = Contact::new();
+                contact.is_cached = false;
+                self.free_contacts.push(slot as u32);
+                self.order.retain(|&other| other != slot as u32);
+            }
+        }
+        let found = &mut self.bodies[body as usize];
+        found.set_motion(motion.into());
+        if let Some(outline) = found.outline {
+            let shape = &mut self.shapes[found.shape as usize];
+            shape.outline = outline.placed(&found.frame());
+            shape.bounds = shape.outline.bounds();
+        }
     }
 
-    /// What a ball is made of.
+    /// Gives balls and sensors other indices than those of the order in which they were
+    /// added, which decides the order of contacts: entry i is the old index of the new i. Only
+    /// before the first step.
+    pub fn arrange(&mut self, balls: &[usize], sensors: &[usize]) {
+        let new_index = |order: &[usize], old: usize| order.iter().position(|&entry| entry == old).unwrap_or(old);
+        for shape in &mut self.shapes {
+            shape.owner = match shape.owner {
+                ObjectId::Ball(old) => ObjectId::Ball(new_index(balls, old)),
+                ObjectId::Sensor(old) => ObjectId::Sensor(new_index(sensors, old)),
+                tool => tool,
+            };
+        }
+        self.balls = balls.iter().map(|&old| self.balls[old]).collect();
+        self.sensors = sensors.iter().map(|&old| self.sensors[old]).collect();
+    }
+
+    /// What a ball is made of; of a box that moves, a ball of the same width.
     pub fn ball_material(&self, index: usize) -> Ball {
-        self.balls[index].ball
+        match self.balls[index].1 {
+            Mover::Ball(ball) => ball,
+            Mover::Box(MovingBox { size, mass, elasticity, friction }) => {
+                Ball { radius: size / 2.0, mass, elasticity, friction }
+            }
+        }
+    }
+
+    /// The box with an index, if it is one.
+    pub fn moving_box(&self, index: usize) -> Option<MovingBox> {
+        match self.balls[index].1 {
+            Mover::Ball(_) => None,
+            Mover::Box(moving) => Some(moving),
+        }
     }
 
     /// Whether a bucket has captured the ball.
     pub fn is_captured(&self, index: usize) -> bool {
-        self.balls[index].captured
+        self.body(index).captured
     }
 
     /// Whether the ball rests and is no longer simulated until something touches it.
     pub fn is_asleep(&self, index: usize) -> bool {
-        self.balls[index].asleep
+        self.body(index).is_asleep()
     }
 
-    /// Everything the latest step found touching, in a fixed order.
+    /// Everything the latest step found touching, in the order in which it was found.
     pub fn touches(&self) -> &[Touch] {
         &self.touches
     }
 
+    /// The balls that a cannon, funnel or bucket has moved in the latest step.
+    pub fn moved(&self) -> &[Touch] {
+        &self.moved
+    }
+
+    /// The contacts of the latest step, in the order in which they were solved.
+    pub fn contact_order(&self) -> impl Iterator<Item = [ObjectId; 2]> {
+        let owner = |shape: u32| self.shapes[shape as usize].owner;
+        self.order.iter().map(move |&contact| self.contacts[contact as usize].shapes.map(owner))
+    }
+
     /// Whether a ball overlaps a sensor now.
     pub fn touches_sensor(&self, ball: usize, sensor: usize) -> bool {
-        let body = &self.balls[ball];
-        self.sensors[sensor].as_deref().is_some_and(|region| {
-            reaches(body, &region.bounds) && overlap(body.rigid.position(), &body.shape, &region.pose, &region.shape)
+        self.sensors[sensor].is_some_and(|shape| {
+            let shape = &self.shapes[shape as usize];
+            self.overlaps_ball(ball, &shape.outline, shape.number)
         })
     }
 
-    /// Number of sensors, removed ones included.
-    pub(super) fn sensor_count(&self) -> usize {
-        self.sensors.len()
+    /// Whether two balls overlap now.
+    pub fn touches_ball(&self, ball: usize, other: usize) -> bool {
+        let outline = self.now(self.balls[other].0);
+        self.overlaps_ball(ball, &outline, 0)
+    }
+
+    fn overlaps_ball(&self, ball: usize, outline: &Outline, number: u64) -> bool {
+        overlap(&self.now(self.balls[ball].0), outline, number)
+    }
+
+    /// A body's outline where the latest step's detection had it: a rule may have moved the
+    /// body since.
+    fn now(&self, body: u32) -> Outline {
+        self.shapes[self.bodies[body as usize].shape as usize].outline
     }
 
     /// The first object whose shape overlaps `tool`'s: balls, sensors, then tools.
     pub fn obstruction(&self, tool: &Tool) -> Option<ObjectId> {
-        let (pose, shape) = (tool.pose(), tool.shape());
-        let bounds = shape.compute_aabb(&pose);
-        let ball = |body: &Body| reaches(body, &bounds) && overlap(body.rigid.position(), &body.shape, &pose, &shape);
-        let sensor = |sensor: &Option<Arc<Region>>| {
-            sensor.as_deref().is_some_and(|region| {
-                region.bounds.intersects(&bounds) && overlap(&region.pose, &region.shape, &pose, &shape)
-            })
+        let outline = tool.outline();
+        let bounds = outline.bounds();
+        let ball = |&ball: &usize| {
+            let other = self.now(self.balls[ball].0);
+            other.bounds().intersects(&bounds) && overlap(&other, &outline, 0)
         };
-        let near = |other: &Arc<StaticTool>| {
-            other.bounds.intersects(&bounds)
-                && overlap(other.collider.position(), other.collider.shared_shape(), &pose, &shape)
+        let near = |shape: u32| {
+            let shape = &self.shapes[shape as usize];
+            shape.bounds.intersects(&bounds) && overlap(&shape.outline, &outline, 0)
         };
-        let ball = self.balls.iter().position(ball).map(ObjectId::Ball);
-        let sensor = || self.sensors.iter().position(sensor).map(ObjectId::Sensor);
-        let tool = || self.tools.iter().position(near).map(ObjectId::Tool);
+        let ball = (0..self.balls.len()).find(ball).map(ObjectId::Ball);
+        let sensor = || self.sensors.iter().position(|shape| shape.is_some_and(near)).map(ObjectId::Sensor);
+        let tool = || self.tool_shapes.iter().position(|&shape| near(shape)).map(ObjectId::Tool);
         ball.or_else(sensor).or_else(tool)
     }
 }
 
+/// Whether two outlines in the world have a contact.
+fn overlap(a: &Outline, b: &Outline, number: u64) -> bool {
+    let (a, b) = if a.rank() > b.rank() { (b, a) } else { (a, b) };
+    !collide(Side { outline: a, number }, Side { outline: b, number }, 0).points().is_empty()
+}
+
 impl Sensor {
-    fn region(&self) -> Region {
-        let (pose, shape) = match self {
-            Self::Circle { position, radius } => {
-                (Pose::from_translation((*position).into()), SharedShape::ball(*radius))
+    /// The outline in its own frame, and where it stands.
+    fn outline(&self) -> (Outline, [f64; 2]) {
+        match *self {
+            Self::Circle { position, radius } => (Outline::disc(radius), position),
+            Self::Star { position, radius } => {
+                (Outline::hull(&super::tool::regular(5, super::tool::STAR_TURN, radius)), position)
             }
-            Self::Polygon { vertices } => {
-                let corners: Vec<Vector> = vertices.iter().map(|&vertex| vertex.into()).collect();
-                // Fewer than three corners enclose nothing and touch nothing.
-                (Pose::IDENTITY, SharedShape::convex_hull(&corners).unwrap_or_else(|| SharedShape::ball(0.0)))
-            }
-        };
-        let bounds = shape.compute_aabb(&pose);
-        Region { pose, shape, bounds }
+            Self::Square { position, side } => (Outline::rectangle(side, side), position),
+        }
     }
-}
-
-/// Whether the box around a ball meets `bounds`.
-pub(super) fn reaches(body: &Body, bounds: &Aabb) -> bool {
-    let centre = body.rigid.translation();
-    let reach = Vector::splat(body.ball.radius);
-    (centre + reach).cmpge(bounds.mins).all() && (centre - reach).cmple(bounds.maxs).all()
-}
-
-fn overlap(pose: &Pose, shape: &SharedShape, other_pose: &Pose, other: &SharedShape) -> bool {
-    // All our shapes are convex, which the query supports.
-    query::intersection_test(pose, &**shape, other_pose, &**other).is_ok_and(|intersection| intersection.intersecting)
 }

@@ -7,22 +7,23 @@ use std::sync::Arc;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
-use super::level::{RecordedLevel, RecordedTool};
+use super::level::RecordedLevel;
 use super::lines::{LinesError, for_each_line, write_line};
+use super::recorded::RecordedTool;
 use super::scene::{Row, row};
-use crate::env::{Action, Environment, Placement, ball_names};
-use crate::physics::MAX_OBJECTS;
+use crate::env::{Action, EndReason, Environment, Placement, Step, ball_names};
+use crate::physics::{MAX_OBJECTS, NO_OP};
 use crate::task::Task;
 use crate::validation::ValidationError;
 
 /// How far a recorded start may be from the level's, in units: recordings are rounded.
-const START_TOLERANCE: f32 = 1e-3;
+const START_TOLERANCE: f64 = 1e-3;
 
 /// The outcome of one action, as a line of JSON.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StepLine {
-    /// The normalised position asked for.
-    pub action: Action,
+    /// The normalised position asked for; after the index into the action set, if there is one.
+    pub action: Vec<f32>,
     /// Whether the tool was placed.
     pub outcome: Placement,
     /// Reward of this action.
@@ -31,10 +32,15 @@ pub struct StepLine {
     pub terminated: bool,
     /// The limit of actions ended the episode.
     pub truncated: bool,
+    /// Why the episode is over, in CREATE's words.
+    pub done_reasons: Vec<&'static str>,
     /// The goal has been reached in this episode.
     pub goal_hit: bool,
     /// Indices of the subgoals reached so far.
     pub subgoals_hit: Vec<usize>,
+    /// Indices of the marker's subgoals reached so far.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub marker_subgoals_hit: Vec<usize>,
     /// Number of tools placed so far.
     pub placed_tools: usize,
     /// The balls' motion after the action, by name.
@@ -48,12 +54,16 @@ pub struct StepLine {
 struct RecordedEpisode {
     id: String,
     level: String,
-    tool: RecordedTool,
+    /// The only tool of the agent, or the numbers of those in its action set.
+    tool: Option<RecordedTool>,
+    inventory: Option<Vec<usize>>,
     steps: Vec<RecordedStep>,
     #[serde(default)]
     start: BTreeMap<String, Row>,
     #[serde(default, rename = "kind")]
     _kind: IgnoredAny,
+    #[serde(default, rename = "split")]
+    _split: IgnoredAny,
     #[serde(default, rename = "policy")]
     _policy: IgnoredAny,
     #[serde(default, rename = "length")]
@@ -66,7 +76,7 @@ struct RecordedEpisode {
 
 #[derive(Debug, Deserialize)]
 struct RecordedStep {
-    action: Action,
+    action: Vec<f32>,
 }
 
 /// A replayed episode, as a line of JSON.
@@ -84,25 +94,57 @@ pub fn replay(task: Arc<Task>, actions: impl IntoIterator<Item = Action>) -> imp
     // After the end of the episode `step` refuses to go on.
     actions.into_iter().map_while(move |action| {
         let step = environment.step(action).ok()?;
-        let now = environment.snapshot();
-        let hit = |(index, reached): (usize, &bool)| reached.then_some(index);
-        Some(StepLine {
-            action,
-            outcome: step.placement,
-            reward: step.reward,
-            terminated: step.terminated,
-            truncated: step.truncated,
-            goal_hit: now.goal_reached(),
-            subgoals_hit: now.reached().iter().enumerate().filter_map(hit).collect(),
-            placed_tools: now.placed().len(),
-            balls: balls(&environment, &names),
-        })
+        Some(step_line(&environment, &names, action.to_vec(), &step))
     })
+}
+
+/// Plays choices of a tool and a place from the start of a task, likewise.
+fn replay_choices(task: Arc<Task>, inventory: Vec<usize>, choices: Vec<(usize, Action)>) -> Vec<StepLine> {
+    let names = ball_names(&task);
+    let mut environment = Environment::new(task);
+    environment.set_inventory(inventory);
+    let line = |(index, action): (usize, Action)| {
+        let step = environment.step_tool(index, action).ok()?;
+        let [x, y] = action;
+        Some(step_line(&environment, &names, vec![index as f32, x, y], &step))
+    };
+    choices.into_iter().map_while(line).collect()
+}
+
+fn step_line(environment: &Environment, names: &[String], action: Vec<f32>, step: &Step) -> StepLine {
+    let now = environment.snapshot();
+    let hits = |reached: &[bool]| {
+        let hit = |(index, reached): (usize, &bool)| reached.then_some(index);
+        reached.iter().enumerate().filter_map(hit).collect()
+    };
+    StepLine {
+        action,
+        outcome: step.placement,
+        reward: step.reward,
+        terminated: step.terminated,
+        truncated: step.truncated,
+        done_reasons: now.end_reasons().iter().map(|reason| in_create(*reason)).collect(),
+        goal_hit: now.goal_reached(),
+        subgoals_hit: hits(now.reached()),
+        marker_subgoals_hit: hits(now.reached_by_marker()),
+        placed_tools: now.placed().len(),
+        balls: balls(environment, names),
+    }
+}
+
+fn in_create(reason: EndReason) -> &'static str {
+    match reason {
+        EndReason::Goal => "goal",
+        EndReason::OutOfBounds => "target_out",
+        EndReason::MarkerOut => "marker_out",
+        EndReason::Standstill => "motion_stopped",
+        EndReason::MaxActions => "max_steps",
+    }
 }
 
 fn balls(environment: &Environment, names: &[String]) -> BTreeMap<String, Row> {
     let world = environment.snapshot().world();
-    names.iter().enumerate().map(|(index, name)| (name.clone(), row(world.ball(index)))).collect()
+    names.iter().enumerate().map(|(index, name)| (name.clone(), row(world.motion(index)))).collect()
 }
 
 /// Plays actions in a task and writes one line of JSON per action. Returns how many
@@ -142,9 +184,8 @@ pub fn play_episodes(
         Ok(())
     })?;
     for_each_line(episodes, "stdin", |episode: RecordedEpisode| {
-        let task = Arc::new(episode.task(&known)?);
-        let actions = episode.steps.iter().map(|step| step.action);
-        let line = EpisodeLine { id: episode.id, steps: replay(task, actions).collect() };
+        let steps = episode.play(&known)?;
+        let line = EpisodeLine { id: episode.id, steps };
         write_line(&mut output, &line)?;
         Ok(())
     })?;
@@ -152,13 +193,37 @@ pub fn play_episodes(
 }
 
 impl RecordedEpisode {
+    fn play(&self, levels: &[RecordedLevel]) -> Result<Vec<StepLine>, ValidationError> {
+        let task = Arc::new(self.task(levels)?);
+        let wrong = |i: usize, message: &str| ValidationError::new(format_args!("steps[{i}].action"), message);
+        let steps = self.steps.iter().enumerate();
+        match &self.inventory {
+            None => {
+                let action = |(i, step): (usize, &RecordedStep)| {
+                    step.action.as_slice().try_into().map_err(|_| wrong(i, "must be two numbers, [x, y]"))
+                };
+                let actions = steps.map(action).collect::<Result<Vec<Action>, _>>()?;
+                Ok(replay(task, actions).collect())
+            }
+            Some(inventory) => {
+                check_inventory(inventory)?;
+                let choice = |(i, step): (usize, &RecordedStep)| match step.action[..] {
+                    [index, x, y] if index >= 0.0 && (index as usize) < inventory.len() => Ok((index as usize, [x, y])),
+                    _ => Err(wrong(i, "must be an index into the inventory and a place, [index, x, y]")),
+                };
+                let choices = steps.map(choice).collect::<Result<_, _>>()?;
+                Ok(replay_choices(task, inventory.clone(), choices))
+            }
+        }
+    }
+
     fn task(&self, levels: &[RecordedLevel]) -> Result<Task, ValidationError> {
         let Some(level) = levels.iter().find(|level| level.name == self.level) else {
             let names = levels.iter().map(|level| level.name.as_str()).collect::<Vec<_>>().join(", ");
             let message = format_args!("`{}` is not among the levels ({names})", self.level);
             return Err(ValidationError::new("level", message));
         };
-        let task = level.task(&self.tool).map_err(|problem| match problem.path.split('.').next() {
+        let task = level.task(self.tool.as_ref()).map_err(|problem| match problem.path.split('.').next() {
             Some("tool" | "placeable") => problem,
             _ => problem.within(format_args!("level `{}`", self.level)),
         })?;
@@ -172,11 +237,27 @@ impl RecordedEpisode {
         let balls = balls(&environment, &ball_names(task));
         for (name, row) in &self.start {
             let same = |ours: &Row| ours.iter().zip(row).all(|(a, b)| (a - b).abs() <= START_TOLERANCE);
-            if !balls.get(name).is_some_and(same) {
+            // Other objects of the level have names of their own.
+            if !balls.get(name).is_none_or(same) {
                 let message = format_args!("is not how level `{}` starts", self.level);
                 return Err(ValidationError::new(format_args!("start.{name}"), message));
             }
         }
         Ok(())
+    }
+}
+
+/// The numbers of an action set are those of the catalogue.
+fn check_inventory(inventory: &[usize]) -> Result<(), ValidationError> {
+    if inventory.len() > NO_OP + 1 {
+        let message = format_args!("has {} entries; there are {} tools", inventory.len(), NO_OP + 1);
+        return Err(ValidationError::new("inventory", message));
+    }
+    match inventory.iter().position(|number| *number > NO_OP) {
+        None => Ok(()),
+        Some(i) => {
+            let message = format_args!("is {}, but the catalogue ends at {NO_OP}", inventory[i]);
+            Err(ValidationError::new(format_args!("inventory[{i}]"), message))
+        }
     }
 }

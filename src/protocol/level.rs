@@ -1,12 +1,14 @@
 //! Levels that were recorded in CREATE with every number resolved.
 
-use serde::Deserialize;
-use serde::de::IgnoredAny;
+use serde::de::{Error, IgnoredAny};
+use serde::{Deserialize, Deserializer};
+use serde_json::Value;
 
-use crate::physics::{PHYSICS_DT, ToolKind, to_normalised};
+use super::recorded::RecordedTool;
+use crate::physics::{PHYSICS_DT, Tool, ToolKind, to_normalised};
 use crate::task::{
-    BallSpec, Form, Goal, GoalShape, Marker, Placeable, Region, Rewards, Rules, STANDARD_RADIUS, Task, ToolSpec,
-    VERSION,
+    BallSpec, BoxSpec, Form, Goal, GoalShape, Marker, Part, Placeable, Region, Rewards, Rules, STANDARD_RADIUS, Task,
+    ToolSpec, VERSION,
 };
 use crate::validation::ValidationError;
 
@@ -22,26 +24,16 @@ pub(super) struct RecordedLevel {
     marker: Option<Object>,
     goal: Object,
     subgoals: Vec<Object>,
-    fixed: Vec<Object>,
+    #[serde(default)]
+    marker_subgoals: Vec<Object>,
+    fixed: Vec<Fixed>,
+    /// Names of all objects in the order in which they are put into the world.
+    #[serde(default)]
+    order: Vec<String>,
     #[serde(default, rename = "kind")]
     _kind: IgnoredAny,
-}
-
-/// The tool of a recorded episode.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RecordedTool {
-    #[serde(rename = "type")]
-    kind: ToolKind,
-    size: Option<f32>,
-    length: Option<f32>,
-    angle: Option<f32>,
-    radius: Option<f32>,
-    thickness: Option<f32>,
-    elasticity: Option<f32>,
-    friction: Option<f32>,
-    #[serde(default, rename = "variant")]
-    _variant: IgnoredAny,
+    #[serde(default, rename = "random_shifts")]
+    _random_shifts: IgnoredAny,
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -55,30 +47,33 @@ struct RecordedRules {
     overlap_threshold: f32,
     move_threshold: f32,
     goal_must_wait_for_marker: bool,
+    #[serde(default)]
+    marker_must_hit: bool,
     reward_step: f32,
     reward_blocked: f32,
     reward_goal: f32,
     reward_subgoal: f32,
     reward_target_moved: f32,
     cost_per_placed_tool: f32,
+    #[serde(default, rename = "reward_no_op")]
+    _reward_no_op: IgnoredAny,
     #[serde(default, rename = "reward_invalid")]
     _reward_invalid: IgnoredAny,
 }
 
-/// Any object of a level. Its place is `pos_norm` where there is one: that is the exact
-/// value, `pos` is rounded. Corners and end points are computed, not read.
+/// A ball, a box, a goal or a subgoal of a level. Its place is `pos_norm` where there is one:
+/// that is the exact value, `pos` is rounded. Corners are computed, not read.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Object {
     #[serde(rename = "type")]
     kind: String,
+    name: Option<String>,
     pos: Option<[f32; 2]>,
     pos_norm: Option<[f32; 2]>,
     mass: Option<f32>,
     radius: Option<f32>,
     size: Option<f32>,
-    length: Option<f32>,
-    angle: Option<f32>,
     elasticity: Option<f32>,
     friction: Option<f32>,
     #[serde(default, rename = "role")]
@@ -87,39 +82,62 @@ struct Object {
     _dynamic: IgnoredAny,
     #[serde(default, rename = "moment")]
     _moment: IgnoredAny,
-    #[serde(default, rename = "thickness")]
-    _thickness: IgnoredAny,
     #[serde(default, rename = "shape")]
     _shape: IgnoredAny,
-    #[serde(default, rename = "variant")]
-    _variant: IgnoredAny,
     #[serde(default, rename = "vertices")]
     _vertices: IgnoredAny,
-    #[serde(default, rename = "a")]
-    _a: IgnoredAny,
-    #[serde(default, rename = "b")]
-    _b: IgnoredAny,
     #[serde(default, rename = "sensor")]
     _sensor: IgnoredAny,
 }
 
+/// An object of a level that is neither target, marker, goal nor subgoal.
+#[derive(Debug, Clone)]
+enum Fixed {
+    /// A ball or box that moves.
+    Moving(Object),
+    /// A tool, with its name in the level.
+    Tool(Box<RecordedTool>, Option<String>),
+}
+
+impl<'de> Deserialize<'de> for Fixed {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let value = Value::deserialize(deserializer)?;
+        let is_ball = value["type"] == "ball";
+        if is_ball || value["type"] == "box" && value["dynamic"] == true {
+            return Object::deserialize(value).map(Self::Moving).map_err(D::Error::custom);
+        }
+        let name = value["name"].as_str().map(str::to_owned);
+        let tool = RecordedTool::deserialize(value).map_err(D::Error::custom)?;
+        Ok(Self::Tool(Box::new(tool), name))
+    }
+}
+
 impl RecordedLevel {
-    /// The task in which the agent places `tool`.
+    /// The task in which the agent places `tool`, or tools of an action set.
     ///
     /// # Errors
     /// When the level has an object or a rule this program lacks, or makes no valid task.
-    pub fn task(&self, tool: &RecordedTool) -> Result<Task, ValidationError> {
+    pub fn task(&self, tool: Option<&RecordedTool>) -> Result<Task, ValidationError> {
         let list = |objects: &[Object], path: &str| -> Result<Vec<Region>, ValidationError> {
             let region = |(i, object): (usize, &Object)| {
                 object.region().map_err(|problem| problem.within(format_args!("{path}[{i}]")))
             };
             objects.iter().enumerate().map(region).collect()
         };
-        let marker = self.marker.as_ref().map(|marker| self.marker(marker)).transpose()?;
+        let mut marker = self.marker.as_ref().map(|marker| self.marker(marker)).transpose()?;
         if self.rules.goal_must_wait_for_marker != marker.is_some() {
             let message = "must be true if the level has a marker ball, and false if not";
             return Err(ValidationError::new("rules.goal_must_wait_for_marker", message));
         }
+        match &mut marker {
+            Some(marker) => marker.subgoals = list(&self.marker_subgoals, "marker_subgoals")?,
+            None if self.marker_subgoals.is_empty() => {}
+            None => return Err(ValidationError::new("marker_subgoals", "needs a marker ball")),
+        }
+        let placeable = match tool {
+            Some(tool) => tool.tool_at([0.0; 2]).map_err(|problem| problem.within("tool"))?,
+            None => Tool::new(ToolKind::Box, [0.0; 2]),
+        };
         let mut task = Task {
             version: VERSION,
             name: self.name.clone(),
@@ -127,27 +145,67 @@ impl RecordedLevel {
             ball: self.target.ball().map_err(|problem| problem.within("target"))?,
             marker,
             balls: Vec::new(),
+            boxes: Vec::new(),
             tools: Vec::new(),
-            placeable: tool.placeable()?,
+            placeable: Placeable { kind: placeable.kind, form: Form::of(&placeable) },
             subgoals: list(&self.subgoals, "subgoals")?,
             goal: self.goal.goal().map_err(|problem| problem.within("goal"))?,
             rules: self.rules.rules().map_err(|problem| problem.within("rules"))?,
+            order: Vec::new(),
+            shifts: Vec::new(),
         };
-        for (i, object) in self.fixed.iter().enumerate() {
-            let place = |problem: ValidationError| problem.within(format_args!("fixed[{i}]"));
-            if object.kind == "ball" {
-                task.balls.push(object.ball().map_err(place)?);
-            } else {
-                task.tools.push(object.tool().map_err(place)?);
-            }
-        }
+        self.add_objects(&mut task)?;
         task.validate()?;
         Ok(task)
     }
 
+    /// Adds the other objects, and the order of all if the recording has it.
+    fn add_objects(&self, task: &mut Task) -> Result<(), ValidationError> {
+        let mut parts: Vec<(&str, Part)> = vec![("target", Part::Target), ("goal", Part::Goal)];
+        let named = |object: &'_ Object| object.name.clone().unwrap_or_default();
+        let subgoals: Vec<String> = self.subgoals.iter().map(named).collect();
+        let marker_subgoals: Vec<String> = self.marker_subgoals.iter().map(named).collect();
+        // CREATE takes the first object of a marker level for its marker.
+        let marker = self.marker.as_ref().map(|marker| marker.name.clone().unwrap_or_else(|| "env0".to_owned()));
+        parts.extend(subgoals.iter().enumerate().map(|(i, name)| (name.as_str(), Part::Subgoal(i))));
+        parts.extend(marker_subgoals.iter().enumerate().map(|(i, name)| (name.as_str(), Part::MarkerSubgoal(i))));
+        parts.extend(marker.iter().map(|name| (name.as_str(), Part::Marker)));
+        for (i, fixed) in self.fixed.iter().enumerate() {
+            let place = |problem: ValidationError| problem.within(format_args!("fixed[{i}]"));
+            let (name, part) = match fixed {
+                Fixed::Moving(object) if object.kind == "ball" => {
+                    task.balls.push(object.ball().map_err(place)?);
+                    (object.name.as_deref(), Part::Ball(task.balls.len() - 1))
+                }
+                Fixed::Moving(object) => {
+                    task.boxes.push(object.moving_box().map_err(place)?);
+                    (object.name.as_deref(), Part::Box(task.boxes.len() - 1))
+                }
+                Fixed::Tool(tool, name) => {
+                    let tool = tool.tool().map_err(place)?;
+                    let position = to_normalised(tool.position).map(|p| p as f32);
+                    task.tools.push(ToolSpec { kind: tool.kind, position, form: Form::of(&tool) });
+                    (name.as_deref(), Part::Tool(task.tools.len() - 1))
+                }
+            };
+            parts.extend(name.map(|name| (name, part)));
+        }
+        for (i, name) in self.order.iter().enumerate() {
+            let part = parts.iter().find(|(other, _)| other == name);
+            let unknown = || ValidationError::new(format_args!("order[{i}]"), format_args!("`{name}` is no object"));
+            task.order.push(part.ok_or_else(unknown)?.1);
+        }
+        Ok(())
+    }
+
     fn marker(&self, marker: &Object) -> Result<Marker, ValidationError> {
         let ball = marker.ball().map_err(|problem| problem.within("marker"))?;
-        Ok(Marker { ball, move_threshold: self.rules.move_threshold, must_hit: false, subgoals: Vec::new() })
+        Ok(Marker {
+            ball,
+            move_threshold: self.rules.move_threshold,
+            must_hit: self.rules.marker_must_hit,
+            subgoals: Vec::new(),
+        })
     }
 }
 
@@ -173,21 +231,6 @@ impl RecordedRules {
             },
             ..Rules::of_create()
         })
-    }
-}
-
-impl RecordedTool {
-    fn placeable(&self) -> Result<Placeable, ValidationError> {
-        let size = if self.kind.is_segment() { self.length.or(self.size) } else { self.size };
-        let radius = self.radius.or(self.thickness.map(|thickness| (thickness / 2.0).floor()));
-        let form = Form {
-            size: Some(size.ok_or_else(|| ValidationError::new("tool.size", "is missing"))?),
-            angle: self.angle,
-            radius: radius.filter(|_| self.kind.is_segment()),
-            elasticity: self.elasticity,
-            friction: self.friction,
-        };
-        Ok(Placeable { kind: self.kind, form })
     }
 }
 
@@ -223,17 +266,16 @@ impl Object {
         Ok(Goal { position: self.position()?, radius, shape })
     }
 
-    fn tool(&self) -> Result<ToolSpec, ValidationError> {
-        let kind: ToolKind = self.kind.parse().map_err(|_| self.lacking(&self.kind))?;
-        let (name, size) = if kind.is_segment() { ("length", self.length) } else { ("size", self.size) };
-        let form = Form {
-            size: Some(size.ok_or_else(|| ValidationError::new(name, "is missing"))?),
-            angle: self.angle,
-            radius: self.radius.filter(|_| kind.is_segment()),
-            elasticity: self.elasticity,
-            friction: self.friction,
-        };
-        Ok(ToolSpec { kind, position: self.position()?, form })
+    fn moving_box(&self) -> Result<BoxSpec, ValidationError> {
+        let missing = |name: &str| ValidationError::new(name, "is missing");
+        Ok(BoxSpec {
+            position: self.position()?,
+            velocity: [0.0; 2],
+            size: self.size.ok_or_else(|| missing("size"))?,
+            mass: self.mass.ok_or_else(|| missing("mass"))?,
+            elasticity: self.elasticity.unwrap_or(1.0),
+            friction: self.friction.unwrap_or(1.0),
+        })
     }
 
     fn lacking(&self, name: &str) -> ValidationError {

@@ -7,6 +7,7 @@
 mod episode;
 mod level;
 mod lines;
+mod recorded;
 mod scene;
 mod serve;
 

@@ -1,31 +1,42 @@
-//! Recorded scenes: static tools and one ball, and their simulation to trajectories.
+//! Recorded scenes: tools and bodies that move, and their simulation to trajectories.
 
+use std::collections::BTreeMap;
 use std::io::{BufRead, Write};
 
 use serde::de::{IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::lines::{LinesError, for_each_line, write_line};
-use crate::physics::{Ball, BallState, GRAVITY, MAX_OBJECTS, ObjectId, START_OVERLAP, Tool, ToolKind, World, to_units};
+use super::recorded::RecordedTool;
+use crate::physics::{
+    Ball, BallState, GRAVITY, MAX_OBJECTS, Motion, MovingBox, ObjectId, START_OVERLAP, Tool, Touch, World,
+};
 use crate::validation::{ValidationError, in_range};
 
 /// The longest trajectory of a scene, in physics steps.
 const MAX_STEPS: u32 = 100_000;
 
-/// One ball's motion as a row: x, y, vx, vy, angle, angular velocity.
-pub(super) type Row = [f32; 6];
+/// One body's motion as a row: x, y, vx, vy, angle, angular velocity.
+pub(super) type Row = [f64; 6];
 
-/// Static tools and one ball with its first state, to be simulated for some steps.
-/// What the recording measured (contacts, the rest of the trajectory) is ignored.
+/// Tools and bodies with their first states, to be simulated for some steps.
+/// What the recording measured (contacts, the rest of the trajectories) is ignored.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Scene {
     id: String,
-    tools: Vec<SceneTool>,
-    ball: SceneBall,
+    tools: Vec<RecordedTool>,
+    /// The first body: a `ball` where only balls are, else a `mover`.
+    #[serde(alias = "ball")]
+    mover: Mover,
+    #[serde(default)]
+    others: Vec<Mover>,
     steps: u32,
-    #[serde(rename = "traj", deserialize_with = "first_row")]
-    start: Row,
+    #[serde(rename = "traj")]
+    start: FirstRow,
+    /// First rows of the other bodies, by name.
+    #[serde(default)]
+    parts: BTreeMap<String, FirstRow>,
     #[serde(default, rename = "kind")]
     _kind: IgnoredAny,
     #[serde(default, rename = "start")]
@@ -34,83 +45,84 @@ struct Scene {
     _first_contact: IgnoredAny,
     #[serde(default, rename = "contacts")]
     _contacts: IgnoredAny,
+    #[serde(default, rename = "events")]
+    _events: IgnoredAny,
+    #[serde(default, rename = "captured")]
+    _captured: IgnoredAny,
     #[serde(default, rename = "captured_step")]
     _captured_step: IgnoredAny,
     #[serde(default, rename = "sleep_step")]
     _sleep_step: IgnoredAny,
+    #[serde(default, rename = "sleep_steps")]
+    _sleep_steps: IgnoredAny,
 }
 
-/// A tool of a recording. Its place is `pos_norm` where there is one: that is the exact
-/// value, `pos` is rounded. Corners and end points are computed, not read.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SceneTool {
-    #[serde(rename = "type")]
-    kind: ToolKind,
-    pos: Option<[f32; 2]>,
-    pos_norm: Option<[f32; 2]>,
-    size: Option<f32>,
-    length: Option<f32>,
-    angle: Option<f32>,
-    radius: Option<f32>,
-    elasticity: Option<f32>,
-    friction: Option<f32>,
-    #[serde(default)]
-    sensor: bool,
-    #[serde(default, rename = "variant")]
-    _variant: IgnoredAny,
-    #[serde(default, rename = "shape")]
-    _shape: IgnoredAny,
-    #[serde(default, rename = "vertices")]
-    _vertices: IgnoredAny,
-    #[serde(default, rename = "a")]
-    _a: IgnoredAny,
-    #[serde(default, rename = "b")]
-    _b: IgnoredAny,
-}
-
+/// A body that moves: a ball has a radius, a box a size.
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct SceneBall {
-    radius: f32,
+struct Mover {
+    #[serde(default)]
+    shape: Form,
+    radius: Option<f32>,
+    size: Option<f32>,
     mass: f32,
     elasticity: f32,
     friction: f32,
+    #[serde(default, rename = "angle")]
+    _angle: IgnoredAny,
 }
 
-/// The motion of a scene's ball.
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Form {
+    #[default]
+    Ball,
+    Box,
+}
+
+/// The motion of a scene's bodies.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct Trajectory {
     /// Name of the scene.
     id: String,
-    /// The ball's start and its state after every step.
+    /// The first body's start and its state after every step.
     traj: Vec<Row>,
-    /// The first step that found the ball touching a tool, from 1.
+    /// The same of every other body, by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    parts: BTreeMap<String, Vec<Row>>,
+    /// The first step that found the first body touching a tool, from 1.
     first_contact: Option<u32>,
-    /// The first step after which a bucket had captured the ball, from 1.
+    /// Kind of tool, body, tool, first and last step of every run of steps in which a cannon,
+    /// funnel or bucket moved a body.
+    events: Vec<(String, String, String, u32, u32)>,
+    /// The first step after which a bucket had captured the first body, from 1.
     captured_step: Option<u32>,
+    /// The first step after which a body slept, from 1, by name.
+    sleep_steps: BTreeMap<String, u32>,
 }
 
 impl Scene {
-    /// The world at its start; the ball has index 0.
+    /// The world at its start; the first body has index 0.
     ///
     /// # Errors
-    /// When a number is out of range or the ball starts inside a tool.
+    /// When a number is out of range or a ball starts inside a tool.
     fn world(&self) -> Result<World, ValidationError> {
-        if self.tools.len() > MAX_OBJECTS {
-            let message = format_args!("has {} entries; at most {MAX_OBJECTS} are allowed", self.tools.len());
-            return Err(ValidationError::new("tools", message));
+        for (name, count) in [("tools", self.tools.len()), ("others", self.others.len())] {
+            if count > MAX_OBJECTS {
+                let message = format_args!("has {count} entries; at most {MAX_OBJECTS} are allowed");
+                return Err(ValidationError::new(name, message));
+            }
         }
-        let (ball, state) = self.ball()?;
         let mut world = World::new(GRAVITY);
-        world.add_ball(ball, state);
         for (index, tool) in self.tools.iter().enumerate() {
             let tool = tool.tool().map_err(|problem| problem.within(format_args!("tools[{index}]")))?;
-            if ball.radius - tool.surface(state.position).0 > START_OVERLAP {
-                let message = format_args!("the ball starts inside tools[{index}] ({}): move one of them", tool.kind);
-                return Err(ValidationError::new("traj[0]", message));
-            }
             world.add_tool(tool);
+        }
+        self.mover.add_to(&mut world, "mover", "traj", Some(&self.start))?;
+        for (index, other) in self.others.iter().enumerate() {
+            let name = format!("mover{}", index + 1);
+            let path = format!("others[{index}]");
+            other.add_to(&mut world, &path, &format!("parts.{name}"), self.parts.get(&name))?;
         }
         Ok(world)
     }
@@ -126,82 +138,150 @@ impl Scene {
         let mut world = self.world()?;
         let mut trajectory = Trajectory {
             id: self.id.clone(),
-            traj: vec![row(world.ball(0))],
+            traj: vec![row(world.motion(0))],
+            parts: parts(&world).map(|(name, motion, _)| (name, vec![row(motion)])).collect(),
             first_contact: None,
+            events: Vec::new(),
             captured_step: None,
+            sleep_steps: BTreeMap::new(),
         };
         for step in 1..=self.steps {
             world.step();
-            trajectory.traj.push(row(world.ball(0)));
-            if world.touches().iter().any(|touch| matches!(touch.object, ObjectId::Tool(_))) {
-                trajectory.first_contact.get_or_insert(step);
-            }
-            if world.is_captured(0) {
-                trajectory.captured_step.get_or_insert(step);
-            }
+            trajectory.note(&world, step);
         }
         Ok(trajectory)
     }
+}
 
-    fn ball(&self) -> Result<(Ball, BallState), ValidationError> {
-        let SceneBall { radius, mass, elasticity, friction } = self.ball;
-        let ball = Ball { radius, mass, elasticity, friction };
-        ball.check().map_err(|problem| problem.within("ball"))?;
-        let [x, y, vx, vy, angle, angular_velocity] = self.start;
-        for (column, value) in self.start.iter().enumerate() {
-            in_range(*value, format_args!("traj[0][{column}]"), -1000.0, 1000.0)?;
+/// Every body but the first: name, motion, whether it sleeps.
+fn parts(world: &World) -> impl Iterator<Item = (String, Motion, bool)> {
+    let movers =
+        (1..world.ball_count()).map(|ball| (format!("mover{ball}"), world.motion(ball), world.is_asleep(ball)));
+    let planks = (0..world.tools().len()).flat_map(|tool| {
+        let (plank, weight) = world.plank(tool);
+        let sleeps = world.is_plank_asleep(tool);
+        let named = move |part: &str, motion: Motion| (format!("tool{tool}.{part}"), motion, sleeps);
+        [plank.map(|motion| named("plank", motion)), weight.map(|motion| named("weight", motion))]
+    });
+    movers.chain(planks.flatten())
+}
+
+impl Trajectory {
+    fn note(&mut self, world: &World, step: u32) {
+        self.traj.push(row(world.motion(0)));
+        if world.is_asleep(0) {
+            self.sleep_steps.entry("mover0".to_owned()).or_insert(step);
         }
-        Ok((ball, BallState { position: [x, y], velocity: [vx, vy], angle, angular_velocity }))
+        for (name, motion, sleeps) in parts(world) {
+            if sleeps {
+                self.sleep_steps.entry(name.clone()).or_insert(step);
+            }
+            self.parts.entry(name).or_default().push(row(motion));
+        }
+        if world.touches().iter().any(|touch| touch.ball == 0 && matches!(touch.object, ObjectId::Tool(_))) {
+            self.first_contact.get_or_insert(step);
+        }
+        if world.is_captured(0) {
+            self.captured_step.get_or_insert(step);
+        }
+        for &Touch { ball, object } in world.moved() {
+            if let ObjectId::Tool(tool) = object {
+                self.note_moved(world, ball, tool, step);
+            }
+        }
+    }
+
+    fn note_moved(&mut self, world: &World, ball: usize, tool: usize, step: u32) {
+        let kind = world.tools().nth(tool).map_or("", |tool| tool.kind.name());
+        let (body, tool) = (format!("mover{ball}"), format!("tool{tool}"));
+        let goes_on =
+            |event: &&mut (String, String, String, u32, u32)| event.1 == body && event.2 == tool && event.4 + 1 == step;
+        match self.events.iter_mut().find(goes_on) {
+            Some(event) => event.4 = step,
+            None => self.events.push((kind.to_owned(), body, tool, step, step)),
+        }
     }
 }
 
-impl SceneTool {
-    fn tool(&self) -> Result<Tool, ValidationError> {
-        let place = self.pos_norm.map(to_units).or(self.pos);
-        let mut tool = Tool::new(self.kind, place.ok_or_else(|| ValidationError::new("pos_norm", "is missing"))?);
-        let (name, size) = if self.kind.is_segment() { ("length", self.length) } else { ("size", self.size) };
-        tool.size =
-            size.ok_or_else(|| ValidationError::new(name, format_args!("is missing: a {} needs it", self.kind)))?;
-        tool.angle = self.angle.unwrap_or(tool.angle);
-        tool.radius = self.radius.unwrap_or(tool.radius);
-        tool.elasticity = self.elasticity.unwrap_or(tool.elasticity);
-        tool.friction = self.friction.unwrap_or(tool.friction);
-        if self.sensor {
-            return Err(ValidationError::new("sensor", "is true, but the tools of a scene are solid: remove it"));
+impl Mover {
+    /// Adds the body with its first row; `path` and `rows` are where the file has them.
+    fn add_to(
+        &self,
+        world: &mut World,
+        path: &str,
+        rows: &str,
+        start: Option<&FirstRow>,
+    ) -> Result<(), ValidationError> {
+        let FirstRow(start) = start.ok_or_else(|| ValidationError::new(rows, "is missing"))?;
+        for (column, value) in start.iter().enumerate() {
+            in_range(*value, format_args!("{rows}[0][{column}]"), -1000.0, 1000.0)?;
         }
-        tool.check().map_err(|problem| match problem.path.as_str() {
-            "size" => ValidationError { path: name.to_owned(), ..problem },
-            _ => problem,
-        })?;
-        Ok(tool)
+        let [x, y, vx, vy, angle, angular_velocity] = *start;
+        let motion = Motion { position: [x, y], velocity: [vx, vy], angle, angular_velocity };
+        let Self { mass, elasticity, friction, .. } = *self;
+        let missing = |name: &str| ValidationError::new(format_args!("{path}.{name}"), "is missing");
+        match self.shape {
+            Form::Ball => {
+                let radius = self.radius.ok_or_else(|| missing("radius"))?;
+                let ball = Ball { radius, mass, elasticity, friction };
+                ball.check().map_err(|problem| problem.within(path))?;
+                check_clear(world, ball, motion, rows)?;
+                world.add_ball(ball, motion);
+            }
+            Form::Box => {
+                let size = self.size.ok_or_else(|| missing("size"))?;
+                let moving = MovingBox { size, mass, elasticity, friction };
+                moving.check().map_err(|problem| problem.within(path))?;
+                world.add_box(moving, motion);
+            }
+        }
+        Ok(())
     }
 }
 
-/// A ball's motion as a row.
-pub(super) fn row(state: BallState) -> Row {
-    let BallState { position: [x, y], velocity: [vx, vy], angle, angular_velocity } = state;
+/// No ball may start inside a tool that is solid and stands still.
+fn check_clear(world: &World, ball: Ball, motion: Motion, rows: &str) -> Result<(), ValidationError> {
+    let is_solid = |tool: &&Tool| !tool.kind.is_sensor() && !tool.kind.is_hinged();
+    let centre = BallState::from(motion).position;
+    for (index, tool) in world.tools().enumerate().filter(|(_, tool)| is_solid(tool)) {
+        if ball.radius - tool.surface(centre).0 > START_OVERLAP {
+            let message = format_args!("the ball starts inside tools[{index}] ({}): move one of them", tool.kind);
+            return Err(ValidationError::new(format_args!("{rows}[0]"), message));
+        }
+    }
+    Ok(())
+}
+
+/// A body's motion as a row.
+pub(super) fn row(motion: Motion) -> Row {
+    let Motion { position: [x, y], velocity: [vx, vy], angle, angular_velocity } = motion;
     [x, y, vx, vy, angle, angular_velocity]
 }
 
 /// The first row of a trajectory; the others are skipped.
-fn first_row<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Row, D::Error> {
-    struct FirstRow;
+#[derive(Debug, Clone, Copy)]
+struct FirstRow(Row);
 
-    impl<'de> Visitor<'de> for FirstRow {
-        type Value = Row;
+impl<'de> Deserialize<'de> for FirstRow {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_seq(Rows)
+    }
+}
 
-        fn expecting(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
-            formatter.write_str("a list of rows [x, y, vx, vy, angle, angular velocity], at least the first")
-        }
+struct Rows;
 
-        fn visit_seq<A: SeqAccess<'de>>(self, mut rows: A) -> Result<Row, A::Error> {
-            let first = rows.next_element()?.ok_or_else(|| serde::de::Error::invalid_length(0, &self))?;
-            while rows.next_element::<IgnoredAny>()?.is_some() {}
-            Ok(first)
-        }
+impl<'de> Visitor<'de> for Rows {
+    type Value = FirstRow;
+
+    fn expecting(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
+        formatter.write_str("a list of rows [x, y, vx, vy, angle, angular velocity], at least the first")
     }
 
-    deserializer.deserialize_seq(FirstRow)
+    fn visit_seq<A: SeqAccess<'de>>(self, mut rows: A) -> Result<FirstRow, A::Error> {
+        let first = rows.next_element()?.ok_or_else(|| serde::de::Error::invalid_length(0, &self))?;
+        while rows.next_element::<IgnoredAny>()?.is_some() {}
+        Ok(FirstRow(first))
+    }
 }
 
 /// Reads scenes, one a line, and writes their trajectories, one a line.

@@ -194,6 +194,7 @@ fn layout(name: &str, start_noise: f32, rng: &mut ChaCha8Rng) -> Task {
         ball: BallSpec::at(place(rng, [-0.8, 0.8], [0.4, 0.9])),
         marker: None,
         balls: Vec::new(),
+        boxes: Vec::new(),
         placeable,
         subgoals: Vec::new(),
         goal: Goal {
@@ -202,6 +203,8 @@ fn layout(name: &str, start_noise: f32, rng: &mut ChaCha8Rng) -> Task {
             shape: GoalShape::default(),
         },
         rules: Rules { start_noise, ..Rules::default() },
+        order: Vec::new(),
+        shifts: Vec::new(),
     }
 }
 

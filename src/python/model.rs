@@ -41,8 +41,9 @@ fn ball_of(row: &[f32]) -> BallState {
 }
 
 fn tool_row(tool: &Tool) -> [f32; TOOL] {
-    let [x, y] = to_normalised(tool.position);
-    [tool.kind.index() as f32, x, y, tool.size, tool.angle, tool.radius, tool.elasticity, tool.friction]
+    let [x, y] = to_normalised(tool.centre());
+    let [size, angle, radius] = [tool.size, tool.angle, tool.radius].map(|value| value as f32);
+    [tool.kind.index() as f32, x, y, size, angle, radius, tool.elasticity as f32, tool.friction as f32]
 }
 
 /// Model(name): a shipped dynamics model by its name, or the one in the file at that path.
@@ -384,5 +385,5 @@ pub fn model_names() -> Vec<&'static str> {
 /// Names of the types of tools, by the number that the observation and `advance` give them.
 #[pyfunction]
 pub fn tool_types() -> Vec<&'static str> {
-    crate::physics::ToolKind::ALL.map(crate::physics::ToolKind::name).to_vec()
+    crate::physics::ToolKind::PAPER.map(crate::physics::ToolKind::name).to_vec()
 }

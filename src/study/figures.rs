@@ -28,7 +28,7 @@ pub(super) fn launches(plan: &StudyPlan) -> Launches {
         // One tool stands for all: the launches are drawn relative to theirs.
         let shown: Vec<&Launch> = nearest_in_size(&launches, kind.default_size());
         let trajectory = |launch: &&Launch| {
-            let [x, y] = launch.tool.position;
+            let [x, y] = launch.tool.centre();
             let at_centre = |state: &crate::physics::BallState| {
                 to_normalised([state.position[0] - x + 42.0, state.position[1] - y + 42.0])
             };
@@ -42,11 +42,11 @@ pub(super) fn launches(plan: &StudyPlan) -> Launches {
             observations: launches.len(),
         }
     };
-    Launches { tools: ToolKind::ALL.into_iter().map(tool).collect() }
+    Launches { tools: ToolKind::PAPER.into_iter().map(tool).collect() }
 }
 
 /// The launches whose tools are closest to `size`.
-fn nearest_in_size(launches: &[Launch], size: f32) -> Vec<&Launch> {
+fn nearest_in_size(launches: &[Launch], size: f64) -> Vec<&Launch> {
     let mut sorted: Vec<&Launch> = launches.iter().collect();
     sorted.sort_by(|a, b| (a.tool.size - size).abs().total_cmp(&(b.tool.size - size).abs()));
     sorted.truncate(SHOWN_LAUNCHES);
@@ -71,7 +71,7 @@ pub(super) fn relative_frames(task: &Task, prior: &ActionPrior, cutoff: f32, see
         let (world, placed) = (env.snapshot().world(), env.snapshot().placed());
         for (step, ball) in path.iter().enumerate().skip(start) {
             let edges = world.tools().map(|tool| Edge {
-                object: to_normalised(tool.position),
+                object: to_normalised(tool.centre()),
                 active: tool.surface(to_units(*ball)).0 <= cutoff,
             });
             let time = (step + 1) as f32 * PHYSICS_DT;

@@ -1,7 +1,7 @@
 //! Editing a task: small steps, each valid as a whole, undone and redone without limit.
 
-use super::schema::{Form, Region, Task, ToolSpec};
-use crate::physics::ToolKind;
+use super::schema::{Form, Part, Region, Task, ToolSpec};
+use crate::physics::{ToolKind, exact};
 use crate::validation::ValidationError;
 
 /// One change of a task. Numbers of subgoals and tools count from 0 here.
@@ -75,10 +75,10 @@ impl Edit {
             Self::ResizeGoal { radius } => task.goal.radius = radius,
             Self::MoveBall { position } => task.ball.position = position,
             Self::AddTool { kind, position, size } => {
-                task.tools.push(ToolSpec { kind, position, form: Form { size, ..Form::default() } });
+                task.tools.push(ToolSpec { kind, position, form: Form { size: size.map(exact), ..Form::default() } });
             }
             Self::MoveTool { index, position } => entry(&mut task.tools, "tool", index)?.position = position,
-            Self::ResizeTool { index, size } => entry(&mut task.tools, "tool", index)?.form.size = Some(size),
+            Self::ResizeTool { index, size } => entry(&mut task.tools, "tool", index)?.form.size = Some(exact(size)),
             Self::DeleteTool { index } => {
                 entry(&mut task.tools, "tool", index)?;
                 task.tools.remove(index);
@@ -90,6 +90,17 @@ impl Edit {
                 regions => task.subgoals.extend(regions),
             },
             Self::DeleteProposal { index } => _ = taken(&mut proposed, index)?,
+        }
+        match *self {
+            Self::DeleteSubgoal { index } => task.forget(Part::Subgoal(index)),
+            Self::DeleteTool { index } => task.forget(Part::Tool(index)),
+            Self::AcceptProposal { index: None } => task.shifts.iter_mut().for_each(|shift| {
+                shift.parts.retain(|part| !matches!(part, Part::Subgoal(_)));
+            }),
+            _ => {}
+        }
+        if task.parts().len() != draft.task.parts().len() {
+            task.order.clear();
         }
         task.validate()?;
         // What is proposed must be fit to be accepted.

@@ -38,6 +38,29 @@ pub enum TaskError {
     Invalid { origin: String, error: ValidationError },
 }
 
+/// CREATE's levels, as its level files have them (MIT licence; their notice is in the folder).
+const LEVELS: [(&str, &str); 13] = [
+    ("Basket", include_str!("../../tasks/create/level_basket.json")),
+    ("Belt", include_str!("../../tasks/create/level_belt.json")),
+    ("Buckets", include_str!("../../tasks/create/level_buckets.json")),
+    ("Cannon", include_str!("../../tasks/create/level_cannon.json")),
+    ("Collide", include_str!("../../tasks/create/level_collide.json")),
+    ("Funnel", include_str!("../../tasks/create/level_funnel.json")),
+    ("GoalTest", include_str!("../../tasks/create/level_test.json")),
+    ("Ladder", include_str!("../../tasks/create/level_ladder.json")),
+    ("Moving", include_str!("../../tasks/create/level_moving.json")),
+    ("Navigate", include_str!("../../tasks/create/level_navigate.json")),
+    ("Obstacle", include_str!("../../tasks/create/level_obstacle.json")),
+    ("Push", include_str!("../../tasks/create/level_push.json")),
+    ("Seesaw", include_str!("../../tasks/create/level_seesaw.json")),
+];
+
+/// Names of CREATE's levels. `create/NAME` loads one, `create/NAME-random` its variant with
+/// random shifts.
+pub fn level_names() -> impl Iterator<Item = &'static str> {
+    LEVELS.iter().map(|(name, _)| *name)
+}
+
 /// Names of the shipped tasks.
 pub fn shipped_names() -> impl Iterator<Item = &'static str> {
     SHIPPED.iter().map(|(name, _)| *name)
@@ -56,6 +79,12 @@ pub fn shipped() -> Vec<Task> {
 pub fn load(name: &str) -> Result<Task, TaskError> {
     if let Some((name, text)) = SHIPPED.iter().find(|(shipped, _)| *shipped == name) {
         return parse(text, name);
+    }
+    if let Some(level) = name.strip_prefix("create/") {
+        let (level, is_random) = level.strip_suffix("-random").map_or((level, false), |level| (level, true));
+        if let Some((_, text)) = LEVELS.iter().find(|(known, _)| *known == level) {
+            return parse_level(text, name, is_random);
+        }
     }
     let path = Path::new(name);
     match std::fs::read_to_string(path) {
@@ -77,12 +106,18 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
 /// When the text is not JSON, not a task, or a task that cannot be played.
 pub fn parse(text: &str, origin: &str) -> Result<Task, TaskError> {
     let invalid = |error| TaskError::Invalid { origin: origin.to_owned(), error };
-    let task = if is_create_level(text) {
-        create::level_task(json::parse(text.as_bytes(), origin)?).map_err(invalid)?
-    } else {
-        let Unchecked(task) = json::parse(text.as_bytes(), origin)?;
-        task
-    };
+    if is_create_level(text) {
+        return parse_level(text, origin, false);
+    }
+    let Unchecked(task) = json::parse(text.as_bytes(), origin)?;
+    task.validate().map_err(invalid)?;
+    Ok(task)
+}
+
+/// A level from the text of its file, with its random shifts or without.
+fn parse_level(text: &str, origin: &str, is_random: bool) -> Result<Task, TaskError> {
+    let invalid = |error| TaskError::Invalid { origin: origin.to_owned(), error };
+    let task = create::level_task(json::parse(text.as_bytes(), origin)?, is_random).map_err(invalid)?;
     task.validate().map_err(invalid)?;
     Ok(task)
 }

@@ -11,9 +11,9 @@ mod schema;
 mod validate;
 
 pub use edit::{Draft, Edit, Editor};
-pub use file::{TaskError, load, parse, save, shipped, shipped_names, to_json};
+pub use file::{TaskError, level_names, load, parse, save, shipped, shipped_names, to_json};
 pub use schema::{
-    BallSpec, Form, Goal, GoalShape, Marker, Placeable, Region, Rewards, Rules, STANDARD_RADIUS, SubgoalCheck, Task,
-    ToolSpec, VERSION,
+    BallSpec, BoxSpec, Form, Goal, GoalShape, Marker, Offset, Part, Placeable, Region, Rewards, Rules, STANDARD_RADIUS,
+    Shift, SubgoalCheck, Task, ToolSpec, VERSION,
 };
 pub use validate::RULES;

@@ -1,9 +1,11 @@
 //! What a task file says.
 
+use rand::Rng;
+use rand::seq::SliceRandom;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind, to_units};
+use crate::physics::{Ball, BallState, GRAVITY, Motion, MovingBox, STEPS_PER_ACTION, Tool, ToolKind, exact, to_units};
 
 /// The version of the format this program writes.
 pub const VERSION: u32 = 1;
@@ -31,7 +33,10 @@ pub struct Task {
     /// Other balls that move.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub balls: Vec<BallSpec>,
-    /// Static tools that belong to the scene.
+    /// Boxes that move.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub boxes: Vec<BoxSpec>,
+    /// Tools that belong to the scene.
     #[serde(default)]
     pub tools: Vec<ToolSpec>,
     /// The tool the agent places.
@@ -44,6 +49,92 @@ pub struct Task {
     /// Limits, rewards and termination.
     #[serde(default)]
     pub rules: Rules,
+    /// The order in which the parts are put into the world, where it is not the usual one:
+    /// target, marker, goal, balls, boxes, subgoals, those of the marker, tools. Contacts that
+    /// act on one ball at the same time are solved in an order that depends on it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub order: Vec<Part>,
+    /// Random shifts of parts, drawn anew for every episode.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shifts: Vec<Shift>,
+}
+
+/// A part of a scene; tools, balls, boxes and subgoals by their place in the task's lists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Part {
+    /// The target ball.
+    Target,
+    /// The marker ball.
+    Marker,
+    /// The goal.
+    Goal,
+    /// One of the other balls.
+    Ball(usize),
+    /// One of the boxes.
+    Box(usize),
+    /// One of the tools.
+    Tool(usize),
+    /// One of the target's subgoals.
+    Subgoal(usize),
+    /// One of the marker's subgoals.
+    MarkerSubgoal(usize),
+}
+
+/// A random shift that parts have in common, normalised.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Shift {
+    /// What is shifted.
+    pub parts: Vec<Part>,
+    /// By how much.
+    pub by: Offset,
+}
+
+/// How a shift is drawn.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Offset {
+    /// Uniformly between two numbers, for x and for y.
+    Uniform { x: [f32; 2], y: [f32; 2] },
+    /// One of these.
+    OneOf(Vec<[f32; 2]>),
+}
+
+/// A box that moves, and its start.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoxSpec {
+    /// Normalised start of the centre.
+    pub position: [f32; 2],
+    /// Start velocity in units/s.
+    #[serde(default)]
+    pub velocity: [f32; 2],
+    /// Side in units.
+    #[serde(default = "default_side")]
+    pub size: f32,
+    /// Mass.
+    #[serde(default = "default_mass")]
+    pub mass: f32,
+    /// Elasticity.
+    #[serde(default = "one")]
+    pub elasticity: f32,
+    /// Friction coefficient.
+    #[serde(default = "one")]
+    pub friction: f32,
+}
+
+impl BoxSpec {
+    /// What the box is made of.
+    pub fn material(&self) -> MovingBox {
+        let Self { size, mass, elasticity, friction, .. } = *self;
+        MovingBox { size, mass, elasticity, friction }
+    }
+
+    /// How it starts, in units, in the precision of the physics.
+    pub fn motion(&self) -> Motion {
+        Motion { velocity: self.velocity.map(exact), ..Motion::at_rest(to_units(self.position.map(exact))) }
+    }
 }
 
 impl<'de> Deserialize<'de> for Task {
@@ -131,21 +222,39 @@ pub struct Placeable {
 /// The optional numbers of a tool; what is missing is CREATE's value for the type.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Form {
-    /// Bucket and square: centre to vertex; box: side; wall and floor: length. Units.
+    /// Polygons: centre to corner; box: side; circle: radius; segments: length. Units.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub size: Option<f32>,
+    pub size: Option<f64>,
     /// Rotation in radians, counter-clockwise.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub angle: Option<f32>,
-    /// Half the thickness of a wall or floor, in units.
+    pub angle: Option<f64>,
+    /// Half the thickness of a segment, in units.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub radius: Option<f32>,
+    pub radius: Option<f64>,
     /// Elasticity.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub elasticity: Option<f32>,
+    pub elasticity: Option<f64>,
     /// Friction coefficient.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub friction: Option<f32>,
+    pub friction: Option<f64>,
+    /// Cannon: momentum it gives. Fan: force it exerts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force: Option<f64>,
+    /// Belt and ladder: speed in units/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vel: Option<f64>,
+    /// Constrained hinge and see-saw: how far the plank turns, in radians.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_angle: Option<f64>,
+    /// See-saw: the weight is on the right, the left end up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub on_left: Option<bool>,
+    /// See-saw: mass of the weight.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ball_mass: Option<f64>,
+    /// Planks: from 1 to 2, brakes balls by this less 1 in every step.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub roll_friction: Option<f64>,
 }
 
 /// [`ToolSpec`] as it is read. Reading a flattened [`Form`] would lose the path and the
@@ -156,17 +265,37 @@ struct ToolFields {
     #[serde(rename = "type")]
     kind: ToolKind,
     position: [f32; 2],
-    size: Option<f32>,
-    angle: Option<f32>,
-    radius: Option<f32>,
-    elasticity: Option<f32>,
-    friction: Option<f32>,
+    size: Option<f64>,
+    angle: Option<f64>,
+    radius: Option<f64>,
+    elasticity: Option<f64>,
+    friction: Option<f64>,
+    force: Option<f64>,
+    vel: Option<f64>,
+    max_angle: Option<f64>,
+    on_left: Option<bool>,
+    ball_mass: Option<f64>,
+    roll_friction: Option<f64>,
 }
 
 impl From<ToolFields> for ToolSpec {
     fn from(fields: ToolFields) -> Self {
-        let ToolFields { kind, position, size, angle, radius, elasticity, friction } = fields;
-        Self { kind, position, form: Form { size, angle, radius, elasticity, friction } }
+        let ToolFields { kind, position, size, angle, radius, elasticity, friction, .. } = fields;
+        let ToolFields { force, vel, max_angle, on_left, ball_mass, roll_friction, .. } = fields;
+        let form = Form {
+            size,
+            angle,
+            radius,
+            elasticity,
+            friction,
+            force,
+            vel,
+            max_angle,
+            on_left,
+            ball_mass,
+            roll_friction,
+        };
+        Self { kind, position, form }
     }
 }
 
@@ -176,17 +305,37 @@ impl From<ToolFields> for ToolSpec {
 struct PlaceableFields {
     #[serde(rename = "type")]
     kind: ToolKind,
-    size: Option<f32>,
-    angle: Option<f32>,
-    radius: Option<f32>,
-    elasticity: Option<f32>,
-    friction: Option<f32>,
+    size: Option<f64>,
+    angle: Option<f64>,
+    radius: Option<f64>,
+    elasticity: Option<f64>,
+    friction: Option<f64>,
+    force: Option<f64>,
+    vel: Option<f64>,
+    max_angle: Option<f64>,
+    on_left: Option<bool>,
+    ball_mass: Option<f64>,
+    roll_friction: Option<f64>,
 }
 
 impl From<PlaceableFields> for Placeable {
     fn from(fields: PlaceableFields) -> Self {
-        let PlaceableFields { kind, size, angle, radius, elasticity, friction } = fields;
-        Self { kind, form: Form { size, angle, radius, elasticity, friction } }
+        let PlaceableFields { kind, size, angle, radius, elasticity, friction, .. } = fields;
+        let PlaceableFields { force, vel, max_angle, on_left, ball_mass, roll_friction, .. } = fields;
+        let form = Form {
+            size,
+            angle,
+            radius,
+            elasticity,
+            friction,
+            force,
+            vel,
+            max_angle,
+            on_left,
+            ball_mass,
+            roll_friction,
+        };
+        Self { kind, form }
     }
 }
 
@@ -341,6 +490,11 @@ impl BallSpec {
         Ball { radius: self.radius, mass: self.mass, elasticity: self.elasticity, friction: self.friction }
     }
 
+    /// How it starts, in units, in the precision of the physics.
+    pub fn motion(&self) -> Motion {
+        Motion { velocity: self.velocity.map(exact), ..Motion::at_rest(to_units(self.position.map(exact))) }
+    }
+
     /// How it starts, in units.
     pub fn start(&self) -> BallState {
         BallState { velocity: self.velocity, ..BallState::at_rest(to_units(self.position)) }
@@ -349,26 +503,57 @@ impl BallSpec {
 
 impl Form {
     pub(super) fn apply(&self, mut tool: Tool) -> Tool {
-        tool.size = self.size.unwrap_or(tool.size);
-        tool.angle = self.angle.unwrap_or(tool.angle);
-        tool.radius = self.radius.unwrap_or(tool.radius);
-        tool.elasticity = self.elasticity.unwrap_or(tool.elasticity);
-        tool.friction = self.friction.unwrap_or(tool.friction);
+        for (given, field) in [
+            (self.size, &mut tool.size),
+            (self.angle, &mut tool.angle),
+            (self.radius, &mut tool.radius),
+            (self.elasticity, &mut tool.elasticity),
+            (self.friction, &mut tool.friction),
+            (self.force, &mut tool.force),
+            (self.vel, &mut tool.velocity),
+            (self.max_angle, &mut tool.max_angle),
+            (self.ball_mass, &mut tool.weight),
+            (self.roll_friction, &mut tool.roll_friction),
+        ] {
+            *field = given.unwrap_or(*field);
+        }
+        tool.on_left = self.on_left.unwrap_or(tool.on_left);
         tool
+    }
+}
+
+impl Form {
+    /// The numbers of a tool.
+    pub fn of(tool: &Tool) -> Self {
+        let usual = Tool::new(tool.kind, tool.position);
+        let given = |value: f64, usual: f64| (value != usual).then_some(value);
+        Self {
+            size: Some(tool.size),
+            angle: given(tool.angle, usual.angle),
+            radius: given(tool.radius, usual.radius),
+            elasticity: given(tool.elasticity, usual.elasticity),
+            friction: given(tool.friction, usual.friction),
+            force: given(tool.force, usual.force),
+            vel: given(tool.velocity, usual.velocity),
+            max_angle: given(tool.max_angle, usual.max_angle),
+            on_left: (tool.on_left != usual.on_left).then_some(tool.on_left),
+            ball_mass: given(tool.weight, usual.weight),
+            roll_friction: given(tool.roll_friction, usual.roll_friction),
+        }
     }
 }
 
 impl ToolSpec {
     /// The tool in units.
     pub fn tool(&self) -> Tool {
-        self.form.apply(Tool::new(self.kind, to_units(self.position)))
+        self.form.apply(Tool::new(self.kind, to_units(self.position.map(exact))))
     }
 }
 
 impl Placeable {
     /// The tool, placed at a normalised position.
     pub fn tool(&self, position: [f32; 2]) -> Tool {
-        self.form.apply(Tool::new(self.kind, to_units(position)))
+        self.form.apply(Tool::new(self.kind, to_units(position.map(f64::from))))
     }
 }
 
@@ -398,6 +583,75 @@ impl Task {
         self.subgoals.len() + 1
     }
 
+    /// The scene's parts in the order in which they are put into the world.
+    pub fn parts(&self) -> Vec<Part> {
+        let marker_subgoals = self.marker.as_ref().map_or(0, |marker| marker.subgoals.len());
+        let usual = [Part::Target]
+            .into_iter()
+            .chain(self.marker.is_some().then_some(Part::Marker))
+            .chain([Part::Goal])
+            .chain((0..self.balls.len()).map(Part::Ball))
+            .chain((0..self.boxes.len()).map(Part::Box))
+            .chain((0..self.subgoals.len()).map(Part::Subgoal))
+            .chain((0..marker_subgoals).map(Part::MarkerSubgoal))
+            .chain((0..self.tools.len()).map(Part::Tool));
+        let mut parts = self.order.clone();
+        let missing: Vec<Part> = usual.filter(|part| !parts.contains(part)).collect();
+        parts.extend(missing);
+        parts
+    }
+
+    /// Takes a tool or subgoal that is gone out of the random shifts; those after it move up.
+    pub(super) fn forget(&mut self, gone: Part) {
+        for shift in &mut self.shifts {
+            shift.parts.retain(|part| *part != gone);
+            for part in &mut shift.parts {
+                match (part, gone) {
+                    (Part::Tool(index), Part::Tool(gone)) | (Part::Subgoal(index), Part::Subgoal(gone))
+                        if *index > gone =>
+                    {
+                        *index -= 1;
+                    }
+                    _ => {}
+                }
+            }
+        }
+    }
+
+    /// The task with its random shifts drawn and carried out.
+    pub fn varied(&self, rng: &mut impl Rng) -> Self {
+        let mut task = self.clone();
+        for shift in std::mem::take(&mut task.shifts) {
+            let [x, y] = match &shift.by {
+                Offset::Uniform { x, y } => [x, y].map(|[low, high]| rng.gen_range(*low..=*high)),
+                Offset::OneOf(choices) => choices.choose(rng).copied().unwrap_or_default(),
+            };
+            for part in shift.parts {
+                if let Some(position) = task.position_mut(part) {
+                    *position = [position[0] + x, position[1] + y];
+                }
+            }
+        }
+        task
+    }
+
+    fn position_mut(&mut self, part: Part) -> Option<&mut [f32; 2]> {
+        match part {
+            Part::Target => Some(&mut self.ball.position),
+            Part::Marker => self.marker.as_mut().map(|marker| &mut marker.ball.position),
+            Part::Goal => Some(&mut self.goal.position),
+            Part::Ball(index) => self.balls.get_mut(index).map(|ball| &mut ball.position),
+            Part::Box(index) => self.boxes.get_mut(index).map(|moving| &mut moving.position),
+            Part::Tool(index) => self.tools.get_mut(index).map(|tool| &mut tool.position),
+            Part::Subgoal(index) => self.subgoals.get_mut(index).map(|region| &mut region.position),
+            Part::MarkerSubgoal(index) => self
+                .marker
+                .as_mut()
+                .and_then(|marker| marker.subgoals.get_mut(index))
+                .map(|region| &mut region.position),
+        }
+    }
+
     /// The tool types of the scene and of the agent, each once, in canonical order:
     /// the tool set a dynamics model of this task must know.
     pub fn tool_set(&self) -> Vec<ToolKind> {
@@ -412,6 +666,10 @@ fn default_radius() -> f32 {
 
 fn default_mass() -> f32 {
     10.0
+}
+
+fn default_side() -> f32 {
+    5.0
 }
 
 fn one() -> f32 {

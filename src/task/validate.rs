@@ -1,6 +1,6 @@
 //! What a task must satisfy beyond its schema.
 
-use super::schema::{BallSpec, Form, GoalShape, Region, Task, VERSION};
+use super::schema::{BallSpec, Form, GoalShape, Offset, Part, Region, Shift, Task, VERSION};
 use crate::physics::{MAX_OBJECTS, START_OVERLAP, Tool, ToolKind, to_units};
 use crate::validation::{Range, Setting, ValidationError, check_settings, in_range};
 
@@ -35,6 +35,8 @@ fn validate(task: &Task) -> Result<(), ValidationError> {
     for (list, count) in [
         ("tools", task.tools.len()),
         ("balls", task.balls.len()),
+        ("boxes", task.boxes.len()),
+        ("shifts", task.shifts.len()),
         ("subgoals", task.subgoals.len()),
         ("marker.subgoals", marker_subgoals),
     ] {
@@ -51,6 +53,11 @@ fn validate(task: &Task) -> Result<(), ValidationError> {
     for (i, other) in task.balls.iter().enumerate() {
         ball(other, &format!("balls[{i}]"))?;
     }
+    for (i, moving) in task.boxes.iter().enumerate() {
+        position(moving.position, &format!("boxes[{i}].position"))?;
+        velocity(moving.velocity, &format!("boxes[{i}].velocity"))?;
+        moving.material().check().map_err(|problem| problem.within(format_args!("boxes[{i}]")))?;
+    }
     for (i, tool) in task.tools.iter().enumerate() {
         position(tool.position, &format!("tools[{i}].position"))?;
         form(&tool.form, tool.kind, &format!("tools[{i}]"))?;
@@ -60,7 +67,69 @@ fn validate(task: &Task) -> Result<(), ValidationError> {
     position(task.goal.position, "goal.position")?;
     in_range(task.goal.radius, "goal.radius", 0.1, 42.0)?;
     check_settings(&task.rules, &RULES).map_err(|error| error.within("rules"))?;
+    order(task)?;
+    for (i, shift) in task.shifts.iter().enumerate() {
+        shifted(task, shift, &format!("shifts[{i}]"))?;
+    }
     clear_start(task)
+}
+
+/// The order names parts that are there, each once, tools in the order of their list.
+fn order(task: &Task) -> Result<(), ValidationError> {
+    let usual = Task { order: Vec::new(), ..task.clone() }.parts();
+    let mut last_tool = None;
+    for (i, part) in task.order.iter().enumerate() {
+        if !usual.contains(part) {
+            return problem(&format!("order[{i}]"), "is not a part of the scene");
+        }
+        if task.order[..i].contains(part) {
+            return problem(&format!("order[{i}]"), "is there before: name each part once");
+        }
+        if let Part::Tool(tool) = *part {
+            if last_tool.map_or(tool != 0, |last: usize| tool != last + 1) {
+                return problem(
+                    &format!("order[{i}]"),
+                    "must name the tools in the order of their list, and all of them",
+                );
+            }
+            last_tool = Some(tool);
+        }
+    }
+    if last_tool.is_some_and(|last| last + 1 != task.tools.len()) {
+        return problem("order", "must name all tools or none");
+    }
+    Ok(())
+}
+
+fn shifted(task: &Task, shift: &Shift, path: &str) -> Result<(), ValidationError> {
+    let known = Task { order: Vec::new(), ..task.clone() }.parts();
+    if let Some(i) = shift.parts.iter().position(|part| !known.contains(part)) {
+        return problem(&format!("{path}.parts[{i}]"), "is not a part of the scene");
+    }
+    if shift.parts.len() > known.len() {
+        return problem(&format!("{path}.parts"), "names a part more than once");
+    }
+    match &shift.by {
+        Offset::Uniform { x, y } => {
+            for (axis, range) in [("x", x), ("y", y)] {
+                for (i, value) in range.iter().enumerate() {
+                    in_range(*value, format!("{path}.by.uniform.{axis}[{i}]"), -2.0, 2.0)?;
+                }
+                if range[0] > range[1] {
+                    return problem(&format!("{path}.by.uniform.{axis}"), "must be two numbers, the lower first");
+                }
+            }
+        }
+        Offset::OneOf(choices) => {
+            if choices.is_empty() || choices.len() > MAX_OBJECTS {
+                return problem(&format!("{path}.by.one_of"), "must be 1 to 64 offsets");
+            }
+            for (i, value) in choices.iter().flatten().enumerate() {
+                in_range(*value, format!("{path}.by.one_of[{}]", i / 2), -2.0, 2.0)?;
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The numbers among a task's rules.
@@ -92,7 +161,9 @@ fn clear_start(task: &Task) -> Result<(), ValidationError> {
     for (n, (path, ball)) in balls.iter().enumerate() {
         let path = || format!("{path}.position");
         for (i, tool) in task.tools.iter().enumerate() {
-            if penetration(&tool.tool(), ball) > START_OVERLAP {
+            // Balls may start in front of a fan or on a plank.
+            let is_solid = !tool.kind.is_sensor() && !tool.kind.is_hinged();
+            if is_solid && penetration(&tool.tool(), ball) > START_OVERLAP {
                 return problem(
                     &path(),
                     format!("the ball starts inside tools[{i}] ({}): move one of them", tool.kind),
@@ -115,16 +186,20 @@ fn penetration(tool: &Tool, ball: &BallSpec) -> f32 {
 
 fn ball(ball: &BallSpec, path: &str) -> Result<(), ValidationError> {
     position(ball.position, &format!("{path}.position"))?;
-    for (axis, velocity) in ball.velocity.iter().enumerate() {
-        in_range(*velocity, format!("{path}.velocity[{axis}]"), -1000.0, 1000.0)?;
-    }
+    velocity(ball.velocity, &format!("{path}.velocity"))?;
     ball.material().check().map_err(|problem| problem.within(path))
+}
+
+fn velocity(velocity: [f32; 2], path: &str) -> Result<(), ValidationError> {
+    let mut axes = velocity.iter().enumerate();
+    axes.try_for_each(|(axis, value)| in_range(*value, format!("{path}[{axis}]"), -1000.0, 1000.0))
 }
 
 fn form(form: &Form, kind: ToolKind, path: &str) -> Result<(), ValidationError> {
     if form.radius.is_some() && !kind.is_segment() {
-        return problem(&format!("{path}.radius"), "only walls and floors have a radius: remove it");
+        return problem(&format!("{path}.radius"), "only walls, floors and other segments have a radius: remove it");
     }
+    // In files the names are those of the recordings.
     form.apply(Tool::new(kind, [0.0; 2])).check().map_err(|problem| problem.within(path))
 }
 

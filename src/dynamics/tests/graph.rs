@@ -52,7 +52,7 @@ fn edges_are_active_up_to_the_cutoff_from_the_surface() {
     let above = |gap: f32| {
         let tool = Tool::new(ToolKind::Box, [0.0; 2]);
         let [x, y] = ball().position;
-        tool.at([x, y - tool.half_extents()[1] - gap])
+        tool.at([x, y - tool.half_extents()[1] - gap].map(f64::from))
     };
     for (gap, expected) in [(4.9, [1, 0]), (5.1, [0, 0])] {
         assert_eq!(active(&graphs(&config, &[above(gap)])), expected, "{gap}");

@@ -74,7 +74,7 @@ fn order_of_edges_and_place_of_the_scene_do_not_matter() {
 
     let shift = [-13.0, 7.0];
     let moved = |position: [f32; 2]| [position[0] + shift[0], position[1] + shift[1]];
-    let tools: Vec<Tool> = tools().iter().map(|tool| tool.at(moved(tool.position))).collect();
+    let tools: Vec<Tool> = tools().iter().map(|tool| tool.at(moved(tool.centre()).map(f64::from))).collect();
     let mut there = predict(model, BallState { position: moved(ball().position), ..ball() }, &tools);
     there.position = [there.position[0] - shift[0], there.position[1] - shift[1]];
     assert_close(&there, &expected, 1e-3);

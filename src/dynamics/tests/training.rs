@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn launches_repeat_and_show_contacts_and_free_flight() {
-    for kind in ToolKind::ALL {
+    for kind in ToolKind::PAPER {
         let launches = collect(kind, 200, Split::Training, 7);
         assert_eq!(launches, collect(kind, 200, Split::Training, 7));
         assert_ne!(data_hash(&launches), data_hash(&collect(kind, 200, Split::Test, 7)));

@@ -59,7 +59,7 @@ pub fn launches() -> Launches {
         let trajectories = (0..40).map(|_| flight(&mut rng, radius)).collect();
         ToolLaunches { tool, ball_radius: 4.0, trajectories, observations: 1000 }
     };
-    Launches { tools: ToolKind::ALL.map(tool).to_vec() }
+    Launches { tools: ToolKind::PAPER.map(tool).to_vec() }
 }
 
 pub fn relative() -> RelativeFrames {
@@ -217,7 +217,7 @@ pub fn model_error() -> ModelError {
             .collect(),
     };
     ModelError {
-        tools: ToolKind::ALL.map(|kind| kind.name().to_owned()).to_vec(),
+        tools: ToolKind::PAPER.map(|kind| kind.name().to_owned()).to_vec(),
         step_seconds: 4.0 / 3.0,
         statistics: Statistics { centre: "Mean".to_owned(), seeds: 3, ..statistics() },
         predictors: vec![

@@ -8,13 +8,22 @@ pub(super) enum Value {
     Number(f64),
     Truth(bool),
     List(Vec<Value>),
+    /// A number drawn between two others at every reset.
+    Uniform(f64, f64),
+    /// One of several values, drawn at every reset.
+    Choice(Vec<Value>),
 }
 
 /// Longer expressions are refused, which bounds their nesting too.
 const MAX_LENGTH: usize = 200;
 
 /// Names that level files use in expressions, with CREATE's values.
-const CONSTANTS: [(&str, f64); 4] = [
+const CONSTANTS: [(&str, f64); 8] = [
+    // Half widths of random shifts, normalised.
+    ("DEF_NOISE", 0.05),
+    ("MID_NOISE", 0.1),
+    ("HIGH_NOISE", 0.2),
+    ("LARGE_NOISE", 0.5),
     // A ball's centre above the middle of the floor it lies on, normalised.
     ("OFFSET", 0.11),
     ("GOAL_RADIUS", STANDARD_RADIUS as f64),
@@ -22,8 +31,9 @@ const CONSTANTS: [(&str, f64); 4] = [
     ("np.pi", std::f64::consts::PI),
 ];
 
-/// Evaluates numbers, `True`, `False`, CREATE's constants, `+ - * /`, parentheses and
-/// lists. Nothing else is understood: no calls, no other names.
+/// Evaluates numbers, `True`, `False`, CREATE's constants, `+ - * /`, parentheses, lists, and
+/// the two calls with which random shifts are written, `uniform` and `random.choice`. Nothing
+/// else is understood: no other calls, no other names.
 ///
 /// # Errors
 /// One sentence that names the first thing that is not understood.
@@ -109,6 +119,14 @@ impl<'a> Reader<'a> {
         let length = self.rest.find(|c| !is_part(c)).unwrap_or(self.rest.len());
         let word = &self.rest[..length];
         let value = match word {
+            "uniform" => {
+                self.advance(length);
+                return self.uniform();
+            }
+            "random.choice" => {
+                self.advance(length);
+                return self.choice();
+            }
             "True" => Value::Truth(true),
             "False" => Value::Truth(false),
             _ if word.starts_with(|c: char| c.is_ascii_digit() || c == '.') => {
@@ -122,6 +140,24 @@ impl<'a> Reader<'a> {
         };
         self.advance(length);
         Ok(value)
+    }
+
+    /// The arguments of a number that is drawn.
+    fn uniform(&mut self) -> Result<Value, String> {
+        let is_open = self.take("(");
+        let low = if is_open { number(&self.sum()?)? } else { return Err(self.unexpected()) };
+        let is_between = self.take(",");
+        let high = if is_between { number(&self.sum()?)? } else { return Err(self.unexpected()) };
+        if self.take(")") { Ok(Value::Uniform(low, high)) } else { Err(self.unexpected()) }
+    }
+
+    /// The argument of a choice.
+    fn choice(&mut self) -> Result<Value, String> {
+        let is_open = self.take("(");
+        let Value::List(choices) = (if is_open { self.sum()? } else { return Err(self.unexpected()) }) else {
+            return Err(self.unexpected());
+        };
+        if self.take(")") { Ok(Value::Choice(choices)) } else { Err(self.unexpected()) }
     }
 
     fn take(&mut self, token: &str) -> bool {
@@ -149,7 +185,9 @@ impl<'a> Reader<'a> {
 fn number(value: &Value) -> Result<f64, String> {
     match value {
         Value::Number(number) => Ok(*number),
-        Value::Truth(_) | Value::List(_) => Err("only numbers can be calculated with".to_owned()),
+        Value::Truth(_) | Value::List(_) | Value::Uniform(..) | Value::Choice(_) => {
+            Err("only numbers can be calculated with".to_owned())
+        }
     }
 }
 
@@ -181,7 +219,7 @@ mod tests {
         for (text, part) in [
             ("", "missing at the end"),
             ("1 +", "missing at the end"),
-            ("uniform(-1, 1)", "`uniform(-1, 1)`"),
+            ("uniform(-1)", "`)`"),
             ("__import__('os')", "`__import__('os')`"),
             ("1 ** 2", "`* 2`"),
             ("1 2", "`2`"),

@@ -108,7 +108,7 @@ impl Objects<'_> {
             Object::Goal => Some(self.task.goal.radius),
             Object::Subgoal(index) => self.task.subgoals.get(index).map(|subgoal| subgoal.radius),
             Object::Proposal(index) => self.proposed.get(index).map(|proposal| proposal.radius),
-            Object::Tool(index) => self.task.tools.get(index).map(|tool| tool.tool().size),
+            Object::Tool(index) => self.task.tools.get(index).map(|tool| tool.tool().size as f32),
         }
     }
 

@@ -145,7 +145,7 @@ fn answer_proposals(scene: &Scene, ui: &Ui, accept: bool) -> Vec<Effect> {
 fn choose_tool() -> Effect {
     let add = |kind| Effect::apply(Edit::AddTool { kind, position: [0.0; 2], size: None });
     let about = |kind: ToolKind| format!("size {} units, in the middle of the scene", kind.default_size());
-    let items = ToolKind::ALL.into_iter().map(|kind| (kind.name().to_owned(), about(kind), add(kind))).collect();
+    let items = ToolKind::PAPER.into_iter().map(|kind| (kind.name().to_owned(), about(kind), add(kind))).collect();
     Effect::open(Question::list("add a tool", items, 0))
 }
 

@@ -1,0 +1,472 @@
+//! Which shapes may touch, in the engine's order.
+//!
+//! Two bounding box trees: one of shapes that move, one of those that do not (sleeping ones
+//! included). The order in which pairs are found is the order in which contacts are solved, and
+//! ten iterations do not converge where two contacts act on one body: so the shape of the trees,
+//! the order of the table of moving leaves and that of remembered pairs are the engine's.
+
+use super::outline::Bounds;
+use rapier2d::prelude::Vector;
+
+/// No node, leaf or pair.
+const NONE: u32 = u32::MAX;
+/// A moving leaf's box is larger than its shape by this share of its size, or of its velocity.
+const MARGIN: f64 = 0.1_f32 as f64;
+/// Sizes of the table of moving leaves.
+const TABLE_SIZES: [usize; 9] = [5, 13, 23, 47, 97, 193, 389, 769, 1543];
+
+/// Two shapes that may touch, and the remembered pair they come from, if any.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Candidate {
+    pub first: u32,
+    pub second: u32,
+    pub pair: u32,
+}
+
+/// What the trees ask about a shape.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Extent {
+    pub bounds: Bounds,
+    pub velocity: Vector,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    bounds: Bounds,
+    parent: u32,
+    kind: Kind,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Kind {
+    Branch { a: u32, b: u32 },
+    Leaf(Leaf),
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Leaf {
+    shape: u32,
+    /// When its box was renewed last.
+    stamp: u64,
+    /// The newest of its pairs.
+    pairs: u32,
+    /// The next leaf of the same bin of the table.
+    next_in_bin: u32,
+    number: u64,
+}
+
+/// A pair of leaves, in the lists of both.
+#[derive(Debug, Clone, Copy)]
+struct Pair {
+    a: Thread,
+    b: Thread,
+    hint: u32,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Thread {
+    leaf: u32,
+    before: u32,
+    after: u32,
+}
+
+/// The broad phase.
+#[derive(Debug, Clone)]
+pub(super) struct BroadPhase {
+    nodes: Vec<Node>,
+    free_nodes: Vec<u32>,
+    pairs: Vec<Pair>,
+    free_pairs: Vec<u32>,
+    moving: u32,
+    resting: u32,
+    /// Moving leaves in bins by their number, the newest of a bin first.
+    table: Vec<u32>,
+    entries: usize,
+    /// Leaf of each shape; [`NONE`] for those that are gone.
+    leaves: Vec<u32>,
+    stamp: u64,
+}
+
+impl Default for BroadPhase {
+    fn default() -> Self {
+        Self {
+            nodes: Vec::new(),
+            free_nodes: Vec::new(),
+            pairs: Vec::new(),
+            free_pairs: Vec::new(),
+            moving: NONE,
+            resting: NONE,
+            table: vec![NONE; TABLE_SIZES[0]],
+            entries: 0,
+            leaves: Vec::new(),
+            stamp: 0,
+        }
+    }
+}
+
+impl BroadPhase {
+    /// Adds a shape that does not move.
+    pub fn insert_resting(&mut self, shape: u32, number: u64, bounds: Bounds) {
+        let leaf = self.new_leaf(shape, number, bounds);
+        self.resting = self.insert(self.resting, leaf);
+        if self.moving != NONE {
+            self.query(self.moving, leaf, true, &mut |_| {});
+        }
+        self.stamp += 1;
+    }
+
+    /// Adds a shape that moves.
+    pub fn insert_moving(&mut self, shape: u32, number: u64, extent: &Extent) {
+        let leaf = self.new_leaf(shape, number, widened(extent));
+        self.add_to_table(leaf);
+        self.moving = self.insert(self.moving, leaf);
+        self.mark_leaf(leaf, &mut |_| {});
+        self.stamp += 1;
+    }
+
+    /// What is left of a moving shape that was added and removed at once: the table may have
+    /// grown.
+    pub fn make_room(&mut self) {
+        self.entries += 1;
+        self.grow_table();
+        self.entries -= 1;
+    }
+
+    pub fn remove_resting(&mut self, shape: u32) {
+        let leaf = self.take_leaf(shape);
+        self.resting = self.remove(self.resting, leaf);
+        self.free_leaf(leaf);
+    }
+
+    pub fn remove_moving(&mut self, shape: u32) {
+        let leaf = self.take_leaf(shape);
+        self.remove_from_table(leaf);
+        self.moving = self.remove(self.moving, leaf);
+        self.free_leaf(leaf);
+    }
+
+    /// Renews the boxes of moving shapes that left theirs, and lists all pairs that may touch,
+    /// in the order in which they are to be solved.
+    pub fn update(&mut self, extent: impl Fn(u32) -> Extent, found: &mut Vec<Candidate>) {
+        found.clear();
+        if self.moving == NONE {
+            return;
+        }
+        for bin in 0..self.table.len() {
+            let mut leaf = self.table[bin];
+            while leaf != NONE {
+                let Leaf { shape, next_in_bin, .. } = *self.leaf(leaf);
+                self.renew(leaf, &extent(shape));
+                leaf = next_in_bin;
+            }
+        }
+        self.mark_subtree(self.moving, &mut |candidate| found.push(candidate));
+        self.stamp += 1;
+    }
+
+    pub fn hint(&self, pair: u32) -> u32 {
+        if pair == NONE { 0 } else { self.pairs[pair as usize].hint }
+    }
+
+    pub fn set_hint(&mut self, pair: u32, hint: u32) {
+        if pair != NONE {
+            self.pairs[pair as usize].hint = hint;
+        }
+    }
+
+    fn renew(&mut self, leaf: u32, extent: &Extent) {
+        if self.nodes[leaf as usize].bounds.contains(&extent.bounds) {
+            return;
+        }
+        self.nodes[leaf as usize].bounds = widened(extent);
+        self.moving = self.remove(self.moving, leaf);
+        self.moving = self.insert(self.moving, leaf);
+        self.clear_pairs(leaf);
+        self.leaf_mut(leaf).stamp = self.stamp;
+    }
+
+    // Walking.
+
+    fn mark_subtree(&mut self, node: u32, found: &mut impl FnMut(Candidate)) {
+        match self.nodes[node as usize].kind {
+            Kind::Leaf(_) => self.mark_leaf(node, found),
+            Kind::Branch { a, b } => {
+                self.mark_subtree(a, found);
+                self.mark_subtree(b, found);
+            }
+        }
+    }
+
+    fn mark_leaf(&mut self, leaf: u32, found: &mut impl FnMut(Candidate)) {
+        let Leaf { stamp, shape, pairs, .. } = *self.leaf(leaf);
+        if stamp == self.stamp {
+            if self.resting != NONE {
+                self.query(self.resting, leaf, false, found);
+            }
+            let mut node = leaf;
+            while self.nodes[node as usize].parent != NONE {
+                let parent = self.nodes[node as usize].parent;
+                if let Kind::Branch { a, b } = self.nodes[parent as usize].kind {
+                    if node == a {
+                        self.query(b, leaf, true, found);
+                    } else {
+                        self.query(a, leaf, false, found);
+                    }
+                }
+                node = parent;
+            }
+        } else {
+            let mut pair = pairs;
+            while pair != NONE {
+                let Pair { a, b, .. } = self.pairs[pair as usize];
+                if b.leaf == leaf {
+                    found(Candidate { first: self.leaf(a.leaf).shape, second: shape, pair });
+                    pair = b.after;
+                } else {
+                    pair = a.after;
+                }
+            }
+        }
+    }
+
+    /// What of a subtree meets a leaf. To its left, pairs are only remembered: they are found
+    /// when the other leaf is marked.
+    fn query(&mut self, subtree: u32, leaf: u32, is_left: bool, found: &mut impl FnMut(Candidate)) {
+        let node = self.nodes[subtree as usize];
+        if !self.nodes[leaf as usize].bounds.intersects(&node.bounds) {
+            return;
+        }
+        match node.kind {
+            Kind::Branch { a, b } => {
+                self.query(a, leaf, is_left, found);
+                self.query(b, leaf, is_left, found);
+            }
+            Kind::Leaf(_) if is_left => self.remember(leaf, subtree),
+            Kind::Leaf(other) => {
+                let Leaf { stamp, shape, .. } = *self.leaf(leaf);
+                if other.stamp < stamp {
+                    self.remember(subtree, leaf);
+                }
+                found(Candidate { first: shape, second: other.shape, pair: NONE });
+            }
+        }
+    }
+
+    // Trees.
+
+    /// Puts a leaf where it makes the boxes grow least; returns the subtree's root.
+    fn insert(&mut self, subtree: u32, leaf: u32) -> u32 {
+        if subtree == NONE {
+            return leaf;
+        }
+        let bounds = self.nodes[leaf as usize].bounds;
+        let Kind::Branch { a, b } = self.nodes[subtree as usize].kind else {
+            return self.new_branch(leaf, subtree);
+        };
+        let (of_a, of_b) = (self.nodes[a as usize].bounds, self.nodes[b as usize].bounds);
+        let mut cost_a = of_b.area() + of_a.merged(&bounds).area();
+        let mut cost_b = of_a.area() + of_b.merged(&bounds).area();
+        if cost_a == cost_b {
+            (cost_a, cost_b) = (of_a.proximity(&bounds), of_b.proximity(&bounds));
+        }
+        let (a, b) = if cost_b < cost_a { (a, self.insert(b, leaf)) } else { (self.insert(a, leaf), b) };
+        self.adopt(subtree, a, b);
+        let node = &mut self.nodes[subtree as usize];
+        node.bounds = node.bounds.merged(&bounds);
+        subtree
+    }
+
+    /// Takes a leaf out; its sibling takes the parent's place. Returns the subtree's root.
+    fn remove(&mut self, subtree: u32, leaf: u32) -> u32 {
+        if leaf == subtree {
+            return NONE;
+        }
+        let parent = self.nodes[leaf as usize].parent;
+        let Kind::Branch { a, b } = self.nodes[parent as usize].kind else { return subtree };
+        let sibling = if a == leaf { b } else { a };
+        let above = self.nodes[parent as usize].parent;
+        self.free_nodes.push(parent);
+        self.nodes[sibling as usize].parent = above;
+        if parent == subtree {
+            return sibling;
+        }
+        if let Kind::Branch { a, b } = self.nodes[above as usize].kind {
+            let (a, b) = if a == parent { (sibling, b) } else { (a, sibling) };
+            self.adopt(above, a, b);
+        }
+        let mut node = above;
+        while node != NONE {
+            if let Kind::Branch { a, b } = self.nodes[node as usize].kind {
+                let merged = self.nodes[a as usize].bounds.merged(&self.nodes[b as usize].bounds);
+                self.nodes[node as usize].bounds = merged;
+            }
+            node = self.nodes[node as usize].parent;
+        }
+        subtree
+    }
+
+    fn adopt(&mut self, parent: u32, a: u32, b: u32) {
+        self.nodes[parent as usize].kind = Kind::Branch { a, b };
+        self.nodes[a as usize].parent = parent;
+        self.nodes[b as usize].parent = parent;
+    }
+
+    fn new_branch(&mut self, a: u32, b: u32) -> u32 {
+        let bounds = self.nodes[a as usize].bounds.merged(&self.nodes[b as usize].bounds);
+        let node = self.new_node(Node { bounds, parent: NONE, kind: Kind::Branch { a, b } });
+        self.adopt(node, a, b);
+        node
+    }
+
+    fn new_leaf(&mut self, shape: u32, number: u64, bounds: Bounds) -> u32 {
+        let leaf = Leaf { shape, stamp: self.stamp, pairs: NONE, next_in_bin: NONE, number };
+        let node = self.new_node(Node { bounds, parent: NONE, kind: Kind::Leaf(leaf) });
+        if self.leaves.len() <= shape as usize {
+            self.leaves.resize(shape as usize + 1, NONE);
+        }
+        self.leaves[shape as usize] = node;
+        node
+    }
+
+    fn new_node(&mut self, node: Node) -> u32 {
+        if let Some(free) = self.free_nodes.pop() {
+            self.nodes[free as usize] = node;
+            return free;
+        }
+        self.nodes.push(node);
+        self.nodes.len() as u32 - 1
+    }
+
+    fn take_leaf(&mut self, shape: u32) -> u32 {
+        std::mem::replace(&mut self.leaves[shape as usize], NONE)
+    }
+
+    fn free_leaf(&mut self, leaf: u32) {
+        self.clear_pairs(leaf);
+        self.free_nodes.push(leaf);
+    }
+
+    fn leaf(&self, node: u32) -> &Leaf {
+        match &self.nodes[node as usize].kind {
+            Kind::Leaf(leaf) => leaf,
+            Kind::Branch { .. } => unreachable!("tables, pairs and `leaves` hold leaves"),
+        }
+    }
+
+    fn leaf_mut(&mut self, node: u32) -> &mut Leaf {
+        match &mut self.nodes[node as usize].kind {
+            Kind::Leaf(leaf) => leaf,
+            Kind::Branch { .. } => unreachable!("tables, pairs and `leaves` hold leaves"),
+        }
+    }
+
+    // The table of moving leaves.
+
+    fn add_to_table(&mut self, leaf: u32) {
+        self.put_in_bin(leaf);
+        self.entries += 1;
+        self.grow_table();
+    }
+
+    fn grow_table(&mut self) {
+        if self.entries < self.table.len() {
+            return;
+        }
+        let Some(&size) = TABLE_SIZES.iter().find(|size| **size > self.table.len()) else { return };
+        let old = std::mem::replace(&mut self.table, vec![NONE; size]);
+        for mut leaf in old {
+            while leaf != NONE {
+                let next = self.leaf(leaf).next_in_bin;
+                self.put_in_bin(leaf);
+                leaf = next;
+            }
+        }
+    }
+
+    fn put_in_bin(&mut self, leaf: u32) {
+        let bin = self.bin_of(leaf);
+        self.leaf_mut(leaf).next_in_bin = std::mem::replace(&mut self.table[bin], leaf);
+    }
+
+    fn remove_from_table(&mut self, leaf: u32) {
+        let bin = self.bin_of(leaf);
+        let next = self.leaf(leaf).next_in_bin;
+        self.entries -= 1;
+        if self.table[bin] == leaf {
+            self.table[bin] = next;
+            return;
+        }
+        let mut before = self.table[bin];
+        while self.leaf(before).next_in_bin != leaf {
+            before = self.leaf(before).next_in_bin;
+        }
+        self.leaf_mut(before).next_in_bin = next;
+    }
+
+    fn bin_of(&self, leaf: u32) -> usize {
+        (self.leaf(leaf).number % self.table.len() as u64) as usize
+    }
+
+    // Remembered pairs.
+
+    fn remember(&mut self, a: u32, b: u32) {
+        let (after_a, after_b) = (self.leaf(a).pairs, self.leaf(b).pairs);
+        let pair = Pair {
+            a: Thread { leaf: a, before: NONE, after: after_a },
+            b: Thread { leaf: b, before: NONE, after: after_b },
+            hint: 0,
+        };
+        let index = match self.free_pairs.pop() {
+            Some(free) => {
+                self.pairs[free as usize] = pair;
+                free
+            }
+            None => {
+                self.pairs.push(pair);
+                self.pairs.len() as u32 - 1
+            }
+        };
+        for (leaf, after) in [(a, after_a), (b, after_b)] {
+            self.leaf_mut(leaf).pairs = index;
+            if after != NONE {
+                self.thread_mut(after, leaf).before = index;
+            }
+        }
+    }
+
+    fn thread_mut(&mut self, pair: u32, leaf: u32) -> &mut Thread {
+        let pair = &mut self.pairs[pair as usize];
+        if pair.a.leaf == leaf { &mut pair.a } else { &mut pair.b }
+    }
+
+    /// Forgets a leaf's pairs.
+    fn clear_pairs(&mut self, leaf: u32) {
+        let mut index = std::mem::replace(&mut self.leaf_mut(leaf).pairs, NONE);
+        while index != NONE {
+            let Pair { a, b, .. } = self.pairs[index as usize];
+            let (own, other) = if a.leaf == leaf { (a, b) } else { (b, a) };
+            self.unlink(other);
+            self.free_pairs.push(index);
+            index = own.after;
+        }
+    }
+
+    fn unlink(&mut self, thread: Thread) {
+        if thread.after != NONE {
+            self.thread_mut(thread.after, thread.leaf).before = thread.before;
+        }
+        if thread.before != NONE {
+            self.thread_mut(thread.before, thread.leaf).after = thread.after;
+        } else {
+            self.leaf_mut(thread.leaf).pairs = thread.after;
+        }
+    }
+}
+
+/// A moving leaf's box: larger than the shape, so that it need not be renewed in every step.
+fn widened(extent: &Extent) -> Bounds {
+    let Extent { bounds, velocity } = extent;
+    let margin = (bounds.high - bounds.low) * MARGIN;
+    let ahead = *velocity * MARGIN;
+    Bounds { low: bounds.low + (-margin).min(ahead), high: bounds.high + margin.max(ahead) }
+}

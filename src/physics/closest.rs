@@ -1,0 +1,214 @@
+//! Closest points of two convex outlines: GJK on the Minkowski difference, and EPA where they
+//! overlap, as in the engine, because its roundings decide where contacts begin.
+
+use rapier2d::prelude::*;
+
+use super::outline::{Outline, clockwise, normalised};
+
+/// After so many rounds an edge is taken as it is.
+const MAX_ROUNDS: usize = 30;
+
+/// The closest points of two outlines without their radii.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Closest {
+    /// On the first outline.
+    pub on_first: Vector,
+    /// On the second outline.
+    pub on_second: Vector,
+    /// Unit vector of the axis that separates them, from the first to the second.
+    pub normal: Vector,
+    /// Signed distance along the normal.
+    pub distance: f64,
+    /// The corners it was found between, to begin with in the next step; 0 is none.
+    pub hint: u32,
+}
+
+/// A point of the Minkowski difference: corner of the second less corner of the first outline.
+#[derive(Debug, Clone, Copy)]
+struct Difference {
+    first: Vector,
+    second: Vector,
+    between: Vector,
+    corners: u32,
+}
+
+impl Difference {
+    fn new((first, i): (Vector, usize), (second, j): (Vector, usize)) -> Self {
+        Self { first, second, between: second - first, corners: ((i as u32) & 0xff) << 8 | (j as u32) & 0xff }
+    }
+}
+
+/// The closest points of two outlines, beginning from an earlier hint.
+pub(super) fn closest(first: &Outline, second: &Outline, hint: u32) -> Closest {
+    let pair = Pair { first, second };
+    let (start, end) = if hint == 0 {
+        let axis = (first.bounds().centre() - second.bounds().centre()).perp();
+        (pair.support(axis), pair.support(-axis))
+    } else {
+        let corner = |shift: u32| (hint >> shift & 0xff) as usize;
+        (
+            Difference::new(corner_of(first, corner(24)), corner_of(second, corner(16))),
+            Difference::new(corner_of(first, corner(8)), corner_of(second, corner(0))),
+        )
+    };
+    pair.approach(start, end)
+}
+
+struct Pair<'a> {
+    first: &'a Outline,
+    second: &'a Outline,
+}
+
+impl Pair<'_> {
+    /// The difference's corner farthest along a direction.
+    fn support(&self, direction: Vector) -> Difference {
+        Difference::new(farthest(self.first, -direction), farthest(self.second, direction))
+    }
+
+    /// GJK: walks to the edge of the difference that is nearest to the origin.
+    fn approach(&self, mut v0: Difference, mut v1: Difference) -> Closest {
+        let mut round = 1;
+        while round <= MAX_ROUNDS {
+            if is_left(v1.between, v0.between, Vector::ZERO) {
+                // The origin is behind the edge.
+                std::mem::swap(&mut v0, &mut v1);
+                // Rounding can make both sides "behind".
+                if is_left(v1.between, v0.between, Vector::ZERO) {
+                    break;
+                }
+            }
+            let t = nearest(v0.between, v1.between);
+            let normal =
+                if -1.0 < t && t < 1.0 { (v1.between - v0.between).perp() } else { -mix(v0.between, v1.between, t) };
+            let p = self.support(normal);
+            if is_left(p.between, v0.between, Vector::ZERO) && is_left(v1.between, p.between, Vector::ZERO) {
+                return self.expand(v0, p, v1);
+            }
+            if p.between.dot(normal) <= v0.between.dot(normal).max(v1.between.dot(normal)) {
+                break;
+            }
+            if edge_distance(v0.between, p.between) < edge_distance(p.between, v1.between) {
+                v1 = p;
+            } else {
+                v0 = p;
+            }
+            round += 1;
+        }
+        on_edge(&v0, &v1)
+    }
+
+    /// EPA: the origin is inside; pushes the nearest side of a growing hull outwards.
+    fn expand(&self, v0: Difference, v1: Difference, v2: Difference) -> Closest {
+        let mut hull = vec![v0, v1, v2];
+        for round in 1.. {
+            let count = hull.len();
+            let mut least = f64::INFINITY;
+            let mut side = 0;
+            for j in 0..count {
+                let i = (j + count - 1) % count;
+                let distance = edge_distance(hull[i].between, hull[j].between);
+                if distance < least {
+                    (least, side) = (distance, i);
+                }
+            }
+            let (v0, v1) = (hull[side], hull[(side + 1) % count]);
+            let p = self.support((v1.between - v0.between).perp());
+            let is_known = p.corners == v0.corners || p.corners == v1.corners;
+            if is_known || !is_left(v0.between, v1.between, p.between) || round >= MAX_ROUNDS {
+                return on_edge(&v0, &v1);
+            }
+            let mut grown = vec![p];
+            for i in 0..count {
+                let index = (side + 1 + i) % count;
+                let before = grown[grown.len() - 1].between;
+                let after = if i + 1 < count { hull[(index + 1) % count].between } else { p.between };
+                if is_left(before, after, hull[index].between) {
+                    grown.push(hull[index]);
+                }
+            }
+            hull = grown;
+        }
+        on_edge(&v0, &v1)
+    }
+}
+
+/// An outline's point farthest along a direction, the first of equals, and its number.
+fn farthest(outline: &Outline, direction: Vector) -> (Vector, usize) {
+    match outline {
+        Outline::Disc { centre, .. } => (*centre, 0),
+        Outline::Segment { a, b, .. } => {
+            if a.dot(direction) > b.dot(direction) {
+                (*a, 0)
+            } else {
+                (*b, 1)
+            }
+        }
+        Outline::Polygon(polygon) => {
+            let index = farthest_corner(polygon.corners(), direction);
+            (polygon.corners()[index].position, index)
+        }
+    }
+}
+
+/// The number of the corner farthest along a direction, the first of equals.
+pub(super) fn farthest_corner(corners: &[super::outline::Corner], direction: Vector) -> usize {
+    let mut best = f64::NEG_INFINITY;
+    let mut index = 0;
+    for (i, corner) in corners.iter().enumerate() {
+        let along = corner.position.dot(direction);
+        if along > best {
+            (best, index) = (along, i);
+        }
+    }
+    index
+}
+
+/// A corner by its number; numbers of an outline that has changed mean the first corner.
+fn corner_of(outline: &Outline, number: usize) -> (Vector, usize) {
+    match outline {
+        Outline::Disc { centre, .. } => (*centre, 0),
+        Outline::Segment { a, b, .. } => (if number == 0 { *a } else { *b }, number),
+        Outline::Polygon(polygon) => {
+            let number = if number < polygon.corners().len() { number } else { 0 };
+            (polygon.corners()[number].position, number)
+        }
+    }
+}
+
+/// Where on the edge from `a` (-1) to `b` (1) the origin is nearest.
+fn nearest(a: Vector, b: Vector) -> f64 {
+    let edge = b - a;
+    -(edge.dot(a + b) / (edge.length_squared() + f64::MIN_POSITIVE)).max(-1.0).min(1.0)
+}
+
+fn mix(a: Vector, b: Vector, t: f64) -> Vector {
+    let half = 0.5 * t;
+    a * (0.5 - half) + b * (0.5 + half)
+}
+
+/// Squared distance of the edge from the origin.
+fn edge_distance(a: Vector, b: Vector) -> f64 {
+    mix(a, b, nearest(a, b)).length_squared()
+}
+
+/// Whether `c` is to the left of the line from `a` to `b`, without dividing.
+fn is_left(a: Vector, b: Vector, c: Vector) -> bool {
+    (b.y - a.y) * (a.x + b.x - 2.0 * c.x) > (b.x - a.x) * (a.y + b.y - 2.0 * c.y)
+}
+
+/// The closest points given the edge of the difference that is nearest to the origin.
+fn on_edge(v0: &Difference, v1: &Difference) -> Closest {
+    let t = nearest(v0.between, v1.between);
+    let between = mix(v0.between, v1.between, t);
+    let on_first = mix(v0.first, v1.first, t);
+    let on_second = mix(v0.second, v1.second, t);
+    let hint = v0.corners << 16 | v1.corners;
+    let normal = normalised(clockwise(v1.between - v0.between));
+    let distance = normal.dot(between);
+    if distance <= 0.0 || (-1.0 < t && t < 1.0) {
+        return Closest { on_first, on_second, normal, distance, hint };
+    }
+    // Corner against corner: the axis is not that of an edge.
+    let distance = between.length();
+    Closest { on_first, on_second, normal: between * (1.0 / (distance + f64::MIN_POSITIVE)), distance, hint }
+}

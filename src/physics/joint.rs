@@ -1,0 +1,180 @@
+//! Joints of planks: accumulated impulses, applied again in every step, solved after the
+//! contacts in the same iterations.
+
+use rapier2d::prelude::*;
+
+use super::body::{Body, GROUND};
+use super::contact::BIAS_SHARE;
+use super::outline::normalised;
+use super::units::DT;
+
+/// Target velocity for a unit of separation.
+const PULL: f64 = -BIAS_SHARE / DT;
+
+/// A joint between a plank and another body or the ground.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Joint {
+    /// The plank, and what it is joined to.
+    pub bodies: [u32; 2],
+    /// Anchors in the bodies' own frames; on the ground, none.
+    anchors: [Vector; 2],
+    /// Where on the ground.
+    place: Vector,
+    kind: Kind,
+    arms: [Vector; 2],
+    /// Accumulated impulse: along the normal, as a vector, or of the angle in x.
+    impulse: Vector,
+}
+
+/// What a joint holds.
+#[derive(Debug, Clone, Copy)]
+enum Kind {
+    /// Keeps the anchors together, along the line between them.
+    Pin { normal: Vector, mass: f64, target: f64 },
+    /// Keeps the anchors at most so far apart.
+    Slide { longest: f64, normal: Vector, mass: f64, target: f64 },
+    /// Keeps the anchors together in every direction; `rows` is the inverse of the matrix that
+    /// makes velocities of impulses.
+    Pivot { rows: [Vector; 2], target: Vector },
+    /// Keeps the angles equal.
+    Gear { mass: f64, target: f64 },
+}
+
+impl Joint {
+    /// Holds a plank's centre at a place.
+    pub fn pin(plank: u32, place: Vector) -> Self {
+        let kind = Kind::Pin { normal: Vector::ZERO, mass: 0.0, target: 0.0 };
+        Self::new([plank, GROUND as u32], [Vector::ZERO; 2], place, kind)
+    }
+
+    /// Keeps a point of a plank within a distance of a place.
+    pub fn slide(plank: u32, anchor: Vector, place: Vector, longest: f64) -> Self {
+        let kind = Kind::Slide { longest, normal: Vector::ZERO, mass: 0.0, target: 0.0 };
+        Self::new([plank, GROUND as u32], [anchor, Vector::ZERO], place, kind)
+    }
+
+    /// Holds a body's centre at a point of a plank.
+    pub fn pivot(plank: u32, anchor: Vector, body: u32) -> Self {
+        let kind = Kind::Pivot { rows: [Vector::ZERO; 2], target: Vector::ZERO };
+        Self::new([plank, body], [anchor, Vector::ZERO], Vector::ZERO, kind)
+    }
+
+    /// Turns a body with a plank.
+    pub fn gear(plank: u32, body: u32) -> Self {
+        Self::new([plank, body], [Vector::ZERO; 2], Vector::ZERO, Kind::Gear { mass: 0.0, target: 0.0 })
+    }
+
+    fn new(bodies: [u32; 2], anchors: [Vector; 2], place: Vector, kind: Kind) -> Self {
+        Self { bodies, anchors, place, kind, arms: [Vector::ZERO; 2], impulse: Vector::ZERO }
+    }
+
+    /// The other body of a joint of `body`.
+    pub fn other(&self, body: u32) -> u32 {
+        if self.bodies[0] == body { self.bodies[1] } else { self.bodies[0] }
+    }
+
+    /// Arms, effective masses and targets for this step.
+    pub fn prepare(&mut self, bodies: &[Body]) {
+        let [a, b] = self.bodies.map(|body| &bodies[body as usize]);
+        self.arms = [a.frame().vector(self.anchors[0]), b.frame().vector(self.anchors[1])];
+        let [arm, other_arm] = self.arms;
+        let end = if self.bodies[1] == GROUND as u32 { self.place } else { b.position };
+        // In this order: a see-saw begins exactly at its limit, where it matters.
+        let apart = (end - a.position) + other_arm - arm;
+        let along =
+            |normal: Vector| 1.0 / (a.inverse_mass_along(arm, normal) + b.inverse_mass_along(other_arm, normal));
+        match &mut self.kind {
+            Kind::Pin { normal, mass, target } => {
+                let distance = apart.length();
+                *normal = apart * (1.0 / if distance != 0.0 { distance } else { f64::INFINITY });
+                *mass = along(*normal);
+                *target = PULL * distance;
+            }
+            Kind::Slide { longest, normal, mass, target } => {
+                let distance = apart.length();
+                let excess = (distance - *longest).max(0.0);
+                if excess > 0.0 {
+                    *normal = normalised(apart);
+                } else {
+                    *normal = Vector::ZERO;
+                    self.impulse = Vector::ZERO;
+                }
+                *mass = along(*normal);
+                *target = PULL * excess;
+            }
+            Kind::Pivot { rows, target } => {
+                *rows = inverse_mass_matrix([a, b], self.arms);
+                *target = apart * PULL;
+            }
+            Kind::Gear { mass, target } => {
+                *mass = 1.0 / (a.inverse_moment + b.inverse_moment);
+                *target = PULL * (b.angle - a.angle);
+            }
+        }
+    }
+
+    /// Applies the impulses of the step before again.
+    pub fn warm_start(&self, bodies: &mut [Body]) {
+        let impulse = match self.kind {
+            Kind::Pin { normal, .. } | Kind::Slide { normal, .. } => normal * self.impulse.x,
+            Kind::Pivot { .. } | Kind::Gear { .. } => self.impulse,
+        };
+        self.push(bodies, impulse);
+    }
+
+    /// One iteration. Returns whether the impulse changed.
+    pub fn solve(&mut self, bodies: &mut [Body]) -> bool {
+        let [a, b] = self.bodies.map(|body| &bodies[body as usize]);
+        let velocity = b.velocity_at(self.arms[1]) - a.velocity_at(self.arms[0]);
+        let old = self.impulse;
+        let change = match self.kind {
+            Kind::Pin { normal, mass, target } => {
+                self.impulse.x += (target - velocity.dot(normal)) * mass;
+                normal * (self.impulse.x - old.x)
+            }
+            Kind::Slide { normal, .. } if normal == Vector::ZERO => return false,
+            Kind::Slide { normal, mass, target, .. } => {
+                self.impulse.x = (old.x + (target - velocity.dot(normal)) * mass).min(0.0);
+                normal * (self.impulse.x - old.x)
+            }
+            Kind::Pivot { rows, target } => {
+                let missing = target - velocity;
+                self.impulse += Vector::new(missing.dot(rows[0]), missing.dot(rows[1]));
+                self.impulse - old
+            }
+            Kind::Gear { mass, target } => {
+                self.impulse.x += (target - (b.spin - a.spin)) * mass;
+                self.impulse - old
+            }
+        };
+        let changed = change != Vector::ZERO;
+        if changed {
+            self.push(bodies, change);
+        }
+        changed
+    }
+
+    fn push(&self, bodies: &mut [Body], impulse: Vector) {
+        let [a, b] = self.bodies.map(|body| body as usize);
+        if let Kind::Gear { .. } = self.kind {
+            bodies[a].spin -= impulse.x * bodies[a].inverse_moment;
+            bodies[b].spin += impulse.x * bodies[b].inverse_moment;
+        } else {
+            bodies[a].push(-impulse, self.arms[0]);
+            bodies[b].push(impulse, self.arms[1]);
+        }
+    }
+}
+
+/// The matrix that makes impulses of velocities at the ends of two arms, by rows.
+fn inverse_mass_matrix(bodies: [&Body; 2], arms: [Vector; 2]) -> [Vector; 2] {
+    let sum = bodies[0].inverse_mass + bodies[1].inverse_mass;
+    let (mut xx, mut xy, mut yy) = (sum, 0.0, sum);
+    for (body, arm) in bodies.into_iter().zip(arms) {
+        xx += arm.y * arm.y * body.inverse_moment;
+        xy += -arm.x * arm.y * body.inverse_moment;
+        yy += arm.x * arm.x * body.inverse_moment;
+    }
+    let inverse = 1.0 / (xx * yy - xy * xy);
+    [Vector::new(yy * inverse, -xy * inverse), Vector::new(-xy * inverse, xx * inverse)]
+}

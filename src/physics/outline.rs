@@ -1,0 +1,220 @@
+//! Outlines of shapes: discs, thick segments and convex polygons, in a body's frame or in
+//! the world, with the box around them.
+
+use rapier2d::prelude::*;
+
+/// Corners that a polygon can have.
+pub(super) const MAX_CORNERS: usize = 6;
+
+/// Place and rotation of a body.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Frame {
+    pub position: Vector,
+    /// Cosine and sine of the angle.
+    pub rotation: Vector,
+}
+
+impl Frame {
+    pub fn new(position: Vector, angle: f64) -> Self {
+        Self { position, rotation: direction(angle) }
+    }
+
+    /// A point of the body's frame, in the world.
+    fn point(&self, point: Vector) -> Vector {
+        self.vector(point) + self.position
+    }
+
+    /// A direction of the body's frame, in the world.
+    pub fn vector(&self, vector: Vector) -> Vector {
+        turned(vector, self.rotation)
+    }
+}
+
+/// Unit vector of an angle, the same on every machine.
+pub(super) fn direction(angle: f64) -> Vector {
+    let (sin, cos) = libm::sincos(angle);
+    Vector::new(cos, sin)
+}
+
+/// A vector turned by a rotation given as cosine and sine.
+pub(super) fn turned(vector: Vector, rotation: Vector) -> Vector {
+    Vector::new(rotation.x * vector.x - rotation.y * vector.y, rotation.y * vector.x + rotation.x * vector.y)
+}
+
+/// The unit vector along `vector`; nothing becomes nothing.
+pub(super) fn normalised(vector: Vector) -> Vector {
+    vector * (1.0 / (vector.length() + f64::MIN_POSITIVE))
+}
+
+/// A vector turned by a quarter clockwise.
+pub(super) fn clockwise(vector: Vector) -> Vector {
+    Vector::new(vector.y, -vector.x)
+}
+
+/// An axis-aligned box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Bounds {
+    pub low: Vector,
+    pub high: Vector,
+}
+
+impl Bounds {
+    pub fn intersects(&self, other: &Self) -> bool {
+        self.low.x <= other.high.x
+            && other.low.x <= self.high.x
+            && self.low.y <= other.high.y
+            && other.low.y <= self.high.y
+    }
+
+    pub fn contains(&self, other: &Self) -> bool {
+        self.low.x <= other.low.x
+            && self.high.x >= other.high.x
+            && self.low.y <= other.low.y
+            && self.high.y >= other.high.y
+    }
+
+    pub fn merged(&self, other: &Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    pub fn area(&self) -> f64 {
+        (self.high.x - self.low.x) * (self.high.y - self.low.y)
+    }
+
+    /// Twice the distance of the centres, along the axes.
+    pub fn proximity(&self, other: &Self) -> f64 {
+        (self.low.x + self.high.x - other.low.x - other.high.x).abs()
+            + (self.low.y + self.high.y - other.low.y - other.high.y).abs()
+    }
+
+    pub fn centre(&self) -> Vector {
+        self.low * 0.5 + self.high * 0.5
+    }
+}
+
+/// A polygon's corner and the outward normal of the side that ends there.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Corner {
+    pub position: Vector,
+    pub normal: Vector,
+}
+
+/// A convex polygon, counter-clockwise.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Polygon {
+    count: usize,
+    corners: [Corner; MAX_CORNERS],
+}
+
+impl Polygon {
+    pub fn corners(&self) -> &[Corner] {
+        &self.corners[..self.count]
+    }
+}
+
+/// The form of a shape.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Outline {
+    Disc {
+        centre: Vector,
+        radius: f64,
+    },
+    /// `radius` rounds its ends and sides.
+    Segment {
+        a: Vector,
+        b: Vector,
+        normal: Vector,
+        radius: f64,
+    },
+    Polygon(Polygon),
+}
+
+impl Outline {
+    pub fn disc(radius: f64) -> Self {
+        Self::Disc { centre: Vector::ZERO, radius }
+    }
+
+    pub fn segment(a: Vector, b: Vector, radius: f64) -> Self {
+        Self::Segment { a, b, normal: clockwise(normalised(b - a)), radius }
+    }
+
+    /// A polygon with corners counter-clockwise, of which at most [`MAX_CORNERS`] are kept.
+    pub fn polygon(corners: &[Vector]) -> Self {
+        let count = corners.len().min(MAX_CORNERS);
+        let mut polygon = Polygon { count, corners: [Corner::default(); MAX_CORNERS] };
+        for (index, &position) in corners[..count].iter().enumerate() {
+            let before = corners[(index + count - 1) % count];
+            polygon.corners[index] = Corner { position, normal: normalised(clockwise(position - before)) };
+        }
+        Self::Polygon(polygon)
+    }
+
+    /// As [`Outline::polygon`], beginning with the corner farthest to the left (then lowest): so
+    /// the engine numbers the corners of a hull.
+    pub fn hull(corners: &[Vector]) -> Self {
+        let before = |a: &Vector, b: &Vector| (a.x, a.y) < (b.x, b.y);
+        let first = (1..corners.len())
+            .fold(0, |first, index| if before(&corners[index], &corners[first]) { index } else { first });
+        let mut ordered = corners.to_vec();
+        ordered.rotate_left(first);
+        Self::polygon(&ordered)
+    }
+
+    /// A rectangle, from its lower right corner.
+    pub fn rectangle(width: f64, height: f64) -> Self {
+        let (x, y) = (width / 2.0, height / 2.0);
+        Self::polygon(&[Vector::new(x, -y), Vector::new(x, y), Vector::new(-x, y), Vector::new(-x, -y)])
+    }
+
+    /// The outline of a body's frame, in the world.
+    pub fn placed(&self, frame: &Frame) -> Self {
+        match self {
+            Self::Disc { centre, radius } => Self::Disc { centre: frame.point(*centre), radius: *radius },
+            Self::Segment { a, b, normal, radius } => {
+                Self::Segment { a: frame.point(*a), b: frame.point(*b), normal: frame.vector(*normal), radius: *radius }
+            }
+            Self::Polygon(polygon) => {
+                let mut placed = *polygon;
+                for corner in &mut placed.corners[..placed.count] {
+                    *corner = Corner { position: frame.point(corner.position), normal: frame.vector(corner.normal) };
+                }
+                Self::Polygon(placed)
+            }
+        }
+    }
+
+    pub fn bounds(&self) -> Bounds {
+        match self {
+            Self::Disc { centre, radius } => around(*centre, *centre, *radius),
+            Self::Segment { a, b, radius, .. } => around(a.min(*b), a.max(*b), *radius),
+            Self::Polygon(polygon) => {
+                let mut corners = polygon.corners().iter().map(|corner| corner.position);
+                let first = corners.next().unwrap_or(Vector::ZERO);
+                let (low, high) =
+                    corners.fold((first, first), |(low, high), corner| (low.min(corner), high.max(corner)));
+                Bounds { low, high }
+            }
+        }
+    }
+
+    /// How far the surface is from the outline's inner points.
+    pub fn radius(&self) -> f64 {
+        match self {
+            Self::Disc { radius, .. } | Self::Segment { radius, .. } => *radius,
+            Self::Polygon(_) => 0.0,
+        }
+    }
+
+    /// Of two shapes that touch, the one of the lower rank comes first.
+    pub fn rank(&self) -> u8 {
+        match self {
+            Self::Disc { .. } => 0,
+            Self::Segment { .. } => 1,
+            Self::Polygon(_) => 2,
+        }
+    }
+}
+
+fn around(low: Vector, high: Vector, radius: f64) -> Bounds {
+    Bounds { low: low - Vector::splat(radius), high: high + Vector::splat(radius) }
+}

@@ -1,0 +1,116 @@
+//! Objects as the recordings made in CREATE write them.
+
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+
+use crate::physics::{Tool, ToolKind, to_units};
+use crate::validation::ValidationError;
+
+/// A tool of a recording. Its place is `pos_norm` where there is one: that is the exact
+/// value, `pos` is rounded. Corners, end points and joints are computed, not read.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RecordedTool {
+    #[serde(rename = "type")]
+    pub kind: ToolKind,
+    pos: Option<[f64; 2]>,
+    pos_norm: Option<[f64; 2]>,
+    size: Option<f64>,
+    length: Option<f64>,
+    angle: Option<f64>,
+    radius: Option<f64>,
+    thickness: Option<f64>,
+    elasticity: Option<f64>,
+    friction: Option<f64>,
+    force: Option<f64>,
+    vel: Option<f64>,
+    max_angle: Option<f64>,
+    on_left: Option<bool>,
+    ball_mass: Option<f64>,
+    roll_friction: Option<f64>,
+    sensor: Option<bool>,
+    #[serde(default, rename = "variant")]
+    _variant: IgnoredAny,
+    #[serde(default, rename = "create_type")]
+    _create_type: IgnoredAny,
+    #[serde(default, rename = "tool_id")]
+    _tool_id: IgnoredAny,
+    #[serde(default, rename = "shape")]
+    _shape: IgnoredAny,
+    #[serde(default, rename = "vertices")]
+    _vertices: IgnoredAny,
+    #[serde(default, rename = "a")]
+    _a: IgnoredAny,
+    #[serde(default, rename = "b")]
+    _b: IgnoredAny,
+    #[serde(default, rename = "plank")]
+    _plank: IgnoredAny,
+    #[serde(default, rename = "weight")]
+    _weight: IgnoredAny,
+    #[serde(default, rename = "joints")]
+    _joints: IgnoredAny,
+    #[serde(default, rename = "name")]
+    _name: IgnoredAny,
+    #[serde(default, rename = "role")]
+    _role: IgnoredAny,
+    #[serde(default, rename = "dynamic")]
+    _dynamic: IgnoredAny,
+    #[serde(default, rename = "split")]
+    _split: IgnoredAny,
+    #[serde(default, rename = "kind")]
+    _kind: IgnoredAny,
+}
+
+impl RecordedTool {
+    /// The tool where the recording has it.
+    ///
+    /// # Errors
+    /// When the place or the size is missing, or a number is out of range.
+    pub fn tool(&self) -> Result<Tool, ValidationError> {
+        let place = self.pos_norm.map(to_units).or(self.pos);
+        self.tool_at(place.ok_or_else(|| ValidationError::new("pos_norm", "is missing"))?)
+    }
+
+    /// The tool at another place, in units.
+    ///
+    /// # Errors
+    /// When the size is missing or a number is out of range.
+    pub fn tool_at(&self, position: [f64; 2]) -> Result<Tool, ValidationError> {
+        let mut tool = Tool::new(self.kind, position);
+        let name = self.kind.measure();
+        let size = match name {
+            "length" => self.length.or(self.size),
+            "radius" => self.radius,
+            _ if !self.kind.has_size() => Some(tool.size),
+            _ => self.size,
+        };
+        tool.size =
+            size.ok_or_else(|| ValidationError::new(name, format_args!("is missing: a {} needs it", self.kind)))?;
+        if self.kind.is_segment() {
+            let thickness = self.thickness.map(|thickness| (thickness / 2.0).floor());
+            tool.radius = self.radius.or(thickness).unwrap_or(tool.radius);
+        }
+        for (given, field) in [
+            (self.angle, &mut tool.angle),
+            (self.elasticity, &mut tool.elasticity),
+            (self.friction, &mut tool.friction),
+            (self.force, &mut tool.force),
+            (self.vel, &mut tool.velocity),
+            (self.max_angle, &mut tool.max_angle),
+            (self.ball_mass, &mut tool.weight),
+            (self.roll_friction, &mut tool.roll_friction),
+        ] {
+            *field = given.unwrap_or(*field);
+        }
+        tool.on_left = self.on_left.unwrap_or(tool.on_left);
+        if self.sensor.is_some_and(|sensor| sensor != self.kind.is_sensor()) {
+            let message = format_args!("must be {} for a {}: remove it", self.kind.is_sensor(), self.kind);
+            return Err(ValidationError::new("sensor", message));
+        }
+        tool.check().map_err(|problem| match problem.path.as_str() {
+            "size" => ValidationError { path: name.to_owned(), ..problem },
+            _ => problem,
+        })?;
+        Ok(tool)
+    }
+}
