@@ -23,6 +23,7 @@
 //!   resumed to the same bits.
 //! - **Kept workspaces and parameters in the kernels' layout.** See their types.
 
+mod active;
 mod branch;
 mod concat;
 mod error;

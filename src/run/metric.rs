@@ -156,7 +156,7 @@ metrics! {
         direction: Direction::Neutral,
         range: SHARE,
         tag: Some("train/epsilon"),
-        formula: "the schedule at this episode",
+        formula: "the schedule at this episode; by need: its mean over the stages",
         value: |record| Some(record.epsilon.into()),
     }
     /// Standard deviation of a kick of the exploration noise.
