@@ -30,7 +30,7 @@ impl RunConfig {
     }
 }
 
-/// The settings of the adaptive methods, chosen by trials on tuning seeds (`docs/methods.md`).
+/// The settings of the adaptive methods, from the search that `docs/results.md` describes.
 fn adapt(config: &mut RunConfig) {
     // Without clusters the noise explores in their place.
     let (clusters, noise) = if config.method.has_clusters() { (0.5, 0.25) } else { (0.0, 0.75) };
