@@ -76,6 +76,8 @@ pub enum Range {
     Numbers(f32, f32),
     /// A whole number, or null for none.
     CountOrNull(u64, u64),
+    /// Any number, or null for none.
+    NumberOrNull(f32, f32),
     /// Two numbers in increasing order, or null for none.
     IntervalOrNull(f32, f32),
 }
@@ -99,6 +101,7 @@ impl fmt::Display for Range {
             Self::Number(low, high) => write!(f, "a number from {} to {}", Short(low), Short(high)),
             Self::Numbers(low, high) => write!(f, "numbers from {} to {}", Short(low), Short(high)),
             Self::CountOrNull(low, high) => write!(f, "a whole number from {low} to {high}, or null"),
+            Self::NumberOrNull(low, high) => write!(f, "a number from {} to {}, or null", Short(low), Short(high)),
             Self::IntervalOrNull(low, high) => {
                 write!(f, "two numbers from {} to {}, the lower first, or null", Short(low), Short(high))
             }
@@ -130,6 +133,7 @@ impl Range {
                 value.as_array().is_some_and(|values| values.iter().all(|value| within(low, high, value)))
             }
             Self::CountOrNull(low, high) => value.is_null() || Self::Count(low, high).contains(value),
+            Self::NumberOrNull(low, high) => value.is_null() || within(low, high, value),
             Self::IntervalOrNull(low, high) => match value.as_array().map(Vec::as_slice) {
                 Some([first, second]) => {
                     within(low, high, first) && within(low, high, second) && first.as_f64() < second.as_f64()

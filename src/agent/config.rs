@@ -44,6 +44,20 @@ pub struct DdpgConfig {
     pub target_clamp: Option<[f32; 2]>,
     /// The exploration noise.
     pub ou: OuConfig,
+    /// Learning from segments that reached their stage.
+    pub imitation: ImitationConfig,
+}
+
+/// What is learned from segments: the transitions of an episode from one stage reached to the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ImitationConfig {
+    /// Share of a minibatch that is drawn from segments that reached their stage, every stage as
+    /// often; 0 for none.
+    pub share: f32,
+    /// Weight of the imitation of their actions in the actor's loss, where the critic values them
+    /// more than the actor's own (Q filter, Nair et al., 2018); 0 for none.
+    pub weight: f32,
 }
 
 /// Parameters of [`OrnsteinUhlenbeck`](super::OrnsteinUhlenbeck).
@@ -76,6 +90,7 @@ impl Default for DdpgConfig {
             updates_per_step: 1,
             target_clamp: Some([-1.0, 16.0]),
             ou: OuConfig::default(),
+            imitation: ImitationConfig::default(),
         }
     }
 }
@@ -87,7 +102,7 @@ impl Default for OuConfig {
 }
 
 /// The numbers among the settings.
-pub const SETTINGS: [Setting; 15] = [
+pub const SETTINGS: [Setting; 17] = [
     Setting::count("layers", 1, 32, "linear layers of each network, the output layer included"),
     Setting::count("hidden", 1, 1024, "width of the hidden layers"),
     Setting::number("output_init_bound", 1e-9, 10.0, "bound of the initial weights and biases of the output layers"),
@@ -108,6 +123,8 @@ pub const SETTINGS: [Setting; 15] = [
     Setting::number("ou.theta", 1e-6, 1.999, "pull of the exploration noise towards its mean in a step"),
     Setting::number("ou.mu", -1.0, 1.0, "mean of the exploration noise"),
     Setting::number("ou.sigma", 0.0, 10.0, "standard deviation of a step's kick of the exploration noise"),
+    Setting::number("imitation.share", 0.0, 1.0, "share of a minibatch from segments that reached their stage"),
+    Setting::number("imitation.weight", 0.0, 1000.0, "weight of the imitation of their actions in the actor's loss"),
 ];
 
 impl DdpgConfig {

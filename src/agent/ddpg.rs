@@ -18,8 +18,13 @@ pub struct Ddpg {
     pub(super) target_critic: Mlp,
     pub(super) actor_optimiser: Optimiser,
     pub(super) critic_optimiser: Optimiser,
+    /// What the learning rate of the actor is multiplied by.
+    pub(super) actor_rate_scale: f32,
     pub(super) device: Cpu,
 }
+
+/// Least mean magnitude that values are divided by where actions are imitated.
+const LEAST_SCALE: f32 = 1e-3;
 
 /// What an update saw and did. All but the norms are means over the minibatch before the networks
 /// change; the actor's see the critic after its step. The [metrics](super#metrics) have the formulas.
@@ -27,7 +32,8 @@ pub struct Ddpg {
 pub struct UpdateMetrics {
     /// Mean squared difference of the critic from its target.
     pub critic_loss: f32,
-    /// Negative mean value of the actor's actions.
+    /// Negative mean value of the actor's actions; with imitation, in units of its mean magnitude
+    /// and with the weighted distance added.
     pub actor_loss: f32,
     /// Mean value of the batch's actions.
     pub mean_q: f32,
@@ -103,6 +109,7 @@ impl Ddpg {
             target_critic: critic.clone(),
             actor_optimiser: Optimiser::new(config.optimiser, &[&actor]),
             critic_optimiser: Optimiser::new(config.optimiser, &[&critic]),
+            actor_rate_scale: 1.0,
             config: config.clone(),
             device: Cpu::default(),
             actor,
@@ -137,6 +144,11 @@ impl Ddpg {
         self.critic_optimiser.steps()
     }
 
+    /// Multiplies the actor's learning rate by `scale` from now on.
+    pub fn set_actor_rate_scale(&mut self, scale: f32) {
+        self.actor_rate_scale = scale;
+    }
+
     /// `μ(s)` for one or several observations, row-major; each component in [-1, 1].
     ///
     /// # Panics
@@ -157,7 +169,8 @@ impl Ddpg {
         predict(&self.critic, &join(n, observations, actions))
     }
 
-    /// One step of DDPG on a minibatch of N transitions (s, a, r, s', d).
+    /// One step of DDPG on a minibatch of N transitions (s, a, r, s', d), the last M of which may be
+    /// imitated.
     ///
     /// # Errors
     /// If the batch does not fit the agent, or a loss or gradient is not finite; then the agent
@@ -186,20 +199,47 @@ impl Ddpg {
 
         // Actor: one step down -J = -1/N Σ Q(s, μ(s)), with Q held constant
         let observations = self.rows(n, s.clone());
-        let mu = self.actor.forward_data(observations.leaky_trace());
+        let (mu, tape) = self.actor.forward_data(observations.leaky_trace()).split_tape();
         metrics.action_saturation = saturation(&mu.as_vec());
-        let loss = -self.critic.forward_frozen(concat_columns(observations, mu)).mean();
+        let q = self.critic.forward_frozen(concat_columns(observations, mu.clone().put_tape(tape)));
+        let loss = match self.imitation_weights(batch, &q.as_vec()) {
+            None => -q.mean(),
+            Some(weights) => {
+                // or down -J / (1/N Σ |Q(s, μ(s))|) + w B, B = 1/M Σ (μ(s) - a)² where Q(s, a) > Q(s, μ(s))
+                let scale = q.as_vec().iter().map(|q| q.abs()).sum::<f32>() / n as f32;
+                let distance = (mu.leaky_trace() - self.rows(n, a.clone())).square();
+                -q.mean() / scale.max(LEAST_SCALE) + (distance * self.rows(n, weights)).sum()
+            }
+        };
         metrics.actor_loss = self.finite("actor loss", loss.array())?;
         metrics.actor_gradient_norm = self.actor_optimiser.update(
             &mut [&mut self.actor],
             &mut loss.backward(),
-            self.config.actor_learning_rate,
+            self.config.actor_learning_rate * self.actor_rate_scale,
         )? as f32;
 
         // θ' ← τ θ + (1 - τ) θ'
         self.target_critic.soft_update(&self.critic, self.config.tau);
         self.target_actor.soft_update(&self.actor, self.config.tau);
         Ok(metrics)
+    }
+
+    /// Weights of the squared distances of the actor's actions, worth `q`, from those of the batch:
+    /// w/M in the imitated rows whose own action is worth more; none if nothing is imitated.
+    fn imitation_weights(&self, batch: &Batch, q: &[f32]) -> Option<Vec<f32>> {
+        let (m, weight, len) = (batch.imitated, self.config.imitation.weight, self.action_len());
+        if m == 0 || weight == 0.0 {
+            return None;
+        }
+        let first = batch.len() - m;
+        let taken = self.q_values(&batch.observations[first * self.observation_len()..], &batch.actions[first * len..]);
+        let mut weights = vec![0.0; batch.len() * len];
+        for (row, taken) in taken.into_iter().enumerate() {
+            if taken > q[first + row] {
+                weights[(first + row) * len..][..len].fill(weight / m as f32);
+            }
+        }
+        Some(weights)
     }
 
     /// `r + γ (1 - d) next_q`, clamped to the configured range.
@@ -226,6 +266,7 @@ impl Ddpg {
             && batch.actions.len() == n * action_len
             && batch.next_observations.len() == n * observation_len
             && batch.terminated.len() == n
+            && batch.imitated <= n
         {
             return Ok(());
         }

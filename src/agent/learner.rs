@@ -4,7 +4,8 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Batch, Ddpg, DdpgConfig, OrnsteinUhlenbeck, ReplayBuffer, ReplayError, Transition, UpdateError, UpdateMetrics,
+    Batch, Ddpg, DdpgConfig, OrnsteinUhlenbeck, ReplayBuffer, ReplayError, Segments, Transition, UpdateError,
+    UpdateMetrics,
 };
 use crate::validation::ValidationError;
 
@@ -31,6 +32,8 @@ pub struct Learner {
     pub(super) streams: Streams,
     /// Transitions recorded so far, those overwritten included.
     pub(super) recorded: u64,
+    /// Segments that reached their stage.
+    pub(super) segments: Segments,
     /// Memory of the minibatch; holds nothing between updates that matters.
     pub(super) batch: Batch,
 }
@@ -56,6 +59,7 @@ impl Learner {
             noise: OrnsteinUhlenbeck::new(action_len, config.ou),
             streams,
             recorded: 0,
+            segments: Segments::default(),
             batch: Batch::default(),
         })
     }
@@ -88,6 +92,26 @@ impl Learner {
     /// Begins an episode: the noise starts again at its mean.
     pub fn start_episode(&mut self) {
         self.noise.reset();
+        if self.has_segments() {
+            self.segments.begin(self.recorded);
+        }
+    }
+
+    /// Notes that the latest transition reached a stage.
+    pub fn reach(&mut self, stage: usize) {
+        if self.has_segments() {
+            self.segments.reach(stage, self.recorded);
+        }
+    }
+
+    /// Whether anything is learned from segments.
+    fn has_segments(&self) -> bool {
+        self.ddpg.config().imitation.share > 0.0
+    }
+
+    /// Multiplies the actor's learning rate by `scale` from now on.
+    pub fn set_actor_rate_scale(&mut self, scale: f32) {
+        self.ddpg.set_actor_rate_scale(scale);
     }
 
     /// `clip(μ(s) + noise, -1, 1)`: the exploratory action (paper, equation 2). The greedy one is
@@ -124,9 +148,23 @@ impl Learner {
         }
         let mut metrics = None;
         for _ in 0..count {
-            self.replay.sample(batch_size, &mut self.streams.replay, &mut self.batch);
+            self.sample(batch_size);
             metrics = Some(self.ddpg.update(&self.batch)?);
         }
         Ok(metrics)
+    }
+
+    /// Draws a minibatch: uniformly, but for the share that comes from segments.
+    pub(super) fn sample(&mut self, count: usize) {
+        let Self { ddpg, replay, segments, batch, recorded, streams: Streams { replay: rng, .. }, .. } = self;
+        segments.forget_before(*recorded - replay.len() as u64);
+        let share = ddpg.config().imitation.share;
+        let imitated = if segments.is_empty() { 0 } else { (share * count as f32).round() as usize };
+        replay.sample(count - imitated, rng, batch);
+        for _ in 0..imitated {
+            let age = *recorded - 1 - segments.sample(rng);
+            batch.push(replay.latest(age as usize).expect("segments that are not held any more are forgotten"));
+        }
+        batch.imitated = imitated;
     }
 }

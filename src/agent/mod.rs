@@ -72,13 +72,15 @@ mod noise;
 #[cfg(test)]
 mod probe;
 mod replay;
+mod segments;
 mod state;
 #[cfg(test)]
 mod tests;
 
-pub use config::{DdpgConfig, OuConfig, SETTINGS};
+pub use config::{DdpgConfig, ImitationConfig, OuConfig, SETTINGS};
 pub use ddpg::{Ddpg, UpdateError, UpdateMetrics};
 pub use learner::{Learner, Streams};
 pub use noise::OrnsteinUhlenbeck;
 pub use replay::{Batch, ReplayBuffer, ReplayError, Transition};
+use segments::Segments;
 pub use state::{Checkpoint, StateError};

@@ -42,6 +42,8 @@ pub struct Batch {
     pub next_observations: Vec<f32>,
     /// `d`, shape `[n]`.
     pub terminated: Vec<bool>,
+    /// M: so many transitions, the last ones, are from segments that reached their stage.
+    pub imitated: usize,
 }
 
 impl Batch {
@@ -71,6 +73,7 @@ impl Batch {
         self.rewards.clear();
         self.next_observations.clear();
         self.terminated.clear();
+        self.imitated = 0;
     }
 }
 
@@ -214,6 +217,12 @@ impl ReplayBuffer {
         }
     }
 
+    /// The transition that was recorded `age` transitions before the latest one, if it is still held.
+    pub fn latest(&self, age: usize) -> Option<Transition<'_>> {
+        let slot = (age < self.len()).then(|| (self.next + self.capacity - 1 - age) % self.capacity);
+        self.get(slot?)
+    }
+
     fn stride(&self) -> usize {
         self.observation_len + self.action_len + 1
     }
@@ -323,6 +332,18 @@ mod tests {
                 terminated: true
             }
         );
+    }
+
+    #[test]
+    fn the_latest_transitions_are_found_by_age() {
+        for (count, held) in [(3, 3), (6, 4)] {
+            let mut buffer = ReplayBuffer::new(2, 1, 4);
+            numbered(&mut buffer, 0..count);
+            for age in 0..held {
+                assert_eq!(buffer.latest(age).unwrap().reward, 10.0 * (count - 1 - age) as f32);
+            }
+            assert_eq!(buffer.latest(held), None);
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{Ddpg, DdpgConfig, Learner, OrnsteinUhlenbeck, ReplayBuffer, ReplayError, learner::Streams};
+use super::{Ddpg, DdpgConfig, Learner, OrnsteinUhlenbeck, ReplayBuffer, ReplayError, Segments, learner::Streams};
 use crate::nn::{Mlp, MlpShape, Optimiser, TensorFile, TensorFileError};
 use crate::validation::ValidationError;
 
@@ -73,6 +73,8 @@ struct LearnerState {
     recorded: u64,
     noise: OrnsteinUhlenbeck,
     streams: Streams,
+    #[serde(default, skip_serializing_if = "Segments::is_unused")]
+    segments: Segments,
 }
 
 impl Ddpg {
@@ -137,6 +139,7 @@ impl Ddpg {
             target_critic: network(&critic, "target_critic")?,
             actor_optimiser: load_optimiser(file, "actor_optimiser", &config)?,
             critic_optimiser: load_optimiser(file, "critic_optimiser", &config)?,
+            actor_rate_scale: 1.0,
             device: Default::default(),
             config,
         })
@@ -147,7 +150,12 @@ impl Learner {
     /// The whole learner; equal learners give equal bytes.
     pub fn save(&self) -> Checkpoint {
         let mut file = self.ddpg.to_file();
-        let state = LearnerState { recorded: self.recorded, noise: self.noise.clone(), streams: self.streams.clone() };
+        let state = LearnerState {
+            recorded: self.recorded,
+            noise: self.noise.clone(),
+            streams: self.streams.clone(),
+            segments: self.segments.clone(),
+        };
         write_metadata(&mut file, LEARNER_KEY, &state);
         Checkpoint { networks: file.to_bytes(), replay: self.replay.to_bytes() }
     }
@@ -160,16 +168,17 @@ impl Learner {
         let file = TensorFile::from_bytes(&checkpoint.networks)?;
         let ddpg = Ddpg::from_file(&file)?;
         let replay = ReplayBuffer::from_bytes(&checkpoint.replay)?;
-        let LearnerState { recorded, noise, streams } = read_metadata(&file, LEARNER_KEY)?;
+        let LearnerState { recorded, noise, streams, segments } = read_metadata(&file, LEARNER_KEY)?;
         if replay.observation_len() != ddpg.observation_len()
             || replay.action_len() != ddpg.action_len()
             || replay.capacity() != ddpg.config.replay_capacity
             || replay.len() as u64 != recorded.min(replay.capacity() as u64)
             || noise.state().len() != ddpg.action_len()
+            || !segments.is_possible(recorded)
         {
             return Err(StateError::Foreign);
         }
-        Ok(Self { ddpg, replay, noise, streams, recorded, batch: Default::default() })
+        Ok(Self { ddpg, replay, noise, streams, recorded, segments, batch: Default::default() })
     }
 }
 

@@ -4,7 +4,10 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::join::join;
-use super::{Batch, Checkpoint, Ddpg, DdpgConfig, Learner, ReplayError, StateError, Streams, Transition, UpdateError};
+use super::{
+    Batch, Checkpoint, Ddpg, DdpgConfig, ImitationConfig, Learner, ReplayError, StateError, Streams, Transition,
+    UpdateError,
+};
 use crate::nn::{Mlp, OptimiserKind, TensorFile};
 
 const OBSERVATION: usize = 5;
@@ -41,6 +44,9 @@ fn live(learner: &mut Learner, steps: std::ops::Range<usize>) {
             terminated: step % 10 == 9,
         };
         learner.record(transition).unwrap();
+        if step % 10 == 6 {
+            learner.reach(step / 10 % 2);
+        }
         learner.learn().unwrap();
     }
 }
@@ -54,6 +60,7 @@ fn any_batch(seed: u64) -> Batch {
         rewards: numbers(8),
         next_observations: numbers(8 * OBSERVATION),
         terminated: vec![false; 8],
+        ..Batch::default()
     }
 }
 
@@ -183,7 +190,8 @@ fn threads_change_nothing() {
 #[test]
 fn a_loaded_learner_goes_on_to_the_bit() {
     for optimiser in [OptimiserKind::Adam, OptimiserKind::Sgd, OptimiserKind::RmsProp] {
-        let config = DdpgConfig { optimiser, ..small() };
+        let imitation = ImitationConfig { share: 0.25, weight: 1.0 };
+        let config = DdpgConfig { optimiser, imitation, ..small() };
         let mut whole = learner(&config, 1);
         live(&mut whole, 0..240);
         // Stopped within an episode, with the ring once around.
@@ -279,4 +287,104 @@ fn divergence_is_an_error_and_changes_nothing() {
          set `target_clamp`"
     );
     assert_eq!(ddpg.save(), before);
+}
+
+/// The actor's loss of a batch with everything but the actor held constant: rows from `first` on
+/// are imitated with weights `better`, and `scale` divides the values.
+fn actor_loss(ddpg: &Ddpg, batch: &Batch, weight: f32, scale: f32, better: &[bool]) -> f64 {
+    let mu = ddpg.act(&batch.observations);
+    let q = ddpg.q_values(&batch.observations, &mu);
+    let value: f64 = q.iter().map(|&q| f64::from(q)).sum::<f64>() / 8.0 / f64::from(scale);
+    let first = 8 - better.len();
+    let distance = |row: usize| -> f64 {
+        let columns = row * ACTION..(row + 1) * ACTION;
+        columns.map(|i| f64::from(mu[i] - batch.actions[i]).powi(2)).sum()
+    };
+    let rows = better.iter().enumerate().filter(|(_, better)| **better);
+    let imitation: f64 = rows.map(|(row, _)| distance(first + row)).sum::<f64>() / better.len() as f64;
+    f64::from(weight) * imitation - value
+}
+
+/// The agent with one number of one tensor changed by `by`.
+fn changed(ddpg: &Ddpg, tensor: &str, shape: &[usize], index: usize, by: f32) -> Ddpg {
+    let mut file = TensorFile::from_bytes(&ddpg.save()).unwrap();
+    let mut values = file.get(tensor, shape).unwrap().to_vec();
+    values[index] += by;
+    file.insert(tensor.to_owned(), shape.to_vec(), values);
+    Ddpg::load(&file.to_bytes()).unwrap()
+}
+
+#[test]
+fn the_actor_goes_down_the_gradient_of_value_and_imitation() {
+    let weight = 0.7;
+    let imitation = ImitationConfig { share: 0.5, weight };
+    // Plain steps of rate 1 of the actor, no step of the critic: a change is minus the gradient.
+    let rates = DdpgConfig { optimiser: OptimiserKind::Sgd, critic_learning_rate: 1e-12, ..small() };
+    let config = DdpgConfig { imitation, output_init_bound: 0.5, actor_learning_rate: 1.0, ..rates };
+    let ddpg = Ddpg::new(OBSERVATION, ACTION, &config, &mut rng(1)).unwrap();
+    let batch = Batch { imitated: 5, ..any_batch(2) };
+    let mu = ddpg.act(&batch.observations);
+    let q = ddpg.q_values(&batch.observations, &mu);
+    let scale = q.iter().map(|q| q.abs()).sum::<f32>() / 8.0;
+    let taken = ddpg.q_values(&batch.observations, &batch.actions);
+    let better: Vec<bool> = (3..8).map(|row| taken[row] > q[row]).collect();
+    assert!(better.contains(&true) && better.contains(&false), "the filter does nothing here: {better:?}");
+    let mut updated = ddpg.clone();
+    let found = updated.update(&batch).unwrap().actor_loss;
+    assert!((f64::from(found) - actor_loss(&ddpg, &batch, weight, scale, &better)).abs() < 1e-4);
+    let (before, after) = (tensors(&ddpg), tensors(&updated));
+    let value =
+        |all: &[(String, Vec<f32>)], name: &str, i: usize| all.iter().find(|(found, _)| found == name).unwrap().1[i];
+    let step = 1e-2;
+    for (tensor, shape, index) in
+        [("actor.2.weight", &[16, 2][..], 0), ("actor.2.weight", &[16, 2], 9), ("actor.2.bias", &[2], 1)]
+    {
+        let loss = |by: f32| actor_loss(&changed(&ddpg, tensor, shape, index, by), &batch, weight, scale, &better);
+        let slope = (loss(step) - loss(-step)) / f64::from(2.0 * step);
+        let taken = f64::from(value(&before, tensor, index) - value(&after, tensor, index));
+        assert!(slope.abs() > 1e-3 && (slope - taken).abs() < 0.03 * slope.abs(), "{tensor}: {slope} and {taken}");
+    }
+}
+
+#[test]
+fn a_share_of_the_minibatch_is_from_segments() {
+    let imitation = ImitationConfig { share: 0.25, weight: 1.0 };
+    let mut learner = learner(&DdpgConfig { imitation, ..small() }, 1);
+    live(&mut learner, 0..3);
+    learner.sample(32);
+    assert_eq!((learner.batch.len(), learner.batch.imitated), (32, 0));
+    // Transitions 3 and 4 reach stage 1, 5 reaches stage 0.
+    learner.start_episode();
+    live(&mut learner, 3..5);
+    learner.reach(1);
+    live(&mut learner, 5..6);
+    learner.reach(0);
+    learner.sample(32);
+    let Batch { rewards, imitated, .. } = &learner.batch;
+    assert_eq!((rewards.len(), *imitated), (32, 8));
+    let of_segments: Vec<f32> = (0..3).map(|age| learner.replay.latest(age).unwrap().reward).collect();
+    let found = |reward: &f32| of_segments.contains(reward);
+    assert!(rewards[24..].iter().all(found) && !rewards[..24].iter().all(found));
+    // What is not held any more is not drawn.
+    live(&mut learner, 6..230);
+    learner.sample(32);
+    assert_eq!(learner.batch.imitated, 8);
+}
+
+#[test]
+fn the_rate_of_the_actor_is_scaled() {
+    let config = DdpgConfig { optimiser: OptimiserKind::Sgd, ..small() };
+    let ddpg = Ddpg::new(OBSERVATION, ACTION, &config, &mut rng(1)).unwrap();
+    let moved = |scale: f32| {
+        let mut updated = ddpg.clone();
+        updated.set_actor_rate_scale(scale);
+        updated.update(&any_batch(2)).unwrap();
+        let bias = |ddpg: &Ddpg| tensors(ddpg).into_iter().find(|(name, _)| name == "actor.2.bias").unwrap().1;
+        let (before, after) = (bias(&ddpg), bias(&updated));
+        after.iter().zip(before).map(|(after, before)| f64::from(*after) - f64::from(before)).collect::<Vec<f64>>()
+    };
+    assert!(moved(0.0).iter().all(|step| *step == 0.0));
+    for (half, whole) in moved(0.5).into_iter().zip(moved(1.0)) {
+        assert!(whole != 0.0 && (half - 0.5 * whole).abs() < 0.01 * whole.abs(), "{half} and {whole}");
+    }
 }

@@ -388,7 +388,8 @@ pub struct Clusters {
 pub struct Train {
     /// Name of a shipped task, or a task file
     pub task: String,
-    /// Method: ddpg, ddpg-mge, ddpg-uniform, ddpg-mge-true, ddpg-model-replay or planning
+    /// Method: ddpg, ddpg-mge, ddpg-uniform, ddpg-mge-true, ddpg-model-replay, planning,
+    /// ddpg-mge-adaptive, ddpg-uniform-adaptive, ddpg-adaptive or open-loop
     #[arg(long, default_value_t = Method::default())]
     pub method: Method,
     /// Episodes to train
@@ -398,7 +399,8 @@ pub struct Train {
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
     /// Epsilon threshold: 0.1, linear:0.8:0.05:2000, exp:0.8:0.05:0.999, step:0.8:0.5:500,
-    /// points:0=0.8,1000=0.3,3000=0 [default: linear:0.5:0:1000]
+    /// points:0=0.8,1000=0.3,3000=0, need:0.5:0.25:20 [default: that of the method, mostly
+    /// linear:0.5:0:1000]
     #[arg(long)]
     pub epsilon: Option<EpsilonSchedule>,
     /// What predicts the rollouts: learned, true, uniform, or a model file

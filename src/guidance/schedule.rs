@@ -19,12 +19,18 @@ pub enum EpsilonSchedule {
     Step { from: f32, factor: f32, episodes: u32 },
     /// `points:0=0.8,1000=0.3,3000=0`: straight lines between points.
     Points(Vec<(u32, f32)>),
+    /// `need:CLUSTERS:NOISE:ATTEMPTS`: by need instead of by clock, for each stage on its own. The
+    /// need of a stage is the share of failures among its last ATTEMPTS greedy attempts, those not
+    /// made yet counted as failures. At the beginning of a stage its clusters are drawn from with
+    /// probability CLUSTERS times the need, the actor acts with noise with probability NOISE times
+    /// the need, and without in all other cases: a greedy attempt.
+    Need { clusters: f32, noise: f32, attempts: u32 },
 }
 
 /// A text that is no schedule.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "epsilon `{text}`: {problem}; write 0.1, linear:0.8:0.05:2000, exp:0.8:0.05:0.999, step:0.8:0.5:500 or points:0=0.8,1000=0.3"
+    "epsilon `{text}`: {problem}; write 0.1, linear:0.8:0.05:2000, exp:0.8:0.05:0.999, step:0.8:0.5:500, points:0=0.8,1000=0.3 or need:0.5:0.25:20"
 )]
 pub struct ScheduleError {
     text: String,
@@ -32,7 +38,7 @@ pub struct ScheduleError {
 }
 
 impl EpsilonSchedule {
-    /// The threshold in an episode, counted from 0; always within [0, 1].
+    /// The threshold in an episode, counted from 0; always within [0, 1]. By need: the greatest.
     pub fn threshold(&self, episode: u32) -> f32 {
         let value = match self {
             Self::Constant(value) => *value,
@@ -43,6 +49,7 @@ impl EpsilonSchedule {
             Self::Exponential { from, to, factor } => to + (from - to) * factor.powf(episode as f32),
             Self::Step { from, factor, episodes } => from * factor.powf((episode / episodes) as f32),
             Self::Points(points) => interpolate(points, episode),
+            Self::Need { clusters, .. } => *clusters,
         };
         value.clamp(0.0, 1.0)
     }
@@ -61,6 +68,9 @@ impl EpsilonSchedule {
                     points.iter().map(|(at, value)| format!("{value} at episode {}", thousands(*at))).collect();
                 points.join(", ")
             }
+            Self::Need { clusters, noise, attempts } => {
+                format!("by need, {clusters} clusters and {noise} noise, over {attempts} greedy attempts")
+            }
         }
     }
 
@@ -71,6 +81,7 @@ impl EpsilonSchedule {
             Self::Linear { from, to, .. } | Self::Exponential { from, to, .. } => *from == 0.0 && *to == 0.0,
             Self::Step { from, .. } => *from == 0.0,
             Self::Points(points) => points.iter().all(|(_, value)| *value == 0.0),
+            Self::Need { clusters, .. } => *clusters == 0.0,
         }
     }
 
@@ -129,7 +140,14 @@ fn parse(text: &str) -> Result<EpsilonSchedule, String> {
             Ok(EpsilonSchedule::Step { from: threshold(from)?, factor: threshold(factor)?, episodes: count(episodes)? })
         }
         ("points", [points]) => Ok(EpsilonSchedule::Points(parse_points(points)?)),
-        ("linear" | "exp" | "step", _) => Err(format!("`{kind}` takes three numbers")),
+        ("need", [clusters, noise, attempts]) => {
+            let (clusters, noise) = (threshold(clusters)?, threshold(noise)?);
+            if clusters + noise > 1.0 {
+                return Err(format!("{clusters} and {noise} are more than 1"));
+            }
+            Ok(EpsilonSchedule::Need { clusters, noise, attempts: count(attempts)? })
+        }
+        ("linear" | "exp" | "step" | "need", _) => Err(format!("`{kind}` takes three numbers")),
         _ => Err("unknown form".to_owned()),
     }
 }
@@ -154,7 +172,7 @@ fn threshold(text: &str) -> Result<f32, String> {
 
 fn count(text: &str) -> Result<u32, String> {
     match text.trim().parse() {
-        Ok(0) | Err(_) => Err(format!("`{text}` is not a positive number of episodes")),
+        Ok(0) | Err(_) => Err(format!("`{text}` is not a positive number")),
         Ok(count) => Ok(count),
     }
 }
@@ -170,6 +188,7 @@ impl fmt::Display for EpsilonSchedule {
                 let points: Vec<String> = points.iter().map(|(at, value)| format!("{at}={value}")).collect();
                 write!(f, "points:{}", points.join(","))
             }
+            Self::Need { clusters, noise, attempts } => write!(f, "need:{clusters}:{noise}:{attempts}"),
         }
     }
 }
@@ -199,6 +218,7 @@ mod tests {
             ("linear:0.5:0:1000", "0.5 to 0 over 1,000 episodes"),
             ("exp:0.8:0.05:0.999", "0.8 to 0.05 by the factor 0.999 per episode"),
             ("step:0.8:0.5:500", "0.8, times 0.5 every 500 episodes"),
+            ("need:0.5:0.25:20", "by need, 0.5 clusters and 0.25 noise, over 20 greedy attempts"),
             ("points:0=0.8,1234567=0.3", "0.8 at episode 0, 0.3 at episode 1,234,567"),
         ] {
             assert_eq!(text.parse::<EpsilonSchedule>().unwrap().describe(), words);
@@ -250,6 +270,8 @@ mod tests {
             ("step:0:0.5:10", true),
             ("points:0=0,5=0", true),
             ("points:0=0,5=0.1", false),
+            ("need:0:0.5:20", true),
+            ("need:0.1:0.5:20", false),
         ] {
             assert_eq!(spec.parse::<EpsilonSchedule>().unwrap().is_zero(), off, "{spec}");
         }
@@ -264,6 +286,7 @@ mod tests {
             "exp:0.8:0.05:0.999",
             "step:0.8:0.5:500",
             "points:0=0.8,1000=0.3,3000=0",
+            "need:0.5:0.25:20",
         ] {
             assert_eq!(spec.parse::<EpsilonSchedule>().unwrap().to_string(), spec);
         }
@@ -276,6 +299,9 @@ mod tests {
             ("NaN", "not within 0 and 1"),
             ("linear:0.8:0.1", "takes three numbers"),
             ("linear:0.8:0.1:0", "positive number"),
+            ("need:0.5:0.25:0", "positive number"),
+            ("need:0.5", "takes three numbers"),
+            ("need:0.75:0.5:20", "more than 1"),
             ("points:5=0.1,5=0.2", "does not come after"),
             ("points:", "not EPISODE=THRESHOLD"),
             ("cosine:1", "unknown form"),

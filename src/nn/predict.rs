@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::{
+    active::ActiveColumns,
     kernel::{Buffer, padded},
     layer::{Layer, LoadedParameters, unpad_rows},
     stack::{Rows, dense, multiplications, threads_for},
@@ -16,7 +17,10 @@ pub(super) struct PredictWorkspace {
 
 /// Outputs of the layer before and of the present one.
 #[derive(Debug, Default)]
-struct PredictSpace([Buffer; 2]);
+struct PredictSpace {
+    outputs: [Buffer; 2],
+    active: ActiveColumns,
+}
 
 /// Rows that pass through all layers together: their values stay in the second-level cache.
 const CHUNK: usize = 192;
@@ -46,18 +50,20 @@ impl PredictSpace {
         let (inputs, outputs) = (layers[0].inputs, layers[layers.len() - 1].outputs);
         for (x, y) in x.chunks(CHUNK * inputs).zip(y.chunks_mut(CHUNK * outputs)) {
             let rows = x.len() / inputs;
+            self.active.find(x, rows, parameters.weight(&layers[0]), padded(layers[0].outputs));
             for (i, layer) in layers.iter().enumerate() {
-                let [from, to] = &mut self.0;
+                let [from, to] = &mut self.outputs;
                 to.resize(rows * padded(layer.outputs));
-                let columns = layer.inputs;
-                let (values, row) = match i {
-                    0 => (x, columns),
-                    _ => (&from[..], padded(columns)),
+                let depth = layer.inputs;
+                let all = |values, row| (Rows { values, row }, depth, parameters.weight(layer));
+                let (x, depth, weight) = match i {
+                    0 => self.active.get(0).unwrap_or_else(|| all(x, depth)),
+                    _ => all(&from[..], padded(depth)),
                 };
-                dense(layer, parameters, rows, Rows { values, row }, to);
-                self.0.swap(0, 1);
+                dense(layer, parameters, rows, x, depth, weight, to);
+                self.outputs.swap(0, 1);
             }
-            unpad_rows(&self.0[0], outputs, y);
+            unpad_rows(&self.outputs[0], outputs, y);
         }
     }
 }

@@ -14,6 +14,7 @@ use std::{
 use rayon::prelude::*;
 
 use super::{
+    active::ActiveColumns,
     kernel::{Buffer, ColumnSums, Derivative, Epilogue, Kernel, Product, Start, Transpose, padded},
     layer::{Layer, LoadedParameters, pad_rows, unpad_rows},
 };
@@ -63,6 +64,10 @@ pub(super) struct Workspace {
     cuts: usize,
     /// Padded gradients of the layers whose outputs are no whole lines.
     padded_sums: Vec<Buffer>,
+    /// The input for the first layer.
+    active: ActiveColumns,
+    /// Gradients of the weights of active columns.
+    active_sums: Buffer,
 }
 
 /// The input of a layer.
@@ -99,12 +104,16 @@ const MIN_SPAN_ROWS: usize = 8;
 pub(super) fn forward(passes: &mut [Pass]) {
     let mut shares = shares(cut(passes));
     for Pass { layers, parameters, workspace, .. } in passes {
-        let input = &workspace.input;
-        for span in &mut workspace.spans[..workspace.cuts] {
-            shares[span.share].push((&**layers, &**parameters, input, span));
+        let Workspace { rows, input, active, spans, cuts, .. } = workspace;
+        active.find(input, *rows, parameters.weight(&layers[0]), padded(layers[0].outputs));
+        let (input, active) = (&**input, &*active);
+        for span in &mut spans[..*cuts] {
+            shares[span.share].push((&**layers, &**parameters, input, active, span));
         }
     }
-    for_each_share(shares, |(layers, parameters, input, span)| span.forward(layers, parameters, input));
+    for_each_share(shares, |(layers, parameters, input, active, span)| {
+        span.forward(layers, parameters, input, active);
+    });
 }
 
 /// Propagates the gradients of the outputs back through the layers of the passes; through the first
@@ -238,14 +247,16 @@ impl Pass {
     /// Adds the gradients of the parameters, after a backward pass.
     pub fn add_parameter_gradients(&mut self, gradients: &mut [f32]) {
         let threads = threads_for(self.multiplications());
-        let Workspace { input, spans, cuts, padded_sums, .. } = &mut self.workspace;
+        let Workspace { input, spans, cuts, padded_sums, active, active_sums, .. } = &mut self.workspace;
+        let mut active_sums = Some(active_sums);
         padded_sums.resize_with(self.layers.len(), Buffer::default);
         let (layers, input, spans, mut rest) = (&*self.layers, &**input, &spans[..*cuts], gradients);
         let mut sums = Vec::with_capacity(layers.len());
         for (i, space) in padded_sums.iter_mut().enumerate() {
             let (sum, others) = mem::take(&mut rest).split_at_mut(layers[i].parameters());
             rest = others;
-            sums.push(ParameterSum { i, layers, input, spans, space, sum });
+            let active = active_sums.take().map(|space| (&*active, space));
+            sums.push(ParameterSum { i, layers, input, active, spans, space, sum });
         }
         match threads {
             1 => sums.into_iter().for_each(ParameterSum::run),
@@ -267,13 +278,19 @@ impl Workspace {
 }
 
 impl Span {
-    fn forward(&mut self, layers: &[Layer], parameters: &LoadedParameters, input: &[f32]) {
+    fn forward(&mut self, layers: &[Layer], parameters: &LoadedParameters, input: &[f32], active: &ActiveColumns) {
         self.outputs.resize_with(layers.len(), Buffer::default);
         for (i, layer) in layers.iter().enumerate() {
             let (before, after) = self.outputs.split_at_mut(i);
             let x = input_of(i, layers, input, self.start, before);
             after[0].resize(self.rows * padded(layer.outputs));
-            dense(layer, parameters, self.rows, x, &mut after[0]);
+            match active.get(self.start).filter(|_| i == 0) {
+                Some((x, depth, weight)) => dense(layer, parameters, self.rows, x, depth, weight, &mut after[0]),
+                None => {
+                    let (depth, weight) = (layer.inputs, parameters.weight(layer));
+                    dense(layer, parameters, self.rows, x, depth, weight, &mut after[0]);
+                }
+            }
         }
     }
 
@@ -326,17 +343,25 @@ fn input_of<'a>(i: usize, layers: &[Layer], input: &'a [f32], start: usize, outp
     }
 }
 
-/// `y = f(x w + b)` for `rows` rows of `x`.
-pub(super) fn dense(layer: &Layer, parameters: &LoadedParameters, rows: usize, x: Rows<'_>, y: &mut [f32]) {
+/// `y = f(x w + b)` for `rows` rows of `x` and `depth` rows of `w`: the layer's, or some of them.
+pub(super) fn dense(
+    layer: &Layer,
+    parameters: &LoadedParameters,
+    rows: usize,
+    x: Rows<'_>,
+    depth: usize,
+    weight: &[f32],
+    y: &mut [f32],
+) {
     let columns = padded(layer.outputs);
     Product {
         rows,
-        depth: layer.inputs,
+        depth,
         columns,
         a: x.values,
         a_row: x.row,
         a_depth: 1,
-        b: parameters.weight(layer),
+        b: weight,
         b_row: columns,
         start: Start::Row(parameters.bias(layer)),
         c: y,
@@ -351,6 +376,8 @@ struct ParameterSum<'a> {
     i: usize,
     layers: &'a [Layer],
     input: &'a [f32],
+    /// Of the first layer.
+    active: Option<(&'a ActiveColumns, &'a mut Buffer)>,
     spans: &'a [Span],
     space: &'a mut Buffer,
     /// What they are added to: weight, then bias.
@@ -359,7 +386,7 @@ struct ParameterSum<'a> {
 
 impl ParameterSum<'_> {
     fn run(self) {
-        let Self { i, layers, input, spans, space, sum } = self;
+        let Self { i, layers, input, active, spans, space, sum } = self;
         let layer = &layers[i];
         let columns = padded(layer.outputs);
         if layer.is_padded() {
@@ -368,27 +395,47 @@ impl ParameterSum<'_> {
         }
         let padded_sum = if layer.is_padded() { &mut space[..] } else { &mut *sum };
         let (dw, db) = padded_sum.split_at_mut(layer.inputs * columns);
-        for span in spans {
-            let x = input_of(i, layers, input, span.start, &span.outputs);
-            Product {
-                rows: layer.inputs,
-                depth: span.rows,
-                columns,
-                a: x.values,
-                a_row: 1,
-                a_depth: x.row,
-                b: &span.slopes[i],
-                b_row: columns,
-                start: Start::Accumulate,
-                c: &mut *dw,
-                c_row: columns,
-                epilogue: Epilogue::None,
+        match active.filter(|(active, _)| active.get(0).is_some()) {
+            Some((active, space)) => {
+                active.gather(dw, columns, space);
+                for span in spans {
+                    if let Some((x, inputs, _)) = active.get(span.start) {
+                        add_weight_gradient(x, inputs, span.rows, &span.slopes[i], columns, space);
+                    }
+                }
+                active.scatter(space, columns, dw);
             }
-            .execute();
+            None => {
+                for span in spans {
+                    let x = input_of(i, layers, input, span.start, &span.outputs);
+                    add_weight_gradient(x, layer.inputs, span.rows, &span.slopes[i], columns, dw);
+                }
+            }
+        }
+        for span in spans {
             ColumnSums { x: &span.slopes[i], sums: db }.execute();
         }
         if layer.is_padded() {
             unpad_rows(space, layer.outputs, sum);
         }
     }
+}
+
+/// Adds `xᵀ slopes`, over `rows` rows, to `dw` of `inputs` × `columns`.
+fn add_weight_gradient(x: Rows<'_>, inputs: usize, rows: usize, slopes: &[f32], columns: usize, dw: &mut [f32]) {
+    Product {
+        rows: inputs,
+        depth: rows,
+        columns,
+        a: x.values,
+        a_row: 1,
+        a_depth: x.row,
+        b: slopes,
+        b_row: columns,
+        start: Start::Accumulate,
+        c: dw,
+        c_row: columns,
+        epilogue: Epilogue::None,
+    }
+    .execute();
 }

@@ -21,6 +21,8 @@ pub enum Source {
     Planner,
     /// A person.
     Hand,
+    /// An earlier episode that is repeated.
+    Recorded,
 }
 
 /// One action of an episode that was played.
@@ -52,7 +54,8 @@ impl From<ActionLine> for PlayedAction {
 
 impl From<PlayedAction> for ActionLine {
     fn from(played: PlayedAction) -> Self {
-        let source = Some(played.source).filter(|source| matches!(source, Source::Planner | Source::Hand));
+        let source =
+            Some(played.source).filter(|source| matches!(source, Source::Planner | Source::Hand | Source::Recorded));
         Self { action: played.action, guided: played.source == Source::Clusters, source }
     }
 }

@@ -154,6 +154,13 @@ pub enum Event {
         /// Number of clusters of each subgoal, the goal last.
         clusters: Vec<u32>,
     },
+    /// The need for exploration is another than before, by an epsilon schedule by need.
+    NeedsChanged {
+        /// Episodes finished so far.
+        episode: u64,
+        /// Share of the latest greedy attempts at each subgoal that failed, the goal last.
+        needs: Vec<f32>,
+    },
     /// All episodes are done.
     Finished {
         /// Episodes finished.
@@ -187,6 +194,7 @@ impl Event {
             | Event::Resumed { episode }
             | Event::ScheduleChanged { episode, .. }
             | Event::ClustersChanged { episode, .. }
+            | Event::NeedsChanged { episode, .. }
             | Event::Finished { episode }
             | Event::Stopped { episode, .. }
             | Event::Failed { episode, .. } => *episode,
@@ -227,6 +235,9 @@ impl fmt::Display for Event {
             }
             Event::ClustersChanged { episode, clusters } => {
                 write!(f, "episode {episode}: new action clusters, {clusters:?} by subgoal")
+            }
+            Event::NeedsChanged { episode, needs } => {
+                write!(f, "episode {episode}: need for exploration {needs:.2?} by subgoal")
             }
             Event::Finished { episode } => write!(f, "finished after {episode} episodes"),
             Event::Stopped { episode, reason } => {
@@ -276,6 +287,10 @@ mod tests {
         check(
             Event::Evaluated { episode: 10, episodes: 5, success: 0.4, mean_return: f64::INFINITY },
             r#"{"time":1.5,"type":"evaluated","episode":10,"episodes":5,"success":0.4,"mean_return":"inf"}"#,
+        );
+        check(
+            Event::NeedsChanged { episode: 4, needs: vec![0.05, 1.0] },
+            r#"{"time":1.5,"type":"needs_changed","episode":4,"needs":[0.05,1.0]}"#,
         );
         check(Event::Paused { episode: 3 }, r#"{"time":1.5,"type":"paused","episode":3}"#);
         check(

@@ -22,6 +22,8 @@ pub struct RunHistory {
     pub records: Vec<EpisodeRecord>,
     /// The greedy evaluations, in order.
     pub evaluations: Vec<EvaluationRecord>,
+    /// The need for exploration of each stage, the goal last; empty if epsilon does not go by need.
+    pub needs: Vec<f32>,
     /// What happened last.
     pub last: Option<Event>,
 }
@@ -53,6 +55,7 @@ impl RunHistory {
                 success: *success,
                 mean_return: *mean_return,
             }),
+            Event::NeedsChanged { needs, .. } => self.needs.clone_from(needs),
             _ => {}
         }
         self.last = Some(event.clone());

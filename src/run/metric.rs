@@ -156,7 +156,7 @@ metrics! {
         direction: Direction::Neutral,
         range: SHARE,
         tag: Some("train/epsilon"),
-        formula: "the schedule at this episode",
+        formula: "the schedule at this episode; by need: its mean over the stages",
         value: |record| Some(record.epsilon.into()),
     }
     /// Standard deviation of a kick of the exploration noise.
@@ -203,7 +203,8 @@ metrics! {
         formula: "max Q(s, a)",
         value: |record| record.max_q.map(f64::from),
     }
-    /// Minus the value that the actor expects of its own actions.
+    /// Minus the value that the actor expects of its own actions; with imitation, in units of its mean
+    /// magnitude, and the weighted distance from the imitated actions added.
     ActorLoss {
         name: "actor_loss",
         title: "actor loss",

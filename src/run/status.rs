@@ -65,7 +65,8 @@ impl RunStatus {
             Event::Evaluated { .. }
             | Event::Checkpointed { .. }
             | Event::ScheduleChanged { .. }
-            | Event::ClustersChanged { .. } => None,
+            | Event::ClustersChanged { .. }
+            | Event::NeedsChanged { .. } => None,
         });
         let without_events = if locked { RunState::Running } else { RunState::NotStarted };
         Self {

@@ -205,8 +205,7 @@ impl StudyPlan {
     }
 
     fn run(&self, arm: &Arm, task: Arc<Task>, seed: u64, episodes: u32) -> Result<PlannedRun, SettingError> {
-        let mut config = RunConfig::new(task);
-        config.method = arm.method;
+        let mut config = RunConfig::usual(task, arm.method);
         config.epsilon = arm.epsilon.clone();
         config.seed = seed;
         config.episodes = episodes;

@@ -51,6 +51,32 @@ impl NoiseDecay {
     }
 }
 
+/// How the learning rate of the actor shrinks: linearly from where `begin` of the episodes are
+/// done to `final_scale` at the end.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ActorRateDecay {
+    /// Share of the run's episodes after which it begins.
+    pub begin: f32,
+    /// Scale of the rate at the end; 1 keeps it constant.
+    pub final_scale: f32,
+}
+
+impl Default for ActorRateDecay {
+    fn default() -> Self {
+        Self { begin: 0.3, final_scale: 1.0 }
+    }
+}
+
+impl ActorRateDecay {
+    /// Scale of the rate in an episode, counted from 0, of a run of `episodes`.
+    pub fn scale(&self, episode: u32, episodes: u32) -> f32 {
+        let begin = self.begin * episodes as f32;
+        let share = ((episode as f32 - begin) / (episodes as f32 - begin).max(1.0)).clamp(0.0, 1.0);
+        1.0 + (self.final_scale - 1.0) * share
+    }
+}
+
 /// How the greedy policy is evaluated during training.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -128,6 +154,13 @@ pub struct RunConfig {
     /// Annealing of the exploration noise.
     #[serde(default)]
     pub noise_decay: NoiseDecay,
+    /// Annealing of the actor's learning rate.
+    #[serde(default)]
+    pub actor_rate_decay: ActorRateDecay,
+    /// Half width of the uniform noise on the ball's start in training and evaluation, normalised;
+    /// none for that of the task.
+    #[serde(default)]
+    pub start_noise: Option<f32>,
     /// The learner.
     #[serde(default)]
     pub ddpg: DdpgConfig,
@@ -177,11 +210,28 @@ fn default_epsilon() -> EpsilonSchedule {
 }
 
 /// The numbers among the run's own settings.
-const SETTINGS: [Setting; 14] = [
+const SETTINGS: [Setting; 17] = [
     Setting::count("seed", 0, u64::MAX, "master seed"),
     Setting::count("episodes", 1, 10_000_000, "episodes to train"),
     Setting::number("noise_decay.final_scale", 0.0, 1.0, "least scale of the exploration noise; 1 keeps it constant"),
     Setting::number("noise_decay.share", 0.0, 1.0, "share of the episodes after which the scale would be 0"),
+    Setting::number(
+        "actor_rate_decay.begin",
+        0.0,
+        1.0,
+        "share of the episodes after which the actor's learning rate shrinks",
+    ),
+    Setting::number(
+        "actor_rate_decay.final_scale",
+        0.0,
+        1.0,
+        "scale of the actor's learning rate at the end; 1 keeps it constant",
+    ),
+    Setting {
+        path: "start_noise",
+        range: Range::NumberOrNull(0.0, 1.0),
+        about: "half width of the uniform noise on the ball's start, normalised; null for that of the task",
+    },
     Setting::count("refinement.every", 0, 1_000_000_000, "episodes between refinements of the clusters; 0 for none"),
     Setting::count("refinement.least", 0, 100_000, "own rewarding actions of a stage before its clusters follow them"),
     Setting::count("refinement.most", 0, 100_000, "own rewarding actions of a stage that are kept"),
@@ -232,6 +282,8 @@ impl RunConfig {
             epsilon: default_epsilon(),
             granularity: Granularity::default(),
             noise_decay: NoiseDecay::default(),
+            actor_rate_decay: ActorRateDecay::default(),
+            start_noise: None,
             ddpg: DdpgConfig::default(),
             prior: PriorSource::default(),
             guidance: GuidanceConfig::default(),
@@ -262,9 +314,21 @@ impl RunConfig {
         Ok(())
     }
 
+    /// The task as the run plays it: with the run's start noise.
+    pub fn played_task(&self) -> Arc<Task> {
+        match self.start_noise {
+            Some(noise) if noise != self.task.rules.start_noise => {
+                let mut task = Task::clone(&self.task);
+                task.rules.start_noise = noise;
+                Arc::new(task)
+            }
+            _ => self.task.clone(),
+        }
+    }
+
     /// Whether the run uses action clusters at all.
     pub fn is_guided(&self) -> bool {
-        self.method.has_clusters() && !self.epsilon.is_zero()
+        self.method.has_clusters() && !(self.method.uses("epsilon") && self.epsilon.is_zero())
     }
 
     /// Where the run's clusters, plans or imagined transitions come from.

@@ -27,12 +27,34 @@ pub enum Method {
     /// Planning through the model (cross-entropy method), without learning.
     #[serde(rename = "planning")]
     Planning,
+    /// DDPG-MGE that explores by need and learns from its own successes.
+    #[serde(rename = "ddpg-mge-adaptive")]
+    DdpgMgeAdaptive,
+    /// The same learner with uniform random actions in place of the clusters'.
+    #[serde(rename = "ddpg-uniform-adaptive")]
+    DdpgUniformAdaptive,
+    /// The same learner with nothing but noise to explore.
+    #[serde(rename = "ddpg-adaptive")]
+    DdpgAdaptive,
+    /// No learning: guided exploration until an episode succeeds, whose actions are then repeated.
+    #[serde(rename = "open-loop")]
+    OpenLoop,
 }
 
 impl Method {
     /// All methods.
-    pub const ALL: [Self; 6] =
-        [Self::Ddpg, Self::DdpgMge, Self::DdpgUniform, Self::DdpgMgeTrue, Self::ModelReplay, Self::Planning];
+    pub const ALL: [Self; 10] = [
+        Self::Ddpg,
+        Self::DdpgMge,
+        Self::DdpgUniform,
+        Self::DdpgMgeTrue,
+        Self::ModelReplay,
+        Self::Planning,
+        Self::DdpgMgeAdaptive,
+        Self::DdpgUniformAdaptive,
+        Self::DdpgAdaptive,
+        Self::OpenLoop,
+    ];
 
     /// The name used in files and on the command line.
     pub fn name(self) -> &'static str {
@@ -43,6 +65,10 @@ impl Method {
             Self::DdpgMgeTrue => "ddpg-mge-true",
             Self::ModelReplay => "ddpg-model-replay",
             Self::Planning => "planning",
+            Self::DdpgMgeAdaptive => "ddpg-mge-adaptive",
+            Self::DdpgUniformAdaptive => "ddpg-uniform-adaptive",
+            Self::DdpgAdaptive => "ddpg-adaptive",
+            Self::OpenLoop => "open-loop",
         }
     }
 
@@ -55,12 +81,20 @@ impl Method {
             Self::DdpgMgeTrue => "DDPG-MGE, true physics",
             Self::ModelReplay => "DDPG, model replay",
             Self::Planning => "planning",
+            Self::DdpgMgeAdaptive => "adaptive DDPG-MGE",
+            Self::DdpgUniformAdaptive => "adaptive DDPG, uniform exploration",
+            Self::DdpgAdaptive => "adaptive DDPG",
+            Self::OpenLoop => "open-loop replay",
         }
     }
 
     /// Whether epsilon decides between the policy and clusters (or what stands for them).
     pub fn has_clusters(self) -> bool {
-        matches!(self, Self::DdpgMge | Self::DdpgUniform | Self::DdpgMgeTrue)
+        match self {
+            Self::DdpgMge | Self::DdpgUniform | Self::DdpgMgeTrue => true,
+            Self::DdpgMgeAdaptive | Self::DdpgUniformAdaptive | Self::OpenLoop => true,
+            Self::Ddpg | Self::DdpgAdaptive | Self::ModelReplay | Self::Planning => false,
+        }
     }
 
     /// Whether a rollout model is consulted during the episodes.
@@ -70,17 +104,24 @@ impl Method {
 
     /// Whether there is a policy that learns.
     pub fn learns(self) -> bool {
-        self != Self::Planning
+        !matches!(self, Self::Planning | Self::OpenLoop)
+    }
+
+    /// Whether it explores by need and learns from its own successes.
+    pub fn is_adaptive(self) -> bool {
+        matches!(self, Self::DdpgMgeAdaptive | Self::DdpgUniformAdaptive | Self::DdpgAdaptive)
     }
 
     /// Whether a setting of a run, by its JSON path, makes a difference to the method.
     pub fn uses(self, path: &str) -> bool {
         match path.split('.').next().unwrap_or(path) {
-            "epsilon" | "granularity" | "guidance" | "refinement" => self.has_clusters(),
+            "epsilon" => (self.has_clusters() && self.learns()) || self.is_adaptive(),
+            "granularity" | "refinement" => self.has_clusters() && self.learns(),
+            "guidance" => self.has_clusters(),
             "prior" => (self.has_clusters() || self.consults_model()) && self.fixed_source().is_none(),
             "model_replay" => self == Self::ModelReplay,
             "planner" => self == Self::Planning,
-            "ddpg" | "noise_decay" | "evaluation" => self.learns(),
+            "ddpg" | "noise_decay" | "actor_rate_decay" | "evaluation" => self.learns(),
             _ => true,
         }
     }
@@ -88,9 +129,10 @@ impl Method {
     /// Where rollouts come from, if the method leaves no choice.
     pub(super) fn fixed_source(self) -> Option<PriorSource> {
         match self {
-            Self::DdpgUniform => Some(PriorSource::Uniform),
+            Self::DdpgUniform | Self::DdpgUniformAdaptive => Some(PriorSource::Uniform),
             Self::DdpgMgeTrue => Some(PriorSource::TruePhysics),
             Self::Ddpg | Self::DdpgMge | Self::ModelReplay | Self::Planning => None,
+            Self::DdpgMgeAdaptive | Self::DdpgAdaptive | Self::OpenLoop => None,
         }
     }
 }

@@ -22,9 +22,11 @@
 //!    [0.31, 0.41].
 
 mod config;
+mod exploration;
 mod imagination;
 mod method;
 mod prior;
+mod recipe;
 mod run_loop;
 mod setting;
 mod streams;
@@ -36,7 +38,7 @@ mod training;
 mod watch;
 
 pub use crate::run::Source;
-pub use config::{Evaluation, Granularity, ModelReplay, NoiseDecay, Refinement, RunConfig, settings};
+pub use config::{ActorRateDecay, Evaluation, Granularity, ModelReplay, NoiseDecay, Refinement, RunConfig, settings};
 pub use method::{Method, PriorSource};
 pub use prior::{NamedModel, PriorError, build_prior, check_model, rollout_model, saved_prior};
 pub use run_loop::{Control, Ending, TrainerError, train};

@@ -184,6 +184,9 @@ impl RunLoop<'_> {
             Some(prior) if training.episode() == 0 => self.record_prior(&prior, 0)?,
             prior => self.restore_prior(prior.as_deref())?,
         }
+        if training.episode() == 0 {
+            self.record_needs(&training, &[])?;
+        }
         self.watch.set_phase(Phase::Training);
         while !training.is_finished() {
             if let Next::Stop(reason) = self.handle_controls(&mut training)? {
@@ -198,9 +201,11 @@ impl RunLoop<'_> {
     }
 
     fn episode(&mut self, training: &mut Training) -> Result<(), TrainerError> {
+        let needs = training.needs();
         let (record, trace) = training.run_episode()?;
         self.watch.set_episode(record.episode);
         self.writer.record(&Event::EpisodeFinished(record))?;
+        self.record_needs(training, &needs)?;
         self.writer.keep(&trace.played())?;
         self.watch.offer(|| LiveView {
             trace: Arc::new(trace),
@@ -284,7 +289,9 @@ impl RunLoop<'_> {
                 Control::SetSchedule(schedule) => {
                     let event = Event::ScheduleChanged { episode: training.episode(), schedule: schedule.to_string() };
                     self.writer.record(&event)?;
+                    let needs = training.needs();
                     training.set_schedule(schedule);
+                    self.record_needs(training, &needs)?;
                 }
                 Control::SetPrior(prior) => {
                     self.record_prior(&prior, training.episode())?;
@@ -307,6 +314,14 @@ impl RunLoop<'_> {
         self.write_prior(&prior.to_json())?;
         let clusters = prior.stages.iter().map(|stage| stage.clusters.len() as u32).collect();
         Ok(self.writer.record(&Event::ClustersChanged { episode, clusters })?)
+    }
+
+    /// Records the need for exploration if it is another than before.
+    fn record_needs(&mut self, training: &Training, before: &[f32]) -> Result<(), RunError> {
+        match training.needs() {
+            needs if needs == before => Ok(()),
+            needs => self.writer.record(&Event::NeedsChanged { episode: training.episode(), needs }),
+        }
     }
 
     /// Makes the saved prior that of the checkpoint: a later one may have been saved since.

@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use super::config::RunConfig;
+use super::method::Method;
 use crate::json;
 use crate::spelling::nearest;
 use crate::validation::ValidationError;
@@ -39,6 +40,10 @@ impl RunConfig {
     /// # Errors
     /// When there is no such setting, or it cannot have that value.
     pub fn with_unchecked_setting(&self, key: &str, value: &str) -> Result<Self, SettingError> {
+        if key == "method" {
+            let wrong = |message| SettingError::Value { key: key.to_owned(), value: value.to_owned(), message };
+            return Ok(self.with_method(value.trim_matches('"').parse().map_err(wrong)?));
+        }
         let mut config = to_json(self);
         let place = if is_of_task(key) { None } else { json::at_mut(&mut config, key) };
         let Some(place) = place else {
@@ -60,14 +65,17 @@ impl RunConfig {
     }
 }
 
-/// The settings, by path, in which a configuration differs from the usual one of its task;
-/// values as [`RunConfig::with_setting`] takes them.
+/// The settings, by path, in which a configuration differs from the usual one of its task and
+/// method, and the method, first, if it is not the usual one; values as
+/// [`RunConfig::with_setting`] takes them.
 pub fn unusual_settings(config: &RunConfig) -> Vec<(String, String)> {
-    let (ours, usual) = (to_json(config), to_json(&RunConfig::new(config.task.clone())));
+    let (ours, usual) = (to_json(config), to_json(&RunConfig::usual(config.task.clone(), config.method)));
     let usual = json::leaves(&usual);
     let differs = |(path, value): &(String, &Value)| !is_of_task(path) && !usual.contains(&(path.clone(), *value));
     let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-    json::leaves(&ours).into_iter().filter(differs).map(|(path, value)| (path, text(value))).collect()
+    let others = json::leaves(&ours).into_iter().filter(differs).map(|(path, value)| (path, text(value)));
+    let method = (config.method != Method::default()).then(|| ("method".to_owned(), config.method.to_string()));
+    method.into_iter().chain(others).collect()
 }
 
 /// The paths of all settings but the task's.

@@ -11,11 +11,10 @@ use super::*;
 use crate::agent::ReplayBuffer;
 use crate::guidance::ActionPrior;
 use crate::run::{CheckpointName, EpisodeRecord, Event, RunDirectory, RunState, read_events, read_metrics};
-use crate::task;
+use crate::task::{self, Task};
 
 fn config(method: Method, episodes: u32) -> RunConfig {
-    let mut config = RunConfig::new(Arc::new(task::load("task1").unwrap()));
-    config.method = method;
+    let mut config = RunConfig::usual(Arc::new(task::load("task1").unwrap()), method);
     config.episodes = episodes;
     config.seed = 3;
     config.prior = PriorSource::TruePhysics;
@@ -297,7 +296,9 @@ fn clusters_are_used_by_the_methods_that_have_them() {
         finish(&run);
         let records = read_metrics(&run.metrics_path()).unwrap();
         let guided = method.has_clusters();
-        assert!(records.iter().all(|record| record.guided == guided), "{method}");
+        // Open-loop replay repeats its first success.
+        let explored = records.iter().take_while(|record| method != Method::OpenLoop || !record.goal);
+        assert!(explored.clone().count() > 0 && explored.into_iter().all(|record| record.guided == guided), "{method}");
         assert_eq!(run.path().join("prior.json").exists(), guided);
     }
 }
@@ -472,4 +473,99 @@ fn a_missing_model_fails_the_run_with_a_reason() {
     let error = train(&run, &controls, &Watch::default()).unwrap_err().to_string();
     assert!(error.contains("nowhere.safetensors"), "{error}");
     assert_eq!(run.status().unwrap().state, RunState::Failed(error));
+}
+
+#[test]
+fn a_resumed_adaptive_run_is_that_of_an_uninterrupted_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut config = config(Method::DdpgMgeAdaptive, 24);
+    config.start_noise = Some(0.02);
+    config.ddpg.replay_capacity = 1000;
+    config.evaluation = Evaluation { every: 2, episodes: 2 };
+    config.refinement = Refinement { every: 6, least: 1, most: 5 };
+    let [whole, broken] = ["whole", "broken"].map(|name| new_run(folder.path(), name, &config));
+    finish(&whole);
+    stop_at(&broken, 9);
+    finish(&broken);
+    let (whole, broken) = (lasting(&whole), lasting(&broken));
+    assert_eq!(Vec::from_iter(whole.keys()), Vec::from_iter(broken.keys()));
+    for (name, bytes) in &whole {
+        assert!(broken[name] == *bytes, "{name} differs");
+    }
+    let progress = String::from_utf8_lossy(&whole["checkpoint/last/progress.json"]);
+    assert!(progress.contains("\"attempts\":[["), "there was no greedy attempt: the test shows nothing");
+    let networks = String::from_utf8_lossy(&whole["checkpoint/last/learner.safetensors"]).replace('\\', "");
+    assert!(networks.contains("\"by_stage\":[[["), "no segment reached its stage: the test shows nothing");
+}
+
+#[test]
+fn the_log_has_the_needs_of_every_stage() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = config(Method::DdpgMgeAdaptive, 20);
+    let run = new_run(folder.path(), "run", &config);
+    finish(&run);
+    let events = read_events(&run.events_path()).unwrap();
+    let needs: Vec<(u64, Vec<f32>)> = events
+        .into_iter()
+        .filter_map(|logged| match logged.event {
+            Event::NeedsChanged { episode, needs } => Some((episode, needs)),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(needs[0], (0, vec![1.0, 1.0]));
+    assert!(needs.windows(2).all(|pair| pair[0].1 != pair[1].1), "{needs:?}");
+    let history = crate::run::RunHistory::read(&run).unwrap();
+    assert_eq!(history.needs, needs.last().unwrap().1);
+    // Clusters are drawn by half of the mean need before the episode.
+    for record in &history.records {
+        let (_, before) = needs.iter().rev().find(|(episode, _)| *episode < record.episode).unwrap();
+        assert!((record.epsilon - 0.25 * (before[0] + before[1])).abs() < 1e-6, "{record:?}, {before:?}");
+    }
+}
+
+#[test]
+fn the_start_noise_of_the_run_goes_before_that_of_the_task() {
+    for (of_task, of_run, expected) in
+        [(0.0, Some(0.02), 0.02), (0.05, None, 0.05), (0.05, Some(0.01), 0.01), (0.05, Some(0.0), 0.0)]
+    {
+        let mut config = config(Method::Ddpg, 1);
+        let mut task = Task::clone(&config.task);
+        task.rules.start_noise = of_task;
+        (config.task, config.start_noise) = (Arc::new(task), of_run);
+        let mut training = Training::new(config, None).unwrap();
+        let shifts: Vec<f32> = (0..200).flat_map(|_| training.run_episode().unwrap().1.shift).collect();
+        let widest = shifts.iter().fold(0.0f32, |widest, shift| widest.max(shift.abs()));
+        assert!(widest <= expected && widest >= 0.95 * expected, "{widest}, not {expected}");
+    }
+}
+
+#[test]
+fn the_first_success_is_repeated() {
+    let mut config = config(Method::OpenLoop, 60);
+    config.guidance.model_rollouts = 300;
+    let prior = build_prior(&config, |_| true).unwrap().map(Arc::new);
+    let mut training = Training::new(config, prior).unwrap();
+    let episodes: Vec<(EpisodeRecord, Trace)> = (0..60).map(|_| training.run_episode().unwrap()).collect();
+    let first = episodes.iter().position(|(record, _)| record.goal).unwrap();
+    assert!(first < 50, "no success in time to repeat it");
+    let actions = |trace: &Trace| trace.steps.iter().map(|step| step.action).collect::<Vec<_>>();
+    for (record, trace) in &episodes[first + 1..] {
+        assert!(record.goal && !record.guided && trace.steps.iter().all(|step| step.source == Source::Recorded));
+        assert_eq!(actions(trace), actions(&episodes[first].1));
+    }
+}
+
+#[test]
+fn the_usual_settings_of_a_method_go_with_it_and_chosen_ones_stay() {
+    let plain = config(Method::DdpgMge, 8).with_setting("ddpg.gamma", "0.9").unwrap();
+    let adaptive = plain.with_setting("method", "ddpg-mge-adaptive").unwrap();
+    assert_eq!((adaptive.ddpg.gamma, adaptive.episodes, adaptive.seed), (0.9, 8, 3));
+    assert!(adaptive.ddpg.imitation.share > 0.0);
+    assert_eq!(adaptive.with_method(Method::DdpgMge), plain);
+    let unusual = unusual_settings(&adaptive);
+    assert!(unusual.iter().all(|(key, _)| !key.starts_with("ddpg.imitation")), "{unusual:?}");
+    let again = unusual.iter().fold(RunConfig::new(adaptive.task.clone()), |config, (key, value)| {
+        config.with_unchecked_setting(key, value).unwrap()
+    });
+    assert_eq!(again, adaptive);
 }

@@ -8,6 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::config::{Granularity, RunConfig};
+use super::exploration::{Attempts, Explorer, explorer, needs};
 use super::imagination::imagine;
 use super::method::Method;
 use super::prior::{PriorError, consulted_model};
@@ -68,6 +69,12 @@ struct Progress {
     /// Rewarding actions of real play for each stage, the oldest first.
     #[serde(default)]
     rewarding: Vec<VecDeque<Action>>,
+    /// Greedy attempts at each stage.
+    #[serde(default, skip_serializing_if = "Attempts::is_empty")]
+    attempts: Attempts,
+    /// Actions of the first successful episode, for [`Method::OpenLoop`] to repeat.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    first_success: Option<Vec<Action>>,
 }
 
 /// A run in memory: environment, learner, prior, schedule, streams and counters.
@@ -108,9 +115,11 @@ impl Training {
             epsilon: config.epsilon.clone(),
             prior,
             rewarding: Vec::new(),
+            attempts: Attempts::default(),
+            first_success: None,
         };
         let model = consulted_model(&config)?;
-        Ok(Self { env: Environment::new(config.task.clone()), config, model, learner, progress })
+        Ok(Self { env: Environment::new(config.played_task()), config, model, learner, progress })
     }
 
     /// A run that continues from a checkpoint exactly as if it had not been interrupted.
@@ -131,7 +140,7 @@ impl Training {
         }
         let progress = checkpoint.json(PROGRESS_SECTION)?;
         let model = consulted_model(&config)?;
-        Ok(Self { env: Environment::new(config.task.clone()), config, model, learner, progress })
+        Ok(Self { env: Environment::new(config.played_task()), config, model, learner, progress })
     }
 
     /// The whole state of the run, between two episodes.
@@ -188,6 +197,11 @@ impl Training {
         self.progress.epsilon = schedule;
     }
 
+    /// The need for exploration of each stage, the goal last; empty if the schedule does not go by need.
+    pub fn needs(&self) -> Vec<f32> {
+        needs(&self.progress.epsilon, &self.progress.attempts, self.config.task.stage_count())
+    }
+
     /// Another action prior from the next episode on.
     pub fn set_prior(&mut self, prior: Arc<ActionPrior>) {
         self.progress.prior = Some(prior);
@@ -206,24 +220,34 @@ impl Training {
         } else {
             0.0
         };
+        let needs = self.needs();
+        let mean_need = if needs.is_empty() { 1.0 } else { needs.iter().sum::<f32>() / needs.len() as f32 };
         let noise_scale = self.config.noise_decay.scale(episode, self.config.episodes);
         self.learner.set_noise_scale(noise_scale);
+        self.learner.set_actor_rate_scale(self.config.actor_rate_decay.scale(episode, self.config.episodes));
         self.learner.start_episode();
         let mut observation = self.env.reset(&mut self.progress.streams.environment);
         let mut trace = Trace { episode: u64::from(episode) + 1, shift: self.env.shift(), steps: Vec::new() };
         let mut means = UpdateMeans::default();
         let mut played = Played::default();
         let mut states = Vec::new();
-        let mut guided = self.draw(threshold);
+        let mut explorer = self.draw(threshold);
+        // Whether the stage has been played greedily from its beginning.
+        let mut greedy = true;
         loop {
             if self.config.method == Method::ModelReplay {
                 states.push(self.env.snapshot().clone());
             }
             let stage = self.env.snapshot().stage();
-            let (action, source) = self.choose(&observation, guided)?;
+            let (action, source) = self.choose(&observation, explorer, trace.steps.len())?;
             let step = trace.step(&mut self.env, action, source)?;
             played.note(action, &step);
-            if step.goal || !step.subgoals.is_empty() {
+            let reached = step.goal || !step.subgoals.is_empty();
+            greedy &= explorer == Explorer::Greedy;
+            if (reached || step.end.is_some()) && std::mem::replace(&mut greedy, true) {
+                self.note_attempt(stage, reached);
+            }
+            if reached {
                 self.keep_rewarding(stage, played.take_rewarding(self.config.guidance.rewarding));
             }
             if self.config.method.learns() {
@@ -234,13 +258,16 @@ impl Training {
                     next_observation: &step.observation,
                     terminated: step.terminated,
                 })?;
+                if reached {
+                    self.learner.reach(stage);
+                }
                 if let Some(metrics) = self.learner.learn()? {
                     means.add(&metrics);
                 }
             }
             if step.end.is_some() {
                 self.imagine(&states, noise_scale)?;
-                let record = self.finish_episode(&trace, &step, threshold, noise_scale, &means);
+                let record = self.finish_episode(&trace, &step, threshold * mean_need, noise_scale, &means);
                 return Ok((record, trace));
             }
             let again = match self.config.granularity {
@@ -249,7 +276,7 @@ impl Training {
                 Granularity::Step => true,
             };
             if again {
-                guided = self.draw(threshold);
+                explorer = self.draw(threshold);
             }
             observation = step.observation;
         }
@@ -309,7 +336,7 @@ impl Training {
     pub fn evaluate(&mut self, episodes: u32) -> Event {
         let (mut successes, mut total) = (0u32, 0.0f64);
         for _ in 0..episodes {
-            let trace = greedy_episode(&self.config.task, self.learner.ddpg(), &mut self.progress.streams.evaluation);
+            let trace = greedy_episode(self.env.task(), self.learner.ddpg(), &mut self.progress.streams.evaluation);
             successes += u32::from(trace.reached_goal());
             total += f64::from(trace.total_reward());
         }
@@ -328,14 +355,33 @@ impl Training {
         self.progress.prior.is_some() && self.progress.epsilon != self.config.epsilon
     }
 
-    /// Whether epsilon, drawn uniformly, is below the threshold. Always draws, so
-    /// that the stream does not depend on the schedule.
-    fn draw(&mut self, threshold: f32) -> bool {
-        let epsilon: f32 = self.progress.streams.guidance.r#gen();
-        epsilon < threshold
+    /// Who chooses the actions of the stage that comes next. Always draws, so that the stream does
+    /// not depend on the schedule.
+    fn draw(&mut self, threshold: f32) -> Explorer {
+        let progress = &mut self.progress;
+        let draw: f32 = progress.streams.guidance.r#gen();
+        if self.config.method == Method::OpenLoop {
+            return Explorer::Clusters;
+        }
+        explorer(&progress.epsilon, threshold, &progress.attempts, self.env.snapshot().stage(), draw)
     }
 
-    fn choose(&mut self, observation: &[f32], guided: bool) -> Result<(Action, Source), TrainingError> {
+    fn note_attempt(&mut self, stage: usize, reached: bool) {
+        if let EpsilonSchedule::Need { attempts, .. } = self.progress.epsilon {
+            self.progress.attempts.note(stage, reached, attempts);
+        }
+    }
+
+    fn choose(
+        &mut self,
+        observation: &[f32],
+        explorer: Explorer,
+        step: usize,
+    ) -> Result<(Action, Source), TrainingError> {
+        let recorded = self.progress.first_success.iter().find_map(|actions| actions.get(step).or(actions.last()));
+        if let Some(action) = recorded {
+            return Ok((*action, Source::Recorded));
+        }
         let streams = &mut self.progress.streams;
         Ok(match (&self.model, &self.progress.prior) {
             (Some(model), _) if self.config.method == Method::Planning => {
@@ -344,9 +390,10 @@ impl Training {
                 let action = action.map_err(PriorError::from)?;
                 (action, Source::Planner)
             }
-            (_, Some(prior)) if guided => {
+            (_, Some(prior)) if explorer == Explorer::Clusters => {
                 (prior.sample(self.env.snapshot().stage(), &mut streams.guidance), Source::Clusters)
             }
+            _ if explorer == Explorer::Greedy => (to_action(&self.learner.ddpg().act(observation)), Source::Policy),
             _ => (to_action(&self.learner.explore(observation)), Source::Policy),
         })
     }
@@ -355,7 +402,7 @@ impl Training {
         &mut self,
         trace: &Trace,
         last: &Step,
-        threshold: f32,
+        epsilon: f32,
         noise_scale: f32,
         means: &UpdateMeans,
     ) -> EpisodeRecord {
@@ -364,6 +411,10 @@ impl Training {
         let steps = trace.steps.len() as u64;
         progress.episode += 1;
         progress.environment_steps += steps;
+        if self.config.method == Method::OpenLoop && snapshot.goal_reached() {
+            let actions = || trace.steps.iter().map(|step| step.action).collect();
+            progress.first_success.get_or_insert_with(actions);
+        }
         let rolling_success = progress.recent.push(snapshot.goal_reached(), WINDOW);
         let placed = snapshot.placed().len() as u32;
         let blocked = trace.steps.iter().filter(|step| step.placement != Placement::Placed).count() as u32;
@@ -376,7 +427,7 @@ impl Training {
             subgoals: snapshot.reached().iter().filter(|reached| **reached).count() as u32,
             subgoals_total: snapshot.reached().len() as u32,
             guided: trace.steps.iter().any(|step| step.source == Source::Clusters),
-            epsilon: threshold,
+            epsilon,
             noise_sigma: self.config.ddpg.ou.sigma * noise_scale,
             critic_loss: means.mean(|sum| sum.critic_loss),
             mean_q: means.mean(|sum| sum.mean_q),

@@ -50,7 +50,8 @@ impl App {
 
     pub(super) fn ask_for_epsilon(&mut self) {
         let now = self.workspace.view().settings.epsilon.to_string();
-        let hint = "0.1 · linear:0.8:0.05:2000 · exp:0.8:0.05:0.999 · step:0.8:0.5:500 · points:0=0.8,1000=0.3";
+        let hint = "0.1 · linear:0.8:0.05:2000 · exp:0.8:0.05:0.999 · step:0.8:0.5:500 · points:0=0.8,1000=0.3 · \
+                    need:0.5:0.25:20";
         self.open(Prompt::arguments("epsilon", "epsilon schedule", hint, now));
     }
 

@@ -13,6 +13,7 @@ pub fn points(schedule: &EpsilonSchedule) -> Vec<(u32, f32)> {
         }
         EpsilonSchedule::Step { from, factor, episodes } => vec![(0, *from), (*episodes, from * factor)],
         EpsilonSchedule::Points(points) => points.clone(),
+        EpsilonSchedule::Need { clusters, .. } => vec![(0, *clusters)],
     }
 }
 
@@ -46,6 +47,7 @@ pub fn move_point(schedule: &EpsilonSchedule, index: usize, episode: u32, value:
                 *point = (episode.clamp(low, high.max(low)), value);
             }
         }
+        EpsilonSchedule::Need { clusters, noise, .. } => *clusters = value.min(rounded(1.0 - *noise)),
     }
     moved
 }
@@ -79,7 +81,9 @@ pub fn insert_point(schedule: &EpsilonSchedule, episode: u32, value: f32) -> (Ep
 /// The points of a hand-drawn schedule that looks like this one.
 fn drawn(schedule: &EpsilonSchedule, episodes: u32) -> Vec<(u32, f32)> {
     let points = match schedule {
-        EpsilonSchedule::Constant(value) => vec![(0, *value), (episodes.max(1), *value)],
+        EpsilonSchedule::Constant(value) | EpsilonSchedule::Need { clusters: value, .. } => {
+            vec![(0, *value), (episodes.max(1), *value)]
+        }
         EpsilonSchedule::Linear { .. } | EpsilonSchedule::Points(_) => points(schedule),
         EpsilonSchedule::Exponential { .. } | EpsilonSchedule::Step { .. } => schedule.to_points(episodes, 8),
     };
@@ -115,7 +119,10 @@ pub fn next_kind(schedule: &EpsilonSchedule, episodes: u32) -> EpsilonSchedule {
             EpsilonSchedule::Step { from, factor: 0.5, episodes: (episodes / 4).max(1) }
         }
         EpsilonSchedule::Step { .. } => EpsilonSchedule::Points(drawn(schedule, episodes)),
-        EpsilonSchedule::Points(_) => EpsilonSchedule::Constant(from),
+        EpsilonSchedule::Points(_) => {
+            EpsilonSchedule::Need { clusters: from, noise: rounded((1.0 - from).min(0.25)), attempts: 20 }
+        }
+        EpsilonSchedule::Need { .. } => EpsilonSchedule::Constant(from),
     }
 }
 
@@ -127,6 +134,7 @@ pub fn kind(schedule: &EpsilonSchedule) -> &'static str {
         EpsilonSchedule::Exponential { .. } => "exponential",
         EpsilonSchedule::Step { .. } => "step",
         EpsilonSchedule::Points(_) => "hand-drawn",
+        EpsilonSchedule::Need { .. } => "by need",
     }
 }
 

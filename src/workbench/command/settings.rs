@@ -49,7 +49,7 @@ impl Execute for Method {
     }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
-        setup.config.method = self.0;
+        setup.config = setup.config.with_method(self.0);
         Ok(format!("method {}", self.0))
     }
 }

@@ -80,7 +80,8 @@ fn the_schedule_is_drawn_and_applied() {
     check(empty(), "3 up backspace", &[], "This schedule is in use");
     check(empty(), "3 tab K enter", &["epsilon linear:0.8:0.15:1500"], "");
     check(empty(), "3 a enter", &["epsilon points:0=0.8,750=0.425,1500=0.05"], "");
-    check(empty(), "3 v v v v enter", &["epsilon 0.8"], "");
+    check(empty(), "3 v v v v enter", &["epsilon need:0.8:0.2:20"], "");
+    check(empty(), "3 v v v v v enter", &["epsilon 0.8"], "");
 }
 
 #[test]

@@ -1,0 +1,135 @@
+//! Who chooses the actions of a stage: clusters, the actor with noise, or the actor alone.
+
+use std::collections::VecDeque;
+
+use serde::{Deserialize, Serialize};
+
+use crate::guidance::EpsilonSchedule;
+
+/// Who chooses the actions of a stage.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Explorer {
+    /// The clusters of the stage, or what stands for them.
+    Clusters,
+    /// The actor with noise.
+    Noise,
+    /// The actor alone: an attempt that says how much exploration is needed.
+    Greedy,
+}
+
+/// Outcomes of the latest greedy attempts at each stage, and what follows from them.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub(super) struct Attempts(Vec<VecDeque<bool>>);
+
+impl Attempts {
+    /// Notes whether a greedy attempt reached its stage; the last `kept` are remembered.
+    pub fn note(&mut self, stage: usize, reached: bool, kept: u32) {
+        if self.0.len() <= stage {
+            self.0.resize(stage + 1, VecDeque::new());
+        }
+        let outcomes = &mut self.0[stage];
+        outcomes.push_back(reached);
+        outcomes.drain(..outcomes.len().saturating_sub(kept as usize));
+    }
+
+    /// Whether there was no greedy attempt.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Share of failures among the last `of` attempts; those not made yet count as failures.
+    pub fn need(&self, stage: usize, of: u32) -> f32 {
+        let outcomes = self.0.get(stage).into_iter().flatten().rev().take(of as usize);
+        1.0 - outcomes.filter(|reached| **reached).count() as f32 / of as f32
+    }
+}
+
+/// The need of each of `stages`; none if the schedule does not go by need.
+pub(super) fn needs(schedule: &EpsilonSchedule, attempts: &Attempts, stages: usize) -> Vec<f32> {
+    match *schedule {
+        EpsilonSchedule::Need { attempts: of, .. } => (0..stages).map(|stage| attempts.need(stage, of)).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// Who chooses the actions of a stage, from `draw`, uniform in [0, 1).
+pub(super) fn explorer(
+    schedule: &EpsilonSchedule,
+    threshold: f32,
+    attempts: &Attempts,
+    stage: usize,
+    draw: f32,
+) -> Explorer {
+    match *schedule {
+        EpsilonSchedule::Need { clusters, noise, attempts: of } => {
+            let need = attempts.need(stage, of);
+            match draw {
+                _ if draw < clusters * need => Explorer::Clusters,
+                _ if draw < (clusters + noise) * need => Explorer::Noise,
+                _ => Explorer::Greedy,
+            }
+        }
+        _ if draw < threshold => Explorer::Clusters,
+        _ => Explorer::Noise,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn need_is_the_share_of_failures_and_attempts_not_made_are_failures() {
+        let mut attempts = Attempts::default();
+        assert_eq!(attempts.need(1, 4), 1.0);
+        for (reached, need) in [(true, 0.75), (false, 0.75), (true, 0.5), (true, 0.25), (true, 0.25), (true, 0.0)] {
+            attempts.note(1, reached, 4);
+            assert_eq!(attempts.need(1, 4), need);
+        }
+        assert_eq!((attempts.need(0, 4), attempts.need(2, 4)), (1.0, 1.0), "stages are apart");
+        let again: Attempts = serde_json::from_str(&serde_json::to_string(&attempts).unwrap()).unwrap();
+        assert_eq!(again, attempts);
+    }
+
+    #[test]
+    fn fewer_attempts_asked_for_are_the_latest() {
+        let mut attempts = Attempts::default();
+        [false, false, true, true].iter().for_each(|reached| attempts.note(0, *reached, 4));
+        assert_eq!([4, 2, 8].map(|of| attempts.need(0, of)), [0.5, 0.0, 0.75]);
+    }
+
+    #[test]
+    fn clusters_and_noise_have_their_share_of_the_need() {
+        let schedule = "need:0.5:0.25:4".parse().unwrap();
+        let mut attempts = Attempts::default();
+        let chosen = |attempts: &Attempts, draw| explorer(&schedule, 0.0, attempts, 0, draw);
+        for (draw, expected) in [
+            (0.0, Explorer::Clusters),
+            (0.49, Explorer::Clusters),
+            (0.51, Explorer::Noise),
+            (0.74, Explorer::Noise),
+            (0.76, Explorer::Greedy),
+        ] {
+            assert_eq!(chosen(&attempts, draw), expected, "{draw}");
+        }
+        (0..2).for_each(|_| attempts.note(0, true, 4));
+        for (draw, expected) in
+            [(0.24, Explorer::Clusters), (0.26, Explorer::Noise), (0.37, Explorer::Noise), (0.38, Explorer::Greedy)]
+        {
+            assert_eq!(chosen(&attempts, draw), expected, "{draw}");
+        }
+        (0..2).for_each(|_| attempts.note(0, true, 4));
+        assert_eq!(chosen(&attempts, 0.0), Explorer::Greedy);
+        assert_eq!(needs(&schedule, &attempts, 2), [0.0, 1.0]);
+    }
+
+    #[test]
+    fn by_the_clock_there_is_always_noise() {
+        let schedule = "0.5".parse().unwrap();
+        let attempts = Attempts::default();
+        assert_eq!(explorer(&schedule, 0.5, &attempts, 0, 0.49), Explorer::Clusters);
+        assert_eq!(explorer(&schedule, 0.5, &attempts, 0, 0.5), Explorer::Noise);
+        assert!(needs(&schedule, &attempts, 2).is_empty());
+    }
+}
