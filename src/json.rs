@@ -34,11 +34,15 @@ pub fn parse<T: DeserializeOwned>(text: &[u8], origin: &str) -> Result<T, Syntax
 }
 
 fn syntax_error(path: String, error: &serde_json::Error, origin: &str) -> SyntaxError {
-    let (line, column) = (error.line(), error.column());
+    let [path, message] = [path, message(error)].map(|text| excerpt(&text, LONGEST_EXCERPT).into_owned());
+    SyntaxError { origin: origin.to_owned(), line: error.line(), column: error.column(), path, message }
+}
+
+/// What is wrong with a text, without the place, which is named beside it.
+pub fn message(error: &serde_json::Error) -> String {
     let message = error.to_string();
-    let message = message.strip_suffix(&format!(" at line {line} column {column}")).unwrap_or(&message);
-    let [path, message] = [&path, message].map(|text| excerpt(text, LONGEST_EXCERPT).into_owned());
-    SyntaxError { origin: origin.to_owned(), line, column, path, message }
+    let place = format!(" at line {} column {}", error.line(), error.column());
+    message.strip_suffix(&place).unwrap_or(&message).to_owned()
 }
 
 /// The paths and values of everything in a JSON value that is not an object itself, such as

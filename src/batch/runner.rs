@@ -18,24 +18,26 @@ use crate::trainer::{Control, Watch, panic_message};
 const REPORT_EVERY: Duration = Duration::from_millis(200);
 
 /// One piece of work that depends on no other.
-pub trait Job: Sync {
-    /// What it makes.
-    type Output: Send;
-    /// Why it can fail.
-    type Error: JobError;
-
+pub struct Job<'a, T, E> {
     /// Its name in messages.
-    fn name(&self) -> String;
-
+    pub name: String,
     /// How much work it is, in a unit that all jobs of the batch have in common, such as episodes.
-    fn size(&self) -> u64;
+    pub size: u64,
+    work: Box<Work<'a, T, E>>,
+}
 
-    /// Does the work. It may be called again after [`JobError::is_in_use`]. None if it stopped
-    /// early because [`JobHandle::is_stopped`].
-    ///
-    /// # Errors
-    /// When the work cannot be done.
-    fn run(&self, handle: &JobHandle) -> Result<Option<Self::Output>, Self::Error>;
+type Work<'a, T, E> = dyn Fn(&JobHandle) -> Result<Option<T>, E> + Send + Sync + 'a;
+
+impl<'a, T, E> Job<'a, T, E> {
+    /// A job that does `work`, which may be called again after [`JobError::is_in_use`]. It gives None if
+    /// it stopped early because [`JobHandle::is_stopped`].
+    pub fn new(
+        name: impl Into<String>,
+        size: u64,
+        work: impl Fn(&JobHandle) -> Result<Option<T>, E> + Send + Sync + 'a,
+    ) -> Self {
+        Self { name: name.into(), size, work: Box::new(work) }
+    }
 }
 
 /// An error of a job.
@@ -45,7 +47,7 @@ pub trait JobError: std::error::Error + Send {
 }
 
 /// What became of a job.
-pub type Outcome<J> = Result<<J as Job>::Output, JobFailure<<J as Job>::Error>>;
+pub type Outcome<T, E> = Result<T, JobFailure<E>>;
 
 /// Why a job has no result.
 #[derive(Debug, thiserror::Error)]
@@ -72,7 +74,7 @@ pub enum BatchError {
 /// How far a batch is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BatchProgress<'a> {
-    /// Work done, in the unit of [`Job::size`].
+    /// Work done, in the unit of [`Job::size`](Job).
     pub done: u64,
     /// Work in all.
     pub total: u64,
@@ -111,7 +113,7 @@ impl Default for JobHandle {
 }
 
 impl JobHandle {
-    /// Sets how much of the job is done, of its [`Job::size`].
+    /// Sets how much of the job is done, of its [`Job::size`](Job).
     pub fn set_done(&self, done: u64) {
         self.done.store(done, Ordering::Relaxed);
     }
@@ -170,11 +172,11 @@ impl Batch<'_> {
     ///
     /// # Errors
     /// When no thread can be started; no job has been started then.
-    pub fn run<J: Job>(
+    pub fn run<T: Send, E: JobError>(
         &self,
-        jobs: &[J],
+        jobs: &[Job<'_, T, E>],
         on_progress: &mut dyn FnMut(&BatchProgress<'_>),
-    ) -> Result<Vec<Outcome<J>>, BatchError> {
+    ) -> Result<Vec<Outcome<T, E>>, BatchError> {
         let workers = self.threads.clamp(1, jobs.len().max(1));
         let share = (self.threads / workers).max(1);
         let state =
@@ -200,13 +202,13 @@ impl Batch<'_> {
     }
 
     /// Waits for all jobs on the calling thread.
-    fn collect<J: Job>(
+    fn collect<T: Send, E: JobError>(
         &self,
-        state: &State<'_, J>,
-        ended: &Receiver<(usize, Outcome<J>)>,
+        state: &State<'_, T, E>,
+        ended: &Receiver<(usize, Outcome<T, E>)>,
         on_progress: &mut dyn FnMut(&BatchProgress<'_>),
-    ) -> Vec<Outcome<J>> {
-        let mut outcomes: Vec<Option<Outcome<J>>> = state.jobs.iter().map(|_| None).collect();
+    ) -> Vec<Outcome<T, E>> {
+        let mut outcomes: Vec<Option<Outcome<T, E>>> = state.jobs.iter().map(|_| None).collect();
         let (mut count, mut failed, mut message) = (0, 0, String::new());
         loop {
             let mut failure = None;
@@ -214,7 +216,8 @@ impl Batch<'_> {
                 Ok((index, outcome)) => {
                     if let Err(JobFailure::Error(_) | JobFailure::Panic(_)) = &outcome {
                         failed += 1;
-                        failure = outcome.as_ref().err().map(|error| (state.jobs[index].name(), error.to_string()));
+                        failure =
+                            outcome.as_ref().err().map(|error| (state.jobs[index].name.clone(), error.to_string()));
                     }
                     count += 1;
                     outcomes[index] = Some(outcome);
@@ -230,7 +233,7 @@ impl Batch<'_> {
             }
             on_progress(&BatchProgress {
                 done: state.handles.iter().map(JobHandle::done).sum(),
-                total: state.jobs.iter().map(Job::size).sum(),
+                total: state.jobs.iter().map(|job| job.size).sum(),
                 ended: count,
                 failed,
                 jobs: state.jobs.len(),
@@ -271,15 +274,15 @@ struct Queue {
     put_off: Mutex<VecDeque<usize>>,
 }
 
-struct State<'a, J> {
-    jobs: &'a [J],
+struct State<'a, T, E> {
+    jobs: &'a [Job<'a, T, E>],
     handles: Vec<JobHandle>,
     queue: Queue,
 }
 
-impl<J: Job> State<'_, J> {
+impl<T: Send, E: JobError> State<'_, T, E> {
     /// Works on jobs until none is left.
-    fn work(&self, interrupt: &AtomicBool, pool: &ThreadPool, ended: &Sender<(usize, Outcome<J>)>) {
+    fn work(&self, interrupt: &AtomicBool, pool: &ThreadPool, ended: &Sender<(usize, Outcome<T, E>)>) {
         while !interrupt.load(Ordering::Relaxed) {
             let Some(index) = self.next() else { return };
             let outcome = pool.install(|| self.attempt(index));
@@ -291,7 +294,7 @@ impl<J: Job> State<'_, J> {
             }
             if !matches!(outcome, Err(JobFailure::Interrupted)) {
                 // Whether it failed or was finished before: nothing of it is left to do.
-                self.handles[index].set_done(self.jobs[index].size());
+                self.handles[index].set_done(self.jobs[index].size);
             }
             // The receiver lives until all workers have ended.
             let _ = ended.send((index, outcome));
@@ -309,8 +312,8 @@ impl<J: Job> State<'_, J> {
         Some(put_off)
     }
 
-    fn attempt(&self, index: usize) -> Outcome<J> {
-        match catch_unwind(AssertUnwindSafe(|| self.jobs[index].run(&self.handles[index]))) {
+    fn attempt(&self, index: usize) -> Outcome<T, E> {
+        match catch_unwind(AssertUnwindSafe(|| (self.jobs[index].work)(&self.handles[index]))) {
             Ok(Ok(Some(output))) => Ok(output),
             Ok(Ok(None)) => Err(JobFailure::Interrupted),
             Ok(Err(error)) => Err(JobFailure::Error(error)),

@@ -20,39 +20,19 @@ impl JobError for Trouble {
     }
 }
 
-/// A job that calls a function with its number, its try, counted from 0, and its handle.
-struct Numbered<'a, F> {
-    number: usize,
-    tries: AtomicUsize,
-    work: &'a F,
-}
-
-impl<F> Job for Numbered<'_, F>
-where
-    F: Fn(usize, usize, &JobHandle) -> Result<Option<usize>, Trouble> + Sync,
-{
-    type Output = usize;
-    type Error = Trouble;
-
-    fn name(&self) -> String {
-        format!("job {}", self.number)
-    }
-
-    fn size(&self) -> u64 {
-        10 * self.number as u64
-    }
-
-    fn run(&self, handle: &JobHandle) -> Result<Option<usize>, Trouble> {
-        (self.work)(self.number, self.tries.fetch_add(1, Ordering::Relaxed), handle)
-    }
-}
-
-/// Outcomes as text, and every report of progress: done, ended, failed.
+/// Runs jobs that call a function with their number, their try, counted from 0, and their handle: outcomes
+/// as text, and every report of progress: done, ended, failed.
 fn run<F>(threads: usize, count: usize, interrupt: &AtomicBool, work: F) -> (Vec<String>, Vec<(u64, usize, usize)>)
 where
     F: Fn(usize, usize, &JobHandle) -> Result<Option<usize>, Trouble> + Sync,
 {
-    let jobs: Vec<_> = (0..count).map(|number| Numbered { number, tries: AtomicUsize::new(0), work: &work }).collect();
+    let job = |number: usize| {
+        let (tries, work) = (AtomicUsize::new(0), &work);
+        Job::new(format!("job {number}"), 10 * number as u64, move |handle| {
+            work(number, tries.fetch_add(1, Ordering::Relaxed), handle)
+        })
+    };
+    let jobs: Vec<_> = (0..count).map(job).collect();
     let mut reports = Vec::new();
     let outcomes = Batch { threads, interrupt }
         .run(&jobs, &mut |now| {

@@ -154,7 +154,7 @@ pub enum TasksCommand {
         subgoals: usize,
         /// What predicts the rollouts: learned, true, or a model file
         #[arg(long, default_value = "learned")]
-        model: String,
+        model: PriorSource,
         /// Seed of the rollouts
         #[arg(long, default_value_t = 0)]
         seed: u64,
@@ -375,7 +375,7 @@ pub struct Clusters {
     pub task: String,
     /// What predicts the rollouts: learned, true, uniform, or a model file
     #[arg(long, default_value = "learned")]
-    pub model: String,
+    pub model: PriorSource,
     /// Seed of rollouts and clusters
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
@@ -405,7 +405,7 @@ pub struct Train {
     pub epsilon: Option<EpsilonSchedule>,
     /// What predicts the rollouts: learned, true, uniform, or a model file
     #[arg(long)]
-    pub model: Option<String>,
+    pub model: Option<PriorSource>,
     /// Any other setting by its JSON path, such as ddpg.gamma=0.95
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<String>,
@@ -415,13 +415,6 @@ pub struct Train {
     /// No progress on stderr
     #[arg(long)]
     pub quiet: bool,
-}
-
-impl Train {
-    /// The source of the clusters, if one was named.
-    pub fn source(&self) -> Option<PriorSource> {
-        self.model.clone().map(PriorSource::from)
-    }
 }
 
 #[derive(Debug, Args)]

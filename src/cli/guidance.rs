@@ -6,11 +6,11 @@ use super::arguments::Clusters;
 use super::progress::Progress;
 use super::{Outcome, output};
 use crate::task;
-use crate::trainer::{PriorSource, RunConfig, build_prior};
+use crate::trainer::{RunConfig, build_prior};
 
 pub fn clusters(arguments: &Clusters) -> Outcome {
     let mut config = RunConfig::new(Arc::new(task::load(&arguments.task)?));
-    config.prior = PriorSource::from(arguments.model.clone());
+    config.prior = arguments.model.clone();
     config.seed = arguments.seed;
     let stages = config.task.stage_count();
     let mut progress = Progress::new(stages as u64, false);

@@ -1,7 +1,6 @@
 //! SIGINT and SIGTERM while a command works: the first asks it to end in good order, so that
 //! nothing is lost; a second one ends the program at once.
 
-use std::fmt;
 use std::io;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -66,7 +65,8 @@ impl Interrupt {
 }
 
 /// A command ended because a signal asked for it.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("{message}")]
 pub struct Interrupted {
     signal: usize,
     message: String,
@@ -78,11 +78,3 @@ impl Interrupted {
         ExitCode::from(128 + (self.signal & 0x7f) as u8)
     }
 }
-
-impl fmt::Display for Interrupted {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.message)
-    }
-}
-
-impl std::error::Error for Interrupted {}

@@ -2,8 +2,6 @@
 //! progress and messages to stderr.
 
 mod arguments;
-#[cfg(test)]
-mod documentation;
 mod dynamics;
 mod guidance;
 mod interrupt;
@@ -17,6 +15,8 @@ mod screenshot;
 mod studies;
 mod sweeps;
 mod tasks;
+#[cfg(test)]
+mod tests;
 
 use std::io::{self, Write};
 use std::process::ExitCode;

@@ -16,7 +16,7 @@ pub struct Progress {
     quiet: bool,
     /// When the first steps were shown as done, and how many: all before were done earlier.
     first: Option<(Instant, u64)>,
-    last_line: Option<Instant>,
+    last_line: Instant,
 }
 
 impl Progress {
@@ -29,7 +29,7 @@ impl Progress {
             let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg} ({eta} left)");
             bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
         });
-        Self { bar, quiet, first: None, last_line: None }
+        Self { bar, quiet, first: None, last_line: Instant::now() }
     }
 
     /// Shows `done` of `length` steps and a message.
@@ -43,8 +43,8 @@ impl Progress {
                 bar.reset_eta();
             }
             bar.set_message(output::shown(message));
-        } else if !self.quiet && self.last_line.is_none_or(|last| last.elapsed() >= LINE_EVERY) {
-            self.last_line = Some(Instant::now());
+        } else if !self.quiet && self.last_line.elapsed() >= LINE_EVERY {
+            self.last_line = Instant::now();
             output::message(format_args!("{done}/{length} {message}{}", time_left(first, done, length)));
         }
     }

@@ -1,7 +1,7 @@
 //! Runs from the command line: `train`, `resume`, `evaluate`, `export`, `figures`, `script`,
 //! and the workbench itself.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
@@ -17,6 +17,7 @@ use crate::figures::DEFAULT_DPI;
 use crate::run::{Event, RunState};
 use crate::streams::Stream;
 use crate::task;
+use crate::text::printable;
 use crate::tui;
 use crate::workbench::{self, Command, FigureKind, Notice, Output, RunView, Session, command};
 
@@ -41,7 +42,7 @@ pub fn train(arguments: &Train) -> Outcome {
         command::Episodes(arguments.episodes).into(),
     ];
     commands.extend(arguments.epsilon.clone().map(|schedule| command::Epsilon(schedule).into()));
-    commands.extend(arguments.source().map(|source| command::Model(source).into()));
+    commands.extend(arguments.model.clone().map(|source| command::Model(source).into()));
     for setting in &arguments.settings {
         let (key, value) = split_definition(setting, "--set")?;
         commands.push(command::Set { key, value }.into());
@@ -62,13 +63,13 @@ pub fn resume(arguments: &Resume) -> Outcome {
 /// Shows the current run on stderr until it ends, then its result on stdout.
 fn follow(session: &mut Session, quiet: bool) -> Outcome {
     let episodes = u64::from(session.run().map_or(0, |run| run.config().episodes));
-    let mut progress = Progress::new(episodes, quiet);
+    let mut viewer = Viewer { progress: Progress::new(episodes, quiet), episodes: BTreeMap::new() };
     let interrupt = Interrupt::listen()?;
     let mut stopping = false;
     loop {
         // Asked first, so that what happened before is polled afterwards.
         let idle = session.is_idle();
-        session.poll().iter().for_each(|notice| show(notice, episodes, &mut progress));
+        session.poll().iter().for_each(|notice| viewer.show(notice));
         if idle {
             break;
         }
@@ -79,7 +80,7 @@ fn follow(session: &mut Session, quiet: bool) -> Outcome {
         }
         std::thread::sleep(Duration::from_millis(10));
     }
-    drop(progress);
+    drop(viewer);
     let run = session.run().ok_or("there is no run")?;
     if let Some(failure) = run.failure() {
         return Err(failure.to_owned().into());
@@ -101,19 +102,34 @@ fn follow(session: &mut Session, quiet: bool) -> Outcome {
     Ok(output::line(result)?)
 }
 
-fn show(notice: &Notice, episodes: u64, progress: &mut Progress) {
-    match notice {
-        Notice::Progress { command: Command::Clusters(_), progress: done } => {
-            progress.set(0, episodes, &format!("clusters {}/{}", done.done, done.total));
+/// Shows on stderr what happens in a session.
+struct Viewer {
+    progress: Progress,
+    /// Episodes of each run.
+    episodes: BTreeMap<usize, u64>,
+}
+
+impl Viewer {
+    fn show(&mut self, notice: &Notice) {
+        match notice {
+            Notice::Progress { command: Command::Clusters(_), progress: stages } => {
+                self.progress.set(stages.done as u64, stages.total as u64, "clusters");
+            }
+            Notice::Run { run, event: Event::EpisodeFinished(record) } => {
+                let message = format!("success {:.0} %, return {:.2}", 100.0 * record.rolling_success, record.return_);
+                let episodes = self.episodes.get(run).copied().unwrap_or(record.episode);
+                self.progress.set(record.episode, episodes, &message);
+            }
+            Notice::Run { event: Event::Evaluated { .. } | Event::Checkpointed { .. }, .. } => {}
+            Notice::Progress { .. } | Notice::Changed => {}
+            Notice::Run { run, event } => {
+                if let Event::Started { episodes, .. } = event {
+                    self.episodes.insert(*run, *episodes);
+                }
+                self.progress.say(&event.to_string());
+            }
+            Notice::Finished { outcome: Ok(text) | Err(text), .. } => self.progress.say(text),
         }
-        Notice::Run { event: Event::EpisodeFinished(record), .. } => {
-            let message = format!("success {:.0} %, return {:.2}", 100.0 * record.rolling_success, record.return_);
-            progress.set(record.episode, episodes, &message);
-        }
-        Notice::Run { event: Event::Evaluated { .. } | Event::Checkpointed { .. }, .. } => {}
-        Notice::Progress { .. } | Notice::Changed => {}
-        Notice::Run { event, .. } => progress.say(&event.to_string()),
-        Notice::Finished { outcome: Ok(text) | Err(text), .. } => progress.say(text),
     }
 }
 
@@ -197,7 +213,7 @@ fn export(session: &mut Session, kind: FigureKind, path: PathBuf, dpi: Option<u3
 fn dashboard_path(out: Option<&Path>, run: &Path, ending: &str) -> PathBuf {
     let name = run.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     match out {
-        Some(folder) => folder.join(format!("dashboard-{name}.{ending}")),
+        Some(folder) => folder.join(format!("dashboard-{}.{ending}", printable(&name))),
         None => run.join("figures").join(format!("dashboard.{ending}")),
     }
 }
@@ -212,10 +228,10 @@ pub fn after_script(arguments: &Script) -> Result<Session, Box<dyn std::error::E
         arguments.variables.iter().map(|text| split_definition(text, "--define")).collect::<Result<_, _>>()?;
     let script = workbench::Script::load(&arguments.file, &variables)?;
     let mut session = Session::new(task::load(workbench::FIRST_TASK)?, arguments.runs.clone());
-    let mut progress = Progress::new(0, arguments.quiet);
+    let mut viewer = Viewer { progress: Progress::new(0, arguments.quiet), episodes: BTreeMap::new() };
     script.run(&mut session, |output| match output {
-        Output::Report(command, report) => progress.say(&format!("> {command}\n  {report}")),
-        Output::Notice(notice) => show(notice, 0, &mut progress),
+        Output::Report(command, report) => viewer.progress.say(&format!("> {command}\n  {report}")),
+        Output::Notice(notice) => viewer.show(notice),
     })?;
     Ok(session)
 }

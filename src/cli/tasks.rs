@@ -21,7 +21,7 @@ pub fn run(arguments: Tasks) -> Outcome {
         None => list(arguments.json),
         Some(TasksCommand::Check { files }) => check(&files),
         Some(TasksCommand::Propose { task, subgoals, model, seed, out }) => {
-            propose(&task, subgoals, model, seed, out.as_deref())
+            propose(&task, subgoals, &model, seed, out.as_deref())
         }
         Some(TasksCommand::Audit { tasks, episodes, seeds, json }) => run_audit(&tasks, episodes, seeds, json),
     }
@@ -78,10 +78,10 @@ fn check_file(file: &str) -> Result<Arc<Task>, Box<dyn std::error::Error>> {
     Ok(task)
 }
 
-fn propose(name: &str, subgoals: usize, model: String, seed: u64, out: Option<&Path>) -> Outcome {
+fn propose(name: &str, subgoals: usize, model: &PriorSource, seed: u64, out: Option<&Path>) -> Outcome {
     let mut task = task::load(name)?;
-    let (model, _) = rollout_model(&PriorSource::from(model), &task)?
-        .ok_or("`uniform` predicts nothing: use learned, true, or a model file")?;
+    let (model, _) =
+        rollout_model(model, &task)?.ok_or("`uniform` predicts nothing: use learned, true, or a model file")?;
     let mut progress = Progress::new(subgoals as u64, false);
     task.subgoals = propose_subgoals(&task, &*model, subgoals, &GuidanceConfig::default(), seed, |found| {
         progress.set(found as u64, subgoals as u64, "subgoals");

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::object::EdgeType;
+use super::object::ObjectType;
 use crate::nn::{NnError, TensorFileError};
 use crate::validation::ValidationError;
 
@@ -12,12 +12,17 @@ pub enum DynamicsError {
     /// A setting is out of range.
     #[error("dynamics.{0}")]
     Config(#[from] ValidationError),
+    /// It was asked to stop.
+    #[error("stopped before its end")]
+    Stopped,
     /// No tool type was given, or one twice.
     #[error("the tool set `{given}` is not usable: name each of its tool types once, at least one")]
     ToolSet { given: String },
     /// The scene has an edge of a type the model was never trained on.
-    #[error("the model was never trained on {edge} edges: it knows the tools {known}; train one for this tool set")]
-    UnseenEdge { edge: EdgeType, known: String },
+    #[error(
+        "the model was never trained on {sender}-to-ball edges: it knows the tools {known}; train one for this tool set"
+    )]
+    UnseenEdge { sender: ObjectType, known: String },
     /// An object's state or size is not a finite number.
     #[error("an object of the scene has a position, velocity or size that is not finite")]
     NotFinite,

@@ -164,26 +164,13 @@ pub fn evaluate_with_progress(
     let known = tasks.iter().filter(|task| model.check_task(task).is_ok()).count();
     let total = PREDICTORS * (model.tools().len() + 2 * known);
     match evaluate_parts(model, tasks, config, &mut Parts { done: 0, total, on_progress }) {
-        Ok(evaluation) => Ok(Some(evaluation)),
-        Err(Stop::Failed(error)) => Err(error),
-        Err(Stop::Asked) => Ok(None),
+        Err(DynamicsError::Stopped) => Ok(None),
+        evaluated => evaluated.map(Some),
     }
 }
 
 /// Predictors that are compared.
 const PREDICTORS: usize = 3;
-
-/// Why an evaluation ends early.
-enum Stop {
-    Asked,
-    Failed(DynamicsError),
-}
-
-impl From<DynamicsError> for Stop {
-    fn from(error: DynamicsError) -> Self {
-        Self::Failed(error)
-    }
-}
 
 struct Parts<'a> {
     done: usize,
@@ -192,10 +179,10 @@ struct Parts<'a> {
 }
 
 impl Parts<'_> {
-    fn next(&mut self, part: &str) -> Result<(), Stop> {
+    fn next(&mut self, part: &str) -> Result<(), DynamicsError> {
         let progress = EvaluationProgress { done: self.done, total: self.total, part: part.to_owned() };
         self.done += 1;
-        if (self.on_progress)(&progress) { Ok(()) } else { Err(Stop::Asked) }
+        if (self.on_progress)(&progress) { Ok(()) } else { Err(DynamicsError::Stopped) }
     }
 }
 
@@ -204,7 +191,7 @@ fn evaluate_parts(
     tasks: &[Task],
     config: &EvaluationConfig,
     parts: &mut Parts<'_>,
-) -> Result<Evaluation, Stop> {
+) -> Result<Evaluation, DynamicsError> {
     let constant = ConstantVelocity { interval: model.config().interval };
     let nearest = NearestSample::of(model)?;
     let predictors = Compared::<&dyn Predictor> { model, constant_velocity: &constant, nearest_sample: &nearest };
@@ -214,7 +201,7 @@ fn evaluate_parts(
         let subgoals = subgoals(&launches, config.seed);
         let errors = predictors.map(|predictor| {
             parts.next(tool.name())?;
-            Ok::<_, Stop>(one_tool(predictor, &launches, &subgoals)?)
+            one_tool(predictor, &launches, &subgoals)
         })?;
         launch_errors.push(LaunchErrors { tool, errors });
     }
@@ -235,7 +222,7 @@ fn scene_errors(
     predictors: &Compared<&dyn Predictor>,
     config: &EvaluationConfig,
     parts: &mut Parts<'_>,
-) -> Result<SceneErrors, Stop> {
+) -> Result<SceneErrors, DynamicsError> {
     let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
     let starts = random_states(task, config.episodes, &mut rng);
     let actions = |rng: &mut ChaCha8Rng, horizon| (0..horizon).map(|_| uniform_action(rng)).collect();
@@ -250,12 +237,12 @@ fn scene_errors(
         task: task.name.clone(),
         rollout: predictors.map(|predictor| {
             parts.next(&task.name)?;
-            Ok::<_, Stop>(truth.errors(predictor, config.horizon)?)
+            truth.errors(predictor, config.horizon)
         })?,
         hits: predictors.map(|predictor| {
             parts.next(&task.name)?;
             let predicted = rollouts(predictor, task, &hit_starts, &hit_sequences)?;
-            Ok::<_, Stop>(Hits::count(predicted.iter().map(|rollout| rollout.hit).zip(real.iter().copied())))
+            Ok(Hits::count(predicted.iter().map(|rollout| rollout.hit).zip(real.iter().copied())))
         })?,
     })
 }
@@ -279,7 +266,10 @@ impl Evaluation {
 const HIT_HORIZON: usize = 8;
 
 impl<'a> Compared<&'a dyn Predictor> {
-    fn map<T, E>(&self, mut value: impl FnMut(&'a dyn Predictor) -> Result<T, E>) -> Result<Compared<T>, E> {
+    fn map<T>(
+        &self,
+        mut value: impl FnMut(&'a dyn Predictor) -> Result<T, DynamicsError>,
+    ) -> Result<Compared<T>, DynamicsError> {
         Ok(Compared {
             model: value(self.model)?,
             constant_velocity: value(self.constant_velocity)?,
@@ -457,7 +447,7 @@ mod tests {
 
     #[test]
     fn an_evaluation_reports_every_part_and_can_be_stopped() {
-        let model = shipped("bucket-box").unwrap().unwrap();
+        let model = shipped("bucket-box").unwrap();
         let config = EvaluationConfig { launches: 4, episodes: 1, horizon: 1, hit_rollouts: 2, seed: 5 };
         let tasks = [task::load("task1").unwrap(), task::load("task3").unwrap()];
         let mut reports = Vec::new();

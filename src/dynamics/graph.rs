@@ -6,7 +6,7 @@
 
 use super::config::{Coordinates, EdgeActivation, EdgeFunctions, Geometry, ModelConfig};
 use super::error::DynamicsError;
-use super::object::{EdgeType, ObjectType};
+use super::object::ObjectType;
 use super::tool_set::tool_set_name;
 use crate::env::VELOCITY_SCALE;
 use crate::physics::{Ball, BallState, SCREEN, Tool, ToolKind};
@@ -119,8 +119,8 @@ impl GraphBuilder {
         numbers.extend(ball.position.iter().chain(&ball.velocity));
         for tool in tools {
             if !self.tools.contains(&tool.kind) {
-                let edge = EdgeType { receiver: ObjectType::Ball, sender: ObjectType::Tool(tool.kind) };
-                return Err(DynamicsError::UnseenEdge { edge, known: tool_set_name(&self.tools) });
+                let sender = ObjectType::Tool(tool.kind);
+                return Err(DynamicsError::UnseenEdge { sender, known: tool_set_name(&self.tools) });
             }
             numbers.extend(tool.centre());
             numbers.push(tool.size as f32);

@@ -4,7 +4,7 @@
 //! Data flow: [`collect`] launches balls at single tools → samples are graphs
 //! and targets of every prediction interval in them → [`Training`] fits the networks →
 //! [`Model`] predicts, as one batch for thousands of scenes → [`rollouts`] for guidance,
-//! [`evaluate()`] and [`Ablation`] for evidence.
+//! [`evaluate()`] for evidence.
 //!
 //! # Choices
 //! What the paper leaves open or what differs from its literal reading
@@ -36,7 +36,6 @@
 //!     loss. Goals in 1000 guided episodes went from 335 to 373 in task 1 and from 57 to
 //!     103 in task 2. Tool sets without a bucket have no such rows and gain nothing.
 
-mod ablate;
 mod baseline;
 mod codec;
 mod config;
@@ -55,8 +54,8 @@ mod shipped;
 mod tool_set;
 mod train;
 mod train_to_file;
+mod variant;
 
-pub use ablate::{Ablated, Ablation, Variant};
 pub use config::{
     Coordinates, EdgeActivation, EdgeFunctions, Geometry, Loss, MODEL_SETTINGS, ModelConfig, RateSchedule,
     TRAIN_SETTINGS, Targets, TrainConfig,
@@ -66,14 +65,17 @@ pub use evaluate::{
     Compared, Errors, Evaluation, EvaluationConfig, EvaluationProgress, Hits, LaunchErrors, OneTool, SceneErrors,
     evaluate, evaluate_with_progress,
 };
+pub(crate) use graph::{Edges, Graphs, Layout};
 pub use launch::{Launch, Split, collect};
 pub use model::{Model, Provenance};
-pub use object::{EdgeType, ObjectType};
+pub(crate) use network::Network;
+pub use object::ObjectType;
 pub use predictor::Predictor;
 pub use rollout::{Rollout, RolloutAction, rollouts};
-pub use shipped::{named, shipped, shipped_for, shipped_names};
+pub use shipped::{named, shipped, shipped_for, shipped_models};
 pub use tool_set::{canonical_tool_set, tool_set_name};
 pub use train::{Ended, Progress, Training};
 pub use train_to_file::{TrainedModel, checkpoint_of, train_to_file};
+pub use variant::Variant;
 #[cfg(test)]
 mod tests;

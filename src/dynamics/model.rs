@@ -10,7 +10,7 @@ use super::error::DynamicsError;
 use super::graph::{GraphBuilder, Graphs};
 use super::network::Network;
 use super::normaliser::Normaliser;
-use super::object::{EdgeType, ObjectType};
+use super::object::ObjectType;
 use super::tool_set::{canonical_tool_set, tool_set_name};
 use crate::nn::{TensorFile, TensorFileError};
 use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind};
@@ -101,8 +101,7 @@ impl Model {
         let unseen = task.tool_set().into_iter().find(|kind| !self.tools.contains(kind)).map(ObjectType::Tool);
         let second_ball = task.marker.is_some() || task.goal.shape == GoalShape::Ball || !task.balls.is_empty();
         if let Some(sender) = unseen.or(second_ball.then_some(ObjectType::Ball)) {
-            let edge = EdgeType { receiver: ObjectType::Ball, sender };
-            return Err(DynamicsError::UnseenEdge { edge, known: self.name() });
+            return Err(DynamicsError::UnseenEdge { sender, known: self.name() });
         }
         let other = |what| Err(DynamicsError::OtherPhysics { task: task.name.clone(), what });
         if task.rules.gravity != GRAVITY {

@@ -1,4 +1,4 @@
-//! Types of objects and of the edges between them (paper, section 4.1).
+//! Types of objects (paper, section 4.1). The ball is the receiver of all edges.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,15 +12,6 @@ pub enum ObjectType {
     Ball,
     /// A static tool.
     Tool(ToolKind),
-}
-
-/// An ordered pair of object types.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub struct EdgeType {
-    /// The object that is acted on.
-    pub receiver: ObjectType,
-    /// The object that acts.
-    pub sender: ObjectType,
 }
 
 impl ObjectType {
@@ -47,11 +38,5 @@ impl std::fmt::Display for ObjectType {
             Self::Ball => "ball",
             Self::Tool(kind) => kind.name(),
         })
-    }
-}
-
-impl std::fmt::Display for EdgeType {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}-to-{}", self.sender, self.receiver)
     }
 }

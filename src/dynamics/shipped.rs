@@ -1,54 +1,42 @@
 //! The models that come with the program, one for each tool set of the shipped tasks.
 
 use std::path::Path;
+use std::sync::{Arc, LazyLock};
 
 use super::error::DynamicsError;
 use super::model::Model;
 use crate::physics::ToolKind;
 
-/// Name and bytes of each shipped model, as in `assets/models/`.
-const SHIPPED: [(&str, &[u8]); 3] = [
-    ("bucket-box", include_bytes!("../../assets/models/bucket-box.safetensors")),
-    ("square-floor", include_bytes!("../../assets/models/square-floor.safetensors")),
-    ("box-wall-floor", include_bytes!("../../assets/models/box-wall-floor.safetensors")),
-];
+static MODELS: LazyLock<[(&str, Arc<Model>); 3]> = LazyLock::new(|| {
+    [
+        ("bucket-box", &include_bytes!("../../assets/models/bucket-box.safetensors")[..]),
+        ("square-floor", include_bytes!("../../assets/models/square-floor.safetensors")),
+        ("box-wall-floor", include_bytes!("../../assets/models/box-wall-floor.safetensors")),
+    ]
+    // The files are part of the program, and a test reads them all.
+    .map(|(name, bytes)| (name, Arc::new(Model::from_bytes(bytes, name).expect("a shipped model"))))
+});
 
-/// Names of the shipped models: their tool sets in canonical order.
-pub fn shipped_names() -> impl Iterator<Item = &'static str> {
-    SHIPPED.iter().map(|(name, _)| *name)
+/// The shipped models by name: their tool sets in canonical order. They are read once.
+pub fn shipped_models() -> &'static [(&'static str, Arc<Model>)] {
+    &*MODELS
 }
 
 /// The shipped model that knows all of `tools`, and as few others as possible.
-///
-/// # Errors
-/// When a shipped model cannot be read.
-pub fn shipped_for(tools: &[ToolKind]) -> Result<Option<Model>, DynamicsError> {
-    let mut best: Option<Model> = None;
-    for (name, bytes) in SHIPPED {
-        let model = Model::from_bytes(bytes, name)?;
-        let fits = tools.iter().all(|tool| model.tools().contains(tool));
-        if fits && best.as_ref().is_none_or(|best| model.tools().len() < best.tools().len()) {
-            best = Some(model);
-        }
-    }
-    Ok(best)
+pub fn shipped_for(tools: &[ToolKind]) -> Option<Arc<Model>> {
+    let fitting = MODELS.iter().filter(|(_, model)| tools.iter().all(|tool| model.tools().contains(tool)));
+    fitting.min_by_key(|(_, model)| model.tools().len()).map(|(_, model)| model.clone())
 }
 
 /// The shipped model of that name, or the model in the file of that path.
 ///
 /// # Errors
 /// When it cannot be read.
-pub fn named(name: &str) -> Result<Model, DynamicsError> {
-    match shipped(name)? {
-        Some(model) => Ok(model),
-        None => Model::load(Path::new(name)),
-    }
+pub fn named(name: &str) -> Result<Arc<Model>, DynamicsError> {
+    shipped(name).map_or_else(|| Model::load(Path::new(name)).map(Arc::new), Ok)
 }
 
 /// The shipped model of that name, if there is one.
-///
-/// # Errors
-/// When it cannot be read.
-pub fn shipped(name: &str) -> Result<Option<Model>, DynamicsError> {
-    SHIPPED.iter().find(|(known, _)| *known == name).map(|(name, bytes)| Model::from_bytes(bytes, name)).transpose()
+pub fn shipped(name: &str) -> Option<Arc<Model>> {
+    MODELS.iter().find(|(known, _)| *known == name).map(|(_, model)| model.clone())
 }

@@ -5,8 +5,6 @@
 //! initial weights and every epoch's draws have random streams of their own, which is why
 //! a training that is resumed after any epoch ends with the same bits.
 
-use std::time::Instant;
-
 use dfdx::losses::{huber_loss, mse_loss};
 use dfdx::prelude::*;
 use rand::seq::SliceRandom;
@@ -44,10 +42,6 @@ pub struct Progress {
     pub epochs: u32,
     /// Mean loss of the latest epoch, of normalised outputs.
     pub loss: f32,
-    /// Mean loss on the validation launches, every hundredth of the training.
-    pub validation: Option<f32>,
-    /// Seconds left at the present speed.
-    pub seconds_left: f64,
 }
 
 /// Why [`Training::run`] returned.
@@ -114,7 +108,6 @@ impl Training {
     /// `on_progress` is called after every epoch.
     pub fn run(&mut self, mut on_progress: impl FnMut(&Self, &Progress) -> bool) -> Ended {
         let epochs = self.model.provenance.training.epochs;
-        let (started, first) = (Instant::now(), self.epoch());
         while self.epoch() < epochs {
             let good = (self.model.network.clone(), self.optimiser.clone());
             // A thread of the pool itself divides its work with less overhead than one from outside.
@@ -127,16 +120,7 @@ impl Training {
             };
             self.model.provenance.epoch += 1;
             let epoch = self.epoch();
-            let each = started.elapsed().as_secs_f64() / f64::from(epoch - first);
-            let validate = epoch.is_multiple_of(epochs.div_ceil(100)) || epoch == epochs;
-            let progress = Progress {
-                epoch,
-                epochs,
-                loss,
-                validation: validate.then(|| self.validation_loss()),
-                seconds_left: each * f64::from(epochs - epoch),
-            };
-            if !on_progress(self, &progress) && epoch < epochs {
+            if !on_progress(self, &Progress { epoch, epochs, loss }) && epoch < epochs {
                 return Ended::Stopped;
             }
         }

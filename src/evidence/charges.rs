@@ -29,10 +29,10 @@ impl Charges {
         *self.launches.entry((String::from(source.clone()), tools)).or_insert_with_key(|(_, tools)| {
             let model = match &source {
                 PriorSource::Uniform | PriorSource::TruePhysics => None,
-                PriorSource::Learned => dynamics::shipped_for(tools).ok().flatten(),
+                PriorSource::Learned => dynamics::shipped_for(tools),
                 PriorSource::ModelFile(name) => dynamics::named(name).ok(),
             };
-            model.as_ref().map_or(0, launches_of)
+            model.map_or(0, |model| launches_of(&model))
         })
     }
 }
@@ -70,7 +70,7 @@ mod tests {
         let stages = config.task.stage_count() as u64;
         assert!(stages > 1);
         let rollouts = (stages - 1) * 10_u64.div_ceil(stages - 1) * 4;
-        let launches = launches_of(&dynamics::shipped_for(&config.task.tool_set()).unwrap().unwrap());
+        let launches = launches_of(&dynamics::shipped_for(&config.task.tool_set()).unwrap());
         assert!(launches > 0);
         let mut charges = Charges::default();
         let mut check = |method: Method, epsilon: f32, expected: u64| {

@@ -1,7 +1,5 @@
 //! What can go wrong with evidence about runs, as one line for the person who reads it.
 
-use std::path::PathBuf;
-
 use crate::figures::FigureError;
 use crate::run::RunError;
 use crate::stats::StatsError;
@@ -15,7 +13,7 @@ pub enum EvidenceError {
         /// Runs that were found.
         runs: usize,
     },
-    /// A run's files.
+    /// A run's files, and those of the report.
     #[error(transparent)]
     Run(#[from] RunError),
     /// A statistic.
@@ -24,12 +22,4 @@ pub enum EvidenceError {
     /// A figure.
     #[error(transparent)]
     Figure(#[from] FigureError),
-    /// A file cannot be written.
-    #[error("{}: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// The system's answer.
-        source: std::io::Error,
-    },
 }

@@ -5,8 +5,7 @@ use std::collections::HashMap;
 use super::groups::{AREA, Groups, scores};
 use super::row::{EVALUATIONS, LearningRow, TrainedRun};
 use crate::figures::{
-    Curve, CurvePanel, Estimate, LearningCurves, MethodScore, MethodScores, PerformanceProfile, Progress, ScorePanel,
-    Statistics,
+    Curve, CurvePanel, LearningCurves, MethodScore, MethodScores, PerformanceProfile, Progress, ScorePanel, Statistics,
 };
 use crate::stats::aggregate::iqm;
 use crate::stats::profile::profile_intervals;
@@ -37,7 +36,7 @@ pub fn learning_curves(runs: &[TrainedRun], bootstrap: &Bootstrap, greedy: bool)
                 of_group.map(|(run, _)| if greedy { &*run.greedy } else { &*run.training }).collect();
             if curves.iter().any(|curve| !curve.is_empty()) {
                 seeds.push(curves.len());
-                let mut curve = summary_curve(label.clone(), &curves, bootstrap)?;
+                let mut curve = summary_curve(label, &curves, bootstrap)?;
                 curve.partial = match greedy {
                     true => window.get() - 1,
                     false => curve.x.iter().take_while(|episode| **episode < window.get() as f64).count(),
@@ -108,7 +107,7 @@ pub fn method_scores(rows: &[LearningRow], bootstrap: &Bootstrap) -> Result<Meth
             }
             seeds.push(runs.len());
             let scores = scores(runs, AREA)?;
-            let estimate = estimate(bootstrap.stratified(&scores, iqm)?);
+            let estimate = bootstrap.stratified(&scores, iqm)?;
             panel.methods.push(MethodScore { label: label.clone(), estimate, runs: scores.all().collect() });
         }
         panels.push(panel);
@@ -117,7 +116,7 @@ pub fn method_scores(rows: &[LearningRow], bootstrap: &Bootstrap) -> Result<Meth
     if tasks.len() > 1 && tasks.len() == panels.len() {
         let mut panel = ScorePanel { task: "All tasks".to_owned(), methods: Vec::new() };
         for label in groups.labels() {
-            let estimate = estimate(bootstrap.stratified(&groups.scores(&tasks, label, AREA)?, iqm)?);
+            let estimate = bootstrap.stratified(&groups.scores(&tasks, label, AREA)?, iqm)?;
             panel.methods.push(MethodScore { label: label.clone(), estimate, runs: Vec::new() });
         }
         panels.push(panel);
@@ -151,14 +150,7 @@ pub fn performance_profile(
     let mut curves = Vec::new();
     for (label, scores) in methods {
         let band = profile_intervals(scores, &thresholds, bootstrap)?;
-        curves.push(Curve {
-            label: label.clone(),
-            x: thresholds.clone(),
-            y: band.iter().map(|estimate| estimate.value).collect(),
-            low: band.iter().map(|estimate| estimate.lower).collect(),
-            high: band.iter().map(|estimate| estimate.upper).collect(),
-            partial: 0,
-        });
+        curves.push(Curve::new(label, thresholds.clone(), &band));
     }
     let tasks = methods.first().map_or(0, |(_, scores)| scores.tasks().len());
     let seeds = || methods.iter().flat_map(|(_, scores)| scores.tasks()).map(Vec::len);
@@ -174,23 +166,14 @@ pub fn performance_profile(
     })
 }
 
-fn summary_curve(label: String, seeds: &[&[[f64; 2]]], bootstrap: &Bootstrap) -> Result<Curve, StatsError> {
-    let mut curve = Curve { label, ..Curve::default() };
+fn summary_curve(label: &str, seeds: &[&[[f64; 2]]], bootstrap: &Bootstrap) -> Result<Curve, StatsError> {
     let points = seeds.iter().map(|seed| seed.len()).min().unwrap_or(0);
-    for point in 0..points {
+    let summary = |point: usize| {
         let values: Vec<f64> = seeds.iter().map(|seed| seed[point][1]).collect();
-        let summary = bootstrap.stratified(&TaskScores::of_one_task(&values)?, iqm)?;
-        curve.x.push(seeds[0][point][0]);
-        curve.y.push(summary.value);
-        curve.low.push(summary.lower);
-        curve.high.push(summary.upper);
-    }
-    Ok(curve)
-}
-
-/// An estimate as figures have it.
-pub fn estimate(estimate: crate::stats::Estimate) -> Estimate {
-    Estimate { value: estimate.value, low: estimate.lower, high: estimate.upper }
+        bootstrap.stratified(&TaskScores::of_one_task(&values)?, iqm)
+    };
+    let estimates = (0..points).map(summary).collect::<Result<Vec<_>, StatsError>>()?;
+    Ok(Curve::new(label, (0..points).map(|point| seeds[0][point][0]).collect(), &estimates))
 }
 
 #[cfg(test)]

@@ -30,12 +30,6 @@ pub struct Groups<'a> {
 /// A score of one group.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GroupSummary {
-    /// Name of the task.
-    pub task: String,
-    /// Label of the group.
-    pub label: String,
-    /// Runs in the group.
-    pub runs: usize,
     /// Interquartile mean of the score, with its interval.
     pub iqm: Estimate,
     /// Mean of the score, with its interval.
@@ -124,9 +118,6 @@ impl<'a> Groups<'a> {
             false => None,
         };
         Ok(Some(GroupSummary {
-            task: task.to_owned(),
-            label: label.to_owned(),
-            runs: runs.len(),
             iqm: bootstrap.stratified(&of_runs, iqm)?,
             mean: bootstrap.stratified(&of_runs, mean)?,
             improvement,
@@ -189,11 +180,11 @@ mod tests {
         let summary = |task: &str, label: &str| groups.summary(task, label, baseline, AREA, &bootstrap).unwrap();
         let label = &groups.labels()[0];
         let better = summary("task1", label).unwrap();
-        assert_eq!((better.runs, better.mean.value, better.iqm.value), (2, 0.5, 0.5));
+        assert_eq!((better.mean.value, better.iqm.value), (0.5, 0.5));
         // 0.75 beats 0.25 and nothing; 0.25 beats nothing and ties with 0.25.
         assert_eq!(better.improvement.map(|estimate| estimate.value), Some(0.875));
         let base = summary("task1", "DDPG").unwrap();
-        assert_eq!((base.runs, base.improvement), (2, None));
+        assert_eq!(base.improvement, None);
         assert_eq!(base.mean.value, 0.125, "a run without a score counts as 0");
         assert_eq!(summary("task2", label), None);
         let all = groups.common_scores(AREA).unwrap();

@@ -12,7 +12,7 @@ use super::row::TrainedRun;
 use super::table::format_share;
 use crate::figures::{Figure, Provenance};
 use crate::markdown;
-use crate::run::{RunState, config_hash};
+use crate::run::{RunError, RunState, config_hash};
 use crate::stats::{Bootstrap, StatsError};
 
 /// More methods than these are compared with the baseline alone in `report.md`.
@@ -46,7 +46,7 @@ pub fn report(
     let left_out = others.iter().map(left_out).chain(copies).collect();
     let report = Comparison::new(&runs, left_out, bootstrap, command)?;
     let figures = out.join("figures");
-    std::fs::create_dir_all(&figures).map_err(|source| EvidenceError::Io { path: figures.clone(), source })?;
+    std::fs::create_dir_all(&figures).map_err(RunError::io("create", &figures))?;
     let provenance = Provenance::new(command, &report.seeds(), hash);
     let draw = |name: &str, figure: &dyn Figure| figure.write_all(&figures, name, &provenance, dpi);
     draw("methods", &method_scores(&report.learning, bootstrap)?)?;
@@ -65,7 +65,7 @@ pub fn report(
     let json = serde_json::to_string_pretty(&report).expect("a report is plain data") + "\n";
     for (name, text) in [("report.json", json), ("report.md", report.to_markdown()?)] {
         let path = out.join(name);
-        crate::atomic::write(&path, text.as_bytes()).map_err(|source| EvidenceError::Io { path, source })?;
+        crate::atomic::write(&path, text.as_bytes()).map_err(RunError::io("write", &path))?;
     }
     Ok(report)
 }

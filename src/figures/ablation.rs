@@ -3,11 +3,12 @@
 use super::Figure;
 use super::axes::{Axis, Frame, Plot};
 use super::canvas::{Canvas, Pen};
-use super::data::{Estimate, Statistics};
+use super::data::Statistics;
 use super::geometry::clip_polyline;
 use super::layout::note;
 use super::style::{BLUE, GREY, INK, LABEL_SIZE, MARGIN, SINGLE_COLUMN, SKY, THIN_WIDTH};
-use super::table::{Table, cell};
+use super::table::Table;
+use crate::stats::Estimate;
 
 /// One measure for the full method and for variants of it.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -39,7 +40,7 @@ impl Ablation {
         canvas.fill(&corners.map(|[x, dy]| plot.at(x, y + dy)), if row == 0 { BLUE } else { SKY });
         if estimate.has_interval() {
             let pen = Pen::new(INK, THIN_WIDTH);
-            let ends = [plot.at(estimate.low, y), plot.at(estimate.high, y)];
+            let ends = [plot.at(estimate.lower, y), plot.at(estimate.upper, y)];
             canvas.line(&ends, pen);
             ends.iter().for_each(|[x, y]| canvas.line(&[[*x, y - 1.5], [*x, y + 1.5]], pen));
         }
@@ -56,10 +57,6 @@ impl Ablation {
 }
 
 impl Figure for Ablation {
-    fn name(&self) -> &'static str {
-        "ablation"
-    }
-
     fn size(&self) -> [f64; 2] {
         [SINGLE_COLUMN, 2.2 * LABEL_SIZE * self.variants.len().max(3) as f64 + 55.0]
     }
@@ -89,9 +86,8 @@ impl Figure for Ablation {
     fn table(&self) -> Table {
         let mut table = Table::new(["measure", "variant", "value", "low", "high", "seeds"]);
         for variant in &self.variants {
-            let [value, low, high] = variant.estimate.values().map(cell);
-            let seeds = self.statistics.seeds.to_string();
-            table.push([self.measure.clone(), variant.label.clone(), value, low, high, seeds]);
+            let [value, low, high] = variant.estimate.values();
+            table.push(&[&self.measure, &variant.label, &value, &low, &high, &self.statistics.seeds]);
         }
         table
     }

@@ -6,9 +6,9 @@ use super::geometry::ellipse;
 use super::layout::{LEGEND, Mark, legend, note};
 use super::scene::{Position, SceneView};
 use super::style::{Color, GREEN, MARGIN, WHITE, faded, stage_color};
-use super::table::{Table, cell32};
+use super::table::Table;
 use super::tasks::{cells, heading, page_size};
-use crate::guidance::ActionPrior;
+use crate::guidance::{ActionPrior, Cluster};
 use crate::task::Task;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -38,17 +38,6 @@ pub struct StageActions {
     pub clusters: Vec<Cluster>,
 }
 
-/// A cluster of rewarding actions.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cluster {
-    /// Mean, normalised.
-    pub mean: Position,
-    /// Standard deviation in x and y.
-    pub std: [f32; 2],
-    /// Share of the stage's actions.
-    pub weight: f32,
-}
-
 /// Actions drawn from the clusters of each stage.
 const SAMPLES_PER_STAGE: usize = 200;
 
@@ -62,7 +51,7 @@ impl TaskActions {
                 true => Vec::new(),
                 false => (0..SAMPLES_PER_STAGE).map(|_| stage.sample(&mut rng)).collect(),
             },
-            clusters: stage.clusters.iter().map(|c| Cluster { mean: c.mean, std: c.std, weight: c.weight }).collect(),
+            clusters: stage.clusters.clone(),
         });
         Self { task: task.clone(), stages: stages.collect() }
     }
@@ -104,10 +93,6 @@ fn draw_cluster(view: &SceneView<'_, '_>, cluster: &Cluster, name: &str, color: 
 }
 
 impl Figure for ActionSamples {
-    fn name(&self) -> &'static str {
-        "figure4_sampled_actions"
-    }
-
     fn size(&self) -> [f64; 2] {
         page_size(self.tasks.len(), LEGEND, SHAPES)
     }
@@ -135,14 +120,12 @@ impl Figure for ActionSamples {
         let mut table = Table::new(["task", "stage", "kind", "x", "y", "std_x", "std_y", "weight"]);
         for actions in &self.tasks {
             for (n, stage) in actions.stages.iter().enumerate() {
-                let (task, order) = (&actions.task.name, (n + 1).to_string());
-                for Cluster { mean, std, weight } in &stage.clusters {
-                    let [x, y, sx, sy] = [mean[0], mean[1], std[0], std[1]].map(cell32);
-                    table.push([task.clone(), order.clone(), "cluster".to_owned(), x, y, sx, sy, cell32(*weight)]);
+                let (task, order) = (&actions.task.name, n + 1);
+                for Cluster { mean: [x, y], std: [sx, sy], weight, .. } in &stage.clusters {
+                    table.push(&[task, &order, &"cluster", x, y, sx, sy, weight]);
                 }
-                for sample in &stage.samples {
-                    let [x, y] = sample.map(cell32);
-                    table.push([task.clone(), order.clone(), "sample".to_owned(), x, y]);
+                for [x, y] in &stage.samples {
+                    table.push(&[task, &order, &"sample", x, y]);
                 }
             }
         }

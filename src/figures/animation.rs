@@ -10,7 +10,7 @@ use super::provenance::Provenance;
 use super::render::{pixels, rgb};
 use super::scene::{PLACED_TOOL, Position, SceneView, Window};
 use super::style::{BLUE, MARGIN, SINGLE_COLUMN, faded};
-use super::table::{Table, cell32};
+use super::table::Table;
 use super::tasks::heading;
 use super::{Figure, FigureError};
 use crate::task::Task;
@@ -137,10 +137,6 @@ fn commonest_colors(pixels: &[u8]) -> (Vec<u8>, Vec<u8>) {
 }
 
 impl Figure for Animation {
-    fn name(&self) -> &'static str {
-        "episode"
-    }
-
     fn size(&self) -> [f64; 2] {
         [SINGLE_COLUMN, 1.05 * SINGLE_COLUMN]
     }
@@ -152,13 +148,7 @@ impl Figure for Animation {
     fn table(&self) -> Table {
         let mut table = Table::new(["time_s", "ball_x", "ball_y", "tools_placed", "stages_reached"]);
         for moment in &self.moments {
-            table.push([
-                cell32(moment.time),
-                cell32(moment.ball[0]),
-                cell32(moment.ball[1]),
-                moment.placed.len().to_string(),
-                moment.reached.to_string(),
-            ]);
+            table.push(&[&moment.time, &moment.ball[0], &moment.ball[1], &moment.placed.len(), &moment.reached]);
         }
         table
     }

@@ -4,12 +4,12 @@ use plotters::coord::ranged1d::{KeyPointHint, KeyPointWeight, Ranged};
 use plotters::coord::types::RangedCoordf64;
 
 use super::canvas::{Canvas, Pen, Type};
-use super::data::Estimate;
 use super::geometry::{Point, Rect, clip_polyline};
 use super::style::{
     BAND_OPACITY, Color, FRAME_WIDTH, GRID, INK, LABEL_SIZE, SMALL_SIZE, Series, THIN_WIDTH, TICK_LENGTH, TINY_SIZE,
     TITLE_SIZE, faded,
 };
+use crate::stats::Estimate;
 
 /// Width of an upright label left of a plot.
 pub const Y_LABEL: f64 = 1.5 * LABEL_SIZE;
@@ -77,10 +77,9 @@ impl Axis {
         Self { label: label.to_owned(), low, high, ticks, logarithmic: true }
     }
 
-    /// The same axis without its label (inner panels of a grid).
-    pub fn unlabelled(mut self) -> Self {
-        self.label.clear();
-        self
+    /// The same axis, without its label if it is not to be labelled (inner panels of a grid).
+    pub fn labelled(self, is_labelled: bool) -> Self {
+        if is_labelled { self } else { Self { label: String::new(), ..self } }
     }
 
     /// Place of `value` between the ends, 0 to 1.
@@ -296,7 +295,7 @@ impl<'c, 'p> Plot<'c, 'p> {
             return;
         }
         let pen = Pen::new(INK, THIN_WIDTH);
-        let (low, high) = (self.at(x, estimate.low), self.at(x, estimate.high));
+        let (low, high) = (self.at(x, estimate.lower), self.at(x, estimate.upper));
         self.canvas.line(&[low, high], pen);
         for [x, y] in [low, high] {
             self.canvas.line(&[[x - 1.5, y], [x + 1.5, y]], pen);

@@ -2,9 +2,9 @@
 
 use super::axes::{Axis, Frame, Plot, number};
 use super::canvas::{Canvas, Type};
-use super::data::Estimate;
 use super::geometry::Rect;
 use super::style::{LABEL_SIZE, SMALL_SIZE, Series, TICK_LENGTH};
+use crate::stats::Estimate;
 
 /// Bars that belong together: one group a member, one bar a series.
 pub struct BarCluster {
@@ -86,7 +86,7 @@ fn write_count(canvas: &Canvas<'_>, plot: &Plot<'_, '_>, x: f64, bar: Estimate, 
     }
     let look = Type { size: 0.85 * SMALL_SIZE, ..Type::SMALL.centered() };
     let text = number(bar.value, 0);
-    let [x, y] = plot.at(x, if bar.has_interval() { bar.high } else { bar.value });
+    let [x, y] = plot.at(x, if bar.has_interval() { bar.upper } else { bar.value });
     let (half, y) = (look.width(&text) / 2.0, y - 0.7 * SMALL_SIZE);
     let place = Rect::new(x - half, y - 0.4 * look.size, x + half, y + 0.4 * look.size);
     if taken.iter().any(|other| other.overlaps(&place)) {

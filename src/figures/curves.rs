@@ -6,7 +6,7 @@ use super::canvas::{Canvas, Type};
 use super::data::{Curve, Statistics, labels};
 use super::layout::{LEGEND, Mark, legend, legend_height, note, panels};
 use super::style::{DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, SINGLE_COLUMN, Series, series};
-use super::table::{Table, cell};
+use super::table::Table;
 use super::tasks::{COLUMNS, heading};
 
 /// Success against episodes, one panel a task.
@@ -36,28 +36,16 @@ pub enum Progress {
 }
 
 impl Progress {
-    fn label(self) -> &'static str {
+    /// The label of its axis, its column in the CSV, and what a caption says of it.
+    fn words(self) -> [&'static str; 3] {
         match self {
-            Self::Episodes => "episode",
-            Self::EnvironmentSteps => "environment steps",
-        }
-    }
-
-    fn column(self) -> &'static str {
-        match self {
-            Self::Episodes => "episode",
-            Self::EnvironmentSteps => "environment_steps",
-        }
-    }
-
-    /// What a caption says of it.
-    fn note(self) -> &'static str {
-        match self {
-            Self::Episodes => "",
-            Self::EnvironmentSteps => {
-                " Steps are all actions in the real environment: training, the rollouts behind the \
-                                       clusters, and the launches behind the model."
-            }
+            Self::Episodes => ["episode", "episode", ""],
+            Self::EnvironmentSteps => [
+                "environment steps",
+                "environment_steps",
+                " Steps are all actions in the real environment: training, the rollouts behind the clusters, and the \
+                 launches behind the model.",
+            ],
         }
     }
 }
@@ -143,14 +131,6 @@ fn rate_axis(label: &str) -> Axis {
 }
 
 impl Figure for LearningCurves {
-    fn name(&self) -> &'static str {
-        match (self.greedy, self.progress) {
-            (true, _) => "figure6_greedy_success",
-            (false, Progress::Episodes) => "figure6_learning_curves",
-            (false, Progress::EnvironmentSteps) => "learning_curves_by_steps",
-        }
-    }
-
     fn size(&self) -> [f64; 2] {
         let curves = self.panels.iter().flat_map(|panel| &panel.curves);
         let legend = further_legend(DOUBLE_COLUMN - 2.0 * MARGIN - LAST_TICK, curves);
@@ -167,7 +147,7 @@ impl Figure for LearningCurves {
         } else {
             format!("Share of the last {} training episodes that reached the goal.", self.window)
         };
-        let what = what + self.progress.note();
+        let what = what + self.progress.words()[2];
         let order = labels(self.panels.iter().flat_map(|panel| &panel.curves).map(|curve| curve.label.as_str()));
         let partial = self.panels.iter().flat_map(|panel| &panel.curves).any(|curve| curve.partial > 0);
         let faint = if partial { " Faint: the mean of fewer, at the start." } else { "" };
@@ -178,10 +158,8 @@ impl Figure for LearningCurves {
         for (panel, place) in self.panels.iter().zip(panels(rect, self.panels.len(), columns)) {
             let last =
                 panel.curves.iter().flat_map(|curve| &curve.x).copied().filter(|x| x.is_finite()).fold(1.0, f64::max);
-            let x = Axis::linear(self.progress.label(), 0.0, last, 5);
-            let x = if place.x_label { x } else { x.unlabelled() };
-            let y = rate_axis("success rate (%)");
-            let y = if place.y_label { y } else { y.unlabelled() };
+            let x = Axis::linear(self.progress.words()[0], 0.0, last, 5).labelled(place.x_label);
+            let y = rate_axis("success rate (%)").labelled(place.y_label);
             let frame = Frame { title: &heading(&panel.task), grid: true, square: false };
             let plot = Plot::new(canvas, place.cell, &frame, x, y);
             draw_curves(canvas, &plot, &panel.curves, &order);
@@ -189,7 +167,7 @@ impl Figure for LearningCurves {
     }
 
     fn table(&self) -> Table {
-        let mut table = Table::new(["task", "method", self.progress.column(), "success", "low", "high"]);
+        let mut table = Table::new(["task", "method", self.progress.words()[1], "success", "low", "high"]);
         for panel in &self.panels {
             for curve in &panel.curves {
                 push_curve(&mut table, &panel.task, curve);
@@ -200,10 +178,6 @@ impl Figure for LearningCurves {
 }
 
 impl Figure for PerformanceProfile {
-    fn name(&self) -> &'static str {
-        "performance_profile"
-    }
-
     fn size(&self) -> [f64; 2] {
         [SINGLE_COLUMN, 190.0 + further_legend(SINGLE_COLUMN - 2.0 * MARGIN, &self.curves)]
     }
@@ -235,15 +209,7 @@ impl Figure for PerformanceProfile {
 
 /// A row for each point of a curve.
 fn push_curve(table: &mut Table, name: &str, curve: &Curve) {
-    let of = |values: &[f64], n: usize| values.get(n).copied().map_or(String::new(), cell);
-    for n in 0..curve.x.len().min(curve.y.len()) {
-        table.push([
-            name.to_owned(),
-            curve.label.clone(),
-            cell(curve.x[n]),
-            cell(curve.y[n]),
-            of(&curve.low, n),
-            of(&curve.high, n),
-        ]);
+    for (n, (x, y)) in curve.x.iter().zip(&curve.y).enumerate() {
+        table.push(&[&name, &curve.label, x, y, &curve.low.get(n).copied(), &curve.high.get(n).copied()]);
     }
 }

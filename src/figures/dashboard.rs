@@ -1,5 +1,6 @@
 //! One run at a glance.
 
+use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 
 use super::Figure;
@@ -8,7 +9,8 @@ use super::canvas::{Canvas, Pen, Type};
 use super::curves::LAST_TICK;
 use super::layout::{Panel, note, panels};
 use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, SKY, TITLE_SIZE, VERMILLION, faded};
-use super::table::{Table, cell};
+use super::table::{Cell, Table};
+use crate::run::Metric;
 use crate::stats::rolling::rolling_mean;
 
 /// Series of one run, each with one value an episode; what is not finite leaves a gap.
@@ -16,84 +18,67 @@ use crate::stats::rolling::rolling_mean;
 pub struct Dashboard {
     /// What the run is: task, method, seed.
     pub title: String,
-    /// Number of episodes that `success`, and the line of the return, are averaged over.
+    /// Number of episodes that the success, and the line of the return, are averaged over.
     pub window: usize,
     /// Episode numbers.
     pub episode: Vec<f64>,
-    /// Share of training episodes with the goal reached, 0 to 1.
-    pub success: Vec<f64>,
     /// Share of greedy evaluation episodes with the goal reached, 0 to 1.
     pub greedy_success: Vec<f64>,
-    /// Return of the episode.
-    pub episode_return: Vec<f64>,
-    /// Mean critic loss of the episode's updates.
-    pub critic_loss: Vec<f64>,
-    /// Mean actor loss of the episode's updates.
-    pub actor_loss: Vec<f64>,
-    /// Mean action value of the sampled batches.
-    pub q_mean: Vec<f64>,
-    /// Share of action components at the limits, 0 to 1.
-    pub saturation: Vec<f64>,
-    /// Threshold of guided exploration, 0 to 1.
-    pub epsilon: Vec<f64>,
+    /// The metrics that are shown.
+    pub metrics: BTreeMap<Metric, Vec<f64>>,
 }
 
+/// Columns of the CSV, before which stand those of episodes and greedy success.
+const COLUMNS: [(&str, Metric); 6] = [
+    ("return", Metric::Return),
+    ("critic_loss", Metric::CriticLoss),
+    ("actor_loss", Metric::ActorLoss),
+    ("q_mean", Metric::MeanQ),
+    ("saturation", Metric::Saturation),
+    ("epsilon", Metric::Epsilon),
+];
+
 impl Dashboard {
-    fn columns(&self) -> [(&'static str, &[f64]); 8] {
-        [
-            ("success", &self.success),
-            ("greedy_success", &self.greedy_success),
-            ("return", &self.episode_return),
-            ("critic_loss", &self.critic_loss),
-            ("actor_loss", &self.actor_loss),
-            ("q_mean", &self.q_mean),
-            ("saturation", &self.saturation),
-            ("epsilon", &self.epsilon),
-        ]
+    /// The metrics of a dashboard.
+    pub fn metrics() -> impl Iterator<Item = Metric> {
+        COLUMNS.into_iter().map(|(_, metric)| metric).chain([Metric::Success])
+    }
+
+    fn of(&self, metric: Metric) -> &[f64] {
+        self.metrics.get(&metric).map_or(&[], Vec::as_slice)
     }
 
     /// The panels in order.
     fn panels(&self) -> [RunPanel<'_>; 6] {
-        let share = || Axis::linear("", 0.0, 1.03, 6);
         let percent = |values: &[f64]| values.iter().map(|value| 100.0 * value).collect::<Vec<_>>();
         let window = NonZeroUsize::new(self.window).unwrap_or(NonZeroUsize::MIN);
-        let around = |values: &[f64]| Axis::around("", values.iter().copied(), 5);
-        let panel =
-            |title, y, lines: Vec<(&'static str, Vec<f64>)>| RunPanel { title, y, lines, partial: 0, dots: &[] };
+        let around = |metric| Axis::around("", self.of(metric).iter().copied(), 5);
+        let panel = |title: &str, y, lines| RunPanel { title: capitalised(title), y, lines, partial: 0, dots: &[] };
         let partial = window.get() - 1;
-        let alone = |title, y, values: &[f64]| panel(title, y, vec![("", values.to_vec())]);
+        let alone = |metric: Metric, y| panel(metric.title(), y, vec![("", self.of(metric).to_vec())]);
+        let success = vec![("training", percent(self.of(Metric::Success))), ("greedy", percent(&self.greedy_success))];
+        let exploration = vec![
+            ("threshold \u{3b5}", self.of(Metric::Epsilon).to_vec()),
+            ("saturated", self.of(Metric::Saturation).to_vec()),
+        ];
+        let (dots, loss) = (self.of(Metric::Return), self.of(Metric::CriticLoss));
+        let means = vec![("", rolling_mean(dots, window))];
         [
-            RunPanel {
-                partial,
-                ..panel(
-                    "Success rate (%)",
-                    Axis::linear("", 0.0, 103.0, 6),
-                    vec![("training", percent(&self.success)), ("greedy", percent(&self.greedy_success))],
-                )
-            },
-            RunPanel {
-                partial,
-                dots: &self.episode_return,
-                ..alone("Return", around(&self.episode_return), &rolling_mean(&self.episode_return, window))
-            },
-            alone("Critic loss", Axis::logarithmic("", self.critic_loss.iter().copied()), &self.critic_loss),
-            alone("Actor loss", around(&self.actor_loss), &self.actor_loss),
-            alone("Mean action value Q", around(&self.q_mean), &self.q_mean),
-            panel(
-                "Exploration",
-                share(),
-                vec![("threshold \u{3b5}", self.epsilon.clone()), ("saturated", self.saturation.clone())],
-            ),
+            RunPanel { partial, ..panel("success rate (%)", Axis::linear("", 0.0, 103.0, 6), success) },
+            RunPanel { partial, dots, ..panel(Metric::Return.title(), around(Metric::Return), means) },
+            alone(Metric::CriticLoss, Axis::logarithmic("", loss.iter().copied())),
+            alone(Metric::ActorLoss, around(Metric::ActorLoss)),
+            alone(Metric::MeanQ, around(Metric::MeanQ)),
+            panel("exploration", Axis::linear("", 0.0, 1.03, 6), exploration),
         ]
     }
 
     fn draw_panel(&self, canvas: &Canvas<'_>, panel: RunPanel<'_>, place: Panel) {
         let last = self.episode.iter().copied().filter(|x| x.is_finite()).fold(1.0, f64::max);
-        let x = Axis::linear("episode", 0.0, last, 5);
-        let x = if place.x_label { x } else { x.unlabelled() };
+        let x = Axis::linear("episode", 0.0, last, 5).labelled(place.x_label);
         // Titles name the y axes; the space of their labels stays free in every column.
         let cell = if place.y_label { place.cell.cut(Y_LABEL, 0.0, 0.0, 0.0) } else { place.cell };
-        let plot = Plot::new(canvas, cell, &Frame { title: panel.title, grid: true, square: false }, x, panel.y);
+        let plot = Plot::new(canvas, cell, &Frame { title: &panel.title, grid: true, square: false }, x, panel.y);
         for (x, y) in self.episode.iter().zip(panel.dots) {
             let place = plot.at(*x, *y);
             if plot.rect.contains(place) {
@@ -117,9 +102,15 @@ impl Dashboard {
     }
 }
 
+/// A title of the table of metrics, at the beginning of a line.
+fn capitalised(title: &str) -> String {
+    let mut letters = title.chars();
+    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
+}
+
 /// What one panel shows: labelled lines.
 struct RunPanel<'d> {
-    title: &'static str,
+    title: String,
     y: Axis,
     lines: Vec<(&'static str, Vec<f64>)>,
     /// Number of values of the first line that are means over a window not yet full.
@@ -129,10 +120,6 @@ struct RunPanel<'d> {
 }
 
 impl Figure for Dashboard {
-    fn name(&self) -> &'static str {
-        "dashboard"
-    }
-
     fn size(&self) -> [f64; 2] {
         [DOUBLE_COLUMN, 320.0]
     }
@@ -157,21 +144,14 @@ impl Figure for Dashboard {
     }
 
     fn table(&self) -> Table {
-        let mut table = Table::new([
-            "episode",
-            "success",
-            "greedy_success",
-            "return",
-            "critic_loss",
-            "actor_loss",
-            "q_mean",
-            "saturation",
-            "epsilon",
-        ]);
-        for (n, episode) in self.episode.iter().enumerate() {
-            let values = self.columns().map(|(_, values)| values.get(n).copied().map_or(String::new(), cell));
-            let [a, b, c, d, e, f, g, h] = values;
-            table.push([cell(*episode), a, b, c, d, e, f, g, h]);
+        let metrics = COLUMNS.map(|(name, metric)| (name, self.of(metric)));
+        let columns = [("success", self.of(Metric::Success)), ("greedy_success", &*self.greedy_success)];
+        let columns: Vec<(&'static str, &[f64])> =
+            [("episode", &*self.episode)].into_iter().chain(columns).chain(metrics).collect();
+        let mut table = Table::new(columns.iter().map(|(name, _)| *name));
+        for n in 0..self.episode.len() {
+            let cells: Vec<Option<f64>> = columns.iter().map(|(_, values)| values.get(n).copied()).collect();
+            table.push(&cells.iter().map(|cell| cell as &dyn Cell).collect::<Vec<_>>());
         }
         table
     }

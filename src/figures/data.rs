@@ -1,31 +1,6 @@
 //! The numbers figures are made of.
 
-/// A measured value with its interval. A value or bound that is not finite is missing.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Estimate {
-    /// The point estimate.
-    pub value: f64,
-    /// Lower end of the interval.
-    pub low: f64,
-    /// Upper end of the interval.
-    pub high: f64,
-}
-
-impl Estimate {
-    /// A value without an interval.
-    pub fn exact(value: f64) -> Self {
-        Self { value, low: f64::NAN, high: f64::NAN }
-    }
-
-    pub(super) fn has_interval(&self) -> bool {
-        self.low.is_finite() && self.high.is_finite()
-    }
-
-    /// Everything an axis must cover.
-    pub(super) fn values(&self) -> [f64; 3] {
-        [self.value, self.low, self.high]
-    }
-}
+use crate::stats::Estimate;
 
 /// How intervals and centres were computed, as said in captions.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -72,6 +47,13 @@ pub struct Curve {
 }
 
 impl Curve {
+    /// The curve of estimates at these positions.
+    pub fn new(label: &str, x: Vec<f64>, estimates: &[Estimate]) -> Self {
+        let column = |of: fn(&Estimate) -> f64| estimates.iter().map(of).collect();
+        let (y, low, high) = (column(|e| e.value), column(|e| e.lower), column(|e| e.upper));
+        Self { label: label.to_owned(), x, y, low, high, partial: 0 }
+    }
+
     pub(super) fn is_empty(&self) -> bool {
         !self.x.iter().zip(&self.y).any(|(x, y)| x.is_finite() && y.is_finite())
     }

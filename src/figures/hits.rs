@@ -4,12 +4,13 @@ use super::Figure;
 use super::axes::number;
 use super::bars::{BarCluster, BarLook, grouped_bars};
 use super::canvas::Canvas;
-use super::data::{Estimate, Statistics, labels};
+use super::data::{Statistics, labels};
 use super::geometry::Rect;
 use super::layout::{Mark, legend, note};
 use super::style::{DOUBLE_COLUMN, GAP, MARGIN, series};
-use super::table::{Table, cell};
+use super::table::Table;
 use super::tasks::heading;
+use crate::stats::Estimate;
 
 /// Hits of each policy on each task.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -73,10 +74,6 @@ fn short(name: &str) -> String {
 }
 
 impl Figure for Hits {
-    fn name(&self) -> &'static str {
-        "figure5_hits"
-    }
-
     fn size(&self) -> [f64; 2] {
         [DOUBLE_COLUMN, 200.0]
     }
@@ -112,9 +109,8 @@ impl Figure for Hits {
             for hits in &task.policies {
                 let stages = (1..).map(|n: usize| format!("subgoal {n}")).zip(&hits.subgoals);
                 for (stage, estimate) in stages.chain([("goal".to_owned(), &hits.goal)]) {
-                    let [value, low, high] = estimate.values().map(cell);
-                    let (episodes, seeds) = (self.episodes.to_string(), self.statistics.seeds.to_string());
-                    table.push([task.task.clone(), hits.policy.clone(), stage, value, low, high, episodes, seeds]);
+                    let ([value, low, high], seeds) = (estimate.values(), &self.statistics.seeds);
+                    table.push(&[&task.task, &hits.policy, &stage, &value, &low, &high, &self.episodes, seeds]);
                 }
             }
         }

@@ -6,7 +6,7 @@ use super::canvas::{Canvas, Pen};
 use super::layout::{LEGEND, Mark, NOTE, legend, note, panels, squares_height};
 use super::scene::{Position, SCENE_TOOL, SceneView, Window};
 use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, VERMILLION, faded};
-use super::table::{Table, cell32};
+use super::table::Table;
 use crate::physics::to_units;
 use crate::task::ToolSpec;
 
@@ -77,10 +77,6 @@ impl Launches {
 }
 
 impl Figure for Launches {
-    fn name(&self) -> &'static str {
-        "figure1_launches"
-    }
-
     fn size(&self) -> [f64; 2] {
         let panels = self.tools.len().clamp(3, 5);
         [DOUBLE_COLUMN, squares_height(DOUBLE_COLUMN, panels, panels, LEGEND + 2.0 * NOTE)]
@@ -125,15 +121,7 @@ impl Figure for Launches {
             for (launch, trajectory) in tool.trajectories.iter().enumerate() {
                 let contact = tool.contact(trajectory);
                 for (step, [x, y]) in trajectory.iter().enumerate() {
-                    table.push([
-                        tool.tool.kind.name().to_owned(),
-                        tool.observations.to_string(),
-                        launch.to_string(),
-                        step.to_string(),
-                        cell32(*x),
-                        cell32(*y),
-                        (step >= contact).to_string(),
-                    ]);
+                    table.push(&[&tool.tool.kind.name(), &tool.observations, &launch, &step, x, y, &(step >= contact)]);
                 }
             }
         }

@@ -3,15 +3,16 @@
 use super::Figure;
 use super::axes::{Axis, Frame, Plot};
 use super::canvas::{Canvas, Pen, Type};
-use super::data::{Estimate, Statistics, labels};
+use super::data::{Statistics, labels};
 use super::geometry::Rect;
 use super::layout::{Mark, legend, legend_height, note, note_height};
 use super::style::{
     Color, DOUBLE_COLUMN, FRAME_WIDTH, GAP, GREY, GRID, LABEL_SIZE, MARGIN, SMALL_SIZE, Series, THIN_WIDTH, TITLE_SIZE,
     faded, series,
 };
-use super::table::{Table, cell};
+use super::table::Table;
 use super::tasks::heading;
+use crate::stats::Estimate;
 
 /// A score of every method on every task: dots with intervals, and the runs behind them.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -123,9 +124,9 @@ fn draw_score(canvas: &Canvas<'_>, plot: &Plot<'_, '_>, score: &MethodScore, y: 
     for run in score.runs.iter().filter(|run| run.is_finite()) {
         canvas.dot(plot.at(*run, y - BELOW), 0.9, faded(color, 0.45));
     }
-    let Estimate { value, low, high } = score.estimate;
+    let Estimate { value, lower, upper } = score.estimate;
     if score.estimate.has_interval() {
-        canvas.line(&[plot.at(low, y), plot.at(high, y)], Pen::new(color, 1.5 * THIN_WIDTH));
+        canvas.line(&[plot.at(lower, y), plot.at(upper, y)], Pen::new(color, 1.5 * THIN_WIDTH));
     }
     if value.is_finite() {
         canvas.dot(plot.at(value, y), 1.9, color);
@@ -133,10 +134,6 @@ fn draw_score(canvas: &Canvas<'_>, plot: &Plot<'_, '_>, score: &MethodScore, y: 
 }
 
 impl Figure for MethodScores {
-    fn name(&self) -> &'static str {
-        "methods"
-    }
-
     fn size(&self) -> [f64; 2] {
         let panel = AROUND + ROW * (self.methods().len().max(2) as f64 + 0.2);
         let rows = self.rows() as f64;
@@ -168,14 +165,10 @@ impl Figure for MethodScores {
         let mut table = Table::new(["measure", "task", "method", "what", "value", "low", "high"]);
         for panel in &self.panels {
             for method in &panel.methods {
-                let row = |what: &str, [value, low, high]: [f64; 3]| {
-                    let names = [&self.measure, &panel.task, &method.label].map(String::clone);
-                    let [measure, task, label] = names;
-                    [measure, task, label, what.to_owned(), cell(value), cell(low), cell(high)]
-                };
-                table.push(row("summary", method.estimate.values()));
+                let [value, low, high] = method.estimate.values();
+                table.push(&[&self.measure, &panel.task, &method.label, &"summary", &value, &low, &high]);
                 for run in &method.runs {
-                    table.push(row("run", [*run, f64::NAN, f64::NAN]));
+                    table.push(&[&self.measure, &panel.task, &method.label, &"run", run]);
                 }
             }
         }

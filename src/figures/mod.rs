@@ -46,7 +46,7 @@ pub(crate) use axes::round_ticks;
 pub use canvas::{Canvas, Pen, Type, svg};
 pub use curves::{CurvePanel, LearningCurves, PerformanceProfile, Progress};
 pub use dashboard::Dashboard;
-pub use data::{Curve, Estimate, Statistics};
+pub use data::{Curve, Statistics};
 pub use font::Family;
 pub use geometry::{Rect, tool_outline};
 pub use hits::{Hits, PolicyHits, TaskHits};

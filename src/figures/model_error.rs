@@ -4,11 +4,12 @@ use super::Figure;
 use super::axes::{Axis, Frame, Plot, number};
 use super::bars::{BarCluster, BarLook, grouped_bars};
 use super::canvas::Canvas;
-use super::data::{Estimate, Statistics};
+use super::data::Statistics;
 use super::geometry::Rect;
 use super::layout::{Mark, legend, note, panels};
 use super::style::{DOUBLE_COLUMN, LINE_WIDTH, MARGIN, Series, series};
-use super::table::{Table, cell};
+use super::table::Table;
+use crate::stats::Estimate;
 
 /// Errors of several predictors on several tools (or tool sets).
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -41,24 +42,15 @@ impl ModelError {
         series(&self.predictors.iter().map(|predictor| predictor.label.as_str()).collect::<Vec<_>>())
     }
 
-    fn one_step(&self) -> Vec<BarCluster> {
-        let bars = |tool: usize| {
-            let of = |predictor: &Predictor| predictor.one_step.get(tool).copied();
-            self.predictors.iter().map(|predictor| of(predictor).unwrap_or(Estimate::exact(f64::NAN))).collect()
+    /// Bars of all predictors for each tool, in members of these names; `of` gives that of a predictor
+    /// for a tool and a member.
+    fn bars(&self, names: &[&str], of: fn(&Predictor, usize, usize) -> Option<Estimate>) -> Vec<BarCluster> {
+        let bars = |tool: usize, member: usize| {
+            let bar = |predictor| of(predictor, tool, member).unwrap_or(Estimate::exact(f64::NAN));
+            self.predictors.iter().map(bar).collect()
         };
-        let cluster =
-            |(n, label): (usize, &String)| BarCluster { label: label.clone(), members: vec![(String::new(), bars(n))] };
-        self.tools.iter().enumerate().map(cluster).collect()
-    }
-
-    /// Precision and recall, side by side for each tool.
-    fn hits(&self) -> Vec<BarCluster> {
-        let bars = |tool: usize, measure: usize| {
-            let of = |predictor: &Predictor| predictor.hits.get(tool).map(|hits| hits[measure]);
-            self.predictors.iter().map(|predictor| of(predictor).unwrap_or(Estimate::exact(f64::NAN))).collect()
-        };
-        let members = |tool| vec![("precision".to_owned(), bars(tool, 0)), ("recall".to_owned(), bars(tool, 1))];
-        let cluster = |(n, label): (usize, &String)| BarCluster { label: label.clone(), members: members(n) };
+        let members = |tool| names.iter().enumerate().map(|(n, name)| ((*name).to_owned(), bars(tool, n))).collect();
+        let cluster = |(tool, label): (usize, &String)| BarCluster { label: label.clone(), members: members(tool) };
         self.tools.iter().enumerate().map(cluster).collect()
     }
 
@@ -73,8 +65,7 @@ impl ModelError {
         for (tool, place) in panels(rect, self.tools.len(), self.tools.len()).into_iter().enumerate() {
             let ticks = (1..=longest).step_by(longest.div_ceil(6)).map(|k| (k as f64, k.to_string())).collect();
             let x = Axis::with_ticks("steps", 0.7, longest as f64 + 0.3, ticks);
-            let y = Axis::from_zero("rollout error (normalised)", values.iter().copied(), 5);
-            let y = if place.y_label { y } else { y.unlabelled() };
+            let y = Axis::from_zero("rollout error (normalised)", values.iter().copied(), 5).labelled(place.y_label);
             let title = if tool == 0 { format!("(c) {}", self.tools[tool]) } else { self.tools[tool].clone() };
             let plot = Plot::new(canvas, place.cell, &Frame { title: &title, grid: true, square: false }, x, y);
             let mut ends = Vec::new();
@@ -82,7 +73,7 @@ impl ModelError {
                 let column = |of: fn(&Estimate) -> f64| errors.iter().map(of).collect::<Vec<f64>>();
                 let steps: Vec<f64> = (1..=errors.len()).map(|k| k as f64).collect();
                 let values = column(|e| e.value);
-                plot.band(&steps, [&values, &column(|e| e.low), &column(|e| e.high)], look.color);
+                plot.band(&steps, [&values, &column(|e| e.lower), &column(|e| e.upper)], look.color);
                 plot.line(&steps, &values, look.pen(LINE_WIDTH));
                 if let (Some(x), Some(y)) = (steps.last(), values.last()) {
                     ends.push((plot.at(*x, *y), look));
@@ -94,10 +85,6 @@ impl ModelError {
 }
 
 impl Figure for ModelError {
-    fn name(&self) -> &'static str {
-        "model_error"
-    }
-
     fn size(&self) -> [f64; 2] {
         [DOUBLE_COLUMN, 420.0]
     }
@@ -123,8 +110,10 @@ impl Figure for ModelError {
         let (above, below) = rect.split_top(rect.height() / 3.0);
         let (middle, below) = below.split_top(0.5 * below.height());
         let look = |title, label| BarLook { title, label, ..BarLook::default() };
-        grouped_bars(canvas, above, &look("(a) One step", "error (normalised)"), &self.one_step(), &looks);
-        grouped_bars(canvas, middle, &look("(b) Subgoal hits", "share"), &self.hits(), &looks);
+        let one_step = self.bars(&[""], |predictor, tool, _| predictor.one_step.get(tool).copied());
+        let hits = self.bars(&["precision", "recall"], |predictor, tool, n| Some(predictor.hits.get(tool)?[n]));
+        grouped_bars(canvas, above, &look("(a) One step", "error (normalised)"), &one_step, &looks);
+        grouped_bars(canvas, middle, &look("(b) Subgoal hits", "share"), &hits, &looks);
         self.draw_rollouts(canvas, below)
     }
 
@@ -133,9 +122,8 @@ impl Figure for ModelError {
         for (n, tool) in self.tools.iter().enumerate() {
             for predictor in &self.predictors {
                 let mut row = |measure: &str, steps: usize, estimate: &Estimate| {
-                    let [value, low, high] = estimate.values().map(cell);
-                    let (tool, label) = (tool.clone(), predictor.label.clone());
-                    table.push([tool, label, measure.to_owned(), steps.to_string(), value, low, high]);
+                    let [value, low, high] = estimate.values();
+                    table.push(&[tool, &predictor.label, &measure, &steps, &value, &low, &high]);
                 };
                 if let Some(estimate) = predictor.one_step.get(n) {
                     row("one step", 1, estimate);

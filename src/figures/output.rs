@@ -42,9 +42,6 @@ pub const ENDINGS: [&str; 3] = ["png", "svg", "pdf"];
 
 /// A figure: numbers that know how to be drawn.
 pub trait Figure {
-    /// Name of the figure as the stem of a file name.
-    fn name(&self) -> &'static str;
-
     /// Width and height on paper, in points.
     fn size(&self) -> [f64; 2];
 

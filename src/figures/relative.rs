@@ -7,7 +7,7 @@ use super::geometry::{Point, Rect, circle};
 use super::layout::{LEGEND, Mark, NOTE, legend, note, panels, squares_height};
 use super::scene::{PLACED_TOOL, Position, SceneView, Window};
 use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, TITLE_SIZE, VERMILLION, WHITE, faded};
-use super::table::{Table, cell32};
+use super::table::Table;
 use crate::task::Task;
 
 /// One scene at a few instants, above in the screen's coordinates, below in the ball's.
@@ -126,10 +126,6 @@ fn free_place([x, y]: Point, width: f64, rect: &Rect, taken: &[Rect]) -> Rect {
 }
 
 impl Figure for RelativeFrames {
-    fn name(&self) -> &'static str {
-        "figure2_relative_coordinates"
-    }
-
     fn size(&self) -> [f64; 2] {
         let columns = self.instants.len().clamp(2, 4);
         [DOUBLE_COLUMN, squares_height(DOUBLE_COLUMN, 2 * columns, columns, X_LABEL - TITLE + LEGEND + 2.0 * NOTE)]
@@ -179,17 +175,8 @@ impl Figure for RelativeFrames {
         for instant in &self.instants {
             for (n, edge) in instant.edges.iter().enumerate() {
                 let [dx, dy] = edge.relative(instant.ball);
-                table.push([
-                    cell32(instant.time),
-                    cell32(instant.ball[0]),
-                    cell32(instant.ball[1]),
-                    n.to_string(),
-                    cell32(edge.object[0]),
-                    cell32(edge.object[1]),
-                    cell32(dx),
-                    cell32(dy),
-                    edge.active.to_string(),
-                ]);
+                let ([ball_x, ball_y], [x, y]) = (instant.ball, edge.object);
+                table.push(&[&instant.time, &ball_x, &ball_y, &n, &x, &y, &dx, &dy, &edge.active]);
             }
         }
         table

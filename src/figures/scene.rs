@@ -59,8 +59,7 @@ impl<'c, 'p> SceneView<'c, 'p> {
     pub fn new(canvas: &'c Canvas<'p>, outer: Rect, title: &str, window: Window) -> Self {
         let axis = |n: usize| {
             let center = window.center[n] - window.origin[n];
-            let axis = Axis::linear(window.names[n], center - window.half, center + window.half, 5);
-            if window.labels[n] { axis } else { axis.unlabelled() }
+            Axis::linear(window.names[n], center - window.half, center + window.half, 5).labelled(window.labels[n])
         };
         let frame = Frame { title, grid: false, square: true };
         let plot = Plot::new(canvas, outer, &frame, axis(0), axis(1));

@@ -9,13 +9,13 @@ pub struct Table {
 
 impl Table {
     /// A table without rows.
-    pub fn new<const N: usize>(columns: [&'static str; N]) -> Self {
-        Self { columns: columns.to_vec(), rows: Vec::new() }
+    pub fn new(columns: impl IntoIterator<Item = &'static str>) -> Self {
+        Self { columns: columns.into_iter().collect(), rows: Vec::new() }
     }
 
     /// Adds a row; missing cells at its end are empty.
-    pub fn push<const N: usize>(&mut self, cells: [String; N]) {
-        let mut row = cells.to_vec();
+    pub fn push(&mut self, cells: &[&dyn Cell]) {
+        let mut row: Vec<String> = cells.iter().map(|cell| cell.text()).collect();
         row.resize(self.columns.len(), String::new());
         self.rows.push(row);
     }
@@ -33,22 +33,39 @@ impl Table {
     /// The table as CSV.
     pub fn to_csv(&self) -> Vec<u8> {
         let mut writer = csv::Writer::from_writer(Vec::new());
-        let records = std::iter::once(self.columns.iter().map(|name| (*name).to_owned()).collect())
-            .chain(self.rows.iter().cloned());
-        for record in records {
-            // Rows are of one length, and memory takes every byte.
-            writer.write_record(&record).expect("rows of one length");
-        }
+        // Rows are of one length, and memory takes every byte.
+        writer.write_record(&self.columns).expect("memory takes every byte");
+        self.rows.iter().for_each(|row| writer.write_record(row).expect("rows of one length"));
         writer.into_inner().expect("memory takes every byte")
     }
 }
 
-/// A number so that reading it back gives the same number; empty when it is not finite.
-pub fn cell(value: f64) -> String {
-    if value.is_finite() { value.to_string() } else { String::new() }
+/// What can stand in a cell.
+pub trait Cell {
+    /// Its text: a number so that reading it back gives the same number; empty when it is not finite.
+    fn text(&self) -> String;
 }
 
-/// As [`cell`], with the digits of single precision.
-pub fn cell32(value: f32) -> String {
-    if value.is_finite() { value.to_string() } else { String::new() }
+macro_rules! floats {
+    ($($float:ty),+) => {$(impl Cell for $float {
+        fn text(&self) -> String {
+            if self.is_finite() { self.to_string() } else { String::new() }
+        }
+    })+};
+}
+floats!(f32, f64);
+
+macro_rules! plain {
+    ($($plain:ty),+) => {$(impl Cell for $plain {
+        fn text(&self) -> String {
+            self.to_string()
+        }
+    })+};
+}
+plain!(&str, String, usize, bool);
+
+impl<T: Cell> Cell for Option<T> {
+    fn text(&self) -> String {
+        self.as_ref().map(Cell::text).unwrap_or_default()
+    }
 }

@@ -6,7 +6,7 @@ use super::geometry::Rect;
 use super::layout::{Panel, note, note_height, panels, squares_height};
 use super::scene::{SceneView, Window};
 use super::style::{DOUBLE_COLUMN, MARGIN, SINGLE_COLUMN};
-use super::table::{Table, cell32};
+use super::table::Table;
 use crate::task::Task;
 
 /// Tasks side by side, three in a row.
@@ -47,10 +47,6 @@ pub(super) fn heading(name: &str) -> String {
 }
 
 impl Figure for TaskGrid {
-    fn name(&self) -> &'static str {
-        "figure3_tasks"
-    }
-
     fn size(&self) -> [f64; 2] {
         page_size(self.tasks.len(), 0.0, LEGEND_NOTE)
     }
@@ -70,31 +66,23 @@ impl Figure for TaskGrid {
     fn table(&self) -> Table {
         let mut table = Table::new(["task", "object", "type", "order", "x", "y", "size_units"]);
         for task in &self.tasks {
-            let mut row = |object: &str, kind: &str, order: String, [x, y]: [f32; 2], size: f32| {
-                table.push([
-                    task.name.clone(),
-                    object.to_owned(),
-                    kind.to_owned(),
-                    order,
-                    cell32(x),
-                    cell32(y),
-                    cell32(size),
-                ]);
+            let mut row = |object: &str, kind: &str, order: Option<usize>, [x, y]: [f32; 2], size: f32| {
+                table.push(&[&task.name, &object, &kind, &order, &x, &y, &size]);
             };
-            row("ball", "", String::new(), task.ball.position, task.ball.radius);
+            row("ball", "", None, task.ball.position, task.ball.radius);
             if let Some(marker) = &task.marker {
-                row("marker", "", String::new(), marker.ball.position, marker.ball.radius);
+                row("marker", "", None, marker.ball.position, marker.ball.radius);
             }
             for ball in &task.balls {
-                row("other ball", "", String::new(), ball.position, ball.radius);
+                row("other ball", "", None, ball.position, ball.radius);
             }
             for tool in &task.tools {
-                row("tool", tool.kind.name(), String::new(), tool.position, tool.tool().size as f32);
+                row("tool", tool.kind.name(), None, tool.position, tool.tool().size as f32);
             }
             for (n, region) in task.subgoals.iter().enumerate() {
-                row("subgoal", "", (n + 1).to_string(), region.position, region.radius);
+                row("subgoal", "", Some(n + 1), region.position, region.radius);
             }
-            row("goal", "", task.stage_count().to_string(), task.goal.position, task.goal.radius);
+            row("goal", "", Some(task.stage_count()), task.goal.position, task.goal.radius);
         }
         table
     }

@@ -153,13 +153,13 @@ fn any_hit_is_better_than_the_nearest_miss() {
 #[test]
 fn a_model_that_does_not_know_the_tools_is_an_error() {
     let task = Arc::new(task::load("task1").unwrap());
-    let model = crate::dynamics::shipped("square-floor").unwrap().unwrap();
+    let model = crate::dynamics::shipped("square-floor").unwrap();
     let config = GuidanceConfig::default();
-    let error = build(&task, &model, "square-floor", &config, 0, |_| true).unwrap_err();
+    let error = build(&task, &*model, "square-floor", &config, 0, |_| true).unwrap_err();
     assert!(matches!(error, DynamicsError::UnseenEdge { .. }), "{error}");
-    assert!(propose_subgoals(&task, &model, 1, &config, 0, |_| true).is_err());
+    assert!(propose_subgoals(&task, &*model, 1, &config, 0, |_| true).is_err());
     let env = Environment::new(task.clone());
-    assert!(plan(&model, &task, env.snapshot(), &PlannerConfig::default(), &mut rng()).is_err());
+    assert!(plan(&*model, &task, env.snapshot(), &PlannerConfig::default(), &mut rng()).is_err());
 }
 
 #[test]

@@ -85,7 +85,7 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let device = Cpu::default();
         let mut network = |inputs| {
-            Mlp::new(MlpShape::uniform(inputs, 24, 5, 3, Activation::Tanh), InitScheme::Xavier, &mut rng).unwrap()
+            Mlp::new(MlpShape::uniform(inputs, 24, 5, 3, Activation::Tanh), InitScheme::FanIn, &mut rng).unwrap()
         };
         let networks = [network(3), network(7), network(4)];
         let targets = [vec![0, 2, 2, 5, 1], vec![], vec![2, 0]];

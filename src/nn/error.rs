@@ -52,35 +52,13 @@ pub enum TensorFileError {
         /// What the reader found.
         reason: String,
     },
-    /// A tensor is not there.
-    #[error("tensor `{name}` is missing: the file belongs to another network")]
-    Missing {
+    /// A tensor is not there, or is not what is needed.
+    #[error("tensor `{name}` {problem}")]
+    Tensor {
         /// Name of the tensor.
         name: String,
-    },
-    /// A tensor has another shape.
-    #[error("tensor `{name}` has shape {found:?}, expected {expected:?}: the file belongs to another network")]
-    WrongShape {
-        /// Name of the tensor.
-        name: String,
-        /// Shape the network has.
-        expected: Vec<usize>,
-        /// Shape in the file.
-        found: Vec<usize>,
-    },
-    /// A tensor holds something else than 32-bit floating point numbers.
-    #[error("tensor `{name}` has element type {found}, expected F32")]
-    WrongType {
-        /// Name of the tensor.
-        name: String,
-        /// Element type in the file.
-        found: String,
-    },
-    /// A tensor holds an infinity or NaN.
-    #[error("tensor `{name}` holds a value that is not finite: the file cannot be used")]
-    NotFinite {
-        /// Name of the tensor.
-        name: String,
+        /// What is wrong with it, as a verb.
+        problem: String,
     },
     /// A metadata entry is missing or cannot be read.
     #[error("metadata entry `{key}` is missing or not valid: {reason}")]

@@ -82,12 +82,12 @@ impl Optimiser {
             return Err(NnError::NotFinite { norm });
         }
         self.steps += 1;
-        let rule = AnyRule::new(self.kind, self.steps, rate);
         let (mut mean, mut square) = (&mut self.mean[..], &mut self.square[..]);
         for network in networks {
             let gradient = grads.get_or_alloc_mut(network.parameters())?;
             let (mean, square) = (split_front(&mut mean, gradient.len()), split_front(&mut square, gradient.len()));
-            network.edit(|parameters| rule.apply(Step { parameters, gradient, mean, square }));
+            let (kind, steps) = (self.kind, self.steps);
+            network.edit(|parameters| Step { parameters, gradient, mean, square }.apply(kind, steps, rate));
         }
         Ok(norm)
     }
@@ -154,45 +154,6 @@ fn split_front<'a>(rest: &mut &'a mut [f32], n: usize) -> &'a mut [f32] {
     front
 }
 
-#[derive(Clone, Copy)]
-enum AnyRule {
-    Adam(Adam),
-    Sgd(Sgd),
-    RmsProp(RmsProp),
-}
-
-impl AnyRule {
-    fn new(kind: OptimiserKind, steps: u64, rate: f32) -> Self {
-        let correction = |beta: f32| 1.0 / (1.0 - f64::from(beta).powf(steps as f64));
-        match kind {
-            OptimiserKind::Adam => Self::Adam(Adam {
-                beta1: BETA1,
-                beta2: BETA2,
-                epsilon: EPSILON,
-                rate: (f64::from(rate) * correction(BETA1)) as f32,
-                square_correction: correction(BETA2) as f32,
-            }),
-            OptimiserKind::RmsProp => Self::RmsProp(RmsProp { alpha: ALPHA, epsilon: EPSILON, rate }),
-            OptimiserKind::Sgd => Self::Sgd(Sgd { rate }),
-        }
-    }
-
-    /// Applies the rule to all parameters of a network, the halves of many side by side.
-    fn apply(self, step: Step<'_>) {
-        if step.parameters.len() > MIN_PER_THREAD {
-            let (front, back) = step.halves();
-            rayon::join(|| self.apply(front), || self.apply(back));
-            return;
-        }
-        let Step { parameters, gradient: input, mean, square } = step;
-        match self {
-            Self::Adam(rule) => Update { rule, state: [parameters, mean, square], input }.execute(),
-            Self::RmsProp(rule) => Update { rule, state: [parameters, square], input }.execute(),
-            Self::Sgd(rule) => Update { rule, state: [parameters], input }.execute(),
-        }
-    }
-}
-
 /// Parameters below which a second thread costs more than it brings.
 const MIN_PER_THREAD: usize = 50_000;
 
@@ -205,6 +166,30 @@ struct Step<'a> {
 }
 
 impl<'a> Step<'a> {
+    /// Updates all parameters of a network, the halves of many side by side.
+    fn apply(self, kind: OptimiserKind, steps: u64, rate: f32) {
+        if self.parameters.len() > MIN_PER_THREAD {
+            let (front, back) = self.halves();
+            rayon::join(|| front.apply(kind, steps, rate), || back.apply(kind, steps, rate));
+            return;
+        }
+        let correction = |beta: f32| 1.0 / (1.0 - f64::from(beta).powf(steps as f64));
+        let Step { parameters, gradient: input, mean, square } = self;
+        match kind {
+            OptimiserKind::Adam => {
+                let (rate, square_correction) =
+                    ((f64::from(rate) * correction(BETA1)) as f32, correction(BETA2) as f32);
+                let rule = Adam { beta1: BETA1, beta2: BETA2, epsilon: EPSILON, rate, square_correction };
+                Update { rule, state: [parameters, mean, square], input }.execute();
+            }
+            OptimiserKind::RmsProp => {
+                let rule = RmsProp { alpha: ALPHA, epsilon: EPSILON, rate };
+                Update { rule, state: [parameters, square], input }.execute();
+            }
+            OptimiserKind::Sgd => Update { rule: Sgd { rate }, state: [parameters], input }.execute(),
+        }
+    }
+
     fn halves(mut self) -> (Self, Self) {
         let half = (self.parameters.len() / 2).next_multiple_of(LINE);
         let (gradient, rest) = self.gradient.split_at(half);

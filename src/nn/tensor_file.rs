@@ -38,17 +38,16 @@ impl TensorFile {
     /// # Errors
     /// When it is missing, has another shape, or holds an infinity or NaN.
     pub fn get(&self, name: &str, shape: &[usize]) -> Result<&[f32], TensorFileError> {
-        let name_owned = || name.to_owned();
-        let entry = self.tensors.get(name).ok_or_else(|| TensorFileError::Missing { name: name_owned() })?;
+        let wrong = |problem: String| Err(TensorFileError::Tensor { name: name.to_owned(), problem });
+        let Some(entry) = self.tensors.get(name) else {
+            return wrong("is missing: the file belongs to another network".to_owned());
+        };
         if entry.shape != shape {
-            return Err(TensorFileError::WrongShape {
-                name: name_owned(),
-                expected: shape.to_vec(),
-                found: entry.shape.clone(),
-            });
+            let found = &entry.shape;
+            return wrong(format!("has shape {found:?}, expected {shape:?}: the file belongs to another network"));
         }
         if entry.values.iter().any(|v| !v.is_finite()) {
-            return Err(TensorFileError::NotFinite { name: name_owned() });
+            return wrong("holds a value that is not finite: the file cannot be used".to_owned());
         }
         Ok(&entry.values)
     }
@@ -80,8 +79,8 @@ impl TensorFile {
         let content = SafeTensors::deserialize(bytes).map_err(read_error)?;
         for (name, view) in content.tensors() {
             if view.dtype() != Dtype::F32 {
-                let found = format!("{:?}", view.dtype());
-                return Err(TensorFileError::WrongType { name, found });
+                let problem = format!("has element type {:?}, expected F32", view.dtype());
+                return Err(TensorFileError::Tensor { name, problem });
             }
             let values = view.data().chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
             file.tensors.insert(name, Entry { shape: view.shape().to_vec(), values });
@@ -174,13 +173,14 @@ mod tests {
         file.insert("nan".into(), vec![2], vec![0.0, f32::NAN]);
         let file = TensorFile::from_bytes(&file.to_bytes()).unwrap();
         assert_eq!(file.get("a", &[1]).unwrap(), [0.1]);
-        let error = file.get("c", &[1]).unwrap_err();
-        assert_eq!(error, TensorFileError::Missing { name: "c".into() });
-        let error = file.get("b", &[3, 2]).unwrap_err();
-        let expected = TensorFileError::WrongShape { name: "b".into(), expected: vec![3, 2], found: vec![2, 3] };
-        assert_eq!(error, expected);
-        let error = file.get("nan", &[2]).unwrap_err();
-        assert_eq!(error, TensorFileError::NotFinite { name: "nan".into() });
+        for (name, shape, message) in [
+            ("c", &[1][..], "tensor `c` is missing"),
+            ("b", &[3, 2], "tensor `b` has shape [2, 3], expected [3, 2]"),
+            ("nan", &[2], "tensor `nan` holds a value that is not finite"),
+        ] {
+            let error = file.get(name, shape).unwrap_err().to_string();
+            assert!(error.starts_with(message), "{error}");
+        }
     }
 
     #[test]
@@ -190,6 +190,6 @@ mod tests {
         bytes.extend(text.bytes());
         bytes.extend([0; 4]);
         let error = TensorFile::from_bytes(&bytes).unwrap_err();
-        assert!(matches!(error, TensorFileError::WrongType { .. }), "{error}");
+        assert!(error.to_string().contains("has element type I32"), "{error}");
     }
 }

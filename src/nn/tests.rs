@@ -191,7 +191,7 @@ fn gradients_agree_with_central_differences() {
 fn train_and_predict() -> Vec<u32> {
     let mut rng = ChaCha8Rng::seed_from_u64(4);
     let shape = MlpShape::uniform(21, 64, 20, 9, Activation::Tanh);
-    let mut net = Mlp::new(shape, InitScheme::Xavier, &mut rng).unwrap();
+    let mut net = Mlp::new(shape, InitScheme::FanIn, &mut rng).unwrap();
     let mut optimiser = Optimiser::new(OptimiserKind::Adam, &[&net]);
     let x = random(331, 21, &mut rng);
     let mut bits = Vec::new();
@@ -206,7 +206,7 @@ fn train_and_predict() -> Vec<u32> {
     // Branches of uneven sizes are cut in the middle of one of them.
     let mut deep = || {
         let shape = MlpShape::uniform(21, 64, 20, 9, Activation::Tanh);
-        Mlp::new(shape, InitScheme::Xavier, &mut rng).unwrap()
+        Mlp::new(shape, InitScheme::FanIn, &mut rng).unwrap()
     };
     let mut networks = [deep(), deep(), deep()];
     let (inputs, targets) = (x.as_vec(), [(0..17).collect(), (10..211).collect::<Vec<_>>(), (190..230).collect()]);
@@ -314,7 +314,7 @@ fn sizes_that_are_no_network_are_refused() {
     let mut rng = ChaCha8Rng::seed_from_u64(10);
     for sizes in [vec![], vec![3], vec![3, 0, 2]] {
         let shape = MlpShape { sizes, hidden: Activation::Relu, output: Activation::Identity };
-        let error = Mlp::new(shape, InitScheme::Xavier, &mut rng).unwrap_err();
+        let error = Mlp::new(shape, InitScheme::FanIn, &mut rng).unwrap_err();
         assert!(matches!(error, NnError::Shape { .. }));
     }
 }

@@ -52,7 +52,8 @@ pub fn prepare(
     let job =
         |name: &String| Proposal { plan, name: name.clone(), from: file(&plan.puzzles, name), to: file(&tasks, name) };
     let names: Vec<String> = index.puzzles.iter().map(|puzzle| puzzle.name.clone()).collect();
-    let jobs: Vec<Proposal<'_>> = names.iter().map(job).filter(|proposal| !proposal.to.exists()).collect();
+    let missing = names.iter().map(job).filter(|proposal| !proposal.to.exists());
+    let jobs: Vec<_> = missing.map(Proposal::job).collect();
     let (_, interrupted) = finished(batch.run(&jobs, on_progress)?)?;
     if interrupted > 0 {
         return Err(PuzzleError::Interrupted { done: jobs.len() - interrupted, jobs: jobs.len() });
@@ -78,19 +79,12 @@ struct Proposal<'a> {
     to: PathBuf,
 }
 
-impl Job for Proposal<'_> {
-    type Output = ();
-    type Error = PuzzleError;
-
-    fn name(&self) -> String {
-        self.name.clone()
+impl<'a> Proposal<'a> {
+    fn job(self) -> Job<'a, (), PuzzleError> {
+        Job::new(self.name.clone(), 1, move |handle| self.propose(handle))
     }
 
-    fn size(&self) -> u64 {
-        1
-    }
-
-    fn run(&self, handle: &JobHandle) -> Result<Option<()>, PuzzleError> {
+    fn propose(&self, handle: &JobHandle) -> Result<Option<()>, PuzzleError> {
         handle.report(format!("subgoals of {}", self.name));
         let mut puzzle = task::load(&self.from.display().to_string())?;
         // Without a model there is nothing to propose with.

@@ -70,7 +70,7 @@ pub fn generate(
         return Err(PuzzleError::OtherPuzzles { path: folder.to_owned() });
     }
     let missing = (0..count).filter(|number| index.puzzles.iter().all(|puzzle| puzzle.number != *number));
-    let jobs: Vec<Search<'_>> = missing.map(|number| Search { number, index: wanted, criteria, folder }).collect();
+    let jobs: Vec<_> = missing.map(|number| Search { number, index: wanted, criteria, folder }.job()).collect();
     let (found, interrupted) = finished(batch.run(&jobs, on_progress)?)?;
     index.puzzles.extend(found);
     index.puzzles.sort_by_key(|puzzle| puzzle.number);
@@ -89,19 +89,16 @@ struct Search<'a> {
     folder: &'a Path,
 }
 
-impl Job for Search<'_> {
-    type Output = Puzzle;
-    type Error = PuzzleError;
+impl<'a> Search<'a> {
+    fn job(self) -> Job<'a, Puzzle, PuzzleError> {
+        Job::new(self.name(), 1, move |handle| self.search(handle))
+    }
 
     fn name(&self) -> String {
         name(self.index, self.number)
     }
 
-    fn size(&self) -> u64 {
-        1
-    }
-
-    fn run(&self, handle: &JobHandle) -> Result<Option<Puzzle>, PuzzleError> {
+    fn search(&self, handle: &JobHandle) -> Result<Option<Puzzle>, PuzzleError> {
         handle.report(self.name());
         let mut rng = Stream::Puzzle { split: self.index.split as u64, number: self.number }.of(self.index.seed);
         while !handle.is_stopped() {
@@ -121,9 +118,7 @@ impl Job for Search<'_> {
         }
         Ok(None)
     }
-}
 
-impl Search<'_> {
     /// The puzzle that the layout is, without its random hit rate; none if it is too easy or too hard.
     fn judge(&self, task: &Arc<Task>, seed: u64) -> Result<Option<Puzzle>, PuzzleError> {
         let Criteria { episodes, most_random, least_guided, .. } = *self.criteria;

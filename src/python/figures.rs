@@ -66,7 +66,7 @@ impl Figure {
     }
 
     fn __repr__(&self) -> String {
-        format!("<Figure {}>", self.figure.name())
+        format!("<Figure of {}>", self.provenance.command)
     }
 }
 

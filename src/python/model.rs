@@ -48,7 +48,7 @@ fn tool_row(tool: &Tool) -> [f32; TOOL] {
 
 /// Model(name): a shipped dynamics model by its name, or the one in the file at that path.
 #[pyclass(module = "mge", frozen)]
-pub struct Model(dynamics::Model);
+pub struct Model(Arc<dynamics::Model>);
 
 #[pymethods]
 impl Model {
@@ -61,8 +61,7 @@ impl Model {
     #[staticmethod]
     fn shipped_for(task: &Task) -> PyResult<Self> {
         let tools = task.0.tool_set();
-        let model = dynamics::shipped_for(&tools).map_err(exception)?;
-        model.map(Self).ok_or_else(|| {
+        dynamics::shipped_for(&tools).map(Self).ok_or_else(|| {
             PyValueError::new_err(format!("no shipped model knows the tools of `{}`: train one", task.0.name))
         })
     }
@@ -160,7 +159,7 @@ fn tools_of(task: &task::Task, count: usize, placed: Option<PyReadonlyArray3<'_,
 
 /// What predicts rollouts.
 pub enum AnyModel {
-    Learned(dynamics::Model),
+    Learned(Arc<dynamics::Model>),
     Physics,
     Python(PythonModel),
 }
@@ -202,7 +201,7 @@ impl AnyModel {
         using: impl FnOnce(&dyn RolloutModel) -> Result<T, DynamicsError> + Send,
     ) -> PyResult<T> {
         let model: &dyn RolloutModel = match self {
-            Self::Learned(model) => model,
+            Self::Learned(model) => &**model,
             Self::Physics => &TruePhysics,
             Self::Python(model) => model,
         };
@@ -379,7 +378,7 @@ fn arrays<'py>(py: Python<'py>, rolled: &[Rollout], length: usize) -> PyResult<B
 /// Names of the shipped models.
 #[pyfunction]
 pub fn model_names() -> Vec<&'static str> {
-    dynamics::shipped_names().collect()
+    dynamics::shipped_models().iter().map(|(name, _)| *name).collect()
 }
 
 /// Names of the types of tools, by the number that the observation and `advance` give them.

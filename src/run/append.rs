@@ -4,6 +4,8 @@ use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
+
 use super::{Result, RunError, file};
 
 /// An append-only file. Each piece reaches the operating system at once, so that other processes
@@ -41,6 +43,14 @@ impl AppendFile {
         }
     }
 
+    /// Appends a value as a line of JSON.
+    pub fn append_json(&mut self, value: &impl Serialize) -> Result<()> {
+        let mut line =
+            serde_json::to_vec(value).map_err(|source| RunError::Encode { what: "a line".into(), source })?;
+        line.push(b'\n');
+        self.append(&line)
+    }
+
     /// Cuts the file to `length` bytes.
     pub fn cut(&mut self, length: u64) -> Result<()> {
         self.file.set_len(length).map_err(RunError::io("shorten", &self.path))?;
@@ -59,7 +69,8 @@ impl AppendFile {
     }
 
     /// A file on a device that is always full.
-    #[cfg(all(test, target_os = "linux"))]
+    #[cfg(test)]
+    #[cfg(target_os = "linux")]
     pub fn on_a_full_disk() -> Self {
         let path = Path::new("/dev/full");
         Self::of(File::options().append(true).open(path).unwrap(), path).unwrap()

@@ -20,6 +20,7 @@ use sha2::{Digest, Sha256};
 
 use super::folder::{self, write_new};
 use super::{Result, RunError, file, number};
+use crate::json;
 
 /// Format of a checkpoint that this program writes, and the newest that it reads.
 pub const FORMAT: u64 = 1;
@@ -278,16 +279,10 @@ pub(super) fn check_format(path: &Path, bytes: &[u8], supported: u64) -> Result<
 
 /// Parses a JSON file; the error names the place in it.
 pub(super) fn parse_json<T: DeserializeOwned>(path: &Path, bytes: &[u8]) -> Result<T> {
-    let mut deserializer = serde_json::Deserializer::from_slice(bytes);
-    serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
-        let place = error.path().to_string();
-        let line = error.inner().line() as u64;
-        let at = if place == "." { String::new() } else { format!("{place}: ") };
-        RunError::Malformed {
-            path: path.to_path_buf(),
-            line: (line > 0).then_some(line),
-            reason: format!("{at}{}", error.inner()),
-        }
+    json::parse(bytes, "").map_err(|error| {
+        let at = if error.path == "." { String::new() } else { format!("{}: ", error.path) };
+        let line = (error.line > 0).then_some(error.line as u64);
+        RunError::Malformed { path: path.to_path_buf(), line, reason: at + &error.message }
     })
 }
 

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::append::AppendFile;
 use super::{Result, RunError, file};
+use crate::json;
 
 /// Where an action came from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -72,46 +73,21 @@ pub struct PlayedEpisode {
     pub actions: Vec<PlayedAction>,
 }
 
-/// The writing end of `episodes.jsonl`.
-#[derive(Debug)]
-pub(super) struct EpisodeLog {
-    file: AppendFile,
-}
-
-impl EpisodeLog {
-    /// Opens the file and removes what comes after `episode`, and a half-written line.
-    pub fn open(path: &Path, episode: u64) -> Result<Self> {
-        let mut file = AppendFile::open(path)?;
-        let bytes = file::read(path)?;
-        let mut kept = 0;
-        let mut end = 0;
-        // A line that is damaged costs its own episode, not those after it.
-        for line in bytes.split_inclusive(|byte| *byte == b'\n') {
-            end += line.len();
-            if line.ends_with(b"\n") && parse(line).is_ok_and(|played| played.episode <= episode) {
-                kept = end;
-            }
+/// Opens `episodes.jsonl` for writing and removes what comes after `episode`, and a half-written line.
+pub(super) fn open(path: &Path, episode: u64) -> Result<AppendFile> {
+    let mut file = AppendFile::open(path)?;
+    let bytes = file::read(path)?;
+    let mut kept = 0;
+    let mut end = 0;
+    // A line that is damaged costs its own episode, not those after it.
+    for line in bytes.split_inclusive(|byte| *byte == b'\n') {
+        end += line.len();
+        if line.ends_with(b"\n") && parse(line).is_ok_and(|played| played.episode <= episode) {
+            kept = end;
         }
-        file.cut(kept as u64)?;
-        Ok(Self { file })
     }
-
-    /// Makes sure that all of it is on the disk.
-    pub fn sync(&self) -> Result<()> {
-        self.file.sync()
-    }
-
-    /// Appends one episode.
-    pub fn append(&mut self, played: &PlayedEpisode) -> Result<()> {
-        let malformed = |error: serde_json::Error| RunError::Malformed {
-            path: self.file.path().to_path_buf(),
-            line: None,
-            reason: error.to_string(),
-        };
-        let mut line = serde_json::to_vec(played).map_err(malformed)?;
-        line.push(b'\n');
-        self.file.append(&line)
-    }
+    file.cut(kept as u64)?;
+    Ok(file)
 }
 
 fn parse(line: &[u8]) -> serde_json::Result<PlayedEpisode> {
@@ -136,7 +112,7 @@ pub fn read_episode(path: &Path, episode: u64) -> Result<PlayedEpisode> {
             return parse(&line).map_err(|error| RunError::Malformed {
                 path: path.to_path_buf(),
                 line: Some(number),
-                reason: format!("not an episode: {error}"),
+                reason: format!("not an episode: {}", json::message(&error)),
             });
         }
     }
@@ -176,8 +152,8 @@ mod tests {
     fn episodes_are_read_back_and_cut_with_the_run() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("episodes.jsonl");
-        let mut log = EpisodeLog::open(&path, 0).unwrap();
-        (1..=5).for_each(|episode| log.append(&played(episode)).unwrap());
+        let mut log = open(&path, 0).unwrap();
+        (1..=5).for_each(|episode| log.append_json(&played(episode)).unwrap());
         assert_eq!(read_episode(&path, 4).unwrap(), played(4));
         let error = read_episode(&path, 6).unwrap_err().to_string();
         assert!(error.contains("episode 6"), "{error}");
@@ -188,14 +164,14 @@ mod tests {
             .and_then(|mut file| std::io::Write::write_all(&mut file, b"{\"episode\":6,\"shi"))
             .unwrap();
         assert!(matches!(read_episode(&path, 6), Err(RunError::NoEpisode { .. })));
-        let mut log = EpisodeLog::open(&path, 3).unwrap();
-        log.append(&played(4)).unwrap();
+        let mut log = open(&path, 3).unwrap();
+        log.append_json(&played(4)).unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap().lines().count(), 4);
         assert_eq!(read_episode(&path, 4).unwrap(), played(4));
 
         let damaged = std::fs::read_to_string(&path).unwrap().replacen("\"episode\":2", "\"epizode\":2", 1);
         std::fs::write(&path, damaged).unwrap();
-        drop(EpisodeLog::open(&path, 4).unwrap());
+        drop(open(&path, 4).unwrap());
         assert_eq!(read_episode(&path, 4).unwrap(), played(4));
     }
 }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use super::append::AppendFile;
 use super::event::{Event, LoggedEvent};
 use super::{Result, RunError, file};
+use crate::json;
 
 /// The writing end of `events.jsonl`.
 #[derive(Debug)]
@@ -29,10 +30,7 @@ impl EventLog {
 
     /// Appends one line.
     pub fn append(&mut self, logged: &LoggedEvent) -> Result<()> {
-        let mut line =
-            serde_json::to_vec(logged).map_err(|source| RunError::Encode { what: "an event".into(), source })?;
-        line.push(b'\n');
-        self.file.append(&line)
+        self.file.append_json(logged)
     }
 
     /// Waits until everything is on the disk.
@@ -90,7 +88,7 @@ fn parse(path: &Path, number: u64, line: &[u8]) -> Result<LoggedEvent> {
     serde_json::from_slice(line).map_err(|error| RunError::Malformed {
         path: path.to_path_buf(),
         line: Some(number),
-        reason: format!("not an event: {error}"),
+        reason: format!("not an event: {}", json::message(&error)),
     })
 }
 

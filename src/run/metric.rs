@@ -43,7 +43,8 @@ pub struct MetricInfo {
 
 /// Makes the enum, whose documentation is the `meaning`, and the table from one list.
 macro_rules! metrics {
-    ($($(#[doc = $meaning:literal])+ $metric:ident { $($field:ident: $value:expr),+ $(,)? })+) => {
+    ($($(#[doc = $meaning:literal])+ $metric:ident: $name:literal, $title:literal, $unit:literal, $direction:ident,
+       $range:expr, $tag:expr, $formula:literal, $value:expr;)+) => {
         /// A number of every episode.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum Metric {
@@ -56,8 +57,17 @@ macro_rules! metrics {
 
             /// Its row of the table.
             pub fn info(self) -> &'static MetricInfo {
-                static TABLE: &[MetricInfo] =
-                    &[$(MetricInfo { meaning: concat!($($meaning),+), $($field: $value),+ }),+];
+                static TABLE: &[MetricInfo] = &[$(MetricInfo {
+                    name: $name,
+                    title: $title,
+                    unit: $unit,
+                    direction: Direction::$direction,
+                    range: $range,
+                    tag: $tag,
+                    formula: $formula,
+                    meaning: concat!($($meaning),+),
+                    value: $value,
+                }),+];
                 &TABLE[self as usize]
             }
         }
@@ -70,229 +80,70 @@ fn truth(value: bool) -> Option<f64> {
     Some(f64::from(u8::from(value)))
 }
 
+// A row for each: name, title, unit, direction, range and tag; formula and value.
 metrics! {
     /// Actions of the episode.
-    Actions {
-        name: "steps",
-        title: "actions in an episode",
-        unit: "actions",
-        direction: Direction::Neutral,
-        range: None,
-        tag: Some("train/steps"),
-        formula: "T",
-        value: |record| Some(record.steps as f64),
-    }
+    Actions: "steps", "actions in an episode", "actions", Neutral, None, Some("train/steps"),
+        "T", |record| Some(record.steps as f64);
     /// Actions of the whole run so far.
-    EnvironmentSteps {
-        name: "environment_steps",
-        title: "actions so far",
-        unit: "actions",
-        direction: Direction::Neutral,
-        range: None,
-        tag: None,
-        formula: "Σ T",
-        value: |record| Some(record.environment_steps as f64),
-    }
+    EnvironmentSteps: "environment_steps", "actions so far", "actions", Neutral, None, None,
+        "Σ T", |record| Some(record.environment_steps as f64);
     /// Rewards of the episode, not discounted.
-    Return {
-        name: "return",
-        title: "return",
-        unit: "reward",
-        direction: Direction::Higher,
-        range: None,
-        tag: Some("train/return"),
-        formula: "Σ r",
-        value: |record| Some(record.return_.into()),
-    }
+    Return: "return", "return", "reward", Higher, None, Some("train/return"),
+        "Σ r", |record| Some(record.return_.into());
     /// Whether the goal was reached.
-    Goal {
-        name: "goal",
-        title: "goal reached",
-        unit: "",
-        direction: Direction::Higher,
-        range: SHARE,
-        tag: Some("train/goal"),
-        formula: "1 if reached, else 0",
-        value: |record| truth(record.goal),
-    }
+    Goal: "goal", "goal reached", "", Higher, SHARE, Some("train/goal"),
+        "1 if reached, else 0", |record| truth(record.goal);
     /// Subgoals reached.
-    Subgoals {
-        name: "subgoals",
-        title: "subgoals reached",
-        unit: "subgoals",
-        direction: Direction::Higher,
-        range: None,
-        tag: Some("train/subgoals"),
-        formula: "count",
-        value: |record| Some(record.subgoals.into()),
-    }
+    Subgoals: "subgoals", "subgoals reached", "subgoals", Higher, None, Some("train/subgoals"),
+        "count", |record| Some(record.subgoals.into());
     /// Subgoals of the task.
-    SubgoalsTotal {
-        name: "subgoals_total",
-        title: "subgoals of the task",
-        unit: "subgoals",
-        direction: Direction::Neutral,
-        range: None,
-        tag: None,
-        formula: "count",
-        value: |record| Some(record.subgoals_total.into()),
-    }
+    SubgoalsTotal: "subgoals_total", "subgoals of the task", "subgoals", Neutral, None, None,
+        "count", |record| Some(record.subgoals_total.into());
     /// Whether any action was drawn from the action clusters.
-    Guided {
-        name: "guided",
-        title: "guided episode",
-        unit: "",
-        direction: Direction::Neutral,
-        range: SHARE,
-        tag: Some("train/guided"),
-        formula: "1 if any, else 0",
-        value: |record| truth(record.guided),
-    }
+    Guided: "guided", "guided episode", "", Neutral, SHARE, Some("train/guided"),
+        "1 if any, else 0", |record| truth(record.guided);
     /// Threshold of guided exploration: the probability that actions come from the clusters.
-    Epsilon {
-        name: "epsilon",
-        title: "epsilon",
-        unit: "share",
-        direction: Direction::Neutral,
-        range: SHARE,
-        tag: Some("train/epsilon"),
-        formula: "the schedule at this episode; by need: its mean over the stages",
-        value: |record| Some(record.epsilon.into()),
-    }
+    Epsilon: "epsilon", "epsilon", "share", Neutral, SHARE, Some("train/epsilon"),
+        "the schedule at this episode; by need: its mean over the stages", |record| Some(record.epsilon.into());
     /// Standard deviation of a kick of the exploration noise.
-    Noise {
-        name: "noise_sigma",
-        title: "exploration noise",
-        unit: "normalised",
-        direction: Direction::Neutral,
-        range: None,
-        tag: Some("train/noise_sigma"),
-        formula: "`ou.sigma` times the scale of `noise_decay`",
-        value: |record| Some(record.noise_sigma.into()),
-    }
+    Noise: "noise_sigma", "exploration noise", "normalised", Neutral, None, Some("train/noise_sigma"),
+        "`ou.sigma` times the scale of `noise_decay`", |record| Some(record.noise_sigma.into());
     /// Mean squared Bellman error. Growth: the critic diverges.
-    CriticLoss {
-        name: "critic_loss",
-        title: "critic loss",
-        unit: "reward²",
-        direction: Direction::Lower,
-        range: None,
-        tag: Some("loss/critic"),
-        formula: "1/N Σ (Q(s, a) - y)², y = clamp(r + γ (1 - d) Q'(s', μ'(s')))",
-        value: |record| record.critic_loss.map(f64::from),
-    }
+    CriticLoss: "critic_loss", "critic loss", "reward²", Lower, None, Some("loss/critic"),
+        "1/N Σ (Q(s, a) - y)², y = clamp(r + γ (1 - d) Q'(s', μ'(s')))", |record| record.critic_loss.map(f64::from);
     /// Value of the actions in the minibatches. Above the greatest possible return: overestimation.
-    MeanQ {
-        name: "mean_q",
-        title: "mean Q",
-        unit: "reward",
-        direction: Direction::Neutral,
-        range: None,
-        tag: Some("train/mean_q"),
-        formula: "1/N Σ Q(s, a)",
-        value: |record| record.mean_q.map(f64::from),
-    }
+    MeanQ: "mean_q", "mean Q", "reward", Neutral, None, Some("train/mean_q"),
+        "1/N Σ Q(s, a)", |record| record.mean_q.map(f64::from);
     /// Greatest value of an action in the episode's minibatches. Shows overestimation sooner.
-    MaxQ {
-        name: "max_q",
-        title: "greatest Q",
-        unit: "reward",
-        direction: Direction::Neutral,
-        range: None,
-        tag: Some("train/max_q"),
-        formula: "max Q(s, a)",
-        value: |record| record.max_q.map(f64::from),
-    }
+    MaxQ: "max_q", "greatest Q", "reward", Neutral, None, Some("train/max_q"),
+        "max Q(s, a)", |record| record.max_q.map(f64::from);
     /// Minus the value that the actor expects of its own actions; with imitation, in units of its mean
     /// magnitude, and the weighted distance from the imitated actions added.
-    ActorLoss {
-        name: "actor_loss",
-        title: "actor loss",
-        unit: "reward",
-        direction: Direction::Lower,
-        range: None,
-        tag: Some("loss/actor"),
-        formula: "-1/N Σ Q(s, μ(s))",
-        value: |record| record.actor_loss.map(f64::from),
-    }
+    ActorLoss: "actor_loss", "actor loss", "reward", Lower, None, Some("loss/actor"),
+        "-1/N Σ Q(s, μ(s))", |record| record.actor_loss.map(f64::from);
     /// Share of the actor's outputs at the edge of the action space. Near 1: the actor is stuck at
     /// its bounds, where tanh passes no gradient.
-    Saturation {
-        name: "action_saturation",
-        title: "action saturation",
-        unit: "share",
-        direction: Direction::Lower,
-        range: SHARE,
-        tag: Some("train/action_saturation"),
-        formula: "share of components of μ(s) with magnitude above 0.99",
-        value: |record| record.action_saturation.map(f64::from),
-    }
+    Saturation: "action_saturation", "action saturation", "share", Lower, SHARE, Some("train/action_saturation"),
+        "share of components of μ(s) with magnitude above 0.99", |record| record.action_saturation.map(f64::from);
     /// Share of the last 100 episodes (of all, before there are 100) that reached the goal.
-    Success {
-        name: "rolling_success",
-        title: "success rate (last 100)",
-        unit: "share",
-        direction: Direction::Higher,
-        range: SHARE,
-        tag: Some("train/success_rolling"),
-        formula: "mean of `goal` over the window",
-        value: |record| Some(record.rolling_success),
-    }
+    Success: "rolling_success", "success rate (last 100)", "share", Higher, SHARE, Some("train/success_rolling"),
+        "mean of `goal` over the window", |record| Some(record.rolling_success);
     /// Whether the episode ended by the task's own rules.
-    Terminated {
-        name: "terminated",
-        title: "ended by the rules",
-        unit: "",
-        direction: Direction::Neutral,
-        range: SHARE,
-        tag: None,
-        formula: "1 if so, else 0",
-        value: |record| truth(record.terminated),
-    }
+    Terminated: "terminated", "ended by the rules", "", Neutral, SHARE, None,
+        "1 if so, else 0", |record| truth(record.terminated);
     /// Whether the episode ended by the limit of actions.
-    Truncated {
-        name: "truncated",
-        title: "ended by the limit of actions",
-        unit: "",
-        direction: Direction::Neutral,
-        range: SHARE,
-        tag: None,
-        formula: "1 if so, else 0",
-        value: |record| truth(record.truncated),
-    }
+    Truncated: "truncated", "ended by the limit of actions", "", Neutral, SHARE, None,
+        "1 if so, else 0", |record| truth(record.truncated);
     /// Tools placed.
-    Placed {
-        name: "placed",
-        title: "tools placed",
-        unit: "tools",
-        direction: Direction::Neutral,
-        range: None,
-        tag: None,
-        formula: "count",
-        value: |record| Some(record.placed.into()),
-    }
+    Placed: "placed", "tools placed", "tools", Neutral, None, None,
+        "count", |record| Some(record.placed.into());
     /// Actions that were blocked or invalid, so that no tool was placed.
-    Blocked {
-        name: "blocked",
-        title: "blocked actions",
-        unit: "actions",
-        direction: Direction::Lower,
-        range: None,
-        tag: Some("train/blocked"),
-        formula: "count",
-        value: |record| Some(record.blocked.into()),
-    }
+    Blocked: "blocked", "blocked actions", "actions", Lower, None, Some("train/blocked"),
+        "count", |record| Some(record.blocked.into());
     /// Share of the task's subgoals that were reached; derived, no column of its own.
-    SubgoalShare {
-        name: "subgoal_share",
-        title: "hits by subgoal",
-        unit: "share",
-        direction: Direction::Higher,
-        range: SHARE,
-        tag: None,
-        formula: "`subgoals` / `subgoals_total`",
-        value: |record| Some(f64::from(record.subgoals) / f64::from(record.subgoals_total.max(1))),
-    }
+    SubgoalShare: "subgoal_share", "hits by subgoal", "share", Higher, SHARE, None,
+        "`subgoals` / `subgoals_total`", |record| Some(f64::from(record.subgoals) / f64::from(record.subgoals_total.max(1)));
 }
 
 impl Metric {

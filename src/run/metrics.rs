@@ -6,50 +6,29 @@ use super::append::AppendFile;
 use super::event::EpisodeRecord;
 use super::{Result, RunError, file};
 
-/// The writing end of `metrics.csv`.
-#[derive(Debug)]
-pub(super) struct MetricsLog {
-    file: AppendFile,
+/// Opens the table for writing and removes the rows after `episode` and a half-written last row.
+pub(super) fn open(path: &Path, episode: u64) -> Result<AppendFile> {
+    let mut file = AppendFile::open(path)?;
+    let bytes = file::read(path)?;
+    let (rows, ends, damage) = parse(path, whole_lines(&bytes));
+    let kept = rows.iter().take_while(|row| row.episode <= episode).count();
+    let found = kept.checked_sub(1).map_or(0, |last| rows[last].episode);
+    if found < episode {
+        let short = RunError::LogTooShort { path: path.to_path_buf(), found, wanted: episode };
+        return Err(damage.unwrap_or(short));
+    }
+    file.cut(kept.checked_sub(1).map_or(0, |last| ends[last]))?;
+    Ok(file)
 }
 
-impl MetricsLog {
-    /// Opens the table and removes the rows after `episode` and a half-written last row.
-    pub fn open(path: &Path, episode: u64) -> Result<Self> {
-        let mut file = AppendFile::open(path)?;
-        let bytes = file::read(path)?;
-        let (rows, ends, damage) = parse(path, whole_lines(&bytes));
-        let kept = rows.iter().take_while(|row| row.episode <= episode).count();
-        let found = kept.checked_sub(1).map_or(0, |last| rows[last].episode);
-        if let Some(damage) = damage.filter(|_| found < episode) {
-            return Err(damage);
-        }
-        if found < episode {
-            return Err(RunError::LogTooShort { path: path.to_path_buf(), found, wanted: episode });
-        }
-        file.cut(kept.checked_sub(1).map_or(0, |last| ends[last]))?;
-        Ok(Self { file })
-    }
-
-    /// Appends one row, and the header before the first.
-    pub fn append(&mut self, record: &EpisodeRecord) -> Result<()> {
-        let mut writer = csv::WriterBuilder::new().has_headers(self.file.is_empty()).from_writer(Vec::new());
-        let row = writer.serialize(record).map_err(|error| error.to_string());
-        let row = row.and_then(|()| writer.into_inner().map_err(|error| error.to_string()));
-        let row =
-            row.map_err(|reason| RunError::Malformed { path: self.file.path().to_path_buf(), line: None, reason })?;
-        self.file.append(&row)
-    }
-
-    /// A table on a device that is always full.
-    #[cfg(all(test, target_os = "linux"))]
-    pub fn on_a_full_disk() -> Self {
-        Self { file: AppendFile::on_a_full_disk() }
-    }
-
-    /// Waits until everything is on the disk.
-    pub fn sync(&self) -> Result<()> {
-        self.file.sync()
-    }
+/// Appends one row, and the header before the first.
+pub(super) fn append(table: &mut AppendFile, record: &EpisodeRecord) -> Result<()> {
+    let mut writer = csv::WriterBuilder::new().has_headers(table.is_empty()).from_writer(Vec::new());
+    let row = writer.serialize(record).map_err(|error| error.to_string());
+    let row = row.and_then(|()| writer.into_inner().map_err(|error| error.to_string()));
+    let malformed = |reason| RunError::Malformed { path: table.path().to_path_buf(), line: None, reason };
+    let row = row.map_err(malformed)?;
+    table.append(&row)
 }
 
 /// All rows of a `metrics.csv`, which another process may still be writing.
@@ -131,9 +110,9 @@ critic_loss,mean_q,max_q,actor_loss,action_saturation,rolling_success,terminated
     fn table_keeps_its_form_and_reads_back() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("metrics.csv");
-        let mut log = MetricsLog::open(&path, 0).unwrap();
-        log.append(&record(1)).unwrap();
-        log.append(&record(2)).unwrap();
+        let mut log = open(&path, 0).unwrap();
+        append(&mut log, &record(1)).unwrap();
+        append(&mut log, &record(2)).unwrap();
         log.sync().unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap(), GOLDEN);
 
@@ -147,21 +126,21 @@ critic_loss,mean_q,max_q,actor_loss,action_saturation,rolling_success,terminated
     fn resumed_table_equals_an_uninterrupted_one() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("metrics.csv");
-        let mut log = MetricsLog::open(&path, 0).unwrap();
-        (1..=3).for_each(|episode| log.append(&record(episode)).unwrap());
+        let mut log = open(&path, 0).unwrap();
+        (1..=3).for_each(|episode| append(&mut log, &record(episode)).unwrap());
         let whole = std::fs::read(&path).unwrap();
         drop(log);
 
         std::fs::write(&path, [&whole[..], b"4,12,4"].concat()).unwrap();
         assert_eq!(read_metrics(&path).unwrap().len(), 3);
-        let mut log = MetricsLog::open(&path, 1).unwrap();
-        (2..=3).for_each(|episode| log.append(&record(episode)).unwrap());
+        let mut log = open(&path, 1).unwrap();
+        (2..=3).for_each(|episode| append(&mut log, &record(episode)).unwrap());
         assert_eq!(std::fs::read(&path).unwrap(), whole);
 
-        let mut log = MetricsLog::open(&path, 0).unwrap();
-        (1..=3).for_each(|episode| log.append(&record(episode)).unwrap());
+        let mut log = open(&path, 0).unwrap();
+        (1..=3).for_each(|episode| append(&mut log, &record(episode)).unwrap());
         assert_eq!(std::fs::read(&path).unwrap(), whole);
-        let error = MetricsLog::open(&path, 7).unwrap_err();
+        let error = open(&path, 7).unwrap_err();
         assert!(matches!(error, RunError::LogTooShort { found: 3, wanted: 7, .. }), "{error}");
     }
 

@@ -4,12 +4,8 @@
 //! loss the same as a loss that does not exist yet. Finite numbers are written as the shortest
 //! text that reads back to the same number of their type: an f32 of 0.2 is `0.2`.
 
-use std::fmt;
-use std::marker::PhantomData;
-
-use serde::Serialize;
-use serde::de::{self, Deserializer, Visitor};
-use serde::ser::Serializer;
+use serde::de::{self, Unexpected};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// A floating-point type of a record.
 pub(super) trait Float: Copy + Serialize + Into<f64> {
@@ -29,46 +25,24 @@ impl Float for f64 {
     }
 }
 
-struct NumberVisitor<T>(PhantomData<T>);
+/// A number as it is written.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "expected a number, \"NaN\", \"inf\" or \"-inf\"")]
+enum Written {
+    Number(f64),
+    Word(String),
+}
 
-impl<T: Float> Visitor<'_> for NumberVisitor<T> {
-    type Value = T;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a number, \"NaN\", \"inf\" or \"-inf\"")
-    }
-
-    fn visit_f64<E: de::Error>(self, value: f64) -> Result<T, E> {
-        Ok(T::from_f64(value))
-    }
-
-    fn visit_i64<E: de::Error>(self, value: i64) -> Result<T, E> {
-        Ok(T::from_f64(value as f64))
-    }
-
-    fn visit_u64<E: de::Error>(self, value: u64) -> Result<T, E> {
-        Ok(T::from_f64(value as f64))
-    }
-
-    fn visit_str<E: de::Error>(self, text: &str) -> Result<T, E> {
-        let value = match text {
+fn read<T: Float, E: de::Error>(written: Written) -> Result<T, E> {
+    Ok(T::from_f64(match written {
+        Written::Number(value) => value,
+        Written::Word(word) => match word.as_str() {
             "NaN" => f64::NAN,
             "inf" => f64::INFINITY,
             "-inf" => f64::NEG_INFINITY,
-            _ => return Err(E::invalid_value(de::Unexpected::Str(text), &self)),
-        };
-        Ok(T::from_f64(value))
-    }
-}
-
-fn write<T: Float, S: Serializer>(value: T, serializer: S) -> Result<S::Ok, S::Error> {
-    let wide: f64 = value.into();
-    if wide.is_finite() {
-        value.serialize(serializer)
-    } else {
-        // Display of f64 gives exactly the three words above.
-        serializer.collect_str(&wide)
-    }
+            word => return Err(E::invalid_value(Unexpected::Str(word), &"a number, \"NaN\", \"inf\" or \"-inf\"")),
+        },
+    }))
 }
 
 /// For `f32` and `f64`: `#[serde(with = "number::required")]`.
@@ -76,11 +50,13 @@ pub(super) mod required {
     use super::*;
 
     pub fn serialize<T: Float, S: Serializer>(value: &T, serializer: S) -> Result<S::Ok, S::Error> {
-        write(*value, serializer)
+        let wide: f64 = (*value).into();
+        // Display of f64 gives exactly the three words above.
+        if wide.is_finite() { value.serialize(serializer) } else { serializer.collect_str(&wide) }
     }
 
     pub fn deserialize<'de, T: Float, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
-        deserializer.deserialize_any(NumberVisitor(PhantomData))
+        read(Written::deserialize(deserializer)?)
     }
 }
 
@@ -90,33 +66,13 @@ pub(super) mod optional {
 
     pub fn serialize<T: Float, S: Serializer>(value: &Option<T>, serializer: S) -> Result<S::Ok, S::Error> {
         match value {
-            Some(value) => write(*value, serializer),
+            Some(value) => required::serialize(value, serializer),
             None => serializer.serialize_none(),
         }
     }
 
     pub fn deserialize<'de, T: Float, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
-        struct Maybe<T>(PhantomData<T>);
-        impl<'de, T: Float> Visitor<'de> for Maybe<T> {
-            type Value = Option<T>;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("nothing, a number, \"NaN\", \"inf\" or \"-inf\"")
-            }
-
-            fn visit_none<E: de::Error>(self) -> Result<Self::Value, E> {
-                Ok(None)
-            }
-
-            fn visit_unit<E: de::Error>(self) -> Result<Self::Value, E> {
-                Ok(None)
-            }
-
-            fn visit_some<D: Deserializer<'de>>(self, inner: D) -> Result<Self::Value, D::Error> {
-                inner.deserialize_any(NumberVisitor(PhantomData)).map(Some)
-            }
-        }
-        deserializer.deserialize_option(Maybe(PhantomData))
+        Option::deserialize(deserializer)?.map(read).transpose()
     }
 }
 

@@ -43,8 +43,6 @@ pub struct RunStatus {
     pub state: RunState,
     /// The last finished episode, if there is one in the part of the log that was looked at.
     pub last_episode: Option<EpisodeRecord>,
-    /// Time of the last event, in seconds since 1970-01-01 UTC.
-    pub last_time: Option<f64>,
 }
 
 impl RunStatus {
@@ -69,11 +67,7 @@ impl RunStatus {
             | Event::NeedsChanged { .. } => None,
         });
         let without_events = if locked { RunState::Running } else { RunState::NotStarted };
-        Self {
-            state: state.unwrap_or(without_events),
-            last_episode,
-            last_time: events.last().map(|logged| logged.time),
-        }
+        Self { state: state.unwrap_or(without_events), last_episode }
     }
 
     /// True if the events were enough to decide.
@@ -120,6 +114,6 @@ mod tests {
             LoggedEvent { time: 3.0, event: Event::Finished { episode: 5 } },
         ];
         let status = RunStatus::derive(&log, false);
-        assert_eq!((status.last_episode, status.last_time), (Some(record), Some(3.0)));
+        assert_eq!(status.last_episode, Some(record));
     }
 }

@@ -5,10 +5,10 @@ use std::time::SystemTime;
 use super::append::AppendFile;
 use super::checkpoint::Checkpoint;
 use super::directory::{RunDirectory, RunLock};
-use super::episodes::{EpisodeLog, PlayedEpisode};
+use super::episodes::{self, PlayedEpisode};
 use super::event::{Event, LoggedEvent};
 use super::log::EventLog;
-use super::metrics::MetricsLog;
+use super::metrics;
 use super::retention::{CheckpointAction, CheckpointName, Retention, RetentionContext, what_to_keep};
 use super::scalars::Scalars;
 use super::tensorboard::TensorBoardWriter;
@@ -20,8 +20,8 @@ use crate::atomic;
 pub struct RunWriter {
     directory: RunDirectory,
     events: EventLog,
-    metrics: MetricsLog,
-    episodes: EpisodeLog,
+    metrics: AppendFile,
+    episodes: AppendFile,
     tensorboard: TensorBoardWriter,
     scalars: Scalars,
     log: AppendFile,
@@ -49,8 +49,8 @@ impl RunWriter {
         directory.checkpoints().tidy()?;
         atomic::remove_leftovers(directory.path());
         let events = EventLog::open(&directory.events_path(), episode)?;
-        let metrics = MetricsLog::open(&directory.metrics_path(), episode)?;
-        let episodes = EpisodeLog::open(&directory.episodes_path(), episode)?;
+        let metrics = metrics::open(&directory.metrics_path(), episode)?;
+        let episodes = episodes::open(&directory.episodes_path(), episode)?;
         let first_step = if episode == 0 { 0 } else { episode + 1 };
         let mut tensorboard = TensorBoardWriter::create(&directory.tensorboard_path(), first_step, time)?;
         if episode == 0 {
@@ -81,7 +81,7 @@ impl RunWriter {
         let logged = LoggedEvent { time: now(), event: event.clone() };
         self.events.append(&logged)?;
         match event {
-            Event::EpisodeFinished(record) => self.metrics.append(record)?,
+            Event::EpisodeFinished(record) => metrics::append(&mut self.metrics, record)?,
             other => self.note(&other.to_string())?,
         }
         let values = self.scalars.of(&logged);
@@ -104,7 +104,7 @@ impl RunWriter {
     /// # Errors
     /// [`RunError::Io`].
     pub fn keep(&mut self, episode: &PlayedEpisode) -> Result<()> {
-        self.episodes.append(episode)
+        self.episodes.append_json(episode)
     }
 
     /// Writes a line to `log.txt`, with the seconds since this process took the run.
@@ -365,7 +365,7 @@ mod tests {
         let (_folder, run) = new_run();
         train(&mut RunWriter::open(&run, 0).unwrap(), 1..=5);
         let mut writer = RunWriter::open(&run, 5).unwrap();
-        writer.metrics = MetricsLog::on_a_full_disk();
+        writer.metrics = AppendFile::on_a_full_disk();
         let record = EpisodeRecord { episode: 6, ..Default::default() };
         let error = writer.record(&Event::EpisodeFinished(record)).unwrap_err().to_string();
         assert!(error.starts_with("cannot write /dev/full: "), "{error}");

@@ -37,6 +37,23 @@ pub struct Estimate {
     pub upper: f64,
 }
 
+impl Estimate {
+    /// A value without an interval.
+    pub fn exact(value: f64) -> Self {
+        Self { value, lower: f64::NAN, upper: f64::NAN }
+    }
+
+    /// Whether both ends of the interval are numbers.
+    pub fn has_interval(&self) -> bool {
+        self.lower.is_finite() && self.upper.is_finite()
+    }
+
+    /// The value and both ends of the interval.
+    pub fn values(&self) -> [f64; 3] {
+        [self.value, self.lower, self.upper]
+    }
+}
+
 impl Bootstrap {
     /// A statistic of all runs, such as [`aggregate::iqm`], with its interval: the runs are drawn
     /// with replacement within each task, and the interval lies between two percentiles

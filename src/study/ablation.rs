@@ -7,12 +7,12 @@ use serde::{Deserialize, Serialize};
 
 use super::error::StudyError;
 use super::folder::Folder;
-use crate::batch::{self, Batch, BatchProgress, Job, JobHandle};
+use crate::batch::{self, Batch, BatchProgress, Job};
 use crate::dynamics::{
-    Ablated, Ablation, EvaluationConfig, Hits, LaunchErrors, ModelConfig, SceneErrors, TrainConfig, Variant,
-    tool_set_name,
+    Ended, Evaluation, EvaluationConfig, ModelConfig, OneTool, SceneErrors, TrainConfig, Variant, evaluate,
+    tool_set_name, train_to_file,
 };
-use crate::evidence::figures::estimate as figure_estimate;
+use crate::evidence::figures::INTERVAL;
 use crate::figures::{self, Figure, Provenance, Statistics};
 use crate::markdown;
 use crate::physics::ToolKind;
@@ -37,6 +37,21 @@ pub struct AblationPlan {
     pub evaluation: EvaluationConfig,
     /// How intervals are computed.
     pub bootstrap: Bootstrap,
+}
+
+/// One trained and evaluated variant.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Ablated {
+    /// Which assumption is off.
+    pub variant: Variant,
+    /// Seed of the launches, of the initial weights and of the batches: variants with one seed learn
+    /// from the same launches.
+    pub seed: u64,
+    /// Why the training ended before all epochs were done, if it did; the model is then its last good
+    /// state.
+    pub failure: Option<String>,
+    /// Its errors on what it never saw.
+    pub evaluation: Evaluation,
 }
 
 /// What is measured of every model.
@@ -71,44 +86,42 @@ impl Measure {
         Self::Recall,
     ];
 
+    /// Its row of the table of measures.
+    fn info(self) -> MeasureInfo {
+        let (label, digits, of): (_, _, fn(&Evaluation) -> Option<f64>) = match self {
+            Self::OneStep => ("launches: one step", 4, |all| launches(all, |tool| tool.one_step.mean)),
+            Self::OneStepContact => {
+                ("one step with contact", 4, |all| launches(all, |tool| tool.one_step_contact.mean))
+            }
+            Self::ActionContact => ("one action with contact", 4, |all| launches(all, |tool| tool.action_contact.mean)),
+            Self::SceneOne => {
+                ("scenes: one action", 3, |all| scenes(all, |scene| Some(scene.rollout.model.first()?.mean)))
+            }
+            Self::SceneLast => ("last action", 3, |all| scenes(all, |scene| Some(scene.rollout.model.last()?.mean))),
+            Self::Precision => ("hits: precision", 2, |all| scenes(all, |scene| scene.hits.model.precision)),
+            Self::Recall => ("recall", 2, |all| scenes(all, |scene| scene.hits.model.recall)),
+        };
+        MeasureInfo { label, digits, of }
+    }
+}
+
+/// What is known of a measure.
+struct MeasureInfo {
     /// Name for people.
-    pub fn label(self) -> &'static str {
-        match self {
-            Self::OneStep => "launches: one step",
-            Self::OneStepContact => "one step with contact",
-            Self::ActionContact => "one action with contact",
-            Self::SceneOne => "scenes: one action",
-            Self::SceneLast => "last action",
-            Self::Precision => "hits: precision",
-            Self::Recall => "recall",
-        }
-    }
-
+    label: &'static str,
     /// Decimals that distinguish two models.
-    fn digits(self) -> usize {
-        match self {
-            Self::OneStep | Self::OneStepContact | Self::ActionContact => 4,
-            Self::SceneOne | Self::SceneLast => 3,
-            Self::Precision | Self::Recall => 2,
-        }
-    }
-
+    digits: usize,
     /// The measure of one model: a mean over its tools, or over its tasks. None if there was
     /// nothing to measure, as the precision of a model that never predicts a hit.
-    fn of(self, ablated: &Ablated) -> Option<f64> {
-        let launches = |of: &dyn Fn(&LaunchErrors) -> f64| mean(ablated.evaluation.launches.iter().map(of));
-        let scenes = |of: &dyn Fn(&SceneErrors) -> Option<f64>| mean(ablated.evaluation.scenes.iter().filter_map(of));
-        let hits = |of: fn(&Hits) -> Option<f64>| scenes(&|scene| of(&scene.hits.model));
-        match self {
-            Self::OneStep => launches(&|tool| tool.errors.model.one_step.mean),
-            Self::OneStepContact => launches(&|tool| tool.errors.model.one_step_contact.mean),
-            Self::ActionContact => launches(&|tool| tool.errors.model.action_contact.mean),
-            Self::SceneOne => scenes(&|scene| scene.rollout.model.first().map(|errors| errors.mean)),
-            Self::SceneLast => scenes(&|scene| scene.rollout.model.last().map(|errors| errors.mean)),
-            Self::Precision => hits(|hits| hits.precision),
-            Self::Recall => hits(|hits| hits.recall),
-        }
-    }
+    of: fn(&Evaluation) -> Option<f64>,
+}
+
+fn launches(evaluation: &Evaluation, of: fn(&OneTool) -> f64) -> Option<f64> {
+    mean(evaluation.launches.iter().map(|tool| of(&tool.errors.model)))
+}
+
+fn scenes(evaluation: &Evaluation, of: fn(&SceneErrors) -> Option<f64>) -> Option<f64> {
+    mean(evaluation.scenes.iter().filter_map(of))
 }
 
 fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
@@ -172,7 +185,7 @@ pub fn ablation(
     let mut jobs = Vec::new();
     for tools in &plan.tool_sets {
         for seed in plan.training.seed..plan.training.seed + plan.seeds {
-            jobs.extend(Variant::ALL.map(|variant| ModelJob { plan, folder, command, tools, variant, seed }));
+            jobs.extend(Variant::ALL.map(|variant| model_job(plan, folder, command, tools, variant, seed)));
         }
     }
     let outcomes = batch.run(&jobs, on_progress)?;
@@ -203,52 +216,40 @@ pub fn ablation(
 }
 
 /// One model to train and evaluate.
-struct ModelJob<'a> {
+fn model_job<'a>(
     plan: &'a AblationPlan,
     folder: Folder<'a>,
     command: &'a str,
     tools: &'a [ToolKind],
     variant: Variant,
     seed: u64,
-}
-
-impl Job for ModelJob<'_> {
-    type Output = Ablated;
-    type Error = StudyError;
-
-    fn name(&self) -> String {
-        format!("{}-{}-{}", tool_set_name(self.tools), self.variant, self.seed)
-    }
-
-    fn size(&self) -> u64 {
-        self.tools.len() as u64 * u64::from(self.plan.training.epochs)
-    }
-
-    fn run(&self, handle: &JobHandle) -> Result<Option<Ablated>, StudyError> {
-        let (plan, name) = (self.plan, self.name());
+) -> Job<'a, Ablated, StudyError> {
+    let (name, count) = (format!("{}-{variant}-{seed}", tool_set_name(tools)), tools.len() as u64);
+    Job::new(name.clone(), count * u64::from(plan.training.epochs), move |handle| {
         let file = format!("models/{name}.json");
-        if let Some(ablated) = self.folder.read(&file)? {
+        if let Some(ablated) = folder.read(&file)? {
             return Ok(Some(ablated));
         }
-        let ablation = Ablation {
-            model: &plan.model,
-            training: &plan.training,
-            tools: self.tools,
-            tasks: &plan.tasks,
-            evaluation: &plan.evaluation,
-            command: self.command,
-        };
-        let path = self.folder.path(&format!("models/{name}.safetensors"));
-        let trained = ablation.run(self.variant, self.seed, &path, |now| {
-            handle.set_done(self.tools.len() as u64 * u64::from(now.epoch));
+        let path = folder.path(&format!("models/{name}.safetensors"));
+        let (config, training) = (variant.apply(plan.model.clone()), TrainConfig { seed, ..plan.training.clone() });
+        let trained = train_to_file(&path, config, training, tools, command, |now| {
+            handle.set_done(count * u64::from(now.epoch));
             handle.report(format!("{name}, epoch {}, loss {:.4}", now.epoch, now.loss));
             !handle.is_stopped()
         })?;
-        let Some((trained, ablated)) = trained else { return Ok(None) };
-        self.folder.write_json(&file, &ablated)?;
+        if trained.ended == Ended::Stopped {
+            return Ok(None);
+        }
+        let failure = trained.divergence();
+        if failure.is_some() {
+            trained.model().save(&path)?;
+        }
+        let evaluation = evaluate(trained.model(), &plan.tasks, &plan.evaluation)?;
+        let ablated = Ablated { variant, seed, failure, evaluation };
+        folder.write_json(&file, &ablated)?;
         trained.remove_checkpoint();
         Ok(Some(ablated))
-    }
+    })
 }
 
 fn summarise(plan: &AblationPlan, models: &[Ablated]) -> Result<Vec<VariantSummary>, StatsError> {
@@ -269,7 +270,11 @@ fn summarise(plan: &AblationPlan, models: &[Ablated]) -> Result<Vec<VariantSumma
                 let seeds = plan.training.seed..plan.training.seed + plan.seeds;
                 let values: Vec<f64> = seeds
                     .filter_map(|seed| {
-                        mean(own.iter().filter(|model| model.seed == seed).filter_map(|model| measure.of(model)))
+                        mean(
+                            own.iter()
+                                .filter(|model| model.seed == seed)
+                                .filter_map(|model| (measure.info().of)(&model.evaluation)),
+                        )
                     })
                     .collect();
                 let estimate = (!values.is_empty()).then(|| plan.bootstrap.mean(&values)).transpose()?;
@@ -295,11 +300,12 @@ impl AblationReport {
             self.epochs,
             self.seeds
         );
-        text += &markdown::header(["tools", "model"].into_iter().chain(Measure::ALL.map(Measure::label)));
+        text +=
+            &markdown::header(["tools", "model"].into_iter().chain(Measure::ALL.map(|measure| measure.info().label)));
         for row in &self.summaries {
             let cells = row.measures.iter().map(|summary| match summary.estimate {
                 Some(Estimate { value, lower, upper }) => {
-                    let digits = summary.measure.digits();
+                    let digits = summary.measure.info().digits;
                     format!("{value:.digits$} [{lower:.digits$}, {upper:.digits$}]")
                 }
                 None => "none".to_owned(),
@@ -318,14 +324,14 @@ impl AblationReport {
             let estimate = row.measures.iter().find(|summary| summary.measure == measure).and_then(|s| s.estimate);
             figures::Variant {
                 label: row.variant.label().to_owned(),
-                estimate: estimate.map_or(figures::Estimate::exact(f64::NAN), figure_estimate),
+                estimate: estimate.unwrap_or(Estimate::exact(f64::NAN)),
             }
         });
         figures::Ablation {
             measure: label.to_owned(),
             statistics: Statistics {
                 centre: "Mean".to_owned(),
-                interval: "95 % bootstrap interval over seeds".to_owned(),
+                interval: INTERVAL.to_owned(),
                 seeds: self.seeds as usize,
                 fewest_seeds: None,
             },

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::StudyError;
 use super::hits::{ActorNoise, Guided, Hits, Uniform, count_hits};
 use crate::agent::DdpgConfig;
-use crate::batch::{self, Batch, BatchProgress, Job, JobHandle};
+use crate::batch::{self, Batch, BatchProgress, Job};
 use crate::guidance::{self, GuidanceConfig, TruePhysics};
 use crate::task::Task;
 
@@ -38,8 +38,7 @@ pub fn audit(
     batch: &Batch<'_>,
     on_progress: &mut dyn FnMut(&BatchProgress<'_>),
 ) -> Result<Vec<AuditRow>, StudyError> {
-    let jobs: Vec<AuditJob<'_>> =
-        tasks.iter().flat_map(|task| (0..seeds).map(move |seed| AuditJob { task, episodes, seed })).collect();
+    let jobs: Vec<_> = tasks.iter().flat_map(|task| (0..seeds).map(move |seed| job(task, episodes, seed))).collect();
     let played = batch::all(batch.run(&jobs, on_progress)?)?;
     let rows = tasks.iter().enumerate().flat_map(|(number, task)| {
         let of_task = &played[number * seeds as usize..(number + 1) * seeds as usize];
@@ -53,27 +52,10 @@ pub fn audit(
 }
 
 /// One seed on one task, in all ways.
-struct AuditJob<'a> {
-    task: &'a Arc<Task>,
-    episodes: u32,
-    seed: u64,
-}
-
-impl Job for AuditJob<'_> {
-    type Output = [Hits; EXPLORATIONS.len()];
-    type Error = StudyError;
-
-    fn name(&self) -> String {
-        format!("{}, seed {}", self.task.name, self.seed)
-    }
-
-    fn size(&self) -> u64 {
-        EXPLORATIONS.len() as u64 * u64::from(self.episodes)
-    }
-
-    fn run(&self, handle: &JobHandle) -> Result<Option<Self::Output>, StudyError> {
-        handle.report(self.name());
-        let Self { task, episodes, seed } = *self;
+fn job(task: &Arc<Task>, episodes: u32, seed: u64) -> Job<'_, [Hits; EXPLORATIONS.len()], StudyError> {
+    let name = format!("{}, seed {seed}", task.name);
+    Job::new(name.clone(), EXPLORATIONS.len() as u64 * u64::from(episodes), move |handle| {
+        handle.report(name.clone());
         let uniform = count_hits(task, &mut Uniform, episodes, seed);
         handle.set_done(u64::from(episodes));
         let mut actor = ActorNoise::untrained(task, &DdpgConfig::default(), seed)?;
@@ -82,7 +64,7 @@ impl Job for AuditJob<'_> {
         let goes_on = |_| !handle.is_stopped();
         let prior = guidance::build(task, &TruePhysics, "true physics", &GuidanceConfig::default(), seed, goes_on)?;
         Ok(prior.map(|prior| [uniform, actor, count_hits(task, &mut Guided(&prior), episodes, seed)]))
-    }
+    })
 }
 
 #[cfg(test)]

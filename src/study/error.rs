@@ -17,9 +17,6 @@ pub enum StudyError {
     /// The folder holds another study.
     #[error("{}: this folder holds a study with other numbers: choose another with --out", path.display())]
     OtherStudy { path: PathBuf },
-    /// A file cannot be read or written.
-    #[error("{}: {source}", path.display())]
-    Io { path: PathBuf, source: std::io::Error },
     /// A file is not what it should be.
     #[error("{}: {message}: remove it, and the study will make a new one", path.display())]
     Content { path: PathBuf, message: String },
@@ -38,7 +35,7 @@ pub enum StudyError {
     /// The untrained agent.
     #[error(transparent)]
     Agent(#[from] ValidationError),
-    /// A run's files.
+    /// A run's files, and those of the study.
     #[error(transparent)]
     Run(#[from] RunError),
     /// A setting of a method.

@@ -4,17 +4,17 @@ use std::sync::Arc;
 
 use super::hits::{Explorer, Guided};
 use super::plan::StudyPlan;
-use super::report::{HitsRow, Report};
+use super::report::Report;
 use crate::dynamics::{Errors, Evaluation, Launch, Model, Split, collect};
 use crate::env::Environment;
-use crate::evidence::figures::{INTERVAL, estimate};
+use crate::evidence::figures::INTERVAL;
 use crate::figures::{
-    Edge, Estimate, Hits, Instant, Launches, ModelError, PolicyHits, Predictor, RelativeFrames, Statistics, TaskHits,
+    Edge, Hits, Instant, Launches, ModelError, PolicyHits, Predictor, RelativeFrames, Statistics, TaskHits,
     ToolLaunches,
 };
 use crate::guidance::ActionPrior;
 use crate::physics::{Ball, PHYSICS_DT, ToolKind, to_normalised, to_units};
-use crate::stats::{Bootstrap, StatsError};
+use crate::stats::{Bootstrap, Estimate, StatsError};
 use crate::streams::Stream;
 use crate::task::{Form, Task, ToolSpec};
 
@@ -89,18 +89,9 @@ pub(super) fn relative_frames(task: &Task, prior: &ActionPrior, cutoff: f32, see
 pub(super) fn hits(report: &Report, plan: &StudyPlan, bootstrap: &Bootstrap) -> Result<Hits, StatsError> {
     let tasks = plan.tasks.iter().map(|task| {
         let policies = ["guided", "random"].into_iter().map(|policy| {
-            let rows: Vec<&HitsRow> =
-                report.hits.iter().filter(|row| row.task == task.name && row.policy == policy).collect();
-            let count = |of: &dyn Fn(&HitsRow) -> u32| {
-                bootstrap.mean(&rows.iter().map(|row| f64::from(of(row))).collect::<Vec<_>>()).map(estimate)
-            };
-            let subgoals = (0..task.subgoals.len()).map(|n| count(&|row: &HitsRow| row.subgoals[n]));
+            let (goal, subgoals) = report.mean_hits(task, policy, bootstrap)?;
             let label = if policy == "guided" { "model-guided exploration" } else { "random exploration (actor + OU)" };
-            Ok(PolicyHits {
-                policy: label.to_owned(),
-                goal: count(&|row| row.goal)?,
-                subgoals: subgoals.collect::<Result<_, StatsError>>()?,
-            })
+            Ok(PolicyHits { policy: label.to_owned(), goal, subgoals })
         });
         Ok(TaskHits { task: task.name.clone(), policies: policies.collect::<Result<_, StatsError>>()? })
     });

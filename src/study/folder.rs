@@ -7,6 +7,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::error::StudyError;
+use crate::run::RunError;
 
 /// A study's folder.
 #[derive(Debug, Clone, Copy)]
@@ -20,14 +21,14 @@ impl Folder<'_> {
     pub fn claim(&self, plan: &impl Serialize, parts: &[&str]) -> Result<(), StudyError> {
         for part in parts {
             let path = self.path(part);
-            std::fs::create_dir_all(&path).map_err(|source| StudyError::Io { path, source })?;
+            std::fs::create_dir_all(&path).map_err(RunError::io("create", &path))?;
         }
         let path = self.path("plan.json");
         match std::fs::read_to_string(&path) {
             Ok(found) if found == text(plan) => Ok(()),
             Ok(_) => Err(StudyError::OtherStudy { path: self.0.to_owned() }),
             Err(error) if error.kind() == ErrorKind::NotFound => self.write("plan.json", text(plan).as_bytes()),
-            Err(source) => Err(StudyError::Io { path, source }),
+            Err(error) => Err(RunError::io("read", &path)(error).into()),
         }
     }
 
@@ -59,7 +60,7 @@ impl Folder<'_> {
                 Err(error) => Err(StudyError::Content { path, message: error.to_string() }),
             },
             Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
-            Err(source) => Err(StudyError::Io { path, source }),
+            Err(error) => Err(RunError::io("read", &path)(error).into()),
         }
     }
 
@@ -71,7 +72,7 @@ impl Folder<'_> {
     /// Writes a file atomically.
     pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), StudyError> {
         let path = self.path(name);
-        crate::atomic::write(&path, bytes).map_err(|source| StudyError::Io { path, source })
+        Ok(crate::atomic::write(&path, bytes).map_err(RunError::io("write", &path))?)
     }
 }
 

@@ -65,19 +65,6 @@ impl Arm {
         Self { method, epsilon, model: Variant::Full, proposed_subgoals: false, settings: BTreeMap::new() }
     }
 
-    fn with_model(self, model: Variant) -> Self {
-        Self { model, ..self }
-    }
-
-    fn with_proposed_subgoals(self) -> Self {
-        Self { proposed_subgoals: true, ..self }
-    }
-
-    fn with_setting(mut self, key: &str, value: &str) -> Self {
-        self.settings.insert(key.to_owned(), value.to_owned());
-        self
-    }
-
     /// The settings that distinguish it from other arms of the same method and threshold, as in legends.
     pub fn differences(&self) -> BTreeMap<String, String> {
         let mut differences = self.settings.clone();
@@ -96,12 +83,8 @@ impl Arm {
 pub struct PlannedRun {
     /// Its configuration, without the file of its model.
     pub config: RunConfig,
-    /// Structure of the model.
-    pub model: Variant,
-    /// Whether the task's subgoals are replaced by as many proposed ones.
-    pub proposed_subgoals: bool,
-    /// The settings that distinguish it from other runs of the same method and threshold.
-    pub differences: BTreeMap<String, String>,
+    /// What it trains.
+    pub arm: Arm,
 }
 
 impl StudyPlan {
@@ -213,8 +196,7 @@ impl StudyPlan {
         for (key, value) in &arm.settings {
             config = config.with_setting(key, value)?;
         }
-        let differences = arm.differences();
-        Ok(PlannedRun { config, model: arm.model, proposed_subgoals: arm.proposed_subgoals, differences })
+        Ok(PlannedRun { config, arm: arm.clone() })
     }
 }
 
@@ -236,12 +218,12 @@ fn questions(episodes: u32) -> Vec<Arm> {
     vec![
         Arm::new(Method::DdpgUniform, decayed(episodes)),
         Arm::new(Method::DdpgMgeTrue, decayed(episodes)),
-        guided().with_setting("refinement.every", "50"),
-        guided().with_proposed_subgoals(),
+        Arm { settings: [("refinement.every", "50")].map(|(k, v)| (k.to_owned(), v.to_owned())).into(), ..guided() },
+        Arm { proposed_subgoals: true, ..guided() },
         Arm::new(Method::ModelReplay, EpsilonSchedule::Constant(0.0)),
-        guided().with_model(Variant::SharedEdges),
-        guided().with_model(Variant::FullyConnected),
-        guided().with_model(Variant::Absolute),
+        Arm { model: Variant::SharedEdges, ..guided() },
+        Arm { model: Variant::FullyConnected, ..guided() },
+        Arm { model: Variant::Absolute, ..guided() },
     ]
 }
 

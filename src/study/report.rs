@@ -4,10 +4,12 @@ use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 
+use super::hits::Hits;
 use super::plan::StudyPlan;
 use crate::evidence::{Groups, LearningRow};
 use crate::markdown;
 use crate::stats::{Bootstrap, Estimate, StatsError};
+use crate::task::Task;
 
 /// The numbers of a study.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -31,12 +33,9 @@ pub struct HitsRow {
     pub policy: String,
     /// Seed of the episodes.
     pub seed: u64,
-    /// Episodes played.
-    pub episodes: u32,
-    /// Episodes that reached the goal.
-    pub goal: u32,
-    /// Episodes that reached each subgoal.
-    pub subgoals: Vec<u32>,
+    /// What was counted.
+    #[serde(flatten)]
+    pub hits: Hits,
 }
 
 /// One dynamics model.
@@ -103,20 +102,32 @@ impl Report {
         *text += &markdown::header(["task", "policy", "goal", "subgoals"]);
         for task in &plan.tasks {
             for policy in ["guided", "random"] {
-                let rows: Vec<&HitsRow> =
-                    self.hits.iter().filter(|row| row.task == task.name && row.policy == policy).collect();
-                let estimate = |of: &dyn Fn(&HitsRow) -> u32| {
-                    bootstrap.mean(&rows.iter().map(|row| f64::from(of(row))).collect::<Vec<_>>())
-                };
-                let goal = format_count(estimate(&|row| row.goal)?);
-                let subgoals = (0..task.subgoals.len())
-                    .map(|n| Ok(format_count(estimate(&|row| row.subgoals[n])?)))
-                    .collect::<Result<Vec<String>, StatsError>>()?;
-                *text += &markdown::row([&task.name, policy, &goal, &subgoals.join("; ")]);
+                let (goal, subgoals) = self.mean_hits(task, policy, bootstrap)?;
+                let subgoals: Vec<String> = subgoals.into_iter().map(format_count).collect();
+                *text += &markdown::row([&task.name, policy, &format_count(goal), &subgoals.join("; ")]);
             }
         }
         text.push('\n');
         Ok(())
+    }
+
+    /// Means over the seeds of the episodes that reached the goal and each subgoal.
+    ///
+    /// # Errors
+    /// When there are no such counts.
+    pub(super) fn mean_hits(
+        &self,
+        task: &Task,
+        policy: &str,
+        bootstrap: &Bootstrap,
+    ) -> Result<(Estimate, Vec<Estimate>), StatsError> {
+        let rows: Vec<&Hits> =
+            self.hits.iter().filter(|row| row.task == task.name && row.policy == policy).map(|row| &row.hits).collect();
+        let mean = |of: &dyn Fn(&Hits) -> u32| {
+            bootstrap.mean(&rows.iter().map(|hits| f64::from(of(hits))).collect::<Vec<_>>())
+        };
+        let subgoals = (0..task.subgoals.len()).map(|n| mean(&|hits| hits.subgoals[n]));
+        Ok((mean(&|hits| hits.goal)?, subgoals.collect::<Result<_, _>>()?))
     }
 
     fn write_learning(&self, text: &mut String, plan: &StudyPlan, bootstrap: &Bootstrap) -> Result<(), StatsError> {

@@ -6,12 +6,14 @@ use std::sync::Arc;
 use super::error::StudyError;
 use super::figures::{hits as hits_figure, launches, relative_frames};
 use super::folder::Folder;
-use super::hits::{ActorNoise, Guided, Hits, count_hits};
+use super::hits::{ActorNoise, Guided, count_hits};
 use super::plan::{PlannedRun, StudyPlan};
 use super::report::{HitsRow, ModelRow, Report};
 use crate::agent::DdpgConfig;
-use crate::batch::{self, Batch, BatchProgress, Job, JobHandle, train_to_end};
-use crate::dynamics::{Ended, Evaluation, Model, Variant, evaluate_with_progress, tool_set_name, train_to_file};
+use crate::batch::{self, Batch, BatchProgress, Job, train_to_end};
+use crate::dynamics::{
+    Ended, Evaluation, Model, Progress, Variant, evaluate_with_progress, tool_set_name, train_to_file,
+};
 use crate::evidence::figures::{learning_curves, method_scores, performance_profile};
 use crate::evidence::{FINAL, Groups, LearningRow, TrainedRun};
 use crate::figures::{ActionSamples, Figure, Provenance, TaskActions, TaskGrid};
@@ -58,9 +60,11 @@ pub fn reproduce(
     Ok(report)
 }
 
+type StudyJob<'a, T> = Job<'a, T, StudyError>;
+
 /// The work of all jobs of a batch.
-fn work_of<J: Job>(jobs: &[J]) -> u64 {
-    jobs.iter().map(Job::size).sum()
+fn work_of<T>(jobs: &[StudyJob<'_, T>]) -> u64 {
+    jobs.iter().map(|job| job.size).sum()
 }
 
 /// The progress of one batch after another, as the progress of the whole study.
@@ -71,7 +75,7 @@ struct StudyProgress<'a> {
 }
 
 impl StudyProgress<'_> {
-    fn run<J: Job<Error = StudyError>>(&mut self, batch: &Batch<'_>, jobs: &[J]) -> Result<Vec<J::Output>, StudyError> {
+    fn run<T: Send>(&mut self, batch: &Batch<'_>, jobs: &[StudyJob<'_, T>]) -> Result<Vec<T>, StudyError> {
         let outcomes = batch.run(jobs, &mut |now| {
             (self.on_progress)(&BatchProgress { done: self.done + now.done, total: self.total, ..*now });
         })?;
@@ -91,9 +95,9 @@ struct Study<'a> {
 /// The jobs of a study that depend on nothing but its plan. Each kind needs the files that the kinds
 /// before it have left.
 struct Jobs<'a> {
-    models: Vec<ModelJob<'a>>,
-    priors: Vec<PriorJob<'a>>,
-    runs: Vec<RunJob<'a>>,
+    models: Vec<StudyJob<'a, ModelRow>>,
+    priors: Vec<StudyJob<'a, TaskPrior>>,
+    runs: Vec<StudyJob<'a, TrainedRun>>,
     counts: u64,
 }
 
@@ -110,15 +114,13 @@ impl<'a> Study<'a> {
     fn jobs(self) -> Result<Jobs<'a>, StudyError> {
         let plan = self.plan;
         let variants = std::iter::once(Variant::Full).chain(plan.ablations());
-        let models = variants.flat_map(|variant| {
-            plan.tool_sets().into_iter().map(move |tools| ModelJob { study: self, tools, variant })
-        });
+        let models =
+            variants.flat_map(|variant| plan.tool_sets().into_iter().map(move |tools| self.model_job(tools, variant)));
         let tasks = plan.tasks.iter().map(|task| Arc::new(task.clone()));
-        let priors = tasks.flat_map(|task| {
-            (0..plan.builds).map(move |build| PriorJob { study: self, task: task.clone(), seed: plan.seed + build })
-        });
+        let priors =
+            tasks.flat_map(|task| (0..plan.builds).map(move |build| self.prior_job(task.clone(), plan.seed + build)));
         let counts = 2 * plan.tasks.len() as u64 * plan.hit_seeds * self.count_work();
-        let runs = plan.runs()?.into_iter().map(|run| RunJob { study: self, run });
+        let runs = plan.runs()?.into_iter().map(|run| self.run_job(run));
         Ok(Jobs { models: models.collect(), priors: priors.collect(), runs: runs.collect(), counts })
     }
 
@@ -127,13 +129,13 @@ impl<'a> Study<'a> {
     }
 
     /// Figure 5's counts: guided play, seeds spread over the builds, and random play.
-    fn counts(self, priors: &[TaskPrior]) -> Vec<CountJob<'a>> {
+    fn counts(self, priors: &[TaskPrior]) -> Vec<StudyJob<'a, HitsRow>> {
         let mut counts = Vec::new();
         for task in &self.plan.tasks {
             let own: Vec<&TaskPrior> = priors.iter().filter(|(of, _)| **of == *task).collect();
             for n in 0..self.plan.hit_seeds {
                 let (task, prior) = own[n as usize % own.len()];
-                let count = |prior| CountJob { study: self, task: task.clone(), prior, seed: self.plan.seed + n };
+                let count = |prior| self.count_job(task.clone(), prior, self.plan.seed + n);
                 counts.extend([count(Some(prior.clone())), count(None)]);
             }
         }
@@ -173,198 +175,122 @@ impl<'a> Study<'a> {
         let provenance = Provenance::new(self.command, &seeds, config_hash(self.plan)?);
         Ok(figure.write_all(&self.folder.path("figures"), name, &provenance, self.dpi)?)
     }
-}
 
-/// A dynamics model to train and evaluate.
-struct ModelJob<'a> {
-    study: Study<'a>,
-    tools: Vec<ToolKind>,
-    variant: Variant,
-}
-
-impl Job for ModelJob<'_> {
-    type Output = ModelRow;
-    type Error = StudyError;
-
-    fn name(&self) -> String {
-        format!("{} model", model_name(&self.tools, self.variant))
+    /// A dynamics model to train and evaluate.
+    fn model_job(self, tools: Vec<ToolKind>, variant: Variant) -> StudyJob<'a, ModelRow> {
+        let (plan, name) = (self.plan, format!("{} model", model_name(&tools, variant)));
+        let size = (EPISODES_PER_EPOCH * f64::from(plan.model_training.epochs) * tools.len() as f64 / 2.0) as u64;
+        Job::new(name.clone(), size, move |handle| {
+            let path = self.model_path(&tools, variant);
+            let model = match path.exists() {
+                true => Model::load(&path)?,
+                false => {
+                    let trained = self.train(&path, &tools, variant, |now| {
+                        handle.set_done(size * u64::from(now.epoch) / u64::from(now.epochs));
+                        handle.report(format!("{name}, epoch {}, loss {:.4}", now.epoch, now.loss));
+                        !handle.is_stopped()
+                    })?;
+                    let Some(model) = trained else { return Ok(None) };
+                    model
+                }
+            };
+            let file = format!("models/{}.json", model_name(&tools, variant));
+            if let Some(evaluation) = self.folder.read(&file)? {
+                return Ok(Some(model_row(&evaluation, variant)));
+            }
+            let evaluation = evaluate_with_progress(&model, &plan.tasks, &plan.model_evaluation, &mut |now| {
+                handle.report(format!("{name}, evaluation {} of {}", now.done + 1, now.total));
+                !handle.is_stopped()
+            })?;
+            let Some(evaluation) = evaluation else { return Ok(None) };
+            self.folder.write_json(&file, &evaluation)?;
+            Ok(Some(model_row(&evaluation, variant)))
+        })
     }
 
-    fn size(&self) -> u64 {
-        let epochs = f64::from(self.study.plan.model_training.epochs);
-        (EPISODES_PER_EPOCH * epochs * self.tools.len() as f64 / 2.0) as u64
-    }
-
-    fn run(&self, handle: &JobHandle) -> Result<Option<ModelRow>, StudyError> {
-        let (study, path) = (self.study, self.study.model_path(&self.tools, self.variant));
-        let model = match path.exists() {
-            true => Model::load(&path)?,
-            false => match self.train(&path, handle)? {
-                Some(model) => model,
-                None => return Ok(None),
-            },
-        };
-        let file = format!("models/{}.json", model_name(&self.tools, self.variant));
-        if let Some(evaluation) = study.folder.read(&file)? {
-            return Ok(Some(model_row(&evaluation, self.variant)));
-        }
-        let plan = study.plan;
-        let evaluation = evaluate_with_progress(&model, &plan.tasks, &plan.model_evaluation, &mut |now| {
-            handle.report(format!("{}, evaluation {} of {}", self.name(), now.done + 1, now.total));
-            !handle.is_stopped()
-        })?;
-        let Some(evaluation) = evaluation else { return Ok(None) };
-        study.folder.write_json(&file, &evaluation)?;
-        Ok(Some(model_row(&evaluation, self.variant)))
-    }
-}
-
-impl ModelJob<'_> {
     /// None if it was asked to stop.
-    fn train(&self, path: &Path, handle: &JobHandle) -> Result<Option<Model>, StudyError> {
-        let plan = self.study.plan;
-        let (config, settings) = (self.variant.apply(plan.model.clone()), plan.model_training.clone());
-        let trained = train_to_file(path, config, settings, &self.tools, self.study.command, |now| {
-            handle.set_done(self.size() * u64::from(now.epoch) / u64::from(now.epochs));
-            handle.report(format!("{}, epoch {}, loss {:.4}", self.name(), now.epoch, now.loss));
-            !handle.is_stopped()
-        })?;
+    fn train(
+        self,
+        path: &Path,
+        tools: &[ToolKind],
+        variant: Variant,
+        on_progress: impl FnMut(&Progress) -> bool,
+    ) -> Result<Option<Model>, StudyError> {
+        let (config, settings) = (variant.apply(self.plan.model.clone()), self.plan.model_training.clone());
+        let trained = train_to_file(path, config, settings, tools, self.command, on_progress)?;
         match &trained.ended {
             Ended::Stopped => return Ok(None),
             Ended::Done => trained.remove_checkpoint(),
             Ended::Diverged { epoch, reason } => {
-                let tools = model_name(&self.tools, self.variant);
+                let tools = model_name(tools, variant);
                 return Err(StudyError::Diverged { tools, epoch: *epoch, reason: reason.clone() });
             }
         }
         Ok(Some(trained.model().clone()))
     }
-}
 
-/// The action prior of a task for the hit counts.
-struct PriorJob<'a> {
-    study: Study<'a>,
-    task: Arc<Task>,
-    seed: u64,
-}
-
-impl Job for PriorJob<'_> {
-    type Output = TaskPrior;
-    type Error = StudyError;
-
-    fn name(&self) -> String {
-        format!("clusters of {}", self.task.name)
+    /// The action prior of a task for the hit counts.
+    fn prior_job(self, task: Arc<Task>, seed: u64) -> StudyJob<'a, TaskPrior> {
+        let name = format!("clusters of {}", task.name);
+        Job::new(name.clone(), EPISODES_PER_PRIOR, move |handle| {
+            handle.report(name.clone());
+            let model = self.model_path(&task.tool_set(), Variant::Full);
+            let prior = PriorSource::ModelFile(model.display().to_string());
+            let config = RunConfig { prior, seed, ..RunConfig::new(task.clone()) };
+            let prior: ActionPrior = self.folder.cached(&format!("priors/{}-{seed}.json", task.name), || {
+                // The build is never asked to stop.
+                Ok(build_prior(&config, |_| true)?.unwrap_or_else(|| ActionPrior::uniform(&task, seed)))
+            })?;
+            Ok(Some((task.clone(), Arc::new(prior))))
+        })
     }
 
-    fn size(&self) -> u64 {
-        EPISODES_PER_PRIOR
+    /// One hit count: of guided play if there is a prior, else of random play.
+    fn count_job(self, task: Arc<Task>, prior: Option<Arc<ActionPrior>>, seed: u64) -> StudyJob<'a, HitsRow> {
+        let policy = if prior.is_some() { "guided" } else { "random" };
+        let name = format!("{}-{policy}-{seed}", task.name);
+        Job::new(name.clone(), self.count_work(), move |handle| {
+            handle.report(format!("hits of {name}"));
+            let episodes = self.plan.hit_episodes;
+            let hits = self.folder.cached(&format!("hits/{name}.json"), || {
+                Ok(match &prior {
+                    Some(prior) => count_hits(&task, &mut Guided(prior), episodes, seed),
+                    None => {
+                        let mut actor = ActorNoise::untrained(&task, &DdpgConfig::default(), seed)?;
+                        count_hits(&task, &mut actor, episodes, seed)
+                    }
+                })
+            })?;
+            Ok(Some(HitsRow { task: task.name.clone(), policy: policy.to_owned(), seed, hits }))
+        })
     }
 
-    fn run(&self, handle: &JobHandle) -> Result<Option<TaskPrior>, StudyError> {
-        handle.report(self.name());
-        let model = self.study.model_path(&self.task.tool_set(), Variant::Full);
-        let prior = PriorSource::ModelFile(model.display().to_string());
-        let config = RunConfig { prior, seed: self.seed, ..RunConfig::new(self.task.clone()) };
-        let name = format!("priors/{}-{}.json", self.task.name, self.seed);
-        let prior: ActionPrior = self.study.folder.cached(&name, || {
-            // The build is never asked to stop.
-            Ok(build_prior(&config, |_| true)?.unwrap_or_else(|| ActionPrior::uniform(&self.task, self.seed)))
-        })?;
-        Ok(Some((self.task.clone(), Arc::new(prior))))
-    }
-}
-
-/// One hit count: of guided play if there is a prior, else of random play.
-struct CountJob<'a> {
-    study: Study<'a>,
-    task: Arc<Task>,
-    prior: Option<Arc<ActionPrior>>,
-    seed: u64,
-}
-
-impl Job for CountJob<'_> {
-    type Output = HitsRow;
-    type Error = StudyError;
-
-    fn name(&self) -> String {
-        let policy = if self.prior.is_some() { "guided" } else { "random" };
-        format!("{}-{policy}-{}", self.task.name, self.seed)
+    /// One of figure 6's trainings, a run of its own.
+    fn run_job(self, run: PlannedRun) -> StudyJob<'a, TrainedRun> {
+        let name = run_name(&run);
+        Job::new(name.clone(), u64::from(run.config.episodes), move |handle| {
+            let PlannedRun { mut config, arm } = run.clone();
+            let model = self.model_path(&config.task.tool_set(), arm.model);
+            config.prior = PriorSource::ModelFile(model.display().to_string());
+            if arm.proposed_subgoals {
+                config.task = self.with_proposed_subgoals(&config)?;
+            }
+            handle.report(name.clone());
+            let path = self.folder.path("runs").join(&name);
+            check_run(&path, &config)?;
+            let directory = train_to_end(&path, &config, handle)
+                .map_err(|source| StudyError::Training { run: name.clone(), source: Box::new(source) })?;
+            let Some(directory) = directory else { return Ok(None) };
+            let mut trained = TrainedRun::new(&config, &RunHistory::read(&directory)?);
+            trained.row.settings = arm.differences();
+            Ok(Some(trained))
+        })
     }
 
-    fn size(&self) -> u64 {
-        self.study.count_work()
-    }
-
-    fn run(&self, handle: &JobHandle) -> Result<Option<HitsRow>, StudyError> {
-        handle.report(format!("hits of {}", self.name()));
-        let (task, seed, episodes) = (&self.task, self.seed, self.study.plan.hit_episodes);
-        let hits: Hits = self.study.folder.cached(&format!("hits/{}.json", self.name()), || {
-            Ok(match &self.prior {
-                Some(prior) => count_hits(task, &mut Guided(prior), episodes, seed),
-                None => {
-                    let mut actor = ActorNoise::untrained(task, &DdpgConfig::default(), seed)?;
-                    count_hits(task, &mut actor, episodes, seed)
-                }
-            })
-        })?;
-        Ok(Some(HitsRow {
-            task: task.name.clone(),
-            policy: if self.prior.is_some() { "guided" } else { "random" }.to_owned(),
-            seed,
-            episodes: hits.episodes,
-            goal: hits.goal,
-            subgoals: hits.subgoals,
-        }))
-    }
-}
-
-/// One of figure 6's trainings, a run of its own.
-struct RunJob<'a> {
-    study: Study<'a>,
-    run: PlannedRun,
-}
-
-impl Job for RunJob<'_> {
-    type Output = TrainedRun;
-    type Error = StudyError;
-
-    fn name(&self) -> String {
-        let PlannedRun { config, differences, .. } = &self.run;
-        let parts = [config.method.name().to_owned(), config.epsilon.to_string().replace(':', "_")];
-        let parts = parts.into_iter().chain(differences.iter().map(|(key, value)| format!("{key}_{value}")));
-        let arm = parts.collect::<Vec<_>>().join("-").replace(' ', "_");
-        format!("{}-{arm}-{}", config.task.name, config.seed)
-    }
-
-    fn size(&self) -> u64 {
-        u64::from(self.run.config.episodes)
-    }
-
-    fn run(&self, handle: &JobHandle) -> Result<Option<TrainedRun>, StudyError> {
-        let PlannedRun { mut config, model, proposed_subgoals, differences } = self.run.clone();
-        let model = self.study.model_path(&config.task.tool_set(), model);
-        config.prior = PriorSource::ModelFile(model.display().to_string());
-        if proposed_subgoals {
-            config.task = self.with_proposed_subgoals(&config)?;
-        }
-        let name = self.name();
-        handle.report(name.clone());
-        let path = self.study.folder.path("runs").join(&name);
-        check_run(&path, &config)?;
-        let directory = train_to_end(&path, &config, handle)
-            .map_err(|source| StudyError::Training { run: name, source: Box::new(source) })?;
-        let Some(directory) = directory else { return Ok(None) };
-        let mut trained = TrainedRun::new(&config, &RunHistory::read(&directory)?);
-        trained.row.settings = differences;
-        Ok(Some(trained))
-    }
-}
-
-impl RunJob<'_> {
     /// The task of a run with as many subgoals as it has, proposed from its dynamics model.
-    fn with_proposed_subgoals(&self, config: &RunConfig) -> Result<Arc<Task>, StudyError> {
+    fn with_proposed_subgoals(self, config: &RunConfig) -> Result<Arc<Task>, StudyError> {
         let RunConfig { task, seed, .. } = config;
-        let subgoals = self.study.folder.cached(&format!("subgoals/{}-{seed}.json", task.name), || {
+        let subgoals = self.folder.cached(&format!("subgoals/{}-{seed}.json", task.name), || {
             let found = rollout_model(&config.prior, task)?;
             // Only uniform actions have no model.
             let Some((model, _)) = found else { return Ok(Vec::new()) };
@@ -372,6 +298,14 @@ impl RunJob<'_> {
         })?;
         Ok(Arc::new(Task { subgoals, ..(**task).clone() }))
     }
+}
+
+/// The name of a training and its folder.
+fn run_name(PlannedRun { config, arm }: &PlannedRun) -> String {
+    let parts = [config.method.name().to_owned(), config.epsilon.to_string().replace(':', "_")];
+    let parts = parts.into_iter().chain(arm.differences().into_iter().map(|(key, value)| format!("{key}_{value}")));
+    let arm = parts.collect::<Vec<_>>().join("-").replace(' ', "_");
+    format!("{}-{arm}-{}", config.task.name, config.seed)
 }
 
 /// An existing run with other settings, such as one of another version of the program, is no part of

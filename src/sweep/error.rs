@@ -21,15 +21,7 @@ pub enum SweepError {
         /// Where and what.
         problem: ValidationError,
     },
-    /// A file cannot be read or written.
-    #[error("{}: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What went wrong.
-        source: std::io::Error,
-    },
-    /// A run's files.
+    /// The sweep's files, and those of its runs.
     #[error(transparent)]
     Run(#[from] RunError),
     /// No thread can be started.
@@ -76,12 +68,4 @@ pub enum SweepError {
         /// Folder of a model's.
         model: PathBuf,
     },
-}
-
-impl SweepError {
-    /// For `map_err` on file operations.
-    pub(super) fn io(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
-        let path = path.into();
-        move |source| Self::Io { path, source }
-    }
 }

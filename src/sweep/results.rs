@@ -4,10 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde::de::DeserializeOwned;
+use serde_json::Value;
 
 use super::error::SweepError;
-use super::models::{ModelJob, ModelResult, RESULT, short};
+use super::models::{ModelResult, RESULT, short};
 use crate::evidence::{FoundRun, find_runs, read_runs};
 use crate::json;
 use crate::run::{RunDirectory, RunError};
@@ -94,65 +95,64 @@ fn agents(runs: &[FoundRun]) -> Results {
     Results { version: 1, kind: "train", rows: runs.iter().map(row).collect(), columns }
 }
 
+/// The measures of a model, as columns: those of its result but for the epochs and the rollouts.
+const MEASURES: [&str; 5] = ["epochs_done", "train_loss", "validation_loss", "one_step_error", "action_error"];
+
 fn models(paths: &[PathBuf]) -> Result<Results, SweepError> {
-    let mut found = Vec::new();
+    let mut found: Vec<(&PathBuf, Value, Value)> = Vec::new();
     for path in paths {
         let settings: Value = RunDirectory::open(path)?.config()?;
-        let job: ModelJob = RunDirectory::open(path)?.config()?;
-        let result: Option<ModelResult> = match std::fs::read(path.join(RESULT)) {
-            Ok(bytes) => Some(json::parse(&bytes, &path.join(RESULT).display().to_string())?),
-            Err(_) => None,
+        let file = path.join(RESULT);
+        let result = match std::fs::read(&file) {
+            Ok(bytes) => checked::<ModelResult>(&bytes, &file)?,
+            Err(_) => Value::Null,
         };
-        found.push((path, settings, job, result));
+        found.push((path, settings, result));
     }
-    let settings = differing(found.iter().map(|(_, settings, _, _)| settings));
-    let actions = found.iter().filter_map(|(_, _, _, result)| Some(result.as_ref()?.rollout_error.len())).max();
-    let errors: Vec<String> = (1..=actions.unwrap_or(0)).map(|n| format!("rollout_error_{n}")).collect();
+    let settings = differing(found.iter().map(|(_, settings, _)| settings));
+    let actions = found.iter().filter_map(|(_, _, result)| Some(result.get("rollout_error")?.as_array()?.len())).max();
     let mut columns: Vec<String> = ["run", "state", "tools"].map(str::to_owned).into();
     columns.extend(settings.iter().filter(|path| *path != "training.seed").map(|path| short(path).to_owned()));
-    let measures = ["seed", "epochs_done", "train_loss", "validation_loss", "one_step_error", "action_error"];
-    columns.extend(measures.map(str::to_owned));
-    columns.extend(errors);
-    let row = |(path, settings, job, result): &(&PathBuf, Value, ModelJob, Option<ModelResult>)| {
-        let values = model_values(job, result.as_ref());
+    columns.push("seed".to_owned());
+    columns.extend(MEASURES.map(str::to_owned));
+    columns.extend((1..=actions.unwrap_or(0)).map(|n| format!("rollout_error_{n}")));
+    let row = |(path, settings, result): &(&PathBuf, Value, Value)| {
         let setting = |column: &str| {
             json::leaves(settings).into_iter().find(|(path, _)| short(path) == column).map(|(_, value)| value.clone())
         };
-        let value = |column: &String| match column.as_str() {
+        let value = |column: &str| match column {
             "run" => Some(path.file_name()?.to_string_lossy().into_owned().into()),
-            column => values.get(column).cloned().or_else(|| setting(column)),
+            "state" => Some(model_state(result).into()),
+            "tools" => Some(names(settings.get("tools")?).join(",").into()),
+            "epochs_done" => result.get("epochs").cloned(),
+            column if MEASURES.contains(&column) => result.get(column).cloned(),
+            column => match column.strip_prefix("rollout_error_") {
+                Some(n) => result.get("rollout_error")?.get(n.parse::<usize>().ok()? - 1).cloned(),
+                None => setting(column),
+            },
         };
         columns.iter().map(|column| (column.clone(), value(column).unwrap_or(Value::Null))).collect()
     };
     Ok(Results { version: 1, kind: "dynamics", rows: found.iter().map(row).collect(), columns })
 }
 
-/// The values of a model's row that are not settings.
-fn model_values(job: &ModelJob, result: Option<&ModelResult>) -> BTreeMap<String, Value> {
-    let tools = job.tools.iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
-    let mut values =
-        BTreeMap::from([("tools".to_owned(), tools.into()), ("seed".to_owned(), job.training.seed.into())]);
-    let Some(result) = result else {
-        values.insert("state".to_owned(), "not finished".into());
-        return values;
-    };
-    let state = if result.diverged.is_some() { "diverged" } else { "finished" };
-    values.insert("state".to_owned(), state.into());
-    values.insert("epochs_done".to_owned(), result.epochs.into());
-    // As text first: a loss of 0.1 is to be read as 0.1.
-    values.insert("train_loss".to_owned(), result.train_loss.map_or(Value::Null, short_float));
-    values.insert("validation_loss".to_owned(), short_float(result.validation_loss));
-    values.insert("one_step_error".to_owned(), json!(result.one_step_error));
-    values.insert("action_error".to_owned(), json!(result.action_error));
-    for (n, error) in result.rollout_error.iter().enumerate() {
-        values.insert(format!("rollout_error_{}", n + 1), json!(error));
-    }
-    values
+/// A JSON file that holds a `T`, as it is written: 0.1 and not 0.10000000149011612.
+fn checked<T: DeserializeOwned>(bytes: &[u8], path: &Path) -> Result<Value, SweepError> {
+    let origin = path.display().to_string();
+    json::parse::<T>(bytes, &origin)?;
+    Ok(json::parse(bytes, &origin)?)
 }
 
-/// A 32-bit number with the digits it needs and no more.
-fn short_float(value: f32) -> Value {
-    value.to_string().parse::<f64>().map_or(Value::Null, |value| json!(value))
+fn model_state(result: &Value) -> &'static str {
+    match result.get("diverged") {
+        None => "not finished",
+        Some(Value::Null) => "finished",
+        Some(_) => "diverged",
+    }
+}
+
+fn names(list: &Value) -> Vec<&str> {
+    list.as_array().into_iter().flatten().filter_map(Value::as_str).collect()
 }
 
 /// Paths at which the settings are not all the same.

@@ -6,7 +6,7 @@ use super::error::SweepError;
 use super::expand::{Job, Sweep, Work};
 use super::models::ModelJob;
 use super::plan;
-use crate::batch::{self, Batch, BatchProgress, JobError, JobFailure, JobHandle, train_to_end};
+use crate::batch::{self, Batch, BatchProgress, JobError, JobFailure, train_to_end};
 use crate::dynamics::DynamicsError;
 use crate::run::{RunDirectory, RunError};
 use crate::trainer::{RunConfig, TrainerError};
@@ -54,36 +54,6 @@ impl Job {
     }
 }
 
-/// A job in the folder of its sweep. Its size is in episodes or epochs.
-struct SweepJob<'a> {
-    job: &'a Job,
-    sweep: &'a Path,
-}
-
-impl batch::Job for SweepJob<'_> {
-    type Output = ();
-    type Error = WorkError;
-
-    fn name(&self) -> String {
-        self.job.name.clone()
-    }
-
-    fn size(&self) -> u64 {
-        match &self.job.work {
-            Work::Train(config) => u64::from(config.episodes),
-            Work::Dynamics(job) => job.epochs(),
-        }
-    }
-
-    fn run(&self, handle: &JobHandle) -> Result<Option<()>, WorkError> {
-        let folder = self.job.folder(self.sweep);
-        match &self.job.work {
-            Work::Train(config) => Ok(train_to_end(&folder, config, handle)?.map(drop)),
-            Work::Dynamics(job) => job.run(&folder, &plan::provenance(self.job), handle),
-        }
-    }
-}
-
 /// Does what is missing of a sweep in `folder`, in the way of [`Batch::run`]. Finished runs stay as they
 /// are, and interrupted ones continue. Returns the failures, names and reasons, in the order of the
 /// jobs.
@@ -102,7 +72,19 @@ pub fn run(
     for job in &sweep.jobs {
         job.check_folder(folder)?;
     }
-    let jobs: Vec<SweepJob<'_>> = sweep.jobs.iter().map(|job| SweepJob { job, sweep: folder }).collect();
+    // Sizes are in episodes or epochs.
+    let job = |job: &'_ Job| {
+        let (path, command) = (job.folder(folder), plan::provenance(job));
+        match job.work.clone() {
+            Work::Train(config) => batch::Job::new(&job.name, u64::from(config.episodes), move |handle| {
+                Ok(train_to_end(&path, &config, handle)?.map(drop))
+            }),
+            Work::Dynamics(model) => {
+                batch::Job::new(&job.name, model.epochs(), move |handle| model.run(&path, &command, handle))
+            }
+        }
+    };
+    let jobs: Vec<batch::Job<'_, (), WorkError>> = sweep.jobs.iter().map(job).collect();
     let outcomes = batch.run(&jobs, on_progress)?;
     if outcomes.iter().any(|outcome| matches!(outcome, Err(JobFailure::Interrupted))) {
         let done = outcomes.iter().filter(|outcome| outcome.is_ok()).count();

@@ -238,7 +238,7 @@ const SETTINGS: [Setting; 17] = [
     Setting::count("model_replay.rollouts", 1, 1000, "imagined rollouts after each episode"),
     Setting::count("model_replay.horizon", 1, 100, "actions in an imagined rollout"),
     Setting::count("evaluation.every", 0, 1_000_000_000, "episodes between evaluations; 0 for none"),
-    Setting::count("evaluation.episodes", 0, 1000, "episodes of an evaluation"),
+    Setting::count("evaluation.episodes", 1, 1000, "episodes of an evaluation"),
     Setting::count(
         "checkpoints.last_every",
         0,
@@ -305,9 +305,6 @@ impl RunConfig {
         self.ddpg.validate().map_err(|error| error.within("ddpg"))?;
         self.guidance.validate().map_err(|error| error.within("guidance"))?;
         self.planner.validate().map_err(|error| error.within("planner"))?;
-        if self.evaluation.every > 0 && self.evaluation.episodes == 0 {
-            return Err(ValidationError::new("evaluation.episodes", "must be at least 1"));
-        }
         if self.refinement.every > 0 && self.refinement.most < self.refinement.least.max(1) {
             return Err(ValidationError::new("refinement.most", "must be at least 1 and at least refinement.least"));
         }

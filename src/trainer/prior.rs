@@ -1,5 +1,7 @@
 //! The action prior of a run's configuration.
 
+use std::sync::Arc;
+
 use crate::dynamics::{self, DynamicsError};
 use crate::guidance::{self, ActionPrior, GuidanceError, RolloutModel, TruePhysics};
 use crate::run::{RunDirectory, RunError};
@@ -31,7 +33,7 @@ pub enum PriorError {
 }
 
 /// A rollout model and its name, as a prior records it.
-pub type NamedModel = (Box<dyn RolloutModel>, String);
+pub type NamedModel = (Arc<dyn RolloutModel>, String);
 
 /// What predicts the rollouts of a task: a dynamics model or the true physics, and its
 /// name. None for no prediction at all.
@@ -41,17 +43,17 @@ pub type NamedModel = (Box<dyn RolloutModel>, String);
 pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<NamedModel>, PriorError> {
     let model = match source {
         PriorSource::Uniform => return Ok(None),
-        PriorSource::TruePhysics => return Ok(Some((Box::new(TruePhysics), "true physics".to_owned()))),
+        PriorSource::TruePhysics => return Ok(Some((Arc::new(TruePhysics), "true physics".to_owned()))),
         PriorSource::Learned => {
             let tools = task.tool_set();
             let names = || tools.iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
-            dynamics::shipped_for(&tools)?.ok_or_else(|| PriorError::NoModel { tools: names() })?
+            dynamics::shipped_for(&tools).ok_or_else(|| PriorError::NoModel { tools: names() })?
         }
         PriorSource::ModelFile(name) => dynamics::named(name)?,
     };
     model.check_task(task)?;
     let name = model.name();
-    Ok(Some((Box::new(model), name)))
+    Ok(Some((model, name)))
 }
 
 /// Builds the prior of a configuration; `progress` sees each stage's number and may
@@ -94,7 +96,7 @@ pub fn check_model(config: &RunConfig) -> Result<(), PriorError> {
 /// # Errors
 /// When the model cannot be loaded or does not know the task's tools, or the source of
 /// rollouts predicts nothing.
-pub(super) fn consulted_model(config: &RunConfig) -> Result<Option<Box<dyn RolloutModel>>, PriorError> {
+pub(super) fn consulted_model(config: &RunConfig) -> Result<Option<Arc<dyn RolloutModel>>, PriorError> {
     if !config.method.consults_model() {
         return Ok(None);
     }

@@ -82,7 +82,7 @@ struct Progress {
 pub struct Training {
     config: RunConfig,
     /// What plans or imagines, if the method does.
-    model: Option<Box<dyn RolloutModel>>,
+    model: Option<Arc<dyn RolloutModel>>,
     env: Environment,
     learner: Learner,
     progress: Progress,

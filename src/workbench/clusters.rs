@@ -27,24 +27,24 @@ pub enum PriorState {
 #[derive(Debug, Default)]
 pub(super) struct ClusterStore {
     /// The latest, with what they were computed from.
-    latest: Option<(PriorKey, Arc<ActionPrior>)>,
+    latest: Option<(RolloutInputs, Arc<ActionPrior>)>,
     /// What is computed now, to take their place.
-    building: Option<PriorKey>,
+    building: Option<RolloutInputs>,
     /// What cannot be computed: trying again would fail again.
-    failed: Option<PriorKey>,
+    failed: Option<RolloutInputs>,
 }
 
-/// What clusters depend on; if it changes, they are out of date.
+/// What clusters and proposals depend on; if it changes, they are out of date.
 #[derive(Debug, Clone, PartialEq)]
-struct PriorKey {
-    task: Arc<Task>,
-    source: PriorSource,
-    guidance: GuidanceConfig,
-    seed: u64,
+pub(super) struct RolloutInputs {
+    pub task: Arc<Task>,
+    pub source: PriorSource,
+    pub guidance: GuidanceConfig,
+    pub seed: u64,
 }
 
-impl PriorKey {
-    fn of(config: &RunConfig) -> Self {
+impl RolloutInputs {
+    pub fn of(config: &RunConfig) -> Self {
         Self {
             task: config.task.clone(),
             source: config.rollout_source(),
@@ -69,7 +69,7 @@ impl Session {
         // A file that was asked for is written whatever happens since.
         self.cancel_jobs(is_for_the_session);
         let (config, path) = (self.setup.config.clone(), command.0.clone());
-        let key = PriorKey::of(&config);
+        let key = RolloutInputs::of(&config);
         self.clusters.building = Some(key.clone());
         let work = move |reporter: &Reporter| {
             let prior = build(&config, reporter)?;
@@ -106,11 +106,11 @@ impl Session {
         let ClusterStore { latest, building, .. } = &self.clusters;
         match (building, latest) {
             (Some(key), _) => {
-                let done = self.job(is_clusters).map_or(0, |job| job.progress().done);
+                let done = self.job(is_clusters).map_or(0, |pending| pending.job.progress().done);
                 PriorState::Building { stage: done, stages: key.task.stage_count() }
             }
             (None, None) => PriorState::Absent,
-            (None, Some((key, _))) if *key == PriorKey::of(&self.setup.config) => PriorState::Fresh,
+            (None, Some((key, _))) if *key == RolloutInputs::of(&self.setup.config) => PriorState::Fresh,
             (None, Some(_)) => PriorState::Stale,
         }
     }
@@ -118,7 +118,7 @@ impl Session {
     /// Whether there are clusters, finished or on their way, that no longer belong to the
     /// task and settings, and computing them anew is worth trying.
     pub fn clusters_are_outdated(&self) -> bool {
-        let key = PriorKey::of(&self.setup.config);
+        let key = RolloutInputs::of(&self.setup.config);
         let ClusterStore { latest, building, failed } = &self.clusters;
         let newest = building.as_ref().or(latest.as_ref().map(|(key, _)| key));
         newest.is_some_and(|newest| *newest != key) && failed.as_ref() != Some(&key)
@@ -144,7 +144,7 @@ mod tests {
     #[test]
     fn clusters_of_a_method_with_other_rollouts_are_out_of_date() {
         let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
-        let key = |method| PriorKey::of(&RunConfig { method, ..config.clone() });
+        let key = |method| RolloutInputs::of(&RunConfig { method, ..config.clone() });
         assert_eq!(key(Method::Ddpg), key(Method::DdpgMge));
         assert_ne!(key(Method::DdpgUniform), key(Method::DdpgMge));
         assert_ne!(key(Method::DdpgMgeTrue), key(Method::DdpgMge));

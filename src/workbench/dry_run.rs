@@ -33,7 +33,7 @@ impl DryRun {
     /// # Errors
     /// When it cannot be carried out whatever happens before it.
     pub fn check(&mut self, command: &Command) -> Result<(), SessionError> {
-        if self.task_unknown { Ok(()) } else { command.check(self) }
+        if self.task_unknown { Ok(()) } else { command.behaviour().check(self) }
     }
 
     /// A task is opened.

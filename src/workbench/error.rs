@@ -1,7 +1,5 @@
 //! Why a command could not be carried out.
 
-use std::path::PathBuf;
-
 use super::command::Expect;
 use crate::env::EpisodeOver;
 use crate::run::RunError;
@@ -21,7 +19,7 @@ pub enum SessionError {
     /// A setting.
     #[error(transparent)]
     Setting(#[from] SettingError),
-    /// A run's files.
+    /// A run's files, and those that a command writes.
     #[error(transparent)]
     Run(#[from] RunError),
     /// A saved agent.
@@ -45,9 +43,6 @@ pub enum SessionError {
     /// No run of the session has the number.
     #[error("the session has no run {0}")]
     NoSuchRun(usize),
-    /// A folder could not be deleted.
-    #[error("cannot delete {}: {source}", path.display())]
-    Delete { path: PathBuf, source: std::io::Error },
     /// Nothing to undo or redo.
     #[error("there is nothing to {0}")]
     Nothing(&'static str),
@@ -60,12 +55,6 @@ pub enum SessionError {
     /// A computation failed.
     #[error("{0}")]
     Failed(String),
-    /// A figure.
-    #[error(transparent)]
-    Figure(#[from] crate::figures::FigureError),
-    /// A file could not be written.
-    #[error("cannot write {}: {source}", path.display())]
-    Write { path: PathBuf, source: std::io::Error },
     /// The system has no more threads.
     #[error("cannot start a thread: {0}")]
     Thread(std::io::Error),

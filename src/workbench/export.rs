@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::command::{self, Command, FigureKind};
 use super::dry_run::check_figure;
 use super::job::Reporter;
-use super::run::{RunView, SavedRun};
+use super::run::RunView;
 use super::{Session, SessionError, create_parent};
 use crate::env::Placement;
 use crate::figures::{
@@ -15,7 +15,7 @@ use crate::figures::{
     Statistics, TaskActions, TaskGrid,
 };
 use crate::physics::PHYSICS_DT;
-use crate::run::{EpisodeRecord, Metric, config_hash};
+use crate::run::{EpisodeRecord, config_hash};
 use crate::stats::rolling::WINDOW;
 use crate::task::Task;
 use crate::trainer::{RunConfig, Trace};
@@ -41,8 +41,8 @@ impl Session {
             create_parent(&path).map_err(|error| error.to_string())?;
             let written = match figure {
                 Ok(figure) => figure.write(&path, &provenance, dpi.unwrap_or(DEFAULT_DPI)),
-                Err(episode) => {
-                    let (task, trace) = episode.played().map_err(|error| error.to_string())?;
+                Err(play) => {
+                    let (task, trace) = play().map_err(|error| error.to_string())?;
                     animation(&task, &trace).write_gif(&path, &provenance, dpi.unwrap_or(ANIMATION_DPI))
                 }
             };
@@ -90,32 +90,20 @@ impl Session {
     }
 
     /// The greedy episode of the current run, or the one played by hand.
-    fn episode_to_show(&self) -> Result<EpisodeToShow, SessionError> {
+    fn episode_to_show(&self) -> Result<Play, SessionError> {
         let hand_play = self.hand_play();
         if !hand_play.trace().steps.is_empty() {
-            return Ok(EpisodeToShow::Played(hand_play.task().clone(), hand_play.trace().clone()));
+            let played = (hand_play.task().clone(), hand_play.trace().clone());
+            return Ok(Box::new(|| Ok(played)));
         }
         let run = self.run().ok_or(SessionError::NoRun)?;
-        Ok(EpisodeToShow::Greedy(run.config().task.clone(), Box::new(run.saved()), run.config().seed))
+        let (task, saved, seed) = (run.config().task.clone(), run.saved(), run.config().seed);
+        Ok(Box::new(move || Ok((task, saved.greedy_episode(seed)?))))
     }
 }
 
-/// The episode of an animation.
-enum EpisodeToShow {
-    /// One that was played.
-    Played(Arc<Task>, Trace),
-    /// One of a saved policy, that is yet to be played, with its seed.
-    Greedy(Arc<Task>, Box<SavedRun>, u64),
-}
-
-impl EpisodeToShow {
-    fn played(self) -> Result<(Arc<Task>, Trace), SessionError> {
-        match self {
-            Self::Played(task, trace) => Ok((task, trace)),
-            Self::Greedy(task, run, seed) => Ok((task, run.greedy_episode(seed)?)),
-        }
-    }
-}
+/// Plays the episode of an animation, if it is yet to be played.
+type Play = Box<dyn FnOnce() -> Result<(Arc<Task>, Trace), SessionError> + Send>;
 
 /// Rolling success of each run, one panel a task.
 fn learning_curves(runs: &[RunView]) -> LearningCurves {
@@ -151,7 +139,6 @@ pub fn run_label(config: &RunConfig) -> String {
 fn dashboard(run: &RunView) -> Dashboard {
     let config = run.config();
     let column = |of: &dyn Fn(&EpisodeRecord) -> f64| run.records().iter().map(of).collect::<Vec<f64>>();
-    let metric = |metric: Metric| column(&|record| metric.of(record));
     let greedy = |record: &EpisodeRecord| {
         let evaluation = run.evaluations().iter().find(|evaluation| evaluation.episode == record.episode);
         evaluation.map_or(f64::NAN, |evaluation| evaluation.success)
@@ -160,14 +147,8 @@ fn dashboard(run: &RunView) -> Dashboard {
         title: format!("{} on {}", run_label(config), config.task.name),
         window: WINDOW.get(),
         episode: column(&|record| record.episode as f64),
-        success: metric(Metric::Success),
         greedy_success: column(&greedy),
-        episode_return: metric(Metric::Return),
-        critic_loss: metric(Metric::CriticLoss),
-        actor_loss: metric(Metric::ActorLoss),
-        q_mean: metric(Metric::MeanQ),
-        saturation: metric(Metric::Saturation),
-        epsilon: metric(Metric::Epsilon),
+        metrics: Dashboard::metrics().map(|metric| (metric, column(&|record| metric.of(record)))).collect(),
     }
 }
 

@@ -1,6 +1,7 @@
 //! A computation in the background: its progress, its cancellation and its result.
 
 use std::io;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::JoinHandle;
@@ -51,6 +52,12 @@ impl Reporter {
     }
 }
 
+/// The result of a computation, its panic in words.
+pub(super) fn caught<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    catch_unwind(AssertUnwindSafe(work))
+        .unwrap_or_else(|panic| Err(format!("the computation panicked: {}", panic_message(&*panic))))
+}
+
 impl<T: Send + 'static> Job<T> {
     /// Begins a computation.
     ///
@@ -59,7 +66,8 @@ impl<T: Send + 'static> Job<T> {
     pub fn spawn(work: impl FnOnce(&Reporter) -> Result<T, String> + Send + 'static) -> io::Result<Self> {
         let shared = Arc::<Shared>::default();
         let reporter = Reporter(shared.clone());
-        let thread = std::thread::Builder::new().name("mge-job".to_owned()).spawn(move || work(&reporter))?;
+        let body = move || caught(|| work(&reporter));
+        let thread = std::thread::Builder::new().name("mge-job".to_owned()).spawn(body)?;
         Ok(Self { shared, thread })
     }
 
@@ -79,7 +87,8 @@ impl<T: Send + 'static> Job<T> {
     /// # Errors
     /// The error, or the panic, that ended the computation.
     pub fn result(self) -> Result<T, String> {
-        self.thread.join().unwrap_or_else(|panic| Err(format!("the computation panicked: {}", panic_message(&*panic))))
+        // A panic of the computation is a result.
+        self.thread.join().unwrap_or_else(|_| Err("the computation failed".to_owned()))
     }
 
     /// Cancels it: it ends when it next reports its progress.

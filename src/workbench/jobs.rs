@@ -5,73 +5,28 @@ use std::fmt;
 use std::time::Duration;
 
 use super::command::Command;
-use super::job::{Job, Progress, Reporter};
+use super::job::{Job, Progress, Reporter, caught};
 use super::session::Notice;
 use super::{Session, SessionError};
 
 /// Time between two looks at what a script waits for.
 const LOOK: Duration = Duration::from_millis(10);
 
+/// Takes a result into the session; what to report, or why there is none.
+type Completion = Box<dyn FnOnce(&mut Session) -> Result<String, String> + Send>;
+
 /// A computation that a command began.
 pub(super) struct Pending {
-    command: Command,
+    pub command: Command,
     /// The command's entry in the journal, if it has one.
     pub entry: Option<u64>,
     shown: Progress,
-    work: Box<dyn Background + Send>,
+    pub job: Job<Completion>,
 }
 
 impl fmt::Debug for Pending {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Pending").field("command", &self.command).finish_non_exhaustive()
-    }
-}
-
-impl Pending {
-    /// The command that began it.
-    pub fn command(&self) -> &Command {
-        &self.command
-    }
-
-    /// How much of it is done.
-    pub fn progress(&self) -> Progress {
-        self.work.progress()
-    }
-}
-
-/// A job of any result, with what is done with the result.
-trait Background {
-    fn progress(&self) -> Progress;
-    fn is_finished(&self) -> bool;
-    fn cancel(&self);
-    /// Takes the result in; what to report, or why there is none.
-    fn complete(self: Box<Self>, session: &mut Session) -> Result<String, String>;
-}
-
-struct Work<T, F> {
-    job: Job<T>,
-    complete: F,
-}
-
-impl<T, F> Background for Work<T, F>
-where
-    T: Send + 'static,
-    F: FnOnce(&mut Session, Result<T, String>) -> Result<String, String>,
-{
-    fn progress(&self) -> Progress {
-        self.job.progress()
-    }
-
-    fn is_finished(&self) -> bool {
-        self.job.is_finished()
-    }
-
-    fn cancel(&self) {
-        self.job.cancel();
-    }
-
-    fn complete(self: Box<Self>, session: &mut Session) -> Result<String, String> {
-        (self.complete)(session, self.job.result())
     }
 }
 
@@ -91,9 +46,12 @@ impl Session {
                 work(reporter)
             }
         };
+        let work = move |reporter: &Reporter| {
+            let result = caught(|| work(reporter));
+            Ok(Box::new(move |session: &mut Self| complete(session, result)) as Completion)
+        };
         let job = Job::spawn(work).map_err(SessionError::Thread)?;
-        let work = Box::new(Work { job, complete });
-        self.jobs.push(Pending { command: command.into(), entry: None, shown: Progress::default(), work });
+        self.jobs.push(Pending { command: command.into(), entry: None, shown: Progress::default(), job });
         Ok(())
     }
 
@@ -104,12 +62,10 @@ impl Session {
 
     /// Cancels the computations begun by such commands; true if there was one.
     pub(super) fn cancel_jobs(&mut self, which: impl Fn(&Command) -> bool) -> bool {
-        let (cancelled, others) =
-            std::mem::take(&mut self.jobs).into_iter().partition::<Vec<_>, _>(|job| which(&job.command));
-        self.jobs = others;
-        for job in &cancelled {
-            job.work.cancel();
-            self.forget(job.entry);
+        let cancelled: Vec<Pending> = self.jobs.extract_if(.., |pending| which(&pending.command)).collect();
+        for pending in &cancelled {
+            pending.job.cancel();
+            self.forget(pending.entry);
         }
         !cancelled.is_empty()
     }
@@ -123,15 +79,15 @@ impl Session {
 
     /// Takes in the results that are there.
     pub(super) fn advance_jobs(&mut self) {
-        for job in &mut self.jobs {
-            let progress = job.work.progress();
-            if std::mem::replace(&mut job.shown, progress) != progress {
-                self.notices.push(Notice::Progress { command: job.command.clone(), progress });
+        for pending in &mut self.jobs {
+            let progress = pending.job.progress();
+            if std::mem::replace(&mut pending.shown, progress) != progress {
+                self.notices.push(Notice::Progress { command: pending.command.clone(), progress });
             }
         }
-        while let Some(index) = self.jobs.iter().position(|job| job.work.is_finished()) {
-            let Pending { command, entry, work, .. } = self.jobs.remove(index);
-            let outcome = work.complete(self);
+        while let Some(index) = self.jobs.iter().position(|pending| pending.job.is_finished()) {
+            let Pending { command, entry, job, .. } = self.jobs.remove(index);
+            let outcome = job.result().and_then(|complete| complete(self));
             if outcome.is_err() {
                 self.forget(entry);
             }

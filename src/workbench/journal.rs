@@ -125,14 +125,14 @@ impl Writer<'_> {
             _ => {}
         }
         if let Some(run) = run
-            && command.acts_on_run()
+            && command.behaviour().in_scripts().acts_on_run
         {
             self.act_on(*run);
         }
         self.line(command.clone());
         match command {
             Command::Stop(_) => self.wait(*run, None),
-            _ if command.begins_work() => self.line(Wait),
+            _ if command.behaviour().in_scripts().begins_work => self.line(Wait),
             _ if at.is_some() && until != *at && run.is_some_and(|run| self.paused.contains(&run)) => {
                 self.line(Resume { until });
                 self.wait(*run, until);

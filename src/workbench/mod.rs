@@ -27,23 +27,22 @@ pub(crate) use export::run_label;
 pub use hand_play::HandPlay;
 pub(crate) use job::Job;
 pub use job::Progress;
-pub use models::shipped_models;
 pub use run::{RunView, SavedRun};
 pub use script::{Output, Script, ScriptError, Variables};
 pub use session::{FIRST_TASK, Notice, Session};
 
 use std::path::Path;
 
+use crate::run::RunError;
+
 /// Makes the folder of a file that is to be written.
-fn create_parent(path: &Path) -> Result<(), SessionError> {
+fn create_parent(path: &Path) -> Result<(), RunError> {
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
-    parent
-        .map_or(Ok(()), std::fs::create_dir_all)
-        .map_err(|source| SessionError::Write { path: path.to_owned(), source })
+    parent.map_or(Ok(()), std::fs::create_dir_all).map_err(RunError::io("write", path))
 }
 
 /// Writes a file, and makes its folder if there is none.
-fn write_file(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
+fn write_file(path: &Path, bytes: &[u8]) -> Result<(), RunError> {
     create_parent(path)?;
-    crate::atomic::write(path, bytes).map_err(|source| SessionError::Write { path: path.to_owned(), source })
+    crate::atomic::write(path, bytes).map_err(RunError::io("write", path))
 }

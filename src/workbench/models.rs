@@ -1,24 +1,12 @@
-//! Dynamics models: those that are shipped, and training and measuring others.
-
-use std::sync::{Arc, LazyLock};
+//! Dynamics models, trained and measured.
 
 use super::command::{Command, ModelEvaluate, ModelTrain};
 use super::job::{Progress, Reporter};
 use super::{Session, SessionError, create_parent};
 use crate::dynamics::{
-    self, Ended, EvaluationConfig, EvaluationProgress, Model, ModelConfig, TrainConfig, evaluate_with_progress,
-    train_to_file,
+    self, Ended, EvaluationConfig, EvaluationProgress, ModelConfig, TrainConfig, evaluate_with_progress, train_to_file,
 };
 use crate::task;
-
-/// The shipped dynamics models, by name. They are read once.
-pub fn shipped_models() -> &'static [(&'static str, Arc<Model>)] {
-    static MODELS: LazyLock<Vec<(&str, Arc<Model>)>> = LazyLock::new(|| {
-        let model = |name| dynamics::shipped(name).ok().flatten().map(|model| (name, Arc::new(model)));
-        dynamics::shipped_names().filter_map(model).collect()
-    });
-    &MODELS
-}
 
 fn is_model_work(command: &Command) -> bool {
     matches!(command, Command::ModelTrain(_) | Command::ModelEvaluate(_))
@@ -70,7 +58,7 @@ impl Session {
 
     /// What is being done about a dynamics model, and how much of it is done.
     pub fn model_work(&self) -> Option<(String, Progress)> {
-        self.job(is_model_work).map(|job| (name(job.command()), job.progress()))
+        self.job(is_model_work).map(|pending| (name(&pending.command), pending.job.progress()))
     }
 }
 
@@ -136,7 +124,7 @@ mod tests {
         let path = folder.path().join("models/mine.safetensors");
         let line = format!("model train box {} 1\nwait", shell_words::quote(&path.display().to_string()));
         run(&line).unwrap();
-        assert!(Model::load(&path).is_ok());
+        assert!(dynamics::Model::load(&path).is_ok());
     }
 
     #[test]

@@ -1,31 +1,20 @@
 //! Subgoals that the model proposes for the session's task.
 
+use std::sync::Arc;
+
+use super::clusters::RolloutInputs;
 use super::command::{Command, Propose};
 use super::job::{Progress, Reporter};
 use super::{Session, SessionError};
-use crate::guidance::{GuidanceConfig, propose_subgoals};
+use crate::guidance::propose_subgoals;
 use crate::task::{Region, Task};
-use crate::trainer::{PriorSource, RunConfig, rollout_model};
+use crate::trainer::{RunConfig, rollout_model};
 
-/// What proposals depend on; the subgoals that the task has are not looked at.
-#[derive(Debug, Clone, PartialEq)]
-struct ProposalKey {
-    task: Task,
-    source: PriorSource,
-    guidance: GuidanceConfig,
-    seed: u64,
-}
-
-impl ProposalKey {
-    fn of(config: &RunConfig) -> Self {
-        Self {
-            // A task that is saved has another name, but is no other scene.
-            task: Task { subgoals: Vec::new(), name: String::new(), ..Task::clone(&config.task) },
-            source: config.prior.clone(),
-            guidance: config.guidance.clone(),
-            seed: config.seed,
-        }
-    }
+/// What proposals depend on: not the subgoals that the task has.
+fn inputs(config: &RunConfig) -> RolloutInputs {
+    // A task that is saved has another name, but is no other scene.
+    let task = Task { subgoals: Vec::new(), name: String::new(), ..Task::clone(&config.task) };
+    RolloutInputs { task: Arc::new(task), source: config.prior.clone(), ..RolloutInputs::of(config) }
 }
 
 fn is_propose(command: &Command) -> bool {
@@ -39,7 +28,7 @@ impl Session {
         let count = command.0.unwrap_or(self.task().subgoals.len().max(1));
         self.forget_proposals();
         let config = self.setup.config.clone();
-        let key = ProposalKey::of(&config);
+        let key = inputs(&config);
         let work = move |reporter: &Reporter| search(&config, count, reporter);
         self.begin_job(Propose(Some(count)), work, move |session, result| {
             session.take_proposals(&key, count, result?)
@@ -52,8 +41,8 @@ impl Session {
         self.cancel_jobs(is_propose);
     }
 
-    fn take_proposals(&mut self, key: &ProposalKey, count: usize, regions: Vec<Region>) -> Result<String, String> {
-        if *key != ProposalKey::of(&self.setup.config) {
+    fn take_proposals(&mut self, key: &RolloutInputs, count: usize, regions: Vec<Region>) -> Result<String, String> {
+        if *key != inputs(&self.setup.config) {
             return Err("the task or the model was changed while subgoals were looked for: `propose` again".to_owned());
         }
         if regions.is_empty() {
@@ -74,7 +63,7 @@ impl Session {
 
     /// Subgoals found so far and looked for, while they are being looked for.
     pub fn proposing(&self) -> Option<Progress> {
-        self.job(is_propose).map(|job| job.progress())
+        self.job(is_propose).map(|pending| pending.job.progress())
     }
 }
 

@@ -10,7 +10,7 @@ use super::command::{Command, Continue, Delete, Evaluate, Open};
 use super::job::Reporter;
 use super::run::{RunView, read_prior};
 use super::session::Session;
-use crate::run::RunDirectory;
+use crate::run::{RunDirectory, RunError};
 use crate::trainer::{Control, RunConfig};
 
 impl Session {
@@ -175,7 +175,7 @@ impl Session {
         let work = move |_: &Reporter| {
             let outcome = std::fs::remove_dir_all(&folder);
             drop(lock);
-            outcome.map(|()| folder.clone()).map_err(|source| SessionError::Delete { path: folder, source }.to_string())
+            outcome.map_err(RunError::io("delete", &folder)).map(|()| folder).map_err(|error| error.to_string())
         };
         let begun = self.begin_job(command.clone(), work, |session, outcome| match outcome {
             Ok(folder) => Ok(format!("deleted {}", folder.display())),

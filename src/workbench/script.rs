@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::SessionError;
-use super::command::{Awaits, Command, CommandError};
+use super::command::{Awaits, Command};
 use super::dry_run::DryRun;
 use super::session::{Notice, Session};
 
@@ -16,15 +16,9 @@ pub enum ScriptError {
     /// It cannot be read.
     #[error("{}: {source}", path.display())]
     Io { path: PathBuf, source: std::io::Error },
-    /// A line is no command.
-    #[error("{origin}:{line}: {error}")]
-    Syntax { origin: String, line: usize, error: CommandError },
-    /// A variable has no value.
-    #[error("{origin}:{line}: `${{{name}}}` has no value: give it with `--define {name}=VALUE`")]
-    Undefined { origin: String, line: usize, name: String },
-    /// A command could not be carried out.
-    #[error("{origin}:{line}: {error}")]
-    Command { origin: String, line: usize, error: Box<SessionError> },
+    /// A line is no command, or one that could not be carried out.
+    #[error("{origin}:{line}: {problem}")]
+    Line { origin: String, line: usize, problem: String },
 }
 
 /// A script that has been read whole: every line is known to be a command.
@@ -51,17 +45,10 @@ impl Script {
     pub fn parse(text: &str, origin: &str, variables: &Variables) -> Result<Self, ScriptError> {
         let mut commands = Vec::new();
         for (index, line) in text.lines().enumerate() {
-            let (origin, number) = (origin.to_owned(), index + 1);
-            let line = substitute(line, variables).map_err(|name| ScriptError::Undefined {
-                origin: origin.clone(),
-                line: number,
-                name,
-            })?;
-            match Command::parse(&line) {
-                Ok(Some(command)) => commands.push((number, command)),
-                Ok(None) => {}
-                Err(error) => return Err(ScriptError::Syntax { origin, line: number, error }),
-            }
+            let command = substitute(line, variables)
+                .and_then(|line| Command::parse(&line).map_err(|error| error.to_string()))
+                .map_err(|problem| ScriptError::Line { origin: origin.to_owned(), line: index + 1, problem })?;
+            commands.extend(command.map(|command| (index + 1, command)));
         }
         Ok(Self { origin: origin.to_owned(), commands })
     }
@@ -97,7 +84,7 @@ impl Script {
     }
 
     fn failed(&self, line: usize, error: SessionError) -> ScriptError {
-        ScriptError::Command { origin: self.origin.clone(), line, error: Box::new(error) }
+        ScriptError::Line { origin: self.origin.clone(), line, problem: error.to_string() }
     }
 }
 
@@ -108,7 +95,7 @@ fn play(
     on_output: &mut impl FnMut(Output<'_>),
 ) -> Result<String, SessionError> {
     let report = session.apply(command.clone())?;
-    match command.awaits() {
+    match command.behaviour().in_scripts().awaits {
         Awaits::Nothing => Ok(report),
         Awaits::Result => Ok(session.wait_for(command)?.unwrap_or(report)),
         Awaits::Everything => session.wait(|notice| on_output(Output::Notice(notice))),
@@ -124,14 +111,17 @@ pub enum Output<'a> {
     Notice(&'a Notice),
 }
 
-/// Replaces `${NAME}`; the error is the name that has no value.
+/// Replaces `${NAME}`.
 fn substitute(line: &str, variables: &Variables) -> Result<String, String> {
     let mut result = String::new();
     let mut rest = line;
     while let Some(start) = rest.find("${") {
         let Some(length) = rest[start..].find('}') else { break };
         let name = &rest[start + 2..start + length];
-        let value = variables.iter().find(|(known, _)| known == name).ok_or_else(|| name.to_owned())?;
+        let value = variables
+            .iter()
+            .find(|(known, _)| known == name)
+            .ok_or_else(|| format!("`${{{name}}}` has no value: give it with `--define {name}=VALUE`"))?;
         result.push_str(&rest[..start]);
         result.push_str(&value.1);
         rest = &rest[start + length + 1..];

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::SessionError;
 use super::clusters::ClusterStore;
-use super::command::{self, Command, Epsilon, Expect, Guide, Pause, Quantity, Recording, Stop};
+use super::command::{self, Command, Epsilon, Expect, Guide, Open, Pause, Quantity, Recording, Stop, Watch};
 use super::hand_play::HandPlay;
 use super::job::Progress;
 use super::jobs::Pending;
@@ -114,16 +114,20 @@ impl Session {
         let command = command.into();
         let training = self.run().filter(|run| run.is_active());
         let training = training.map(|run| (run.number(), run.records().len() as u32));
-        let recording = command.recording(self);
-        let report = command.execute(self)?;
-        let entry = match (recording, training) {
-            (Recording::Never, _) | (Recording::WhenEffective, Some(_)) => return Ok(report),
-            (Recording::AtEpisode, Some((run, episode))) => self.journal.note_at(command.clone(), run, episode),
-            (Recording::As(other), _) => self.journal.note(other, self.current),
-            _ => self.journal.note(command.clone(), self.current),
+        // A run of the session may be in another folder when the script is played.
+        let recorded = match &command {
+            Command::Open(Open(folder)) => self.number_of(folder).map(|number| Watch(number).into()),
+            _ => None,
         };
-        if let Some(job) = self.jobs.last_mut().filter(|job| *job.command() == command) {
-            job.entry = Some(entry);
+        let recorded = recorded.unwrap_or_else(|| command.clone());
+        let report = command.behaviour().execute(self)?;
+        let entry = match (command.behaviour().in_scripts().recording, training) {
+            (Recording::Never, _) | (Recording::WhenEffective, Some(_)) => return Ok(report),
+            (Recording::AtEpisode, Some((run, episode))) => self.journal.note_at(recorded, run, episode),
+            _ => self.journal.note(recorded, self.current),
+        };
+        if let Some(pending) = self.jobs.last_mut().filter(|pending| pending.command == command) {
+            pending.entry = Some(entry);
         }
         Ok(report)
     }

@@ -3,9 +3,12 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::figures::actions::{Cluster, StageActions};
+use crate::figures::actions::StageActions;
 use crate::figures::*;
+use crate::guidance::Cluster;
 use crate::physics::ToolKind;
+use crate::run::Metric;
+use crate::stats::Estimate;
 use crate::task::{Form, ToolSpec, shipped};
 
 fn stream(n: u64) -> ChaCha8Rng {
@@ -24,7 +27,7 @@ pub fn statistics() -> Statistics {
 }
 
 fn estimate(value: f64, half: f64) -> Estimate {
-    Estimate { value, low: (value - half).max(0.0), high: value + half }
+    Estimate { value, lower: (value - half).max(0.0), upper: value + half }
 }
 
 /// A ball in free fall that bounces off the tool's bounding circle.
@@ -93,6 +96,7 @@ pub fn actions() -> ActionSamples {
             mean: [target[0] + rng.gen_range(-0.25..0.25), target[1] + rng.gen_range(-0.5..0.1)],
             std: [rng.gen_range(0.02..0.12), rng.gen_range(0.02..0.12)],
             weight: 1.0 / 3.0,
+            count: 100,
         };
         let clusters: Vec<Cluster> = (0..3).map(|_| cluster(&mut rng)).collect();
         let mut normal = || (0..12).map(|_| rng.gen_range(-0.5..0.5f32)).sum::<f32>();
@@ -258,14 +262,16 @@ pub fn dashboard() -> Dashboard {
         title: "task3, DDPG-MGE, seed 0".to_owned(),
         window: 100,
         greedy_success: greedy.collect(),
-        episode_return: series(&|t| 1.0 + 9.0 * t, 0.5),
-        critic_loss,
-        actor_loss: series(&|t| -6.0 * t, 0.05),
-        q_mean: series(&|t| 6.0 * t, 0.05),
-        saturation: series(&|t| 0.3 * (1.0 - t), 0.2),
-        epsilon: series(&|t| (0.5 - t).max(0.0), 1e-9),
+        metrics: std::collections::BTreeMap::from([
+            (Metric::Return, series(&|t| 1.0 + 9.0 * t, 0.5)),
+            (Metric::CriticLoss, critic_loss),
+            (Metric::ActorLoss, series(&|t| -6.0 * t, 0.05)),
+            (Metric::MeanQ, series(&|t| 6.0 * t, 0.05)),
+            (Metric::Saturation, series(&|t| 0.3 * (1.0 - t), 0.2)),
+            (Metric::Epsilon, series(&|t| (0.5 - t).max(0.0), 1e-9)),
+            (Metric::Success, success.y),
+        ]),
         episode: success.x,
-        success: success.y,
     }
 }
 
@@ -285,20 +291,21 @@ pub fn animation() -> Animation {
     Animation { moments: (0..40).map(moment).collect(), task, frame_ms: 100, trail: 15 }
 }
 
-pub fn all() -> Vec<Box<dyn Figure>> {
+/// Every figure, with a name for its file.
+pub fn all() -> Vec<(&'static str, Box<dyn Figure>)> {
     vec![
-        Box::new(launches()),
-        Box::new(relative()),
-        Box::new(tasks()),
-        Box::new(actions()),
-        Box::new(hits()),
-        Box::new(curves()),
-        Box::new(LearningCurves { greedy: true, ..curves() }),
-        Box::new(methods()),
-        Box::new(profile()),
-        Box::new(model_error()),
-        Box::new(ablation()),
-        Box::new(dashboard()),
-        Box::new(animation()),
+        ("launches", Box::new(launches())),
+        ("relative", Box::new(relative())),
+        ("tasks", Box::new(tasks())),
+        ("actions", Box::new(actions())),
+        ("hits", Box::new(hits())),
+        ("curves", Box::new(curves())),
+        ("greedy", Box::new(LearningCurves { greedy: true, ..curves() })),
+        ("methods", Box::new(methods())),
+        ("profile", Box::new(profile())),
+        ("model_error", Box::new(model_error())),
+        ("ablation", Box::new(ablation())),
+        ("dashboard", Box::new(dashboard())),
+        ("animation", Box::new(animation())),
     ]
 }

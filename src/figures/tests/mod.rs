@@ -7,6 +7,7 @@ mod shipped;
 use std::path::Path;
 
 use super::*;
+use crate::stats::Estimate;
 
 fn provenance() -> Provenance {
     Provenance::new("mge figures --note \"a < b & c\"", &[0, 1, 2], "0f3a")
@@ -54,39 +55,39 @@ fn every_figure_is_written_with_its_numbers() {
     let kept = std::env::var_os("MGE_FIGURE_DIR").map(std::path::PathBuf::from);
     let folder = kept.as_deref().unwrap_or(temporary.path());
     let dpi = if kept.is_some() { DEFAULT_DPI } else { 72 };
-    for figure in invented::all() {
-        let path = folder.join(figure.name()).with_extension("png");
+    for (name, figure) in invented::all() {
+        let path = folder.join(name).with_extension("png");
         figure.write(&path, &provenance(), dpi).unwrap();
         let (width, height, pixels) = decode(&path);
         let expected = figure.size().map(|points| (points / 72.0 * f64::from(dpi)).round() as u32);
-        assert_eq!([width, height], expected, "{}", figure.name());
-        assert!(pixels.iter().any(|byte| *byte < 100), "{} is blank", figure.name());
+        assert_eq!([width, height], expected, "{name}");
+        assert!(pixels.iter().any(|byte| *byte < 100), "{name} is blank");
         assert_eq!(Provenance::read(&path).unwrap(), provenance());
         assert_eq!(rows(&path).len(), figure.table().rows().len());
-        assert!(!rows(&path).is_empty(), "{} has no numbers", figure.name());
-        figure.write(&folder.join(figure.name()).with_extension("svg"), &provenance(), dpi).unwrap();
+        assert!(!rows(&path).is_empty(), "{name} has no numbers");
+        figure.write(&folder.join(name).with_extension("svg"), &provenance(), dpi).unwrap();
     }
     invented::animation().write_gif(&folder.join("episode.gif"), &provenance(), 72).unwrap();
 }
 
 #[test]
 fn nothing_is_drawn_outside_the_page() {
-    for figure in invented::all() {
+    for (name, figure) in invented::all() {
         let [width, height] = figure.size().map(|points| points.round() as u32);
         let pixels = figure.to_rgb(width, height).unwrap();
         let row = 3 * width as usize;
         let edges = pixels[..row].iter().chain(&pixels[pixels.len() - row..]);
         let sides = pixels.chunks(row).flat_map(|line| line[..3].iter().chain(&line[row - 3..]));
-        assert!(edges.chain(sides).all(|byte| *byte == 255), "{} reaches the edge of its page", figure.name());
+        assert!(edges.chain(sides).all(|byte| *byte == 255), "{name} reaches the edge of its page");
     }
 }
 
 #[test]
 fn equal_data_gives_equal_bytes() {
     let png = |figure: &dyn Figure| super::render::png(&figure.to_svg(&provenance()), &provenance(), 100).unwrap();
-    for (a, b) in invented::all().into_iter().zip(invented::all()) {
-        assert_eq!(png(&*a), png(&*b), "{}", a.name());
-        assert_eq!(a.to_svg(&provenance()), b.to_svg(&provenance()), "{}", a.name());
+    for ((name, a), (_, b)) in invented::all().into_iter().zip(invented::all()) {
+        assert_eq!(png(&*a), png(&*b), "{name}");
+        assert_eq!(a.to_svg(&provenance()), b.to_svg(&provenance()), "{name}");
         assert_eq!(a.table(), b.table());
     }
     let gif = || invented::animation().to_gif(&provenance(), 40).unwrap();
@@ -128,11 +129,11 @@ fn tables_hold_the_data_exactly() {
 
 #[test]
 fn empty_figures_say_so() {
-    for figure in empty() {
+    for (n, figure) in empty().into_iter().enumerate() {
         let pixels = figure.to_rgb(500, 300).unwrap();
-        assert!(pixels.iter().any(|byte| *byte < 200), "{} is blank", figure.name());
+        assert!(pixels.iter().any(|byte| *byte < 200), "{n} is blank");
         let svg = figure.to_svg(&provenance());
-        assert!(svg.contains("no ") || svg.contains("nothing "), "{} says nothing: {svg}", figure.name());
+        assert!(svg.contains("no ") || svg.contains("nothing "), "{n} says nothing: {svg}");
     }
     assert!(invented::animation().to_gif(&provenance(), 30).is_ok());
 }
@@ -192,7 +193,7 @@ fn broken_numbers_break_no_figure() {
         high: vec![1.0],
         partial: 9,
     };
-    let estimate = Estimate { value: f64::INFINITY, low: f64::NAN, high: -1e300 };
+    let estimate = Estimate { value: f64::INFINITY, lower: f64::NAN, upper: -1e300 };
     let series = wild.to_vec();
     let figures: Vec<Box<dyn Figure>> = vec![
         Box::new(LearningCurves {
@@ -209,9 +210,7 @@ fn broken_numbers_break_no_figure() {
         }),
         Box::new(Dashboard {
             episode: series.clone(),
-            success: series.clone(),
-            critic_loss: series.clone(),
-            q_mean: series,
+            metrics: Dashboard::metrics().map(|metric| (metric, series.clone())).collect(),
             ..Dashboard::default()
         }),
     ];
@@ -222,10 +221,10 @@ fn broken_numbers_break_no_figure() {
 
 #[test]
 fn svg_is_well_formed_and_carries_its_provenance() {
-    for figure in invented::all().into_iter().chain(empty()) {
+    for figure in invented::all().into_iter().map(|(_, figure)| figure).chain(empty()) {
         let svg = figure.to_svg(&provenance());
         assert!(svg.contains("Command: mge figures --note \"a &lt; b &amp; c\""));
-        assert_eq!(open_tags(&svg), Vec::<&str>::new(), "{}", figure.name());
+        assert_eq!(open_tags(&svg), Vec::<&str>::new(), "{svg}");
     }
 }
 

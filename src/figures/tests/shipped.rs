@@ -4,9 +4,11 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use crate::figures::actions::{Cluster, StageActions};
+use crate::figures::actions::StageActions;
 use crate::figures::data::labels;
 use crate::figures::*;
+use crate::guidance::Cluster;
+use crate::stats::Estimate;
 
 type Row = HashMap<String, String>;
 
@@ -23,7 +25,7 @@ fn column(rows: &[&Row], column: &str) -> Vec<f64> {
 }
 
 fn estimate(row: &Row, value: &str) -> Estimate {
-    Estimate { value: number(row, value), low: number(row, "low"), high: number(row, "high") }
+    Estimate { value: number(row, value), lower: number(row, "low"), upper: number(row, "high") }
 }
 
 /// The different values of a column, in order of appearance, and the rows of each.
@@ -47,6 +49,7 @@ fn actions(rows: &[&Row]) -> ActionSamples {
             mean: place(row, "x", "y"),
             std: place(row, "std_x", "std_y"),
             weight: row["weight"].parse().unwrap(),
+            count: 0,
         };
         StageActions {
             samples: of("sample").map(|row| place(row, "x", "y")).collect(),

@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use super::ModelSummary;
-use crate::dynamics::Model;
+use crate::dynamics::{Model, shipped_models};
 use crate::task::Task;
-use crate::workbench::shipped_models;
 
 /// Where models that were trained here are looked for.
 const FOLDER: &str = "models";

@@ -60,7 +60,7 @@ impl TaskModel {
     pub fn new(source: &PriorSource, task: &Arc<Task>) -> Result<Self, String> {
         let model = rollout_model(source, task).map_err(|error| error.to_string())?;
         let (model, _) = model.ok_or("`uniform` predicts nothing: choose another model")?;
-        Ok(Self { task: task.clone(), model: Arc::from(model) })
+        Ok(Self { task: task.clone(), model })
     }
 
     /// Predicted normalised positions of the ball when `actions` are taken from a state.

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::arguments::{optional, quoted_path};
-use super::{Awaits, Execute, Recording, Verb};
+use super::words::{Maybe, Place, Word};
+use super::{Awaits, Execute, InScripts, Recording, Verb, syntax};
 use crate::trainer::Control;
 use crate::workbench::{Session, SessionError};
 
@@ -12,30 +12,19 @@ use crate::workbench::{Session, SessionError};
 pub struct Clusters(pub Option<PathBuf>);
 
 impl Execute for Clusters {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new(
-            "clusters",
-            "[FILE]",
-            "compute the action clusters of the task anew, and save them to a file",
-            |args| Ok(Self(args.optional_path()).into()),
-        )]
-    }
-
-    fn arguments(&self) -> String {
-        optional(self.0.as_deref().map(quoted_path))
+    syntax! {
+        "clusters" "[FILE]" "compute the action clusters of the task anew, and save them to a file"
+            => Clusters { 0: Maybe(Place("a file")) };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         session.compute_clusters(self)
     }
 
-    fn begins_work(&self) -> bool {
-        self.0.is_none()
-    }
-
     /// A file that is named is there when the next line is carried out.
-    fn awaits(&self) -> Awaits {
-        if self.0.is_some() { Awaits::Everything } else { Awaits::Nothing }
+    fn in_scripts(&self) -> InScripts {
+        let awaits = if self.0.is_some() { Awaits::Everything } else { Awaits::Nothing };
+        InScripts { begins_work: self.0.is_none(), awaits, ..InScripts::default() }
     }
 
     fn overwrites(&self) -> Option<&Path> {
@@ -48,9 +37,7 @@ impl Execute for Clusters {
 pub struct Guide;
 
 impl Execute for Guide {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new("guide", "", "give the action clusters to the running training", |_| Ok(Self.into()))]
-    }
+    syntax! { "guide" "" "give the action clusters to the running training" => Guide {}; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         let prior = session.prior().ok_or(SessionError::NoClusters)?.clone();
@@ -64,11 +51,7 @@ impl Execute for Guide {
         Ok("the training takes the clusters at its next episode".to_owned())
     }
 
-    fn recording(&self, _session: &Session) -> Recording {
-        Recording::WhenEffective
-    }
-
-    fn acts_on_run(&self) -> bool {
-        true
+    fn in_scripts(&self) -> InScripts {
+        InScripts { recording: Recording::WhenEffective, acts_on_run: true, ..InScripts::default() }
     }
 }

@@ -1,6 +1,7 @@
 //! Hand play: the person places the tools.
 
-use super::{Execute, Verb};
+use super::words::{Position, Word};
+use super::{Execute, Verb, syntax};
 use crate::env::Action;
 use crate::workbench::{Session, SessionError};
 
@@ -9,16 +10,7 @@ use crate::workbench::{Session, SessionError};
 pub struct Place(pub Action);
 
 impl Execute for Place {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new("place", "X Y", "place the tool and let the world run for one action", |args| {
-            Ok(Self(args.position()?).into())
-        })]
-    }
-
-    fn arguments(&self) -> String {
-        let [x, y] = self.0;
-        format!(" {x} {y}")
-    }
+    syntax! { "place" "X Y" "place the tool and let the world run for one action" => Place { 0: Position }; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         let step = session.hand_play.place(self.0)?;
@@ -32,9 +24,7 @@ impl Execute for Place {
 pub struct Reset;
 
 impl Execute for Reset {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new("reset", "", "start the episode of hand play again", |_| Ok(Self.into()))]
-    }
+    syntax! { "reset" "" "start the episode of hand play again" => Reset {}; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         session.restart_hand_play();

@@ -4,7 +4,6 @@
 //! written, and what it does to the session, all in one place. A new one is such a type, in
 //! the file of its kind, and its name in the list below.
 
-mod arguments;
 mod clusters;
 mod hand_play;
 mod model;
@@ -12,6 +11,7 @@ mod output;
 mod runs;
 mod settings;
 mod task;
+mod words;
 
 use std::fmt;
 use std::path::Path;
@@ -20,7 +20,7 @@ use std::sync::LazyLock;
 use super::dry_run::DryRun;
 use super::setup::Setup;
 use super::{Session, SessionError};
-use arguments::Arguments;
+use words::Words;
 
 pub use crate::task::Edit;
 pub use clusters::{Clusters, Guide};
@@ -41,19 +41,10 @@ pub struct Verb {
     /// What it does, in one line.
     pub help: &'static str,
     /// Reads what follows them.
-    read: fn(&mut Arguments<'_>) -> Result<Command, String>,
+    read: fn(&mut Words<'_>) -> Result<Command, String>,
 }
 
 impl Verb {
-    fn new(
-        name: &'static str,
-        arguments: &'static str,
-        help: &'static str,
-        read: fn(&mut Arguments<'_>) -> Result<Command, String>,
-    ) -> Self {
-        Self { name, arguments, help, read }
-    }
-
     /// How it is written: its words and what follows them.
     pub fn usage(&self) -> String {
         format!("{} {}", self.name, self.arguments).trim_end().to_owned()
@@ -61,9 +52,10 @@ impl Verb {
 }
 
 /// When the recorded script does what a command did.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) enum Recording {
     /// Where it was carried out.
+    #[default]
     Now,
     /// At the episode at which the running training was.
     AtEpisode,
@@ -71,14 +63,13 @@ pub(super) enum Recording {
     WhenEffective,
     /// Where something else says so, or not at all: what follows does not depend on it.
     Never,
-    /// Where it was carried out, in other words.
-    As(Command),
 }
 
 /// What a script waits for after a command.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) enum Awaits {
     /// Nothing.
+    #[default]
     Nothing,
     /// The result of the computation that the command began, if it did.
     Result,
@@ -86,22 +77,28 @@ pub(super) enum Awaits {
     Everything,
 }
 
+/// What a command is in scripts: those that are played, and the recorded one.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct InScripts {
+    /// When the recorded script does it.
+    pub recording: Recording,
+    /// Whether what it does depends on which run is acted on.
+    pub acts_on_run: bool,
+    /// Whether it only begins something, for whose end the recorded script waits.
+    pub begins_work: bool,
+    /// What a script waits for after it.
+    pub awaits: Awaits,
+}
+
 /// What a command does.
-trait Execute {
+pub(super) trait Execute {
     /// Its verbs, in the order of the help.
     fn verbs() -> Vec<Verb>
     where
         Self: Sized;
 
-    /// Its arguments as they are read back, each after a space.
-    fn arguments(&self) -> String {
-        String::new()
-    }
-
-    /// The whole line, if it is not that of the first verb with the arguments.
-    fn line(&self) -> Option<String> {
-        None
-    }
+    /// The line that is read back as this command.
+    fn line(&self) -> String;
 
     /// Changes the task or the settings of the next run, and returns what to report.
     ///
@@ -127,24 +124,9 @@ trait Execute {
         self.prepare(&mut dry_run.setup).map(drop)
     }
 
-    /// When the recorded script does it, with the session as it is before.
-    fn recording(&self, _session: &Session) -> Recording {
-        Recording::Now
-    }
-
-    /// Whether what it does depends on which run is acted on.
-    fn acts_on_run(&self) -> bool {
-        false
-    }
-
-    /// Whether it only begins something, for whose end the recorded script waits.
-    fn begins_work(&self) -> bool {
-        false
-    }
-
-    /// What a script waits for after it.
-    fn awaits(&self) -> Awaits {
-        Awaits::Nothing
+    /// What it is in scripts.
+    fn in_scripts(&self) -> InScripts {
+        InScripts::default()
     }
 
     /// The file it replaces if there is one by that name.
@@ -152,6 +134,37 @@ trait Execute {
         None
     }
 }
+
+/// The verbs of a command, within its `Execute`: the name, what follows in usage and help, the
+/// help, and the value with the kind of word that reads and writes each of its fields.
+macro_rules! syntax {
+    ($($name:literal $arguments:literal $help:literal
+        => $form:ident { $($field:tt: $word:expr),* $(,)? };)+) => {
+        fn verbs() -> Vec<Verb> {
+            vec![$(Verb {
+                name: $name,
+                arguments: $arguments,
+                help: $help,
+                #[allow(unused_variables, reason = "some verbs stand alone")]
+                read: |words| Ok($form { $($field: $word.read(words)?),* }.into()),
+            }),+]
+        }
+
+        #[allow(irrefutable_let_patterns, unused_mut, reason = "some commands have one verb, or nothing follows it")]
+        fn line(&self) -> String {
+            match self {
+                $($form { .. } => {
+                    let mut line = $name.to_owned();
+                    $(if let $form { $field: value, .. } = self {
+                        line += &$word.write(value);
+                    })*
+                    line
+                })+
+            }
+        }
+    };
+}
+use syntax;
 
 macro_rules! commands {
     ($($name:ident),* $(,)?) => {
@@ -169,15 +182,10 @@ macro_rules! commands {
         })*
 
         impl Command {
-            fn behaviour(&self) -> &dyn Execute {
+            /// What it does.
+            pub(super) fn behaviour(&self) -> &dyn Execute {
                 match self {
                     $(Self::$name(command) => command),*
-                }
-            }
-
-            fn first_verb(&self) -> &'static str {
-                match self {
-                    $(Self::$name(_) => $name::verbs()[0].name),*
                 }
             }
         }
@@ -214,8 +222,8 @@ impl Command {
         let unbalanced = |_| CommandError::Usage { problem: "a quote is not closed".into(), usage: "\"TEXT\"".into() };
         let words = shell_words::split(line).map_err(unbalanced)?;
         let (verb, rest) = find_verb(&words)?;
-        let mut arguments = Arguments::new(rest);
-        let command = (verb.read)(&mut arguments).and_then(|command| arguments.end().map(|()| command));
+        let mut words = Words(rest);
+        let command = (verb.read)(&mut words).and_then(|command| words.end().map(|()| command));
         command.map(Some).map_err(|problem| CommandError::Usage { problem, usage: verb.usage() })
     }
 
@@ -223,39 +231,12 @@ impl Command {
     pub fn overwrites(&self) -> Option<&Path> {
         self.behaviour().overwrites()
     }
-
-    pub(super) fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        self.behaviour().execute(session)
-    }
-
-    pub(super) fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
-        self.behaviour().check(dry_run)
-    }
-
-    pub(super) fn recording(&self, session: &Session) -> Recording {
-        self.behaviour().recording(session)
-    }
-
-    pub(super) fn acts_on_run(&self) -> bool {
-        self.behaviour().acts_on_run()
-    }
-
-    pub(super) fn awaits(&self) -> Awaits {
-        self.behaviour().awaits()
-    }
-
-    pub(super) fn begins_work(&self) -> bool {
-        self.behaviour().begins_work()
-    }
 }
 
 impl fmt::Display for Command {
     /// The line that is read back as this command.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.behaviour().line() {
-            Some(line) => f.write_str(&line),
-            None => write!(f, "{}{}", self.first_verb(), self.behaviour().arguments()),
-        }
+        f.write_str(&self.behaviour().line())
     }
 }
 

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::arguments::{optional, quoted, quoted_path};
-use super::{Execute, Recording, Verb};
+use super::words::{List, Maybe, Number, Place, Text, Word};
+use super::{Execute, InScripts, Recording, Verb, syntax};
 use crate::physics::ToolKind;
 use crate::workbench::dry_run::DryRun;
 use crate::workbench::{Session, SessionError};
@@ -20,22 +20,9 @@ pub struct ModelTrain {
 }
 
 impl Execute for ModelTrain {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new(
-            "model train",
-            "TYPE,... FILE [EPOCHS]",
-            "train a dynamics model of these tool types, in the background",
-            |args| {
-                let tools = args.word("tool types")?.split(',').map(str::parse).collect::<Result<_, String>>()?;
-                let (path, epochs) = (args.path("a file")?, args.optional_number("number of epochs")?);
-                Ok(Self { tools, path, epochs }.into())
-            },
-        )]
-    }
-
-    fn arguments(&self) -> String {
-        let tools = self.tools.iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
-        format!(" {tools} {}{}", quoted_path(&self.path), optional(self.epochs))
+    syntax! {
+        "model train" "TYPE,... FILE [EPOCHS]" "train a dynamics model of these tool types, in the background"
+            => ModelTrain { tools: List("tool types"), path: Place("a file"), epochs: Maybe(Number("number of epochs")) };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -47,8 +34,8 @@ impl Execute for ModelTrain {
         Ok(())
     }
 
-    fn begins_work(&self) -> bool {
-        true
+    fn in_scripts(&self) -> InScripts {
+        InScripts { begins_work: true, ..InScripts::default() }
     }
 
     fn overwrites(&self) -> Option<&Path> {
@@ -61,25 +48,17 @@ impl Execute for ModelTrain {
 pub struct ModelEvaluate(pub String);
 
 impl Execute for ModelEvaluate {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new(
-            "model evaluate",
-            "FILE|NAME",
-            "measure a dynamics model on fresh launches and unseen scenes",
-            |args| Ok(Self(args.word("a model")?.to_owned()).into()),
-        )]
-    }
-
-    fn arguments(&self) -> String {
-        format!(" {}", quoted(&self.0))
+    syntax! {
+        "model evaluate" "FILE|NAME" "measure a dynamics model on fresh launches and unseen scenes"
+            => ModelEvaluate { 0: Text("a model") };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         session.evaluate_model(self)
     }
 
-    fn begins_work(&self) -> bool {
-        true
+    fn in_scripts(&self) -> InScripts {
+        InScripts { begins_work: true, ..InScripts::default() }
     }
 }
 
@@ -88,17 +67,13 @@ impl Execute for ModelEvaluate {
 pub struct ModelStop;
 
 impl Execute for ModelStop {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new("model stop", "", "end the training or evaluation of a model; nothing of it is kept", |_| {
-            Ok(Self.into())
-        })]
-    }
+    syntax! { "model stop" "" "end the training or evaluation of a model; nothing of it is kept" => ModelStop {}; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         session.stop_model_work()
     }
 
-    fn recording(&self, _session: &Session) -> Recording {
-        Recording::Never
+    fn in_scripts(&self) -> InScripts {
+        InScripts { recording: Recording::Never, ..InScripts::default() }
     }
 }

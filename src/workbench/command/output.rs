@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::arguments::{optional, quoted_path};
-use super::{Awaits, Execute, Recording, Verb};
+use super::words::{Maybe, Number, OneOf, Place, Word};
+use super::{Awaits, Execute, InScripts, Recording, Verb, syntax};
 use crate::workbench::dry_run::{DryRun, check_figure};
 use crate::workbench::{Session, SessionError, write_file};
 
@@ -19,21 +19,13 @@ pub struct Figure {
 }
 
 impl Execute for Figure {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new(
-            "figure",
-            "KIND FILE [DPI]",
-            "export a figure: scene, clusters, learning, dashboard or episode",
-            |args| {
-                let kind = args.one_of("a kind", &FigureKind::ALL, FigureKind::name)?;
-                let (path, dpi) = (args.path("a file")?, args.optional_number("resolution")?);
-                Ok(Self { kind, path, dpi }.into())
-            },
-        )]
-    }
-
-    fn arguments(&self) -> String {
-        format!(" {} {}{}", self.kind.name(), quoted_path(&self.path), optional(self.dpi))
+    syntax! {
+        "figure" "KIND FILE [DPI]" "export a figure: scene, clusters, learning, dashboard or episode"
+            => Figure {
+                kind: OneOf("a kind", &FigureKind::ALL, FigureKind::name),
+                path: Place("a file"),
+                dpi: Maybe(Number("resolution")),
+            };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -44,16 +36,9 @@ impl Execute for Figure {
         check_figure(self.kind, &self.path)
     }
 
-    fn recording(&self, _session: &Session) -> Recording {
-        Recording::AtEpisode
-    }
-
-    fn acts_on_run(&self) -> bool {
-        matches!(self.kind, FigureKind::Dashboard | FigureKind::Episode)
-    }
-
-    fn awaits(&self) -> Awaits {
-        Awaits::Result
+    fn in_scripts(&self) -> InScripts {
+        let acts_on_run = matches!(self.kind, FigureKind::Dashboard | FigureKind::Episode);
+        InScripts { recording: Recording::AtEpisode, acts_on_run, awaits: Awaits::Result, ..InScripts::default() }
     }
 }
 
@@ -100,33 +85,22 @@ pub struct Expect {
 }
 
 impl Execute for Expect {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new(
-            "expect",
-            "WHAT OP VALUE",
-            "fail the script unless it holds, such as expect success >= 0.5",
-            |args| {
-                let quantity = args.one_of("a quantity", &Quantity::ALL, Quantity::name)?;
-                let comparison = args.one_of("a comparison", &Comparison::ALL, Comparison::sign)?;
-                Ok(Self { quantity, comparison, value: args.number("number")? }.into())
-            },
-        )]
-    }
-
-    fn arguments(&self) -> String {
-        format!(" {} {} {}", self.quantity.name(), self.comparison.sign(), self.value)
+    syntax! {
+        "expect" "WHAT OP VALUE" "fail the script unless it holds, such as expect success >= 0.5"
+            => Expect {
+                quantity: OneOf("a quantity", &Quantity::ALL, Quantity::name),
+                comparison: OneOf("a comparison", &Comparison::ALL, Comparison::sign),
+                value: Number("number"),
+            };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         session.expect(self)
     }
 
-    fn recording(&self, _session: &Session) -> Recording {
-        Recording::AtEpisode
-    }
-
-    fn acts_on_run(&self) -> bool {
-        matches!(self.quantity, Quantity::Episodes | Quantity::Success | Quantity::Greedy)
+    fn in_scripts(&self) -> InScripts {
+        let acts_on_run = matches!(self.quantity, Quantity::Episodes | Quantity::Success | Quantity::Greedy);
+        InScripts { recording: Recording::AtEpisode, acts_on_run, ..InScripts::default() }
     }
 }
 
@@ -202,23 +176,15 @@ impl Comparison {
 pub struct Record(pub PathBuf);
 
 impl Execute for Record {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new("record", "FILE", "save the session so far as a script", |args| {
-            Ok(Self(args.path("a file")?).into())
-        })]
-    }
-
-    fn arguments(&self) -> String {
-        format!(" {}", quoted_path(&self.0))
-    }
+    syntax! { "record" "FILE" "save the session so far as a script" => Record { 0: Place("a file") }; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         write_file(&self.0, session.to_script().as_bytes())?;
         Ok(format!("saved the session to {}", self.0.display()))
     }
 
-    fn recording(&self, _session: &Session) -> Recording {
-        Recording::Never
+    fn in_scripts(&self) -> InScripts {
+        InScripts { recording: Recording::Never, ..InScripts::default() }
     }
 
     fn overwrites(&self) -> Option<&Path> {
@@ -231,22 +197,14 @@ impl Execute for Record {
 pub struct Wait;
 
 impl Execute for Wait {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new("wait", "", "in a script: wait until runs pause or end and computations are done", |_| {
-            Ok(Self.into())
-        })]
-    }
+    syntax! { "wait" "" "in a script: wait until runs pause or end and computations are done" => Wait {}; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         Ok(session.under_way())
     }
 
-    fn recording(&self, _session: &Session) -> Recording {
-        Recording::Never
-    }
-
-    fn awaits(&self) -> Awaits {
-        Awaits::Everything
+    fn in_scripts(&self) -> InScripts {
+        InScripts { recording: Recording::Never, awaits: Awaits::Everything, ..InScripts::default() }
     }
 }
 
@@ -255,21 +213,14 @@ impl Execute for Wait {
 pub struct Quit;
 
 impl Execute for Quit {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new(
-            "quit",
-            "",
-            "leave the workbench; a running training is checkpointed first",
-            |_| Ok(Self.into()),
-        )]
-    }
+    syntax! { "quit" "" "leave the workbench; a running training is checkpointed first" => Quit {}; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         session.quit = true;
         Ok(String::new())
     }
 
-    fn recording(&self, _session: &Session) -> Recording {
-        Recording::Never
+    fn in_scripts(&self) -> InScripts {
+        InScripts { recording: Recording::Never, ..InScripts::default() }
     }
 }

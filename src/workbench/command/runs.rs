@@ -2,11 +2,15 @@
 
 use std::path::PathBuf;
 
-use super::arguments::{optional, quoted_path, until};
-use super::{Awaits, Execute, Recording, Verb};
+use super::words::{BeforeUntil, Index, Maybe, Place, Until, Word};
+use super::{Awaits, Execute, InScripts, Recording, Verb, syntax};
 use crate::trainer::Control;
 use crate::workbench::dry_run::DryRun;
 use crate::workbench::{Session, SessionError};
+
+/// What steers the current run, and is recorded where it took effect.
+const STEERS: InScripts =
+    InScripts { recording: Recording::Never, acts_on_run: true, begins_work: false, awaits: Awaits::Nothing };
 
 /// Starts a run with the settings of the next run, or queues it.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,20 +22,9 @@ pub struct Train {
 }
 
 impl Execute for Train {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new(
-            "train",
-            "[FOLDER] [until N]",
-            "start a run with the settings shown, or queue it; `until` pauses it there",
-            |args| {
-                let folder = if args.peek() == Some("until") { None } else { args.optional_path() };
-                Ok(Self { folder, until: args.until()? }.into())
-            },
-        )]
-    }
-
-    fn arguments(&self) -> String {
-        format!("{}{}", optional(self.folder.as_deref().map(quoted_path)), until(self.until))
+    syntax! {
+        "train" "[FOLDER] [until N]" "start a run with the settings shown, or queue it; `until` pauses it there"
+            => Train { folder: BeforeUntil(Place("a folder")), until: Until };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -48,20 +41,14 @@ impl Execute for Train {
 pub struct Pause;
 
 impl Execute for Pause {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new("pause", "", "pause the training; the key also goes on with it", |_| Ok(Self.into()))]
-    }
+    syntax! { "pause" "" "pause the training; the key also goes on with it" => Pause {}; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         session.send(Control::Pause, "pausing after this episode")
     }
 
-    fn recording(&self, _session: &Session) -> Recording {
-        Recording::Never
-    }
-
-    fn acts_on_run(&self) -> bool {
-        true
+    fn in_scripts(&self) -> InScripts {
+        STEERS
     }
 }
 
@@ -73,15 +60,7 @@ pub struct Resume {
 }
 
 impl Execute for Resume {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new("resume", "[until N]", "go on with the paused run", |args| {
-            Ok(Self { until: args.until()? }.into())
-        })]
-    }
-
-    fn arguments(&self) -> String {
-        until(self.until)
-    }
+    syntax! { "resume" "[until N]" "go on with the paused run" => Resume { until: Until }; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         let done = session.run().ok_or(SessionError::NoRun)?.records().len() as u32;
@@ -92,12 +71,8 @@ impl Execute for Resume {
         session.send(control, "going on")
     }
 
-    fn recording(&self, _session: &Session) -> Recording {
-        Recording::Never
-    }
-
-    fn acts_on_run(&self) -> bool {
-        true
+    fn in_scripts(&self) -> InScripts {
+        STEERS
     }
 }
 
@@ -106,20 +81,14 @@ impl Execute for Resume {
 pub struct Stop;
 
 impl Execute for Stop {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new("stop", "", "end the training; a checkpoint is kept", |_| Ok(Self.into()))]
-    }
+    syntax! { "stop" "" "end the training; a checkpoint is kept" => Stop {}; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         session.stop()
     }
 
-    fn recording(&self, _session: &Session) -> Recording {
-        Recording::WhenEffective
-    }
-
-    fn acts_on_run(&self) -> bool {
-        true
+    fn in_scripts(&self) -> InScripts {
+        InScripts { recording: Recording::WhenEffective, ..STEERS }
     }
 }
 
@@ -128,27 +97,14 @@ impl Execute for Stop {
 pub struct Open(pub PathBuf);
 
 impl Execute for Open {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new("open", "FOLDER", "open a run that is on disk", |args| {
-            Ok(Self(args.path("a run's folder")?).into())
-        })]
-    }
-
-    fn arguments(&self) -> String {
-        format!(" {}", quoted_path(&self.0))
-    }
+    syntax! { "open" "FOLDER" "open a run that is on disk" => Open { 0: Place("a run's folder") }; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         session.open(self)
     }
 
-    /// A run of the session may be in another folder when the script is played.
-    fn recording(&self, session: &Session) -> Recording {
-        session.number_of(&self.0).map_or(Recording::Now, |number| Recording::As(Watch(number).into()))
-    }
-
-    fn awaits(&self) -> Awaits {
-        Awaits::Result
+    fn in_scripts(&self) -> InScripts {
+        InScripts { awaits: Awaits::Result, ..InScripts::default() }
     }
 }
 
@@ -157,14 +113,8 @@ impl Execute for Open {
 pub struct Watch(pub usize);
 
 impl Execute for Watch {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new("watch", "N", "act on run N of the session, counted from 1 in the order they began", |args| {
-            Ok(Self(args.index()?).into())
-        })]
-    }
-
-    fn arguments(&self) -> String {
-        format!(" {}", self.0 + 1)
+    syntax! {
+        "watch" "N" "act on run N of the session, counted from 1 in the order they began" => Watch { 0: Index };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -177,30 +127,15 @@ impl Execute for Watch {
 pub struct Continue(pub Option<PathBuf>);
 
 impl Execute for Continue {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new("continue", "[FOLDER]", "go on with a run from its checkpoint", |args| {
-            Ok(Self(args.optional_path()).into())
-        })]
-    }
-
-    fn arguments(&self) -> String {
-        optional(self.0.as_deref().map(quoted_path))
-    }
+    syntax! { "continue" "[FOLDER]" "go on with a run from its checkpoint" => Continue { 0: Maybe(Place("a folder")) }; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         session.continue_run(self)
     }
 
-    fn awaits(&self) -> Awaits {
-        Awaits::Result
-    }
-
-    fn acts_on_run(&self) -> bool {
-        self.0.is_none()
-    }
-
-    fn begins_work(&self) -> bool {
-        true
+    fn in_scripts(&self) -> InScripts {
+        let acts_on_run = self.0.is_none();
+        InScripts { acts_on_run, begins_work: true, awaits: Awaits::Result, ..InScripts::default() }
     }
 }
 
@@ -209,29 +144,17 @@ impl Execute for Continue {
 pub struct Delete(pub PathBuf);
 
 impl Execute for Delete {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new(
-            "delete",
-            "FOLDER",
-            "delete a run from the disk, with all its files; the key asks first",
-            |args| Ok(Self(args.path("a run's folder")?).into()),
-        )]
-    }
-
-    fn arguments(&self) -> String {
-        format!(" {}", quoted_path(&self.0))
+    syntax! {
+        "delete" "FOLDER" "delete a run from the disk, with all its files; the key asks first"
+            => Delete { 0: Place("a run's folder") };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         session.delete(self)
     }
 
-    fn awaits(&self) -> Awaits {
-        Awaits::Result
-    }
-
-    fn recording(&self, _session: &Session) -> Recording {
-        Recording::Never
+    fn in_scripts(&self) -> InScripts {
+        InScripts { recording: Recording::Never, awaits: Awaits::Result, ..InScripts::default() }
     }
 }
 
@@ -240,23 +163,13 @@ impl Execute for Delete {
 pub struct Evaluate;
 
 impl Execute for Evaluate {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new("evaluate", "", "play the greedy policy of the watched run", |_| Ok(Self.into()))]
-    }
+    syntax! { "evaluate" "" "play the greedy policy of the watched run" => Evaluate {}; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         session.evaluate()
     }
 
-    fn recording(&self, _session: &Session) -> Recording {
-        Recording::AtEpisode
-    }
-
-    fn awaits(&self) -> Awaits {
-        Awaits::Result
-    }
-
-    fn acts_on_run(&self) -> bool {
-        true
+    fn in_scripts(&self) -> InScripts {
+        InScripts { recording: Recording::AtEpisode, awaits: Awaits::Result, ..STEERS }
     }
 }

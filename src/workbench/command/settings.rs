@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use super::arguments::{quoted, quoted_path};
-use super::{Execute, Recording, Verb};
-use crate::guidance::{EpsilonSchedule, ScheduleError};
+use super::words::{Number, Parsed, Place, Text, Word};
+use super::{Execute, InScripts, Recording, Verb, syntax};
+use crate::guidance::EpsilonSchedule;
 use crate::trainer::{self, Control, PriorSource};
 use crate::workbench::setup::Setup;
 use crate::workbench::{Session, SessionError};
@@ -14,22 +14,11 @@ use crate::workbench::{Session, SessionError};
 pub struct Seed(pub u64);
 
 impl Execute for Seed {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new(
-            "seed",
-            "N",
-            "set the master seed of the next run",
-            |args| Ok(Self(args.number("seed")?).into()),
-        )]
-    }
-
-    fn arguments(&self) -> String {
-        format!(" {}", self.0)
-    }
+    syntax! { "seed" "N" "set the master seed of the next run" => Seed { 0: Number("seed") }; }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
         setup.config.seed = self.0;
-        Ok(format!("seed {}", self.0))
+        Ok(self.line())
     }
 }
 
@@ -38,19 +27,11 @@ impl Execute for Seed {
 pub struct Method(pub trainer::Method);
 
 impl Execute for Method {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new("method", "NAME", "choose the method of the next run", |args| {
-            Ok(Self(args.word("a method")?.parse()?).into())
-        })]
-    }
-
-    fn arguments(&self) -> String {
-        format!(" {}", self.0)
-    }
+    syntax! { "method" "NAME" "choose the method of the next run" => Method { 0: Parsed("a method") }; }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
         setup.config = setup.config.with_method(self.0);
-        Ok(format!("method {}", self.0))
+        Ok(self.line())
     }
 }
 
@@ -59,14 +40,8 @@ impl Execute for Method {
 pub struct Episodes(pub u32);
 
 impl Execute for Episodes {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new("episodes", "N", "set the number of episodes of the next run", |args| {
-            Ok(Self(args.number("number of episodes")?).into())
-        })]
-    }
-
-    fn arguments(&self) -> String {
-        format!(" {}", self.0)
+    syntax! {
+        "episodes" "N" "set the number of episodes of the next run" => Episodes { 0: Number("number of episodes") };
     }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
@@ -79,25 +54,14 @@ impl Execute for Episodes {
 pub struct Epsilon(pub EpsilonSchedule);
 
 impl Execute for Epsilon {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new(
-            "epsilon",
-            "SPEC",
-            "set the epsilon schedule; a running training takes it at its next episode",
-            |args| {
-                let schedule = args.word("a schedule")?.parse();
-                Ok(Self(schedule.map_err(|error: ScheduleError| error.to_string())?).into())
-            },
-        )]
-    }
-
-    fn arguments(&self) -> String {
-        format!(" {}", self.0)
+    syntax! {
+        "epsilon" "SPEC" "set the epsilon schedule; a running training takes it at its next episode"
+            => Epsilon { 0: Parsed("a schedule") };
     }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
         setup.config.epsilon = self.0.clone();
-        Ok(format!("epsilon {}", self.0))
+        Ok(self.line())
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
@@ -112,12 +76,8 @@ impl Execute for Epsilon {
         })
     }
 
-    fn recording(&self, _session: &Session) -> Recording {
-        Recording::WhenEffective
-    }
-
-    fn acts_on_run(&self) -> bool {
-        true
+    fn in_scripts(&self) -> InScripts {
+        InScripts { recording: Recording::WhenEffective, acts_on_run: true, ..InScripts::default() }
     }
 }
 
@@ -131,20 +91,9 @@ pub struct Set {
 }
 
 impl Execute for Set {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new(
-            "set",
-            "KEY VALUE",
-            "set any setting by its JSON path, such as ddpg.critic_learning_rate 1e-4",
-            |args| {
-                let (key, value) = (args.word("a key")?.to_owned(), args.word("a value")?.to_owned());
-                Ok(Self { key, value }.into())
-            },
-        )]
-    }
-
-    fn arguments(&self) -> String {
-        format!(" {} {}", quoted(&self.key), quoted(&self.value))
+    syntax! {
+        "set" "KEY VALUE" "set any setting by its JSON path, such as ddpg.critic_learning_rate 1e-4"
+            => Set { key: Text("a key"), value: Text("a value") };
     }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
@@ -157,17 +106,9 @@ impl Execute for Set {
 pub struct Model(pub PriorSource);
 
 impl Execute for Model {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new(
-            "model",
-            "learned|true|uniform|NAME|FILE",
-            "choose what predicts the rollouts behind the clusters",
-            |args| Ok(Self(PriorSource::from(args.word("a model")?.to_owned())).into()),
-        )]
-    }
-
-    fn arguments(&self) -> String {
-        format!(" {}", quoted(&String::from(self.0.clone())))
+    syntax! {
+        "model" "learned|true|uniform|NAME|FILE" "choose what predicts the rollouts behind the clusters"
+            => Model { 0: Text("a model") };
     }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
@@ -181,13 +122,7 @@ impl Execute for Model {
 pub struct Out(pub PathBuf);
 
 impl Execute for Out {
-    fn verbs() -> Vec<Verb> {
-        vec![Verb::new("out", "FOLDER", "choose the folder for runs", |args| Ok(Self(args.path("a folder")?).into()))]
-    }
-
-    fn arguments(&self) -> String {
-        format!(" {}", quoted_path(&self.0))
-    }
+    syntax! { "out" "FOLDER" "choose the folder for runs" => Out { 0: Place("a folder") }; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         session.folder.clone_from(&self.0);

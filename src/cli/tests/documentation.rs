@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 use clap::Parser;
 
-use super::arguments::{Arguments, Command};
-use super::manual;
+use crate::cli::arguments::{Arguments, Command};
+use crate::cli::manual;
 use crate::sweep::Sweep;
 use crate::task;
 use crate::trainer::RunConfig;

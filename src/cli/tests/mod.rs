@@ -1,0 +1,3 @@
+//! Tests of the pages and of the command line as a whole.
+
+mod documentation;

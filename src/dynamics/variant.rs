@@ -1,0 +1,74 @@
+//! The whole model, and three models with one structural assumption of section 4.1 switched off.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use super::config::{Coordinates, EdgeActivation, EdgeFunctions, ModelConfig};
+
+/// A model with at most one structural assumption switched off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Variant {
+    /// `full`: all three assumptions.
+    Full,
+    /// `shared-edges`: one edge function for all pairs of object types.
+    SharedEdges,
+    /// `fully-connected`: all edges always active.
+    FullyConnected,
+    /// `absolute`: positions on the screen, not relative to the ball.
+    Absolute,
+}
+
+impl Variant {
+    /// The four variants.
+    pub const ALL: [Variant; 4] = [Self::Full, Self::SharedEdges, Self::FullyConnected, Self::Absolute];
+
+    /// Name in commands and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Full => "full",
+            Self::SharedEdges => "shared-edges",
+            Self::FullyConnected => "fully-connected",
+            Self::Absolute => "absolute",
+        }
+    }
+
+    /// Name for people.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Full => "full",
+            Self::SharedEdges => "shared edge function",
+            Self::FullyConnected => "fully connected",
+            Self::Absolute => "absolute coordinates",
+        }
+    }
+
+    /// The configuration with this assumption switched off.
+    pub fn apply(self, mut config: ModelConfig) -> ModelConfig {
+        match self {
+            Self::Full => {}
+            Self::SharedEdges => config.edge_functions = EdgeFunctions::Shared,
+            Self::FullyConnected => config.edges = EdgeActivation::FullyConnected,
+            Self::Absolute => config.coordinates = Coordinates::Absolute,
+        }
+        config
+    }
+}
+
+impl fmt::Display for Variant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Variant {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let known = || Self::ALL.map(Self::name).join(", ");
+        let found = Self::ALL.into_iter().find(|variant| variant.name() == text);
+        found.ok_or_else(|| format!("unknown variant `{text}`: use {}", known()))
+    }
+}

@@ -1,0 +1,232 @@
+//! The words after a verb: each kind of word reads itself and writes what it reads.
+
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use crate::spelling::did_you_mean;
+
+/// The words after a verb, taken one by one.
+pub(super) struct Words<'a>(pub &'a [String]);
+
+impl<'a> Words<'a> {
+    fn peek(&self) -> Option<&'a str> {
+        self.0.first().map(String::as_str)
+    }
+
+    fn next(&mut self, what: &str) -> Result<&'a str, String> {
+        let (word, rest) = self.0.split_first().ok_or_else(|| format!("{what} is missing"))?;
+        self.0 = rest;
+        Ok(word)
+    }
+
+    /// Nothing follows.
+    pub fn end(&self) -> Result<(), String> {
+        self.peek().map_or(Ok(()), |extra| Err(unexpected(extra)))
+    }
+}
+
+fn unexpected(word: &str) -> String {
+    format!("`{word}` was not expected")
+}
+
+/// A kind of word, for values of type `T`.
+pub(super) trait Word<T> {
+    /// The value of the next words.
+    fn read(&self, words: &mut Words<'_>) -> Result<T, String>;
+
+    /// The words that are read as the value, each after a space.
+    fn write(&self, value: &T) -> String;
+}
+
+fn quoted(text: &str) -> String {
+    format!(" {}", shell_words::quote(text))
+}
+
+/// Any text, or what is made of one.
+pub(super) struct Text(pub &'static str);
+
+impl<T: From<String> + Clone> Word<T> for Text
+where
+    String: From<T>,
+{
+    fn read(&self, words: &mut Words<'_>) -> Result<T, String> {
+        Ok(words.next(self.0)?.to_owned().into())
+    }
+
+    fn write(&self, value: &T) -> String {
+        quoted(&String::from(value.clone()))
+    }
+}
+
+/// The path of a file or folder.
+pub(super) struct Place(pub &'static str);
+
+impl Word<PathBuf> for Place {
+    fn read(&self, words: &mut Words<'_>) -> Result<PathBuf, String> {
+        words.next(self.0).map(PathBuf::from)
+    }
+
+    fn write(&self, value: &PathBuf) -> String {
+        quoted(&Path::display(value).to_string())
+    }
+}
+
+/// A number.
+pub(super) struct Number(pub &'static str);
+
+impl<T: FromStr + Display> Word<T> for Number {
+    fn read(&self, words: &mut Words<'_>) -> Result<T, String> {
+        let word = words.next(self.0)?;
+        word.parse().map_err(|_| format!("`{word}` is not a {}", self.0))
+    }
+
+    fn write(&self, value: &T) -> String {
+        format!(" {value}")
+    }
+}
+
+/// A whole number within a range.
+pub(super) struct Within(pub &'static str, pub RangeInclusive<usize>);
+
+impl Word<usize> for Within {
+    fn read(&self, words: &mut Words<'_>) -> Result<usize, String> {
+        let (what, range) = (self.0, &self.1);
+        let count = Number(what).read(words)?;
+        let wrong = || format!("`{count}` is not a {what} from {} to {}", range.start(), range.end());
+        range.contains(&count).then_some(count).ok_or_else(wrong)
+    }
+
+    fn write(&self, value: &usize) -> String {
+        Number(self.0).write(value)
+    }
+}
+
+/// A number that counts from 1 in the language and from 0 inside.
+pub(super) struct Index;
+
+impl Word<usize> for Index {
+    fn read(&self, words: &mut Words<'_>) -> Result<usize, String> {
+        let number: usize = Number("number").read(words)?;
+        number.checked_sub(1).ok_or_else(|| "numbers count from 1".to_owned())
+    }
+
+    fn write(&self, value: &usize) -> String {
+        format!(" {}", value + 1)
+    }
+}
+
+/// A normalised position: x and y.
+pub(super) struct Position;
+
+impl Word<[f32; 2]> for Position {
+    fn read(&self, words: &mut Words<'_>) -> Result<[f32; 2], String> {
+        Ok([Number("coordinate").read(words)?, Number("coordinate").read(words)?])
+    }
+
+    fn write(&self, [x, y]: &[f32; 2]) -> String {
+        format!(" {x} {y}")
+    }
+}
+
+/// A value whose type explains what is wrong with a text.
+pub(super) struct Parsed(pub &'static str);
+
+impl<T: FromStr<Err: Display> + Display> Word<T> for Parsed {
+    fn read(&self, words: &mut Words<'_>) -> Result<T, String> {
+        words.next(self.0)?.parse().map_err(|error: T::Err| error.to_string())
+    }
+
+    fn write(&self, value: &T) -> String {
+        format!(" {value}")
+    }
+}
+
+/// Several such values, with commas between them.
+pub(super) struct List(pub &'static str);
+
+impl<T: FromStr<Err: Display> + Display> Word<Vec<T>> for List {
+    fn read(&self, words: &mut Words<'_>) -> Result<Vec<T>, String> {
+        let parse = |item: &str| item.parse().map_err(|error: T::Err| error.to_string());
+        words.next(self.0)?.split(',').map(parse).collect()
+    }
+
+    fn write(&self, value: &Vec<T>) -> String {
+        format!(" {}", value.iter().map(T::to_string).collect::<Vec<_>>().join(","))
+    }
+}
+
+/// One of several values by its name.
+pub(super) struct OneOf<T: 'static>(pub &'static str, pub &'static [T], pub fn(T) -> &'static str);
+
+impl<T: Copy> Word<T> for OneOf<T> {
+    fn read(&self, words: &mut Words<'_>) -> Result<T, String> {
+        let Self(what, all, name) = self;
+        let word = words.next(what)?;
+        all.iter().copied().find(|item| name(*item) == word).ok_or_else(|| {
+            let known: Vec<&str> = all.iter().map(|item| name(*item)).collect();
+            format!("`{word}` is not one of {}{}", known.join(", "), did_you_mean(known.iter().copied(), word))
+        })
+    }
+
+    fn write(&self, value: &T) -> String {
+        format!(" {}", self.2(*value))
+    }
+}
+
+/// A word that may be left out.
+pub(super) struct Maybe<W>(pub W);
+
+impl<T, W: Word<T>> Word<Option<T>> for Maybe<W> {
+    fn read(&self, words: &mut Words<'_>) -> Result<Option<T>, String> {
+        words.peek().map(|_| self.0.read(words)).transpose()
+    }
+
+    fn write(&self, value: &Option<T>) -> String {
+        value.as_ref().map(|value| self.0.write(value)).unwrap_or_default()
+    }
+}
+
+/// A word that has a value if it is left out.
+pub(super) struct Or<W, T>(pub W, pub T);
+
+impl<T: Clone, W: Word<T>> Word<T> for Or<W, T> {
+    fn read(&self, words: &mut Words<'_>) -> Result<T, String> {
+        words.peek().map_or(Ok(self.1.clone()), |_| self.0.read(words))
+    }
+
+    fn write(&self, value: &T) -> String {
+        self.0.write(value)
+    }
+}
+
+/// Before [`Until`]: a word that may be left out.
+pub(super) struct BeforeUntil<W>(pub W);
+
+impl<T, W: Word<T>> Word<Option<T>> for BeforeUntil<W> {
+    fn read(&self, words: &mut Words<'_>) -> Result<Option<T>, String> {
+        words.peek().filter(|word| *word != "until").map(|_| self.0.read(words)).transpose()
+    }
+
+    fn write(&self, value: &Option<T>) -> String {
+        value.as_ref().map(|value| self.0.write(value)).unwrap_or_default()
+    }
+}
+
+/// `until N`, if anything follows.
+pub(super) struct Until;
+
+impl Word<Option<u32>> for Until {
+    fn read(&self, words: &mut Words<'_>) -> Result<Option<u32>, String> {
+        match words.peek().map(|_| words.next("`until`")).transpose()? {
+            None => Ok(None),
+            Some("until") => Number("number of episodes").read(words).map(Some),
+            Some(other) => Err(unexpected(other)),
+        }
+    }
+
+    fn write(&self, value: &Option<u32>) -> String {
+        value.map(|episodes| format!(" until {episodes}")).unwrap_or_default()
+    }
+}
