@@ -39,4 +39,7 @@ pub enum DynamicsError {
     /// The file is a checkpoint or model of another kind than expected.
     #[error("{origin}: {reason}")]
     Content { origin: String, reason: String },
+    /// The predictions were asked to end before they were complete.
+    #[error("stopped before it was complete")]
+    Stopped,
 }

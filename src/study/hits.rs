@@ -83,11 +83,22 @@ impl Explorer for ActorNoise {
 }
 
 /// Plays `episodes` episodes and counts the stages reached.
-pub fn count_hits(task: &Arc<Task>, explorer: &mut impl Explorer, episodes: u32, seed: u64) -> Hits {
+///
+/// None if `stop` says so before the last of them.
+pub fn count_hits(
+    task: &Arc<Task>,
+    explorer: &mut impl Explorer,
+    episodes: u32,
+    seed: u64,
+    stop: &dyn Fn() -> bool,
+) -> Option<Hits> {
     let mut rng = Stream::Episode.of(seed);
     let mut env = Environment::new(task.clone());
     let mut hits = Hits { episodes, goal: 0, subgoals: vec![0; task.subgoals.len()] };
     for _ in 0..episodes {
+        if stop() {
+            return None;
+        }
         env.reset(&mut rng);
         explorer.start_episode(&mut rng);
         loop {
@@ -101,7 +112,7 @@ pub fn count_hits(task: &Arc<Task>, explorer: &mut impl Explorer, episodes: u32,
             *count += u32::from(*reached);
         }
     }
-    hits
+    Some(hits)
 }
 
 #[cfg(test)]

@@ -11,11 +11,13 @@ use super::plan::{PlannedRun, StudyPlan};
 use super::report::{HitsRow, ModelRow, Report};
 use crate::agent::DdpgConfig;
 use crate::batch::{self, Batch, BatchProgress, Job, JobHandle, train_to_end};
-use crate::dynamics::{Ended, Evaluation, Model, Variant, evaluate_with_progress, tool_set_name, train_to_file};
+use crate::dynamics::{
+    DynamicsError, Ended, Evaluation, Model, Variant, evaluate_with_progress, tool_set_name, train_to_file,
+};
 use crate::evidence::figures::{learning_curves, method_scores, performance_profile};
 use crate::evidence::{FINAL, Groups, LearningRow, TrainedRun};
 use crate::figures::{ActionSamples, Figure, Provenance, TaskActions, TaskGrid};
-use crate::guidance::{ActionPrior, propose_subgoals};
+use crate::guidance::{ActionPrior, Stoppable, propose_subgoals};
 use crate::physics::ToolKind;
 use crate::run::{RunDirectory, RunHistory, config_hash};
 use crate::stats::Bootstrap;
@@ -266,11 +268,12 @@ impl Job for PriorJob<'_> {
         let prior = PriorSource::ModelFile(model.display().to_string());
         let config = RunConfig { prior, seed: self.seed, ..RunConfig::new(self.task.clone()) };
         let name = format!("priors/{}-{}.json", self.task.name, self.seed);
-        let prior: ActionPrior = self.study.folder.cached(&name, || {
-            // The build is never asked to stop.
-            Ok(build_prior(&config, |_| true)?.unwrap_or_else(|| ActionPrior::uniform(&self.task, self.seed)))
-        })?;
-        Ok(Some((self.task.clone(), Arc::new(prior))))
+        let prior = self
+            .study
+            .folder
+            .cached(&name, || build_prior(&config, |_| (), &|| handle.is_stopped())?.ok_or(StudyError::Interrupted));
+        let prior: Option<ActionPrior> = StudyError::unless_interrupted(prior)?;
+        Ok(prior.map(|prior| (self.task.clone(), Arc::new(prior))))
     }
 }
 
@@ -298,16 +301,19 @@ impl Job for CountJob<'_> {
     fn run(&self, handle: &JobHandle) -> Result<Option<HitsRow>, StudyError> {
         handle.report(format!("hits of {}", self.name()));
         let (task, seed, episodes) = (&self.task, self.seed, self.study.plan.hit_episodes);
-        let hits: Hits = self.study.folder.cached(&format!("hits/{}.json", self.name()), || {
-            Ok(match &self.prior {
-                Some(prior) => count_hits(task, &mut Guided(prior), episodes, seed),
+        let stop = || handle.is_stopped();
+        let hits = self.study.folder.cached(&format!("hits/{}.json", self.name()), || {
+            let hits = match &self.prior {
+                Some(prior) => count_hits(task, &mut Guided(prior), episodes, seed, &stop),
                 None => {
                     let mut actor = ActorNoise::untrained(task, &DdpgConfig::default(), seed)?;
-                    count_hits(task, &mut actor, episodes, seed)
+                    count_hits(task, &mut actor, episodes, seed, &stop)
                 }
-            })
-        })?;
-        Ok(Some(HitsRow {
+            };
+            hits.ok_or(StudyError::Interrupted)
+        });
+        let hits: Option<Hits> = StudyError::unless_interrupted(hits)?;
+        Ok(hits.map(|hits| HitsRow {
             task: task.name.clone(),
             policy: if self.prior.is_some() { "guided" } else { "random" }.to_owned(),
             seed,
@@ -345,7 +351,9 @@ impl Job for RunJob<'_> {
         let model = self.study.model_path(&config.task.tool_set(), model);
         config.prior = PriorSource::ModelFile(model.display().to_string());
         if proposed_subgoals {
-            config.task = self.with_proposed_subgoals(&config)?;
+            let task = StudyError::unless_interrupted(self.with_proposed_subgoals(&config, handle))?;
+            let Some(task) = task else { return Ok(None) };
+            config.task = task;
         }
         let name = self.name();
         handle.report(name.clone());
@@ -362,13 +370,18 @@ impl Job for RunJob<'_> {
 
 impl RunJob<'_> {
     /// The task of a run with as many subgoals as it has, proposed from its dynamics model.
-    fn with_proposed_subgoals(&self, config: &RunConfig) -> Result<Arc<Task>, StudyError> {
+    fn with_proposed_subgoals(&self, config: &RunConfig, handle: &JobHandle) -> Result<Arc<Task>, StudyError> {
         let RunConfig { task, seed, .. } = config;
         let subgoals = self.study.folder.cached(&format!("subgoals/{}-{seed}.json", task.name), || {
             let found = rollout_model(&config.prior, task)?;
             // Only uniform actions have no model.
             let Some((model, _)) = found else { return Ok(Vec::new()) };
-            Ok(propose_subgoals(task, &*model, task.subgoals.len(), &config.guidance, *seed, |_| true)?)
+            let stop = || handle.is_stopped();
+            let model = Stoppable::new(&*model, &stop);
+            match propose_subgoals(task, &model, task.subgoals.len(), &config.guidance, *seed, |_| true) {
+                Err(DynamicsError::Stopped) => Err(StudyError::Interrupted),
+                found => Ok(found?),
+            }
         })?;
         Ok(Arc::new(Task { subgoals, ..(**task).clone() }))
     }

@@ -47,7 +47,12 @@ impl Reporter {
     pub fn progress(&self, done: usize, total: usize) -> bool {
         self.0.done.store(done, Ordering::Relaxed);
         self.0.total.store(total, Ordering::Relaxed);
-        !self.0.cancelled.load(Ordering::Relaxed)
+        !self.is_cancelled()
+    }
+
+    /// Whether the computation is to end.
+    pub fn is_cancelled(&self) -> bool {
+        self.0.cancelled.load(Ordering::Relaxed)
     }
 }
 
@@ -82,7 +87,7 @@ impl<T: Send + 'static> Job<T> {
         self.thread.join().unwrap_or_else(|panic| Err(format!("the computation panicked: {}", panic_message(&*panic))))
     }
 
-    /// Cancels it: it ends when it next reports its progress.
+    /// Cancels it: it ends when it next looks or reports its progress.
     pub fn cancel(&self) {
         self.shared.cancelled.store(true, Ordering::Relaxed);
     }

@@ -3,7 +3,7 @@
 use super::command::{Command, Propose};
 use super::job::{Progress, Reporter};
 use super::{Session, SessionError};
-use crate::guidance::{GuidanceConfig, propose_subgoals};
+use crate::guidance::{GuidanceConfig, Stoppable, propose_subgoals};
 use crate::task::{Region, Task};
 use crate::trainer::{PriorSource, RunConfig, rollout_model};
 
@@ -82,7 +82,8 @@ fn search(config: &RunConfig, count: usize, reporter: &Reporter) -> Result<Vec<R
     let model = rollout_model(&config.prior, &config.task).map_err(|error| error.to_string())?;
     let (model, _) = model.ok_or("`uniform` predicts nothing: choose another model, such as learned or true")?;
     let go_on = |found| reporter.progress(found, count);
-    propose_subgoals(&config.task, &*model, count, &config.guidance, config.seed, go_on)
+    let stop = || reporter.is_cancelled();
+    propose_subgoals(&config.task, &Stoppable::new(&*model, &stop), count, &config.guidance, config.seed, go_on)
         .map_err(|error| error.to_string())
 }
 
