@@ -45,6 +45,8 @@ mod markdown;
 pub mod nn;
 pub mod physics;
 pub mod protocol;
+#[cfg(feature = "python")]
+pub mod python;
 pub mod run;
 mod spelling;
 pub mod stats;
