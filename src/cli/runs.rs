@@ -223,7 +223,7 @@ pub fn after_script(arguments: &Script) -> Result<Session, Box<dyn std::error::E
     drop(progress);
     // Trainings end with a checkpoint before the program does.
     let outcome = outcome.map(|()| session);
-    Ok(interrupt.result(outcome, |_| interrupt.is_requested())?)
+    interrupt.result(outcome, |_| interrupt.is_requested())
 }
 
 fn split_definition(text: &str, flag: &str) -> Result<(String, String), String> {

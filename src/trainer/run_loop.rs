@@ -102,7 +102,7 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
         best_score,
         existing,
         is_slow: true,
-        score: None,
+        score: checkpoint.as_ref().and_then(|checkpoint| checkpoint.score),
         is_saved: checkpoint.is_some(),
         is_changed: false,
     };

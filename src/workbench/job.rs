@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::JoinHandle;
 
+use crate::memory;
 use crate::trainer::panic_message;
 
 /// A computation on a thread of its own.
@@ -64,7 +65,12 @@ impl<T: Send + 'static> Job<T> {
     pub fn spawn(work: impl FnOnce(&Reporter) -> Result<T, String> + Send + 'static) -> io::Result<Self> {
         let shared = Arc::<Shared>::default();
         let reporter = Reporter(shared.clone());
-        let thread = std::thread::Builder::new().name("mge-job".to_owned()).spawn(move || work(&reporter))?;
+        let work = move || {
+            let result = work(&reporter);
+            memory::give_back();
+            result
+        };
+        let thread = std::thread::Builder::new().name("mge-job".to_owned()).spawn(work)?;
         Ok(Self { shared, thread })
     }
 
