@@ -4,11 +4,21 @@
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
+use std::sync::{PoisonError, RwLock};
 
 use tempfile::TempPath;
 
 /// Prefix of the name of a file that is being written.
 const TEMPORARY: &str = ".mge-";
+
+/// Held while a file is written; [`end_writes`] waits until none is.
+static WRITING: RwLock<()> = RwLock::new(());
+
+/// Waits until no file is being written. None will be as long as the result is held: for the end of the
+/// program in the middle of its work.
+pub(crate) fn end_writes() -> impl Sized {
+    WRITING.write().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// Replaces the file at `path` with `bytes`, or leaves what was there. Removes what writers that
 /// were killed have left in the folder.
@@ -16,6 +26,7 @@ const TEMPORARY: &str = ".mge-";
 /// # Errors
 /// When the folder does not exist, is not writable, or the disk is full.
 pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let _writing = WRITING.read().unwrap_or_else(PoisonError::into_inner);
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),

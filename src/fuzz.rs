@@ -1,5 +1,5 @@
-//! Every parser of the program as a function of bytes, for the fuzz targets in `fuzz/`. None may
-//! panic, and what one of them accepts must come back from its own output.
+//! Every parser of the program, and the whole workbench, as a function of bytes, for the fuzz targets in
+//! `fuzz/`. None may panic, and what a parser accepts must come back from its own output.
 
 use std::io::sink;
 use std::sync::{Arc, LazyLock};
@@ -11,7 +11,7 @@ use crate::guidance::EpsilonSchedule;
 use crate::run::read_events;
 use crate::sweep::Sweep;
 use crate::task::{self, Task};
-use crate::tui::Keymap;
+use crate::tui::{Keymap, interface};
 use crate::workbench::{Command, Script};
 use crate::{nn, protocol};
 
@@ -19,7 +19,7 @@ use crate::{nn, protocol};
 type Target = fn(&[u8]);
 
 /// The targets: the name of each is that of its corpus.
-pub const TARGETS: [(&str, Target); 12] = [
+pub const TARGETS: [(&str, Target); 13] = [
     ("task", task),
     ("level", task),
     ("script", script),
@@ -32,6 +32,7 @@ pub const TARGETS: [(&str, Target); 12] = [
     ("events", events),
     ("env_serve", env_serve),
     ("simulate", simulate),
+    ("interface", interface),
 ];
 
 /// Runs one target on one input.
@@ -174,6 +175,8 @@ mod tests {
         {
             let inputs = corpus(target);
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            // A whole workbench takes longer than a parser.
+            let count = if target == "interface" { count / 10 } else { count };
             for number in 0..count {
                 let input = mutated(&inputs, &mut rng);
                 let outcome = catch_unwind(|| parse(&input));

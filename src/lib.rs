@@ -27,6 +27,9 @@
 //!
 //! [`ARCHITECTURE.md`]: https://docs.rs/crate/mge/latest/source/ARCHITECTURE.md
 
+// `nn::kernel` and `memory` have reasons for it, and arguments.
+#![deny(unsafe_code)]
+
 pub mod agent;
 mod atomic;
 mod batch;
@@ -42,11 +45,13 @@ pub mod fuzz;
 pub mod guidance;
 mod json;
 mod markdown;
+mod memory;
 pub mod nn;
 pub mod physics;
 pub mod protocol;
 mod puzzles;
 #[cfg(feature = "python")]
+#[allow(unsafe_code, reason = "the macros of PyO3 expand to it")]
 pub mod python;
 pub mod run;
 mod spelling;

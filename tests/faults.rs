@@ -164,10 +164,11 @@ fn a_second_signal_ends_the_program_at_once() {
     use rustix::process::Signal;
     let folder = tempfile::tempdir().unwrap();
     let run = folder.path().join("run");
-    // The clusters take minutes, and the first signal waits for a stage of them.
-    let arguments = ["train", "task1", "--method", "ddpg-mge-true", "--quiet", "--set=guidance.model_rollouts=100000"];
-    let mut child = Command::new(MGE).args(arguments).arg("--out").arg(&run).spawn().unwrap();
-    while !run.join("log.txt").exists() {
+    // An update takes minutes, and the first signal waits for it.
+    let arguments = "train task1 --method ddpg --quiet --set ddpg.batch_size=65536 --set ddpg.hidden=1024 \
+        --set ddpg.layers=32 --set ddpg.warmup_steps=0 --out";
+    let mut child = Command::new(MGE).args(arguments.split_whitespace()).arg(&run).spawn().unwrap();
+    while !run.join("tensorboard").exists() {
         assert!(child.try_wait().unwrap().is_none(), "it ended before it was asked to");
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
@@ -176,6 +177,127 @@ fn a_second_signal_ends_the_program_at_once() {
     assert!(child.try_wait().unwrap().is_none(), "the first signal ended it at once");
     signal(&child, Signal::TERM);
     assert_eq!(child.wait().unwrap().code(), Some(143));
+}
+
+/// The output of a program that must end soon.
+#[cfg(unix)]
+fn ended(mut child: std::process::Child) -> Output {
+    let begun = std::time::Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if begun.elapsed().as_secs() > 60 {
+            child.kill().unwrap();
+            panic!("the signal had no effect");
+        }
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    child.wait_with_output().unwrap()
+}
+
+/// A command that listens to SIGTERM by now.
+#[cfg(target_os = "linux")]
+fn listening(line: &str, folder: &Path) -> std::process::Child {
+    let mut command = Command::new(MGE);
+    command.args(line.split_whitespace()).current_dir(folder);
+    let child = command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::piped()).spawn().unwrap();
+    let begun = std::time::Instant::now();
+    let listens = || {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
+        u64::from_str_radix(caught.trim(), 16).unwrap() & 1 << 14 != 0
+    };
+    while !listens() {
+        assert!(begun.elapsed().as_secs() < 60, "{line}: it never listens");
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    child
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_signal_ends_every_long_command_with_one_line() {
+    use rustix::process::Signal;
+    let folder = tempfile::tempdir().unwrap();
+    let output = Command::new(MGE).args(train(&folder.path().join("run"), "5")).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    for line in [
+        "tasks audit task1 --episodes 1000000",
+        "tasks propose task2 --subgoals 50",
+        "clusters task5",
+        "evaluate run --episodes 1000000",
+        "dynamics evaluate bucket-box --launches 1000000 --quiet",
+        "dynamics train --tools box --epochs 1000 --quiet --out m.safetensors",
+        "bench",
+    ] {
+        let child = listening(line, folder.path());
+        signal(&child, Signal::TERM);
+        let output = ended(child);
+        let message = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(143), "{line}: {message}");
+        let last = message.lines().last().unwrap();
+        assert!(last.contains("the same command") && message.lines().count() < 4, "{line}: {message}");
+    }
+    std::fs::write(folder.path().join("s.mge"), "method ddpg\nepisodes 100000\ntrain made\nwait\n").unwrap();
+    let child = listening("script s.mge --quiet", folder.path());
+    while !folder.path().join("made/metrics.csv").exists() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    signal(&child, Signal::INT);
+    let output = ended(child);
+    assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("s.mge:4: interrupted; `mge resume`"), "{}", text(&output.stderr));
+    let made = RunDirectory::open(folder.path().join("made")).unwrap();
+    assert!(matches!(made.status().unwrap().state, RunState::Stopped(_)));
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3, "something else was left");
+}
+
+/// The largest settings of what happens within one episode, or before the first.
+#[cfg(unix)]
+#[test]
+fn a_signal_ends_a_training_in_the_middle_of_an_endless_episode() {
+    let planning = "--set planner.rollouts=10000 --set planner.iterations=1000 --set planner.horizon=100";
+    let clusters = "--set guidance.model_rollouts=100000 --set guidance.horizon=100 \
+        --set guidance.environment_rollouts=100000";
+    for (method, source, settings) in [
+        ("planning", "true", planning),
+        ("planning", "learned", planning),
+        ("ddpg-mge", "true", clusters),
+        ("ddpg-mge", "learned", clusters),
+        ("ddpg-model-replay", "learned", "--set model_replay.rollouts=1000 --set model_replay.horizon=100"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let run = folder.path().join("run");
+        let line = format!("train task1 --quiet --method {method} --model {source} {settings} --out");
+        let mut command = Command::new(MGE);
+        command.args(line.split_whitespace()).arg(&run).stderr(std::process::Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        while !run.join("tensorboard").exists() {
+            assert!(child.try_wait().unwrap().is_none(), "{line}: it ended before it was asked to");
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        std::thread::sleep(std::time::Duration::from_millis(200));
+        signal(&child, rustix::process::Signal::INT);
+        let output = ended(child);
+        let message = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(130), "{line}: {message}");
+        assert!(message.starts_with("stopped after ") && message.lines().count() == 1, "{line}: {message}");
+        let status = RunDirectory::open(&run).unwrap().status().unwrap();
+        assert!(matches!(status.state, RunState::Stopped(_)), "{line}: {:?}", status.state);
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_signal_in_the_first_moments_is_heard() {
+    let folder = tempfile::tempdir().unwrap();
+    // It waits for its task until it was sent the signal.
+    assert!(Command::new("mkfifo").arg(folder.path().join("task.json")).status().unwrap().success());
+    let child = listening("train task.json --method ddpg --quiet --out run", folder.path());
+    signal(&child, rustix::process::Signal::TERM);
+    let task = Path::new(env!("CARGO_MANIFEST_DIR")).join("tasks/task1.json");
+    std::fs::write(folder.path().join("task.json"), std::fs::read(task).unwrap()).unwrap();
+    let output = ended(child);
+    assert_eq!(output.status.code(), Some(143), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).starts_with("stopped after "), "{}", text(&output.stderr));
 }
 
 #[cfg(unix)]
@@ -270,6 +392,17 @@ fn links_are_not_followed_and_pipes_do_not_block() {
     std::fs::write(&thesis, "years of work").unwrap();
     let run = first_version(folder.path());
     let path = run.display().to_string();
+    for name in ["checkpoint", "tensorboard"] {
+        let elsewhere = folder.path().join(format!("{name} elsewhere"));
+        std::fs::rename(run.join(name), &elsewhere).unwrap();
+        let kept = std::fs::read_dir(&elsewhere).unwrap().count();
+        std::os::unix::fs::symlink(&elsewhere, run.join(name)).unwrap();
+        let message = failure(&mge(&["resume", &path, "--quiet"]));
+        assert!(message.contains(&format!("{name}: it is no folder but a link")), "{message}");
+        assert_eq!(std::fs::read_dir(&elsewhere).unwrap().count(), kept, "it was written to");
+        std::fs::remove_file(run.join(name)).unwrap();
+        std::fs::rename(&elsewhere, run.join(name)).unwrap();
+    }
     std::fs::remove_file(run.join("lock")).unwrap_or_default();
     std::os::unix::fs::symlink(&thesis, run.join("lock")).unwrap();
     let message = failure(&mge(&["resume", &path, "--quiet"]));

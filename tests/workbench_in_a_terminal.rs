@@ -84,6 +84,25 @@ fn signals_end_it_with_the_terminal_restored_and_the_run_checkpointed() {
 }
 
 #[test]
+fn it_is_left_at_once_whatever_is_computed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut terminal = open(folder.path(), &[]);
+    terminal.wait_for("welcome");
+    // The tour makes way for those who know what to do.
+    terminal.type_text(":seed 7\r");
+    terminal.wait_for("seed 7");
+    for line in ["set guidance.model_rollouts 100000", "set guidance.horizon 100", "model true", "train", "clusters"] {
+        terminal.type_text(&format!(":{line}\r"));
+    }
+    terminal.wait_for("computing stage");
+    terminal.type_text("q");
+    terminal.wait_for("y  ");
+    terminal.type_text("y");
+    assert_eq!(terminal.wait_for_exit(), 0);
+    terminal.wait_until_restored();
+}
+
+#[test]
 fn a_closed_window_ends_it_with_the_run_checkpointed() {
     let folder = tempfile::tempdir().unwrap();
     let mut terminal = open(folder.path(), &[]);

@@ -142,6 +142,7 @@ impl JobHandle {
         if !self.stopped.swap(true, Ordering::Relaxed) {
             // The receiver lives as long as the handle.
             let _ = self.controls.0.send(Control::Stop { reason: "interrupted".to_owned() });
+            self.watch.note_stop();
         }
     }
 

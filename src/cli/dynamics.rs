@@ -3,7 +3,7 @@
 use super::arguments::{Dynamics, DynamicsAblate, DynamicsEvaluate, DynamicsTrain};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
-use super::{Outcome, output};
+use super::{Outcome, brief, output};
 use crate::batch::{Batch, default_threads};
 use crate::dynamics::{
     self, Ended, EvaluationConfig, ModelConfig, TrainConfig, Variant, canonical_tool_set, evaluate_with_progress,
@@ -18,16 +18,16 @@ use crate::task;
 pub fn run(command: Dynamics) -> Outcome {
     match command {
         Dynamics::Train(arguments) => train(&arguments),
-        Dynamics::Evaluate(arguments) => run_evaluation(&arguments),
+        Dynamics::Evaluate(arguments) => brief(|| run_evaluation(&arguments)),
         Dynamics::Ablate(arguments) => ablate(&arguments),
     }
 }
 
 fn train(arguments: &DynamicsTrain) -> Outcome {
+    let interrupt = Interrupt::listen()?;
     let (config, settings) = settings(arguments)?;
     let command = command_line(arguments);
     let mut progress = Progress::new(1, arguments.quiet);
-    let interrupt = Interrupt::listen()?;
     let on_progress = |now: &dynamics::Progress| {
         progress.set(u64::from(now.epoch), u64::from(now.epochs), &format!("loss {:.5}", now.loss));
         !interrupt.is_requested()
@@ -113,6 +113,7 @@ fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
 }
 
 fn ablate(arguments: &DynamicsAblate) -> Outcome {
+    let interrupt = Interrupt::listen()?;
     let StudyPlan { tasks, .. } = StudyPlan::full(arguments.seed);
     let tool_sets = match &arguments.tools {
         Some(tools) => vec![canonical_tool_set(tools)?],
@@ -136,7 +137,6 @@ fn ablate(arguments: &DynamicsAblate) -> Outcome {
         bootstrap: Bootstrap::default(),
     };
     let mut progress = Progress::new(1, arguments.quiet);
-    let interrupt = Interrupt::listen()?;
     let batch = Batch { threads: arguments.threads.unwrap_or_else(default_threads), interrupt: interrupt.flag() };
     let outcome = ablation(&plan, &arguments.out, &command, arguments.print.dpi, &batch, &mut |now| {
         progress.set(now.done, now.total, now.message);

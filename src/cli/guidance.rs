@@ -14,11 +14,8 @@ pub fn clusters(arguments: &Clusters) -> Outcome {
     config.seed = arguments.seed;
     let stages = config.task.stage_count();
     let mut progress = Progress::new(stages as u64, false);
-    let prior = build_prior(&config, |stage| {
-        progress.set(stage as u64, stages as u64, "stages");
-        true
-    })?
-    .ok_or("the computation was cancelled")?;
+    let on_stage = |stage| progress.set(stage as u64, stages as u64, "stages");
+    let prior = build_prior(&config, on_stage, &|| false)?.ok_or("the computation was cancelled")?;
     drop(progress);
     match &arguments.out {
         Some(path) => {

@@ -1,5 +1,6 @@
 //! SIGINT and SIGTERM while a command works: the first asks it to end in good order, so that
-//! nothing is lost; a second one ends the program at once.
+//! nothing is lost; a second one ends the program at once. A command that has nothing to save ends
+//! at the first.
 
 use std::io;
 use std::process::ExitCode;
@@ -7,7 +8,34 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use signal_hook::consts::{SIGINT, SIGTERM};
-use signal_hook::flag;
+use signal_hook::iterator::Signals;
+use signal_hook::{flag, low_level};
+
+use super::{output, progress};
+use crate::atomic;
+
+/// From now on the first signal ends the program, as soon as no file is being written: for work whose
+/// result is there whole or not at all.
+///
+/// # Errors
+/// When the system refuses the handlers or has no more threads.
+pub fn end_at_once() -> io::Result<()> {
+    let ending = Arc::new(AtomicBool::new(false));
+    for number in [SIGINT, SIGTERM] {
+        // Nobody is to wait for a terminal or a disk that does not answer.
+        flag::register_conditional_shutdown(number, 128 + number, ending.clone())?;
+        flag::register(number, ending.clone())?;
+    }
+    let mut signals = Signals::new([SIGINT, SIGTERM])?;
+    let end = move || {
+        let Some(number) = signals.forever().next() else { return };
+        let _writes = atomic::end_writes();
+        progress::clear();
+        output::message("interrupted: the same command begins again");
+        low_level::exit(128 + number);
+    };
+    std::thread::Builder::new().name("mge-signals".to_owned()).spawn(end).map(|_| ())
+}
 
 /// Whether a signal has asked the command to end.
 #[derive(Debug)]
@@ -35,6 +63,11 @@ impl Interrupt {
     /// Set once a signal has come, for those who look at it while they work.
     pub fn flag(&self) -> &AtomicBool {
         &self.requested
+    }
+
+    /// [`flag`](Self::flag) for those who outlive this value.
+    pub fn shared(&self) -> Arc<AtomicBool> {
+        self.requested.clone()
     }
 
     /// Whether a signal has come.

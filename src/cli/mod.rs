@@ -69,27 +69,33 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
     let Some(command) = arguments.command else { return runs::workbench(&arguments.workbench) };
     start_global_pool();
     let outcome = match command {
-        Command::Tasks(tasks) => tasks::run(tasks),
+        Command::Tasks(tasks) => brief(|| tasks::run(tasks)),
         Command::Puzzles(command) => puzzles::run(&command),
         Command::Simulate => physics::simulate(),
         Command::Play(play) => physics::play(&play),
         Command::Env { command } => physics::serve(&command),
         Command::Dynamics { command } => dynamics::run(command),
-        Command::Clusters(clusters) => guidance::clusters(&clusters),
+        Command::Clusters(clusters) => brief(|| guidance::clusters(&clusters)),
         Command::Train(train) => runs::train(&train),
         Command::Resume(resume) => runs::resume(&resume),
-        Command::Evaluate(evaluate) => runs::evaluate(&evaluate),
-        Command::Export(export) => runs::export_actor(&export),
-        Command::Figures(figures) => runs::figures(&figures),
+        Command::Evaluate(evaluate) => brief(|| runs::evaluate(&evaluate)),
+        Command::Export(export) => brief(|| runs::export_actor(&export)),
+        Command::Figures(figures) => brief(|| runs::figures(&figures)),
         Command::Script(script) => runs::script(&script),
         Command::Screenshot(screenshot) => screenshot::run(&screenshot),
         Command::Sweep(sweep) => sweeps::run(&sweep),
-        Command::Report(report) => studies::report(&report),
+        Command::Report(report) => brief(|| studies::report(&report)),
         Command::Reproduce(reproduce) => studies::reproduce(&reproduce),
         Command::Man(man) => manual::print(man.markdown),
-        Command::Bench(bench) => studies::bench(&bench),
+        Command::Bench(bench) => brief(|| studies::bench(&bench)),
     };
     outcome.map(|()| ExitCode::SUCCESS)
+}
+
+/// Work that has nothing to save when a signal ends it.
+fn brief(work: impl FnOnce() -> Outcome) -> Outcome {
+    interrupt::end_at_once()?;
+    work()
 }
 
 /// Whoever read our output has seen enough: that is no error.

@@ -1,6 +1,7 @@
 //! Progress for a person: a bar on a terminal, lines elsewhere, nothing if quiet.
 
 use std::io::{IsTerminal, stderr};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -9,6 +10,16 @@ use super::output;
 
 /// Time between two lines where there is no terminal.
 const LINE_EVERY: Duration = Duration::from_secs(10);
+
+/// The bar that is on the terminal.
+static SHOWN: Mutex<Option<ProgressBar>> = Mutex::new(None);
+
+/// Clears the line of the bar that is shown, if one is, for a message that ends the program.
+pub(super) fn clear() {
+    if let Some(bar) = &*SHOWN.lock().unwrap_or_else(PoisonError::into_inner) {
+        bar.finish_and_clear();
+    }
+}
 
 /// A bar or its substitute, on stderr.
 pub struct Progress {
@@ -29,6 +40,9 @@ impl Progress {
             let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg} ({eta} left)");
             bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
         });
+        if let Some(bar) = &bar {
+            *SHOWN.lock().unwrap_or_else(PoisonError::into_inner) = Some(bar.clone());
+        }
         Self { bar, quiet, first: None, last_line: Instant::now() }
     }
 

@@ -34,6 +34,7 @@ pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::
 }
 
 pub fn train(arguments: &Train) -> Outcome {
+    let interrupt = Interrupt::listen()?;
     let runs = std::env::var_os("MGE_RUNS").map_or_else(|| PathBuf::from("runs"), PathBuf::from);
     let mut session = Session::on_task(&arguments.task, runs)?;
     let mut commands: Vec<Command> = vec![
@@ -51,20 +52,20 @@ pub fn train(arguments: &Train) -> Outcome {
     for command in commands {
         session.apply(command)?;
     }
-    follow(&mut session, arguments.quiet)
+    follow(&mut session, arguments.quiet, &interrupt)
 }
 
 pub fn resume(arguments: &Resume) -> Outcome {
+    let interrupt = Interrupt::listen()?;
     let mut session = Session::on_run(&arguments.run)?;
     session.apply(command::Continue(None))?;
-    follow(&mut session, arguments.quiet)
+    follow(&mut session, arguments.quiet, &interrupt)
 }
 
 /// Shows the current run on stderr until it ends, then its result on stdout.
-fn follow(session: &mut Session, quiet: bool) -> Outcome {
+fn follow(session: &mut Session, quiet: bool, interrupt: &Interrupt) -> Outcome {
     let episodes = u64::from(session.run().map_or(0, |run| run.config().episodes));
     let mut viewer = Viewer { progress: Progress::new(episodes, quiet), episodes: BTreeMap::new() };
-    let interrupt = Interrupt::listen()?;
     let mut stopping = false;
     loop {
         // Asked first, so that what happened before is polled afterwards.
@@ -224,16 +225,21 @@ pub fn script(arguments: &Script) -> Outcome {
 
 /// The session as it is at the end of a script.
 pub fn after_script(arguments: &Script) -> Result<Session, Box<dyn std::error::Error>> {
+    let interrupt = Interrupt::listen()?;
     let variables: Vec<(String, String)> =
         arguments.variables.iter().map(|text| split_definition(text, "--define")).collect::<Result<_, _>>()?;
     let script = workbench::Script::load(&arguments.file, &variables)?;
     let mut session = Session::new(task::load(workbench::FIRST_TASK)?, arguments.runs.clone());
+    session.interrupt_with(interrupt.shared());
     let mut viewer = Viewer { progress: Progress::new(0, arguments.quiet), episodes: BTreeMap::new() };
-    script.run(&mut session, |output| match output {
+    let outcome = script.run(&mut session, |output| match output {
         Output::Report(command, report) => viewer.progress.say(&format!("> {command}\n  {report}")),
         Output::Notice(notice) => viewer.show(notice),
-    })?;
-    Ok(session)
+    });
+    drop(viewer);
+    // Trainings end with a checkpoint before the program does.
+    let outcome = outcome.map(|()| session);
+    interrupt.result(outcome, |_| interrupt.is_requested())
 }
 
 pub fn split_definition(text: &str, flag: &str) -> Result<(String, String), String> {

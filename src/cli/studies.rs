@@ -11,6 +11,7 @@ use crate::stats::Bootstrap;
 use crate::study::{self, StudyError, StudyPlan};
 
 pub fn reproduce(arguments: &Reproduce) -> Outcome {
+    let interrupt = Interrupt::listen()?;
     let mut plan = if arguments.quick { StudyPlan::quick(arguments.seed) } else { StudyPlan::full(arguments.seed) };
     let mut command = "mge reproduce".to_owned();
     if arguments.quick {
@@ -22,7 +23,6 @@ pub fn reproduce(arguments: &Reproduce) -> Outcome {
     }
     command += &format!(" --seed {}{}", arguments.seed, arguments.print.option());
     let mut progress = Progress::new(1, arguments.quiet);
-    let interrupt = Interrupt::listen()?;
     let batch = Batch { threads: arguments.threads.unwrap_or_else(default_threads), interrupt: interrupt.flag() };
     let outcome = study::reproduce(&plan, &arguments.out, &command, arguments.print.dpi, &batch, &mut |now| {
         progress.set(now.done, now.total, now.message);

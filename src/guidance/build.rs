@@ -1,11 +1,12 @@
 //! The action prior built from subgoal to subgoal (paper, section 4.2, steps 1 to 4).
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-use super::clusters::cluster;
+use super::clusters::{Cluster, cluster};
 use super::config::{GuidanceConfig, StartStates};
 use super::prior::{ActionPrior, StagePrior};
 use super::rollout::RolloutModel;
@@ -15,7 +16,8 @@ use crate::streams::Stream;
 use crate::task::Task;
 
 /// Builds the prior of a task stage by stage. `progress` is called before each stage
-/// with its number; returning false stops the build.
+/// with its number; returning false stops the build, as does a model that [is
+/// stopped](RolloutModel::is_stopped).
 ///
 /// Each stage has random streams of its own, so one stage's size does not shift another's.
 ///
@@ -27,8 +29,23 @@ pub fn build(
     model_name: &str,
     config: &GuidanceConfig,
     seed: u64,
-    mut progress: impl FnMut(usize) -> bool,
+    progress: impl FnMut(usize) -> bool,
 ) -> Result<Option<ActionPrior>, DynamicsError> {
+    match build_stages(task, model, model_name, config, seed, progress) {
+        Ok(prior) => Ok(Some(prior)),
+        Err(DynamicsError::Stopped) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+fn build_stages(
+    task: &Arc<Task>,
+    model: &dyn RolloutModel,
+    model_name: &str,
+    config: &GuidanceConfig,
+    seed: u64,
+    mut progress: impl FnMut(usize) -> bool,
+) -> Result<ActionPrior, DynamicsError> {
     let stages = task.stage_count();
     let mut env = Environment::new(task.clone());
     env.reset(&mut Stream::PriorStart.of(seed));
@@ -44,23 +61,27 @@ pub fn build(
     let environment_rollouts = config.environment_rollouts.div_ceil((stages - 1).max(1));
     for stage in 0..stages {
         if !progress(stage) {
-            return Ok(None);
+            return Err(DynamicsError::Stopped);
         }
         let mut rng = Stream::PriorStage(stage).of(seed);
         let mut built = imagine(task, model, config, &starts, &mut rng)?;
         if stage + 1 < stages {
             built.environment_rollouts = environment_rollouts;
+            let go_on = || !model.is_stopped();
             let (reached, last) =
-                explore(&mut env, &built, stage, config.horizon, &starts, environment_rollouts, &mut rng);
+                explore(&mut env, &built, stage, config.horizon, &starts, environment_rollouts, &go_on, &mut rng);
             built.environment_hits = reached.len();
             let wanted = if config.start_states == StartStates::Last || reached.is_empty() { last } else { reached };
             if !wanted.is_empty() {
                 starts = wanted;
             }
         }
+        if model.is_stopped() {
+            return Err(DynamicsError::Stopped);
+        }
         prior.stages.push(built);
     }
-    Ok(Some(prior))
+    Ok(prior)
 }
 
 /// Step 2: random actions rolled out in the model, the rewarding ones clustered.
@@ -77,12 +98,38 @@ fn imagine(
     let rollouts = model.rollouts(task, &chosen, &sequences)?;
     let actions: Vec<Action> = rollouts.iter().flat_map(|rollout| rollout.rewarding(config.rewarding)).collect();
     Ok(StagePrior {
-        clusters: cluster(&actions, config.clusters, config.std_floor, rng),
+        clusters: unless_stopped(model, &actions, config, rng)?,
         actions,
         model_rollouts: rollouts.len(),
         model_hits: rollouts.iter().filter(|rollout| rollout.hit).count(),
         ..StagePrior::default()
     })
+}
+
+/// Actions whose clusters are found in a moment.
+const FEW: usize = 5000;
+
+/// The clusters. Of very many actions they take long and cannot be interrupted: they are then left
+/// to a thread that nobody waits for once the model is stopped.
+fn unless_stopped(
+    model: &dyn RolloutModel,
+    actions: &[Action],
+    config: &GuidanceConfig,
+    rng: &ChaCha8Rng,
+) -> Result<Vec<Cluster>, DynamicsError> {
+    let (count, std_floor) = (config.clusters, config.std_floor);
+    if actions.len() < FEW {
+        return Ok(cluster(actions, count, std_floor, rng));
+    }
+    let (actions, rng) = (actions.to_vec(), rng.clone());
+    let work = std::thread::spawn(move || cluster(&actions, count, std_floor, &rng));
+    while !work.is_finished() {
+        if model.is_stopped() {
+            return Err(DynamicsError::Stopped);
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    Ok(work.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
 }
 
 /// Step 3: actions from the clusters in the real environment. Returns the states in
@@ -94,10 +141,14 @@ fn explore(
     horizon: usize,
     starts: &[Snapshot],
     rollouts: usize,
+    go_on: &dyn Fn() -> bool,
     rng: &mut ChaCha8Rng,
 ) -> (Vec<Snapshot>, Vec<Snapshot>) {
     let (mut reached, mut last) = (Vec::new(), Vec::new());
     for _ in 0..rollouts {
+        if !go_on() {
+            break;
+        }
         env.restore(&starts[rng.gen_range(0..starts.len())]);
         for _ in 0..horizon {
             if env.step(prior.sample(rng)).is_err() || env.snapshot().stage() > stage {

@@ -67,7 +67,7 @@ struct Plan(Vec<[(f32, f32); 2]>);
 /// soonest or, where none does, passes nearest to it.
 ///
 /// # Errors
-/// When the model cannot predict the task.
+/// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
 pub fn plan(
     model: &dyn RolloutModel,
     task: &Arc<Task>,

@@ -30,7 +30,7 @@ const SPACING: f32 = 0.05;
 /// before each with the number of those found; if it says no, that is all.
 ///
 /// # Errors
-/// When the model cannot predict the task.
+/// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
 pub fn propose_subgoals(
     task: &Task,
     model: &dyn RolloutModel,
@@ -57,9 +57,13 @@ pub fn propose_subgoals(
         task.subgoals.push(region);
         let passing = (0..rollouts.len()).filter(|&index| passes(&rollouts[index].path, &region));
         histories = real_histories(
+            model,
             &Arc::new(task.clone()),
             passing.map(|index| [histories[chosen[index]].as_slice(), &sequences[index]].concat()),
         );
+        if model.is_stopped() {
+            return Err(DynamicsError::Stopped);
+        }
         if histories.is_empty() {
             // Predicted, but never true.
             task.subgoals.pop();
@@ -85,7 +89,11 @@ fn replay(task: &Arc<Task>, history: &[Action]) -> Snapshot {
 
 /// The candidates cut to where they reach the task's last subgoal in the environment;
 /// those that never do are left out.
-fn real_histories(task: &Arc<Task>, candidates: impl Iterator<Item = Vec<Action>>) -> Vec<Vec<Action>> {
+fn real_histories(
+    model: &dyn RolloutModel,
+    task: &Arc<Task>,
+    candidates: impl Iterator<Item = Vec<Action>>,
+) -> Vec<Vec<Action>> {
     let last = task.subgoals.len();
     let reach = |mut history: Vec<Action>| {
         let mut env = Environment::new(task.clone());
@@ -94,7 +102,7 @@ fn real_histories(task: &Arc<Task>, candidates: impl Iterator<Item = Vec<Action>
         history.truncate(taken);
         (env.snapshot().stage() == last && env.snapshot().end().is_none()).then_some(history)
     };
-    candidates.filter_map(reach).collect()
+    candidates.take_while(|_| !model.is_stopped()).filter_map(reach).collect()
 }
 
 /// The earliest of the places that many of the rollouts nearest to the goal pass before they get there.

@@ -23,6 +23,58 @@ pub trait RolloutModel: std::fmt::Debug + Send + Sync {
         starts: &[&Snapshot],
         sequences: &[Vec<Action>],
     ) -> Result<Vec<Rollout>, DynamicsError>;
+
+    /// Whether those who ask for rollouts are to end what they do: see [`Stoppable`].
+    fn is_stopped(&self) -> bool {
+        false
+    }
+}
+
+/// Actions of the rollouts between two looks at whether to stop: a tenth of a second's work.
+const PIECE: usize = 2500;
+
+/// A model whose rollouts, however many they are, end with [`DynamicsError::Stopped`] soon after they
+/// are asked to. What it predicts is the same.
+pub struct Stoppable<'a> {
+    model: &'a dyn RolloutModel,
+    stop: &'a (dyn Fn() -> bool + Sync),
+}
+
+impl<'a> Stoppable<'a> {
+    /// The model, asked to end as soon as `stop` says so.
+    pub fn new(model: &'a dyn RolloutModel, stop: &'a (dyn Fn() -> bool + Sync)) -> Self {
+        Self { model, stop }
+    }
+}
+
+impl std::fmt::Debug for Stoppable<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("Stoppable").field(&self.model).finish()
+    }
+}
+
+impl RolloutModel for Stoppable<'_> {
+    fn rollouts(
+        &self,
+        task: &Arc<Task>,
+        starts: &[&Snapshot],
+        sequences: &[Vec<Action>],
+    ) -> Result<Vec<Rollout>, DynamicsError> {
+        let horizon = sequences.iter().map(Vec::len).max().unwrap_or(0);
+        let piece = (PIECE / horizon.max(1)).max(1);
+        let mut found = Vec::with_capacity(starts.len());
+        for (starts, sequences) in starts.chunks(piece).zip(sequences.chunks(piece)) {
+            if self.is_stopped() {
+                return Err(DynamicsError::Stopped);
+            }
+            found.extend(self.model.rollouts(task, starts, sequences)?);
+        }
+        Ok(found)
+    }
+
+    fn is_stopped(&self) -> bool {
+        (self.stop)() || self.model.is_stopped()
+    }
 }
 
 impl RolloutModel for Model {

@@ -327,3 +327,31 @@ fn proposed_subgoals_lead_to_a_goal_that_chance_does_not_find() {
     let (guided, random) = (goals(&prior), goals(&ActionPrior::uniform(&task, 1)));
     assert!(guided >= 5 && random == 0, "{guided} {random}");
 }
+
+#[test]
+fn rollouts_in_pieces_are_the_same_and_end_when_they_are_asked_to() {
+    let task = Arc::new(task::load("task1").unwrap());
+    let learned = crate::dynamics::shipped_for(&task.tool_set()).unwrap();
+    let env = Environment::new(task.clone());
+    let mut rng = rng();
+    // Two pieces, of 312 and 8 rollouts.
+    let sequences: Vec<Vec<Action>> =
+        (0..320).map(|_| (0..8).map(|_| crate::env::uniform_action(&mut rng)).collect()).collect();
+    let starts = vec![env.snapshot(); sequences.len()];
+    for model in [&*learned as &dyn RolloutModel, &TruePhysics] {
+        let whole = model.rollouts(&task, &starts, &sequences).unwrap();
+        let stoppable = Stoppable::new(model, &|| false);
+        assert!(stoppable.rollouts(&task, &starts, &sequences).unwrap() == whole);
+        let looks = std::sync::atomic::AtomicUsize::new(0);
+        let second = || looks.fetch_add(1, std::sync::atomic::Ordering::Relaxed) == 1;
+        let stopped = Stoppable::new(model, &second).rollouts(&task, &starts, &sequences);
+        assert!(matches!(stopped, Err(DynamicsError::Stopped)));
+        let stopped = Stoppable::new(model, &|| true);
+        let config = GuidanceConfig::default();
+        assert!(build(&task, &stopped, "none", &config, 0, |_| true).unwrap().is_none());
+        let plan = plan(&stopped, &task, env.snapshot(), &PlannerConfig::default(), &mut rng);
+        assert!(matches!(plan, Err(DynamicsError::Stopped)));
+        let proposed = propose_subgoals(&task, &stopped, 1, &config, 0, |_| true);
+        assert!(matches!(proposed, Err(DynamicsError::Stopped)));
+    }
+}

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::{Result, RunError, file};
+use super::{Result, RunError, file, folder};
 
 /// An append-only file. Each piece reaches the operating system at once, so that other processes
 /// see it; a piece that could not be written whole is taken back.
@@ -20,7 +20,13 @@ pub(super) struct AppendFile {
 impl AppendFile {
     /// Opens the file at its end; creates it if there is none.
     pub fn open(path: &Path) -> Result<Self> {
-        Self::of(file::open_append(path).map_err(RunError::io("write", path))?, path)
+        let is_new = !path.exists();
+        let file = Self::of(file::open_append(path).map_err(RunError::io("write", path))?, path)?;
+        if is_new {
+            // What is synced later needs a name by which it is found.
+            folder::sync(&folder::parent_of(path))?;
+        }
+        Ok(file)
     }
 
     fn of(file: File, path: &Path) -> Result<Self> {

@@ -150,6 +150,7 @@ impl Checkpoint {
     /// file that is not what the manifest says.
     pub fn load(path: &Path) -> Result<Self> {
         let path = &existing(path);
+        folder::check(path)?;
         let manifest = Manifest::read(path)?;
         let mut checkpoint = Self::new(manifest.episode);
         checkpoint.score = manifest.score;
@@ -176,6 +177,7 @@ impl Manifest {
     /// Reads the manifest of the checkpoint in the folder `path`, and nothing else.
     pub fn read(path: &Path) -> Result<Self> {
         let path = &existing(path);
+        folder::check(path)?;
         let file = path.join(MANIFEST);
         let bytes = match file::read(&file) {
             Err(error) if error.is_not_found() => return Err(RunError::NoCheckpoint(path.clone())),

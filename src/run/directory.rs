@@ -111,11 +111,14 @@ impl RunDirectory {
     /// # Errors
     /// [`RunError::Io`] if the lock or the log cannot be read.
     pub fn status(&self) -> Result<RunStatus> {
-        const TAIL: u64 = 1 << 16;
+        // A few events, more of them, all.
+        const TAILS: [u64; 2] = [1 << 12, 1 << 16];
         let locked = self.is_locked()?;
-        let status = RunStatus::derive(&read_tail(&self.events_path(), TAIL)?, locked);
-        if status.is_decided() {
-            return Ok(status);
+        for tail in TAILS {
+            let status = RunStatus::derive(&read_tail(&self.events_path(), tail)?, locked);
+            if status.is_decided() {
+                return Ok(status);
+            }
         }
         Ok(RunStatus::derive(&read_tail(&self.events_path(), u64::MAX)?, locked))
     }

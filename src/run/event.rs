@@ -84,10 +84,13 @@ pub struct EpisodeRecord {
 ///    [`Failed`](Event::Failed), and nothing after it. If it is missing and no process holds
 ///    the run's lock, the process exited unexpectedly.
 ///
-/// `Checkpointed` comes after the checkpoint is safely on disk, with all its copies. A process that
-/// continues a run first removes everything after the `Checkpointed` of its checkpoint, or, if the
-/// process before it was killed before it wrote that event, completes the checkpoint and writes it;
-/// then it begins at 1.
+/// `Checkpointed` comes after the checkpoint is safely on disk, with all its copies. A run that stops
+/// or pauses where none is due is saved too, without the event, unless something that was asked for
+/// since the episode, such as another schedule, is saved with it. A process that continues a run first
+/// removes everything after the `Checkpointed` of its checkpoint, or, if the process before it was
+/// killed before it wrote that event, completes the checkpoint and writes it; without one, everything
+/// from the `Stopped` or `Paused` on. Then it begins at 1. So a run that was interrupted has the events
+/// of one that was not, and a `Started` for every time that it was continued.
 ///
 /// `episode` is always the number of episodes finished so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -23,8 +23,20 @@ pub(super) const TEMPORARY: &str = ".writing-";
 /// come back by this.
 pub(super) fn create(path: &Path) -> Result<()> {
     match std::fs::create_dir(path) {
-        Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(()),
-        made => made.map_err(RunError::io("create", path)),
+        Ok(()) => sync(&parent_of(path)),
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => check(path),
+        Err(error) => Err(RunError::io("create", path)(error)),
+    }
+}
+
+/// Refuses a link in place of a folder of a run: what is written there would be another's.
+pub(super) fn check(path: &Path) -> Result<()> {
+    match std::fs::symlink_metadata(path) {
+        Ok(found) if found.is_symlink() => {
+            let reason = std::io::Error::new(ErrorKind::InvalidInput, "it is no folder but a link");
+            Err(RunError::io("open", path)(reason))
+        }
+        _ => Ok(()),
     }
 }
 

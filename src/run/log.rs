@@ -42,11 +42,14 @@ impl EventLog {
 /// Length of the part of a log that belongs to a checkpoint of `episode`, and whether it ends with
 /// that checkpoint's event.
 ///
+/// A run that was stopped or paused where no checkpoint was due has one without an event: it belongs
+/// to the log as it was before the stop or the pause.
+///
 /// Damage behind the last episode that is kept goes away with the cut, and so does the end of a
 /// process that was killed before it could log the checkpoint.
 fn cut_point(path: &Path, bytes: &[u8], episode: u64) -> Result<(u64, bool)> {
     let mut after_checkpoint = None;
-    let (mut end, mut kept) = (0, 0);
+    let (mut end, mut kept, mut is_over) = (0, 0, false);
     let mut last_episode = 0;
     for (number, line) in complete_lines(bytes) {
         let event = match parse(path, number, line) {
@@ -61,7 +64,12 @@ fn cut_point(path: &Path, bytes: &[u8], episode: u64) -> Result<(u64, bool)> {
             last_episode = record.episode;
         }
         end += line.len() as u64 + 1;
-        if !matches!(event, Event::Finished { .. } | Event::Stopped { .. } | Event::Failed { .. }) {
+        let ends = matches!(
+            event,
+            Event::Finished { .. } | Event::Stopped { .. } | Event::Failed { .. } | Event::Paused { .. }
+        );
+        is_over |= ends && event.episode() == episode;
+        if !ends && !is_over {
             kept = end;
         }
         if matches!(event, Event::Checkpointed { episode: at, .. } if at == episode) {

@@ -60,6 +60,7 @@ impl CheckpointStore {
     /// # Errors
     /// As [`Checkpoint::load`].
     pub fn load(&self, name: CheckpointName) -> Result<Checkpoint> {
+        folder::check(&self.folder)?;
         Checkpoint::load(&self.path(name))
     }
 
@@ -129,6 +130,7 @@ impl CheckpointStore {
     }
 
     fn entries(&self) -> Result<Vec<String>> {
+        folder::check(&self.folder)?;
         let entries = match fs::read_dir(&self.folder) {
             Ok(entries) => entries,
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),

@@ -36,6 +36,14 @@ impl TensorBoardWriter {
         Ok(writer)
     }
 
+    /// Waits until everything is on the disk.
+    ///
+    /// # Errors
+    /// [`RunError::Io`].
+    pub fn sync(&self) -> Result<()> {
+        self.file.sync()
+    }
+
     /// Writes numbers under their tags, such as `loss/critic`. TensorBoard keeps them as `f32` and
     /// shows those that are not finite as gaps.
     ///

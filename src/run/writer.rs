@@ -121,12 +121,7 @@ impl RunWriter {
     /// # Errors
     /// [`RunError::Io`]; the checkpoints there were are still whole.
     pub fn checkpoint(&mut self, actions: &[CheckpointAction], checkpoint: &Checkpoint) -> Result<()> {
-        self.check_in_place()?;
-        // First the logs: a resume needs them to reach at least as far as the checkpoint.
-        self.events.sync()?;
-        self.metrics.sync()?;
-        self.episodes.sync()?;
-        self.directory.checkpoints().apply(actions, checkpoint)?;
+        self.apply(actions, checkpoint)?;
         let saved = |action: &CheckpointAction| match action {
             CheckpointAction::Save(name) => Some(name.to_string()),
             CheckpointAction::Delete(_) => None,
@@ -138,12 +133,33 @@ impl RunWriter {
         self.record(&Event::Checkpointed { episode: checkpoint.episode, names })
     }
 
-    /// Completes what a process that was killed while it saved `checkpoint` had left to do: the copies
-    /// that `policy` asks for, the removals, and the event.
+    /// Saves a run that ends or pauses where no checkpoint is due as `last`. No event says so: a run
+    /// that goes on from it is as if it had not been interrupted.
     ///
     /// # Errors
     /// As [`RunWriter::checkpoint`].
-    pub fn finish_checkpoint(&mut self, policy: &Retention, checkpoint: &Checkpoint) -> Result<()> {
+    pub fn save_last(&mut self, checkpoint: &Checkpoint) -> Result<()> {
+        self.apply(&[CheckpointAction::Save(CheckpointName::Last)], checkpoint)?;
+        self.note(&format!("episode {}: saved as last", checkpoint.episode))
+    }
+
+    fn apply(&mut self, actions: &[CheckpointAction], checkpoint: &Checkpoint) -> Result<()> {
+        self.check_in_place()?;
+        // First the logs: a resume needs them to reach at least as far as the checkpoint.
+        self.events.sync()?;
+        self.metrics.sync()?;
+        self.episodes.sync()?;
+        self.tensorboard.sync()?;
+        self.directory.checkpoints().apply(actions, checkpoint)
+    }
+
+    /// Completes what a process that was killed while it saved `checkpoint` had left to do: the copies
+    /// that `policy` asks for, the removals, and the event. A checkpoint that was not due, saved because
+    /// the run ended early, is complete as it is; `is_finished` says that it is the run's last.
+    ///
+    /// # Errors
+    /// As [`RunWriter::checkpoint`].
+    pub fn finish_checkpoint(&mut self, policy: &Retention, checkpoint: &Checkpoint, is_finished: bool) -> Result<()> {
         if self.events.checkpoint_logged {
             return Ok(());
         }
@@ -151,10 +167,14 @@ impl RunWriter {
         let existing = store.names()?;
         // A `best` that cannot be read counts as none, as it does for the episodes to come.
         let best_score = store.best_score().unwrap_or_default();
-        let moment =
-            RetentionContext { episode, score: checkpoint.score, best_score, closing: true, existing: &existing };
         let is_here = |name: CheckpointName| store.episode_of(name) == Some(episode);
+        // A `best` of this episode was due if it is there.
+        let closing = is_finished || is_here(CheckpointName::Best);
+        let moment = RetentionContext { episode, score: checkpoint.score, best_score, closing, existing: &existing };
         let mut actions = what_to_keep(policy, &moment);
+        if actions.is_empty() {
+            return Ok(());
+        }
         actions.retain(|action| !matches!(action, CheckpointAction::Save(name) if is_here(*name)));
         store.apply(&actions, checkpoint)?;
         let names = store.names()?.into_iter().filter(|name| is_here(*name)).map(|name| name.to_string()).collect();
@@ -310,13 +330,13 @@ mod tests {
             drop(writer);
             let checkpoint = broken.checkpoints().load(CheckpointName::Last).unwrap();
             let mut writer = RunWriter::open(&broken, 10).unwrap();
-            writer.finish_checkpoint(&policy, &checkpoint).unwrap();
+            writer.finish_checkpoint(&policy, &checkpoint, false).unwrap();
             assert_eq!(state(&broken), state(&whole), "after {copies} copies");
             assert_eq!(broken.checkpoints().load(CheckpointName::Best).unwrap(), scored(10));
             // And nothing more the next time.
             drop(writer);
             let mut writer = RunWriter::open(&broken, 10).unwrap();
-            writer.finish_checkpoint(&policy, &checkpoint).unwrap();
+            writer.finish_checkpoint(&policy, &checkpoint, false).unwrap();
             assert_eq!(state(&broken), state(&whole));
         }
     }

@@ -9,7 +9,7 @@ use super::StudyError;
 use super::hits::{ActorNoise, Guided, Hits, Uniform, count_hits};
 use crate::agent::DdpgConfig;
 use crate::batch::{self, Batch, BatchProgress, Job};
-use crate::guidance::{self, GuidanceConfig, TruePhysics};
+use crate::guidance::{self, GuidanceConfig, Stoppable, TruePhysics};
 use crate::task::Task;
 
 /// One way of exploring one task.
@@ -56,14 +56,16 @@ fn job(task: &Arc<Task>, episodes: u32, seed: u64) -> Job<'_, [Hits; EXPLORATION
     let name = format!("{}, seed {seed}", task.name);
     Job::new(name.clone(), EXPLORATIONS.len() as u64 * u64::from(episodes), move |handle| {
         handle.report(name.clone());
-        let uniform = count_hits(task, &mut Uniform, episodes, seed);
+        let stop = || handle.is_stopped();
+        let Some(uniform) = count_hits(task, &mut Uniform, episodes, seed, &stop) else { return Ok(None) };
         handle.set_done(u64::from(episodes));
         let mut actor = ActorNoise::untrained(task, &DdpgConfig::default(), seed)?;
-        let actor = count_hits(task, &mut actor, episodes, seed);
+        let Some(actor) = count_hits(task, &mut actor, episodes, seed, &stop) else { return Ok(None) };
         handle.set_done(2 * u64::from(episodes));
-        let goes_on = |_| !handle.is_stopped();
-        let prior = guidance::build(task, &TruePhysics, "true physics", &GuidanceConfig::default(), seed, goes_on)?;
-        Ok(prior.map(|prior| [uniform, actor, count_hits(task, &mut Guided(&prior), episodes, seed)]))
+        let model = Stoppable::new(&TruePhysics, &stop);
+        let prior = guidance::build(task, &model, "true physics", &GuidanceConfig::default(), seed, |_| true)?;
+        let guided = prior.and_then(|prior| count_hits(task, &mut Guided(&prior), episodes, seed, &stop));
+        Ok(guided.map(|guided| [uniform, actor, guided]))
     })
 }
 

@@ -64,6 +64,16 @@ pub enum StudyError {
     Interrupted,
 }
 
+impl StudyError {
+    /// The result of a piece of work; none if it was interrupted.
+    pub(super) fn unless_interrupted<T>(result: Result<T, Self>) -> Result<Option<T>, Self> {
+        match result {
+            Err(Self::Interrupted) => Ok(None),
+            result => result.map(Some),
+        }
+    }
+}
+
 impl JobError for StudyError {
     fn is_in_use(&self) -> bool {
         let Self::Training { source, .. } = self else { return false };

@@ -101,8 +101,15 @@ pub fn play(task: &Arc<Task>, explorer: &mut impl Explorer, seed: u64, mut go_on
     }
 }
 
-/// Plays `episodes` episodes, at least one, and counts the stages reached.
-pub fn count_hits(task: &Arc<Task>, explorer: &mut impl Explorer, episodes: u32, seed: u64) -> Hits {
+/// Plays `episodes` episodes, at least one, and counts the stages reached. None if `stop`, asked after
+/// each, says so before the last of them.
+pub fn count_hits(
+    task: &Arc<Task>,
+    explorer: &mut impl Explorer,
+    episodes: u32,
+    seed: u64,
+    stop: &dyn Fn() -> bool,
+) -> Option<Hits> {
     let mut hits = Hits { episodes: 0, goal: 0, subgoals: vec![0; task.subgoals.len()] };
     play(task, explorer, seed, |env| {
         hits.episodes += 1;
@@ -110,9 +117,9 @@ pub fn count_hits(task: &Arc<Task>, explorer: &mut impl Explorer, episodes: u32,
         for (count, reached) in hits.subgoals.iter_mut().zip(env.snapshot().reached()) {
             *count += u32::from(*reached);
         }
-        hits.episodes < episodes
+        hits.episodes < episodes && !stop()
     });
-    hits
+    (hits.episodes == episodes).then_some(hits)
 }
 
 #[cfg(test)]

@@ -10,14 +10,14 @@ use super::hits::{ActorNoise, Guided, count_hits};
 use super::plan::{PlannedRun, StudyPlan};
 use super::report::{HitsRow, ModelRow, Report};
 use crate::agent::DdpgConfig;
-use crate::batch::{self, Batch, BatchProgress, Job, train_to_end};
+use crate::batch::{self, Batch, BatchProgress, Job, JobHandle, train_to_end};
 use crate::dynamics::{
-    Ended, Evaluation, Model, Progress, Variant, evaluate_with_progress, tool_set_name, train_to_file,
+    DynamicsError, Ended, Evaluation, Model, Progress, Variant, evaluate_with_progress, tool_set_name, train_to_file,
 };
 use crate::evidence::figures::{learning_curves, method_scores, performance_profile};
 use crate::evidence::{FINAL, Groups, LearningRow, TrainedRun};
 use crate::figures::{ActionSamples, Figure, Provenance, TaskActions, TaskGrid};
-use crate::guidance::{ActionPrior, propose_subgoals};
+use crate::guidance::{ActionPrior, Stoppable, propose_subgoals};
 use crate::physics::ToolKind;
 use crate::run::{RunDirectory, RunHistory, config_hash};
 use crate::stats::Bootstrap;
@@ -237,11 +237,11 @@ impl<'a> Study<'a> {
             let model = self.model_path(&task.tool_set(), Variant::Full);
             let prior = PriorSource::ModelFile(model.display().to_string());
             let config = RunConfig { prior, seed, ..RunConfig::new(task.clone()) };
-            let prior: ActionPrior = self.folder.cached(&format!("priors/{}-{seed}.json", task.name), || {
-                // The build is never asked to stop.
-                Ok(build_prior(&config, |_| true)?.unwrap_or_else(|| ActionPrior::uniform(&task, seed)))
-            })?;
-            Ok(Some((task.clone(), Arc::new(prior))))
+            let prior = self.folder.cached(&format!("priors/{}-{seed}.json", task.name), || {
+                build_prior(&config, |_| (), &|| handle.is_stopped())?.ok_or(StudyError::Interrupted)
+            });
+            let prior: Option<ActionPrior> = StudyError::unless_interrupted(prior)?;
+            Ok(prior.map(|prior| (task.clone(), Arc::new(prior))))
         })
     }
 
@@ -252,16 +252,19 @@ impl<'a> Study<'a> {
         Job::new(name.clone(), self.count_work(), move |handle| {
             handle.report(format!("hits of {name}"));
             let episodes = self.plan.hit_episodes;
+            let stop = || handle.is_stopped();
             let hits = self.folder.cached(&format!("hits/{name}.json"), || {
-                Ok(match &prior {
-                    Some(prior) => count_hits(&task, &mut Guided(prior), episodes, seed),
+                let hits = match &prior {
+                    Some(prior) => count_hits(&task, &mut Guided(prior), episodes, seed, &stop),
                     None => {
                         let mut actor = ActorNoise::untrained(&task, &DdpgConfig::default(), seed)?;
-                        count_hits(&task, &mut actor, episodes, seed)
+                        count_hits(&task, &mut actor, episodes, seed, &stop)
                     }
-                })
-            })?;
-            Ok(Some(HitsRow { task: task.name.clone(), policy: policy.to_owned(), seed, hits }))
+                };
+                hits.ok_or(StudyError::Interrupted)
+            });
+            let hits = StudyError::unless_interrupted(hits)?;
+            Ok(hits.map(|hits| HitsRow { task: task.name.clone(), policy: policy.to_owned(), seed, hits }))
         })
     }
 
@@ -273,7 +276,9 @@ impl<'a> Study<'a> {
             let model = self.model_path(&config.task.tool_set(), arm.model);
             config.prior = PriorSource::ModelFile(model.display().to_string());
             if arm.proposed_subgoals {
-                config.task = self.with_proposed_subgoals(&config)?;
+                let task = StudyError::unless_interrupted(self.with_proposed_subgoals(&config, handle))?;
+                let Some(task) = task else { return Ok(None) };
+                config.task = task;
             }
             handle.report(name.clone());
             let path = self.folder.path("runs").join(&name);
@@ -288,13 +293,18 @@ impl<'a> Study<'a> {
     }
 
     /// The task of a run with as many subgoals as it has, proposed from its dynamics model.
-    fn with_proposed_subgoals(self, config: &RunConfig) -> Result<Arc<Task>, StudyError> {
+    fn with_proposed_subgoals(self, config: &RunConfig, handle: &JobHandle) -> Result<Arc<Task>, StudyError> {
         let RunConfig { task, seed, .. } = config;
         let subgoals = self.folder.cached(&format!("subgoals/{}-{seed}.json", task.name), || {
             let found = rollout_model(&config.prior, task)?;
             // Only uniform actions have no model.
             let Some((model, _)) = found else { return Ok(Vec::new()) };
-            Ok(propose_subgoals(task, &*model, task.subgoals.len(), &config.guidance, *seed, |_| true)?)
+            let stop = || handle.is_stopped();
+            let model = Stoppable::new(&*model, &stop);
+            match propose_subgoals(task, &model, task.subgoals.len(), &config.guidance, *seed, |_| true) {
+                Err(DynamicsError::Stopped) => Err(StudyError::Interrupted),
+                found => Ok(found?),
+            }
         })?;
         Ok(Arc::new(Task { subgoals, ..(**task).clone() }))
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::dynamics::{self, DynamicsError};
-use crate::guidance::{self, ActionPrior, GuidanceError, RolloutModel, TruePhysics};
+use crate::guidance::{self, ActionPrior, GuidanceError, RolloutModel, Stoppable, TruePhysics};
 use crate::run::{RunDirectory, RunError};
 use crate::task::Task;
 
@@ -32,6 +32,13 @@ pub enum PriorError {
     Run(#[from] RunError),
 }
 
+impl PriorError {
+    /// Whether it ended because it was asked to.
+    pub fn is_stopped(&self) -> bool {
+        matches!(self, Self::Model(DynamicsError::Stopped))
+    }
+}
+
 /// A rollout model and its name, as a prior records it.
 pub type NamedModel = (Arc<dyn RolloutModel>, String);
 
@@ -56,16 +63,25 @@ pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<NamedMo
     Ok(Some((model, name)))
 }
 
-/// Builds the prior of a configuration; `progress` sees each stage's number and may
-/// return false to stop, which gives none.
+/// Builds the prior of a configuration; `progress` sees each stage's number. Once `stop` says so, it
+/// soon ends without one.
 ///
 /// # Errors
 /// When the dynamics model cannot be used.
-pub fn build_prior(config: &RunConfig, progress: impl FnMut(usize) -> bool) -> Result<Option<ActionPrior>, PriorError> {
+pub fn build_prior(
+    config: &RunConfig,
+    mut progress: impl FnMut(usize),
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<Option<ActionPrior>, PriorError> {
     let Some((model, name)) = rollout_model(&config.rollout_source(), &config.task)? else {
         return Ok(Some(ActionPrior::uniform(&config.task, config.seed)));
     };
-    Ok(guidance::build(&config.task, &*model, &name, &config.guidance, config.seed, progress)?)
+    let model = Stoppable::new(&*model, stop);
+    let on_stage = |stage| {
+        progress(stage);
+        !stop()
+    };
+    Ok(guidance::build(&config.task, &model, &name, &config.guidance, config.seed, on_stage)?)
 }
 
 /// The prior that was last in force in a run on disk; none if it never had one.
@@ -101,7 +117,7 @@ pub(super) fn consulted_model(config: &RunConfig) -> Result<Option<Arc<dyn Rollo
         return Ok(None);
     }
     match rollout_model(&config.rollout_source(), &config.task)? {
-        Some((model, _)) => Ok(Some(model)),
+        Some((model, _)) => Ok(Some(model.into())),
         None => Err(PriorError::NoPrediction { method: config.method.name() }),
     }
 }

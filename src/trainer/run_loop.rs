@@ -4,17 +4,20 @@
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use crossbeam_channel::Receiver;
 
 use super::config::RunConfig;
 use super::panic_message;
 use super::prior::{PriorError, build_prior};
+use super::trace::Trace;
 use super::training::{Training, TrainingError};
 use super::watch::{LiveView, Phase, Watch};
 use crate::guidance::{ActionPrior, EpsilonSchedule};
 use crate::run::{
-    CheckpointAction, CheckpointName, Event, RetentionContext, RunDirectory, RunError, RunWriter, what_to_keep,
+    Checkpoint, CheckpointAction, CheckpointName, EpisodeRecord, Event, RetentionContext, RunDirectory, RunError,
+    RunWriter, what_to_keep,
 };
 
 /// What can be asked of a running training. Each takes effect between two episodes, in
@@ -76,7 +79,8 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
     let mut writer =
         RunWriter::locked(directory, lock, checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode))?;
     if let Some(checkpoint) = &checkpoint {
-        writer.finish_checkpoint(&config.checkpoints, checkpoint)?;
+        let is_finished = checkpoint.episode >= u64::from(config.episodes);
+        writer.finish_checkpoint(&config.checkpoints, checkpoint, is_finished)?;
     }
     let store = directory.checkpoints();
     // A `best` that cannot be read is replaced by the next.
@@ -89,8 +93,19 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
     }
     let existing = store.names()?;
     watch.set_episode(checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode));
-    let mut run_loop =
-        RunLoop { writer, controls, watch, received: VecDeque::new(), pause_after: None, best_score, existing };
+    let mut run_loop = RunLoop {
+        writer,
+        controls,
+        watch,
+        received: VecDeque::new(),
+        pause_after: None,
+        best_score,
+        existing,
+        is_slow: true,
+        score: checkpoint.as_ref().and_then(|checkpoint| checkpoint.score),
+        is_saved: checkpoint.is_some(),
+        is_changed: false,
+    };
     let outcome = record_panic(&mut run_loop, |run_loop| {
         let training = match &checkpoint {
             Some(checkpoint) => Training::resume(config, checkpoint)?,
@@ -124,6 +139,16 @@ fn record_panic<T>(run_loop: &mut RunLoop<'_>, work: impl FnOnce(&mut RunLoop<'_
     }
 }
 
+/// What an episode has come to.
+struct Played {
+    record: EpisodeRecord,
+    trace: Trace,
+    /// The action prior, if the episode changed it.
+    refined: Option<Arc<ActionPrior>>,
+    /// The evaluation, if one was due.
+    evaluated: Option<Event>,
+}
+
 /// What the loop does after the controls.
 enum Next {
     Continue,
@@ -142,7 +167,19 @@ struct RunLoop<'a> {
     best_score: Option<f64>,
     /// The checkpoints there are.
     existing: Vec<CheckpointName>,
+    /// The next episode may take long.
+    is_slow: bool,
+    /// Score of the networks, if the latest episode evaluated them.
+    score: Option<f64>,
+    /// The checkpoint `last` is of the latest episode.
+    is_saved: bool,
+    /// The schedule or the prior was changed since the checkpoint.
+    is_changed: bool,
 }
+
+/// An episode that takes longer is abandoned when a stop is asked for. The copy that makes it
+/// possible takes a small part of this.
+const SLOW: Duration = Duration::from_millis(100);
 
 impl RunLoop<'_> {
     /// The reason of a request to stop that has come and was not carried out yet.
@@ -154,16 +191,14 @@ impl RunLoop<'_> {
         })
     }
 
-    /// The prior of a new run, if it is guided. A request to stop ends it after a stage.
+    /// The prior of a new run, if it is guided. A request to stop ends it.
     fn build_prior(&mut self, config: &RunConfig) -> Result<Option<Arc<ActionPrior>>, TrainerError> {
         if !config.is_guided() {
             return Ok(None);
         }
         let stages = config.task.stage_count();
-        let prior = build_prior(config, |stage| {
-            self.watch.set_phase(Phase::BuildingPrior { stage, stages });
-            self.stop_received().is_none()
-        })?;
+        let on_stage = |stage| self.watch.set_phase(Phase::BuildingPrior { stage, stages });
+        let prior = build_prior(config, on_stage, &|| self.watch.stop().is_set())?;
         Ok(prior.map(Arc::new))
     }
 
@@ -190,7 +225,7 @@ impl RunLoop<'_> {
         self.watch.set_phase(Phase::Training);
         while !training.is_finished() {
             if let Next::Stop(reason) = self.handle_controls(&mut training)? {
-                self.save_due(&training, None, true)?;
+                self.save_now(&training)?;
                 self.writer.record(&Event::Stopped { episode: training.episode(), reason })?;
                 return Ok(Ending::Stopped);
             }
@@ -200,9 +235,22 @@ impl RunLoop<'_> {
         Ok(Ending::Finished)
     }
 
+    /// An episode and what follows from it; none if it is abandoned for a stop that was asked for.
     fn episode(&mut self, training: &mut Training) -> Result<(), TrainerError> {
         let needs = training.needs();
-        let (record, trace) = training.run_episode()?;
+        let begun = Instant::now();
+        let before = self.is_slow.then(|| training.clone());
+        training.obey(before.is_some().then(|| self.watch.stop()));
+        let played = Self::play(training);
+        self.is_slow = begun.elapsed() > SLOW;
+        let Played { record, trace, refined, evaluated } = match (played, before) {
+            (Err(TrainingError::Stopped), Some(before)) => {
+                *training = before;
+                return Ok(());
+            }
+            (played, _) => played?,
+        };
+        (self.is_saved, self.score) = (false, None);
         self.watch.set_episode(record.episode);
         self.writer.record(&Event::EpisodeFinished(record))?;
         self.record_needs(training, &needs)?;
@@ -212,41 +260,69 @@ impl RunLoop<'_> {
             ddpg: Arc::new(training.ddpg().clone()),
             prior: training.prior().cloned(),
         });
-        if let Some(prior) = training.refine() {
+        if let Some(prior) = refined {
             self.record_prior(&prior, training.episode())?;
             self.watch.set_prior(Some(prior));
         }
-        let evaluation = training.config().evaluation;
-        let mut score = None;
-        if training.config().method.learns()
-            && evaluation.every > 0
-            && training.episode().is_multiple_of(u64::from(evaluation.every))
-        {
-            let event = training.evaluate(evaluation.episodes);
+        if let Some(event) = evaluated {
             if let Event::Evaluated { mean_return, .. } = event {
-                score = Some(mean_return);
+                self.score = Some(mean_return);
             }
             self.writer.record(&event)?;
         }
-        self.save_due(training, score, training.is_finished())
+        self.save_due(training)
+    }
+
+    /// All that an episode computes, before anything of it is written.
+    fn play(training: &mut Training) -> Result<Played, TrainingError> {
+        let (record, trace) = training.run_episode()?;
+        let refined = training.refine();
+        let evaluation = training.config().evaluation;
+        let is_due = training.config().method.learns()
+            && evaluation.every > 0
+            && training.episode().is_multiple_of(u64::from(evaluation.every));
+        let evaluated = is_due.then(|| training.evaluate(evaluation.episodes)).transpose()?;
+        Ok(Played { record, trace, refined, evaluated })
     }
 
     /// Writes the checkpoints that are due.
-    fn save_due(&mut self, training: &Training, score: Option<f64>, closing: bool) -> Result<(), TrainerError> {
-        let (episode, best_score) = (training.episode(), self.best_score);
+    fn save_due(&mut self, training: &Training) -> Result<(), TrainerError> {
+        let (episode, score, best_score) = (training.episode(), self.score, self.best_score);
+        let closing = training.is_finished();
         let moment = RetentionContext { episode, score, best_score, closing, existing: &self.existing };
         let actions = what_to_keep(&training.config().checkpoints, &moment);
         if actions.is_empty() {
             return Ok(());
         }
-        let mut checkpoint = training.checkpoint()?;
-        // Without it the next `best` would have nothing to be better than.
-        checkpoint.score = score;
+        let checkpoint = self.checkpoint(training)?;
         self.writer.checkpoint(&actions, &checkpoint)?;
+        (self.is_saved, self.is_changed) = (true, false);
         if actions.contains(&CheckpointAction::Save(CheckpointName::Best)) {
             self.best_score = score;
         }
         self.existing = self.writer.directory().checkpoints().names()?;
+        Ok(())
+    }
+
+    fn checkpoint(&self, training: &Training) -> Result<Checkpoint, TrainerError> {
+        let mut checkpoint = training.checkpoint()?;
+        // Without it the next `best` would have nothing to be better than.
+        checkpoint.score = self.score;
+        Ok(checkpoint)
+    }
+
+    /// Saves the training as it is, if it is not: it ends or pauses here, and nothing may be lost.
+    fn save_now(&mut self, training: &Training) -> Result<(), TrainerError> {
+        if self.is_saved && !self.is_changed {
+            return Ok(());
+        }
+        let checkpoint = self.checkpoint(training)?;
+        match self.is_changed {
+            true => self.writer.checkpoint(&[CheckpointAction::Save(CheckpointName::Last)], &checkpoint)?,
+            false => self.writer.save_last(&checkpoint)?,
+        }
+        self.existing = self.writer.directory().checkpoints().names()?;
+        (self.is_saved, self.is_changed) = (true, false);
         Ok(())
     }
 
@@ -292,18 +368,26 @@ impl RunLoop<'_> {
                     let needs = training.needs();
                     training.set_schedule(schedule);
                     self.record_needs(training, &needs)?;
+                    self.changed(training, paused)?;
                 }
                 Control::SetPrior(prior) => {
                     self.record_prior(&prior, training.episode())?;
                     self.watch.set_prior(Some(prior.clone()));
                     training.set_prior(prior);
+                    self.changed(training, paused)?;
                 }
             }
         }
     }
 
+    /// Something was changed between two episodes. What is changed during a pause is kept at once.
+    fn changed(&mut self, training: &Training, paused: bool) -> Result<(), TrainerError> {
+        self.is_changed = true;
+        if paused { self.save_now(training) } else { Ok(()) }
+    }
+
     fn pause(&mut self, training: &Training) -> Result<(), TrainerError> {
-        self.save_due(training, None, true)?;
+        self.save_now(training)?;
         self.writer.record(&Event::Paused { episode: training.episode() })?;
         self.watch.set_phase(Phase::Paused);
         Ok(())
@@ -380,6 +464,10 @@ mod tests {
             pause_after: None,
             best_score: None,
             existing: Vec::new(),
+            is_slow: false,
+            score: None,
+            is_saved: false,
+            is_changed: false,
         };
         let work = || record_panic(&mut run_loop, |_| -> () { panic!("on purpose") });
         assert!(catch_unwind(AssertUnwindSafe(work)).is_err());

@@ -11,8 +11,8 @@ use super::run_loop::{Control, Ending, train};
 use super::watch::{Phase, Watch};
 use crate::run::RunDirectory;
 
-/// A handle on a training thread. Dropping it stops the training at the next episode
-/// and waits for its checkpoint.
+/// A handle on a training thread. Dropping it stops the training, at the end of its episode or,
+/// where episodes take long, before the one that goes on, and waits for its checkpoint.
 #[derive(Debug)]
 pub struct Trainer {
     directory: RunDirectory,
@@ -54,7 +54,12 @@ impl Trainer {
 
     /// Asks for something; has no effect once the training has ended.
     pub fn send(&self, control: Control) {
+        let stops = matches!(control, Control::Stop { .. });
         let _ = self.controls.send(control);
+        // Afterwards: who sees it finds the control.
+        if stops {
+            self.watch.note_stop();
+        }
     }
 
     /// Whether the thread still works.

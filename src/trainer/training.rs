@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -16,7 +17,7 @@ use super::streams::{self, Streams};
 use super::trace::Trace;
 use crate::agent::{self, Ddpg, Learner, Transition, UpdateMetrics};
 use crate::env::{Action, Environment, EpisodeOver, Placement, Snapshot, Step, observation_len};
-use crate::guidance::{self, ActionPrior, EpsilonSchedule, Played, RolloutModel};
+use crate::guidance::{self, ActionPrior, EpsilonSchedule, Played, RolloutModel, Stoppable};
 use crate::run::{Checkpoint, EpisodeRecord, Event, RunError, Source};
 use crate::stats::rolling::{RollingRate, WINDOW};
 use crate::streams::Stream;
@@ -36,7 +37,7 @@ pub enum TrainingError {
     Config(#[from] ValidationError),
     /// The model that the method consults.
     #[error(transparent)]
-    Model(#[from] PriorError),
+    Model(PriorError),
     /// The environment was not reset.
     #[error(transparent)]
     Episode(#[from] EpisodeOver),
@@ -55,6 +56,29 @@ pub enum TrainingError {
     /// The settings were changed after the run had begun.
     #[error("config.json has other settings of `ddpg` than the run began with: put them back, or start a new run")]
     OtherSettings,
+    /// The episode was abandoned, as was asked for.
+    #[error("stopped in the middle of an episode")]
+    Stopped,
+}
+
+impl From<PriorError> for TrainingError {
+    fn from(error: PriorError) -> Self {
+        if error.is_stopped() { Self::Stopped } else { Self::Model(error) }
+    }
+}
+
+/// Set once a training is to end.
+#[derive(Debug, Clone, Default)]
+pub(super) struct StopFlag(Arc<AtomicBool>);
+
+impl StopFlag {
+    pub fn set(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    pub fn is_set(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
 }
 
 /// Everything that changes during a run but the learner, which saves itself.
@@ -78,7 +102,7 @@ struct Progress {
 }
 
 /// A run in memory: environment, learner, prior, schedule, streams and counters.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Training {
     config: RunConfig,
     /// What plans or imagines, if the method does.
@@ -86,6 +110,8 @@ pub struct Training {
     env: Environment,
     learner: Learner,
     progress: Progress,
+    /// An episode is abandoned when it is set.
+    stop: StopFlag,
 }
 
 /// Means over the updates of an episode.
@@ -119,7 +145,14 @@ impl Training {
             first_success: None,
         };
         let model = consulted_model(&config)?;
-        Ok(Self { env: Environment::new(config.played_task()), config, model, learner, progress })
+        Ok(Self {
+            env: Environment::new(config.played_task()),
+            config,
+            model,
+            learner,
+            progress,
+            stop: StopFlag::default(),
+        })
     }
 
     /// A run that continues from a checkpoint exactly as if it had not been interrupted.
@@ -140,7 +173,14 @@ impl Training {
         }
         let progress = checkpoint.json(PROGRESS_SECTION)?;
         let model = consulted_model(&config)?;
-        Ok(Self { env: Environment::new(config.played_task()), config, model, learner, progress })
+        Ok(Self {
+            env: Environment::new(config.played_task()),
+            config,
+            model,
+            learner,
+            progress,
+            stop: StopFlag::default(),
+        })
     }
 
     /// The whole state of the run, between two episodes.
@@ -192,6 +232,12 @@ impl Training {
         self.progress.prior.as_ref()
     }
 
+    /// From now on an episode is abandoned once the flag is set; without a flag, none is. What an
+    /// abandoned episode leaves is of no use: go on with a copy of what there was before.
+    pub(super) fn obey(&mut self, stop: Option<&StopFlag>) {
+        self.stop = stop.cloned().unwrap_or_default();
+    }
+
     /// Another epsilon schedule from the next episode on.
     pub fn set_schedule(&mut self, schedule: EpsilonSchedule) {
         self.progress.epsilon = schedule;
@@ -212,7 +258,7 @@ impl Training {
     /// Ornstein-Uhlenbeck noise. Returns what is logged, and the episode step by step.
     ///
     /// # Errors
-    /// When the learner diverges.
+    /// When the learner diverges, or the episode is abandoned.
     pub fn run_episode(&mut self) -> Result<(EpisodeRecord, Trace), TrainingError> {
         let episode = self.progress.episode as u32;
         let threshold = if self.config.is_guided() || self.has_live_schedule() {
@@ -235,6 +281,9 @@ impl Training {
         // Whether the stage has been played greedily from its beginning.
         let mut greedy = true;
         loop {
+            if self.stop.is_set() {
+                return Err(TrainingError::Stopped);
+            }
             if self.config.method == Method::ModelReplay {
                 states.push(self.env.snapshot().clone());
             }
@@ -286,10 +335,12 @@ impl Training {
     /// is the method.
     fn imagine(&mut self, states: &[Snapshot], noise_scale: f32) -> Result<(), TrainingError> {
         let (Method::ModelReplay, Some(model)) = (self.config.method, &self.model) else { return Ok(()) };
+        let stop = || self.stop.is_set();
+        let model = Stoppable::new(&**model, &stop);
         let rng = &mut self.progress.streams.model;
         let config = &self.config;
         let ddpg = self.learner.ddpg();
-        let imagined = imagine(&**model, &config.task, states, ddpg, &config.model_replay, noise_scale, rng);
+        let imagined = imagine(&model, &config.task, states, ddpg, &config.model_replay, noise_scale, rng);
         for imagined in imagined.map_err(PriorError::from)? {
             self.learner.record(Transition {
                 observation: &imagined.observation,
@@ -333,20 +384,26 @@ impl Training {
     }
 
     /// Episodes of the greedy policy, without noise, clusters or learning.
-    pub fn evaluate(&mut self, episodes: u32) -> Event {
+    ///
+    /// # Errors
+    /// When it is abandoned.
+    pub fn evaluate(&mut self, episodes: u32) -> Result<Event, TrainingError> {
         let (mut successes, mut total) = (0u32, 0.0f64);
         for _ in 0..episodes {
+            if self.stop.is_set() {
+                return Err(TrainingError::Stopped);
+            }
             let trace = greedy_episode(self.env.task(), self.learner.ddpg(), &mut self.progress.streams.evaluation);
             successes += u32::from(trace.reached_goal());
             total += f64::from(trace.total_reward());
         }
         let count = f64::from(episodes.max(1));
-        Event::Evaluated {
+        Ok(Event::Evaluated {
             episode: self.progress.episode,
             episodes: u64::from(episodes),
             success: f64::from(successes) / count,
             mean_return: total / count,
-        }
+        })
     }
 
     /// A person may raise the threshold of a run that began without guidance and was given
@@ -386,7 +443,9 @@ impl Training {
         Ok(match (&self.model, &self.progress.prior) {
             (Some(model), _) if self.config.method == Method::Planning => {
                 let (task, planner) = (&self.config.task, &self.config.planner);
-                let action = guidance::plan(&**model, task, self.env.snapshot(), planner, &mut streams.model);
+                let stop = || self.stop.is_set();
+                let model = Stoppable::new(&**model, &stop);
+                let action = guidance::plan(&model, task, self.env.snapshot(), planner, &mut streams.model);
                 let action = action.map_err(PriorError::from)?;
                 (action, Source::Planner)
             }

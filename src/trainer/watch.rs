@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::trace::Trace;
+use super::training::StopFlag;
 use crate::agent::Ddpg;
 use crate::guidance::ActionPrior;
 
@@ -43,6 +44,7 @@ pub struct Watch {
     view: Mutex<Option<LiveView>>,
     phase: Mutex<Phase>,
     prior: Mutex<Option<Arc<ActionPrior>>>,
+    stop: StopFlag,
 }
 
 impl Watch {
@@ -54,6 +56,16 @@ impl Watch {
     /// Takes the view that was asked for, if it is there.
     pub fn take(&self) -> Option<LiveView> {
         lock(&self.view).take()
+    }
+
+    /// Says that a [`Control::Stop`](super::Control::Stop) was sent, so that what takes long is abandoned for it.
+    pub(crate) fn note_stop(&self) {
+        self.stop.set();
+    }
+
+    /// Set once a stop was sent.
+    pub(super) fn stop(&self) -> &StopFlag {
+        &self.stop
     }
 
     /// What the trainer is doing.

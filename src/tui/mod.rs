@@ -10,6 +10,7 @@ mod actions;
 mod app;
 mod chart;
 mod effect;
+mod fuzz;
 mod input;
 mod layers;
 mod run;
@@ -21,6 +22,7 @@ mod view;
 mod widgets;
 
 pub use actions::{KeyHelp, keys};
+pub use fuzz::interface;
 pub use input::Keymap;
 pub use run::{Leaving, Options, run};
 pub use still::Still;

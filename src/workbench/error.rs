@@ -28,6 +28,9 @@ pub enum SessionError {
     /// Hand play.
     #[error("the episode is over: `reset` begins another")]
     Episode(#[from] EpisodeOver),
+    /// What was waited for was given up, because a signal asked for it.
+    #[error("interrupted; `mge resume` continues what was being trained")]
+    Interrupted,
     /// No run to act on.
     #[error("there is no run: `train` begins one, `open FOLDER` opens one")]
     NoRun,

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::JoinHandle;
 
+use crate::memory;
 use crate::trainer::panic_message;
 
 /// A computation on a thread of its own.
@@ -48,7 +49,12 @@ impl Reporter {
     pub fn progress(&self, done: usize, total: usize) -> bool {
         self.0.done.store(done, Ordering::Relaxed);
         self.0.total.store(total, Ordering::Relaxed);
-        !self.0.cancelled.load(Ordering::Relaxed)
+        !self.is_cancelled()
+    }
+
+    /// Whether the computation is to end.
+    pub fn is_cancelled(&self) -> bool {
+        self.0.cancelled.load(Ordering::Relaxed)
     }
 }
 
@@ -66,7 +72,11 @@ impl<T: Send + 'static> Job<T> {
     pub fn spawn(work: impl FnOnce(&Reporter) -> Result<T, String> + Send + 'static) -> io::Result<Self> {
         let shared = Arc::<Shared>::default();
         let reporter = Reporter(shared.clone());
-        let body = move || caught(|| work(&reporter));
+        let body = move || {
+            let result = caught(|| work(&reporter));
+            memory::give_back();
+            result
+        };
         let thread = std::thread::Builder::new().name("mge-job".to_owned()).spawn(body)?;
         Ok(Self { shared, thread })
     }
@@ -91,7 +101,7 @@ impl<T: Send + 'static> Job<T> {
         self.thread.join().unwrap_or_else(|_| Err("the computation failed".to_owned()))
     }
 
-    /// Cancels it: it ends when it next reports its progress.
+    /// Cancels it: it ends when it next looks or reports its progress.
     pub fn cancel(&self) {
         self.shared.cancelled.store(true, Ordering::Relaxed);
     }

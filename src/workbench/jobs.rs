@@ -102,6 +102,7 @@ impl Session {
     /// When the computation failed.
     pub fn wait_for(&mut self, command: &Command) -> Result<Option<String>, SessionError> {
         while self.job(|pending| pending == command).is_some() {
+            self.check_interrupt()?;
             self.advance();
             std::thread::sleep(LOOK);
         }
@@ -119,6 +120,7 @@ impl Session {
     /// When a computation or a run failed.
     pub fn wait(&mut self, mut on_notice: impl FnMut(&Notice)) -> Result<String, SessionError> {
         loop {
+            self.check_interrupt()?;
             let idle = self.is_idle();
             for notice in self.poll() {
                 on_notice(&notice);

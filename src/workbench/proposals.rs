@@ -6,7 +6,7 @@ use super::clusters::RolloutInputs;
 use super::command::{Command, Propose};
 use super::job::{Progress, Reporter};
 use super::{Session, SessionError};
-use crate::guidance::propose_subgoals;
+use crate::guidance::{Stoppable, propose_subgoals};
 use crate::task::{Region, Task};
 use crate::trainer::{RunConfig, rollout_model};
 
@@ -71,7 +71,8 @@ fn search(config: &RunConfig, count: usize, reporter: &Reporter) -> Result<Vec<R
     let model = rollout_model(&config.prior, &config.task).map_err(|error| error.to_string())?;
     let (model, _) = model.ok_or("`uniform` predicts nothing: choose another model, such as learned or true")?;
     let go_on = |found| reporter.progress(found, count);
-    propose_subgoals(&config.task, &*model, count, &config.guidance, config.seed, go_on)
+    let stop = || reporter.is_cancelled();
+    propose_subgoals(&config.task, &Stoppable::new(&*model, &stop), count, &config.guidance, config.seed, go_on)
         .map_err(|error| error.to_string())
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::SessionError;
 use super::clusters::ClusterStore;
@@ -58,6 +59,8 @@ pub struct Session {
     pub(super) hand_play: HandPlay,
     pub(super) journal: Journal,
     pub(super) quit: bool,
+    /// Ends all waiting once it is set.
+    pub(super) interrupt: Arc<AtomicBool>,
 }
 
 impl Session {
@@ -80,6 +83,7 @@ impl Session {
             folder,
             journal: Journal::default(),
             quit: false,
+            interrupt: Arc::default(),
         }
     }
 
@@ -277,6 +281,15 @@ impl Session {
             journal.note_at(Pause.into(), run.number(), run.records().len() as u32);
         }
         journal.to_script()
+    }
+
+    /// From now on nothing is waited for any more once the flag is set.
+    pub fn interrupt_with(&mut self, flag: Arc<AtomicBool>) {
+        self.interrupt = flag;
+    }
+
+    pub(super) fn check_interrupt(&self) -> Result<(), SessionError> {
+        if self.interrupt.load(Ordering::Relaxed) { Err(SessionError::Interrupted) } else { Ok(()) }
     }
 
     /// Whether `quit` was given.

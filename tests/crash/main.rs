@@ -10,6 +10,7 @@
 // It prints what was skipped and how much was tried.
 #![allow(clippy::print_stderr)]
 
+mod power;
 mod tensorboard;
 
 use std::collections::BTreeMap;
@@ -17,6 +18,8 @@ use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
+
+use power::{Disk, Kept};
 
 const MGE: &str = env!("CARGO_BIN_EXE_mge");
 const SIGKILL: i32 = 9;
@@ -57,6 +60,7 @@ struct Fault<'a> {
     kind: &'a str,
     at: usize,
     log: Option<&'a Path>,
+    trace: Option<&'a Path>,
 }
 
 /// Runs a line of arguments, in which `@` is the folder.
@@ -67,6 +71,7 @@ fn mge(line: &str, folder: &Path, fault: Option<&Fault<'_>>) -> Output {
         command.env("LD_PRELOAD", library).env("FAULT_ROOT", fault.folder);
         command.env("FAULT_KIND", fault.kind).env("FAULT_AT", fault.at.to_string());
         command.envs(fault.log.map(|log| ("FAULT_LOG", log)));
+        command.envs(fault.trace.map(|trace| ("FAULT_TRACE", trace)));
     }
     command.output().expect("the program starts")
 }
@@ -94,6 +99,7 @@ fn works() -> Vec<Work> {
         "dynamics train --tools box --epochs 3 --seed 2 --observations 20 --quiet --out @/m.safetensors".to_owned();
     let script = "script @/s.mge --quiet".to_owned();
     let figures = "figures @/run --out @/figures --svg".to_owned();
+    let session = ["all", "rest", "end"].map(|name| format!("script @/{name}.mge --quiet"));
     let nothing: fn(&Path) = |_| {};
     vec![
         Work { name: "train", prepare: nothing, repair: vec![resume.clone(), train.clone()], command: train },
@@ -101,6 +107,7 @@ fn works() -> Vec<Work> {
         Work { name: "sweep", prepare: sweep_file, repair: vec![sweep.clone()], command: sweep },
         Work { name: "model", prepare: nothing, repair: vec![model.clone()], command: model },
         Work { name: "task", prepare: script_file, repair: vec![script.clone()], command: script },
+        Work { name: "session", prepare: session_files, command: session[0].clone(), repair: session.to_vec() },
         Work { name: "figures", prepare: finished_run, repair: vec![figures.clone()], command: figures },
     ]
 }
@@ -108,7 +115,7 @@ fn works() -> Vec<Work> {
 /// A run that was killed in the middle of its second checkpoint.
 fn interrupted_run(folder: &Path) {
     let line = format!("train task1 {TRAINING} --out @/run");
-    let output = mge(&line, folder, Some(&Fault { folder, kind: "kill", at: 100, log: None }));
+    let output = mge(&line, folder, Some(&Fault { folder, kind: "kill", at: 100, log: None, trace: None }));
     assert_eq!(output.status.signal(), Some(SIGKILL));
 }
 
@@ -128,6 +135,23 @@ fn script_file(folder: &Path) {
     std::fs::write(&own, "{}").unwrap();
     std::fs::write(folder.join("s.mge"), format!("task task1\nsubgoal move 1 0.05 0.2\nsave {}\n", own.display()))
         .unwrap();
+}
+
+/// A session of the workbench that edits, saves, trains, computes and exports, as a script; and what a
+/// person does of it whose run was begun, or is done.
+fn session_files(folder: &Path) {
+    let at = folder.display();
+    let edited = format!("task task1\nsubgoal move 1 0.05 0.2\nsave {at}/own.json\n");
+    let settings = "method ddpg\nmodel uniform\nepisodes 8\nset ddpg.hidden 4\nset ddpg.replay_capacity 20\n\
+        set checkpoints.last_every 3\n";
+    let rest = format!(
+        "wait\nclusters {at}/clusters.json\nwait\nfigure scene {at}/scene.svg\nfigure learning {at}/learning.csv\n\
+        figure dashboard {at}/dashboard.svg\nwait\n"
+    );
+    for (name, run) in [("all", "train"), ("rest", "continue"), ("end", "open")] {
+        let script = format!("{edited}{settings}{run} {at}/run\n{rest}");
+        std::fs::write(folder.join(name).with_extension("mge"), script).unwrap();
+    }
 }
 
 /// Every file that the work leaves, without what must differ: times, and how often it was begun.
@@ -186,7 +210,7 @@ fn undisturbed(work: &Work) -> (usize, BTreeMap<String, Vec<u8>>) {
     let logs = tempfile::tempdir().unwrap();
     (work.prepare)(folder.path());
     let log = logs.path().join("log");
-    let fault = Fault { folder: folder.path(), kind: "none", at: 0, log: Some(&log) };
+    let fault = Fault { folder: folder.path(), kind: "none", at: 0, log: Some(&log), trace: None };
     let output = mge(&work.command, folder.path(), Some(&fault));
     assert!(output.status.success(), "{}: {}", work.name, text(&output.stderr));
     let operations = std::fs::read_to_string(&log).unwrap().lines().count();
@@ -197,25 +221,32 @@ fn undisturbed(work: &Work) -> (usize, BTreeMap<String, Vec<u8>>) {
 fn problem(work: &Work, kind: &str, at: usize, expected: &BTreeMap<String, Vec<u8>>) -> Option<String> {
     let folder = tempfile::tempdir().unwrap();
     (work.prepare)(folder.path());
-    let output = mge(&work.command, folder.path(), Some(&Fault { folder: folder.path(), kind, at, log: None }));
+    let output =
+        mge(&work.command, folder.path(), Some(&Fault { folder: folder.path(), kind, at, log: None, trace: None }));
     let message = text(&output.stderr);
     match (kind, output.status.signal(), output.status.code()) {
         ("kill" | "torn", Some(SIGKILL), _) | ("short", None, Some(0)) => {}
         ("eio" | "full", None, Some(0 | 1)) if !message.contains("panicked") => {}
         _ => return Some(format!("{}: {message}", output.status)),
     }
-    if output.status.code() != Some(0) {
-        let mut failures = Vec::new();
-        let repaired = work.repair.iter().any(|line| {
-            let output = mge(line, folder.path(), None);
-            failures.push(text(&output.stderr));
-            output.status.success()
-        });
-        if !repaired {
-            return Some(format!("it cannot be continued: {failures:?}"));
-        }
-    }
-    let found = result(folder.path());
+    if output.status.code() == Some(0) { None } else { continued(work, folder.path()) }
+        .or_else(|| difference(folder.path(), expected))
+}
+
+/// Does what a person does after a fault; what is wrong if nothing helps.
+fn continued(work: &Work, folder: &Path) -> Option<String> {
+    let mut failures = Vec::new();
+    let repaired = work.repair.iter().any(|line| {
+        let output = mge(line, folder, None);
+        failures.push(text(&output.stderr));
+        output.status.success()
+    });
+    (!repaired).then(|| format!("it cannot be continued: {failures:?}"))
+}
+
+/// The first file that is not as after an undisturbed command.
+fn difference(folder: &Path, expected: &BTreeMap<String, Vec<u8>>) -> Option<String> {
+    let found = result(folder);
     let names: Vec<&String> = expected.keys().chain(found.keys()).collect();
     let differing = names.into_iter().find(|name| expected.get(*name) != found.get(*name))?;
     let show = |files: &BTreeMap<String, Vec<u8>>| {
@@ -240,8 +271,78 @@ fn check(name: &str, every: usize) {
             problems.extend(problem(&work, kind, at, &expected).map(|problem| format!("{kind} at {at}: {problem}")));
         }
     }
-    eprintln!("{name}: {operations} operations, {tried} faults, {} problems", problems.len());
+    let faults = tried;
+    for (at, kept, problem) in losses(&work, every, &expected, &mut tried) {
+        problems.push(format!("power lost after {at}, {kept:?} kept: {problem}"));
+    }
+    let losses = tried - faults;
+    eprintln!(
+        "{name}: {operations} operations, {faults} faults, {losses} losses of power, {} problems",
+        problems.len()
+    );
     assert!(problems.is_empty(), "{} of {tried}:\n{}", problems.len(), problems.join("\n"));
+}
+
+/// What is wrong after losses of power: one after each operation, or one of `every`.
+fn losses(
+    work: &Work,
+    every: usize,
+    expected: &BTreeMap<String, Vec<u8>>,
+    tried: &mut usize,
+) -> Vec<(usize, Kept, String)> {
+    let folder = tempfile::tempdir().unwrap();
+    (work.prepare)(folder.path());
+    let mut disk = Disk::of(folder.path());
+    let traces = tempfile::tempdir().unwrap();
+    let trace = traces.path().join("trace");
+    let fault = Fault { folder: folder.path(), kind: "none", at: 0, log: None, trace: Some(&trace) };
+    assert!(mge(&work.command, folder.path(), Some(&fault)).status.success());
+    let trace = std::fs::read(trace).unwrap();
+    let mut problems = Vec::new();
+    for (at, operation) in power::operations(&trace).iter().enumerate() {
+        disk.apply(operation);
+        if at % every != every / 2 {
+            continue;
+        }
+        for kept in [Kept::Synced, Kept::Names] {
+            // In the same place: files may name the folder they are in.
+            std::fs::remove_dir_all(folder.path()).unwrap();
+            disk.restore(kept, folder.path());
+            *tried += 1;
+            let problem = continued(work, folder.path()).or_else(|| difference(folder.path(), expected));
+            problems.extend(problem.map(|problem| (at + 1, kept, problem)));
+        }
+    }
+    problems
+}
+
+/// A training that is ended by signals and continued leaves what an undisturbed one does.
+#[test]
+fn signals() {
+    let line = format!("train task1 {} --out @/run", TRAINING.replace("--episodes 8", "--episodes 120"));
+    let whole = tempfile::tempdir().unwrap();
+    assert!(mge(&line, whole.path(), None).status.success());
+    let expected = result(whole.path());
+    let disturbed = tempfile::tempdir().unwrap();
+    let run = disturbed.path().join("run");
+    let rows = || std::fs::read_to_string(run.join("metrics.csv")).map_or(0, |text| text.lines().count());
+    let resume = "resume @/run --quiet";
+    for (signal, after) in [("TERM", 2), ("INT", 25), ("TERM", 26), ("INT", 60), ("TERM", 61), ("INT", 90)] {
+        let line = if run.exists() { resume } else { &line };
+        let mut command = Command::new(MGE);
+        command.args(line.split_whitespace().map(|word| word.replace('@', &disturbed.path().display().to_string())));
+        let mut child =
+            command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null()).spawn().unwrap();
+        while rows() <= after && child.try_wait().unwrap().is_none() {
+            std::thread::yield_now();
+        }
+        let sent = Command::new("kill").args([format!("-{signal}"), child.id().to_string()]).status().unwrap();
+        let status = child.wait().unwrap();
+        assert!(!sent.success() || matches!(status.code(), Some(0 | 130 | 143)), "{status}");
+    }
+    assert!(mge(resume, disturbed.path(), None).status.success());
+    let difference = difference(disturbed.path(), &expected);
+    assert!(difference.is_none(), "{}", difference.unwrap());
 }
 
 /// A share of the faults in the normal suite, all of them on demand.
@@ -268,5 +369,6 @@ crash_tests! {
     sweep: 41,
     model: 5,
     task: 3,
+    session: 31,
     figures: 5,
 }

@@ -34,7 +34,7 @@ pub struct Terminal {
 /// The screen, and a bell that rings when the program has written something.
 struct Watched {
     parser: Mutex<Parser>,
-    /// Everything the program has written.
+    /// The latest that the program has written, at least the last megabyte of it.
     written: Mutex<Vec<u8>>,
     news: Condvar,
 }
@@ -150,6 +150,11 @@ impl Terminal {
         assert!(Command::new("kill").args([format!("-{signal}"), id]).status().unwrap().success());
     }
 
+    /// The program's process.
+    pub fn process(&self) -> u32 {
+        self.child.process_id().unwrap()
+    }
+
     /// Waits for the program's end and returns its exit status.
     pub fn wait_for_exit(&mut self) -> u32 {
         let start = Instant::now();
@@ -206,7 +211,12 @@ fn follow(
         if closing.load(Ordering::Relaxed) {
             return;
         }
-        screen.written.lock().unwrap().extend(&bytes[..count]);
+        let mut written = screen.written.lock().unwrap();
+        written.extend(&bytes[..count]);
+        if written.len() > 2 << 20 {
+            written.drain(..1 << 20);
+        }
+        drop(written);
         let mut parser = screen.parser.lock().unwrap_or_else(PoisonError::into_inner);
         parser.process(&bytes[..count]);
         let answers = std::mem::take(&mut parser.callbacks_mut().due);

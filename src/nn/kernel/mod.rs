@@ -4,6 +4,7 @@
 //! remainder. The instruction set (AVX-512, AVX2 with FMA, or plain Rust) is chosen once; results
 //! depend on it in the last bits, but never on the number of threads or on how rows are grouped.
 
+#![allow(unsafe_code, reason = "vector instructions, and memory aligned for them")]
 #![deny(clippy::undocumented_unsafe_blocks)]
 
 mod buffer;

@@ -289,8 +289,13 @@ impl App {
             return;
         }
         if let Some(layer) = self.layers.last_mut() {
-            let response = layer.key(key);
-            self.respond(response);
+            match layer.key(key) {
+                Response::Pass => {
+                    self.layers.pop();
+                    self.key(key);
+                }
+                response => self.respond(response),
+            }
         } else if let Some(action) = action {
             self.notice = None;
             self.perform(action);
@@ -313,7 +318,7 @@ impl App {
     fn respond(&mut self, response: Response) {
         match response {
             Response::Stay => {}
-            Response::Leave => _ = self.layers.pop(),
+            Response::Leave | Response::Pass => _ = self.layers.pop(),
             Response::Do(effect) => {
                 self.layers.pop();
                 self.carry_out(vec![effect]);

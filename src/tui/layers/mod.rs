@@ -61,6 +61,8 @@ pub enum Response {
     Stay,
     /// To be left.
     Leave,
+    /// To be left, and the key to go to what lies under it.
+    Pass,
     /// To be left, and this to be done.
     Do(Effect),
     /// This to be done; to be left if it succeeds.

@@ -42,7 +42,9 @@ impl Layer for Tour {
         match key.code {
             KeyCode::Left | KeyCode::Backspace => self.page = self.page.saturating_sub(1),
             KeyCode::Right | KeyCode::Enter | KeyCode::Char(' ') if self.page + 1 < PAGES.len() => self.page += 1,
-            _ => return Response::Leave,
+            KeyCode::Enter | KeyCode::Esc | KeyCode::Char(' ' | 'q' | 'x') => return Response::Leave,
+            // Who knows what to press is not asked to press it twice.
+            _ => return Response::Pass,
         }
         Response::Stay
     }

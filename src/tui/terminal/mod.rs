@@ -9,13 +9,13 @@ mod input;
 #[cfg(not(unix))]
 #[path = "other_input.rs"]
 mod input;
-#[cfg(unix)]
 mod parser;
 #[cfg(unix)]
 pub mod signals;
 
 pub use graphics::{Graphics, Protocol};
 pub use input::Input;
+pub use parser::Parser;
 
 use std::backtrace::Backtrace;
 use std::cell::RefCell;

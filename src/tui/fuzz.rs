@@ -1,0 +1,153 @@
+//! The whole workbench as a function of the bytes that a terminal sends, for the fuzz target
+//! `interface`.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use crossterm::event::Event;
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+
+use super::app::App;
+use super::input::Keymap;
+use super::terminal::{Parser, Received};
+use super::view::playback::Episode;
+use super::view::{Level, SessionWorkspace, TaskModel, ViewModel, Workspace};
+use super::widgets::preview::Drawing;
+use super::widgets::theme::{Depth, Marker, Palette, Theme};
+use crate::task::Task;
+use crate::workbench::{Command, FigureKind, Session};
+
+/// Pictures that are drawn of one input.
+const PICTURES: usize = 12;
+/// No byte of UTF-8: the next two are the terminal's new size.
+const RESIZE: u8 = 0xff;
+/// No byte of UTF-8: time passes.
+const WAIT: u8 = 0xfe;
+
+/// A workbench in an empty folder takes in what a terminal sends, with a training under way. What an input
+/// asks for outside of the folder is refused.
+///
+/// # Panics
+/// When the workbench has a fault.
+pub fn interface(input: &[u8]) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut session = Session::on_task("task1", folder.path().join("runs")).expect("a shipped task");
+    for line in ["model uniform", "method ddpg", "set ddpg.hidden 4", "set ddpg.replay_capacity 20", "episodes 20"] {
+        let command = Command::parse(line).expect("it is a command").expect("it is no comment");
+        session.apply(command).expect("the settings are in range");
+    }
+    let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
+    let workspace = Contained(SessionWorkspace::new(session));
+    let mut app = App::new(Box::new(workspace), theme, Keymap::default());
+    let mut terminal = Terminal::new(TestBackend::new(120, 40)).expect("it never fails");
+    let mut parser = Parser::default();
+    let mut rest = input;
+    for _ in 0..PICTURES {
+        let end = rest.iter().position(|byte| matches!(*byte, RESIZE | WAIT)).unwrap_or(rest.len());
+        let mut received = Vec::new();
+        parser.advance(&rest[..end], &mut received);
+        parser.flush(&mut received);
+        for received in received {
+            match received {
+                Received::Event(event) => app.event(event),
+                Received::CellSize(cell) => app.set_cell_size(cell),
+                Received::Attributes { .. } => {}
+            }
+            // What the terminal would be asked for.
+            app.take_request();
+            if app.is_leaving() {
+                return;
+            }
+        }
+        match rest[end..] {
+            [RESIZE, columns, rows, ..] => {
+                terminal.backend_mut().resize(u16::from(columns).max(1), u16::from(rows).max(1));
+                app.event(Event::Resize(columns.into(), rows.into()));
+                rest = &rest[end + 3..];
+            }
+            [WAIT, ..] => {
+                app.tick(Duration::from_millis(700));
+                rest = &rest[end + 1..];
+            }
+            _ => rest = &[],
+        }
+        app.tick(Duration::from_millis(20));
+        terminal.draw(|frame| app.draw(frame)).expect("it never fails");
+        if rest.is_empty() {
+            return;
+        }
+    }
+}
+
+/// A workspace that carries out nothing that concerns other files than those of its folder, or takes long.
+struct Contained(SessionWorkspace);
+
+/// Verbs that name no file, whatever their arguments.
+const HARMLESS: [&str; 19] = [
+    "subgoal ",
+    "goal ",
+    "ball ",
+    "tool ",
+    "undo",
+    "redo",
+    "proposal ",
+    "seed ",
+    "method ",
+    "episodes ",
+    "epsilon ",
+    "set ddpg",
+    "pause",
+    "resume",
+    "stop",
+    "watch ",
+    "place ",
+    "reset",
+    "guide",
+];
+/// Whole lines that name no file.
+const LINES: [&str; 7] = ["train", "clusters", "evaluate", "model uniform", "task task1", "task task3", "continue"];
+
+impl Workspace for Contained {
+    fn view(&self) -> &ViewModel {
+        self.0.view()
+    }
+
+    fn poll(&mut self) -> bool {
+        self.0.poll()
+    }
+
+    fn apply(&mut self, command: Command) -> Result<String, String> {
+        let line = command.to_string();
+        let allowed = LINES.contains(&&*line) || HARMLESS.iter().any(|verb| line.starts_with(verb));
+        if allowed { self.0.apply(command) } else { Err(format!("not while it is tried: {line}")) }
+    }
+
+    fn request_live(&self) {
+        self.0.request_live();
+    }
+
+    fn model_for(&mut self, task: &Arc<Task>) -> Result<TaskModel, String> {
+        self.0.model_for(task)
+    }
+
+    fn past_episode(&self, episode: u64) -> Result<Arc<Episode>, String> {
+        self.0.past_episode(episode)
+    }
+
+    fn figure(&self, kind: FigureKind) -> Result<Drawing, String> {
+        self.0.figure(kind)
+    }
+
+    fn unusual_settings(&self) -> Vec<(String, String)> {
+        self.0.unusual_settings()
+    }
+
+    fn look_for_runs(&mut self) {
+        self.0.look_for_runs();
+    }
+
+    fn log(&mut self, level: Level, text: String) {
+        self.0.log(level, text);
+    }
+}

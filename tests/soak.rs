@@ -1,0 +1,210 @@
+//! The workbench under a random script for a long time, with trainings: its memory, its open files
+//! and its threads must not grow.
+//!
+//! `MGE_SOAK_MINUTES=60 cargo test --release --test soak -- --ignored --nocapture` prints a line a
+//! minute; without the variable it takes an hour. `MGE_SOAK_PROGRAM` names another binary than the
+//! one that was built with the test, `MGE_SOAK_SEED` another script.
+
+#![cfg(target_os = "linux")]
+// It prints what it measures while it goes on.
+#![allow(clippy::print_stderr)]
+
+#[allow(dead_code, reason = "shared: each test file needs a part of it")]
+mod terminal;
+
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use portable_pty::CommandBuilder;
+use rand::seq::SliceRandom;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use terminal::Terminal;
+
+/// The program that is tried.
+fn mge() -> String {
+    std::env::var("MGE_SOAK_PROGRAM").unwrap_or_else(|_| env!("CARGO_BIN_EXE_mge").to_owned())
+}
+
+/// Minutes until everything that is kept for good has been allocated.
+const WARM: usize = 10;
+
+/// What a process holds.
+#[derive(Debug, Clone, Copy)]
+struct Held {
+    /// Resident memory in KB.
+    memory: u64,
+    files: usize,
+    threads: u64,
+    /// Processor time in seconds.
+    time: f64,
+}
+
+impl Held {
+    fn by(process: u32) -> Self {
+        let status = std::fs::read_to_string(format!("/proc/{process}/status")).expect("it runs");
+        let number = |name: &str| {
+            let line = status.lines().find(|line| line.starts_with(name)).expect("Linux has it");
+            line.split_whitespace().nth(1).unwrap().parse().unwrap()
+        };
+        let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).expect("it runs");
+        let after_name: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
+        let ticks: f64 = after_name[11].parse::<f64>().unwrap() + after_name[12].parse::<f64>().unwrap();
+        Self {
+            memory: number("VmRSS:"),
+            threads: number("Threads:"),
+            files: std::fs::read_dir(format!("/proc/{process}/fd")).expect("it runs").count(),
+            time: ticks / 100.0,
+        }
+    }
+}
+
+/// Keys that neither leave nor stop anything: what they open is left by Escape.
+const KEYS: &[&str] = &[
+    "1", "2", "3", "4", "5", "6", "7", "8", "[", "]", "\t", "\x1b[Z", "\x1b[A", "\x1b[B", "\x1b[C", "\x1b[D", "h", "j",
+    "k", "l", "H", "J", "K", "L", "\x1b[5~", "\x1b[6~", "\x1b[H", "\x1b[F", "a", "z", "Z", "v", "b", "i", "g", "s",
+    "r", ".", ",", "<", ">", " ", "A", "T", ")", "(", "{", "}", "u", "U", "P", "+", "-", "c", "G", "e", "m", "n", "?",
+    "0", "9", "\x1b[12~", "\x1b[13~", "\x1bOQ", "\x1bOR",
+];
+
+/// Commands that a person gives while trainings go on.
+const COMMANDS: &[&str] = &[
+    "task task2",
+    "task task1",
+    "task task5",
+    "model true",
+    "model uniform",
+    "clusters",
+    "epsilon 0.3",
+    "epsilon linear:0.5:0.1:500",
+    "subgoal move 1 0.1 0.2",
+    "undo",
+    "redo",
+    "reset",
+    "place 0.2 0.3",
+    "watch 1",
+    "watch 2",
+    "evaluate",
+    "figure scene scene.svg",
+    "figure learning learning.png",
+    "figure dashboard dashboard.png",
+    "figure episode episode.gif",
+    "pause",
+    "resume",
+    "no such command",
+    "set ddpg.gamma 2",
+    "train runs/first",
+];
+
+/// One thing that a person, a cat or a broken terminal does.
+fn act(terminal: &Terminal, rng: &mut ChaCha8Rng) {
+    let text = |rng: &mut ChaCha8Rng, length| -> String {
+        (0..rng.gen_range(1..length)).map(|_| char::from(rng.gen_range(b' '..=b'~'))).collect()
+    };
+    let (column, row) = (rng.gen_range(1..=120), rng.gen_range(1..=40));
+    match rng.gen_range(0..20) {
+        0 => {
+            let (columns, rows) = (rng.gen_range(20..220), rng.gen_range(8..70));
+            terminal.resize(columns, rows);
+        }
+        1..=3 => terminal.type_text(&format!(":{}\r", COMMANDS.choose(rng).unwrap())),
+        4 => terminal.type_text(&format!(":{}", text(rng, 30))),
+        5 => terminal.type_text(&format!("\x1b[200~{}\x1b[201~", text(rng, 4000))),
+        6 => terminal.type_text(&format!("\x1b[<35;{column};{row}M").repeat(rng.gen_range(1..200))),
+        7 => terminal.type_text(&format!("\x1b[<0;{column};{row}M\x1b[<0;{column};{row}m")),
+        8 => {
+            let to = (rng.gen_range(1..=120), rng.gen_range(1..=40));
+            let drag = format!("\x1b[<0;{column};{row}M\x1b[<32;{};{}M\x1b[<0;{};{}m", to.0, to.1, to.0, to.1);
+            terminal.type_text(&drag);
+        }
+        9 => terminal.type_text(&format!("\x1b[<{};{column};{row}M", rng.gen_range(64..=65))),
+        _ => (0..rng.gen_range(1..12)).for_each(|_| terminal.type_text(KEYS.choose(rng).unwrap())),
+    }
+}
+
+/// A training of another process in the folder that the workbench shows.
+fn another(folder: &Path) -> Child {
+    let arguments = "train task1 --method ddpg --seed 7 --episodes 1000000 --quiet --out runs/another";
+    let settings = "--set ddpg.hidden=16 --set ddpg.replay_capacity=2000";
+    Command::new(mge())
+        .args(arguments.split(' ').chain(settings.split(' ')))
+        .current_dir(folder)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the program starts")
+}
+
+#[test]
+#[ignore = "takes an hour"]
+fn an_hour_of_the_workbench_holds_no_more_than_ten_minutes_of_it() {
+    let minutes = std::env::var("MGE_SOAK_MINUTES").ok().and_then(|text| text.parse().ok()).unwrap_or(60);
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = CommandBuilder::new(mge());
+    command.cwd(folder.path());
+    let mut terminal = Terminal::start(command, "\x1b[?62;4;22c");
+    terminal.wait_for("welcome");
+    terminal.type_text("\x1b");
+    // What follows an Escape at once belongs to it.
+    std::thread::sleep(Duration::from_millis(500));
+    // Small networks, so that much happens; a replay buffer that is soon full. Trainings wait for a
+    // core of their own: on two cores the third does.
+    for line in [
+        "set ddpg.hidden 16",
+        "set ddpg.replay_capacity 2000",
+        "set guidance.model_rollouts 100",
+        "episodes 1000000",
+        "model true",
+        "method ddpg",
+        "train runs/first",
+        "seed 1",
+        "method ddpg-mge-true",
+        "train runs/second",
+        "seed 2",
+        "train runs/third",
+    ] {
+        terminal.type_text(&format!(":{line}\r"));
+    }
+    terminal.wait_for("run      third");
+    let mut other = another(folder.path());
+    let seed = std::env::var("MGE_SOAK_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(0);
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let process = terminal.process();
+    let start = Instant::now();
+    let mut acts = 0;
+    let mut samples = Vec::new();
+    eprintln!("| minute | actions | memory, MB | files | threads | processor, s |\n|---|---|---|---|---|---|");
+    while samples.len() <= minutes {
+        act(&terminal, &mut rng);
+        acts += 1;
+        std::thread::sleep(Duration::from_millis(rng.gen_range(0..200)));
+        if acts % 3 == 0 {
+            // Whatever is open is left.
+            terminal.type_text("\x1b\x1b\x1b");
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        if start.elapsed() >= Duration::from_secs(60 * samples.len() as u64) {
+            let held = Held::by(process);
+            let Held { memory, files, threads, time } = held;
+            let (minute, memory) = (samples.len(), memory as f64 / 1024.0);
+            eprintln!("| {minute} | {acts} | {memory:.1} | {files} | {threads} | {time:.0} |");
+            samples.push(held);
+        }
+    }
+    other.kill().unwrap();
+    other.wait().unwrap();
+    terminal.signal("TERM");
+    assert_eq!(terminal.wait_for_exit(), 143);
+    if samples.len() < 3 * WARM {
+        return;
+    }
+    // What a computation needs for a moment is no growth.
+    let least = |part: &[Held]| part.iter().map(|held| held.memory).min().unwrap();
+    let (early, late) = (least(&samples[WARM..2 * WARM]), least(&samples[samples.len() - WARM..]));
+    assert!(late <= early + early / 20, "{late} KB after {early} KB");
+    let (warm, most) = (samples[WARM], |of: fn(&Held) -> u64| samples[WARM..].iter().map(of).max().unwrap());
+    assert!(most(|held| held.files as u64) <= warm.files as u64 + 8, "files: {samples:?}");
+    assert!(most(|held| held.threads) <= warm.threads + 8, "threads: {samples:?}");
+}
