@@ -275,7 +275,7 @@ fn a_killed_run_goes_on_from_its_checkpoint() {
     // As after a kill in episode 8: the log continues beyond the checkpoint of episode 6.
     let mut training = Training::new(config, None).unwrap();
     (0..6).for_each(|_| drop(training.run_episode().unwrap()));
-    training.evaluate(1);
+    training.evaluate(1).unwrap();
     std::fs::remove_dir_all(killed.path().join("checkpoint")).unwrap();
     let save = crate::run::CheckpointAction::Save(CheckpointName::Last);
     killed.checkpoints().apply(&[save], &training.checkpoint().unwrap()).unwrap();

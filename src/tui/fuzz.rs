@@ -51,8 +51,8 @@ pub fn interface(input: &[u8]) {
         for received in received {
             match received {
                 Received::Event(event) => app.event(event),
-                Received::CellSize(cell) => app.set_cell_size(cell),
-                Received::Attributes { .. } => {}
+                // Only the owner of a real terminal takes these in.
+                Received::CellSize(_) | Received::Attributes { .. } => {}
             }
             // What the terminal would be asked for.
             app.take_request();
@@ -137,10 +137,6 @@ impl Workspace for Contained {
 
     fn figure(&self, kind: FigureKind) -> Result<Drawing, String> {
         self.0.figure(kind)
-    }
-
-    fn unusual_settings(&self) -> Vec<(String, String)> {
-        self.0.unusual_settings()
     }
 
     fn look_for_runs(&mut self) {

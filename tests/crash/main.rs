@@ -338,7 +338,8 @@ fn signals() {
         }
         let sent = Command::new("kill").args([format!("-{signal}"), child.id().to_string()]).status().unwrap();
         let status = child.wait().unwrap();
-        assert!(!sent.success() || matches!(status.code(), Some(0 | 130 | 143)), "{status}");
+        // Before the program itself has begun, the signal ends it as any other.
+        assert!(!sent.success() || matches!(status.code(), None | Some(0 | 130 | 143)), "{status}");
     }
     assert!(mge(resume, disturbed.path(), None).status.success());
     let difference = difference(disturbed.path(), &expected);
