@@ -4,7 +4,10 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::join::join;
-use super::{Batch, Checkpoint, Ddpg, DdpgConfig, Learner, ReplayError, StateError, Streams, Transition, UpdateError};
+use super::{
+    Batch, Checkpoint, Ddpg, DdpgConfig, Learner, ReplayBuffer, ReplayError, StateError, Streams, Transition,
+    UpdateError,
+};
 use crate::nn::{Mlp, OptimiserKind, TensorFile};
 
 const OBSERVATION: usize = 5;
@@ -220,6 +223,28 @@ fn damaged_checkpoints_are_refused() {
     assert!(matches!(Learner::load(&cut), Err(StateError::Replay(ReplayError::Damaged(_)))));
     let other = Checkpoint { replay: learner(&small(), 1).save().replay, ..good.clone() };
     assert_eq!(Learner::load(&other).unwrap_err(), StateError::Foreign);
+    for (observation_len, action_len, capacity, count) in [
+        (OBSERVATION + 1, ACTION, 100, 30),
+        (OBSERVATION, ACTION + 1, 100, 30),
+        (OBSERVATION, ACTION, 101, 30),
+        (OBSERVATION, ACTION, 100, 29),
+    ] {
+        let mut replay = ReplayBuffer::new(observation_len, action_len, capacity);
+        let (observation, action) = (vec![0.5; observation_len], vec![0.5; action_len]);
+        for _ in 0..count {
+            let next_observation = &observation;
+            let transition = Transition {
+                observation: &observation,
+                action: &action,
+                reward: 0.0,
+                next_observation,
+                terminated: false,
+            };
+            replay.push(transition).unwrap();
+        }
+        let other = Checkpoint { replay: replay.to_bytes(), ..good.clone() };
+        assert_eq!(Learner::load(&other).unwrap_err(), StateError::Foreign, "{replay:?}");
+    }
     let no_learner = Checkpoint { networks: one.ddpg().save(), ..good };
     assert!(matches!(Learner::load(&no_learner), Err(StateError::Metadata { .. })));
 }
