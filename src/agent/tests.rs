@@ -213,6 +213,18 @@ fn an_agent_is_loaded_from_its_own_bytes_and_from_a_checkpoint() {
 }
 
 #[test]
+fn the_actor_is_exported_alone_with_what_its_layers_are() {
+    let learner = learner(&small(), 1);
+    let file = TensorFile::from_bytes(&learner.ddpg().export_actor()).unwrap();
+    let mut expected = TensorFile::default();
+    learner.ddpg().actor.save(&mut expected, "actor");
+    for (key, value) in [("layers", "3"), ("hidden", "relu"), ("output", "tanh")] {
+        expected.metadata.insert(key.to_owned(), value.to_owned());
+    }
+    assert_eq!(file.to_bytes(), expected.to_bytes());
+}
+
+#[test]
 fn damaged_checkpoints_are_refused() {
     let mut one = learner(&small(), 1);
     live(&mut one, 0..30);

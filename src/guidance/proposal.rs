@@ -234,7 +234,7 @@ mod tests {
             regions.iter().map(|region| region.position.map(|value| (value * 100.0).round() as i32)).collect()
         };
         assert_eq!(found(&[[0.02, 0.52], [-0.02, 0.48], [0.03, 0.5]]), [[0, 50], [5, 50]]);
-        assert_eq!(found(&[[0.9, 0.9], [-0.96, 0.0], [0.0, 0.96]]), [[90, 90]]);
+        assert_eq!(found(&[[0.85, 0.85], [-0.96, 0.0], [0.0, 0.96]]), [[85, 85]]);
         // A ball of radius 4 and a goal of radius 4 must be 16 units, 0.381, apart.
         assert_eq!(found(&[[0.8, -0.45], [0.8, -0.4], [0.45, -0.8], [0.4, -0.8]]), [[40, -80], [80, -40]]);
     }

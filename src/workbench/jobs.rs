@@ -102,8 +102,8 @@ impl Session {
         self.jobs.iter().rev().find(|job| which(&job.command))
     }
 
-    /// Cancels the computations begun by such commands; true if there was one.
-    pub(super) fn cancel_jobs(&mut self, which: impl Fn(&Command) -> bool) -> bool {
+    /// Cancels the computations begun by such commands.
+    pub(super) fn cancel_jobs(&mut self, which: impl Fn(&Command) -> bool) {
         let (cancelled, others) =
             std::mem::take(&mut self.jobs).into_iter().partition::<Vec<_>, _>(|job| which(&job.command));
         self.jobs = others;
@@ -111,7 +111,6 @@ impl Session {
             job.work.cancel();
             self.forget(job.entry);
         }
-        !cancelled.is_empty()
     }
 
     /// What came to nothing need not be repeated by the recorded script.
