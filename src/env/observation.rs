@@ -18,6 +18,15 @@ pub fn observation_len(task: &Task) -> usize {
     OBJECT_SLOTS * OBJECT_FEATURES + task.stage_count()
 }
 
+/// Least and greatest values of a task's observations. Positions may leave the screen for a moment
+/// and velocities have no bound, so that theirs are infinite; one-hots have.
+pub fn observation_bounds(task: &Task) -> [Vec<f32>; 2] {
+    let is_one_hot = |index: usize| index >= OBJECT_SLOTS * OBJECT_FEATURES || index % OBJECT_FEATURES >= 4;
+    [(f32::NEG_INFINITY, 0.0), (f32::INFINITY, 1.0)].map(|(unbounded, bound)| {
+        (0..observation_len(task)).map(|index| if is_one_hot(index) { bound } else { unbounded }).collect()
+    })
+}
+
 /// Fills `observation` with the balls, the scene's tools, the placed tools, zeros for
 /// empty slots, and the one-hot of the next stage.
 pub(super) fn observe(world: &World, fixed_tools: usize, stage: usize, stages: usize, observation: &mut Vec<f32>) {

@@ -29,8 +29,7 @@ pub struct Axis {
 impl Axis {
     /// An axis from `low` to `high` with about `count` round ticks.
     pub fn linear(label: &str, low: f64, high: f64, count: usize) -> Self {
-        let range = RangedCoordf64::from(low..high);
-        let places = range.key_points(RoundTicks(count));
+        let places = round_ticks(low, high, count);
         let step = places.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
         let largest = places.iter().fold(0.0f64, |largest, value| largest.max(value.abs()));
         let power = if largest > 0.0 { largest.log10().floor() as i32 } else { 0 };
@@ -103,6 +102,11 @@ fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
         let (low, high) = extent.unwrap_or((value, value));
         Some((low.min(value), high.max(value)))
     })
+}
+
+/// At most `most` round values in a range, at equal distances.
+pub fn round_ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
+    RangedCoordf64::from(low..high).key_points(RoundTicks(most))
 }
 
 /// Asks plotters for at most this many round ticks.

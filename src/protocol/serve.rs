@@ -18,7 +18,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::lines::{Lines, LinesError, write_line};
-use crate::env::{Action, EndReason, Environment, OBJECT_FEATURES, OBJECT_SLOTS, Placement, observation_len};
+use crate::env::{Action, EndReason, Environment, Placement, observation_bounds};
 use crate::json;
 use crate::streams::Stream;
 use crate::task::Task;
@@ -138,13 +138,12 @@ impl Server {
     }
 }
 
-/// Positions may leave the screen for a moment and velocities have no bound; one-hots have.
+/// Bounds that are infinite do not exist.
 fn spaces(task: &Task) -> Answer {
-    let length = observation_len(task);
-    let is_one_hot = |index: usize| index >= OBJECT_SLOTS * OBJECT_FEATURES || index % OBJECT_FEATURES >= 4;
-    let bound = |bound: f32| (0..length).map(|index| is_one_hot(index).then_some(bound)).collect();
+    let [low, high] = observation_bounds(task)
+        .map(|bounds| bounds.into_iter().map(|bound| bound.is_finite().then_some(bound)).collect::<Vec<Option<f32>>>());
     Answer::Spaces {
-        observation_space: Space { shape: [length], low: bound(0.0), high: bound(1.0) },
+        observation_space: Space { shape: [low.len()], low, high },
         action_space: Space { shape: [2], low: vec![Some(-1.0); 2], high: vec![Some(1.0); 2] },
     }
 }
@@ -154,6 +153,7 @@ mod tests {
     use serde_json::{Value, json};
 
     use super::*;
+    use crate::env::observation_len;
 
     fn talk(requests: &str) -> Vec<Value> {
         let task = Arc::new(crate::task::load("task1").unwrap());

@@ -17,7 +17,7 @@ pub enum Effect {
     /// Show a message.
     Say(Level, String),
     /// Lay something over the screen.
-    Open(Layer),
+    Open(Box<dyn Layer>),
     /// Select an object of the scene, or none.
     Select(Option<Object>),
     /// Show something else in the scene.
@@ -40,6 +40,11 @@ impl Effect {
     /// Carries out a command.
     pub fn apply(command: impl Into<Command>) -> Self {
         Self::Apply(command.into())
+    }
+
+    /// Lays something over the screen.
+    pub fn open(layer: impl Layer + 'static) -> Self {
+        Self::Open(Box::new(layer))
     }
 
     /// Says what is so.

@@ -8,7 +8,7 @@ use super::app::{App, Guarded, TerminalRequest, report_kept};
 use super::input::{Keymap, KeymapError};
 #[cfg(unix)]
 use super::terminal::signals::{self, Listener, Request};
-use super::terminal::{self, Graphics, Input, Protocol, Received, Screen, TerminalError};
+use super::terminal::{self, Graphics, Input, Screen, TerminalError};
 use super::view::SessionWorkspace;
 use super::widgets::theme::Theme;
 use crate::workbench::Session;
@@ -173,12 +173,7 @@ impl Display {
         let mut received = Vec::new();
         let there = self.input.wait(pause, &mut received)?;
         for received in received {
-            match received {
-                Received::Event(event) => _ = app.guarded(|app| app.event(event)),
-                Received::CellSize(cell) => app.set_cell_size(cell),
-                Received::Attributes { sixel: true } => app.set_protocol(Protocol::Sixel),
-                Received::Attributes { sixel: false } => {}
-            }
+            app.guarded(|app| app.receive(received));
             if app.is_leaving() {
                 break;
             }

@@ -123,7 +123,7 @@ fn learning_curves(runs: &[RunView]) -> LearningCurves {
     for run in runs {
         let config = run.config();
         let curve = Curve {
-            label: label(config),
+            label: run_label(config),
             x: run.records().iter().map(|record| record.episode as f64).collect(),
             y: run.records().iter().map(|record| record.rolling_success).collect(),
             partial: run.records().len().min(WINDOW.get() - 1),
@@ -139,8 +139,8 @@ fn learning_curves(runs: &[RunView]) -> LearningCurves {
     LearningCurves { window: WINDOW.get(), statistics, panels, ..LearningCurves::default() }
 }
 
-/// A run among others, as in legends.
-fn label(config: &RunConfig) -> String {
+/// A run among others, in words: method, threshold and seed.
+pub fn run_label(config: &RunConfig) -> String {
     let method = config.method.label();
     match config.method.has_clusters() {
         true => format!("{method}, epsilon {}, seed {}", config.epsilon.describe(), config.seed),
@@ -157,7 +157,7 @@ fn dashboard(run: &RunView) -> Dashboard {
         evaluation.map_or(f64::NAN, |evaluation| evaluation.success)
     };
     Dashboard {
-        title: format!("{} on {}", label(config), config.task.name),
+        title: format!("{} on {}", run_label(config), config.task.name),
         window: WINDOW.get(),
         episode: column(&|record| record.episode as f64),
         success: metric(Metric::Success),

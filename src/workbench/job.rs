@@ -9,7 +9,7 @@ use crate::trainer::panic_message;
 
 /// A computation on a thread of its own.
 #[derive(Debug)]
-pub(super) struct Job<T> {
+pub(crate) struct Job<T> {
     shared: Arc<Shared>,
     thread: JoinHandle<Result<T, String>>,
 }
@@ -40,7 +40,7 @@ impl Progress {
 
 /// The computation's side of a job.
 #[derive(Debug)]
-pub(super) struct Reporter(Arc<Shared>);
+pub(crate) struct Reporter(Arc<Shared>);
 
 impl Reporter {
     /// Reports how much is done; false if the computation is to end.

@@ -1,7 +1,8 @@
 //! A run as the workbench shows it: its log so far, and the trainer if it is ours.
 
+use std::cell::Cell;
 use std::path::Path;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -12,11 +13,13 @@ use crate::run::{
     CheckpointName, EpisodeRecord, EvaluationRecord, Event, EventReader, LoggedEvent, Poll, RunDirectory, RunError,
     RunHistory, RunState, read_episode,
 };
+use crate::task::Task;
 use crate::trainer::{
     Control, LiveView, NETWORKS_SECTION, Phase, RunConfig, Trace, Trainer, greedy_episode, saved_prior,
 };
 
 use super::SessionError;
+use super::job::Job;
 
 /// A run, live or finished, ours or another process's: a reader of its log.
 #[derive(Debug)]
@@ -31,14 +34,56 @@ pub struct RunView {
     trainer: Option<Trainer>,
     live: Option<LiveView>,
     failure: Option<String>,
-    /// The saved prior, or why it cannot be used; read when it is first asked for.
-    saved_prior: OnceLock<Result<Option<Arc<ActionPrior>>, String>>,
+    saved_prior: SavedPrior,
     /// It was asked to leave its pause and has not said so yet.
     leaving_pause: bool,
     trained_here: bool,
     /// What its log says so far is being read.
     unread: bool,
     turn: Option<Turn>,
+}
+
+/// The prior in a run's folder, which is read in the background when it is asked for.
+#[derive(Debug, Default)]
+struct SavedPrior {
+    /// The prior, or why it cannot be used, as it was when it was last read.
+    known: Option<PriorOutcome>,
+    wanted: Cell<bool>,
+    reading: Option<Job<Option<Arc<ActionPrior>>>>,
+}
+
+/// The prior of a run that has one, or why it cannot be used.
+pub(super) type PriorOutcome = Result<Option<Arc<ActionPrior>>, String>;
+
+impl SavedPrior {
+    fn get(&self) -> Option<Arc<ActionPrior>> {
+        if self.known.is_none() && self.reading.is_none() {
+            self.wanted.set(true);
+        }
+        self.known.clone()?.ok().flatten()
+    }
+
+    /// Reads it if it is wanted; true if what is known of it has changed.
+    fn poll(&mut self, directory: &RunDirectory, task: &Arc<Task>) -> bool {
+        if let Some(job) = self.reading.take_if(|job| job.is_finished()) {
+            self.known = Some(job.result());
+            return true;
+        }
+        if self.reading.is_none() && self.wanted.take() {
+            let (directory, task) = (directory.clone(), task.clone());
+            match Job::spawn(move |_| read_prior(&directory, &task)) {
+                Ok(job) => self.reading = Some(job),
+                Err(error) => self.known = Some(Err(error.to_string())),
+            }
+        }
+        false
+    }
+}
+
+/// Reads the prior in the folder of a run on a task.
+pub(super) fn read_prior(directory: &RunDirectory, task: &Task) -> PriorOutcome {
+    let prior = saved_prior(directory, task).map_err(|error| error.to_string())?;
+    Ok(prior.map(Arc::new))
 }
 
 /// A run that waits until a core is free for it.
@@ -82,7 +127,7 @@ impl RunView {
             trainer: None,
             live: None,
             failure: None,
-            saved_prior: OnceLock::new(),
+            saved_prior: SavedPrior::default(),
             leaving_pause: false,
             trained_here: false,
             unread: false,
@@ -104,12 +149,13 @@ impl RunView {
     ///
     /// # Errors
     /// When it could not be read; the run then is not trained either.
-    pub(super) fn take_past(&mut self, past: Result<(EventReader, Poll), String>) -> Result<(), String> {
+    pub(super) fn take_past(&mut self, past: Result<(EventReader, Poll, PriorOutcome), String>) -> Result<(), String> {
         self.unread = false;
         match past {
-            Ok((reader, past)) => {
+            Ok((reader, past, prior)) => {
                 self.reader = reader;
                 self.take_in(Ok(past));
+                self.saved_prior = SavedPrior { known: Some(prior), ..SavedPrior::default() };
                 if self.is_queued() {
                     self.failure = None;
                 }
@@ -189,12 +235,13 @@ impl RunView {
             }
             if let Some(outcome) = trainer.outcome() {
                 self.failure = outcome.err();
+                self.saved_prior.known = Some(Ok(trainer.watch().prior()));
                 self.trainer = None;
                 self.leaving_pause = false;
                 changed = true;
             }
         }
-        changed |= !events.is_empty();
+        changed |= self.saved_prior.poll(&self.directory, &self.config.task) | !events.is_empty();
         (events, changed)
     }
 
@@ -218,7 +265,7 @@ impl RunView {
             self.history.note(&event);
             self.leaving_pause &= !matches!(event, Event::Resumed { .. });
             if matches!(event, Event::ClustersChanged { .. } | Event::Started { .. }) {
-                self.saved_prior.take();
+                self.saved_prior.wanted.set(self.saved_prior.known.is_some());
             }
             // What is left of a log that was cut is no news.
             if !news.restarted || time > self.latest {
@@ -289,13 +336,8 @@ impl RunView {
     pub fn prior(&self) -> Option<Arc<ActionPrior>> {
         match &self.trainer {
             Some(trainer) => trainer.watch().prior(),
-            None => self.saved_prior.get_or_init(|| self.read_prior()).clone().ok().flatten(),
+            None => self.saved_prior.get(),
         }
-    }
-
-    fn read_prior(&self) -> Result<Option<Arc<ActionPrior>>, String> {
-        let prior = saved_prior(&self.directory, &self.config.task).map_err(|error| error.to_string())?;
-        Ok(prior.map(Arc::new))
     }
 
     /// Whether this process trains it now.
@@ -310,7 +352,7 @@ impl RunView {
 
     /// What went wrong with it here, if anything.
     pub fn failure(&self) -> Option<&str> {
-        let of_prior = || self.saved_prior.get().and_then(|prior| prior.as_ref().err());
+        let of_prior = || self.saved_prior.known.as_ref().and_then(|prior| prior.as_ref().err());
         self.failure.as_ref().or_else(of_prior).map(String::as_str)
     }
 

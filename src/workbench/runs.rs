@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use super::SessionError;
 use super::command::{Command, Continue, Delete, Evaluate, Open};
 use super::job::Reporter;
-use super::run::RunView;
+use super::run::{RunView, read_prior};
 use super::session::Session;
 use crate::run::RunDirectory;
 use crate::trainer::{Control, RunConfig};
@@ -40,12 +40,14 @@ impl Session {
             return Ok(number);
         }
         let run = RunView::open(folder)?;
-        let mut log = run.directory().events();
+        let (directory, task) = (run.directory().clone(), run.config().task.clone());
+        let mut log = directory.events();
         let number = self.add(run.with_past_unread());
         let report = format!("opened {}", folder.display());
         let work = move |_: &Reporter| {
             let past = log.poll().map_err(|error| error.to_string())?;
-            Ok((log, past))
+            let prior = read_prior(&directory, &task);
+            Ok((log, past, prior))
         };
         self.begin_job(command, work, move |session, past| {
             // It may have been deleted meanwhile.

@@ -1,6 +1,6 @@
 //! The keys as the manual page lists them.
 
-use super::{Context, entries};
+use super::{Context, Script, entries};
 
 /// A key, or several, the action's name in a key file, and what it does.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -23,7 +23,10 @@ pub fn keys() -> Vec<(&'static str, Vec<KeyHelp>)> {
             keys: entry.keys.split_whitespace().collect::<Vec<_>>().join(", "),
             name: entry.name,
             about: entry.about,
-            verb: entry.verb(),
+            verb: match entry.script {
+                Script::Verb(verb) | Script::Like(verb) => Some(verb),
+                Script::Nothing => None,
+            },
         });
         (context.name(), help.collect())
     };

@@ -179,27 +179,16 @@ impl Context {
     }
 }
 
-/// How a script does what an action does, with a verb or its name for `V`.
+/// How a script does what an action does, with the name of a verb.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Script<V> {
+pub enum Script {
     /// With this verb, which says what the action does.
-    Verb(V),
+    Verb(&'static str),
     /// With this verb and the right arguments. Moving and resizing name the verb for a subgoal:
     /// the other objects have verbs of the same form.
-    Like(V),
+    Like(&'static str),
     /// Not at all: it is about the screen.
     Nothing,
-}
-
-/// A row of the table, which names verbs.
-struct Row {
-    action: Action,
-    context: Context,
-    name: &'static str,
-    keys: &'static str,
-    hint: &'static str,
-    about: &'static str,
-    script: Script<&'static str>,
 }
 
 /// An action in a context, with its name, its keys and what it does.
@@ -218,44 +207,15 @@ pub struct Entry {
     /// What it does, in one line.
     pub about: &'static str,
     /// The same in a script.
-    pub script: Script<&'static Verb>,
+    pub script: Script,
 }
 
 impl Entry {
-    fn of_row(row: &Row) -> Self {
-        let find = |name: &str| verbs().find(|verb| verb.name == name);
-        let (about, script) = match row.script {
-            // A test looks for every verb that is named.
-            Script::Verb(name) => match find(name) {
-                Some(verb) => (verb.help, Script::Verb(verb)),
-                None => ("", Script::Nothing),
-            },
-            Script::Like(name) => (row.about, find(name).map_or(Script::Nothing, Script::Like)),
-            Script::Nothing => (row.about, Script::Nothing),
-        };
-        let Row { action, context, name, keys, hint, .. } = *row;
-        Self { action, context, name, keys, hint, about, script }
-    }
-
-    /// A verb that no action is: it is typed.
-    fn of_verb(verb: &'static Verb) -> Self {
-        Self {
-            action: Action::Type(verb.name),
-            context: Context::Typed,
-            // Made once, and kept as long as the program runs.
-            name: verb.name.replace(' ', "-").leak(),
-            keys: "",
-            hint: "",
-            about: verb.help,
-            script: Script::Verb(verb),
-        }
-    }
-
-    /// Name of the verb of the command language that does the same, if there is one.
-    pub fn verb(&self) -> Option<&'static str> {
+    /// The verb that it is, if it is one.
+    pub fn verb(&self) -> Option<&'static Verb> {
         match self.script {
-            Script::Verb(verb) | Script::Like(verb) => Some(verb.name),
-            Script::Nothing => None,
+            Script::Verb(name) => verbs().find(|verb| verb.name == name),
+            Script::Like(_) | Script::Nothing => None,
         }
     }
 }
@@ -263,9 +223,22 @@ impl Entry {
 /// Every entry, by where it applies; those that are only typed come last.
 pub fn entries() -> &'static [Entry] {
     static ENTRIES: LazyLock<Vec<Entry>> = LazyLock::new(|| {
-        let mut entries: Vec<Entry> = table::ROWS.iter().map(Entry::of_row).collect();
-        let has_key = |verb: &&Verb| table::ROWS.iter().any(|row| row.script == Script::Verb(verb.name));
-        entries.extend(verbs().filter(|verb| !has_key(verb)).map(Entry::of_verb));
+        let mut entries: Vec<Entry> = Vec::new();
+        for &(action, context, name, keys, hint, about, script) in table::ROWS {
+            let mut entry = Entry { action, context, name, keys, hint, about, script };
+            // A test looks for every verb that is named.
+            entry.about = entry.verb().map_or(about, |verb| verb.help);
+            entries.push(entry);
+        }
+        for verb in verbs() {
+            let script = Script::Verb(verb.name);
+            if entries.iter().all(|entry| entry.script != script) {
+                // Made once, and kept as long as the program runs.
+                let (action, name) = (Action::Type(verb.name), verb.name.replace(' ', "-").leak());
+                let context = Context::Typed;
+                entries.push(Entry { action, context, name, keys: "", hint: "", about: verb.help, script });
+            }
+        }
         entries
     });
     &ENTRIES
@@ -292,13 +265,13 @@ mod tests {
 
     #[test]
     fn every_verb_that_is_named_exists_and_stands_in_one_entry() {
-        for row in table::ROWS {
-            if let Script::Verb(name) | Script::Like(name) = row.script {
-                assert!(verbs().any(|verb| verb.name == name), "{}: {name}", row.name);
+        for entry in entries() {
+            if let Script::Verb(name) | Script::Like(name) = entry.script {
+                assert!(verbs().any(|verb| verb.name == name), "{}: {name}", entry.name);
             }
         }
         for verb in verbs() {
-            let same = |entry: &&Entry| matches!(entry.script, Script::Verb(other) if other.name == verb.name);
+            let same = |entry: &&Entry| entry.script == Script::Verb(verb.name);
             assert_eq!(entries().iter().filter(same).count(), 1, "{}", verb.name);
         }
     }

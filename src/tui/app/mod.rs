@@ -22,7 +22,7 @@ use super::effect::Effect;
 use super::input::{Key, Keymap};
 use super::layers::{Layer, Response, Tour};
 use super::screens::{Chrome, HitRegions, Notice, Screens, Ui, draw_frame};
-use super::terminal::{Graphics, Protocol};
+use super::terminal::{Graphics, Protocol, Received};
 use super::view::{Choice, Level, Subject, Workspace};
 use super::widgets::theme::Theme;
 use mouse::Drag;
@@ -35,7 +35,7 @@ pub struct App {
     /// The screen being shown.
     tab: Tab,
     /// What lies over it, the top one last.
-    layers: Vec<Layer>,
+    layers: Vec<Box<dyn Layer>>,
     /// What each screen remembers.
     screens: Screens,
     /// What the scene shows.
@@ -107,7 +107,7 @@ impl App {
 
     /// Lays the short tour over the screen.
     pub fn show_tour(&mut self) {
-        self.layers.push(Layer::Tour(Tour::default()));
+        self.layers.push(Box::new(Tour::default()));
     }
 
     /// Whether the workbench is to be left.
@@ -142,14 +142,17 @@ impl App {
         self.changed = true;
     }
 
-    /// Its cells have this size in pixels.
-    pub fn set_cell_size(&mut self, cell: [u16; 2]) {
-        self.set_graphics(Graphics { cell, ..self.screens.preview.graphics() });
-    }
-
-    /// It shows pictures in this way.
-    pub fn set_protocol(&mut self, protocol: Protocol) {
-        self.set_graphics(Graphics { protocol, ..self.screens.preview.graphics() });
+    /// Takes in what the terminal sent.
+    pub fn receive(&mut self, received: Received) {
+        let graphics = self.screens.preview.graphics();
+        match received {
+            Received::Event(event) => self.event(event),
+            Received::CellSize(cell) => self.set_graphics(Graphics { cell, ..graphics }),
+            Received::Attributes { sixel: true } => {
+                self.set_graphics(Graphics { protocol: Protocol::Sixel, ..graphics });
+            }
+            Received::Attributes { sixel: false } => {}
+        }
     }
 
     /// Whether something moves, so that time must pass often.
@@ -370,7 +373,8 @@ impl App {
         let area = frame.area();
         self.regions = draw_frame(&ui, &self.screens, &chrome, area, frame.buffer_mut());
         let mut cursor = None;
-        if self.regions.is_drawn() {
+        // Where there is no room for the screen, there is none for what lies over it.
+        if !self.regions.all().is_empty() {
             for layer in &mut self.layers {
                 cursor = layer.draw(area, &self.keymap, &self.theme, frame.buffer_mut());
             }

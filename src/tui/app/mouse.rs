@@ -41,7 +41,8 @@ impl App {
         match self.regions.at(at) {
             Some(Region::Tab(tab)) => self.show(tab),
             Some(Region::Hint(action)) => self.perform(action),
-            Some(Region::Scene(view, position)) => {
+            Some(Region::Scene(view)) => {
+                let position = view.nearest(at.0, at.1);
                 // A cell is coarse: what is less than half a cell away counts as hit.
                 let reach = scene::REACH.max(42.0 / f32::from(view.area.height.max(1)));
                 let (screens, ui) = self.screens_and_ui();
@@ -56,27 +57,31 @@ impl App {
             }
             Some(Region::Row(row)) => self.select_row(row),
             Some(Region::Chart(_, metric)) => self.screens.curves.select(metric),
-            None => {}
+            Some(Region::Preview) | None => {}
         }
         true
     }
 
     fn drag_to(&mut self, (column, row): (u16, u16)) -> bool {
-        match (self.drag, self.regions.schedule(), self.regions.scene()) {
-            (Some(Drag::SchedulePoint), Some(axes), _) => {
-                let view = self.workspace.view();
-                schedule::drag(&mut self.screens.schedule, view, axes.x_at(column), axes.y_at(row));
+        for (_, region) in self.regions.all() {
+            match (self.drag, region) {
+                (Some(Drag::SchedulePoint), Region::Schedule(axes)) => {
+                    let view = self.workspace.view();
+                    schedule::drag(&mut self.screens.schedule, view, axes.x_at(column), axes.y_at(row));
+                }
+                (Some(Drag::Object), Region::Scene(view)) => {
+                    self.screens.scene.drag_selected(view.nearest(column, row));
+                }
+                _ => {}
             }
-            (Some(Drag::Object), _, Some(view)) => self.screens.scene.drag_selected(view.nearest(column, row)),
-            _ => return false,
         }
-        true
+        self.drag.is_some()
     }
 
     fn hover(&mut self, at: (u16, u16)) -> bool {
         let region = self.regions.at(at);
-        if let (Some(Region::Scene(_, position)), Some(hand)) = (region, &mut self.screens.scene.hand) {
-            hand.hold(position);
+        if let (Some(Region::Scene(view)), Some(hand)) = (region, &mut self.screens.scene.hand) {
+            hand.hold(view.nearest(at.0, at.1));
             return true;
         }
         let crosshair = match region {

@@ -3,9 +3,10 @@
 use super::{App, Leaving, TerminalRequest};
 use crate::guidance::EpsilonSchedule;
 use crate::run::RunState;
-use crate::tui::actions::{Action, Context, Tab};
+use crate::trainer::unusual_settings;
+use crate::tui::actions::{Action, Tab};
 use crate::tui::effect::Effect;
-use crate::tui::layers::{Help, Layer, Palette};
+use crate::tui::layers::{Help, Palette};
 use crate::tui::screens::{figures, lists, log, models, runs, scene, schedule, training};
 use crate::tui::view::{Choice, Level};
 use crate::workbench::{Command, FigureKind, command};
@@ -37,9 +38,9 @@ impl App {
             Action::Save => self.apply(command::Save(None)),
             Action::SaveAs => self.ask_where_to_save(),
             Action::Copy => self.copy_command(),
-            Action::Palette => self.layers.push(Layer::Palette(Palette::new(&self.contexts()))),
-            Action::Type(words) => self.layers.push(Layer::Palette(Palette::begun(&self.contexts(), words))),
-            Action::Help => self.layers.push(Layer::Help(Help::new(&self.contexts()))),
+            Action::Palette => self.layers.push(Box::new(Palette::new(&self.contexts()))),
+            Action::Type(words) => self.layers.push(Box::new(Palette::begun(&self.contexts(), words))),
+            Action::Help => self.layers.push(Box::new(Help::new(&self.contexts()))),
             Action::Tour => self.show_tour(),
             Action::Screen(tab) => self.show(tab),
             Action::NextScreen => self.show(self.tab.next()),
@@ -141,8 +142,8 @@ impl App {
         let last = self.subject.run().map_or(0, |run| run.done);
         let episode = self.workspace.past_episode(episode)?;
         let goal = if episode.trace.reached_goal() { ", which reached the goal" } else { "" };
-        let key = self.keymap.key_for(Action::Source, Context::Scene);
-        self.say(Level::Info, format!("episode {} of {last}{goal}; {key} leaves the past", episode.trace.episode));
+        let leave = self.keymap.fill("{source} leaves the past");
+        self.say(Level::Info, format!("episode {} of {last}{goal}; {leave}", episode.trace.episode));
         self.choose_subject(Some(Choice::Past(episode)), false);
         Ok(())
     }
@@ -174,11 +175,10 @@ impl App {
 
     fn copy_command(&mut self) {
         let view = self.workspace.view();
-        let settings = &view.settings;
         let task = view.file.as_ref().map_or_else(|| view.task.name.clone(), |file| file.display().to_string());
-        let folder = settings.folder.join("copy").display().to_string();
+        let folder = view.folder.join("copy").display().to_string();
         let mut words = ["mge", "train", &task, "--out", &folder].map(str::to_owned).to_vec();
-        for (key, value) in self.workspace.unusual_settings() {
+        for (key, value) in unusual_settings(&view.settings) {
             match key.as_str() {
                 "method" | "episodes" | "seed" | "epsilon" => words.extend([format!("--{key}"), value]),
                 "prior" => words.extend(["--model".to_owned(), value]),
@@ -194,9 +194,11 @@ impl App {
     fn switch_mouse(&mut self) {
         self.mouse = !self.mouse;
         self.request = Some(TerminalRequest::Mouse(self.mouse));
-        let key = self.keymap.key_for(Action::Mouse, Context::Everywhere);
-        let text = if self.mouse { "the mouse works here" } else { "the mouse is the terminal's: select text with it" };
-        self.say(Level::Info, format!("{text}; {key} switches"));
+        let text = match self.mouse {
+            true => "the mouse works here; {mouse} switches",
+            false => "the mouse is the terminal's: select text with it; {mouse} switches",
+        };
+        self.say(Level::Info, self.keymap.fill(text));
     }
 
     fn back(&mut self) {
@@ -225,7 +227,7 @@ impl App {
             Tab::Edit => self.screens.scene.select(view.objects().all().get(row).copied()),
             Tab::Runs if self.screens.runs.is_selected(view, row) => self.perform(Action::Confirm),
             Tab::Runs => self.screens.runs.select(view, row),
-            tab => lists::select_row(&mut self.screens.lists, tab, view, row),
+            tab => lists::select_row(&mut self.screens.lists, tab, row),
         }
     }
 }

@@ -6,16 +6,16 @@ use super::App;
 use crate::task;
 use crate::trainer::{Method, PriorSource};
 use crate::tui::effect::Effect;
-use crate::tui::layers::{Chooser, Confirm, Layer, Prompt};
+use crate::tui::layers::{Layer, Prompt, Question};
 use crate::workbench::{Command, command};
 
 impl App {
-    fn prompt(&mut self, prompt: Prompt) {
-        self.layers.push(Layer::Prompt(prompt));
+    fn open(&mut self, layer: impl Layer + 'static) {
+        self.layers.push(Box::new(layer));
     }
 
     pub(super) fn ask(&mut self, title: &str, text: String, answers: Vec<(char, &str, Effect)>) {
-        self.layers.push(Layer::Confirm(Confirm::new(title, text, answers)));
+        self.open(Question::warning(title, text, answers));
     }
 
     /// Asks before a task with unsaved edits is left.
@@ -51,27 +51,27 @@ impl App {
     pub(super) fn ask_for_epsilon(&mut self) {
         let now = self.workspace.view().settings.epsilon.to_string();
         let hint = "0.1 · linear:0.8:0.05:2000 · exp:0.8:0.05:0.999 · step:0.8:0.5:500 · points:0=0.8,1000=0.3";
-        self.prompt(Prompt::arguments("epsilon", "epsilon schedule", hint, now));
+        self.open(Prompt::arguments("epsilon", "epsilon schedule", hint, now));
     }
 
     pub(super) fn ask_for_seed(&mut self) {
         let now = self.workspace.view().settings.seed.to_string();
-        self.prompt(Prompt::arguments("seed", "seed", "a whole number; it decides everything random", now));
+        self.open(Prompt::arguments("seed", "seed", "a whole number; it decides everything random", now));
     }
 
     pub(super) fn ask_for_episodes(&mut self) {
         let now = self.workspace.view().settings.episodes.to_string();
-        self.prompt(Prompt::arguments("episodes", "episodes", "episodes of the next run", now));
+        self.open(Prompt::arguments("episodes", "episodes", "episodes of the next run", now));
     }
 
     pub(super) fn choose_method(&mut self) {
         let item = |method: Method| {
             (method.name().to_owned(), method.label().to_owned(), Effect::apply(command::Method(method)))
         };
-        let now = &self.workspace.view().settings.method;
-        let selected = Method::ALL.iter().position(|method| method.name() == now).unwrap_or(0);
+        let now = self.workspace.view().settings.method;
+        let selected = Method::ALL.iter().position(|method| *method == now).unwrap_or(0);
         let items = Method::ALL.into_iter().map(item).collect();
-        self.layers.push(Layer::Chooser(Chooser::new("method of the next run", items, selected)));
+        self.open(Question::list("method of the next run", items, selected));
     }
 
     pub(super) fn choose_task(&mut self) {
@@ -82,25 +82,25 @@ impl App {
         let mut items: Vec<(String, String, Effect)> = task::shipped().into_iter().map(item).collect();
         let read = |path: &str| Ok(Effect::apply(command::Task(path.to_owned())));
         let prompt = Prompt::new("open a task file", "path of a JSON file", "", read);
-        let other = Effect::Open(Layer::Prompt(prompt));
+        let other = Effect::open(prompt);
         items.push(("another file".to_owned(), "type the path of a task file".to_owned(), other));
         let now = &self.workspace.view().task.name;
         let selected = items.iter().position(|(name, ..)| name == now).unwrap_or(0);
-        self.layers.push(Layer::Chooser(Chooser::new("open a task", items, selected)));
+        self.open(Question::list("open a task", items, selected));
     }
 
     pub(super) fn choose_model(&mut self) {
         let view = self.workspace.view();
         let choose = |name: &str| Effect::apply(command::Model(PriorSource::from(name.to_owned())));
         let items = view.models.iter().map(|m| (m.name.clone(), m.about.clone(), choose(&m.name))).collect();
-        let selected = view.models.iter().position(|model| model.name == view.settings.model).unwrap_or(0);
-        self.layers.push(Layer::Chooser(Chooser::new("what predicts the rollouts?", items, selected)));
+        let selected = view.models.iter().position(|model| model.name == view.model()).unwrap_or(0);
+        self.open(Question::list("what predicts the rollouts?", items, selected));
     }
 
     pub(super) fn ask_where_to_save(&mut self) {
         let view = self.workspace.view();
         let path = view.file.clone().unwrap_or_else(|| format!("my-{}.json", view.task.name).into());
         let read = |path: &str| Ok(Effect::apply(command::Save(Some(path.into()))));
-        self.prompt(Prompt::new("save the task as", "path of a JSON file", path.display().to_string(), read));
+        self.open(Prompt::new("save the task as", "path of a JSON file", path.display().to_string(), read));
     }
 }

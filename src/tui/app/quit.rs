@@ -2,12 +2,11 @@
 
 use super::{App, Leaving};
 use crate::tui::effect::Effect;
-use crate::tui::layers::Layer;
 
 impl App {
     /// Leaves, asking first if something would be lost or stopped.
     pub(super) fn quit(&mut self) {
-        if self.layers.iter().any(|layer| matches!(layer, Layer::Confirm(_))) {
+        if self.layers.iter().any(|layer| layer.is_warning()) {
             return;
         }
         let view = self.workspace.view();

@@ -2,8 +2,11 @@
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
+use ratatui::text::Line;
+use ratatui::widgets::Widget;
 
 use super::range::Window;
+use crate::figures::round_ticks;
 use crate::tui::widgets::raster::Dot;
 use crate::tui::widgets::theme::{Marker, Theme};
 
@@ -67,37 +70,41 @@ impl Axes {
 
     fn draw_y(&self, theme: &Theme, buffer: &mut Buffer) {
         let bar = if theme.marker == Marker::Ascii { "|" } else { "│" };
-        for row in self.plot.top()..self.plot.bottom() {
-            buffer.set_string(self.plot.x - 1, row, bar, theme.frame(false));
+        let width = GUTTER - 1;
+        for row in self.plot.rows() {
+            buffer.set_string(row.x - 1, row.y, bar, theme.frame(false));
         }
-        let rows = usize::from(self.plot.height);
-        let labels = if rows >= 9 {
-            5
-        } else if rows >= 5 {
-            3
-        } else {
-            2
+        let most = usize::from(self.plot.height / 2).clamp(2, 6);
+        let ticks = match self.scale {
+            Scale::Linear => ticks(self.y, most),
+            Scale::Log => powers(self.y, most),
         };
-        for label in 0..labels {
-            let share = label as f32 / (labels - 1) as f32;
-            let row = self.plot.bottom() - 1 - (share * (rows - 1) as f32).round() as u16;
-            let value = self.scale.invert(self.y[0] + share * (self.y[1] - self.y[0]));
-            let text = format!("{:>width$}", number(value), width = usize::from(GUTTER) - 1);
-            buffer.set_stringn(self.plot.x - GUTTER, row, text, usize::from(GUTTER) - 1, theme.faint());
+        for (value, text) in ticks {
+            let text = if text.len() <= usize::from(width) { text } else { number(value) };
+            let row = self.row(value).unwrap_or(self.plot.y);
+            let place = Rect { x: self.plot.x - GUTTER, y: row, width, height: 1 };
+            Line::styled(text, theme.faint()).right_aligned().render(place, buffer);
         }
     }
 
     fn draw_x(&self, theme: &Theme, buffer: &mut Buffer) {
-        let y = self.plot.bottom();
-        let labels = (self.plot.width / 14).clamp(2, 6);
-        for label in 0..labels {
-            let share = f32::from(label) / f32::from(labels - 1);
-            let text = number((self.x.from + share * (self.x.to - self.x.from)).round());
-            let middle = f32::from(self.plot.x) + share * f32::from(self.plot.width - 1);
-            let start = (middle - text.len() as f32 / 2.0).round() as u16;
-            let start = start.clamp(self.plot.x, self.plot.right() - text.len() as u16);
-            buffer.set_string(start, y, text, theme.faint());
+        let mut free = self.plot.x;
+        let most = usize::from(self.plot.width / 10).clamp(2, 8);
+        for (value, text) in ticks([self.x.from, self.x.to], most) {
+            let (Some(column), width) = (self.column(value), text.len() as u16) else { continue };
+            let start = (column.saturating_sub(width / 2)).clamp(self.plot.x, self.plot.right().max(width) - width);
+            if start >= free {
+                buffer.set_string(start, self.plot.bottom(), text, theme.faint());
+                free = start + width + 1;
+            }
         }
+    }
+
+    /// The row of a value, if it is shown.
+    pub fn row(&self, value: f32) -> Option<u16> {
+        let height = f32::from(self.plot.height);
+        let [_, y] = self.dot([1.0, height], self.x.from, value);
+        (0.0..height).contains(&y).then(|| self.plot.y + y as u16)
     }
 
     /// The dot of a value in a raster of `size` dots over the plot.
@@ -129,6 +136,26 @@ impl Axes {
     }
 }
 
+/// Round values in a range, at most so many, with their texts.
+fn ticks([low, high]: [f32; 2], most: usize) -> Vec<(f32, String)> {
+    let values = round_ticks(f64::from(low), f64::from(high), most);
+    let step = values.windows(2).map(|pair| pair[1] - pair[0]).next().unwrap_or(1.0);
+    let decimals = (-(step.log10() + 1e-9).floor()).max(0.0) as usize;
+    values.into_iter().map(|value| (value as f32, format!("{value:.decimals$}"))).collect()
+}
+
+/// Powers of ten in a range of logarithms, at most so many; round values if there is only one.
+fn powers([low, high]: [f32; 2], most: usize) -> Vec<(f32, String)> {
+    let (first, last) = (low.ceil() as i32, high.floor() as i32);
+    if last <= first {
+        let range = [10f32.powf(low), 10f32.powf(high)];
+        return ticks(range, most);
+    }
+    let every = (last - first) as usize / most + 1;
+    let powers = (first..=last).step_by(every).map(|power| 10f32.powi(power));
+    powers.map(|value| (value, number(value))).collect()
+}
+
 /// A number in at most five characters.
 pub fn number(value: f32) -> String {
     let size = value.abs();
@@ -136,6 +163,9 @@ pub fn number(value: f32) -> String {
         "-".to_owned()
     } else if size == 0.0 {
         "0".to_owned()
+    } else if (999_500.0..999.5e6).contains(&size) {
+        let millions = value / 1e6;
+        if millions.abs() < 99.95 { format!("{millions:.1}M") } else { format!("{millions:.0}M") }
     } else if !(1e-3..999_500.0).contains(&size) {
         // What is too small for five characters is too small for most axes, too.
         Some(format!("{value:.0e}")).filter(|text| text.len() <= 5).unwrap_or_else(|| "0".to_owned())
@@ -175,8 +205,10 @@ mod tests {
             (1234.0, "1234"),
             (12_345.0, "12k"),
             (0.0001, "1e-4"),
-            (3.2e7, "3e7"),
-            (-999_600.0, "-1e6"),
+            (1.5e6, "1.5M"),
+            (-320e6, "-320M"),
+            (3.2e9, "3e9"),
+            (-999_600.0, "-1.0M"),
             (-1e-10, "0"),
             (-3e38, "-3e38"),
             (f32::NAN, "-"),
@@ -184,6 +216,16 @@ mod tests {
             assert_eq!(number(value), text);
             assert!(number(value).len() <= 5);
         }
+    }
+
+    #[test]
+    fn ticks_are_round_also_between_two_powers_of_ten() {
+        let texts = |ticks: Vec<(f32, String)>| ticks.into_iter().map(|(_, text)| text).collect::<Vec<_>>().join(" ");
+        assert_eq!(texts(ticks([0.0, 1.0], 3)), "0.0 0.5 1.0");
+        assert_eq!(texts(ticks([1.0, 700.0], 4)), "200 400 600");
+        assert_eq!(texts(powers([-2.1, 0.1], 6)), "0.010 0.10 1");
+        assert_eq!(texts(powers([0.1, 0.9], 4)), "2 4 6");
+        assert!(ticks([0.3, 0.3], 4).len() <= 4);
     }
 
     #[test]

@@ -1,13 +1,15 @@
 //! Curves: any number of episodes in the columns there are.
 
 use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
+use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Style};
+use ratatui::text::{Line, Span, Text};
+use ratatui::widgets::Widget;
 
 use super::axes::{Axes, Scale, number};
 use super::range::Window;
 use crate::tui::widgets::columns;
-use crate::tui::widgets::raster::{Dot, Raster};
+use crate::tui::widgets::raster::{self, Dot, Raster};
 use crate::tui::widgets::theme::{Marker, Theme};
 
 /// One line.
@@ -18,6 +20,8 @@ pub struct Curve<'a> {
     pub colour: Color,
     /// One value an episode, from episode 1; what is not finite is a gap.
     pub values: &'a [f32],
+    /// So many of the first values are means of less than the others, and drawn dotted.
+    pub partial: usize,
     /// Separate points: episode and value, such as evaluations.
     pub points: &'a [(u64, f32)],
 }
@@ -47,8 +51,10 @@ pub fn draw(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Opti
     if area.height < 2 || area.width == 0 {
         return None;
     }
-    title(plot, Rect { height: 1, ..area }, theme, buffer);
-    let area = Rect { y: area.y + 1, height: area.height - 1, ..area };
+    let legend = legend(plot, area, theme);
+    let height = Constraint::Length(legend.len() as u16);
+    let [above, area] = Layout::vertical([height, Constraint::Fill(1)]).areas(area);
+    Text::from(legend).render(above, buffer);
     let lines: Vec<Vec<(f32, f32)>> = plot.curves.iter().map(|curve| visible(curve, plot)).collect();
     let found = range(&lines, plot);
     let axes = Axes::draw(area, plot.x, found.unwrap_or([0.0, 1.0]), plot.scale, theme, buffer)?;
@@ -58,40 +64,58 @@ pub fn draw(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Opti
             (true, Scale::Linear) => "no values here",
             (true, Scale::Log) => "no values above zero here",
         };
-        let row = axes.plot.y + axes.plot.height / 2;
-        let start = axes.plot.x + axes.plot.width.saturating_sub(columns::width(text) as u16) / 2;
-        buffer.set_stringn(start, row, text, usize::from(axes.plot.width), theme.faint());
+        let middle = Rect { y: axes.plot.y + axes.plot.height / 2, height: 1, ..axes.plot };
+        Line::styled(text, theme.faint()).centered().render(middle, buffer);
         return Some(axes);
     }
-    let mut raster = Raster::new(axes.plot, theme.marker);
-    for (line, curve) in lines.iter().zip(&plot.curves) {
-        trace(line, curve.colour, &axes, &mut raster);
-    }
-    raster.render(buffer);
+    raster::draw(axes.plot, theme.marker, buffer, |raster| {
+        for (line, curve) in lines.iter().zip(&plot.curves) {
+            trace(line, curve, &axes, raster);
+        }
+    });
     marks(plot, &axes, theme, buffer);
     crosshair(plot, &axes, theme, buffer);
     Some(axes)
 }
 
-fn title(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) {
-    let end = area.right();
-    let (mut x, _) = buffer.set_stringn(area.x, area.y, plot.title, usize::from(area.width), theme.strong());
-    if plot.curves.iter().all(|curve| curve.values.is_empty()) {
-        return;
-    }
-    for curve in &plot.curves {
+/// Title and legend, in as many lines as they need and have; curves without room there are counted.
+fn legend(plot: &Plot, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
+    /// Columns of the count of curves without room.
+    const COUNT: usize = 10;
+    let mut lines = vec![Line::styled(plot.title.to_owned(), theme.strong())];
+    let most = usize::from(area.height / 5).max(1);
+    let named = plot.curves.iter().filter(|curve| !curve.values.is_empty());
+    let mut left = named.clone().count();
+    for curve in named {
         let value = plot.crosshair.map_or_else(
             || curve.values.iter().rev().copied().find(|value| value.is_finite()),
             |at| curve.values.get((at.round() as usize).saturating_sub(1)).copied(),
         );
         let text = format!("  {} {}", curve.name, value.map_or_else(|| "-".to_owned(), number));
-        if x + columns::width(&text) as u16 <= end {
-            (x, _) = buffer.set_stringn(x, area.y, text, usize::from(end - x), Style::new().fg(curve.colour));
+        let room = |lines: &[Line]| {
+            let taken = lines.last().map_or(0, Line::width) + columns::width(&text);
+            let count = if lines.len() == most && left > 1 { COUNT } else { 0 };
+            taken + count <= usize::from(area.width)
+        };
+        if !room(&lines) && lines.len() < most {
+            lines.push(Line::default());
         }
+        let fits = room(&lines);
+        let Some(line) = lines.last_mut() else { break };
+        if !fits && plot.curves.len() == 1 {
+            break;
+        }
+        if !fits {
+            line.push_span(Span::styled(format!("  +{left} more"), theme.faint()));
+            break;
+        }
+        line.push_span(Span::styled(text, Style::new().fg(curve.colour)));
+        left -= 1;
     }
-    if let Some(at) = plot.crosshair {
-        buffer.set_stringn(x, area.y, format!("  episode {at:.0}"), usize::from(end - x), theme.faint());
+    if let (Some(at), Some(line)) = (plot.crosshair, lines.last_mut()) {
+        line.push_span(Span::styled(format!("  episode {at:.0}"), theme.faint()));
     }
+    lines
 }
 
 /// The smoothed values inside of the window, gaps as NaN.
@@ -148,52 +172,52 @@ fn range(lines: &[Vec<(f32, f32)>], plot: &Plot) -> Option<[f32; 2]> {
 
 /// Draws a line: neighbours are connected, and a column of dots with many values shows
 /// all heights between their least and their greatest.
-fn trace(line: &[(f32, f32)], colour: Color, axes: &Axes, raster: &mut Raster) {
+fn trace(line: &[(f32, f32)], curve: &Curve, axes: &Axes, raster: &mut Raster) {
     let size = raster.size();
-    let mut column: Option<Column> = None;
+    let mut open: Option<Column> = None;
     for (x, y) in line {
         let dot = axes.dot(size, *x, *y);
-        if !dot[1].is_finite() {
-            if let Some(done) = column.take() {
-                done.draw(colour, raster);
-            }
-            continue;
-        }
-        match &mut column {
-            Some(open) if open.x == dot[0].floor() => open.add(dot),
+        let next = dot[1].is_finite().then(|| Column {
+            x: dot[0].floor(),
+            heights: [dot[1]; 2],
+            last: dot,
+            dotted: *x <= curve.partial as f32,
+        });
+        match (&mut open, &next) {
+            (Some(column), Some(next)) if column.x == next.x => column.add(dot),
             _ => {
-                if let Some(done) = column.replace(Column::new(dot)) {
-                    done.draw(colour, raster);
-                    raster.line(done.last, dot, colour);
-                }
+                let done = std::mem::replace(&mut open, next);
+                done.into_iter().for_each(|done| done.draw(open.as_ref(), curve.colour, raster));
             }
         }
     }
-    if let Some(done) = column {
-        done.draw(colour, raster);
-    }
+    open.into_iter().for_each(|last| last.draw(None, curve.colour, raster));
 }
 
+/// The values in one column of dots.
 struct Column {
     x: f32,
-    top: f32,
-    bottom: f32,
+    /// Of the highest and of the lowest dot.
+    heights: [f32; 2],
     last: Dot,
+    dotted: bool,
 }
 
 impl Column {
-    fn new(dot: Dot) -> Self {
-        Self { x: dot[0].floor(), top: dot[1], bottom: dot[1], last: dot }
-    }
-
     fn add(&mut self, dot: Dot) {
-        self.top = self.top.min(dot[1]);
-        self.bottom = self.bottom.max(dot[1]);
+        self.heights = [self.heights[0].min(dot[1]), self.heights[1].max(dot[1])];
         self.last = dot;
     }
 
-    fn draw(&self, colour: Color, raster: &mut Raster) {
-        raster.line([self.x + 0.5, self.top], [self.x + 0.5, self.bottom], colour);
+    /// Draws it, and the way to the next one, of which only the first dot is known.
+    fn draw(&self, next: Option<&Self>, colour: Color, raster: &mut Raster) {
+        if self.dotted {
+            raster.points([self.last].into_iter().filter(|_| self.x % 3.0 == 0.0), colour);
+            return;
+        }
+        let [top, bottom] = self.heights.map(|height| [self.x + 0.5, height]);
+        raster.line(top, bottom, colour);
+        next.into_iter().for_each(|next| raster.line(self.last, next.last, colour));
     }
 }
 
@@ -201,11 +225,8 @@ fn marks(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
     let mark = if theme.marker == Marker::Ascii { "o" } else { "◆" };
     for curve in &plot.curves {
         for (episode, value) in curve.points {
-            let Some(column) = axes.column(*episode as f32) else { continue };
-            let height = f32::from(axes.plot.height);
-            let [_, y] = axes.dot([1.0, height], *episode as f32, *value);
-            if (0.0..height).contains(&y) {
-                buffer.set_string(column, axes.plot.y + y as u16, mark, Style::new().fg(curve.colour));
+            if let (Some(column), Some(row)) = (axes.column(*episode as f32), axes.row(*value)) {
+                buffer.set_string(column, row, mark, Style::new().fg(curve.colour));
             }
         }
     }
@@ -229,7 +250,7 @@ mod tests {
     fn plot<'a>(values: &'a [f32], points: &'a [(u64, f32)]) -> Plot<'a> {
         Plot {
             title: "loss",
-            curves: vec![Curve { name: "a".into(), colour: Color::Red, values, points }],
+            curves: vec![Curve { name: "a".into(), colour: Color::Red, values, partial: 0, points }],
             x: Window { from: 1.0, to: values.len().max(10) as f32 },
             y: None,
             scale: Scale::Linear,
@@ -253,7 +274,7 @@ mod tests {
         let lines = lines(&plot(&values, &[]), Marker::Ascii);
         assert_eq!(lines[0], "loss  a 19");
         assert!(lines[1].ends_with('*') && lines[4].contains("|***"), "{lines:#?}");
-        assert_eq!(lines[5].trim_start(), "1                 20");
+        assert_eq!(lines[5].trim_start(), "10        20");
     }
 
     #[test]
@@ -284,6 +305,26 @@ mod tests {
         assert_eq!(smooth[..3], [0.0, 2.0, 3.0]);
         assert!(smooth[3].is_nan());
         assert_eq!(smooth[4], 4.0);
+    }
+
+    #[test]
+    fn values_of_an_unfilled_window_are_dotted() {
+        let values = [1.0; 20];
+        let mut plot = plot(&values, &[]);
+        plot.curves[0].partial = 10;
+        let lines = lines(&plot, Marker::Ascii);
+        let drawn = lines.iter().find(|line| line.contains('*')).unwrap();
+        assert!(drawn.contains("* ") && drawn.ends_with("*********"), "{lines:#?}");
+    }
+
+    #[test]
+    fn curves_without_room_in_the_legend_are_counted() {
+        let values = [1.0; 20];
+        let mut plot = plot(&values, &[]);
+        let curve =
+            |name: &str| Curve { name: name.into(), colour: Color::Red, values: &values, partial: 0, points: &[] };
+        plot.curves = ["one", "two", "three", "four"].map(curve).into();
+        assert_eq!(lines(&plot, Marker::Ascii)[0], "loss  one 1  +3 more");
     }
 
     #[test]

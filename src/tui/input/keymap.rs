@@ -93,10 +93,19 @@ impl Keymap {
         own.map(|(key, _)| key.to_string()).collect()
     }
 
-    /// The first key of an action in a context, in words, to be named in a text.
-    pub fn key_for(&self, action: Action, context: Context) -> String {
-        let bound = self.bindings.iter().find(|(_, entry)| entry.action == action && entry.context == context);
-        bound.map_or_else(|| ":".to_owned(), |(key, _)| key.to_string())
+    /// A text for people in which `{name}` stands for the first key of the action of that name; one
+    /// without a key is found in the palette.
+    pub fn fill(&self, text: &str) -> String {
+        let mut filled = String::new();
+        for (index, part) in text.split(['{', '}']).enumerate() {
+            match self.bindings.iter().find(|(_, entry)| entry.name == part) {
+                _ if index % 2 == 0 => filled += part,
+                Some((key, _)) => filled += &key.to_string(),
+                None if named(part).is_some() => filled += ":",
+                None => filled += &format!("{{{part}}}"),
+            }
+        }
+        filled
     }
 
     /// Key, word and action of what is to be hinted at in the given contexts.

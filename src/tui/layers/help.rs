@@ -2,19 +2,20 @@
 
 use crossterm::event::{KeyCode, KeyEvent};
 use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
-use ratatui::style::Style;
+use ratatui::layout::{Constraint, Position, Rect};
+use ratatui::text::Span;
+use ratatui::widgets::{Row, Table, Widget};
 
-use super::Response;
-use crate::tui::actions::{Context, Entry, Script, entries};
+use super::{Layer, Response};
+use crate::tui::actions::{Context, Entry, entries};
 use crate::tui::input::Keymap;
 use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::theme::Theme;
 
 /// Columns of the whole, and of those the keys' and the names'.
 const WIDTH: u16 = 116;
-const KEYS: u16 = 17;
-const NAMES: u16 = 18;
+const KEYS: u16 = 16;
+const NAMES: u16 = 17;
 
 /// The help, scrolled to a line. What applies now comes first.
 pub struct Help {
@@ -29,38 +30,6 @@ impl Help {
         let mut contexts: Vec<Context> = now.iter().copied().chain(others).collect();
         contexts.sort_by_key(|context| *context == Context::Typed);
         Self { scroll: 0, contexts }
-    }
-
-    pub(super) fn key(&mut self, key: KeyEvent) -> Response {
-        match key.code {
-            KeyCode::Up | KeyCode::Char('k') => self.scroll = self.scroll.saturating_sub(1),
-            KeyCode::Down | KeyCode::Char('j') => self.scroll = self.scroll.saturating_add(1),
-            KeyCode::PageUp => self.scroll = self.scroll.saturating_sub(10),
-            KeyCode::PageDown | KeyCode::Char(' ') => self.scroll = self.scroll.saturating_add(10),
-            KeyCode::Home => self.scroll = 0,
-            KeyCode::End => self.scroll = usize::MAX,
-            _ => return Response::Leave,
-        }
-        Response::Stay
-    }
-
-    pub(super) fn draw(&mut self, area: Rect, keymap: &Keymap, theme: &Theme, buffer: &mut Buffer) {
-        let room = area.width.saturating_sub(4).min(WIDTH).saturating_sub(KEYS + NAMES);
-        let lines = self.lines(keymap, usize::from(room));
-        let wanted = (WIDTH, lines.len() as u16);
-        let inside = frame("keys  (arrows scroll, any other key leaves)", wanted, area, theme, buffer);
-        self.scroll = self.scroll.min(lines.len().saturating_sub(usize::from(inside.height)));
-        for (y, (keys, name, about)) in (inside.y..inside.bottom()).zip(lines.iter().skip(self.scroll)) {
-            let (x, _) = buffer.set_stringn(inside.x, y, format!("{keys:<16} "), usize::from(KEYS), theme.strong());
-            let (x, _) = buffer.set_stringn(
-                x,
-                y,
-                format!("{name:<17} "),
-                usize::from(inside.right().saturating_sub(x)),
-                theme.faint(),
-            );
-            buffer.set_stringn(x, y, about, usize::from(inside.right().saturating_sub(x)), Style::new());
-        }
     }
 
     /// Keys, name and what it does, which goes on in the next line where `room` is too little.
@@ -83,12 +52,44 @@ impl Help {
     }
 }
 
+impl Layer for Help {
+    fn key(&mut self, key: KeyEvent) -> Response {
+        match key.code {
+            KeyCode::Up | KeyCode::Char('k') => self.scroll = self.scroll.saturating_sub(1),
+            KeyCode::Down | KeyCode::Char('j') => self.scroll = self.scroll.saturating_add(1),
+            KeyCode::PageUp => self.scroll = self.scroll.saturating_sub(10),
+            KeyCode::PageDown | KeyCode::Char(' ') => self.scroll = self.scroll.saturating_add(10),
+            KeyCode::Home => self.scroll = 0,
+            KeyCode::End => self.scroll = usize::MAX,
+            _ => return Response::Leave,
+        }
+        Response::Stay
+    }
+
+    fn click(&mut self, _: Position) -> Response {
+        Response::Leave
+    }
+
+    fn draw(&mut self, area: Rect, keymap: &Keymap, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
+        let room = area.width.saturating_sub(4).min(WIDTH).saturating_sub(KEYS + NAMES + 2);
+        let lines = self.lines(keymap, usize::from(room));
+        let wanted = (WIDTH, lines.len() as u16);
+        let inside = frame("keys  (arrows scroll, any other key leaves)", wanted, area, theme, buffer);
+        self.scroll = self.scroll.min(lines.len().saturating_sub(usize::from(inside.height)));
+        let row = |(keys, name, about): (String, &'static str, String)| {
+            Row::new([Span::styled(keys, theme.strong()), Span::styled(name, theme.faint()), about.into()])
+        };
+        let rows = lines.into_iter().skip(self.scroll).map(row);
+        Table::new(rows, [Constraint::Length(KEYS), Constraint::Length(NAMES), Constraint::Fill(1)])
+            .render(inside, buffer);
+        None
+    }
+}
+
 /// What an entry does, after how it is written if it is typed.
 fn about(entry: &Entry) -> String {
-    match entry.script {
-        Script::Verb(verb) if entry.context == Context::Typed => {
-            format!("{}: {}", verb.usage(), entry.about)
-        }
-        _ => entry.about.to_owned(),
+    match entry.verb().filter(|_| entry.context == Context::Typed) {
+        Some(verb) => format!("{}: {}", verb.usage(), entry.about),
+        None => entry.about.to_owned(),
     }
 }

@@ -4,16 +4,18 @@ use crossterm::event::{KeyCode, KeyEvent};
 use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher, Utf32Str};
 use ratatui::buffer::Buffer;
-use ratatui::layout::{Position, Rect};
+use ratatui::layout::{Constraint, Position, Rect};
 use ratatui::style::Style;
+use ratatui::text::{Line, Span, Text};
+use ratatui::widgets::{Row, Widget};
 
-use super::Response;
 use super::prompt::line;
-use crate::tui::actions::{Context, Entry, Script, entries};
+use super::{Layer, Response};
+use crate::tui::actions::{Context, Entry, entries};
 use crate::tui::effect::Effect;
 use crate::tui::input::Keymap;
-use crate::tui::widgets::columns;
-use crate::tui::widgets::columns::shortened;
+use crate::tui::widgets::columns::{self, shortened};
+use crate::tui::widgets::list;
 use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::text_input::TextInput;
 use crate::tui::widgets::theme::Theme;
@@ -28,24 +30,10 @@ struct Item {
 }
 
 impl Item {
-    fn verb(self) -> Option<&'static Verb> {
-        match self.entry.script {
-            Script::Verb(verb) => Some(verb),
-            _ => None,
-        }
-    }
-
-    /// Its command with what follows, or its name.
-    fn usage(self) -> String {
-        match self.verb() {
-            Some(verb) => verb.usage(),
-            None => self.entry.name.to_owned(),
-        }
-    }
-
-    /// Usage and explanation, in one line.
+    /// Its command with what follows, or its name, and an explanation, in one line.
     fn line(self) -> String {
-        format!("{:<28} {}", self.usage(), self.entry.about)
+        let usage = self.entry.verb().map_or_else(|| self.entry.name.to_owned(), Verb::usage);
+        format!("{usage:<28} {}", self.entry.about)
     }
 }
 
@@ -55,10 +43,10 @@ pub struct Palette {
     items: Vec<Item>,
     found: Vec<Item>,
     selected: usize,
-    /// Where what was found is, and which is the first.
-    shown: (Rect, usize),
+    /// Where what was found is.
+    rows: Vec<(Rect, usize)>,
     /// Why the latest command was refused.
-    pub error: Option<String>,
+    error: Option<String>,
 }
 
 impl Palette {
@@ -68,15 +56,9 @@ impl Palette {
             let applies = contexts.contains(&entry.context) && entry.context != Context::Typed;
             Item { entry, applies }
         });
-        let items: Vec<Item> = items.filter(|item| item.applies || item.verb().is_some()).collect();
-        Self {
-            input: TextInput::default(),
-            found: items.clone(),
-            items,
-            selected: 0,
-            shown: Default::default(),
-            error: None,
-        }
+        let items: Vec<Item> = items.filter(|item| item.applies || item.entry.verb().is_some()).collect();
+        let (found, rows) = (items.clone(), Vec::new());
+        Self { input: TextInput::default(), items, found, selected: 0, rows, error: None }
     }
 
     /// A palette in which a command is begun.
@@ -84,24 +66,6 @@ impl Palette {
         let mut palette = Self::new(contexts);
         palette.paste(&format!("{words} "));
         palette
-    }
-
-    pub(super) fn paste(&mut self, text: &str) {
-        self.input.insert(text);
-        self.search();
-    }
-
-    pub(super) fn key(&mut self, key: KeyEvent) -> Response {
-        match key.code {
-            KeyCode::Esc => return Response::Leave,
-            KeyCode::Up => self.selected = self.selected.saturating_sub(1),
-            KeyCode::Down => self.selected = (self.selected + 1).min(self.found.len().saturating_sub(1)),
-            KeyCode::Tab => self.complete(),
-            KeyCode::Enter => return self.choose(),
-            _ if self.input.key(key) => self.search(),
-            _ => {}
-        }
-        Response::Stay
     }
 
     /// A line that begins with a command and has an argument is that command; otherwise
@@ -132,7 +96,7 @@ impl Palette {
     }
 
     fn complete(&mut self) {
-        if let Some(verb) = self.found.get(self.selected).and_then(|item| item.verb()) {
+        if let Some(verb) = self.found.get(self.selected).and_then(|item| item.entry.verb()) {
             self.input = TextInput::new(format!("{} ", verb.name));
             self.search();
         }
@@ -143,7 +107,7 @@ impl Palette {
         self.selected = 0;
         let text = self.input.text().trim();
         if is_command(text) {
-            let begins = |item: &&Item| item.verb().is_some_and(|verb| begins_with(text, verb.name));
+            let begins = |item: &&Item| item.entry.verb().is_some_and(|verb| begins_with(text, verb.name));
             self.found = self.items.iter().filter(begins).copied().collect();
             return;
         }
@@ -152,66 +116,76 @@ impl Palette {
         let mut characters = Vec::new();
         let mut score = |text: &str| pattern.score(Utf32Str::new(text, &mut characters), &mut matcher);
         let scored = self.items.iter().filter_map(|item| {
-            let name = score(item.entry.name).max(item.verb().and_then(|verb| score(verb.name)));
+            let name = score(item.entry.name).max(item.entry.verb().and_then(|verb| score(verb.name)));
             name.map(|score| 2 * score).max(score(item.entry.about)).map(|score| (score, *item))
         });
         let mut found: Vec<(u32, Item)> = scored.collect();
         found.sort_by_key(|(score, _)| std::cmp::Reverse(*score));
         self.found = found.into_iter().map(|(_, item)| item).collect();
     }
+}
 
-    pub(super) fn click(&mut self, at: Position) -> Response {
-        let (area, first) = self.shown;
-        if self.error.is_some() || !area.contains(at) || first + usize::from(at.y - area.y) >= self.found.len() {
-            return Response::Stay;
+impl Layer for Palette {
+    fn key(&mut self, key: KeyEvent) -> Response {
+        match key.code {
+            KeyCode::Esc => return Response::Leave,
+            KeyCode::Up => self.selected = self.selected.saturating_sub(1),
+            KeyCode::Down => self.selected = (self.selected + 1).min(self.found.len().saturating_sub(1)),
+            KeyCode::Tab => self.complete(),
+            KeyCode::Enter => return self.choose(),
+            _ if self.input.key(key) => self.search(),
+            _ => {}
         }
-        self.selected = first + usize::from(at.y - area.y);
-        self.choose()
+        Response::Stay
     }
 
-    /// Explains what is selected at the bottom if its line has no room for that; the row
-    /// above.
-    fn explain(&self, inside: Rect, theme: &Theme, buffer: &mut Buffer) -> u16 {
-        let width = usize::from(inside.width);
-        let Some(item) = self.found.get(self.selected).filter(|item| columns::width(&item.line()) + 12 > width) else {
-            return inside.bottom();
-        };
-        let lines = wrap(item.entry.about, width);
-        let top = inside.bottom().saturating_sub(lines.len() as u16);
-        for (y, line) in (top..inside.bottom()).zip(lines) {
-            buffer.set_stringn(inside.x, y, line, width, theme.faint());
+    fn click(&mut self, at: Position) -> Response {
+        match self.rows.iter().find(|(area, _)| area.contains(at)) {
+            Some((_, index)) if self.error.is_none() => {
+                self.selected = *index;
+                self.choose()
+            }
+            _ => Response::Stay,
         }
-        top
     }
 
-    pub(super) fn draw(&mut self, area: Rect, keymap: &Keymap, theme: &Theme, buffer: &mut Buffer) -> (u16, u16) {
+    fn paste(&mut self, text: &str) {
+        self.input.insert(text);
+        self.search();
+    }
+
+    fn refuse(&mut self, reason: String) {
+        self.error = Some(reason);
+    }
+
+    fn draw(&mut self, area: Rect, keymap: &Keymap, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
         let inside = frame("commands", (116, 16), area, theme, buffer);
         let cursor = line(&self.input, ": ", inside, theme, buffer);
         let width = usize::from(inside.width);
+        let mut below = Rect { y: inside.y + 1, height: inside.height - 1, ..inside };
         if let Some(error) = &self.error {
-            for (y, text) in (inside.y + 2..inside.bottom()).zip(wrap(error, width)) {
-                buffer.set_stringn(inside.x, y, text, width, Style::new().fg(theme.bad));
-            }
-            return cursor;
+            let lines = [String::new()].into_iter().chain(wrap(error, width));
+            Text::from_iter(lines).style(Style::new().fg(theme.bad)).render(below, buffer);
+            return Some(cursor);
         }
-        let rows = inside.y + 1..self.explain(inside, theme, buffer);
-        let first = (self.selected + 1).saturating_sub(rows.len());
-        self.shown = (Rect { y: inside.y + 1, height: rows.len() as u16, ..inside }, first);
-        for (y, (index, item)) in rows.zip(self.found.iter().enumerate().skip(first)) {
+        // What is selected is explained at the bottom if its line has no room for that.
+        if let Some(item) = self.found.get(self.selected).filter(|item| columns::width(&item.line()) + 12 > width) {
+            let lines = wrap(item.entry.about, width);
+            below.height = below.height.saturating_sub(lines.len() as u16);
+            let bottom = Rect { y: below.bottom(), height: inside.bottom() - below.bottom(), ..inside };
+            Text::from_iter(lines).style(theme.faint()).render(bottom, buffer);
+        }
+        let row = |index: usize| {
+            let item = self.found[index];
             let keys = if item.applies { keymap.keys(item.entry).join(" ") } else { String::new() };
-            let style = if index == self.selected { theme.selected() } else { Style::new() };
-            let room = width.saturating_sub(keys.len() + 1);
-            let text = shortened(&item.line(), room, false);
-            buffer.set_stringn(inside.x, y, format!("{text:width$}"), width, style);
-            buffer.set_stringn(
-                inside.x + room as u16,
-                y,
-                format!(" {keys}"),
-                keys.len() + 1,
-                style.patch(theme.strong()),
-            );
-        }
-        cursor
+            let text = shortened(&item.line(), width.saturating_sub(keys.len() + 1), false);
+            let room = width.saturating_sub(keys.len());
+            let line = vec![Span::raw(columns::padded(&text, room)), Span::styled(keys, theme.strong())];
+            Row::new([Line::from(line)])
+        };
+        let (count, all) = (self.found.len(), [Constraint::Fill(1)]);
+        self.rows = list::draw(count, Some(self.selected), row, &all, below, theme, buffer);
+        Some(cursor)
     }
 }
 

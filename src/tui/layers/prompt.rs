@@ -2,11 +2,14 @@
 
 use crossterm::event::{KeyCode, KeyEvent};
 use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
+use ratatui::layout::{Position, Rect};
 use ratatui::style::Style;
+use ratatui::text::{Line, Span, Text};
+use ratatui::widgets::Widget;
 
-use super::Response;
+use super::{Layer, Response};
 use crate::tui::effect::Effect;
+use crate::tui::input::Keymap;
 use crate::tui::widgets::columns;
 use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::text_input::TextInput;
@@ -19,15 +22,15 @@ type Reader = dyn Fn(&str) -> Result<Effect, String>;
 /// A question with a line for the answer.
 pub struct Prompt {
     /// What is asked.
-    pub title: String,
+    title: String,
     /// What may be written.
-    pub hint: String,
+    hint: String,
     /// The answer.
-    pub input: TextInput,
+    input: TextInput,
     /// What the answer asks for, or what is wrong with it.
     read: Box<Reader>,
     /// Why the latest answer was refused.
-    pub error: Option<String>,
+    error: Option<String>,
 }
 
 impl Prompt {
@@ -55,8 +58,10 @@ impl Prompt {
             Err(error) => Err(error.to_string()),
         })
     }
+}
 
-    pub(super) fn key(&mut self, key: KeyEvent) -> Response {
+impl Layer for Prompt {
+    fn key(&mut self, key: KeyEvent) -> Response {
         match key.code {
             KeyCode::Esc => return Response::Leave,
             KeyCode::Enter => match (self.read)(self.input.text().trim()) {
@@ -71,7 +76,15 @@ impl Prompt {
         Response::Stay
     }
 
-    pub(super) fn draw(&self, area: Rect, theme: &Theme, buffer: &mut Buffer) -> (u16, u16) {
+    fn paste(&mut self, text: &str) {
+        self.input.insert(text);
+    }
+
+    fn refuse(&mut self, reason: String) {
+        self.error = Some(reason);
+    }
+
+    fn draw(&mut self, area: Rect, _: &Keymap, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
         let width = area.width.saturating_sub(8).min(64);
         let (about, style) = match &self.error {
             Some(error) => (error, Style::new().fg(theme.bad)),
@@ -79,23 +92,19 @@ impl Prompt {
         };
         let about = wrap(about, usize::from(width));
         let inside = frame(&self.title, (width, 2 + about.len() as u16), area, theme, buffer);
-        let cursor = line(&self.input, "> ", inside, theme, buffer);
-        for (row, text) in (inside.y + 2..inside.bottom()).zip(&about) {
-            buffer.set_stringn(inside.x, row, text, usize::from(inside.width), style);
-        }
-        cursor
+        Text::from_iter([String::new(), String::new()].into_iter().chain(about)).style(style).render(inside, buffer);
+        Some(line(&self.input, "> ", inside, theme, buffer))
     }
 }
 
 /// Draws an input line, scrolled so that the cursor is seen; where the cursor is.
-pub fn line(input: &TextInput, prefix: &str, area: Rect, theme: &Theme, buffer: &mut Buffer) -> (u16, u16) {
-    buffer.set_stringn(area.x, area.y, prefix, usize::from(area.width), theme.strong());
+pub fn line(input: &TextInput, prefix: &str, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Position {
     let start = area.x + prefix.len() as u16;
-    let room = area.right().saturating_sub(start + 1);
-    let hidden = input.cursor_column().saturating_sub(room);
+    let hidden = input.cursor_column().saturating_sub(area.right().saturating_sub(start + 1));
     let (before, shown) = columns::split(input.text(), usize::from(hidden));
     // Half of a wide character cannot be hidden: all of it is shown then.
     let hidden = columns::width(before) as u16;
-    buffer.set_stringn(start, area.y, shown, usize::from(room), Style::new());
-    ((start + input.cursor_column() - hidden).min(area.right().saturating_sub(1)), area.y)
+    let text = Line::from(vec![Span::styled(prefix, theme.strong()), Span::styled(shown, Style::reset())]);
+    text.render(Rect { width: area.width.saturating_sub(1), height: area.height.min(1), ..area }, buffer);
+    Position::new((start + input.cursor_column() - hidden).min(area.right().saturating_sub(1)), area.y)
 }

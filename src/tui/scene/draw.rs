@@ -11,7 +11,7 @@ use crate::figures::tool_outline;
 use crate::guidance::ActionPrior;
 use crate::trainer::Source;
 use crate::tui::view::playback::Moment;
-use crate::tui::widgets::raster::{Dot, Raster};
+use crate::tui::widgets::raster::{self, Dot, Raster};
 use crate::tui::widgets::theme::{Depth, Marker, Theme};
 
 /// What to show over the scene.
@@ -84,15 +84,15 @@ pub struct Content<'a> {
 /// Draws the scene into the largest square of `area` and returns where it is.
 pub fn draw(content: &Content, area: Rect, theme: &Theme, buffer: &mut Buffer) -> View {
     let view = View::fit(area);
-    let mut raster = Raster::new(view.area, theme.marker);
-    let mut painter = Painter { size: raster.size(), raster: &mut raster, theme };
-    painter.trail(content);
-    painter.clusters(content);
-    painter.tools(content);
-    painter.regions(content);
-    painter.ball(content);
-    painter.ghost(content);
-    raster.render(buffer);
+    raster::draw(view.area, theme.marker, buffer, |raster| {
+        let mut painter = Painter { size: raster.size(), raster, theme };
+        painter.trail(content);
+        painter.clusters(content);
+        painter.tools(content);
+        painter.regions(content);
+        painter.ball(content);
+        painter.ghost(content);
+    });
     if let Some(heat) = content.heat.filter(|_| content.overlays.critic) {
         shade(heat, view, theme, buffer);
     }
@@ -100,22 +100,20 @@ pub fn draw(content: &Content, area: Rect, theme: &Theme, buffer: &mut Buffer) -
     view
 }
 
-struct Painter<'a> {
-    raster: &'a mut Raster,
+struct Painter<'a, 'b, 'c> {
+    raster: &'a mut Raster<'b, 'c>,
     size: [f32; 2],
     theme: &'a Theme,
 }
 
-impl Painter<'_> {
+impl Painter<'_, '_, '_> {
     fn dot(&self, position: [f32; 2]) -> Dot {
         View::dot(self.size, position)
     }
 
     fn path(&mut self, path: &[[f32; 2]], colour: Color, every: usize) {
-        for position in path.iter().step_by(every) {
-            let dot = self.dot(*position);
-            self.raster.point(dot, colour);
-        }
+        let size = self.size;
+        self.raster.points(path.iter().step_by(every).map(|position| View::dot(size, *position)), colour);
     }
 
     /// A predicted way of the ball: a line with the ball at its end.

@@ -44,11 +44,6 @@ impl View {
         inside.then(|| (self.area.x + x as u16, self.area.y + y as u16))
     }
 
-    /// The normalised position of a cell's middle, if the cell is inside.
-    pub fn position(&self, column: u16, row: u16) -> Option<[f32; 2]> {
-        self.area.contains((column, row).into()).then(|| self.nearest(column, row))
-    }
-
     /// The normalised position of a cell's middle; cells outside count as the nearest.
     pub fn nearest(&self, column: u16, row: u16) -> [f32; 2] {
         let share = |at: u16, start: u16, length: u16| {
@@ -76,11 +71,10 @@ mod tests {
     fn a_cell_and_its_position_belong_together() {
         let view = View::fit(Rect::new(5, 7, 60, 30));
         for (column, row) in [(5, 7), (64, 36), (30, 20)] {
-            let position = view.position(column, row).unwrap();
+            let position = view.nearest(column, row);
             assert_eq!(view.cell(position), Some((column, row)));
         }
-        assert_eq!(view.position(4, 7), None);
-        assert_eq!(view.nearest(0, 0), view.position(5, 7).unwrap());
-        assert!(view.position(5, 7).unwrap()[1] > 0.9, "the first row is at the top");
+        assert_eq!(view.nearest(0, 0), view.nearest(5, 7));
+        assert!(view.nearest(5, 7)[1] > 0.9, "the first row is at the top");
     }
 }

@@ -5,9 +5,9 @@ use super::Ui;
 use super::scene::Scene;
 use crate::physics::ToolKind;
 use crate::task::Edit;
-use crate::tui::actions::{Action, Context};
+use crate::tui::actions::Action;
 use crate::tui::effect::Effect;
-use crate::tui::layers::{Chooser, Layer, Prompt};
+use crate::tui::layers::{Prompt, Question};
 use crate::tui::scene::Object;
 
 /// Radius of a subgoal that is added, in units.
@@ -58,8 +58,7 @@ fn edit_selected(scene: &Scene, ui: &Ui, action: Action, step: Option<[f32; 2]>)
     let objects = ui.view.objects();
     let selected = scene.selected().and_then(|object| Some((object, objects.position(object)?)));
     let Some((object, position)) = selected else {
-        let key = ui.key(Action::NextObject, Context::Scene);
-        return vec![Effect::info(format!("nothing is selected: {key} or a click selects an object"))];
+        return vec![Effect::info(ui.text("nothing is selected: {next-object} or a click selects an object"))];
     };
     if let Some(by) = step {
         return vec![Effect::apply(object.moved_to(moved(position, by)))];
@@ -94,7 +93,7 @@ fn add_subgoal(ui: &Ui) -> Vec<Effect> {
 
 fn ask_for_coordinates(object: Object, name: String, [x, y]: [f32; 2]) -> Effect {
     let read = move |text: &str| Ok(Effect::apply(object.moved_to(read_position(text)?)));
-    Effect::Open(Layer::Prompt(Prompt::new(name, "x and y from -1 to 1", format!("{x} {y}"), read)))
+    Effect::open(Prompt::new(name, "x and y from -1 to 1", format!("{x} {y}"), read))
 }
 
 fn read_position(text: &str) -> Result<[f32; 2], String> {
@@ -119,17 +118,16 @@ fn reorder(index: usize, later: bool, count: usize) -> Vec<Effect> {
 fn ask_for_proposals(ui: &Ui) -> Effect {
     let hint = format!(
         "how many subgoals, found by the model `{}`; they are only shown until you accept them",
-        ui.view.settings.model
+        ui.view.model()
     );
     let count = ui.view.task.subgoals.len().max(1).to_string();
-    Effect::Open(Layer::Prompt(Prompt::arguments("propose", "propose subgoals", hint, count)))
+    Effect::open(Prompt::arguments("propose", "propose subgoals", hint, count))
 }
 
 /// Accepts or rejects the selected proposal, or all of them.
 fn answer_proposals(scene: &Scene, ui: &Ui, accept: bool) -> Vec<Effect> {
     if ui.view.proposed.is_empty() {
-        let key = ui.key(Action::Propose, Context::Scene);
-        return vec![Effect::info(format!("nothing is proposed: {key} lets the model propose subgoals"))];
+        return vec![Effect::info(ui.text("nothing is proposed: {propose-subgoals} lets the model propose subgoals"))];
     }
     let index = match scene.selected() {
         Some(Object::Proposal(index)) => Some(index),
@@ -148,7 +146,7 @@ fn choose_tool() -> Effect {
     let add = |kind| Effect::apply(Edit::AddTool { kind, position: [0.0; 2], size: None });
     let about = |kind: ToolKind| format!("size {} units, in the middle of the scene", kind.default_size());
     let items = ToolKind::ALL.into_iter().map(|kind| (kind.name().to_owned(), about(kind), add(kind))).collect();
-    Effect::Open(Layer::Chooser(Chooser::new("add a tool", items, 0)))
+    Effect::open(Question::list("add a tool", items, 0))
 }
 
 /// Ends a drag: the object stays where it was let go.

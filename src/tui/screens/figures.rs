@@ -3,14 +3,17 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
+use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
+use ratatui::text::Text;
+use ratatui::widgets::{Row, Widget};
 
-use super::lists::{Lists, line, select};
+use super::lists::{Lists, select};
 use super::pane::{WIDE, hint, pane};
-use super::{HitRegions, Screens, Ui};
-use crate::tui::actions::{Action, Context};
+use super::{HitRegions, Region, Screens, Ui};
+use crate::tui::actions::Action;
 use crate::tui::effect::Effect;
+use crate::tui::widgets::list;
 use crate::tui::widgets::preview::Wanted;
 use crate::tui::widgets::theme::Depth;
 use crate::workbench::FigureKind;
@@ -32,17 +35,15 @@ const LIST: u16 = 56;
 /// Draws the screen: the list at the left or above, the selected figure beside or below.
 pub fn draw(screens: &Screens, ui: &Ui, covered: bool, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let rows = FigureKind::ALL.len() as u16;
-    let (list, picture) = if area.width >= WIDE {
-        let left = Rect { width: LIST, ..area };
-        (left, Rect { x: left.right(), width: area.width - LIST, ..area })
+    let [list, picture] = if area.width >= WIDE {
+        Layout::horizontal([Constraint::Length(LIST), Constraint::Fill(1)]).areas(area)
     } else {
-        let above = Rect { height: (rows + 2).min(area.height), ..area };
-        (above, Rect { y: above.bottom(), height: area.height - above.height, ..area })
+        Layout::vertical([Constraint::Length(rows + 2), Constraint::Fill(1)]).areas(area)
     };
     listed(&screens.lists, ui, list, buffer, regions);
     let kind = selected(&screens.lists);
     let inside = pane(kind.name(), picture, ui.theme, buffer);
-    regions.set_preview(inside);
+    regions.add(inside, Region::Preview);
     if let Err(reason) = screens.preview.draw(kind.name(), covered, inside, ui.theme, buffer) {
         hint(&reason, inside, ui.theme, buffer);
     }
@@ -51,31 +52,20 @@ pub fn draw(screens: &Screens, ui: &Ui, covered: bool, area: Rect, buffer: &mut 
 fn listed(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let theme = ui.theme;
     let inside = pane("figures", area, theme, buffer);
-    regions.set_rows(inside, 0);
-    for (y, (index, kind)) in (inside.y..inside.bottom()).zip(FigureKind::ALL.into_iter().enumerate()) {
-        let text = format!("{:<10} {}", kind.name(), about(kind));
-        line(&text, index == lists.figure, inside, y, theme, buffer);
+    let row = |index: usize| {
+        let kind = FigureKind::ALL[index];
+        Row::new([kind.name(), about(kind)])
+    };
+    let (count, widths) = (FigureKind::ALL.len(), [Constraint::Length(10), Constraint::Fill(1)]);
+    regions.add_rows(list::draw(count, Some(lists.figure), row, &widths, inside, theme, buffer));
+    let [_, below] = Layout::vertical([Constraint::Length(count as u16 + 1), Constraint::Fill(1)]).areas(inside);
+    let written = ui.view.figures.iter().rev().map(|path| format!("wrote {}", path.display()));
+    let text = Text::from_iter(written).style(Style::new().fg(theme.good));
+    if text.height() > 0 {
+        return text.render(below, buffer);
     }
-    let top = (inside.y + FigureKind::ALL.len() as u16 + 1).min(inside.bottom());
-    let below = Rect { y: top, height: inside.bottom() - top, ..inside };
-    let key = |action, context| ui.key(action, context);
-    let (one, vector, pdf, all) = (
-        key(Action::Confirm, Context::Figures),
-        key(Action::Vector, Context::Figures),
-        key(Action::Pdf, Context::Figures),
-        key(Action::Export, Context::Everywhere),
-    );
-    let written = &ui.view.figures;
-    if written.is_empty() {
-        let text = format!(
-            "Nothing exported yet. {one} exports the selected figure as PNG (the episode as GIF), {vector} as SVG, {pdf} as PDF, {all} all there is something for, into the folder figures/."
-        );
-        return hint(&text, below, theme, buffer);
-    }
-    for (y, path) in (below.y..below.bottom()).zip(written.iter().rev()) {
-        let text = format!("wrote {}", path.display());
-        buffer.set_stringn(below.x, y, text, usize::from(below.width), Style::new().fg(theme.good));
-    }
+    let text = "Nothing exported yet. {export-figure} exports the selected figure as PNG (the episode as GIF), {export-svg} as SVG, {export-pdf} as PDF, {export} all there is something for, into the folder figures/.";
+    hint(&ui.text(text), below, theme, buffer);
 }
 
 fn selected(lists: &Lists) -> FigureKind {
@@ -84,7 +74,8 @@ fn selected(lists: &Lists) -> FigureKind {
 
 /// The selected figure, and the picture of it that is wanted; None while it has no room.
 pub fn wanted(lists: &Lists, ui: &Ui, regions: &HitRegions) -> Option<(FigureKind, Wanted)> {
-    let area = regions.preview()?;
+    let (area, _) =
+        regions.all().iter().find(|(area, region)| matches!(region, Region::Preview) && !area.is_empty())?;
     let kind = selected(lists);
     let grey = ui.theme.depth == Depth::None;
     let wanted = Wanted { kind: kind.name(), stamp: stamp(ui), room: [area.width, area.height], grey };

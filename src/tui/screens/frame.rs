@@ -5,7 +5,7 @@ use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 
 use super::pane::{WIDE, level_style};
-use super::{HitRegions, Screens, Ui, figures, log, models, runs, schedule, training, workbench};
+use super::{HitRegions, Region, Screens, Ui, figures, log, models, runs, schedule, training, workbench};
 use crate::tui::actions::{Action, Context, Tab};
 use crate::tui::view::Level;
 use crate::tui::widgets::columns;
@@ -41,7 +41,7 @@ pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffe
         buffer.set_stringn(area.x, area.y, text, usize::from(area.width), Style::new());
         return HitRegions::default();
     }
-    let mut regions = HitRegions::of_screen();
+    let mut regions = HitRegions::default();
     tabs(ui, chrome.tab, Rect { height: 1, ..area }, buffer, &mut regions);
     let body = Rect { y: area.y + 1, height: area.height - 2, ..area };
     match chrome.tab {
@@ -72,7 +72,7 @@ fn tabs(ui: &Ui, shown: Tab, area: Rect, buffer: &mut Buffer, regions: &mut HitR
         };
         let style = if tab == shown { theme.strong().add_modifier(Modifier::REVERSED) } else { theme.faint() };
         let (end, _) = buffer.set_stringn(x, area.y, &text, usize::from(area.right() - x), style);
-        regions.add_tab(Rect { x, width: end - x, ..area }, tab);
+        regions.add(Rect { x, width: end - x, ..area }, Region::Tab(tab));
         x = end;
     }
     let view = ui.view;
@@ -95,7 +95,7 @@ fn footer(ui: &Ui, chrome: &Chrome, area: Rect, buffer: &mut Buffer, regions: &m
     let mut put = |x: u16, key: &str, word: &str, action: Action| {
         let (after, _) = buffer.set_stringn(x, area.y, key, usize::from(area.right() - x), theme.strong());
         buffer.set_stringn(after + 1, area.y, word, word.len(), theme.faint());
-        regions.add_hint(Rect { x, width: hint_width(key, word) - 2, ..area }, action);
+        regions.add(Rect { x, width: hint_width(key, word) - 2, ..area }, Region::Hint(action));
     };
     // Whoever is lost needs the help: it always has its place, at the right.
     let (always, others): (Vec<_>, Vec<_>) =

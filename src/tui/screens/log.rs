@@ -2,13 +2,15 @@
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
-use ratatui::style::Style;
+use ratatui::text::{Line, Span, Text};
+use ratatui::widgets::Widget;
 
 use super::Ui;
 use super::lists::{Lists, select};
 use super::pane::{hint, level_style, pane};
 use crate::tui::actions::Action;
 use crate::tui::effect::Effect;
+use crate::tui::view::LogLine;
 use crate::tui::widgets::popup::wrap;
 
 /// Columns of the time of day and the space after it.
@@ -23,22 +25,19 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer) {
         let text = "Nothing has happened yet. Everything you do and everything a run reports appears here.";
         return hint(text, inside, theme, buffer);
     }
-    let width = usize::from(inside.width);
     let end = view.log.len() - lists.log.min(view.log.len() - 1);
-    let wrapped = view.log[..end].iter().rev().flat_map(|entry| {
+    let of_entry = |entry: &LogLine| {
         let (mark, style) = level_style(entry.level, theme);
-        let lines = wrap(&format!("{mark}{}", entry.text), width.saturating_sub(TIME));
-        let times =
-            std::iter::once(entry.time.strftime("%H:%M:%S").to_string()).chain(std::iter::repeat(String::new()));
-        let lines: Vec<_> = times.zip(lines).collect();
-        lines.into_iter().rev().map(move |(time, text)| (time, text, style))
-    });
-    let mut lines: Vec<(String, String, Style)> = wrapped.take(usize::from(inside.height)).collect();
+        let time = entry.time.strftime("%H:%M:%S ").to_string();
+        let times = std::iter::once(time).chain(std::iter::repeat(" ".repeat(TIME)));
+        let text = wrap(&format!("{mark}{}", entry.text), usize::from(inside.width).saturating_sub(TIME));
+        let line = |(time, text)| Line::from(vec![Span::styled(time, theme.faint()), Span::styled(text, style)]);
+        times.zip(text).map(line).collect::<Vec<Line>>().into_iter().rev()
+    };
+    let mut lines: Vec<Line> =
+        view.log[..end].iter().rev().flat_map(of_entry).take(usize::from(inside.height)).collect();
     lines.reverse();
-    for (y, (time, text, style)) in (inside.y..inside.bottom()).zip(lines) {
-        buffer.set_stringn(inside.x, y, time, width, theme.faint());
-        buffer.set_stringn(inside.x + TIME as u16, y, text, width.saturating_sub(TIME), style);
-    }
+    Text::from(lines).render(inside, buffer);
 }
 
 /// What an action does on this screen: the selected line is counted from the end.

@@ -20,7 +20,6 @@ mod workbench;
 pub use frame::{Chrome, Notice, draw_frame};
 pub use regions::{HitRegions, Region};
 
-use super::actions::{Action, Context};
 use super::input::Keymap;
 use super::view::{Subject, ViewModel};
 use super::widgets::preview::Preview;
@@ -40,9 +39,9 @@ pub struct Ui<'a> {
 }
 
 impl Ui<'_> {
-    /// The key of an action, in words.
-    pub fn key(&self, action: Action, context: Context) -> String {
-        self.keymap.key_for(action, context)
+    /// A text in which `{name}` stands for the key of an action.
+    pub fn text(&self, text: &str) -> String {
+        self.keymap.fill(text)
     }
 }
 

@@ -1,20 +1,22 @@
 //! The Models screen: dynamics models to choose, train and measure.
 
 use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
+use ratatui::layout::{Constraint, Layout, Margin, Rect};
 use ratatui::style::Style;
+use ratatui::text::Text;
+use ratatui::widgets::{Row, Widget};
 
-use super::lists::{Lists, line, select};
-use super::pane::{hint, pane};
+use super::lists::{Lists, select};
+use super::pane::{hint, lines, pane};
 use super::status::bar;
 use super::{HitRegions, Ui};
 use crate::trainer::PriorSource;
-use crate::tui::actions::{Action, Context};
+use crate::tui::actions::Action;
 use crate::tui::effect::Effect;
-use crate::tui::layers::{Layer, Prompt};
+use crate::tui::layers::Prompt;
 use crate::tui::view::ModelSummary;
 use crate::tui::widgets::columns::{self, shortened};
-use crate::tui::widgets::popup::wrap;
+use crate::tui::widgets::list;
 use crate::workbench::command;
 
 /// Draws the screen.
@@ -22,59 +24,44 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
     let view = ui.view;
     let theme = ui.theme;
     let inside = pane("what predicts the rollouts behind the clusters", area, theme, buffer);
-    regions.set_rows(inside, 0);
     let longest = view.models.iter().map(|model| columns::width(&model.name)).max().unwrap_or(0);
     let column = longest.clamp(16, usize::from(inside.width / 3));
-    for (y, (index, model)) in (inside.y..inside.bottom()).zip(view.models.iter().enumerate()) {
-        let mark = if model.name == view.settings.model { ">" } else { " " };
-        let name = columns::padded(&shortened(&model.name, column, true), column);
-        let text = format!("{mark} {name} {}", model.about);
-        let text = shortened(&text, usize::from(inside.width), false);
-        line(&text, index == lists.model, inside, y, theme, buffer);
-    }
-    let rows = (view.models.len() as u16 + 1).min(inside.height);
-    let mut below = Rect { y: inside.y + rows, height: inside.height - rows, ..inside };
+    let row = |index: usize| {
+        let model = &view.models[index];
+        let mark = if model.name == view.model() { ">" } else { " " };
+        Row::new([mark.to_owned(), shortened(&model.name, column, true), model.about.clone()])
+    };
+    let widths = [Constraint::Length(1), Constraint::Length(column as u16), Constraint::Fill(1)];
+    let count = view.models.len();
+    let rows = Constraint::Length(count as u16);
+    let [above, _, below] = Layout::vertical([rows, Constraint::Length(1), Constraint::Fill(1)]).areas(inside);
+    regions.add_rows(list::draw(count, Some(lists.model), row, &widths, above, theme, buffer));
+    let below = below.inner(Margin::new(2, 0));
+    let paragraph = |text: &str, style| lines(&format!("{text}\n "), below.width, style);
+    let mut text = Text::default();
     if let Some(model) = view.models.get(lists.model) {
-        below = paragraph(&format!("{}: {}", model.name, model.about), Style::new(), below, buffer);
+        text.extend(paragraph(&format!("{}: {}", model.name, model.about), Style::new()));
     }
     if let Some((name, done)) = &view.model_work {
-        let text = match done {
-            Some(done) => {
-                let progress = bar((1000.0 * done) as u64, 1000, 24, theme);
-                format!("  {progress} {name} {:.0} %", 100.0 * done)
-            }
-            None => format!("  {name} ..."),
+        let progress = match done {
+            Some(done) => format!("{} {name} {:.0} %", bar((1000.0 * done) as u64, 1000, 24, theme), 100.0 * done),
+            None => format!("{name} ..."),
         };
-        buffer.set_stringn(below.x, below.y, text, usize::from(below.width), Style::new().fg(theme.accent));
-        below = Rect { y: (below.y + 2).min(inside.bottom()), height: below.height.saturating_sub(2), ..below };
+        text.extend(paragraph(&progress, Style::new().fg(theme.accent)));
     }
-    let (outcome, style) = match &view.model_outcome {
-        Some(Ok(outcome)) => (outcome, Style::new()),
-        Some(Err(reason)) => (reason, Style::new().fg(theme.bad)),
-        None => return hint(&explanation(ui), below, theme, buffer),
-    };
-    paragraph(outcome, style, below, buffer);
+    match &view.model_outcome {
+        Some(Ok(outcome)) => text.extend(paragraph(outcome, Style::new())),
+        Some(Err(reason)) => text.extend(paragraph(reason, Style::new().fg(theme.bad))),
+        None => {
+            let height = Constraint::Length(text.height() as u16);
+            let [_, rest] = Layout::vertical([height, Constraint::Fill(1)]).areas(below);
+            hint(&ui.text(EXPLANATION), rest, theme, buffer);
+        }
+    }
+    text.render(below, buffer);
 }
 
-/// Writes a text at the top of an area and returns what is left below it.
-fn paragraph(text: &str, style: Style, area: Rect, buffer: &mut Buffer) -> Rect {
-    let lines = wrap(text, usize::from(area.width.saturating_sub(2)));
-    let height = (lines.len() as u16 + 1).min(area.height);
-    for (y, line) in (area.y..area.bottom()).zip(lines) {
-        buffer.set_stringn(area.x + 2, y, line, usize::from(area.width.saturating_sub(2)), style);
-    }
-    Rect { y: area.y + height, height: area.height - height, ..area }
-}
-
-fn explanation(ui: &Ui) -> String {
-    let key = |action, context| ui.key(action, context);
-    format!(
-        "{} chooses a model for the next clusters, {} measures it, {} trains another one; models in the folder models/ are listed here.",
-        key(Action::Confirm, Context::Models),
-        key(Action::EvaluateModel, Context::Models),
-        key(Action::TrainModel, Context::Models),
-    )
-}
+const EXPLANATION: &str = "{choose-model} chooses a model for the next clusters, {evaluate-model} measures it, {train-model} trains another one; models in the folder models/ are listed here.";
 
 /// What an action does on this screen.
 pub fn perform(lists: &mut Lists, ui: &Ui, action: Action) -> Vec<Effect> {
@@ -112,5 +99,5 @@ fn train(ui: &Ui) -> Effect {
     tools.dedup();
     let text = format!("{} models/{}.safetensors", tools.join(","), tools.join("-"));
     let hint = "tool types, file, and epochs if not the usual number: box,bucket models/mine.safetensors 3000";
-    Effect::Open(Layer::Prompt(Prompt::arguments("model train", "train a dynamics model", hint, text)))
+    Effect::open(Prompt::arguments("model train", "train a dynamics model", hint, text))
 }

@@ -1,12 +1,13 @@
 //! Framed panes and the lines in them.
 
 use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
+use ratatui::layout::{Constraint, Rect};
 use ratatui::style::Style;
+use ratatui::text::{Line, Text};
 use ratatui::widgets::Widget;
 
 use crate::tui::view::Level;
-use crate::tui::widgets::columns::{self, shortened};
+use crate::tui::widgets::columns::shortened;
 use crate::tui::widgets::popup;
 use crate::tui::widgets::theme::Theme;
 
@@ -34,13 +35,15 @@ pub fn pane(title: &str, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Rect
     inside
 }
 
-/// Lines of text in the middle of an area: what to press where nothing is yet.
+/// A text in lines of at most so many columns, in a style.
+pub fn lines(text: &str, width: u16, style: Style) -> impl Iterator<Item = Line<'static>> + use<> {
+    popup::wrap(text, usize::from(width)).into_iter().map(move |line| Line::styled(line, style))
+}
+
+/// Text in the middle of an area: what to press where nothing is yet.
 pub fn hint(text: &str, area: Rect, theme: &Theme, buffer: &mut Buffer) {
     let width = area.width.saturating_sub(4).min(70);
-    let lines = popup::wrap(text, usize::from(width));
-    let top = area.y + area.height.saturating_sub(lines.len() as u16) / 2;
-    for (y, line) in (top..area.bottom()).zip(lines) {
-        let x = area.x + (area.width.saturating_sub(columns::width(&line) as u16)) / 2;
-        buffer.set_stringn(x, y, line, usize::from(width), theme.faint());
-    }
+    let text = Text::from_iter(lines(text, width, theme.faint())).centered();
+    let height = Constraint::Length(text.height() as u16);
+    text.render(area.centered_vertically(height), buffer);
 }

@@ -5,18 +5,23 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
+use ratatui::layout::{Alignment, Constraint, Layout, Rect};
 use ratatui::style::Style;
+use ratatui::text::Text;
+use ratatui::widgets::{Row, Table, Widget};
 
-use super::pane::{hint, pane};
+use super::lists::select;
+use super::pane::{hint, lines, pane};
 use super::status::{bar, state_colour};
 use super::{HitRegions, Ui};
 use crate::run::RunState;
-use crate::tui::actions::{Action, Context};
+use crate::tui::actions::Action;
 use crate::tui::effect::Effect;
-use crate::tui::layers::{Confirm, Layer, Prompt};
+use crate::tui::layers::{Prompt, Question};
 use crate::tui::view::{Level, RunSummary, ViewModel, span};
-use crate::tui::widgets::columns::{self, shortened};
+use crate::tui::widgets::columns::shortened;
+use crate::tui::widgets::list;
+use crate::tui::widgets::theme::Theme;
 use crate::workbench::command;
 
 /// State of the list of runs.
@@ -94,7 +99,7 @@ fn words(run: &RunSummary) -> String {
 pub fn draw(state: &Runs, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let view = ui.view;
     let theme = ui.theme;
-    let mut title = format!("runs in {}", view.settings.folder.display());
+    let mut title = format!("runs in {}", view.folder.display());
     if !state.filter.is_empty() {
         title = format!("{title} · with `{}`, esc shows all", state.filter);
     }
@@ -104,99 +109,98 @@ pub fn draw(state: &Runs, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mu
     let inside = pane(&title, area, theme, buffer);
     let runs = state.listed(view);
     if runs.is_empty() {
-        let key = |action, context| ui.key(action, context);
         let text = if view.runs_unread > 0 {
-            "The runs in this folder are being read.".to_owned()
+            "The runs in this folder are being read."
         } else if state.filter.is_empty() {
-            let (train, open) = (key(Action::Train, Context::Everywhere), key(Action::OpenRun, Context::Runs));
-            format!("There are no runs in this folder yet. {train} trains one; {open} opens one from elsewhere.")
+            "There are no runs in this folder yet. {train} trains one; {open-run} opens one from elsewhere."
         } else {
-            "No run has this text. Escape shows all.".to_owned()
+            "No run has this text. Escape shows all."
         };
-        return hint(&text, inside, theme, buffer);
+        return hint(&ui.text(text), inside, theme, buffer);
     }
-    let columns = Columns::of(usize::from(inside.width));
-    let header = columns.line("  ", ["run", "state", "episodes", "success", "left", "task, method, seed"]);
-    buffer.set_stringn(inside.x, inside.y, header, usize::from(inside.width), theme.faint());
-    let rows = Rect { y: inside.y + 1, height: inside.height - 1, ..inside };
     let selected = state.selected_row(&runs);
-    let first = (selected + 1).saturating_sub(usize::from(rows.height));
-    regions.set_rows(rows, first);
-    for (y, (index, run)) in (rows.y..rows.bottom()).zip(runs.iter().enumerate().skip(first)) {
-        row(state, ui, run, index == selected, Rect { y, height: 1, ..rows }, buffer);
-    }
+    let details = runs.get(selected).map_or_else(String::new, |run| about(run));
+    let details = Text::from_iter(lines(&details, inside.width, Style::new()));
+    let height = Constraint::Length((details.height() as u16).min(inside.height / 3));
+    let [header, rows, below] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1), height]).areas(inside);
+    details.render(below, buffer);
+    let shown: Vec<&Column> = COLUMNS.iter().filter(|column| inside.width >= column.from).collect();
+    let taken: u16 = shown.iter().map(|column| column.width + 1).sum();
+    let name = inside.width.saturating_sub(taken).min(NAME);
+    let width = |column: &&Column| Constraint::Length(if column.width == 0 { name } else { column.width });
+    let widths: Vec<Constraint> = shown.iter().map(width).collect();
+    let headings = shown.iter().map(|column| Text::from(column.heading).alignment(column.alignment));
+    Table::new([Row::new(headings).style(theme.faint())], &widths).render(header, buffer);
+    let row = |index: usize| {
+        let run = runs[index];
+        let watched = ui.subject.run().is_some_and(|current| current.path == run.path);
+        let mark = [if state.is_marked(run) { "*" } else { " " }, if watched { ">" } else { " " }].concat();
+        Row::new(shown.iter().map(|column| match column.heading {
+            "" => Text::from(mark.clone()),
+            "run" => Text::from(shortened(&run.name, usize::from(name), true)),
+            "state" => Text::styled(run.state_word(), Style::new().fg(state_colour(&run.state, theme))),
+            _ => Text::from((column.cell)(run, theme)).alignment(column.alignment),
+        }))
+    };
+    regions.add_rows(list::draw(runs.len(), Some(selected), row, &widths, rows, theme, buffer));
 }
 
-/// Columns of the word for a run's state.
-const STATE: usize = 11;
-
-/// What has room in a line of the list.
-struct Columns {
-    /// Columns of the name.
-    name: usize,
-    /// A bar shows how much of the episodes is done.
-    bar: bool,
-    /// The time left is shown.
-    left: bool,
-    /// Task, method and seed are shown.
-    about: bool,
+/// A column of the list.
+struct Column {
+    heading: &'static str,
+    /// Columns of the terminal; 0 for what the others leave.
+    width: u16,
+    /// Columns of the list from which on there is room for it.
+    from: u16,
+    alignment: Alignment,
+    cell: fn(&RunSummary, &Theme) -> String,
 }
 
-impl Columns {
-    fn of(width: usize) -> Self {
-        let (bar, left) = (width >= 90, width >= 70);
-        // Mark, state, episodes, success and time left, with the spaces between them.
-        let others = 3 + 1 + STATE + 1 + if bar { 18 } else { 11 } + 8 + if left { 11 } else { 0 };
-        Self { name: width.saturating_sub(others).clamp(8, 40), bar, left, about: width >= 130 }
-    }
+/// Columns of a run's name at most.
+const NAME: u16 = 40;
 
-    fn line(&self, mark: &str, [run, state, episodes, success, left, about]: [&str; 6]) -> String {
-        let (name, count) = (self.name, if self.bar { 18 } else { 11 });
-        let left = if self.left { format!("  {left:>9}") } else { String::new() };
-        let about = if self.about { format!("  {about:<32}") } else { String::new() };
-        format!("{mark} {} {state:<STATE$} {episodes:<count$} {success:>7}{left}{about}", columns::padded(run, name))
-    }
+/// Columns of the list; mark, name and state are drawn in ways of their own.
+const COLUMNS: [Column; 7] = [
+    column("", 2, 0, Alignment::Left, |_, _| String::new()),
+    column("run", 0, 0, Alignment::Left, |_, _| String::new()),
+    column("state", 11, 0, Alignment::Left, |_, _| String::new()),
+    column("episodes", 18, 50, Alignment::Left, |run, theme| {
+        format!("{} {}/{}", bar(run.done, run.episodes, 6, theme), run.done, run.episodes)
+    }),
+    column("success", 7, 0, Alignment::Right, |run, _| {
+        run.success.map_or_else(|| "-".to_owned(), |success| format!("{:.0} %", 100.0 * success))
+    }),
+    column("left", 10, 70, Alignment::Right, |run, _| run.seconds_left().map_or_else(String::new, span)),
+    column("task, method, seed", 32, 130, Alignment::Left, |run, _| {
+        format!(" {}, {}, {}", run.task, run.method, run.seed)
+    }),
+];
+
+const fn column(
+    heading: &'static str,
+    width: u16,
+    from: u16,
+    alignment: Alignment,
+    cell: fn(&RunSummary, &Theme) -> String,
+) -> Column {
+    Column { heading, width, from, alignment, cell }
 }
 
-fn row(state: &Runs, ui: &Ui, run: &RunSummary, selected: bool, area: Rect, buffer: &mut Buffer) {
-    let theme = ui.theme;
-    let style = if selected { theme.selected() } else { Style::new() };
-    let watched = ui.subject.run().is_some_and(|current| current.path == run.path);
-    let mark = [if state.is_marked(run) { "*" } else { " " }, if watched { ">" } else { " " }].concat();
-    let success = run.success.map_or_else(|| "-".to_owned(), |s| format!("{:.0} %", 100.0 * s));
-    let left = run.seconds_left().map_or_else(String::new, span);
-    let width = usize::from(area.width);
-    let columns = Columns::of(width);
-    let bar = if columns.bar { bar(run.done, run.episodes, 6, theme) + " " } else { String::new() };
-    let progress = format!("{bar}{}/{}", run.done, run.episodes);
-    let name = shortened(&run.name, columns.name, true);
-    let about = format!("{}, {}, {}", run.task, run.method, run.seed);
-    let text = columns.line(&mark, [&name, run.state_word(), &progress, &success, &left, &about]);
-    buffer.set_stringn(area.x, area.y, columns::padded(&text, width), width, style);
-    if !selected {
-        let start = columns.name as u16 + 4;
-        let state = Rect { x: area.x + start, width: STATE as u16, ..area }.intersection(area);
-        buffer.set_style(state, Style::new().fg(state_colour(&run.state, theme)));
-    } else if let RunState::Failed(reason) | RunState::Stopped(reason) = &run.state {
-        let room = width.saturating_sub(columns::width(&text) + 2);
-        let x = area.right() - room as u16;
-        buffer.set_stringn(x, area.y, reason, room, style);
-    }
+/// What there is to know of the selected run.
+fn about(run: &RunSummary) -> String {
+    let reason = match &run.state {
+        RunState::Failed(reason) | RunState::Stopped(reason) => format!(": {reason}"),
+        _ => String::new(),
+    };
+    let done = format!("{} of {} episodes", run.done, run.episodes);
+    format!("{}: {}, {}, seed {}, {done}, {}{reason}", run.name, run.task, run.method, run.seed, run.state_word())
 }
 
 /// What an action does on this screen.
 pub fn perform(state: &mut Runs, ui: &Ui, action: Action) -> Vec<Effect> {
     let runs = state.listed(ui.view);
-    let last = runs.len().saturating_sub(1);
     let selected = state.selected_row(&runs);
-    let row = match action {
-        Action::Up => Some(selected.saturating_sub(1)),
-        Action::Down => Some((selected + 1).min(last)),
-        Action::First => Some(0),
-        Action::Last => Some(last),
-        _ => None,
-    };
-    if let Some(row) = row {
+    if let Some(row) = select(action, selected, runs.len().saturating_sub(1)) {
         state.select(ui.view, row);
         return Vec::new();
     }
@@ -204,11 +208,11 @@ pub fn perform(state: &mut Runs, ui: &Ui, action: Action) -> Vec<Effect> {
         (Action::Filter, _) => {
             let read = |text: &str| Ok(Effect::Filter(text.to_owned()));
             let prompt = Prompt::new("show runs with", "part of a name, task, method or state", "", read);
-            vec![Effect::Open(Layer::Prompt(prompt))]
+            vec![Effect::open(prompt)]
         }
         (Action::OpenRun, _) => {
             let read = |path: &str| Ok(Effect::apply(command::Open(path.into())));
-            vec![Effect::Open(Layer::Prompt(Prompt::new("open a run", "path of its folder", "", read)))]
+            vec![Effect::open(Prompt::new("open a run", "path of its folder", "", read))]
         }
         (_, None) => vec![Effect::info("there is no run in the list")],
         (Action::Confirm, Some(run)) => watch(run, ui),
@@ -225,14 +229,15 @@ pub fn perform(state: &mut Runs, ui: &Ui, action: Action) -> Vec<Effect> {
 fn ask_to_delete(run: &RunSummary) -> Effect {
     let text = format!("{} and everything in it is deleted from the disk. This cannot be undone.", run.path.display());
     let delete = Effect::apply(command::Delete(run.path.clone()));
-    Effect::Open(Layer::Confirm(Confirm::new("delete the run?", text, vec![('y', "delete it", delete)])))
+    Effect::open(Question::warning("delete the run?", text, vec![('y', "delete it", delete)]))
 }
 
 /// Watches a run and says where it is seen.
 fn watch(run: &RunSummary, ui: &Ui) -> Vec<Effect> {
-    let key = |action| ui.key(action, Context::Scene);
-    let (before, after) = (key(Action::PreviousEpisode), key(Action::NextEpisode));
-    let text = format!("watching {}: 4 shows its curves, 1 its episodes ({before} and {after})", run.name);
+    let places = ui.text(
+        "{screen-training} shows its curves, {screen-scene} its episodes ({previous-episode} and {next-episode})",
+    );
+    let text = format!("watching {}: {places}", run.name);
     vec![Effect::apply(command::Open(run.path.clone())), Effect::Say(Level::Good, text)]
 }
 
@@ -247,8 +252,7 @@ fn mark(state: &mut Runs, run: &RunSummary, ui: &Ui) -> Vec<Effect> {
         effects.extend(ui.subject.run().map(|watched| Effect::apply(command::Open(watched.path.clone()))));
     }
     state.marked.insert(run.path.clone());
-    let compare = ui.key(Action::Compare, Context::Curves);
-    let count = state.marked.len();
-    effects.push(Effect::info(format!("{count} marked: {compare} on the Training screen (4) shows them together")));
+    let together = ui.text("{compare} on the Training screen ({screen-training}) shows them together");
+    effects.push(Effect::info(format!("{} marked: {together}", state.marked.len())));
     effects
 }

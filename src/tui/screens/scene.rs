@@ -7,7 +7,7 @@ use super::Ui;
 use super::edit::{direction, edit, moved};
 use crate::env::Action as Place;
 use crate::trainer::Trace;
-use crate::tui::actions::{Action, Context, Tab};
+use crate::tui::actions::{Action, Tab};
 use crate::tui::effect::Effect;
 use crate::tui::scene::{Ghost, Object, Overlays};
 use crate::tui::view::playback::{Episode, Player};
@@ -230,8 +230,7 @@ pub fn perform(scene: &mut Scene, ui: &Ui, action: Action) -> Vec<Effect> {
     }
     match action {
         Action::HandPlay => {
-            let key = ui.key(Action::Confirm, Context::Hand);
-            let text = format!("hand play: move the tool, {key} or a click places it, esc ends");
+            let text = ui.text("hand play: move the tool, {hand-place} or a click places it, esc ends");
             vec![scene.take_tool(ui.view), Effect::info(text)]
         }
         Action::NextObject | Action::PreviousObject => {
@@ -309,14 +308,11 @@ fn explain_overlay(scene: &Scene, ui: &Ui, action: Action) -> Option<Effect> {
     let subject = ui.subject;
     let text = match action {
         Action::ShowClusters | Action::ShowSamples if subject.clusters().is_none() => {
-            format!("no action clusters yet: {} computes them", ui.key(Action::Clusters, Context::Everywhere))
+            ui.text("no action clusters yet: {clusters} computes them")
         }
         Action::ShowCritic | Action::ShowActor | Action::ShowModel if !subject.is_of_run() => match subject.note() {
             Some(note) => note.to_owned(),
-            None => {
-                let key = ui.key(Action::Train, Context::Everywhere);
-                format!("there is no training episode yet: {key} trains one")
-            }
+            None => ui.text("there is no training episode yet: {train} trains one"),
         },
         Action::ShowStage => match scene.overlays.stage {
             None => "clusters of all stages".to_owned(),

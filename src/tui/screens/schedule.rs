@@ -1,19 +1,21 @@
 //! The Schedule screen: the epsilon threshold, drawn and edited.
 
 use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
+use ratatui::layout::{Constraint, Layout, Margin, Rect};
 use ratatui::style::{Modifier, Style};
+use ratatui::text::Text;
+use ratatui::widgets::Widget;
 
 use super::edit::direction;
-use super::pane::pane;
+use super::pane::{lines, pane};
 use super::schedule_points;
-use super::{HitRegions, Ui};
+use super::{HitRegions, Region, Ui};
 use crate::guidance::EpsilonSchedule;
-use crate::tui::actions::{Action, Context};
+use crate::tui::actions::Action;
 use crate::tui::chart::{Axes, Scale, Window};
 use crate::tui::effect::Effect;
 use crate::tui::view::ViewModel;
-use crate::tui::widgets::raster::Raster;
+use crate::tui::widgets::raster::{self, Raster};
 use crate::tui::widgets::theme::Marker;
 use crate::workbench::command;
 
@@ -52,7 +54,7 @@ fn span(state: &Schedule, view: &ViewModel) -> u32 {
     let settings = &view.settings;
     let shown = state.shown(&settings.epsilon);
     let last = schedule_points::points(&shown).last().map_or(0, |point| point.0);
-    (settings.episodes as u32).max(last.saturating_add(last / 20)).max(10)
+    settings.episodes.max(last.saturating_add(last / 20)).max(10)
 }
 
 /// Draws the screen.
@@ -63,24 +65,24 @@ pub fn draw(state: &Schedule, ui: &Ui, area: Rect, buffer: &mut Buffer, regions:
     let title = format!("epsilon threshold · {} · {shown}", schedule_points::kind(&shown));
     let inside = pane(&title, area, theme, buffer);
     let text = explanation(state, ui);
-    let lines = crate::tui::widgets::popup::wrap(&text, usize::from(inside.width.saturating_sub(2)));
-    let rows = (lines.len() as u16).min(inside.height / 3);
-    let plot = Rect { x: inside.x + 1, y: inside.y + 1, width: inside.width - 2, height: inside.height - rows - 2 };
+    let text = Text::from_iter(lines(&text, inside.width.saturating_sub(2), theme.faint()));
+    let rows = Constraint::Length((text.height() as u16).min(inside.height / 3));
+    let [_, plot, _, below] =
+        Layout::vertical([Constraint::Length(1), Constraint::Fill(1), Constraint::Length(1), rows])
+            .areas(inside.inner(Margin::new(1, 0)));
     let window = Window { from: 0.0, to: span(state, ui.view) as f32 };
     if let Some(axes) = Axes::draw(plot, window, [0.0, 1.0], Scale::Linear, theme, buffer) {
-        let mut raster = Raster::new(axes.plot, theme.marker);
-        if state.draft.is_some() {
-            trace(&view.settings.epsilon, &axes, theme.dim, &mut raster);
-        }
-        trace(&shown, &axes, theme.accent, &mut raster);
-        raster.render(buffer);
+        raster::draw(axes.plot, theme.marker, buffer, |raster| {
+            if state.draft.is_some() {
+                trace(&view.settings.epsilon, &axes, theme.dim, raster);
+            }
+            trace(&shown, &axes, theme.accent, raster);
+        });
         progress(ui, &axes, buffer);
         points(state, ui, &shown, &axes, buffer);
-        regions.set_schedule(axes);
+        regions.add(axes.plot, Region::Schedule(axes));
     }
-    for (y, line) in (inside.bottom() - rows..inside.bottom()).zip(lines) {
-        buffer.set_stringn(inside.x + 1, y, line, usize::from(inside.width), theme.faint());
-    }
+    text.render(below, buffer);
 }
 
 fn trace(schedule: &EpsilonSchedule, axes: &Axes, colour: ratatui::style::Color, raster: &mut Raster) {
@@ -106,11 +108,9 @@ fn progress(ui: &Ui, axes: &Axes, buffer: &mut Buffer) {
 }
 
 fn points(state: &Schedule, ui: &Ui, shown: &EpsilonSchedule, axes: &Axes, buffer: &mut Buffer) {
-    let height = f32::from(axes.plot.height);
     let (mark, chosen) = if ui.theme.marker == Marker::Ascii { ("o", "@") } else { ("○", "●") };
     for (index, (episode, value)) in schedule_points::points(shown).into_iter().enumerate() {
-        let Some(column) = axes.column(episode as f32) else { continue };
-        let row = axes.plot.y + (axes.dot([1.0, height], episode as f32, value)[1] as u16).min(axes.plot.height - 1);
+        let (Some(column), Some(row)) = (axes.column(episode as f32), axes.row(value)) else { continue };
         let selected = index == state.point;
         let style = Style::new().fg(ui.theme.warn).add_modifier(Modifier::BOLD);
         buffer.set_string(column, row, if selected { chosen } else { mark }, style);
@@ -124,20 +124,12 @@ fn points(state: &Schedule, ui: &Ui, shown: &EpsilonSchedule, axes: &Axes, buffe
 }
 
 fn explanation(state: &Schedule, ui: &Ui) -> String {
-    let key = |action| ui.key(action, Context::Schedule);
     let state = match &state.draft {
-        None => "This schedule is in use.".to_owned(),
-        Some(_) => format!("Not in use yet: {} uses it, {} goes back.", key(Action::Confirm), key(Action::Discard)),
+        None => "This schedule is in use.",
+        Some(_) => "Not in use yet: {apply} uses it, {discard} goes back.",
     };
-    format!(
-        "{state} In each episode, with this probability, actions come from the action clusters instead of the policy. \
-         {} selects a point, arrows or the mouse move it, {} (hand-drawn: a click) adds one, {} deletes it, {} changes the kind; {} types it.",
-        key(Action::NextPoint),
-        key(Action::AddPoint),
-        key(Action::DeletePoint),
-        key(Action::Kind),
-        ui.key(Action::Epsilon, Context::Everywhere),
-    )
+    let help = "In each episode, with this probability, actions come from the action clusters instead of the policy. {next-point} selects a point, arrows or the mouse move it, {add-point} (hand-drawn: a click) adds one, {delete-point} deletes it, {kind} changes the kind; {epsilon} types it.";
+    ui.text(&format!("{state} {help}"))
 }
 
 /// Moves the selected point to an episode and a threshold.
@@ -175,7 +167,7 @@ pub fn pick(state: &mut Schedule, view: &ViewModel, axes: &Axes, column: u16, ro
 /// What an action does on this screen.
 pub fn perform(state: &mut Schedule, ui: &Ui, action: Action) -> Vec<Effect> {
     let in_use = &ui.view.settings.epsilon;
-    let episodes = ui.view.settings.episodes as u32;
+    let episodes = ui.view.settings.episodes;
     let shown = state.shown(in_use);
     let points = schedule_points::points(&shown);
     let index = state.point.min(points.len() - 1);
@@ -195,8 +187,8 @@ pub fn perform(state: &mut Schedule, ui: &Ui, action: Action) -> Vec<Effect> {
             state.point = added;
         }
         Action::DeletePoint if !matches!(shown, EpsilonSchedule::Points(_)) => {
-            let key = ui.key(Action::AddPoint, Context::Schedule);
-            return vec![Effect::info(format!("only a hand-drawn schedule has points to delete; {key} makes it one"))];
+            let text = "only a hand-drawn schedule has points to delete; {add-point} makes it one";
+            return vec![Effect::info(ui.text(text))];
         }
         Action::DeletePoint => state.change(schedule_points::delete_point(&shown, index), in_use),
         Action::Kind => state.change(schedule_points::next_kind(&shown, episodes), in_use),

@@ -3,11 +3,12 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Style};
+use ratatui::text::{Line, Span, Text};
+use ratatui::widgets::Widget;
 
 use super::Ui;
 use super::pane::pane;
 use crate::run::{Metric, RunState};
-use crate::tui::actions::{Action, Context};
 use crate::tui::chart::number;
 use crate::tui::view::{RunSummary, span};
 use crate::tui::widgets::columns::shortened;
@@ -20,36 +21,32 @@ pub fn draw(ui: &Ui, area: Rect, buffer: &mut Buffer) {
     if area.height < 3 {
         return;
     }
-    let theme = ui.theme;
-    let inside = pane("status", area, theme, buffer);
-    let view = ui.view;
-    let settings = &view.settings;
-    let mut pen = Pen { area: inside, y: inside.y, theme, buffer };
-    pen.line("method", &format!("{}, seed {}", settings.method, settings.seed), Style::new());
-    pen.line("epsilon", &settings.epsilon.to_string(), Style::new());
+    let inside = pane("status", area, ui.theme, buffer);
+    let settings = &ui.view.settings;
+    let run = ui.subject.run();
+    let room = usize::from(inside.width).saturating_sub(LABEL);
+    let mut rows = Rows { lines: Vec::new(), room, theme: ui.theme };
+    rows.line("method", &format!("{}, seed {}", settings.method.name(), settings.seed), Style::new());
+    rows.line("epsilon", &settings.epsilon.to_string(), Style::new());
     let (text, colour) = clusters(ui);
-    let style = colour.map_or(Style::new(), |colour| Style::new().fg(colour));
     // What is said of a run must have its place; the Edit screen and the log have the rest.
-    if ui.subject.run().is_some() {
-        pen.line("clusters", &text, style)
-    } else {
-        pen.row("clusters", &text, style)
-    }
-    pen.line("model", &settings.model, Style::new());
-    match ui.subject.run() {
+    let text = if run.is_some() { shortened(&text, room, false) } else { text };
+    rows.add("clusters", &text, colour.map_or(Style::new(), |colour| Style::new().fg(colour)));
+    rows.line("model", &ui.view.model(), Style::new());
+    match run {
         None => {
-            let key = ui.key(Action::Train, Context::Everywhere);
-            pen.row("run", &format!("none; {key} trains {} episodes", settings.episodes), theme.faint());
+            let text = format!("{} {} episodes", ui.text("none; {train} trains"), settings.episodes);
+            rows.add("run", &text, ui.theme.faint());
         }
-        Some(run) => pen.run(run),
+        Some(run) => rows.run(run),
     }
+    Text::from(rows.lines).render(inside, buffer);
 }
 
 /// How the clusters stand, and what to press.
 pub fn clusters(ui: &Ui) -> (String, Option<Color>) {
     let view = ui.view;
     let theme = ui.theme;
-    let key = ui.key(Action::Clusters, Context::Everywhere);
     let count = |prior: &crate::guidance::ActionPrior| {
         let clusters: usize = prior.stages.iter().map(|stage| stage.clusters.len()).sum();
         format!("{clusters} in {} stages", prior.stages.len())
@@ -62,9 +59,9 @@ pub fn clusters(ui: &Ui) -> (String, Option<Color>) {
     }
     match ui.subject.clusters() {
         Some(clusters) if clusters.of_run => (format!("{} (of the run)", count(&clusters.prior)), None),
-        Some(clusters) if clusters.stale => (format!("out of date; {key} computes them"), Some(theme.warn)),
+        Some(clusters) if clusters.stale => (ui.text("out of date; {clusters} computes them"), Some(theme.warn)),
         Some(clusters) => (count(&clusters.prior), Some(theme.good)),
-        None => (format!("none; {key} computes them"), None),
+        None => (ui.text("none; {clusters} computes them"), None),
     }
 }
 
@@ -73,69 +70,53 @@ const LABEL: usize = 9;
 /// Columns from which on there is room for whole words.
 const ROOMY: usize = 26;
 
-struct Pen<'a> {
-    area: Rect,
-    y: u16,
+/// Lines of the pane.
+struct Rows<'a> {
+    lines: Vec<Line<'static>>,
+    /// Columns beside the labels.
+    room: usize,
     theme: &'a Theme,
-    buffer: &'a mut Buffer,
 }
 
-impl Pen<'_> {
-    fn row(&mut self, label: &str, text: &str, style: Style) {
-        let room = self.room();
-        for (index, line) in wrap(text, room).iter().enumerate() {
-            if self.y >= self.area.bottom() {
-                return;
-            }
-            if index == 0 {
-                self.buffer.set_stringn(self.area.x, self.y, label, LABEL, self.theme.faint());
-            }
-            self.buffer.set_stringn(self.area.x + LABEL as u16, self.y, line, room, style);
-            self.y += 1;
-        }
+impl Rows<'_> {
+    fn add(&mut self, label: &'static str, text: &str, style: Style) {
+        let labels = std::iter::once(label).chain(std::iter::repeat(""));
+        self.lines.extend(labels.zip(wrap(text, self.room)).map(|(label, line)| {
+            Line::from(vec![Span::styled(format!("{label:LABEL$}"), self.theme.faint()), Span::styled(line, style)])
+        }));
     }
 
     /// A row that is one line whatever happens; the rows below it have their place.
-    fn line(&mut self, label: &str, text: &str, style: Style) {
-        let text = shortened(text, self.room(), false);
-        self.row(label, &text, style);
-    }
-
-    fn room(&self) -> usize {
-        usize::from(self.area.width).saturating_sub(LABEL)
+    fn line(&mut self, label: &'static str, text: &str, style: Style) {
+        self.add(label, &shortened(text, self.room, false), style);
     }
 
     fn run(&mut self, run: &RunSummary) {
-        let style = Style::new().fg(state_colour(&run.state, self.theme));
-        self.row("run", &shortened(&run.name, self.room(), true), Style::new());
+        let plain = Style::new();
+        self.add("run", &shortened(&run.name, self.room, true), plain);
         let state = match (&run.state, run.preparing) {
             (RunState::Running, Some((stage, stages))) => format!("clusters, stage {} of {stages}", stage + 1),
             (RunState::Failed(reason), _) => format!("failed: {reason}"),
             _ => run.state_word().to_owned(),
         };
-        self.row("state", &state, style);
-        self.progress(run);
-        let latest = |metric| run.latest(metric).map_or_else(|| "-".to_owned(), number);
-        let sign = if self.room() >= ROOMY { " %" } else { "%" };
+        self.add("state", &state, plain.fg(state_colour(&run.state, self.theme)));
+        let count = format!(" {}/{}", run.done, run.episodes);
+        let progress = bar(run.done, run.episodes, self.room.saturating_sub(count.len()).min(24), self.theme);
+        self.add("episodes", &(progress + &count), plain.fg(self.theme.accent));
+        let [sign, now, per] =
+            if self.room >= ROOMY { [" %", "now epsilon", " episodes/s"] } else { ["%", "eps.", "/s"] };
         let percent = |share: Option<f32>| share.map_or_else(|| "-".to_owned(), |s| format!("{:.0}{sign}", 100.0 * s));
         let greedy = run.evaluations.last().map(|(_, success)| *success);
         let text = format!("{}, greedy {}", percent(run.latest(Metric::Success)), percent(greedy));
-        self.line("success", &text, Style::new());
-        let (now, per) = if self.room() >= ROOMY { ("now epsilon", " episodes/s") } else { ("eps.", "/s") };
+        self.line("success", &text, plain);
+        let latest = |metric| run.latest(metric).map_or_else(|| "-".to_owned(), number);
         let text = format!("{}, {now} {}", latest(Metric::Return), latest(Metric::Epsilon));
-        self.line("return", &text, Style::new());
-        let speed = run.rate.map_or_else(|| "-".to_owned(), |rate| format!("{rate:.1}{per}"));
-        let left = run.seconds_left().map_or_else(String::new, |seconds| format!(", {} left", span(seconds)));
+        self.line("return", &text, plain);
         if run.active {
-            self.line("speed", &format!("{speed}{left}"), Style::new());
+            let speed = run.rate.map_or_else(|| "-".to_owned(), |rate| format!("{rate:.1}{per}"));
+            let left = run.seconds_left().map_or_else(String::new, |seconds| format!(", {} left", span(seconds)));
+            self.line("speed", &format!("{speed}{left}"), plain);
         }
-    }
-
-    fn progress(&mut self, run: &RunSummary) {
-        let room = self.room();
-        let count = format!(" {}/{}", run.done, run.episodes);
-        let text = bar(run.done, run.episodes, room.saturating_sub(count.len()).min(24), self.theme) + &count;
-        self.row("episodes", &text, Style::new().fg(self.theme.accent));
     }
 }
 

@@ -7,9 +7,10 @@ use ratatui::layout::Rect;
 
 use super::pane::{WIDE, hint, pane};
 use super::runs::Runs;
-use super::{HitRegions, Ui};
+use super::{HitRegions, Region, Ui};
 use crate::run::Metric;
-use crate::tui::actions::{Action, Context};
+use crate::stats::rolling::WINDOW;
+use crate::tui::actions::Action;
 use crate::tui::chart::{Curve, Plot, Range, Scale, draw as draw_chart};
 use crate::tui::effect::Effect;
 use crate::tui::view::{RunSummary, span};
@@ -104,23 +105,28 @@ struct Charts<'a> {
 impl Charts<'_> {
     fn draw(&self, metric: Metric, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
         let many = self.runs.len() > 1;
+        let names = if many { names(&self.runs) } else { vec![String::new(); self.runs.len()] };
+        let labels: Vec<&str> = self.runs.iter().map(|run| run.label.as_str()).collect();
+        let colours = self.ui.theme.runs(&labels);
         let of_subgoals = self.runs.first().filter(|_| metric == Metric::SubgoalShare && !many);
         let by_subgoal = of_subgoals.map(|run| run.subgoal_hits()).unwrap_or_default();
         let single = by_subgoal.iter().enumerate().map(|(index, values)| Curve {
             name: (index + 1).to_string(),
             colour: self.ui.theme.stage(index),
             values,
+            partial: 0,
             points: &[],
         });
-        let common = common_start(&self.runs);
         let whole = self.runs.iter().filter(|_| by_subgoal.is_empty());
-        let curves = whole.enumerate().map(|(index, run)| Curve {
-            name: if many { run.name[common..].to_owned() } else { String::new() },
-            colour: self.ui.theme.stage(index),
+        let curves = whole.zip(names).zip(colours).map(|((run, name), colour)| Curve {
+            name,
+            colour,
             values: run.curves.get(metric),
+            // The success rate of the first episodes is that of fewer than the others.
+            partial: if metric == Metric::Success { WINDOW.get() - 1 } else { 0 },
             points: if metric == Metric::Success { &run.evaluations } else { &[] },
         });
-        let empty = format!("no episodes yet: {} trains", self.ui.key(Action::Train, Context::Everywhere));
+        let empty = self.ui.text("no episodes yet: {train} trains");
         let smoothing = self.state.smoothing(metric);
         let title = match (smoothing, self.state.scale(metric)) {
             (1, Scale::Linear) => metric.title().to_owned(),
@@ -139,7 +145,7 @@ impl Charts<'_> {
             empty: &empty,
         };
         if let Some(axes) = draw_chart(&plot, area, self.ui.theme, buffer) {
-            regions.add_chart(axes, metric);
+            regions.add(axes.plot, Region::Chart(axes, metric));
         }
     }
 
@@ -148,12 +154,17 @@ impl Charts<'_> {
     }
 }
 
-/// Length of what the names of the runs have in common, up to a hyphen: a legend has
-/// little room.
-fn common_start(runs: &[&RunSummary]) -> usize {
-    let Some((first, others)) = runs.split_first() else { return 0 };
-    let begins = |end: usize| others.iter().all(|run| run.name.starts_with(&first.name[..end]) && run.name.len() > end);
-    first.name.match_indices('-').map(|(at, _)| at + 1).take_while(|end| begins(*end)).last().unwrap_or(0)
+/// What sets each of several runs apart from the others, in words: the parts of their labels that
+/// not all have. Runs of one label have the names of their folders.
+fn names(runs: &[&RunSummary]) -> Vec<String> {
+    let parts = |run: &&RunSummary| run.label.split(", ").map(str::to_owned).collect::<Vec<String>>();
+    let labels: Vec<Vec<String>> = runs.iter().map(parts).collect();
+    let is_common = |part: &String| labels.iter().all(|label| label.contains(part));
+    let own =
+        |label: &Vec<String>| label.iter().filter(|part| !is_common(part)).cloned().collect::<Vec<_>>().join(", ");
+    let names: Vec<String> = labels.iter().map(own).collect();
+    let is_unique = |name: &String| names.iter().filter(|other| *other == name).count() == 1;
+    names.iter().zip(runs).map(|(name, run)| if is_unique(name) { name } else { &run.name }.clone()).collect()
 }
 
 /// Draws charts below one another, as many as there is room for.
@@ -217,18 +228,10 @@ pub fn draw(curves: &CurvesState, marked: &Runs, ui: &Ui, area: Rect, buffer: &m
 }
 
 fn nothing(curves: &CurvesState, ui: &Ui) -> String {
-    let key = |action, context| ui.key(action, context);
-    if curves.comparing {
-        let mark = key(Action::Mark, Context::Runs);
-        let compare = key(Action::Compare, Context::Curves);
-        return format!(
-            "No run is marked. Mark runs with {mark} on the Runs screen (5), or press {compare} to see the watched run."
-        );
-    }
-    let train = key(Action::Train, Context::Everywhere);
-    format!(
-        "Nothing has been trained yet. {train} starts a training with the settings on the Scene screen; 5 shows past runs."
-    )
+    ui.text(match curves.comparing {
+        true => "No run is marked. Mark runs with {mark-run} on the Runs screen ({screen-runs}), or press {compare} to see the watched run.",
+        false => "Nothing has been trained yet. {train} starts a training with the settings on the Scene screen; {screen-runs} shows past runs.",
+    })
 }
 
 /// What an action does on this screen.

@@ -3,51 +3,50 @@
 use std::sync::Arc;
 
 use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
+use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
+use ratatui::text::{Line, Text};
+use ratatui::widgets::{Row, Widget};
 
-use super::pane::{WIDE, pane};
+use super::pane::{WIDE, lines, pane};
 use super::scene::{self, Scene};
-use super::{HitRegions, Screens, Ui, status, training};
+use super::{HitRegions, Region as Place, Screens, Ui, status, training};
 use crate::run::Metric;
 use crate::task::{Region, Task};
-use crate::tui::actions::{Action, Context};
 use crate::tui::scene::{Content, Object, Objects, draw as draw_scene};
 use crate::tui::view::Choice;
 use crate::tui::view::playback::Moment;
 use crate::tui::widgets::columns::fitting;
-use crate::tui::widgets::popup::wrap;
+use crate::tui::widgets::list;
 
 /// Rows of the status pane.
 const STATUS: u16 = 12;
 
 /// Draws scene, curves and status side by side.
 pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
-    let (left, right) = split(area);
+    let [left, right] = split(area);
     scene_pane(ui, &screens.scene, left, buffer, regions);
-    let rows = STATUS.min(right.height);
-    let above = Rect { height: right.height - rows, ..right };
-    let below = Rect { y: above.bottom(), height: rows, ..right };
+    let [above, below] = Layout::vertical([Constraint::Fill(1), Constraint::Length(STATUS)]).areas(right);
     let metrics: &[Metric] = if above.height >= 14 { &[Metric::Success, Metric::Return] } else { &[Metric::Success] };
     training::stack(&screens.curves, &screens.runs, ui, metrics, above, buffer, regions);
     status::draw(ui, below, buffer);
 }
 
 /// Columns from which on an object's whole name has room beside its numbers.
-const NAMED: usize = 36;
+const NAMED: u16 = 36;
 
 /// Draws the scene and the list of its objects.
 pub fn draw_edit(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
-    let (left, right) = split(area);
+    let [left, right] = split(area);
     scene_pane(ui, scene, left, buffer, regions);
     objects(ui, scene, right, buffer, regions);
 }
 
 /// A square for the scene at the left, the rest at the right.
-fn split(area: Rect) -> (Rect, Rect) {
+fn split(area: Rect) -> [Rect; 2] {
     let rest = if area.width >= WIDE { 40 } else { 28 };
     let width = (2 * (area.height - 2) + 2).min(area.width.saturating_sub(rest));
-    (Rect { width, ..area }, Rect { x: area.x + width, width: area.width - width, ..area })
+    Layout::horizontal([Constraint::Length(width), Constraint::Fill(1)]).areas(area)
 }
 
 fn scene_pane(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
@@ -76,11 +75,10 @@ fn scene_pane(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: 
         selected: scene.selected(),
         ghost: scene.hand.as_ref().and_then(|hand| hand.ghost.as_ref()),
     };
-    regions.set_scene(draw_scene(&content, inside, ui.theme, buffer));
-    let missing = scene.missing(subject).into_iter().flat_map(|text| wrap(&text, usize::from(inside.width)));
-    for (y, line) in (inside.y..inside.bottom()).zip(missing) {
-        buffer.set_stringn(inside.x, y, line, usize::from(inside.width), Style::new().fg(ui.theme.warn));
-    }
+    let view = draw_scene(&content, inside, ui.theme, buffer);
+    regions.add(view.area, Place::Scene(view));
+    let missing = scene.missing(subject).join("\n");
+    Text::from_iter(lines(&missing, inside.width, Style::new().fg(ui.theme.warn))).render(inside, buffer);
     caption(ui, scene, &moment, area, buffer);
 }
 
@@ -126,72 +124,53 @@ fn objects(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mu
     let view = ui.view;
     let theme = ui.theme;
     let all = view.objects().all();
-    let upper = Rect { height: (all.len() as u16 + 2).min(area.height), ..area };
+    let height = Constraint::Length(all.len() as u16 + 2);
+    let [upper, lower] = Layout::vertical([height, Constraint::Fill(1)]).areas(area);
     let inside = pane("objects · x, y, size", upper, theme, buffer);
-    regions.set_rows(inside, 0);
-    for (y, object) in (inside.y..inside.bottom()).zip(all) {
+    let roomy = inside.width >= NAMED;
+    let row = |index: usize| {
+        let object: Object = all[index];
         let [px, py] = view.objects().position(object).unwrap_or_default();
         let size = view.objects().size(object).unwrap_or_default();
-        let width = usize::from(inside.width);
         let name = view.objects().name(object);
-        let text = if width >= NAMED {
-            format!("{name:<16} {px:>6.2} {py:>6.2} {size:>5.1}")
-        } else {
-            // Not even the tool's type has room.
-            let name = name.split(" (").next().unwrap_or_default();
-            format!("{name:<10} {px:>5.2} {py:>5.2}{size:>4}")
-        };
-        let style = if scene.selected() == Some(object) { theme.selected() } else { Style::new() };
-        buffer.set_stringn(inside.x, y, format!("{text:width$}"), width, style);
-    }
-    let lower = Rect { y: upper.bottom(), height: area.bottom() - upper.bottom(), ..area };
+        // Where there is little room, not even the tool's type has some.
+        let name = if roomy { name.as_str() } else { name.split(" (").next().unwrap_or_default() };
+        let number = |text: String| Text::from(text).right_aligned();
+        let [px, py, size] = [format!("{px:.2}"), format!("{py:.2}"), format!("{size:.1}")].map(number);
+        Row::new([Text::from(name.to_owned()), px, py, size])
+    };
+    let widths = if roomy { [16, 6, 6, 5] } else { [10, 5, 5, 4] }.map(Constraint::Length);
+    let selected = scene.selected().and_then(|object| all.iter().position(|known| *known == object));
+    regions.add_rows(list::draw(all.len(), selected, row, &widths, inside, theme, buffer));
     if lower.height >= 3 {
         let inside = pane("task", lower, theme, buffer);
-        for (y, (text, style)) in (inside.y..inside.bottom()).zip(about(ui, usize::from(inside.width))) {
-            buffer.set_stringn(inside.x, y, text, usize::from(inside.width), style);
-        }
+        Text::from(about(ui, inside.width)).render(inside, buffer);
     }
 }
 
 /// What there is to know about the task and its edits, in lines.
-fn about(ui: &Ui, width: usize) -> Vec<(String, Style)> {
+fn about(ui: &Ui, width: u16) -> Vec<Line<'static>> {
     let view = ui.view;
     let theme = ui.theme;
-    let key = |action, context| ui.key(action, context);
-    let mut lines: Vec<(String, Style)> = Vec::new();
-    let mut put = |text: &str, style: Style| lines.extend(wrap(text, width).into_iter().map(|line| (line, style)));
+    let mut text: Vec<Line> = Vec::new();
+    let mut put = |paragraph: &str, style: Style| text.extend(lines(paragraph, width, style));
     // What is going on comes first: a small terminal shows no more.
     if view.dirty {
-        let text = format!("edited, not saved: {} saves", key(Action::Save, Context::Everywhere));
-        put(&text, Style::new().fg(theme.warn));
+        put(&ui.text("edited, not saved: {save} saves"), Style::new().fg(theme.warn));
     }
-    if let Some(text) = proposals(ui) {
-        put(&text, Style::new().fg(theme.warn));
+    if let Some(proposals) = proposals(ui) {
+        put(&proposals, Style::new().fg(theme.warn));
     }
-    let (text, colour) = status::clusters(ui);
-    put(&format!("clusters {text}"), colour.map_or(Style::new(), |colour| Style::new().fg(colour)));
+    let (clusters, colour) = status::clusters(ui);
+    put(&format!("clusters {clusters}"), colour.map_or(Style::new(), |colour| Style::new().fg(colour)));
     put(&format!("\n{}", view.task.description), Style::new());
     let placeable = view.task.placeable;
     let size = placeable.tool([0.0; 2]).size;
     let file = view.file.as_ref().map_or_else(|| "shipped with the program".to_owned(), |f| f.display().to_string());
     put(&format!("the agent places: {} of {size} units\n{file}\n\n", placeable.kind), theme.faint());
-    let help = format!(
-        "{} selects, arrows or the mouse move, {} types coordinates. {} adds a subgoal, {} a tool, {} deletes; {} lets the model propose subgoals. {} and {} resize, {} and {} reorder. {} undoes, {} does it again.",
-        key(Action::NextObject, Context::Scene),
-        key(Action::Coordinates, Context::Scene),
-        key(Action::AddSubgoal, Context::Scene),
-        key(Action::AddTool, Context::Scene),
-        key(Action::DeleteObject, Context::Scene),
-        key(Action::Propose, Context::Scene),
-        key(Action::Shrink, Context::Scene),
-        key(Action::Grow, Context::Scene),
-        key(Action::Earlier, Context::Scene),
-        key(Action::Later, Context::Scene),
-        key(Action::Undo, Context::Everywhere),
-        key(Action::Redo, Context::Everywhere),
-    );
-    put(&help, theme.faint());
-    lines
+    let help = "{next-object} selects, arrows or the mouse move, {coordinates} types coordinates. {add-subgoal} adds a subgoal, {add-tool} a tool, {delete} deletes; {propose-subgoals} lets the model propose subgoals. {shrink} and {grow} resize, {earlier} and {later} reorder. {undo} undoes, {redo} does it again.";
+    put(&ui.text(help), theme.faint());
+    text
 }
 
 /// What is proposed, or looked for, and what to press.
@@ -200,8 +179,7 @@ fn proposals(ui: &Ui) -> Option<String> {
     if let Some((found, count)) = view.proposing {
         return Some(format!("looking for subgoal {} of {count}", (found + 1).min(count)));
     }
-    let key = |action| ui.key(action, Context::Scene);
-    let (accept, reject) = (key(Action::AcceptProposals), key(Action::RejectProposals));
     let count = view.proposed.len();
-    (count > 0).then(|| format!("proposed: {count}; {accept} accepts, {reject} rejects the selected one or all"))
+    let answers = ui.text("{accept-proposals} accepts, {reject-proposals} rejects the selected one or all");
+    (count > 0).then(|| format!("proposed: {count}; {answers}"))
 }

@@ -9,7 +9,7 @@ mod run_index;
 mod subject;
 mod workspace;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 pub use curves::Curves;
@@ -19,12 +19,12 @@ pub use workspace::{SessionWorkspace, Workspace};
 
 use crate::agent::Ddpg;
 use crate::env::{EndReason, Snapshot};
-use crate::guidance::{ActionPrior, EpsilonSchedule};
+use crate::guidance::ActionPrior;
 use crate::run::{Metric, RunState};
 use crate::task::{Region, Task};
-use crate::trainer::Trace;
+use crate::trainer::{RunConfig, Trace};
 use crate::tui::scene::Objects;
-use crate::workbench::PriorState;
+use crate::workbench::{PriorState, run_label};
 
 use playback::Episode;
 
@@ -42,7 +42,9 @@ pub struct ViewModel {
     /// Subgoals found and looked for, while they are being looked for.
     pub proposing: Option<(usize, usize)>,
     /// What the next run will use.
-    pub settings: Settings,
+    pub settings: RunConfig,
+    /// Where runs go.
+    pub folder: PathBuf,
     /// The clusters computed for the task as it is being edited, or as it was.
     pub prior: Option<Arc<ActionPrior>>,
     /// How these clusters stand to the task and the settings.
@@ -111,23 +113,6 @@ impl HandEpisode {
     }
 }
 
-/// What the next run will use.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// Name of the method.
-    pub method: String,
-    /// Master seed.
-    pub seed: u64,
-    /// Episodes of a run.
-    pub episodes: u64,
-    /// Epsilon threshold by episode.
-    pub epsilon: EpsilonSchedule,
-    /// What predicts the rollouts of guidance.
-    pub model: String,
-    /// Where runs go.
-    pub folder: PathBuf,
-}
-
 /// A dynamics model one can choose.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelSummary {
@@ -152,8 +137,10 @@ pub struct RunSummary {
     pub queued: bool,
     /// The task's name.
     pub task: String,
+    /// Method, threshold and seed in words, as in legends.
+    pub label: String,
     /// Name of the method.
-    pub method: String,
+    pub method: &'static str,
     /// Master seed.
     pub seed: u64,
     /// Subgoals of its task.
@@ -206,6 +193,11 @@ impl ViewModel {
         self.watched.as_ref().map(|watched| &*watched.run)
     }
 
+    /// Name of what predicts the rollouts of guidance.
+    pub fn model(&self) -> String {
+        String::from(self.settings.prior.clone())
+    }
+
     /// The objects of the task as it is being edited.
     pub fn objects(&self) -> Objects<'_> {
         Objects { task: &self.task, proposed: &self.proposed }
@@ -223,6 +215,30 @@ impl ViewModel {
 }
 
 impl RunSummary {
+    /// What the settings of a run say of it; nothing of its log has been read.
+    pub fn new(path: &Path, config: &RunConfig, state: RunState) -> Self {
+        Self {
+            name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            path: path.to_owned(),
+            opened: false,
+            active: false,
+            queued: false,
+            task: config.task.name.clone(),
+            label: run_label(config),
+            method: config.method.name(),
+            seed: config.seed,
+            subgoals: config.task.subgoals.len(),
+            episodes: u64::from(config.episodes),
+            state,
+            preparing: None,
+            done: 0,
+            success: None,
+            curves: Curves::default(),
+            evaluations: Vec::new(),
+            rate: None,
+        }
+    }
+
     /// One word for what it is doing.
     pub fn state_word(&self) -> &'static str {
         if self.queued { "queued" } else { self.state.name() }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant, SystemTime};
 
-use super::{Curves, RunSummary};
+use super::RunSummary;
 use crate::run::{RunDirectory, RunState};
 use crate::trainer::RunConfig;
 
@@ -220,23 +220,9 @@ fn glance(path: &Path) -> Option<RunSummary> {
     let config: RunConfig = directory.config().ok()?;
     let status = directory.status().ok()?;
     Some(RunSummary {
-        name: path.file_name()?.to_string_lossy().into_owned(),
-        path: path.to_owned(),
-        opened: false,
-        active: false,
-        queued: false,
-        task: config.task.name.clone(),
-        method: config.method.name().to_owned(),
-        seed: config.seed,
-        subgoals: config.task.subgoals.len(),
-        episodes: u64::from(config.episodes),
-        state: status.state,
-        preparing: None,
         done: status.last_episode.as_ref().map_or(0, |record| record.episode),
         success: status.last_episode.map(|record| record.rolling_success as f32),
-        curves: Curves::default(),
-        evaluations: Vec::new(),
-        rate: None,
+        ..RunSummary::new(path, &config, status.state)
     })
 }
 

@@ -9,10 +9,10 @@ use super::models::Models;
 use super::playback::{Episode, Origin};
 use super::rate::Rate;
 use super::run_index::RunIndex;
-use super::{Curves, HandEpisode, Level, Live, LogLine, RunSummary, Settings, TaskModel, ViewModel, Watched};
+use super::{Curves, HandEpisode, Level, Live, LogLine, RunSummary, TaskModel, ViewModel, Watched};
 use crate::run::{Event, RunState};
 use crate::task::Task;
-use crate::trainer::{Phase, PriorSource, unusual_settings};
+use crate::trainer::{Phase, PriorSource};
 use crate::tui::widgets::preview::Drawing;
 use crate::workbench::{Command, FigureKind, Notice, RunView, Session, command};
 
@@ -44,8 +44,6 @@ pub trait Workspace {
     /// # Errors
     /// Why there is none, in one line.
     fn figure(&self, kind: FigureKind) -> Result<Drawing, String>;
-    /// All settings of the next run, by path, that are not the usual ones.
-    fn unusual_settings(&self) -> Vec<(String, String)>;
     /// Looks for what is new in the folder of runs, in the background.
     fn look_for_runs(&mut self);
     /// Adds a line to the log.
@@ -80,7 +78,8 @@ impl SessionWorkspace {
             dirty: false,
             proposed: Vec::new(),
             proposing: None,
-            settings: settings(&session),
+            settings: session.config().clone(),
+            folder: session.folder().to_owned(),
             prior: None,
             prior_state: session.prior_state(),
             prior_failure: None,
@@ -115,7 +114,8 @@ impl SessionWorkspace {
         view.dirty = session.is_dirty();
         view.proposed = session.proposed().to_vec();
         view.proposing = session.proposing().map(|progress| (progress.done, progress.total));
-        view.settings = settings(session);
+        view.settings = session.config().clone();
+        view.folder = session.folder().to_owned();
         view.prior_state = session.prior_state();
         view.prior = session.prior().cloned();
         let hand = session.hand_play();
@@ -302,10 +302,6 @@ impl Workspace for SessionWorkspace {
         figure.ok_or_else(|| "An animation: the Scene screen plays it.".to_owned())
     }
 
-    fn unusual_settings(&self) -> Vec<(String, String)> {
-        unusual_settings(self.session.config())
-    }
-
     fn look_for_runs(&mut self) {
         self.index.look(self.session.folder());
         self.view.runs_unread = self.index.unread();
@@ -316,18 +312,6 @@ impl Workspace for SessionWorkspace {
         self.view.log_total += 1;
         let more = self.view.log.len().saturating_sub(LOG);
         self.view.log.drain(..more);
-    }
-}
-
-fn settings(session: &Session) -> Settings {
-    let config = session.config();
-    Settings {
-        method: config.method.name().to_owned(),
-        seed: config.seed,
-        episodes: u64::from(config.episodes),
-        epsilon: config.epsilon.clone(),
-        model: String::from(config.prior.clone()),
-        folder: session.folder().to_owned(),
     }
 }
 
@@ -357,24 +341,17 @@ fn summary_of(run: &RunView, mut curves: Curves, rate: Option<f64>) -> RunSummar
     for record in &records[curves.episodes()..] {
         curves.push_record(record);
     }
-    let config = run.config();
     RunSummary {
         name: run.name(),
-        path: run.directory().path().to_owned(),
         opened: true,
         active: run.is_active(),
         queued: run.is_queued(),
-        task: config.task.name.clone(),
-        method: config.method.name().to_owned(),
-        seed: config.seed,
-        subgoals: config.task.subgoals.len(),
-        episodes: u64::from(config.episodes),
-        state: run.state(),
         preparing: preparing(run),
         done: records.len() as u64,
         success: records.last().map(|record| record.rolling_success as f32),
         curves,
         evaluations: run.evaluations().iter().map(|e| (e.episode, e.success as f32)).collect(),
         rate,
+        ..RunSummary::new(run.directory().path(), run.config(), run.state())
     }
 }

@@ -1,6 +1,7 @@
 //! Parts of pictures that know nothing of the workbench: colours, dots, text, popups.
 
 pub mod columns;
+pub mod list;
 pub mod popup;
 pub mod preview;
 pub mod raster;

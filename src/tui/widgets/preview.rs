@@ -1,7 +1,6 @@
 //! The figure that is shown on the Figures screen: drawn in the size it is shown in, and
 //! encoded for the terminal, on a thread of its own.
 
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
 use image::{DynamicImage, RgbImage};
@@ -18,6 +17,7 @@ use ratatui_image::protocol::sixel::Sixel;
 use crate::figures::Figure;
 use crate::tui::terminal::{Graphics, Protocol};
 use crate::tui::widgets::theme::{Depth, Marker, Theme};
+use crate::workbench::Job;
 
 /// A figure that may change hands.
 pub type Drawing = Box<dyn Figure + Send>;
@@ -41,7 +41,7 @@ pub struct Preview {
     /// What the terminal can show.
     graphics: Graphics,
     shown: Option<(Wanted, Result<Encoded, String>)>,
-    job: Option<(Wanted, Receiver<Result<Encoded, String>>)>,
+    job: Option<(Wanted, Job<Encoded>)>,
     begun: Option<Instant>,
 }
 
@@ -75,11 +75,9 @@ impl Preview {
         self.begun = Some(Instant::now());
         match figure() {
             Ok(figure) => {
-                let (sender, receiver) = channel();
                 let (graphics, room, grey) = (self.graphics, wanted.room, wanted.grey);
-                let work = move || _ = sender.send(picture(&*figure, graphics, room, grey));
-                match std::thread::Builder::new().name("mge-preview".to_owned()).spawn(work) {
-                    Ok(_) => self.job = Some((wanted.clone(), receiver)),
+                match Job::spawn(move |_| picture(&*figure, graphics, room, grey)) {
+                    Ok(job) => self.job = Some((wanted.clone(), job)),
                     Err(error) => self.shown = Some((wanted.clone(), Err(error.to_string()))),
                 }
                 news
@@ -93,14 +91,8 @@ impl Preview {
     }
 
     fn collect(&mut self) -> bool {
-        let Some((wanted, receiver)) = &self.job else { return false };
-        let picture = match receiver.try_recv() {
-            Ok(picture) => picture,
-            Err(TryRecvError::Empty) => return false,
-            Err(TryRecvError::Disconnected) => Err("the figure could not be drawn".to_owned()),
-        };
-        self.shown = Some((wanted.clone(), picture));
-        self.job = None;
+        let Some((wanted, job)) = self.job.take_if(|(_, job)| job.is_finished()) else { return false };
+        self.shown = Some((wanted, job.result()));
         true
     }
 

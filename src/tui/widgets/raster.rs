@@ -1,70 +1,55 @@
-//! A dot raster over terminal cells: what scene, curves and schedules are drawn with.
+//! Dots over terminal cells: what scene, curves and schedules are drawn with. It is ratatui's canvas,
+//! with the shapes that it lacks.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
+use ratatui::widgets::Widget;
+use ratatui::widgets::canvas::{Canvas, Context, Line, Points};
 
-use crate::figures;
 use crate::tui::widgets::theme::Marker;
 
 /// Dots over an area of cells. Later dots win the colour of their cell.
-pub struct Raster {
-    area: Rect,
-    marker: Marker,
-    width: usize,
-    height: usize,
-    dots: Vec<Option<Color>>,
-    cells: Vec<Color>,
+pub struct Raster<'a, 'b> {
+    context: &'a mut Context<'b>,
+    size: [f32; 2],
 }
 
 /// A point in dots, from the upper left corner of the area.
 pub type Dot = [f32; 2];
 
-impl Raster {
-    /// An empty raster over `area`.
-    pub fn new(area: Rect, marker: Marker) -> Self {
-        let [x, y] = marker.dots();
-        let (width, height) = (area.width as usize * x, area.height as usize * y);
-        Self {
-            area,
-            marker,
-            width,
-            height,
-            dots: vec![None; width * height],
-            cells: vec![Color::Reset; area.width as usize * area.height as usize],
-        }
-    }
+/// Paints dots over `area`; cells without a dot stay as they are.
+pub fn draw(area: Rect, marker: Marker, buffer: &mut Buffer, paint: impl Fn(&mut Raster)) {
+    let [x, y] = marker.dots();
+    let size = [f32::from(area.width * x), f32::from(area.height * y)];
+    let bounds = size.map(|dots| [0.0, f64::from(dots)]);
+    let canvas = Canvas::default().marker(marker.symbol()).x_bounds(bounds[0]).y_bounds(bounds[1]);
+    canvas.paint(|context| paint(&mut Raster { context, size })).render(area, buffer);
+}
 
+impl Raster<'_, '_> {
     /// Width and height in dots.
     pub fn size(&self) -> [f32; 2] {
-        [self.width as f32, self.height as f32]
+        self.size
     }
 
-    /// Sets the dot that contains `at`; outside of the area nothing happens.
-    pub fn point(&mut self, at: Dot, colour: Color) {
-        if at[0] < 0.0 || at[1] < 0.0 || !at[0].is_finite() || !at[1].is_finite() {
-            return;
-        }
-        let (x, y) = (at[0] as usize, at[1] as usize);
-        if x < self.width && y < self.height {
-            self.dots[y * self.width + x] = Some(colour);
-            let [per_x, per_y] = self.marker.dots();
-            self.cells[y / per_y * self.area.width as usize + x / per_x] = colour;
-        }
+    /// The middle of the dot that contains `at`, on the canvas, whose second axis points up. None if
+    /// it is nowhere.
+    fn place(&self, at: Dot) -> Option<(f64, f64)> {
+        let [x, y] = at.map(|value| f64::from(value.floor()) + 0.5);
+        (x.is_finite() && y.is_finite()).then(|| (x, f64::from(self.size[1]) - y))
+    }
+
+    /// Sets the dots that contain these points; outside of the area nothing happens.
+    pub fn points(&mut self, points: impl IntoIterator<Item = Dot>, colour: Color) {
+        let coords: Vec<(f64, f64)> = points.into_iter().filter_map(|point| self.place(point)).collect();
+        self.context.draw(&Points::new(&coords, colour));
     }
 
     /// A straight line, clipped to the area.
     pub fn line(&mut self, from: Dot, to: Dot, colour: Color) {
-        if !from.iter().chain(&to).all(|value| value.is_finite()) {
-            return;
-        }
-        let area = figures::Rect::new(0.0, 0.0, self.width as f64, self.height as f64);
-        let Some((from, to)) = figures::clip_segment(from.map(f64::from), to.map(f64::from), &area) else { return };
-        let [from, to] = [from, to].map(|end| end.map(|value| value as f32));
-        let steps = (to[0] - from[0]).abs().max((to[1] - from[1]).abs()).ceil().max(1.0);
-        for step in 0..=steps as usize {
-            let share = step as f32 / steps;
-            self.point([from[0] + (to[0] - from[0]) * share, from[1] + (to[1] - from[1]) * share], colour);
+        if let (Some((x1, y1)), Some((x2, y2))) = (self.place(from), self.place(to)) {
+            self.context.draw(&Line::new(x1, y1, x2, y2, colour));
         }
     }
 
@@ -77,7 +62,7 @@ impl Raster {
 
     /// The inside of a convex or concave polygon, by scan lines, and its outline.
     pub fn fill(&mut self, corners: &[Dot], colour: Color) {
-        for y in 0..self.height {
+        for y in 0..self.size[1] as usize {
             let middle = y as f32 + 0.5;
             let mut crossings: Vec<f32> = Vec::with_capacity(4);
             for (index, a) in corners.iter().enumerate() {
@@ -88,97 +73,40 @@ impl Raster {
             }
             crossings.sort_by(f32::total_cmp);
             for pair in crossings.chunks_exact(2) {
-                let from = pair[0].round().max(0.0) as usize;
-                let to = pair[1].round().clamp(0.0, self.width as f32) as usize;
-                for x in from..to {
-                    self.point([x as f32, y as f32], colour);
-                }
+                self.span(pair[0], pair[1], middle, colour);
             }
         }
         self.outline(corners, colour);
     }
 
+    /// The dots of a row whose middles lie between two places.
+    fn span(&mut self, from: f32, to: f32, y: f32, colour: Color) {
+        let [first, end] = [from.round(), to.round()];
+        if first < end {
+            self.line([first, y], [end - 1.0, y], colour);
+        }
+    }
+
     /// The outline of an axis-aligned ellipse.
     pub fn ellipse(&mut self, centre: Dot, radii: [f32; 2], colour: Color) {
-        for dot in around(centre, radii) {
-            self.point(dot, colour);
-        }
+        self.points(around(centre, radii), colour);
     }
 
     /// The outline of an axis-aligned ellipse with gaps.
     pub fn dotted_ellipse(&mut self, centre: Dot, radii: [f32; 2], colour: Color) {
-        for (_, dot) in around(centre, radii).enumerate().filter(|(index, _)| index % 8 < 4) {
-            self.point(dot, colour);
-        }
+        self.points(around(centre, radii).enumerate().filter(|(index, _)| index % 8 < 4).map(|(_, dot)| dot), colour);
     }
 
     /// An axis-aligned ellipse, filled; at least one dot.
     pub fn disc(&mut self, centre: Dot, radii: [f32; 2], colour: Color) {
-        if !centre.iter().chain(&radii).all(|value| value.is_finite()) {
-            return;
-        }
-        self.point(centre, colour);
-        let (top, bottom) = ((centre[1] - radii[1]).floor().max(0.0), (centre[1] + radii[1]).min(self.height as f32));
-        let mut y = top;
-        while y < bottom {
-            let share = (y + 0.5 - centre[1]) / radii[1];
+        self.points([centre].into_iter().filter(|_| radii.iter().all(|radius| radius.is_finite())), colour);
+        for y in 0..self.size[1] as usize {
+            let y = y as f32 + 0.5;
+            let share = (y - centre[1]) / radii[1];
             let half = radii[0] * (1.0 - share * share).max(0.0).sqrt();
-            let mut x = (centre[0] - half).round().max(0.0);
-            while x < (centre[0] + half).round().min(self.width as f32) {
-                self.point([x, y], colour);
-                x += 1.0;
-            }
-            y += 1.0;
+            self.span(centre[0] - half, centre[0] + half, y, colour);
         }
     }
-
-    /// Writes the dots into the buffer; cells without a dot stay as they are.
-    pub fn render(&self, buffer: &mut Buffer) {
-        let [per_x, per_y] = self.marker.dots();
-        for row in 0..self.area.height {
-            for column in 0..self.area.width {
-                let dot = |x: usize, y: usize| {
-                    self.dots[(row as usize * per_y + y) * self.width + column as usize * per_x + x]
-                };
-                let Some(cell) = buffer.cell_mut((self.area.x + column, self.area.y + row)) else { continue };
-                let colour = self.cells[row as usize * self.area.width as usize + column as usize];
-                match self.marker {
-                    Marker::Braille => {
-                        let mask = braille_mask(|x, y| dot(x, y).is_some());
-                        if mask != 0 {
-                            cell.set_char(char::from_u32(0x2800 + mask).unwrap_or(' ')).set_fg(colour);
-                        }
-                    }
-                    Marker::HalfBlock => match (dot(0, 0), dot(0, 1)) {
-                        (Some(top), Some(bottom)) if top == bottom => _ = cell.set_char('█').set_fg(top),
-                        (Some(top), Some(bottom)) => _ = cell.set_char('▀').set_fg(top).set_bg(bottom),
-                        (Some(top), None) => _ = cell.set_char('▀').set_fg(top),
-                        (None, Some(bottom)) => _ = cell.set_char('▄').set_fg(bottom),
-                        (None, None) => {}
-                    },
-                    Marker::Ascii => {
-                        if dot(0, 0).is_some() {
-                            cell.set_char('*').set_fg(colour);
-                        }
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// Bits of the braille pattern: columns from the top, the lowest row last.
-fn braille_mask(set: impl Fn(usize, usize) -> bool) -> u32 {
-    const BITS: [[u32; 2]; 4] = [[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]];
-    let mut mask = 0;
-    for (y, row) in BITS.iter().enumerate() {
-        for (x, bit) in row.iter().enumerate() {
-            if set(x, y) {
-                mask |= bit;
-            }
-        }
-    }
-    mask
 }
 
 fn around(centre: Dot, radii: [f32; 2]) -> impl Iterator<Item = Dot> {
@@ -195,10 +123,8 @@ mod tests {
 
     fn drawn(marker: Marker, paint: impl Fn(&mut Raster)) -> Vec<String> {
         let area = Rect::new(0, 0, 4, 2);
-        let mut raster = Raster::new(area, marker);
-        paint(&mut raster);
         let mut buffer = Buffer::empty(area);
-        raster.render(&mut buffer);
+        draw(area, marker, &mut buffer, paint);
         (0..2).map(|y| (0..4).map(|x| buffer[(x, y)].symbol().to_owned()).collect()).collect()
     }
 
@@ -228,11 +154,11 @@ mod tests {
     #[test]
     fn half_blocks_keep_two_colours() {
         let area = Rect::new(0, 0, 1, 1);
-        let mut raster = Raster::new(area, Marker::HalfBlock);
-        raster.point([0.0, 0.0], Color::Red);
-        raster.point([0.0, 1.0], Color::Blue);
         let mut buffer = Buffer::empty(area);
-        raster.render(&mut buffer);
+        draw(area, Marker::HalfBlock, &mut buffer, |raster| {
+            raster.points([[0.0, 0.0]], Color::Red);
+            raster.points([[0.0, 1.0]], Color::Blue);
+        });
         assert_eq!((buffer[(0, 0)].fg, buffer[(0, 0)].bg), (Color::Red, Color::Blue));
     }
 
@@ -240,7 +166,7 @@ mod tests {
     fn what_is_not_finite_is_not_drawn() {
         let lines = drawn(Marker::Braille, |raster| {
             raster.line([f32::NAN, 0.0], [3.0, 3.0], Color::Red);
-            raster.point([f32::INFINITY, 0.0], Color::Red);
+            raster.points([[f32::INFINITY, 0.0]], Color::Red);
             raster.disc([f32::NAN, 1.0], [2.0; 2], Color::Red);
             raster.disc([1.0; 2], [f32::NAN; 2], Color::Red);
             raster.ellipse([1.0, f32::NAN], [2.0; 2], Color::Red);

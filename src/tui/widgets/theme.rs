@@ -2,6 +2,9 @@
 
 use ratatui::buffer::Buffer;
 use ratatui::style::{Color, Modifier, Style};
+use ratatui::symbols;
+
+use crate::figures;
 
 /// What dots are made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,8 +18,10 @@ pub enum Marker {
 }
 
 impl Marker {
+    const ALL: [Self; 3] = [Self::Braille, Self::HalfBlock, Self::Ascii];
+
     /// Dots a cell, across and down.
-    pub fn dots(self) -> [usize; 2] {
+    pub fn dots(self) -> [u16; 2] {
         match self {
             Self::Braille => [2, 4],
             Self::HalfBlock => [1, 2],
@@ -24,21 +29,18 @@ impl Marker {
         }
     }
 
-    /// Name on screen and in the environment variable.
-    pub fn name(self) -> &'static str {
+    /// What ratatui's canvas draws it with.
+    pub fn symbol(self) -> symbols::Marker {
         match self {
-            Self::Braille => "braille",
-            Self::HalfBlock => "half-block",
-            Self::Ascii => "ascii",
+            Self::Braille => symbols::Marker::Braille,
+            Self::HalfBlock => symbols::Marker::HalfBlock,
+            Self::Ascii => symbols::Marker::Custom('*'),
         }
     }
 
-    fn next(self) -> Self {
-        match self {
-            Self::Braille => Self::HalfBlock,
-            Self::HalfBlock => Self::Ascii,
-            Self::Ascii => Self::Braille,
-        }
+    /// Name on screen and in the environment variable.
+    pub fn name(self) -> &'static str {
+        ["braille", "half-block", "ascii"][self as usize]
     }
 }
 
@@ -67,21 +69,11 @@ pub enum Palette {
 }
 
 impl Palette {
+    const ALL: [Self; 3] = [Self::Dark, Self::Light, Self::ColourBlind];
+
     /// Name on screen and in the environment variable.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Dark => "dark",
-            Self::Light => "light",
-            Self::ColourBlind => "colour-blind",
-        }
-    }
-
-    fn next(self) -> Self {
-        match self {
-            Self::Dark => Self::Light,
-            Self::Light => Self::ColourBlind,
-            Self::ColourBlind => Self::Dark,
-        }
+        ["dark", "light", "colour-blind"][self as usize]
     }
 }
 
@@ -189,19 +181,16 @@ impl Theme {
         let light = background.rsplit(';').next().is_some_and(|colour| matches!(colour, "7" | "15"));
         let mut palette = if light { Palette::Light } else { Palette::Dark };
         for word in value("MGE_THEME").split([',', ' ']) {
-            match word {
-                "dark" => palette = Palette::Dark,
-                "light" => palette = Palette::Light,
-                "colour-blind" | "color-blind" => palette = Palette::ColourBlind,
-                "none" => depth = Depth::None,
-                "16" => depth = Depth::Ansi16,
-                "256" => depth = Depth::Ansi256,
-                "true" => depth = Depth::True,
-                "braille" => marker = Marker::Braille,
-                "half-block" => marker = Marker::HalfBlock,
-                "ascii" => marker = Marker::Ascii,
-                _ => {}
-            }
+            let word = word.replace("color", "colour");
+            palette = Palette::ALL.into_iter().find(|known| known.name() == word).unwrap_or(palette);
+            marker = Marker::ALL.into_iter().find(|known| known.name() == word).unwrap_or(marker);
+            depth = match word.as_str() {
+                "none" => Depth::None,
+                "16" => Depth::Ansi16,
+                "256" => Depth::Ansi256,
+                "true" => Depth::True,
+                _ => depth,
+            };
         }
         if !value("NO_COLOR").is_empty() {
             depth = Depth::None;
@@ -211,17 +200,31 @@ impl Theme {
 
     /// The same with the next palette.
     pub fn next_palette(&self) -> Self {
-        Self::new(self.palette.next(), self.depth, self.marker)
+        Self::new(Palette::ALL[(self.palette as usize + 1) % 3], self.depth, self.marker)
     }
 
     /// The same with the next marker set.
     pub fn next_marker(&self) -> Self {
-        Self::new(self.palette, self.depth, self.marker.next())
+        Self::new(self.palette, self.depth, Marker::ALL[(self.marker as usize + 1) % 3])
     }
 
     /// The colour of a stage of guidance: subgoals in order, then the goal.
     pub fn stage(&self, stage: usize) -> Color {
         self.stages[stage % self.stages.len()]
+    }
+
+    /// The colours of runs with these labels: those of the figures, as far as they can be seen on
+    /// the terminal's background.
+    pub fn runs(&self, labels: &[&str]) -> Vec<Color> {
+        let seen = |colour: figures::Color| {
+            let channels = [colour.0, colour.1, colour.2];
+            let luminance = channels.iter().zip([0.21, 0.72, 0.07]).map(|(channel, share)| f32::from(*channel) * share);
+            // Half way to white.
+            let is_dark = self.palette != Palette::Light && luminance.sum::<f32>() < 64.0;
+            let [r, g, b] = if is_dark { channels.map(|channel| channel / 2 + 127) } else { channels };
+            self.fit(Color::Rgb(r, g, b))
+        };
+        figures::series(labels).into_iter().map(|series| seen(series.color)).collect()
     }
 
     /// Secondary text.

@@ -21,15 +21,16 @@ use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
 
 use super::App;
+use crate::agent::DdpgConfig;
 use crate::figures::TaskGrid;
 use crate::guidance::{ActionPrior, Cluster, GuidanceConfig, StagePrior};
 use crate::run::{Metric, RunState};
 use crate::task::{Region, Task};
-use crate::trainer::{PriorSource, Trace};
+use crate::trainer::{PriorSource, RunConfig, Trace};
 use crate::tui::input::{Key, Keymap};
 use crate::tui::view::playback::{Episode, Origin};
 use crate::tui::view::{
-    Curves, HandEpisode, Level, LogLine, ModelSummary, RunSummary, Settings, TaskModel, ViewModel, Watched, Workspace,
+    Curves, HandEpisode, Level, LogLine, ModelSummary, RunSummary, TaskModel, ViewModel, Watched, Workspace,
 };
 use crate::tui::widgets::preview::Drawing;
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
@@ -76,10 +77,6 @@ impl Workspace for RecordingWorkspace {
         }
     }
 
-    fn unusual_settings(&self) -> Vec<(String, String)> {
-        vec![("episodes".into(), "2000".into()), ("ddpg.gamma".into(), "0.9".into())]
-    }
-
     fn look_for_runs(&mut self) {}
 
     fn log(&mut self, level: Level, text: String) {
@@ -99,14 +96,13 @@ pub fn empty() -> ViewModel {
         dirty: false,
         proposed: Vec::new(),
         proposing: None,
-        settings: Settings {
-            method: "ddpg-mge".into(),
-            seed: 0,
+        settings: RunConfig {
             episodes: 2000,
             epsilon: "linear:0.8:0.05:1500".parse().unwrap(),
-            model: "learned".into(),
-            folder: PathBuf::from("runs"),
+            ddpg: DdpgConfig { gamma: 0.9, ..DdpgConfig::default() },
+            ..RunConfig::new(hand.task.clone())
         },
+        folder: PathBuf::from("runs"),
         prior: None,
         prior_state: PriorState::Absent,
         prior_failure: None,
@@ -212,23 +208,14 @@ fn run(name: &str, state: RunState, done: u64) -> RunSummary {
         }));
     }
     RunSummary {
-        name: name.into(),
-        path: PathBuf::from("runs").join(name),
         opened: true,
         active: state == RunState::Running,
-        queued: false,
-        task: "task1".into(),
-        method: "ddpg-mge".into(),
-        seed: 0,
-        subgoals: 1,
-        episodes: 2000,
         rate: Some(12.5).filter(|_| state == RunState::Running),
-        state,
-        preparing: None,
         done,
         success: Some(done as f32 / 2000.0),
         curves,
         evaluations: vec![(100, 0.0), (600, 1.0)],
+        ..RunSummary::new(&PathBuf::from("runs").join(name), &empty().settings, state)
     }
 }
 

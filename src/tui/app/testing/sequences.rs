@@ -1,13 +1,15 @@
 //! This state, these keys, that state.
 
 use crossterm::event::{Event, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
+use ratatui::layout::Rect;
 
 use super::{app, change_run, empty, failed, press, shot, text, typical};
 use crate::run::RunState;
-use crate::task::Region;
+use crate::task;
 use crate::tui::actions::Tab;
 use crate::tui::app::{App, Leaving, TerminalRequest};
-use crate::tui::scene::Object;
+use crate::tui::scene::{Object, View};
+use crate::tui::screens::Region;
 use crate::tui::view::ViewModel;
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
 
@@ -28,9 +30,22 @@ fn mouse(app: &mut App, kind: MouseEventKind, (column, row): (u16, u16)) {
     app.event(Event::Mouse(MouseEvent { kind, column, row, modifiers: KeyModifiers::NONE }));
 }
 
+/// The first region for which there is something.
+fn region<T>(app: &App, find: impl Fn(Rect, Region) -> Option<T>) -> T {
+    app.regions.all().iter().find_map(|(area, region)| find(*area, *region)).unwrap()
+}
+
+fn scene(app: &App) -> View {
+    region(app, |_, region| if let Region::Scene(view) = region { Some(view) } else { None })
+}
+
+fn tab(app: &App, wanted: Tab) -> Rect {
+    region(app, |area, region| matches!(region, Region::Tab(tab) if tab == wanted).then_some(area))
+}
+
 fn cell(app: &mut App, position: [f32; 2]) -> (u16, u16) {
     shot(app, 120, 40);
-    app.regions.scene().unwrap().cell(position).unwrap()
+    scene(app).cell(position).unwrap()
 }
 
 #[test]
@@ -118,7 +133,7 @@ fn a_subgoal_is_dragged_with_the_mouse() {
     assert_eq!(screen[to].symbol(), "1", "the subgoal is shown where the mouse is");
     assert!(asked.borrow().is_empty());
     mouse(&mut app, MouseEventKind::Up(MouseButton::Left), to);
-    let [x, y] = app.regions.scene().unwrap().position(to.0, to.1).unwrap();
+    let [x, y] = scene(&app).nearest(to.0, to.1);
     let line = asked.borrow()[0].clone();
     let numbers: Vec<f32> = line.trim_start_matches("subgoal move 1 ").split(' ').map(|n| n.parse().unwrap()).collect();
     assert!((numbers[0] - x).abs() < 0.001 && (numbers[1] - y).abs() < 0.001, "{line}");
@@ -139,12 +154,12 @@ fn only_what_was_taken_hold_of_is_dragged() {
     let (mut app, asked) = app(empty());
     press(&mut app, "2 tab");
     shot(&mut app, 120, 40);
-    let rows = app.regions.rows();
+    let rows = region(&app, |area, region| matches!(region, Region::Row(0)).then_some(area));
     jitter(&mut app, (rows.x, rows.y));
     assert_eq!(app.screens.scene.selected(), Some(Object::Subgoal(0)));
     press(&mut app, "3");
     shot(&mut app, 120, 40);
-    let tab = app.regions.tab(2).0;
+    let tab = tab(&app, Tab::Schedule);
     jitter(&mut app, (tab.x, tab.y));
     assert!(!app.screens.schedule.is_edited());
     assert!(asked.borrow().is_empty(), "{:?}", asked.borrow());
@@ -216,9 +231,9 @@ fn screens_are_changed_by_number_bracket_and_mouse() {
         assert_eq!(app.tab, tab, "after {keys}");
     }
     shot(&mut app, 120, 40);
-    let (area, tab) = app.regions.tab(6);
+    let area = tab(&app, Tab::Figures);
     mouse(&mut app, MouseEventKind::Down(MouseButton::Left), (area.x + 1, area.y));
-    assert_eq!((app.tab, tab), (Tab::Figures, Tab::Figures));
+    assert_eq!(app.tab, Tab::Figures);
 }
 
 #[test]
@@ -242,7 +257,7 @@ fn curves_are_read_zoomed_and_compared() {
 fn the_crosshair_follows_the_mouse_and_the_wheel_zooms() {
     let (mut app, _) = app(typical());
     shot(&mut app, 120, 40);
-    let axes = app.regions.chart(0);
+    let axes = region(&app, |_, region| if let Region::Chart(axes, _) = region { Some(axes) } else { None });
     let at = (axes.plot.x + axes.plot.width / 2, axes.plot.y + 1);
     mouse(&mut app, MouseEventKind::Moved, at);
     assert!((app.screens.curves.crosshair.unwrap() - 350.0).abs() < 20.0);
@@ -298,7 +313,7 @@ fn leaving_asks_only_if_something_would_be_lost() {
     assert!(!leaving(typical(), "q esc"));
     assert!(leaving(typical(), "q y"));
     assert!(leaving(empty(), "e ctrl-c"), "from within a layer, too");
-    check(typical(), "q", &[], "y  keep a checkpoint, stop and leave");
+    check(typical(), "q", &[], "y   keep a checkpoint, stop and leave");
     check(empty(), "3 up q", &[], "The schedule you have drawn is not in use");
 }
 
@@ -353,7 +368,7 @@ fn the_terminal_is_asked_for_what_only_it_can_do() {
     let (mut app, _) = app(empty());
     press(&mut app, "y");
     let Some(TerminalRequest::Copy(text)) = app.take_request() else { panic!("nothing is asked for") };
-    assert_eq!(text, "mge train task1 --out runs/copy --episodes 2000 --set 'ddpg.gamma=0.9'");
+    assert_eq!(text, "mge train task1 --out runs/copy --epsilon linear:0.8:0.05:1500 --set 'ddpg.gamma=0.9'");
     press(&mut app, "f4");
     assert_eq!(app.take_request(), Some(TerminalRequest::Mouse(false)));
     press(&mut app, "ctrl-z");
@@ -437,7 +452,7 @@ fn a_schedule_is_drawn_with_the_mouse() {
     let (mut app, asked) = app(view);
     press(&mut app, "3");
     shot(&mut app, 120, 40);
-    let axes = app.regions.schedule().unwrap();
+    let axes = region(&app, |_, region| if let Region::Schedule(axes) = region { Some(axes) } else { None });
     let at = (axes.plot.x + axes.plot.width / 2, axes.plot.y + 2);
     mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
     mouse(&mut app, MouseEventKind::Drag(MouseButton::Left), (at.0, at.1 + 3));
@@ -481,7 +496,7 @@ fn a_question_is_answered_with_the_mouse() {
     let (mut app, asked) = app(typical());
     press(&mut app, "x");
     let screen = text(&shot(&mut app, 120, 40));
-    let row = screen.lines().position(|line| line.contains("y  stop it")).unwrap() as u16;
+    let row = screen.lines().position(|line| line.contains("stop it")).unwrap() as u16;
     mouse(&mut app, click, (60, row + 1));
     assert!(asked.borrow().is_empty() && app.layers.is_empty(), "the way back");
     press(&mut app, "x");
@@ -514,7 +529,7 @@ fn the_selection_goes_to_the_neighbour_and_round() {
 fn a_subgoal_that_changes_places_stays_selected() {
     let mut view = empty();
     let mut task = crate::task::Task::clone(&view.task);
-    task.subgoals.push(Region { position: [0.4, 0.4], radius: 4.0 });
+    task.subgoals.push(task::Region { position: [0.4, 0.4], radius: 4.0 });
     view.task = std::sync::Arc::new(task);
     check(view.clone(), "tab } right", &["subgoal swap 1 2", "subgoal move 2 0.41 0.4"], "");
     check(view, "tab tab { right", &["subgoal swap 2 1", "subgoal move 1 0.01 0.2"], "");

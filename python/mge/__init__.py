@@ -1,0 +1,56 @@
+"""Intuitive-physics puzzles as fast Gymnasium environments, with dynamics models and
+model-guided exploration: the library of MGE Workbench.
+
+    import gymnasium
+    envs = gymnasium.make_vec("mge/task1-v0", num_envs=1024)
+
+    import mge
+    task = mge.Task("task1")
+    prior = mge.build_prior(task, mge.Model.shipped_for(task), seed=0)
+    actions = prior.sample(stage=0, count=100, seed=0)
+"""
+
+from mge import figures
+from mge._mge import (
+    ActionPrior,
+    Actor,
+    Model,
+    State,
+    Task,
+    __version__,
+    build_prior,
+    model_names,
+    task_names,
+    tool_types,
+)
+from mge.environments import PuzzleEnv, PuzzleVectorEnv, register
+from mge.library import Rollouts, predict, rollout
+from mge.results import Run, Table, read_report, read_results, read_run, write_report
+
+__all__ = [
+    "ActionPrior",
+    "Actor",
+    "Model",
+    "PuzzleEnv",
+    "PuzzleVectorEnv",
+    "Rollouts",
+    "Run",
+    "State",
+    "Table",
+    "Task",
+    "__version__",
+    "build_prior",
+    "figures",
+    "model_names",
+    "predict",
+    "read_report",
+    "read_results",
+    "read_run",
+    "register",
+    "rollout",
+    "task_names",
+    "tool_types",
+    "write_report",
+]
+
+register()

@@ -1,0 +1,337 @@
+"""The puzzles as environments of Gymnasium: one (`PuzzleEnv`), or many stepped by one call
+(`PuzzleVectorEnv`)."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.error import ClosedEnvironmentError
+from gymnasium.spaces import Box
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from mge import _mge
+from mge._mge import State, Task
+
+PLACEMENTS, ENDS = (np.array(words, dtype=object) for words in _mge.words())
+METADATA = {"render_modes": ["rgb_array"], "render_fps": 4}
+DEFAULT_SIZE = (480, 480)
+
+
+def register() -> None:
+    """Names the shipped tasks to Gymnasium: `mge/task1-v0` and so on, and `mge/Task-v0`, which
+    takes any task or task file as `task`."""
+    for name in [*_mge.task_names(), "Task"]:
+        id = f"mge/{name}-v0"
+        if id not in gymnasium.registry:
+            gymnasium.register(
+                id=id,
+                entry_point="mge.environments:PuzzleEnv",
+                vector_entry_point="mge.environments:PuzzleVectorEnv",
+                kwargs={} if name == "Task" else {"task": name},
+            )
+
+
+def _task(task: Task | str | os.PathLike[str]) -> Task:
+    return task if isinstance(task, Task) else Task(task)
+
+
+def _spaces(task: Task) -> tuple[Box, Box]:
+    low, high = task.observation_bounds
+    return Box(low, high, dtype=np.float32), Box(-1.0, 1.0, (2,), np.float32)
+
+
+def _actions(actions: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """Actions as float32. Wrong shapes and types are said here; what is not finite, by the library."""
+    actions = np.asarray(actions)
+    if actions.shape != shape:
+        raise ValueError(f"the actions have the shape {actions.shape}, and should have {shape}")
+    if actions.dtype.kind not in "fiu":
+        raise TypeError(f"the actions are of type {actions.dtype}, and should be numbers, such as float32")
+    return np.ascontiguousarray(actions, dtype=np.float32)
+
+
+def _render_mode(render_mode: str | None, size: tuple[int, int]) -> None:
+    if render_mode not in (None, "rgb_array"):
+        raise ValueError(f"there is no render mode {render_mode!r}: use None or 'rgb_array'")
+    if len(size) != 2:
+        raise ValueError("`render_size` is a pair: width and height in pixels")
+
+
+def _seed(seed: int | None) -> int | None:
+    if seed is not None and not 0 <= int(seed) < 2**64:
+        raise ValueError(f"the seed {seed} is not in 0 to 2**64 - 1")
+    return None if seed is None else int(seed)
+
+
+class PuzzleEnv(gymnasium.Env[np.ndarray, np.ndarray]):
+    """A puzzle: each action places one tool, then 1.33 seconds pass.
+
+    Args:
+        task: a `Task`, the name of a shipped one, or the path of a task file.
+        render_mode: None or `"rgb_array"`.
+        render_size: width and height of rendered images, in pixels.
+
+    The observation holds 16 objects (velocity, position, one-hot type), then a one-hot of the next
+    stage; the action is the normalised place of the tool. `info` has `is_success`, `subgoals`
+    (reached), `placed` (number of tools), `placement` (`placed`, `overlap`, `collision`) and `end`
+    (why the episode is over). One seed gives one episode, bit by bit, the one of
+    `mge env serve --seed`.
+    """
+
+    metadata: dict[str, Any] = METADATA
+
+    def __init__(
+        self,
+        task: Task | str | os.PathLike[str] = "task1",
+        render_mode: str | None = None,
+        render_size: tuple[int, int] = DEFAULT_SIZE,
+    ) -> None:
+        _render_mode(render_mode, render_size)
+        self.task = _task(task)
+        self.render_mode = render_mode
+        self.render_size = render_size
+        self.observation_space, self.action_space = _spaces(self.task)
+        self._core: _mge.VectorCore | None = _mge.VectorCore(self.task, 1, "Disabled", 1)
+        self._observations, self._rewards, self._terminated, self._truncated = self._core.arrays()
+        self._facts = self._core.facts()
+        self._seeded = False
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Begins an episode. Without a seed the random numbers go on; before any seed was given
+        they begin with a random one."""
+        core = self._open()
+        super().reset(seed=_seed(seed))
+        if seed is None and not self._seeded:
+            seed = int(self.np_random.integers(2**63))
+        core.reset([seed])
+        self._seeded = True
+        return self._observations[0].copy(), self._info()
+
+    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+        """Places a tool at a normalised place (clipped to [-1, 1]) if it may stand there, and lets
+        1.33 seconds pass."""
+        self._open().step(_actions(action, (2,)).reshape(1, 2))
+        return (
+            self._observations[0].copy(),
+            float(self._rewards[0]),
+            bool(self._terminated[0]),
+            bool(self._truncated[0]),
+            self._info(),
+        )
+
+    def render(self) -> np.ndarray | None:
+        """The scene as it is, uint8 of height x width x 3."""
+        if self.render_mode is None:
+            gymnasium.logger.warn("render() needs render_mode='rgb_array'")
+            return None
+        return self._open().render(0, *self.render_size)
+
+    def get_state(self) -> State:
+        """The episode and the random numbers as they are; can be pickled."""
+        return self._open().state([0])
+
+    def set_state(self, state: State) -> tuple[np.ndarray, dict[str, Any]]:
+        """Goes on from a state of an environment of the same task. Returns what `reset` does."""
+        if len(state) != 1:
+            raise ValueError(f"{len(state)} states cannot be that of one environment: use state[i]")
+        self._open().restore([0], state)
+        self._seeded = True
+        return self._observations[0].copy(), self._info()
+
+    def close(self) -> None:
+        self._core = None
+
+    def _info(self) -> dict[str, Any]:
+        facts = self._facts
+        return {
+            "is_success": bool(facts["is_success"][0]),
+            "subgoals": facts["subgoals"][0].copy(),
+            "placed": int(facts["placed"][0]),
+            "placement": PLACEMENTS[facts["placement"][0]],
+            "end": ENDS[facts["end"][0]],
+        }
+
+    def _open(self) -> _mge.VectorCore:
+        if self._core is None:
+            raise ClosedEnvironmentError("the environment is closed: make another")
+        return self._core
+
+
+class PuzzleVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
+    """Many environments of one puzzle, stepped by one call on all cores.
+
+    Args:
+        num_envs: number of environments.
+        task: a `Task`, the name of a shipped one, or the path of a task file.
+        autoreset_mode: what happens after the end of an episode, as in Gymnasium: `NEXT_STEP`,
+            `SAME_STEP` or `DISABLED`.
+        copy: whether `reset` and `step` return observations of their own. Without, they return one
+            array, which the next call overwrites.
+        num_threads: threads to step on; all cores without. Results do not depend on it.
+        render_mode: None or `"rgb_array"`.
+        render_size: width and height of rendered images, in pixels.
+
+    Everything is as in a `SyncVectorEnv` of as many `PuzzleEnv`: environment i of a vector that is
+    reset with the seed s is that of a `PuzzleEnv` reset with the seed s + i, bit by bit.
+    """
+
+    metadata: dict[str, Any] = {**METADATA, "autoreset_mode": AutoresetMode.NEXT_STEP}
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        task: Task | str | os.PathLike[str] = "task1",
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        copy: bool = True,
+        num_threads: int | None = None,
+        render_mode: str | None = None,
+        render_size: tuple[int, int] = DEFAULT_SIZE,
+    ) -> None:
+        _render_mode(render_mode, render_size)
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.metadata = {**METADATA, "autoreset_mode": self.autoreset_mode}
+        self.task = _task(task)
+        self.num_envs = num_envs
+        self.render_mode = render_mode
+        self.render_size = render_size
+        self.copy = copy
+        self.single_observation_space, self.single_action_space = _spaces(self.task)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._core: _mge.VectorCore | None = _mge.VectorCore(
+            self.task, num_envs, self.autoreset_mode.value, num_threads
+        )
+        self._observations, self._rewards, self._terminated, self._truncated = self._core.arrays()
+        self._facts = self._core.facts()
+        self._seeded = np.zeros(num_envs, dtype=np.bool_)
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Begins episodes.
+
+        Args:
+            seed: a number s gives environment i the seed s + i; a list, each its own. Without a seed
+                an environment's random numbers go on; before any was given they begin with a random one.
+            options: `{"reset_mask": mask}` resets only those environments where the array of bool is true.
+        """
+        core = self._open()
+        mask = self._mask(options)
+        if seed is None or isinstance(seed, (int, np.integer)):
+            super().reset(seed=_seed(seed))
+            seeds = [None if seed is None else int(seed) + i for i in range(self.num_envs)]
+        else:
+            seeds = list(seed)
+            if len(seeds) != self.num_envs:
+                raise ValueError(f"there are {len(seeds)} seeds for {self.num_envs} environments")
+        seeds = [_seed(one) for one in seeds]
+        for i in np.flatnonzero(~self._seeded & (True if mask is None else mask)):
+            if seeds[i] is None:
+                seeds[i] = int(self.np_random.integers(2**63))
+        core.reset(seeds, mask)
+        self._seeded |= True if mask is None else mask
+        return self._seen(), self._infos(self._facts, mask)
+
+    def step(
+        self, actions: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """One action in each environment: normalised places of tools, num_envs x 2."""
+        core = self._open()
+        core.step(_actions(actions, (self.num_envs, 2)))
+        infos: dict[str, Any] = {}
+        if self.autoreset_mode == AutoresetMode.SAME_STEP and (ended := core.ended()) is not None:
+            self._add_final(infos, *ended)
+        infos.update(self._infos(self._facts, None))
+        return self._seen(), self._rewards.copy(), self._terminated.copy(), self._truncated.copy(), infos
+
+    def render(self) -> tuple[np.ndarray, ...] | None:
+        """The scenes as they are, each uint8 of height x width x 3."""
+        if self.render_mode is None:
+            gymnasium.logger.warn("render() needs render_mode='rgb_array'")
+            return None
+        core = self._open()
+        return tuple(core.render(i, *self.render_size) for i in range(self.num_envs))
+
+    def get_state(self, indices: Sequence[int] | None = None) -> State:
+        """The states of these environments, or of all: their episodes and random numbers. Can be
+        pickled; `state[i]` is one of them."""
+        return self._open().state(self._indices(indices))
+
+    def set_state(self, state: State, indices: Sequence[int] | None = None) -> np.ndarray:
+        """Goes on from states of environments of the same task: one for each of these environments
+        (all without indices), or one for all of them. Returns the observations of all."""
+        places = self._indices(indices)
+        self._open().restore(places, state)
+        self._seeded[places] = True
+        return self._seen()
+
+    def close_extras(self, **kwargs: Any) -> None:
+        self._core = None
+
+    def _open(self) -> _mge.VectorCore:
+        if self._core is None:
+            raise ClosedEnvironmentError("the environments are closed: make others")
+        return self._core
+
+    def _indices(self, indices: Sequence[int] | None) -> list[int]:
+        if indices is None:
+            return list(range(self.num_envs))
+        places = [int(i) for i in indices]
+        for place in places:
+            if not 0 <= place < self.num_envs:
+                raise IndexError(f"there is no environment {place}: they are counted from 0 to {self.num_envs - 1}")
+        return places
+
+    def _mask(self, options: dict[str, Any] | None) -> np.ndarray | None:
+        if options is None or "reset_mask" not in options:
+            return None
+        mask = options["reset_mask"]
+        if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_:
+            raise TypeError("options['reset_mask'] is not a NumPy array of bool")
+        if mask.shape != (self.num_envs,):
+            raise ValueError(f"options['reset_mask'] has the shape {mask.shape}, and should have {(self.num_envs,)}")
+        if not mask.any():
+            raise ValueError("options['reset_mask'] names no environment")
+        return mask
+
+    def _seen(self) -> np.ndarray:
+        return self._observations.copy() if self.copy else self._observations
+
+    def _infos(self, facts: dict[str, np.ndarray], mask: np.ndarray | None) -> dict[str, Any]:
+        """Facts in the form of Gymnasium's vector environments: each with a mask of who has it."""
+        infos: dict[str, Any] = {}
+        for name, values in facts.items():
+            if name in ("placement", "end"):
+                values = (PLACEMENTS if name == "placement" else ENDS).take(values)
+            else:
+                values = values.copy()
+            if mask is not None:
+                values[~mask] = None if values.dtype == object else 0
+            infos[name] = values
+            infos[f"_{name}"] = np.ones(self.num_envs, dtype=np.bool_) if mask is None else mask.copy()
+        return infos
+
+    def _add_final(
+        self, infos: dict[str, Any], which: np.ndarray, observations: np.ndarray, facts: dict[str, np.ndarray]
+    ) -> None:
+        """The ends of episodes whose environments have already begun the next."""
+        mask = np.zeros(self.num_envs, dtype=np.bool_)
+        mask[which] = True
+        final = np.full(self.num_envs, None, dtype=object)
+        for i, row in zip(which, observations, strict=True):
+            final[i] = row
+        spread = {name: np.zeros((self.num_envs, *values.shape[1:]), values.dtype) for name, values in facts.items()}
+        for name, values in facts.items():
+            spread[name][which] = values
+        infos["final_obs"], infos["_final_obs"] = final, mask
+        infos["final_info"], infos["_final_info"] = self._infos(spread, mask), mask.copy()

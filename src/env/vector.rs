@@ -1,0 +1,504 @@
+//! Many environments of one task stepped together, each with random numbers of its own.
+
+use std::sync::Arc;
+
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::action::{Action, EndReason, Placement};
+use super::environment::Environment;
+use super::observation::observation_len;
+use crate::streams::Stream;
+use crate::task::Task;
+
+/// Environments that a thread takes at once: a step takes microseconds, so that handing over
+/// a single one would cost as much.
+const AT_ONCE: usize = 16;
+
+/// What an environment does once its episode is over (the modes of Gymnasium's vector environments).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Autoreset {
+    /// The next step ignores its action and begins the next episode, with reward 0.
+    NextStep,
+    /// The step that ends the episode begins the next one; the last observation is in
+    /// [`Outcome::ended`].
+    SameStep,
+    /// A step after the end is refused.
+    Disabled,
+}
+
+/// What is known after a reset or a step, beyond the observation.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Outcome {
+    /// Reward of the step.
+    pub reward: f32,
+    /// The task itself ended the episode.
+    pub terminated: bool,
+    /// The limit of actions ended the episode.
+    pub truncated: bool,
+    /// The episode as it is now.
+    pub info: Info,
+    /// Last observation of the episode that this step ended and the facts about it, where the
+    /// next one has already begun.
+    pub ended: Option<(Vec<f32>, Info)>,
+}
+
+/// Facts about an episode.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Info {
+    /// The goal has been reached.
+    pub goal: bool,
+    /// Which subgoals have been reached.
+    pub subgoals: Vec<bool>,
+    /// Tools placed so far.
+    pub placed: usize,
+    /// What became of the latest action's tool.
+    pub placement: Option<Placement>,
+    /// Why the episode is over, if it is.
+    pub end: Option<EndReason>,
+}
+
+/// Why environments cannot be stepped, reset or restored. Nothing has changed then.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum VectorError {
+    /// No reset yet.
+    #[error("environment {index} has not begun an episode: reset it before the first step")]
+    NotBegun {
+        /// Which one.
+        index: usize,
+    },
+    /// Its episode is over, and nothing begins the next one by itself.
+    #[error("the episode of environment {index} is over: reset that environment before the next step")]
+    Over {
+        /// Which one.
+        index: usize,
+    },
+    /// A number of an action is not finite.
+    #[error("the action of environment {index} is {action:?}: actions are finite numbers, and are clipped to [-1, 1]")]
+    NotFinite {
+        /// Which one.
+        index: usize,
+        /// The action.
+        action: Action,
+    },
+    /// There is no environment with this number.
+    #[error("there is no environment {index}: the last of {count} is {}", count.saturating_sub(1))]
+    NoSuch {
+        /// The number.
+        index: usize,
+        /// Environments.
+        count: usize,
+    },
+    /// The state is of another task.
+    #[error("the state is one of `{found}`, the environment plays `{wanted}`: make an environment of that task")]
+    OtherTask {
+        /// Name of the state's task.
+        found: String,
+        /// Name of the environment's task.
+        wanted: String,
+    },
+}
+
+/// An environment, its random numbers, and the actions of its episode.
+#[derive(Debug, Clone)]
+struct Player {
+    env: Environment,
+    rng: ChaCha8Rng,
+    begun: bool,
+    actions: Vec<Action>,
+    outcome: Outcome,
+}
+
+/// The state of one environment: its episode and its random numbers.
+#[derive(Debug, Clone)]
+pub struct State(Player);
+
+/// A state as text. The episode is played again when it is read: one start and one list of actions
+/// give one episode, bit by bit.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Recorded {
+    rng: ChaCha8Rng,
+    begun: bool,
+    shift: [f32; 2],
+    actions: Vec<Action>,
+}
+
+impl State {
+    /// The task being played.
+    pub fn task(&self) -> &Arc<Task> {
+        self.0.env.task()
+    }
+
+    /// The environment as it is.
+    pub fn environment(&self) -> &Environment {
+        &self.0.env
+    }
+
+    /// The state as JSON, without its task.
+    pub fn to_json(&self) -> String {
+        let Player { env, rng, begun, actions, .. } = &self.0;
+        let recorded = Recorded { rng: rng.clone(), begun: *begun, shift: env.shift(), actions: actions.clone() };
+        // Plain numbers always serialise.
+        serde_json::to_string(&recorded).expect("a state is plain data")
+    }
+
+    /// Reads a state of a task that [`to_json`](Self::to_json) wrote.
+    ///
+    /// # Errors
+    /// When the text is no state.
+    pub fn parse(text: &str, task: &Arc<Task>) -> Result<Self, serde_json::Error> {
+        let Recorded { rng, begun, shift, actions } = serde_json::from_str(text)?;
+        let mut env = Environment::shifted(task.clone(), shift);
+        let played = actions.iter().take_while(|action| env.step(**action).is_ok()).count();
+        if played < actions.len() {
+            let reason = format!("the episode ends after {played} of its {} actions", actions.len());
+            return Err(serde::de::Error::custom(reason));
+        }
+        Ok(Self(Player { env, rng, begun, actions, outcome: Outcome::default() }))
+    }
+}
+
+/// Environments of one task. Results do not depend on the number of threads.
+#[derive(Debug, Clone)]
+pub struct VectorEnvironment {
+    task: Arc<Task>,
+    autoreset: Autoreset,
+    players: Vec<Player>,
+    observation_len: usize,
+}
+
+impl VectorEnvironment {
+    /// `count` environments of a task, none of which has begun an episode.
+    pub fn new(task: Arc<Task>, count: usize, autoreset: Autoreset) -> Self {
+        let player = Player {
+            env: Environment::new(task.clone()),
+            rng: Stream::Episode.of(0),
+            begun: false,
+            actions: Vec::new(),
+            outcome: Outcome::default(),
+        };
+        Self { autoreset, players: vec![player; count], observation_len: observation_len(&task), task }
+    }
+
+    /// The task being played.
+    pub fn task(&self) -> &Arc<Task> {
+        &self.task
+    }
+
+    /// Number of environments.
+    pub fn count(&self) -> usize {
+        self.players.len()
+    }
+
+    /// Length of one observation.
+    pub fn observation_len(&self) -> usize {
+        self.observation_len
+    }
+
+    /// What the latest reset or step brought, by environment.
+    pub fn outcomes(&self) -> impl ExactSizeIterator<Item = &Outcome> + Clone {
+        self.players.iter().map(|player| &player.outcome)
+    }
+
+    /// Begins an episode in each environment that `mask` names (all without one), and writes the
+    /// observations of these. An environment with a seed starts its random numbers anew: one seed
+    /// gives the episodes of `mge env serve --seed`. One without goes on with its own.
+    ///
+    /// `observations` has a row for each environment.
+    pub fn reset(&mut self, seeds: &[Option<u64>], mask: Option<&[bool]>, observations: &mut [f32]) {
+        let rows = observations.chunks_mut(self.observation_len);
+        for (index, ((player, seed), row)) in self.players.iter_mut().zip(seeds).zip(rows).enumerate() {
+            if mask.is_some_and(|mask| !mask[index]) {
+                continue;
+            }
+            if let Some(seed) = seed {
+                player.rng = Stream::Episode.of(*seed);
+            }
+            row.copy_from_slice(&player.reset());
+        }
+    }
+
+    /// One action in each environment. The observations are written to `observations`, which has a
+    /// row for each environment; the rest is in [`outcomes`](Self::outcomes).
+    ///
+    /// # Errors
+    /// When an environment cannot take its action; then no environment has taken one.
+    pub fn step(&mut self, actions: &[Action], observations: &mut [f32]) -> Result<(), VectorError> {
+        self.check(actions)?;
+        let rows = observations.chunks_mut(self.observation_len);
+        for ((player, row), action) in self.players.iter_mut().zip(rows).zip(actions) {
+            player.step(*action, self.autoreset, row);
+        }
+        Ok(())
+    }
+
+    /// As [`step`](Self::step), on the threads of the rayon pool that it is called in.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    pub fn par_step(&mut self, actions: &[Action], observations: &mut [f32]) -> Result<(), VectorError> {
+        self.check(actions)?;
+        let rows = observations.par_chunks_mut(self.observation_len);
+        let players = self.players.par_iter_mut().zip(rows).zip(actions).with_min_len(AT_ONCE);
+        players.for_each(|((player, row), action)| player.step(*action, self.autoreset, row));
+        Ok(())
+    }
+
+    fn check(&self, actions: &[Action]) -> Result<(), VectorError> {
+        for (index, (player, action)) in self.players.iter().zip(actions).enumerate() {
+            if !player.begun {
+                return Err(VectorError::NotBegun { index });
+            }
+            if self.autoreset == Autoreset::Disabled && player.is_over() {
+                return Err(VectorError::Over { index });
+            }
+            if !action.iter().all(|value| value.is_finite()) {
+                return Err(VectorError::NotFinite { index, action: *action });
+            }
+        }
+        Ok(())
+    }
+
+    /// The state of an environment.
+    ///
+    /// # Errors
+    /// When there is no such environment.
+    pub fn state(&self, index: usize) -> Result<State, VectorError> {
+        let missing = VectorError::NoSuch { index, count: self.players.len() };
+        self.players.get(index).cloned().map(State).ok_or(missing)
+    }
+
+    /// Puts an environment into a state, which may be that of another one, and writes its observation.
+    ///
+    /// # Errors
+    /// When there is no such environment, or the state is of another task.
+    pub fn restore(&mut self, index: usize, state: &State, observation: &mut [f32]) -> Result<(), VectorError> {
+        if *state.task() != self.task {
+            let (found, wanted) = (state.task().name.clone(), self.task.name.clone());
+            return Err(VectorError::OtherTask { found, wanted });
+        }
+        let count = self.players.len();
+        let player = self.players.get_mut(index).ok_or(VectorError::NoSuch { index, count })?;
+        player.clone_from(&state.0);
+        player.outcome = Outcome { info: player.info(None), ..Outcome::default() };
+        observation.copy_from_slice(&player.env.observation());
+        Ok(())
+    }
+
+    /// The environment of this number.
+    pub fn environment(&self, index: usize) -> Option<&Environment> {
+        self.players.get(index).map(|player| &player.env)
+    }
+}
+
+impl Player {
+    fn is_over(&self) -> bool {
+        self.env.snapshot().end().is_some()
+    }
+
+    fn info(&self, placement: Option<Placement>) -> Info {
+        let now = self.env.snapshot();
+        Info {
+            goal: now.goal_reached(),
+            subgoals: now.reached().to_vec(),
+            placed: now.placed().len(),
+            placement,
+            end: now.end(),
+        }
+    }
+
+    /// Begins an episode and returns its first observation.
+    fn reset(&mut self) -> Vec<f32> {
+        self.begun = true;
+        self.actions.clear();
+        let observation = self.env.reset(&mut self.rng);
+        self.outcome = Outcome { info: self.info(None), ..Outcome::default() };
+        observation
+    }
+
+    /// Takes an action and writes the observation after it.
+    fn step(&mut self, action: Action, autoreset: Autoreset, observation: &mut [f32]) {
+        let Ok(step) = self.env.step(action) else { return observation.copy_from_slice(&self.reset()) };
+        self.actions.push(action);
+        let info = self.info(Some(step.placement));
+        let (reward, terminated, truncated) = (step.reward, step.terminated, step.truncated);
+        if step.end.is_some() && autoreset == Autoreset::SameStep {
+            observation.copy_from_slice(&self.reset());
+            let begun = std::mem::take(&mut self.outcome.info);
+            let ended = Some((step.observation, info));
+            self.outcome = Outcome { reward, terminated, truncated, info: begun, ended };
+        } else {
+            observation.copy_from_slice(&step.observation);
+            self.outcome = Outcome { reward, terminated, truncated, info, ended: None };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::env::{Step, uniform_action};
+
+    fn noisy_task() -> Arc<Task> {
+        let mut task = crate::task::load("task5").unwrap();
+        task.rules.start_noise = 0.05;
+        Arc::new(task)
+    }
+
+    /// Episodes of one environment with the actions that it is given, each with its first observation.
+    fn alone(task: &Arc<Task>, seed: u64, actions: &[Action]) -> Vec<(Vec<f32>, Vec<Step>)> {
+        let mut rng = Stream::Episode.of(seed);
+        let mut env = Environment::new(task.clone());
+        let mut episodes = vec![(env.reset(&mut rng), Vec::new())];
+        for action in actions {
+            match env.step(*action) {
+                Ok(step) => episodes.last_mut().unwrap().1.push(step),
+                Err(_) => episodes.push((env.reset(&mut rng), vec![env.step(*action).unwrap()])),
+            }
+        }
+        episodes
+    }
+
+    /// `steps` x `count` actions, the same for every test.
+    fn actions(steps: usize, count: usize) -> Vec<Vec<Action>> {
+        let mut rng = Stream::Episode.of(77);
+        (0..steps).map(|_| (0..count).map(|_| uniform_action(&mut rng)).collect()).collect()
+    }
+
+    #[test]
+    fn each_environment_plays_as_if_it_were_alone_on_any_number_of_threads() {
+        const COUNT: usize = 100;
+        let task = noisy_task();
+        let actions = actions(40, COUNT);
+        for threads in [1, 3] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let mut vector = VectorEnvironment::new(task.clone(), COUNT, Autoreset::SameStep);
+            let length = vector.observation_len();
+            let mut observations = vec![0.0; COUNT * length];
+            let seeds: Vec<Option<u64>> = (0..COUNT as u64).map(|index| Some(500 + index)).collect();
+            vector.reset(&seeds, None, &mut observations);
+            let mut seen: Vec<Vec<(Vec<f32>, Vec<Step>)>> =
+                observations.chunks(length).map(|row| vec![(row.to_vec(), Vec::new())]).collect();
+            for actions in &actions {
+                match threads {
+                    1 => vector.step(actions, &mut observations).unwrap(),
+                    _ => pool.install(|| vector.par_step(actions, &mut observations)).unwrap(),
+                }
+                for ((episodes, row), outcome) in
+                    seen.iter_mut().zip(observations.chunks(length)).zip(vector.outcomes())
+                {
+                    let (last, info) = match &outcome.ended {
+                        Some((last, info)) => (last.clone(), info.clone()),
+                        None => (row.to_vec(), outcome.info.clone()),
+                    };
+                    let steps = &mut episodes.last_mut().unwrap().1;
+                    steps.push(Step {
+                        observation: last,
+                        reward: outcome.reward,
+                        terminated: outcome.terminated,
+                        truncated: outcome.truncated,
+                        end: info.end,
+                        placement: info.placement.unwrap(),
+                        subgoals: Vec::new(),
+                        goal: info.goal,
+                        touched: Vec::new(),
+                    });
+                    if outcome.ended.is_some() {
+                        episodes.push((row.to_vec(), Vec::new()));
+                    }
+                }
+            }
+            for (index, episodes) in seen.iter_mut().enumerate() {
+                let own: Vec<Action> = actions.iter().map(|all| all[index]).collect();
+                let mut expected = alone(&task, 500 + index as u64, &own);
+                for step in expected.iter_mut().flat_map(|(_, steps)| steps) {
+                    (step.subgoals, step.touched) = (Vec::new(), Vec::new());
+                }
+                // The one that the last step has begun.
+                episodes.retain(|(_, steps)| !steps.is_empty());
+                assert_eq!(*episodes, expected, "environment {index}, {threads} threads");
+            }
+        }
+    }
+
+    #[test]
+    fn the_next_step_after_the_end_begins_an_episode_and_ignores_its_action() {
+        let task = noisy_task();
+        let mut vector = VectorEnvironment::new(task.clone(), 1, Autoreset::NextStep);
+        let mut row = vec![0.0; vector.observation_len()];
+        vector.reset(&[Some(3)], None, &mut row);
+        let mut rng = Stream::Episode.of(3);
+        let mut env = Environment::new(task);
+        env.reset(&mut rng);
+        let mut ends = 0;
+        for action in actions(60, 1).concat() {
+            vector.step(&[action], &mut row).unwrap();
+            let outcome = vector.outcomes().next().unwrap();
+            match env.step(action) {
+                Ok(step) => {
+                    assert_eq!(
+                        (&row, outcome.reward, outcome.terminated),
+                        (&step.observation, step.reward, step.terminated)
+                    );
+                }
+                Err(_) => {
+                    ends += 1;
+                    assert_eq!(row, env.reset(&mut rng));
+                    assert_eq!((outcome.reward, outcome.terminated, outcome.truncated), (0.0, false, false));
+                    assert_eq!((outcome.info.placement, outcome.info.placed), (None, 0));
+                }
+            }
+        }
+        assert!(ends > 2);
+    }
+
+    #[test]
+    fn what_cannot_be_stepped_is_refused_and_nothing_changes() {
+        let mut vector = VectorEnvironment::new(noisy_task(), 3, Autoreset::Disabled);
+        let length = vector.observation_len();
+        let mut rows = vec![0.0; 3 * length];
+        let refused = |vector: &mut VectorEnvironment, actions: [Action; 3]| {
+            let mut rows = vec![0.0; 3 * length];
+            vector.step(&actions, &mut rows).unwrap_err()
+        };
+        assert_eq!(refused(&mut vector, [[0.0; 2]; 3]), VectorError::NotBegun { index: 0 });
+        vector.reset(&[Some(1); 3], Some(&[true, false, true]), &mut rows);
+        assert!(rows[length..2 * length].iter().all(|value| *value == 0.0), "the row of the other stays");
+        assert_eq!(refused(&mut vector, [[0.0; 2]; 3]), VectorError::NotBegun { index: 1 });
+        vector.reset(&[Some(1); 3], None, &mut rows);
+        let before = vector.state(0).unwrap().to_json();
+        let error = refused(&mut vector, [[0.5; 2], [0.0; 2], [0.0, f32::NAN]]);
+        assert!(matches!(error, VectorError::NotFinite { index: 2, .. }), "{error}");
+        assert_eq!(vector.state(0).unwrap().to_json(), before);
+        let over = (0..100).find_map(|_| vector.step(&[[0.9, 0.9]; 3], &mut rows).err());
+        assert_eq!(over, Some(VectorError::Over { index: 0 }));
+        assert_eq!(vector.state(3).unwrap_err(), VectorError::NoSuch { index: 3, count: 3 });
+    }
+
+    #[test]
+    fn a_state_goes_on_as_the_original_does_also_after_it_was_written_and_read() {
+        let task = noisy_task();
+        let mut vector = VectorEnvironment::new(task.clone(), 2, Autoreset::NextStep);
+        let length = vector.observation_len();
+        let mut rows = vec![0.0; 2 * length];
+        vector.reset(&[Some(8), Some(9)], None, &mut rows);
+        let actions = actions(50, 2);
+        for (number, pair) in actions.iter().enumerate() {
+            let state = vector.state(0).unwrap();
+            let read = State::parse(&state.to_json(), &task).unwrap();
+            assert_eq!(read.to_json(), state.to_json());
+            let observation = rows[..length].to_vec();
+            let (first, second) = rows.split_at_mut(length);
+            vector.restore(1, &read, second).unwrap();
+            assert_eq!((&*first, &*second), (&*observation, &*observation), "before action {number}");
+            vector.step(&[pair[0]; 2], &mut rows).unwrap();
+            assert_eq!(rows[..length], rows[length..], "after action {number}");
+        }
+        let other = Arc::new(crate::task::load("task1").unwrap());
+        let state = VectorEnvironment::new(other, 1, Autoreset::NextStep).state(0).unwrap();
+        assert!(matches!(vector.restore(0, &state, &mut rows[..length]), Err(VectorError::OtherTask { .. })));
+        assert!(State::parse("{}", &task).is_err());
+    }
+}

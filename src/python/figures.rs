@@ -1,0 +1,108 @@
+//! Our figures, drawn from Python.
+
+use std::path::PathBuf;
+
+use numpy::{IntoPyArray, PyArray3, PyArrayMethods};
+use pyo3::prelude::*;
+
+use super::error::exception;
+use super::pool::work;
+use super::prior::ActionPrior;
+use super::runs::found;
+use super::task::Task;
+use crate::evidence::TrainedRun;
+use crate::evidence::figures::{learning_curves, method_scores, step_curves};
+use crate::figures::{self, ActionSamples, DEFAULT_DPI, Provenance, TaskActions, TaskGrid};
+use crate::stats::Bootstrap;
+
+/// A figure: drawn in notebooks as it is, written by `save`.
+#[pyclass(module = "mge.figures", frozen)]
+pub struct Figure {
+    figure: Box<dyn figures::Figure + Send + Sync>,
+    provenance: Provenance,
+}
+
+impl Figure {
+    /// A figure that the call `command` makes.
+    pub fn new(figure: impl figures::Figure + Send + Sync + 'static, command: &str) -> Self {
+        Self { figure: Box::new(figure), provenance: Provenance::new(command, &[], "") }
+    }
+}
+
+#[pymethods]
+impl Figure {
+    /// The figure as SVG.
+    fn svg(&self) -> String {
+        self.figure.to_svg(&self.provenance)
+    }
+
+    fn _repr_svg_(&self) -> String {
+        self.svg()
+    }
+
+    /// Width and height on paper, in points (1/72 inch).
+    #[getter]
+    fn size(&self) -> [f64; 2] {
+        self.figure.size()
+    }
+
+    /// The figure as pixels, uint8 of height x width x 3.
+    fn rgb<'py>(&self, py: Python<'py>, width: u32, height: u32) -> PyResult<Bound<'py, PyArray3<u8>>> {
+        let pixels = work(py, || self.figure.to_rgb(width, height))?.map_err(exception)?;
+        pixels.into_pyarray(py).reshape([height as usize, width as usize, 3])
+    }
+
+    /// The numbers in the figure, as CSV.
+    fn csv(&self) -> String {
+        String::from_utf8_lossy(&self.figure.table().to_csv()).into_owned()
+    }
+
+    /// Writes the figure in the format of the path's ending (.png, .svg, .pdf), and its numbers
+    /// beside it as CSV.
+    #[pyo3(signature = (path, dpi = None))]
+    fn save(&self, py: Python<'_>, path: PathBuf, dpi: Option<u32>) -> PyResult<()> {
+        let dpi = dpi.unwrap_or(DEFAULT_DPI);
+        work(py, || self.figure.write(&path, &self.provenance, dpi))?.map_err(exception)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Figure {}>", self.figure.name())
+    }
+}
+
+/// Tasks side by side.
+#[pyfunction]
+pub fn figure_tasks(tasks: Vec<PyRef<'_, Task>>) -> Figure {
+    let tasks = tasks.iter().map(|task| task.0.as_ref().clone()).collect();
+    Figure::new(TaskGrid { tasks }, "mge.figures.tasks()")
+}
+
+/// Learning curves of runs in folders: interquartile mean over seeds of the rolling success, against
+/// episodes or, with `steps`, actions; or of the greedy evaluations.
+#[pyfunction]
+#[pyo3(signature = (folders, greedy = false, steps = false))]
+pub fn figure_learning(py: Python<'_>, folders: Vec<PathBuf>, greedy: bool, steps: bool) -> PyResult<Figure> {
+    let runs: Vec<TrainedRun> = found(py, folders)?.into_iter().map(|run| run.trained).collect();
+    let bootstrap = Bootstrap::default();
+    let curves = work(py, || match steps {
+        true => step_curves(&runs, &bootstrap),
+        false => learning_curves(&runs, &bootstrap, greedy),
+    })?;
+    Ok(Figure::new(curves.map_err(exception)?, "mge.figures.learning_curves()"))
+}
+
+/// Area under the learning curve of every method in folders of runs.
+#[pyfunction]
+pub fn figure_methods(py: Python<'_>, folders: Vec<PathBuf>) -> PyResult<Figure> {
+    let rows: Vec<_> = found(py, folders)?.into_iter().map(|run| run.trained.row).collect();
+    let scores = work(py, || method_scores(&rows, &Bootstrap::default()))?;
+    Ok(Figure::new(scores.map_err(exception)?, "mge.figures.methods()"))
+}
+
+/// Actions drawn from the clusters of each stage, on the scene.
+#[pyfunction]
+#[pyo3(signature = (task, prior, seed = 0))]
+pub fn figure_clusters(task: &Task, prior: &ActionPrior, seed: u64) -> Figure {
+    let tasks = vec![TaskActions::sample(&task.0, &prior.0, seed)];
+    Figure::new(ActionSamples { tasks }, "mge.figures.clusters()")
+}

@@ -1,0 +1,45 @@
+//! The extension module `mge._mge` of the Python package in `python/`: the library's functions
+//! with arguments and arrays of Python. What the package can do is decided and computed
+//! elsewhere in this library; here values change their shape.
+
+// Signatures of what Python calls are its signatures: arguments come by value.
+#![allow(clippy::needless_pass_by_value)]
+
+mod error;
+mod figures;
+mod model;
+mod pool;
+mod prior;
+mod runs;
+mod task;
+mod vector;
+
+use pyo3::prelude::*;
+
+/// Adds everything to the extension module.
+///
+/// # Errors
+/// When Python has no memory left.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<task::Task>()?;
+    module.add_class::<vector::VectorCore>()?;
+    module.add_class::<vector::State>()?;
+    module.add_class::<model::Model>()?;
+    module.add_class::<prior::ActionPrior>()?;
+    module.add_class::<prior::Actor>()?;
+    module.add_class::<figures::Figure>()?;
+    module.add_function(wrap_pyfunction!(task::task_names, module)?)?;
+    module.add_function(wrap_pyfunction!(vector::words, module)?)?;
+    module.add_function(wrap_pyfunction!(model::rollout, module)?)?;
+    module.add_function(wrap_pyfunction!(model::model_names, module)?)?;
+    module.add_function(wrap_pyfunction!(model::tool_types, module)?)?;
+    module.add_function(wrap_pyfunction!(prior::build_prior, module)?)?;
+    module.add_function(wrap_pyfunction!(runs::read_run, module)?)?;
+    module.add_function(wrap_pyfunction!(runs::read_results, module)?)?;
+    module.add_function(wrap_pyfunction!(runs::write_report, module)?)?;
+    module.add_function(wrap_pyfunction!(figures::figure_tasks, module)?)?;
+    module.add_function(wrap_pyfunction!(figures::figure_learning, module)?)?;
+    module.add_function(wrap_pyfunction!(figures::figure_methods, module)?)?;
+    module.add_function(wrap_pyfunction!(figures::figure_clusters, module)?)
+}

@@ -1,0 +1,388 @@
+//! Dynamics models, those written in Python included: predictions and rollouts as arrays.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use numpy::{
+    IntoPyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods,
+};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::error::exception;
+use super::pool::{pool, work};
+use super::task::Task;
+use super::vector::State;
+use crate::dynamics::{self, DynamicsError, Predictor, Rollout, rollouts};
+use crate::env::{Action, Environment, Snapshot};
+use crate::guidance::{RolloutModel, TruePhysics};
+use crate::physics::{BallState, Tool, to_normalised, to_units};
+use crate::task::{self, ToolSpec};
+
+/// Columns of a ball: x, y, velocity x, y, spin.
+pub const BALL: usize = 5;
+/// Columns of a tool: type, x, y, size, angle, radius, elasticity, friction.
+const TOOL: usize = 8;
+
+/// A ball as numbers: normalised position, velocity in units/s, spin in radians/s.
+pub fn ball_row(ball: &BallState) -> [f32; BALL] {
+    let ([x, y], [vx, vy]) = (to_normalised(ball.position), ball.velocity);
+    [x, y, vx, vy, ball.angular_velocity]
+}
+
+fn ball_of(row: &[f32]) -> BallState {
+    BallState {
+        position: to_units([row[0], row[1]]),
+        velocity: [row[2], row[3]],
+        angular_velocity: row[4],
+        ..BallState::default()
+    }
+}
+
+fn tool_row(tool: &Tool) -> [f32; TOOL] {
+    let [x, y] = to_normalised(tool.position);
+    [tool.kind.index() as f32, x, y, tool.size, tool.angle, tool.radius, tool.elasticity, tool.friction]
+}
+
+/// Model(name): a shipped dynamics model by its name, or the one in the file at that path.
+#[pyclass(module = "mge", frozen)]
+pub struct Model(dynamics::Model);
+
+#[pymethods]
+impl Model {
+    #[new]
+    fn new(name: PathBuf) -> PyResult<Self> {
+        dynamics::named(&name.to_string_lossy()).map(Self).map_err(exception)
+    }
+
+    /// The shipped model that knows the tools of a task.
+    #[staticmethod]
+    fn shipped_for(task: &Task) -> PyResult<Self> {
+        let tools = task.0.tool_set();
+        let model = dynamics::shipped_for(&tools).map_err(exception)?;
+        model.map(Self).ok_or_else(|| {
+            PyValueError::new_err(format!("no shipped model knows the tools of `{}`: train one", task.0.name))
+        })
+    }
+
+    /// The names of its tools, joined by hyphens.
+    #[getter]
+    fn name(&self) -> String {
+        self.0.name()
+    }
+
+    /// Tool types that it knows.
+    #[getter]
+    fn tools(&self) -> Vec<&'static str> {
+        self.0.tools().iter().map(|kind| kind.name()).collect()
+    }
+
+    /// Physics steps (1/30 s) from one prediction to the next.
+    #[getter]
+    fn interval(&self) -> u32 {
+        self.0.interval()
+    }
+
+    /// Where it comes from, as JSON.
+    #[getter]
+    fn provenance(&self) -> String {
+        serde_json::json!(self.0.provenance()).to_string()
+    }
+
+    /// The balls `steps` prediction intervals later, among the tools of a task and those placed.
+    ///
+    /// `balls`: float32 of n x 5: x, y (normalised), velocity x, y (units/s), spin (radians/s).
+    /// `placed`: float32 of n x m x 2, normalised places of further tools; rows with NaN are none.
+    /// The same shape as `balls` comes back. Balls outside of the screen are predicted too.
+    #[pyo3(signature = (task, balls, placed = None, steps = 1))]
+    fn predict<'py>(
+        &self,
+        py: Python<'py>,
+        task: &Task,
+        balls: PyReadonlyArray2<'py, f32>,
+        placed: Option<PyReadonlyArray3<'py, f32>>,
+        steps: u32,
+    ) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        self.0.check_task(&task.0).map_err(exception)?;
+        let mut states = balls_of(&balls)?;
+        let tools = tools_of(&task.0, states.len(), placed)?;
+        let tools: Vec<&[Tool]> = tools.iter().map(Vec::as_slice).collect();
+        let predicted = work(py, || -> Result<Vec<BallState>, DynamicsError> {
+            for _ in 0..steps {
+                states = self.0.advance(&states, &tools)?;
+            }
+            Ok(states)
+        })?;
+        ball_array(py, &predicted.map_err(exception)?)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Model({:?})", self.0.name())
+    }
+}
+
+fn balls_of(balls: &PyReadonlyArray2<'_, f32>) -> PyResult<Vec<BallState>> {
+    let [count, columns] = [balls.shape()[0], balls.shape()[1]];
+    if columns != BALL {
+        let wanted = "x, y, velocity x, velocity y, spin";
+        return Err(PyValueError::new_err(format!(
+            "the balls have the shape [{count}, {columns}], and should have [n, {BALL}]: {wanted}"
+        )));
+    }
+    Ok(balls.as_array().outer_iter().map(|row| ball_of(&row.to_vec())).collect())
+}
+
+fn ball_array<'py>(py: Python<'py>, balls: &[BallState]) -> PyResult<Bound<'py, PyArray2<f32>>> {
+    let values: Vec<f32> = balls.iter().flat_map(ball_row).collect();
+    values.into_pyarray(py).reshape([balls.len(), BALL])
+}
+
+/// The tools around each of `count` balls.
+fn tools_of(task: &task::Task, count: usize, placed: Option<PyReadonlyArray3<'_, f32>>) -> PyResult<Vec<Vec<Tool>>> {
+    let fixed: Vec<Tool> = task.tools.iter().map(ToolSpec::tool).collect();
+    let mut scenes = vec![fixed; count];
+    let Some(placed) = placed else { return Ok(scenes) };
+    let shape = placed.shape();
+    if shape[0] != count || shape[2] != 2 {
+        return Err(PyValueError::new_err(format!(
+            "`placed` has the shape {shape:?}, and should have [{count}, m, 2]"
+        )));
+    }
+    for (scene, places) in scenes.iter_mut().zip(placed.as_array().outer_iter()) {
+        let places = places.outer_iter().map(|place| [place[0], place[1]]);
+        scene
+            .extend(places.filter(|place| !place.iter().any(|value| value.is_nan())).map(|at| task.placeable.tool(at)));
+    }
+    Ok(scenes)
+}
+
+/// What predicts rollouts.
+pub enum AnyModel {
+    Learned(dynamics::Model),
+    Physics,
+    Python(PythonModel),
+}
+
+impl AnyModel {
+    /// A [`Model`], `"physics"`, the name or path of a model, or an object with `interval` and
+    /// `advance(balls, tools)`.
+    pub fn of(model: &Bound<'_, PyAny>, task: &task::Task) -> PyResult<Self> {
+        if let Ok(model) = model.cast::<Model>() {
+            let model = &model.get().0;
+            model.check_task(task).map_err(exception)?;
+            return Ok(Self::Learned(model.clone()));
+        }
+        if let Ok(name) = model.extract::<String>() {
+            if name == "physics" {
+                return Ok(Self::Physics);
+            }
+            let model = dynamics::named(&name).map_err(exception)?;
+            model.check_task(task).map_err(exception)?;
+            return Ok(Self::Learned(model));
+        }
+        PythonModel::of(model, task).map(Self::Python)
+    }
+
+    /// Its name, as a prior records it.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Learned(model) => model.name(),
+            Self::Physics => "true physics".to_owned(),
+            Self::Python(model) => model.name.clone(),
+        }
+    }
+
+    /// Uses it, with the threads of all cores and while other threads of Python go on. An exception of
+    /// a model in Python comes back as itself.
+    pub fn used<T: Send>(
+        &self,
+        py: Python<'_>,
+        using: impl FnOnce(&dyn RolloutModel) -> Result<T, DynamicsError> + Send,
+    ) -> PyResult<T> {
+        let model: &dyn RolloutModel = match self {
+            Self::Learned(model) => model,
+            Self::Physics => &TruePhysics,
+            Self::Python(model) => model,
+        };
+        let pool = pool(None)?;
+        let result = py.detach(|| pool.install(|| using(model)));
+        let raised = match self {
+            Self::Python(model) => model.raised.lock().unwrap_or_else(PoisonError::into_inner).take(),
+            _ => None,
+        };
+        match raised {
+            Some(raised) => Err(raised),
+            None => result.map_err(exception),
+        }
+    }
+}
+
+/// A model that is an object of Python.
+pub struct PythonModel {
+    object: Py<PyAny>,
+    name: String,
+    interval: u32,
+    /// The exception that ended its latest use.
+    raised: Mutex<Option<PyErr>>,
+}
+
+impl std::fmt::Debug for PythonModel {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "PythonModel({})", self.name)
+    }
+}
+
+impl PythonModel {
+    fn of(object: &Bound<'_, PyAny>, task: &task::Task) -> PyResult<Self> {
+        if !object.hasattr("advance")? || !object.hasattr("interval")? {
+            let kind = object.get_type().name()?;
+            return Err(PyTypeError::new_err(format!(
+                "{kind} is no model: use mge.Model, \"physics\", the name or path of a model, or an object with `interval` and `advance(balls, tools)`"
+            )));
+        }
+        let interval: u32 = object.getattr("interval")?.extract()?;
+        let action = task.rules.steps_per_action;
+        if interval == 0 || !action.is_multiple_of(interval) {
+            return Err(PyValueError::new_err(format!(
+                "the model's interval is {interval}, and should divide the {action} physics steps of an action"
+            )));
+        }
+        let name = object.get_type().name()?.to_string();
+        Ok(Self { object: object.clone().unbind(), name, interval, raised: Mutex::new(None) })
+    }
+
+    fn ask(&self, py: Python<'_>, balls: &[BallState], tools: &[&[Tool]]) -> PyResult<Vec<BallState>> {
+        let most = tools.iter().map(|tools| tools.len()).max().unwrap_or(0);
+        let mut values = vec![f32::NAN; balls.len() * most * TOOL];
+        for (scene, tools) in tools.iter().enumerate() {
+            for (place, tool) in tools.iter().enumerate() {
+                values[(scene * most + place) * TOOL..][..TOOL].copy_from_slice(&tool_row(tool));
+            }
+        }
+        let tools = values.into_pyarray(py).reshape([balls.len(), most, TOOL])?;
+        let answer = self.object.bind(py).call_method1("advance", (ball_array(py, balls)?, tools))?;
+        let answer = py.import("numpy")?.call_method1("asarray", (answer, "float32"))?;
+        let answer: PyReadonlyArray2<'_, f32> = answer.extract()?;
+        let next = balls_of(&answer)?;
+        if next.len() != balls.len() {
+            let (found, wanted) = (next.len(), balls.len());
+            return Err(PyValueError::new_err(format!("`advance` answered with {found} balls for {wanted}")));
+        }
+        if next.iter().any(|ball| ball_row(ball).iter().any(|value| !value.is_finite())) {
+            return Err(PyValueError::new_err("`advance` answered with a number that is not finite"));
+        }
+        Ok(next)
+    }
+}
+
+impl Predictor for PythonModel {
+    fn interval(&self) -> u32 {
+        self.interval
+    }
+
+    fn advance(&self, balls: &[BallState], tools: &[&[Tool]]) -> Result<Vec<BallState>, DynamicsError> {
+        if balls.is_empty() {
+            return Ok(Vec::new());
+        }
+        Python::attach(|py| self.ask(py, balls, tools)).map_err(|error| {
+            let reason = error.to_string();
+            *self.raised.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+            DynamicsError::Content { origin: self.name.clone(), reason }
+        })
+    }
+}
+
+impl RolloutModel for PythonModel {
+    fn rollouts(
+        &self,
+        task: &Arc<task::Task>,
+        starts: &[&Snapshot],
+        sequences: &[Vec<Action>],
+    ) -> Result<Vec<Rollout>, DynamicsError> {
+        rollouts(self, task, starts, sequences)
+    }
+}
+
+/// Rolls out sequences of actions in a model, as one batch.
+///
+/// `actions`: float32 of n x length x 2. `start`: one state for all, or one for each sequence; without
+/// it, the start of the task. A rollout ends when the next stage of its start is reached, the ball
+/// leaves the screen, or the sequence or the episode ends. What comes after the end is NaN or False.
+#[pyfunction]
+#[pyo3(signature = (task, model, actions, start = None))]
+pub fn rollout<'py>(
+    py: Python<'py>,
+    task: &Task,
+    model: &Bound<'py, PyAny>,
+    actions: PyReadonlyArray3<'py, f32>,
+    start: Option<&State>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let [count, length, columns] = [actions.shape()[0], actions.shape()[1], actions.shape()[2]];
+    if columns != 2 {
+        return Err(PyValueError::new_err(format!(
+            "the actions have the shape [{count}, {length}, {columns}], and should have [n, length, 2]"
+        )));
+    }
+    let actions = actions.as_array();
+    if !actions.iter().all(|value| value.is_finite()) {
+        return Err(PyValueError::new_err("a number of the actions is not finite"));
+    }
+    let sequence = |rows: numpy::ndarray::ArrayView2<'_, f32>| rows.outer_iter().map(|row| [row[0], row[1]]).collect();
+    let sequences: Vec<Vec<Action>> = actions.outer_iter().map(sequence).collect();
+    let beginning = Environment::new(task.0.clone());
+    let starts: Vec<&Snapshot> = match start {
+        None => vec![beginning.snapshot(); count],
+        Some(State(states)) if states.len() == 1 || states.len() == count => {
+            if states.iter().any(|state| **state.task() != *task.0) {
+                return Err(PyValueError::new_err("a state is one of another task"));
+            }
+            states.iter().cycle().take(count).map(|state| state.environment().snapshot()).collect()
+        }
+        Some(State(states)) => {
+            return Err(PyValueError::new_err(format!("{} states for {count} sequences", states.len())));
+        }
+    };
+    let model = AnyModel::of(model, &task.0)?;
+    let rolled = model.used(py, |model| model.rollouts(&task.0, &starts, &sequences))?;
+    arrays(py, &rolled, length)
+}
+
+fn arrays<'py>(py: Python<'py>, rolled: &[Rollout], length: usize) -> PyResult<Bound<'py, PyDict>> {
+    let count = rolled.len();
+    let path = rolled.iter().map(|rollout| rollout.path.len()).max().unwrap_or(0);
+    let flags = |of: fn(&dynamics::RolloutAction) -> bool| -> Vec<bool> {
+        rolled.iter().flat_map(|r| (0..length).map(move |n| r.actions.get(n).is_some_and(of))).collect()
+    };
+    let paths: Vec<f32> = rolled
+        .iter()
+        .flat_map(|r| (0..path).flat_map(move |n| r.path.get(n).copied().unwrap_or([f32::NAN; 2])))
+        .collect();
+    let balls: Vec<f32> = rolled
+        .iter()
+        .flat_map(|r| (0..length).flat_map(move |n| r.balls.get(n).map_or([f32::NAN; BALL], ball_row)))
+        .collect();
+    let shaped = |values: Vec<f32>, shape: [usize; 3]| -> PyResult<Bound<'py, PyArray3<f32>>> {
+        values.into_pyarray(py).reshape(shape)
+    };
+    let dict = PyDict::new(py);
+    dict.set_item("hit", rolled.iter().map(|r| r.hit).collect::<Vec<bool>>().into_pyarray(py))?;
+    dict.set_item("length", rolled.iter().map(|r| r.actions.len() as i64).collect::<Vec<i64>>().into_pyarray(py))?;
+    dict.set_item("placed", flags(|action| action.placed).into_pyarray(py).reshape([count, length])?)?;
+    dict.set_item("touched", flags(|action| action.touched).into_pyarray(py).reshape([count, length])?)?;
+    dict.set_item("path", shaped(paths, [count, path, 2])?)?;
+    dict.set_item("balls", shaped(balls, [count, length, BALL])?)?;
+    Ok(dict)
+}
+
+/// Names of the shipped models.
+#[pyfunction]
+pub fn model_names() -> Vec<&'static str> {
+    dynamics::shipped_names().collect()
+}
+
+/// Names of the types of tools, by the number that the observation and `advance` give them.
+#[pyfunction]
+pub fn tool_types() -> Vec<&'static str> {
+    crate::physics::ToolKind::ALL.map(crate::physics::ToolKind::name).to_vec()
+}

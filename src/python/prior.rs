@@ -1,0 +1,195 @@
+//! Action priors and trained actors.
+
+use std::path::PathBuf;
+
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::error::exception;
+use super::model::AnyModel;
+use super::pool::work;
+use super::task::Task;
+use crate::agent::Ddpg;
+use crate::guidance::{self, GuidanceConfig, StagePrior};
+use crate::run::RunDirectory;
+use crate::streams::Stream;
+use crate::trainer::{RunConfig, saved_prior};
+use crate::workbench::RunView;
+
+/// Clusters of rewarding actions for every stage of a task: the distributions from which
+/// guided exploration samples.
+#[pyclass(module = "mge", frozen)]
+pub struct ActionPrior(pub guidance::ActionPrior);
+
+/// Builds the action prior of a task from rollouts in a model.
+///
+/// `model`: a `Model`, "physics", the name or path of a model, or an object of Python with an
+/// `interval` (physics steps of a prediction) and `advance(balls, tools)`: the balls, float32 of n x 5
+/// (x, y, velocity x, y, spin), one interval later, among tools, float32 of n x m x 8 (type, x, y,
+/// size, angle, radius, elasticity, friction; NaN where a scene has fewer).
+/// `settings`: JSON of those settings of guidance that are not the defaults.
+#[pyfunction]
+#[pyo3(signature = (task, model, seed = 0, settings = "{}"))]
+pub fn build_prior(
+    py: Python<'_>,
+    task: &Task,
+    model: &Bound<'_, PyAny>,
+    seed: u64,
+    settings: &str,
+) -> PyResult<ActionPrior> {
+    let config: GuidanceConfig = serde_json::from_str(settings).map_err(exception)?;
+    config.validate().map_err(exception)?;
+    let model = AnyModel::of(model, &task.0)?;
+    let name = model.name();
+    let built = model.used(py, |model| guidance::build(&task.0, model, &name, &config, seed, |_| true))?;
+    // Nothing stops the build.
+    built.map(ActionPrior).ok_or_else(|| PyValueError::new_err("the build was stopped"))
+}
+
+#[pymethods]
+impl ActionPrior {
+    /// The prior in the text of a `prior.json`.
+    #[staticmethod]
+    #[pyo3(signature = (text, task, origin = "prior"))]
+    fn parse(text: &str, task: &Task, origin: &str) -> PyResult<Self> {
+        guidance::ActionPrior::parse(text, origin, &task.0).map(Self).map_err(exception)
+    }
+
+    /// The prior that a run used last.
+    #[staticmethod]
+    fn of_run(path: PathBuf) -> PyResult<Self> {
+        let directory = RunDirectory::open(&path).map_err(exception)?;
+        let config: RunConfig = directory.config().map_err(exception)?;
+        let prior = saved_prior(&directory, &config.task).map_err(exception)?;
+        prior.map(Self).ok_or_else(|| PyValueError::new_err(format!("the run {} has no action prior", path.display())))
+    }
+
+    /// The JSON text, as in a run's `prior.json`.
+    fn to_json(&self) -> String {
+        self.0.to_json()
+    }
+
+    /// Name of the task.
+    #[getter]
+    fn task(&self) -> &str {
+        &self.0.task
+    }
+
+    /// What predicted the rollouts.
+    #[getter]
+    fn model(&self) -> &str {
+        &self.0.model
+    }
+
+    /// Number of stages: subgoals, then the goal.
+    fn __len__(&self) -> usize {
+        self.0.stages.len()
+    }
+
+    /// The clusters of a stage, the largest first: arrays `mean` and `std` (k x 2, float32), `weight`
+    /// and `count` (k).
+    fn clusters<'py>(&self, py: Python<'py>, stage: usize) -> PyResult<Bound<'py, PyDict>> {
+        let clusters = &self.stage(stage)?.clusters;
+        let pairs = |values: Vec<[f32; 2]>| values.concat().into_pyarray(py).reshape([clusters.len(), 2]);
+        let dict = PyDict::new(py);
+        dict.set_item("mean", pairs(clusters.iter().map(|cluster| cluster.mean).collect())?)?;
+        dict.set_item("std", pairs(clusters.iter().map(|cluster| cluster.std).collect())?)?;
+        let weight: Vec<f32> = clusters.iter().map(|cluster| cluster.weight).collect();
+        dict.set_item("weight", weight.into_pyarray(py))?;
+        let count: Vec<i64> = clusters.iter().map(|cluster| cluster.count as i64).collect();
+        dict.set_item("count", count.into_pyarray(py))?;
+        Ok(dict)
+    }
+
+    /// The rewarding actions that the clusters of a stage were made from, float32 of n x 2.
+    fn actions<'py>(&self, py: Python<'py>, stage: usize) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        let actions = &self.stage(stage)?.actions;
+        actions.concat().into_pyarray(py).reshape([actions.len(), 2])
+    }
+
+    /// Rollouts made for a stage, and those that reached it: in the model, in the real environment.
+    fn rollouts(&self, stage: usize) -> PyResult<[usize; 4]> {
+        let stage = self.stage(stage)?;
+        Ok([stage.model_rollouts, stage.model_hits, stage.environment_rollouts, stage.environment_hits])
+    }
+
+    /// `count` actions for a stage, float32 of count x 2. A stage without clusters samples uniformly.
+    fn sample<'py>(
+        &self,
+        py: Python<'py>,
+        stage: usize,
+        count: usize,
+        seed: u64,
+    ) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        let stage = self.stage(stage)?;
+        let mut rng = Stream::Episode.of(seed);
+        let actions: Vec<f32> = (0..count).flat_map(|_| stage.sample(&mut rng)).collect();
+        actions.into_pyarray(py).reshape([count, 2])
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<ActionPrior of {} by {}, {} stages>", self.0.task, self.0.model, self.0.stages.len())
+    }
+}
+
+impl ActionPrior {
+    fn stage(&self, stage: usize) -> PyResult<&StagePrior> {
+        let missing = || PyIndexError::new_err(format!("there is no stage {stage}: they are counted from 0"));
+        self.0.stages.get(stage).ok_or_else(missing)
+    }
+}
+
+/// Actor(run): the actor in the newest checkpoint of a run.
+#[pyclass(module = "mge", frozen)]
+pub struct Actor(Ddpg);
+
+#[pymethods]
+impl Actor {
+    #[new]
+    fn new(run: PathBuf) -> PyResult<Self> {
+        let run = RunView::open(&run).map_err(exception)?;
+        run.saved().agent().map(Self).map_err(exception)
+    }
+
+    /// The actions for observations: float32 of n x 2 for n x length.
+    fn act<'py>(
+        &self,
+        py: Python<'py>,
+        observations: PyReadonlyArray2<'py, f32>,
+    ) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        let agent = &self.0;
+        let [count, length] = [observations.shape()[0], observations.shape()[1]];
+        if length != agent.observation_len() {
+            let wanted = agent.observation_len();
+            return Err(PyValueError::new_err(format!(
+                "the observations have the shape [{count}, {length}], and should have [n, {wanted}]"
+            )));
+        }
+        // A copy, because an array need not be contiguous.
+        let observations: Vec<f32> = observations.as_array().iter().copied().collect();
+        let actions = work(py, || agent.act(&observations))?;
+        actions.into_pyarray(py).reshape([count, agent.action_len()])
+    }
+
+    /// The values that the critic gives pairs of observations and actions, float32 of n.
+    fn values<'py>(
+        &self,
+        py: Python<'py>,
+        observations: PyReadonlyArray2<'py, f32>,
+        actions: PyReadonlyArray2<'py, f32>,
+    ) -> PyResult<Bound<'py, numpy::PyArray1<f32>>> {
+        let agent = &self.0;
+        let count = observations.shape()[0];
+        if observations.shape()[1] != agent.observation_len() || actions.shape() != [count, agent.action_len()] {
+            let (s, a) = (observations.shape(), actions.shape());
+            return Err(PyValueError::new_err(format!(
+                "observations of the shape {s:?} and actions of {a:?} are no pairs of this agent"
+            )));
+        }
+        let observations: Vec<f32> = observations.as_array().iter().copied().collect();
+        let actions: Vec<f32> = actions.as_array().iter().copied().collect();
+        Ok(work(py, || agent.q_values(&observations, &actions))?.into_pyarray(py))
+    }
+}

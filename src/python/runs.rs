@@ -1,0 +1,136 @@
+//! What runs hold, as columns.
+
+use std::path::PathBuf;
+
+use numpy::IntoPyArray;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use super::error::exception;
+use super::pool::work;
+use crate::evidence::{self, FoundRun, find_runs, read_runs};
+use crate::figures::DEFAULT_DPI;
+use crate::run::{RunDirectory, RunHistory};
+use crate::stats::Bootstrap;
+use crate::trainer::RunConfig;
+
+/// Rows as columns, in the order of the first row's keys: arrays of bool, int64 or float64 (NaN where
+/// there is no number), else lists.
+fn columns<'py>(py: Python<'py>, rows: &[Map<String, Value>]) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    let mut names: Vec<&String> = Vec::new();
+    for name in rows.iter().flat_map(Map::keys) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    for name in names {
+        let values: Vec<&Value> = rows.iter().map(|row| row.get(name).unwrap_or(&Value::Null)).collect();
+        dict.set_item(name, column(py, &values)?)?;
+    }
+    Ok(dict)
+}
+
+fn column<'py>(py: Python<'py>, values: &[&Value]) -> PyResult<Bound<'py, PyAny>> {
+    // Numbers that are not finite are words in our files.
+    let number = |value: &Value| match value {
+        Value::Null => Some(f64::NAN),
+        Value::String(word) => matches!(word.as_str(), "NaN" | "inf" | "-inf").then(|| word.parse().ok()).flatten(),
+        value => value.as_f64(),
+    };
+    if let Some(values) = values.iter().map(|value| value.as_bool()).collect::<Option<Vec<bool>>>() {
+        return Ok(values.into_pyarray(py).into_any());
+    }
+    if let Some(values) = values.iter().map(|value| value.as_i64()).collect::<Option<Vec<i64>>>() {
+        return Ok(values.into_pyarray(py).into_any());
+    }
+    if let Some(values) = values.iter().map(|value| number(value)).collect::<Option<Vec<f64>>>() {
+        return Ok(values.into_pyarray(py).into_any());
+    }
+    let text = |value: &&Value| match value {
+        Value::Null => None,
+        Value::String(text) => Some(text.clone()),
+        value => Some(value.to_string()),
+    };
+    Ok(PyList::new(py, values.iter().map(text))?.into_any())
+}
+
+fn row(value: &impl Serialize) -> Map<String, Value> {
+    // Plain structs of numbers and strings always serialise, to objects.
+    match serde_json::to_value(value) {
+        Ok(Value::Object(row)) => row,
+        _ => Map::new(),
+    }
+}
+
+/// A run: its configuration (JSON), state, and columns of its episodes and of its greedy evaluations.
+#[pyfunction]
+pub fn read_run<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+) -> PyResult<(String, String, Bound<'py, PyDict>, Bound<'py, PyDict>)> {
+    let directory = RunDirectory::open(path).map_err(exception)?;
+    let config: RunConfig = directory.config().map_err(exception)?;
+    let history = py.detach(|| RunHistory::read(&directory));
+    let history = match history {
+        // It was created, but has not begun.
+        Err(error) if error.is_not_found() => RunHistory::default(),
+        read => read.map_err(exception)?,
+    };
+    let state = directory.status().map_err(exception)?.state;
+    let episodes: Vec<_> = history.records.iter().map(row).collect();
+    let evaluations: Vec<_> = history
+        .evaluations
+        .iter()
+        .map(|one| row(&json!({"episode": one.episode, "success": one.success, "mean_return": one.mean_return})))
+        .collect();
+    Ok((json!(config).to_string(), state.name().to_owned(), columns(py, &episodes)?, columns(py, &evaluations)?))
+}
+
+/// Runs in folders.
+pub(super) fn found(py: Python<'_>, folders: Vec<PathBuf>) -> PyResult<Vec<FoundRun>> {
+    work(py, || read_runs(&find_runs(&folders)?))?.map_err(exception)
+}
+
+/// The results of runs in folders, as columns: one row a run, with the label that figures give it.
+#[pyfunction]
+pub fn read_results(py: Python<'_>, folders: Vec<PathBuf>) -> PyResult<Bound<'_, PyDict>> {
+    let rows: Vec<_> = found(py, folders)?
+        .iter()
+        .map(|run| {
+            let mut cells = Map::new();
+            cells.insert("run".to_owned(), json!(run.path));
+            cells.insert("state".to_owned(), json!(run.state.name()));
+            cells.insert("label".to_owned(), json!(run.trained.row.label()));
+            cells.extend(row(&run.trained.row));
+            cells.insert("charged".to_owned(), json!(run.trained.charged));
+            cells
+        })
+        .collect();
+    columns(py, &rows)
+}
+
+/// Writes a report of runs in folders to `out`, as `mge report`, and returns its `report.json`.
+#[pyfunction]
+#[pyo3(signature = (folders, out, resamples = 2000, confidence = 0.95, seed = 0, dpi = None))]
+pub fn write_report(
+    py: Python<'_>,
+    folders: Vec<PathBuf>,
+    out: PathBuf,
+    resamples: u32,
+    confidence: f64,
+    seed: u64,
+    dpi: Option<u32>,
+) -> PyResult<String> {
+    if resamples == 0 || !(confidence > 0.0 && confidence < 1.0) {
+        return Err(PyValueError::new_err("`resamples` is at least 1, `confidence` between 0 and 1"));
+    }
+    let bootstrap = Bootstrap { resamples, confidence, seed };
+    let dpi = dpi.unwrap_or(DEFAULT_DPI);
+    let written = work(py, || evidence::report(&folders, &out, &bootstrap, "mge.write_report()", dpi, &mut |_, _| {}))?;
+    let report = written.map_err(exception)?;
+    serde_json::to_string(&report).map_err(exception)
+}

@@ -1,0 +1,95 @@
+//! Tasks.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::prelude::*;
+
+use super::error::exception;
+use crate::env::{observation_bounds, observation_len};
+use crate::task::{self, load, parse, save, shipped_names, to_json};
+
+/// Task(name): a shipped task by its name, or the task in the file at that path.
+#[pyclass(module = "mge", frozen, eq)]
+#[derive(PartialEq)]
+pub struct Task(pub Arc<task::Task>);
+
+#[pymethods]
+impl Task {
+    #[new]
+    fn new(name: PathBuf) -> PyResult<Self> {
+        load(&name.to_string_lossy()).map(|task| Self(Arc::new(task))).map_err(exception)
+    }
+
+    /// A task from its JSON text, in the format of task files or that of CREATE's level files.
+    #[staticmethod]
+    #[pyo3(signature = (text, origin = "task"))]
+    fn parse(text: &str, origin: &str) -> PyResult<Self> {
+        parse(text, origin).map(|task| Self(Arc::new(task))).map_err(exception)
+    }
+
+    /// The JSON text of the task file.
+    fn to_json(&self) -> String {
+        to_json(&self.0)
+    }
+
+    /// Writes the task file.
+    fn save(&self, path: PathBuf) -> PyResult<()> {
+        save(&self.0, &path).map_err(exception)
+    }
+
+    /// Short name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.0.name
+    }
+
+    /// One sentence for people.
+    #[getter]
+    fn description(&self) -> &str {
+        &self.0.description
+    }
+
+    /// Actions of an episode, at most.
+    #[getter]
+    fn max_actions(&self) -> u32 {
+        self.0.rules.max_actions
+    }
+
+    /// Length of an observation.
+    #[getter]
+    fn observation_len(&self) -> usize {
+        observation_len(&self.0)
+    }
+
+    /// Least and greatest values of an observation, float32.
+    #[getter]
+    fn observation_bounds<'py>(&self, py: Python<'py>) -> [Bound<'py, PyArray1<f32>>; 2] {
+        observation_bounds(&self.0).map(|bounds| bounds.into_pyarray(py))
+    }
+
+    /// Subgoals in order, then the goal: a row of x, y (normalised) and radius (units) each, float32.
+    #[getter]
+    fn stages<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        let stages = self.0.stages();
+        let rows: Vec<f32> =
+            stages.iter().flat_map(|stage| [stage.position[0], stage.position[1], stage.radius]).collect();
+        rows.into_pyarray(py).reshape([stages.len(), 3])
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Task({:?})", self.0.name)
+    }
+
+    fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (String, String))> {
+        let parse = py.get_type::<Self>().getattr("parse")?.unbind();
+        Ok((parse, (self.to_json(), self.0.name.clone())))
+    }
+}
+
+/// Names of the shipped tasks.
+#[pyfunction]
+pub fn task_names() -> Vec<&'static str> {
+    shipped_names().collect()
+}

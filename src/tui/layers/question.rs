@@ -1,0 +1,120 @@
+//! One of several answers: lists to choose from, and questions before something is lost.
+
+use crossterm::event::{KeyCode, KeyEvent};
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Constraint, Position, Rect};
+use ratatui::style::Stylize;
+use ratatui::text::{Span, Text};
+use ratatui::widgets::{Row, Widget};
+
+use super::{Layer, Response};
+use crate::tui::effect::Effect;
+use crate::tui::input::Keymap;
+use crate::tui::widgets::popup::{frame, wrap};
+use crate::tui::widgets::theme::Theme;
+use crate::tui::widgets::{columns, list};
+
+/// A question and its answers.
+pub struct Question {
+    title: String,
+    /// What will happen; nothing for a list.
+    text: String,
+    answers: Vec<Answer>,
+    selected: usize,
+    /// Where the answers are.
+    rows: Vec<(Rect, usize)>,
+}
+
+struct Answer {
+    key: String,
+    name: String,
+    about: String,
+    /// None for the way back.
+    effect: Option<Effect>,
+}
+
+impl Question {
+    /// A list to choose from: name, explanation and what choosing does; one of them is selected.
+    pub fn list(title: impl Into<String>, items: Vec<(String, String, Effect)>, selected: usize) -> Self {
+        let answer = |(number, (name, about, effect)): (usize, _)| Answer {
+            key: number.to_string(),
+            name,
+            about,
+            effect: Some(effect),
+        };
+        let answers = (1..).zip(items).map(answer).collect();
+        Self { title: title.into(), text: String::new(), answers, selected, rows: Vec::new() }
+    }
+
+    /// A question that says what will happen; each answer has its key, its meaning and what it does.
+    pub fn warning(title: &str, text: String, answers: Vec<(char, &str, Effect)>) -> Self {
+        let answer = |key: &str, name: &str, effect| Answer {
+            key: key.to_owned(),
+            name: name.to_owned(),
+            about: String::new(),
+            effect,
+        };
+        let answers = answers.into_iter().map(|(key, name, effect)| answer(&key.to_string(), name, Some(effect)));
+        let answers = answers.chain([answer("esc", "go on as before", None)]).collect();
+        Self { title: title.to_owned(), text, answers, selected: 0, rows: Vec::new() }
+    }
+
+    fn choose(&mut self, index: usize) -> Response {
+        // What is chosen leaves the list with it.
+        self.answers.swap_remove(index).effect.map_or(Response::Leave, Response::Do)
+    }
+}
+
+impl Layer for Question {
+    fn key(&mut self, key: KeyEvent) -> Response {
+        let last = self.answers.len() - 1;
+        match key.code {
+            KeyCode::Up | KeyCode::Char('k') => self.selected = self.selected.saturating_sub(1),
+            KeyCode::Down | KeyCode::Char('j') => self.selected = (self.selected + 1).min(last),
+            KeyCode::Home => self.selected = 0,
+            KeyCode::End => self.selected = last,
+            KeyCode::Enter | KeyCode::Char(' ') => return self.choose(self.selected),
+            KeyCode::Esc => return Response::Leave,
+            KeyCode::Char(typed) => match self.answers.iter().position(|answer| answer.key == typed.to_string()) {
+                Some(index) => return self.choose(index),
+                None if matches!(typed, 'n' | 'q') => return Response::Leave,
+                None => {}
+            },
+            _ => {}
+        }
+        Response::Stay
+    }
+
+    fn click(&mut self, at: Position) -> Response {
+        match self.rows.iter().find(|(area, _)| area.contains(at)) {
+            Some((_, index)) => self.choose(*index),
+            None => Response::Stay,
+        }
+    }
+
+    fn is_warning(&self) -> bool {
+        !self.text.is_empty()
+    }
+
+    fn draw(&mut self, area: Rect, _: &Keymap, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
+        let longest = |part: fn(&Answer) -> &String| {
+            self.answers.iter().map(|answer| columns::width(part(answer))).max().unwrap_or(0) as u16
+        };
+        let widths = [longest(|answer| &answer.key), longest(|answer| &answer.name).min(60), longest(|a| &a.about)];
+        let room = area.width.saturating_sub(8).min(60);
+        let text = if self.is_warning() { wrap(&(self.text.clone() + "\n "), usize::from(room)) } else { Vec::new() };
+        let above = text.len() as u16;
+        let width = (widths.iter().sum::<u16>() + 2).max(if above > 0 { room } else { 0 });
+        let inside = frame(&self.title, (width, above + self.answers.len() as u16), area, theme, buffer);
+        Text::from_iter(text).render(inside, buffer);
+        let row = |index: usize| {
+            let Answer { key, name, about, .. } = &self.answers[index];
+            Row::new([Span::styled(key, theme.strong()), name.as_str().reset(), about.as_str().reset()])
+        };
+        let [height, y] = [inside.height.saturating_sub(above), inside.bottom().min(inside.y + above)];
+        let below = Rect { y, height, ..inside };
+        let widths = widths.map(Constraint::Length);
+        self.rows = list::draw(self.answers.len(), Some(self.selected), row, &widths, below, theme, buffer);
+        None
+    }
+}

@@ -1,0 +1,28 @@
+//! Rows of which one is selected.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Constraint, Rect};
+use ratatui::style::Color;
+use ratatui::widgets::{Row, StatefulWidget, Table, TableState};
+
+use super::theme::Theme;
+
+/// Draws as many of `count` rows as there is room for, the selected one among them. Only these are
+/// made. Where each of them is, and its index.
+pub fn draw<'a>(
+    count: usize,
+    selected: Option<usize>,
+    row: impl Fn(usize) -> Row<'a>,
+    columns: &[Constraint],
+    area: Rect,
+    theme: &Theme,
+    buffer: &mut Buffer,
+) -> Vec<(Rect, usize)> {
+    let height = usize::from(area.height);
+    let first = selected.map_or(0, |selected| (selected + 1).saturating_sub(height));
+    let shown = first..count.min(first + height);
+    let mut state = TableState::new().with_selected(selected.map(|selected| selected - first));
+    let table = Table::new(shown.clone().map(row), columns).row_highlight_style(theme.selected().fg(Color::Reset));
+    StatefulWidget::render(table, area, buffer, &mut state);
+    (area.y..).zip(shown).map(|(y, index)| (Rect { y, height: 1, ..area }, index)).collect()
+}
