@@ -258,8 +258,7 @@ fn start_noise(text: &str) -> Result<f32, String> {
 
 #[derive(Debug, Subcommand)]
 pub enum Env {
-    /// Reset and step as JSON Lines on stdin ask, answers on stdout (assets/python/mge_gym.py
-    /// makes a Gymnasium environment of it)
+    /// Reset and step as JSON Lines on stdin ask, answers on stdout, for programs in any language
     Serve {
         /// Name of a shipped task, or a task file
         task: String,
