@@ -240,6 +240,8 @@ fn progress_and_results_of_computations_are_notices() {
         })
         .unwrap();
     assert_eq!(finished, [Ok("the action clusters are ready".to_owned())]);
+    assert_eq!(Progress { done: 0, total: 0 }.share(), None);
+    assert_eq!(Progress { done: 1, total: 2 }.share(), Some(0.5));
     let begins = progress.iter().zip(progress.iter().skip(1)).all(|(before, after)| before != after);
     assert!(begins && progress.iter().all(|now| now.total == 2), "{progress:?}");
 }
