@@ -240,7 +240,7 @@ mod tests {
         assert!(draw(GUTTER + 3, 3, [0.0, 1.0]).is_none() && draw(GUTTER + 4, 2, [0.0, 1.0]).is_none());
         let axes = draw(GUTTER + 4, 3, [0.0, 1.0]).unwrap();
         assert_eq!((axes.plot, axes.y), (Rect { x: GUTTER, y: 0, width: 4, height: 2 }, [0.0, 1.0]));
-        assert_eq!(draw(30, 10, [0.3, 0.3]).unwrap().y, [-0.2, 0.8]);
+        assert_eq!(draw(30, 10, [0.5, 0.5]).unwrap().y, [0.0, 1.0]);
     }
 
     #[test]
