@@ -210,7 +210,9 @@ mod tests {
     fn a_place_that_few_of_the_best_pass_is_not_proposed_though_it_is_earlier() {
         let detour = [-0.6, -0.3];
         let with = |detours: usize| {
-            let mut rollouts = vec![rollout(true, &[ELSEWHERE]); 95];
+            let mut rollouts = vec![rollout(true, &[ELSEWHERE]); 87];
+            // More often passed and earlier, but not by the nearest 5 of 100.
+            rollouts.extend(vec![rollout(true, &[[0.0, 0.8], ELSEWHERE]); 8]);
             rollouts.extend(vec![rollout(true, &[detour, LOW, GOAL]); detours]);
             rollouts.extend(vec![rollout(true, &[HIGH, LOW, GOAL]); 5 - detours]);
             best_region(&task(), &rollouts).map(|region| region.position)

@@ -262,3 +262,28 @@ fn a_new_prior_within_a_training_is_news_of_the_run() {
         .unwrap();
     assert_eq!(changes, [(0, 1)]);
 }
+
+#[test]
+fn what_commands_begin_act_on_and_overwrite() {
+    for (line, begins_work, acts_on_run, overwrites) in [
+        ("clusters", true, false, None),
+        ("clusters a.json", false, false, Some("a.json")),
+        ("guide", false, true, None),
+        ("model train box a.safetensors 1", true, false, Some("a.safetensors")),
+        ("model evaluate bucket-box", true, false, None),
+        ("expect episodes = 1", false, true, None),
+        ("expect subgoals = 1", false, false, None),
+        ("pause", false, true, None),
+        ("resume", false, true, None),
+        ("continue", true, true, None),
+        ("continue runs/a", true, false, None),
+        ("evaluate", false, true, None),
+        ("propose 2", true, false, None),
+        ("record a.mge", false, false, Some("a.mge")),
+    ] {
+        let command = Command::parse(line).unwrap().unwrap();
+        assert_eq!(command.to_string(), line);
+        assert_eq!((command.begins_work(), command.acts_on_run()), (begins_work, acts_on_run), "{line}");
+        assert_eq!(command.overwrites(), overwrites.map(Path::new), "{line}");
+    }
+}
