@@ -243,3 +243,45 @@ fn leaving_the_screen_ends_the_episode() {
     assert_eq!(ends[..6], [None; 6]);
     assert_eq!(ends[6], Some(EndReason::OutOfBounds));
 }
+
+#[test]
+fn balls_and_materials_are_those_of_the_level() {
+    let task = level(json!({
+        "goal_is_basket": "False",
+        "env": [
+            {"name": "fixed_square", "pos": [-0.8, 0.8], "elasticity": 0.9},
+            {"name": "fixed_box", "pos": [-0.8, 0.4], "elasticity": 0.2, "friction": 0.3},
+            {"name": "target_ball", "pos": [-0.8, 0.0], "radius": 2.0},
+            {"name": "basket_ball", "pos": [-0.8, -0.4]},
+            {"name": "ball", "pos": [-0.8, -0.8], "mass": 5.0, "radius": 2.5, "elasticity": 0.7, "friction": 0.6},
+            {"name": "ball", "pos": [0.8, 0.8], "mass": 6.0, "radius": 1.5},
+        ],
+    }));
+    assert_eq!(task.goal.shape, GoalShape::Star);
+    let [square, boxed] = [0, 1].map(|index| task.tools[index].tool());
+    assert_eq!((square.elasticity, boxed.elasticity, boxed.friction), (0.9, 0.2, 0.3));
+    let seen: Vec<_> = task.balls.iter().map(|ball| (ball.mass, ball.radius, ball.elasticity, ball.friction)).collect();
+    assert_eq!(seen[0], (10.0, 2.0, 1.0, 1.0));
+    assert_eq!(seen[1], (10.0, 3.5, 1.0, 1.0));
+    assert_eq!(seen[2..], [(5.0, 2.5, 0.7, 0.6), (6.0, 1.5, 1.0, 1.0)]);
+}
+
+#[test]
+fn the_marker_is_the_first_object_of_its_level() {
+    let marker = json!({"name": "marker_ball", "pos": [-0.8, -0.8]});
+    let floor = json!({"name": "floor", "pos": [0.5, 0.0]});
+    let parse = |env: [&Value; 2]| {
+        let level = json!({"name": "Own", "lvl_type": "marker", "target": [0.0, 0.8], "goal": [0.8, -0.8], "env": env});
+        task::parse(&level.to_string(), "own")
+    };
+    let task = parse([&marker, &floor]).unwrap();
+    let own: Value = serde_json::from_str(&task::to_json(&task)).unwrap();
+    assert_eq!((task.balls.len(), task.tools.len()), (0, 1));
+    let error = parse([&floor, &marker]).unwrap_err().to_string();
+    assert!(error.contains("env[0]: must be the marker ball"), "{error}");
+    // A file of our own need not say how far the target has to move.
+    let mut without = own.clone();
+    without["marker"].as_object_mut().unwrap().remove("move_threshold").unwrap();
+    let read = task::parse(&without.to_string(), "own").unwrap();
+    assert_eq!(read.marker.unwrap().move_threshold, 0.03);
+}

@@ -305,3 +305,14 @@ fn saturation(actions: &[f32]) -> f32 {
     let saturated = actions.iter().filter(|a| a.abs() > 0.99).count();
     saturated as f32 / actions.len() as f32
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn saturation_is_the_share_of_components_beyond_the_bound() {
+        assert_eq!(saturation(&[1.0, 0.99, -0.995, 0.5]), 0.5);
+        assert_eq!(saturation(&[0.0, -0.99, 0.98]), 0.0);
+    }
+}

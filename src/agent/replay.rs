@@ -354,7 +354,7 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         for _ in 0..100 {
             buffer.sample(100, &mut rng, &mut batch);
-            assert_eq!(batch.len(), 100);
+            assert_eq!((batch.len(), batch.is_empty()), (100, false));
             for (i, &reward) in batch.rewards.iter().enumerate() {
                 let slot = (reward / 10.0) as usize;
                 let of_batch = Transition {

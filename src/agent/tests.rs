@@ -5,7 +5,8 @@ use rand_chacha::ChaCha8Rng;
 
 use super::join::join;
 use super::{
-    Batch, Checkpoint, Ddpg, DdpgConfig, ImitationConfig, Learner, ReplayError, StateError, Streams, Transition,
+    Batch, Checkpoint, Ddpg, DdpgConfig, ImitationConfig, Learner, ReplayBuffer, ReplayError, StateError, Streams,
+    Transition,
     UpdateError,
 };
 use crate::nn::{Mlp, OptimiserKind, TensorFile};
@@ -218,6 +219,18 @@ fn an_agent_is_loaded_from_its_own_bytes_and_from_a_checkpoint() {
 }
 
 #[test]
+fn the_actor_is_exported_alone_with_what_its_layers_are() {
+    let learner = learner(&small(), 1);
+    let file = TensorFile::from_bytes(&learner.ddpg().export_actor()).unwrap();
+    let mut expected = TensorFile::default();
+    learner.ddpg().actor.save(&mut expected, "actor");
+    for (key, value) in [("layers", "3"), ("hidden", "relu"), ("output", "tanh")] {
+        expected.metadata.insert(key.to_owned(), value.to_owned());
+    }
+    assert_eq!(file.to_bytes(), expected.to_bytes());
+}
+
+#[test]
 fn damaged_checkpoints_are_refused() {
     let mut one = learner(&small(), 1);
     live(&mut one, 0..30);
@@ -228,6 +241,28 @@ fn damaged_checkpoints_are_refused() {
     assert!(matches!(Learner::load(&cut), Err(StateError::Replay(ReplayError::Damaged(_)))));
     let other = Checkpoint { replay: learner(&small(), 1).save().replay, ..good.clone() };
     assert_eq!(Learner::load(&other).unwrap_err(), StateError::Foreign);
+    for (observation_len, action_len, capacity, count) in [
+        (OBSERVATION + 1, ACTION, 100, 30),
+        (OBSERVATION, ACTION + 1, 100, 30),
+        (OBSERVATION, ACTION, 101, 30),
+        (OBSERVATION, ACTION, 100, 29),
+    ] {
+        let mut replay = ReplayBuffer::new(observation_len, action_len, capacity);
+        let (observation, action) = (vec![0.5; observation_len], vec![0.5; action_len]);
+        for _ in 0..count {
+            let next_observation = &observation;
+            let transition = Transition {
+                observation: &observation,
+                action: &action,
+                reward: 0.0,
+                next_observation,
+                terminated: false,
+            };
+            replay.push(transition).unwrap();
+        }
+        let other = Checkpoint { replay: replay.to_bytes(), ..good.clone() };
+        assert_eq!(Learner::load(&other).unwrap_err(), StateError::Foreign, "{replay:?}");
+    }
     let no_learner = Checkpoint { networks: one.ddpg().save(), ..good };
     assert!(matches!(Learner::load(&no_learner), Err(StateError::Metadata { .. })));
 }

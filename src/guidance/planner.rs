@@ -129,3 +129,36 @@ impl Plan {
         self.0.iter().map(|step| [draw(rng, step[0]), draw(rng, step[1])]).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+
+    use super::*;
+
+    #[test]
+    fn a_hit_costs_less_than_any_miss_and_a_miss_its_least_distance() {
+        let hit = |points: usize| Rollout { path: vec![[0.5; 2]; points], hit: true, ..Rollout::default() };
+        assert_eq!((cost(&hit(3), [0.0; 2]), cost(&hit(1), [0.0; 2])), (-0.25, -0.5));
+        let miss = Rollout { path: vec![[0.9, 0.9], [0.2, 0.5], [0.8, -0.3]], ..Rollout::default() };
+        assert_eq!(cost(&miss, [0.5, 0.1]), 0.5);
+    }
+
+    #[test]
+    fn a_plan_has_the_mean_and_deviation_of_its_elites_step_by_step() {
+        let elites = [(0.0, vec![[0.1, -0.5], [0.0, 0.0]]), (0.5, vec![[0.5, -0.1], [0.0, 0.0]])];
+        let config = PlannerConfig { horizon: 2, std_floor: 0.02, ..PlannerConfig::default() };
+        let plan = Plan::fit(&elites, &config);
+        let near = |(mean, std): (f32, f32), expected: [f32; 2]| {
+            assert!((mean - expected[0]).abs() < 1e-6 && (std - expected[1]).abs() < 1e-6, "{mean} {std}");
+        };
+        near(plan.0[0][0], [0.3, 0.2]);
+        near(plan.0[0][1], [-0.3, 0.2]);
+        near(plan.0[1][0], [0.0, 0.02]);
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let mut normals = rng.clone();
+        let sampled = plan.sample(&mut rng);
+        let expected = plan.0[0].map(|(mean, std)| mean + std * normals.sample::<f32, _>(StandardNormal));
+        assert_eq!((sampled[0], sampled.len()), (expected, 2));
+    }
+}

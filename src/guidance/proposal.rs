@@ -163,3 +163,99 @@ fn first_pass(path: &[[f32; 2]], region: &Region) -> Option<usize> {
     let reach = (region.radius + Ball::default().radius) * 2.0 / SCREEN;
     path.iter().position(|[x, y]| (x - region.position[0]).hypot(y - region.position[1]) <= reach)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dynamics::RolloutAction;
+
+    /// task1 without subgoals, its goal far below at the right.
+    fn task() -> Task {
+        let mut task = crate::task::load("task1").unwrap();
+        task.subgoals.clear();
+        task.goal.position = [0.8, -0.8];
+        task.goal.radius = 4.0;
+        task
+    }
+
+    fn rollout(touched: bool, path: &[[f32; 2]]) -> Rollout {
+        let action = RolloutAction { action: [0.0; 2], placed: true, touched };
+        Rollout { actions: vec![action], path: path.to_vec(), ..Rollout::default() }
+    }
+
+    const HIGH: [f32; 2] = [-0.5, 0.5];
+    const LOW: [f32; 2] = [-0.2, 0.1];
+    const GOAL: [f32; 2] = [0.8, -0.8];
+    const ELSEWHERE: [f32; 2] = [-0.8, -0.8];
+
+    /// Of 100 rollouts, as many that reach the goal by two places, and as many that a tool never touched
+    /// and that pass the higher place; the others do nothing.
+    fn proposed(near: usize, free: usize) -> Option<[f32; 2]> {
+        let mut rollouts = vec![rollout(true, &[ELSEWHERE]); 50 - near];
+        rollouts.extend(vec![rollout(true, &[HIGH, LOW, GOAL, ELSEWHERE]); near]);
+        rollouts.extend(vec![rollout(false, &[HIGH]); free]);
+        rollouts.extend(vec![rollout(false, &[ELSEWHERE]); 50 - free]);
+        best_region(&task(), &rollouts).map(|region| region.position)
+    }
+
+    fn is_near(found: Option<[f32; 2]>, expected: [f32; 2]) -> bool {
+        found.is_some_and(|found| (found[0] - expected[0]).hypot(found[1] - expected[1]) < 1e-3)
+    }
+
+    #[test]
+    fn the_earliest_place_that_is_passed_seldom_and_not_by_itself_is_proposed() {
+        assert!(is_near(proposed(8, 0), HIGH), "the earlier of two");
+        assert!(is_near(proposed(12, 0), HIGH), "12 of 100 are not too many");
+        assert_eq!(proposed(13, 0), None, "13 of 100 need no subgoal");
+        assert!(is_near(proposed(1, 0), HIGH), "1 of 100 is enough");
+        assert_eq!(proposed(0, 0), None);
+        // 4 % by themselves are less than half of 10 %, 6 % are not of 11 %.
+        assert!(is_near(proposed(8, 2), HIGH));
+        assert!(is_near(proposed(8, 3), LOW), "the ball gets to the other by itself");
+    }
+
+    #[test]
+    fn a_place_that_few_of_the_best_pass_is_not_proposed_though_it_is_earlier() {
+        let detour = [-0.6, -0.3];
+        let with = |detours: usize| {
+            let mut rollouts = vec![rollout(true, &[ELSEWHERE]); 87];
+            // More often passed and earlier, but not by the nearest 5 of 100.
+            rollouts.extend(vec![rollout(true, &[[0.0, 0.8], ELSEWHERE]); 8]);
+            rollouts.extend(vec![rollout(true, &[detour, LOW, GOAL]); detours]);
+            rollouts.extend(vec![rollout(true, &[HIGH, LOW, GOAL]); 5 - detours]);
+            best_region(&task(), &rollouts).map(|region| region.position)
+        };
+        assert!(is_near(with(3), detour), "three of five are often enough");
+        assert!(is_near(with(2), HIGH));
+    }
+
+    #[test]
+    fn a_path_is_cut_where_it_is_nearest_to_the_goal() {
+        let path = [HIGH, LOW, [0.5, -0.4], ELSEWHERE];
+        let (distance, towards) = path_towards(GOAL, &path);
+        assert_eq!((distance, towards), (0.5, &path[..3]));
+        assert_eq!(path_towards(GOAL, &[]), (f32::INFINITY, &[][..]));
+    }
+
+    #[test]
+    fn places_on_the_grid_are_once_each_away_from_the_goal_and_the_edges() {
+        let found = |points: &[[f32; 2]]| -> Vec<[i32; 2]> {
+            let regions = candidates(&task(), points.iter());
+            regions.iter().map(|region| region.position.map(|value| (value * 100.0).round() as i32)).collect()
+        };
+        assert_eq!(found(&[[0.02, 0.52], [-0.02, 0.48], [0.03, 0.5]]), [[0, 50], [5, 50]]);
+        assert_eq!(found(&[[0.85, 0.85], [-0.96, 0.0], [0.0, 0.96]]), [[85, 85]]);
+        // A ball of radius 4 and a goal of radius 4 must be 16 units, 0.381, apart.
+        assert_eq!(found(&[[0.8, -0.45], [0.8, -0.4], [0.45, -0.8], [0.4, -0.8]]), [[40, -80], [80, -40]]);
+    }
+
+    #[test]
+    fn a_region_is_passed_from_where_the_ball_first_touches_it() {
+        let region = Region { position: [0.5, 0.25], radius: 4.4 };
+        // 8.4 units are 0.2 of the normalised scene.
+        let path = [[0.0, 0.25], [0.29, 0.25], [0.31, 0.25], [0.5, 0.25]];
+        assert_eq!(first_pass(&path, &region), Some(2));
+        assert_eq!(first_pass(&[[0.5, 0.46], [0.5, 0.44]], &region), Some(1));
+        assert!(!passes(&path[..2], &region) && passes(&path, &region));
+    }
+}

@@ -70,6 +70,10 @@ fn a_cluster_samples_its_normal_distribution() {
     }
     // Samples beyond the screen are clipped.
     let wide = Cluster { mean: [0.9, 0.0], std: [1.0, 1.0], ..cluster };
+    // The same normal numbers, not their opposites: a seed keeps its samples.
+    let mut normals = rng.clone();
+    let [x, y] = std::array::from_fn(|_| rand::Rng::sample::<f32, _>(&mut normals, rand_distr::StandardNormal));
+    assert_eq!(cluster.sample(&mut rng), [0.1 + 0.05 * x, -0.2 + 0.2 * y]);
     let clipped: Vec<Action> = (0..200).map(|_| wide.sample(&mut rng)).collect();
     assert!(clipped.iter().flatten().all(|value| value.abs() <= 1.0) && clipped.iter().any(|[x, _]| *x == 1.0));
 }
@@ -185,8 +189,23 @@ fn a_saved_prior_is_read_back_and_only_for_its_task() {
     assert!(error.contains("std_floor"), "{error}");
     assert!(
         changed("\"actions\": [\n        [\n          0.1", "\"actions\": [\n        [\n          1.5")
-            .contains("stage 1")
+            .contains("of stage 1 are out of range")
     );
+    for (from, to) in [
+        (r#""mean": ["#, r#""mean": [1.5, "#),
+        (r#""std": ["#, r#""std": [1.5, "#),
+        (r#""weight": 0."#, r#""weight": 1."#),
+    ] {
+        let at = text.find(from).unwrap();
+        let (head, tail) = text.split_at(at);
+        // The number before the comma gives way to the new one.
+        let tail = match to.strip_suffix(", ") {
+            Some(list) => format!("{list}{}", &tail[tail.find(',').unwrap()..]),
+            None => tail.replacen(from, to, 1),
+        };
+        let error = refused(&format!("{head}{tail}"), &task);
+        assert!(error.contains("of stage 1 are out of range"), "{to}: {error}");
+    }
     assert!(refused(&text[..text.len() / 2], &task).starts_with("prior.json:"));
     assert!(refused("{\"version\": 9, \"clusters\": []}", &task).contains("version 9"));
     assert!(refused("[]", &task).contains("not an action prior"));
@@ -252,9 +271,9 @@ fn only_tools_that_the_ball_touched_are_rewarding() {
     assert_eq!(played.take_rewarding(Rewarding::Touched), [[0.5, 0.0]]);
 }
 
-/// The true physics, and the stages of the states that rollouts began in.
+/// The true physics, and the stages and numbers of actions of the states that rollouts began in.
 #[derive(Debug, Default)]
-struct Observed(std::sync::Mutex<Vec<usize>>);
+struct Observed(std::sync::Mutex<Vec<(usize, u32)>>);
 
 impl RolloutModel for Observed {
     fn rollouts(
@@ -263,7 +282,7 @@ impl RolloutModel for Observed {
         starts: &[&Snapshot],
         sequences: &[Vec<Action>],
     ) -> Result<Vec<Rollout>, DynamicsError> {
-        self.0.lock().unwrap().extend(starts.iter().map(|start| start.stage()));
+        self.0.lock().unwrap().extend(starts.iter().map(|start| (start.stage(), start.actions())));
         TruePhysics.rollouts(task, starts, sequences)
     }
 }
@@ -279,9 +298,58 @@ fn a_stage_is_explored_from_where_the_one_before_was_reached() {
         model.0.into_inner().unwrap()
     };
     let reached = stages(StartStates::Reached);
-    assert!(reached[..200].iter().all(|stage| *stage == 0) && reached[200..].iter().all(|stage| *stage == 1));
-    let last = stages(StartStates::Last);
-    assert!(last[200..].contains(&0) && last[200..].contains(&1), "also from where it was not reached");
+    assert!(reached[..200].iter().all(|start| *start == (0, 0)) && reached[200..].iter().all(|(stage, _)| *stage == 1));
+    let horizon = GuidanceConfig::default().horizon as u32;
+    assert!(reached[200..].iter().any(|(_, actions)| *actions < horizon), "it goes on at once");
+    let last: Vec<usize> = stages(StartStates::Last)[200..].iter().map(|(stage, _)| *stage).collect();
+    assert!(last.contains(&0) && last.contains(&1), "also from where it was not reached");
+}
+
+#[test]
+fn a_prior_counts_what_it_was_made_from() {
+    let task = Arc::new(task::load("task3").unwrap());
+    let config = GuidanceConfig {
+        model_rollouts: 200,
+        environment_rollouts: 40,
+        rewarding: Rewarding::Last,
+        ..GuidanceConfig::default()
+    };
+    let mut asked = Vec::new();
+    let go_on = |stage| {
+        asked.push(stage);
+        true
+    };
+    let prior = build(&task, &TruePhysics, "true physics", &config, 1, go_on).unwrap().unwrap();
+    assert_eq!(asked, [0, 1]);
+    let [first, last] = &prior.stages[..] else { panic!("two stages") };
+    for stage in [first, last] {
+        assert_eq!(stage.model_rollouts, 200);
+        assert_eq!(stage.clusters.iter().map(|cluster| cluster.count).sum::<usize>(), stage.actions.len());
+    }
+    // Each hit gives its last action, if any was placed.
+    assert!(first.model_hits > 0 && first.model_hits < 200);
+    assert!(!first.actions.is_empty() && first.actions.len() <= first.model_hits);
+    assert_eq!((first.environment_rollouts, last.environment_rollouts), (40, 0));
+    assert!(first.environment_hits > 0 && first.environment_hits <= 40 && last.environment_hits == 0);
+}
+
+#[test]
+fn true_rollouts_hit_exactly_where_the_next_stage_is_reached() {
+    let mut task = task::load("task1").unwrap();
+    task.subgoals.clear();
+    let [x, y] = task.ball.position;
+    let roll_out = |goal: [f32; 2]| {
+        let task = Arc::new(Task { goal: task::Goal { position: goal, ..task.goal }, ..task.clone() });
+        let env = Environment::new(task.clone());
+        let sequence = vec![vec![[-0.95, 0.95], [0.95, 0.95]]];
+        let rollouts = TruePhysics.rollouts(&task, &[env.snapshot()], &sequence).unwrap();
+        (rollouts.into_iter().next().unwrap(), task)
+    };
+    // The ball falls into the one goal and not up to the other.
+    let (below, task) = roll_out([x, y - 0.3]);
+    assert!(below.hit && below.balls.len() == below.actions.len());
+    assert_eq!(below.path[0], crate::physics::to_normalised(task.ball.start().position));
+    assert!(!roll_out([0.9, 0.9]).0.hit);
 }
 
 #[test]

@@ -295,6 +295,21 @@ mod tests {
 
     use super::*;
 
+    #[test]
+    fn what_is_not_there_is_removed_and_what_is_no_folder_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("best");
+        remove_whole(&path).unwrap();
+        fs::write(&path, "kept").unwrap();
+        assert!(remove_whole(&path).is_err());
+        assert_eq!(fs::read_to_string(&path).unwrap(), "kept");
+        fs::remove_file(&path).unwrap();
+        fs::create_dir(&path).unwrap();
+        fs::write(path.join("file"), "").unwrap();
+        remove_whole(&path).unwrap();
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
     fn sample(episode: u64) -> Checkpoint {
         let mut checkpoint = Checkpoint::new(episode);
         checkpoint.score = Some(0.25);

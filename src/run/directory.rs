@@ -290,6 +290,31 @@ mod tests {
     }
 
     #[test]
+    fn only_what_a_killed_process_left_may_be_in_a_new_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join(LOCK), "12").unwrap();
+        RunDirectory::create(folder.path(), &CONFIG).unwrap();
+        let other = tempfile::tempdir().unwrap();
+        fs::write(other.path().join("notes"), "").unwrap();
+        assert!(matches!(RunDirectory::create(other.path(), &CONFIG), Err(RunError::NotEmpty(_))));
+    }
+
+    #[test]
+    fn files_that_are_no_files_are_errors_and_not_taken_for_missing() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = RunDirectory::create(folder.path().join("a"), &CONFIG).unwrap();
+        assert!(!run.is_locked().unwrap(), "nobody has trained it");
+        fs::remove_file(run.path().join(LOCK)).unwrap();
+        assert!(!run.is_locked().unwrap());
+        fs::create_dir(run.path().join(LOCK)).unwrap();
+        assert!(matches!(run.is_locked(), Err(RunError::Io { .. })));
+        fs::remove_file(run.config_path()).unwrap();
+        assert!(matches!(RunDirectory::open(run.path()), Err(RunError::NotARun(_))));
+        fs::create_dir(run.config_path()).unwrap();
+        assert!(matches!(RunDirectory::open(run.path()), Err(RunError::Io { .. })));
+    }
+
+    #[test]
     fn nothing_is_overwritten() {
         let folder = tempfile::tempdir().unwrap();
         RunDirectory::create(folder.path(), &CONFIG).unwrap();

@@ -180,6 +180,17 @@ mod tests {
         assert!(text.starts_with("cannot write runs/a/events.jsonl: "), "{text}");
         assert!(text.ends_with("free some space, then continue with `mge resume`"), "{text}");
 
+        for (kind, remedy) in [
+            (io::ErrorKind::PermissionDenied, "; choose a folder you may write with --out"),
+            (io::ErrorKind::ReadOnlyFilesystem, "; choose a folder you may write with --out"),
+            (io::ErrorKind::NotADirectory, "; a part of the path is a file, choose another with --out"),
+            (io::ErrorKind::NotFound, ""),
+        ] {
+            let source = io::Error::from(kind);
+            let expected = format!("cannot create runs/a: {source}{remedy}");
+            assert_eq!(RunError::io("create", Path::new("runs/a"))(source).to_string(), expected);
+        }
+
         let used = RunError::InUse { path: "runs/a".into(), process: Some(12) };
         assert_eq!(
             used.to_string(),

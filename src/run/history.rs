@@ -84,5 +84,12 @@ mod tests {
         let episodes: Vec<u64> = history.records.iter().map(|record| record.episode).collect();
         assert_eq!(episodes, [1, 2, 3, 4]);
         assert_eq!(history.last, Some(finished(4)));
+        let evaluated = |episode| Event::Evaluated { episode, episodes: 2, success: 0.5, mean_return: episode as f64 };
+        for event in [evaluated(4), finished(5), evaluated(5), started(4)] {
+            history.note(&event);
+        }
+        let kept = EvaluationRecord { episode: 4, success: 0.5, mean_return: 4.0 };
+        assert_eq!(history.evaluations, [kept], "that of a repeated episode is made again");
+        assert_eq!(history.records.len(), 4);
     }
 }

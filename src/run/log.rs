@@ -215,6 +215,13 @@ mod tests {
     use super::*;
     use crate::run::event::EpisodeRecord;
 
+    #[test]
+    fn a_log_that_is_not_there_has_no_end_but_one_that_cannot_be_read_is_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(read_tail(&folder.path().join("none"), 10).unwrap().is_empty());
+        assert!(read_tail(folder.path(), 10).is_err());
+    }
+
     fn episode(episode: u64) -> Event {
         Event::EpisodeFinished(EpisodeRecord { episode, ..Default::default() })
     }

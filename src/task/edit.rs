@@ -316,6 +316,17 @@ mod tests {
     }
 
     #[test]
+    fn a_tool_is_added_in_its_size_and_a_proposal_is_moved_only_to_where_it_can_be_accepted() {
+        let mut editor = editor();
+        let add = |size| Edit::AddTool { kind: ToolKind::Box, position: [-0.9, 0.9], size };
+        editor.apply(&add(Some(5.0))).unwrap();
+        assert_eq!(editor.task().tools.last().unwrap().form.size, Some(5.0));
+        editor.propose(vec![Region { position: [0.0; 2], radius: 4.0 }]);
+        assert!(editor.apply(&Edit::MoveProposal { index: 0, position: [3.0, 0.0] }).is_err());
+        assert_eq!(editor.proposed()[0].position, [0.0; 2]);
+    }
+
+    #[test]
     fn proposals_that_arrive_leave_what_can_be_redone() {
         let mut editor = editor();
         editor.apply(&Edit::MoveGoal { position: [0.1, 0.1] }).unwrap();

@@ -157,3 +157,17 @@ pub fn save(task: &Task, path: &Path) -> Result<(), TaskError> {
     crate::atomic::write(path, to_json(task).as_bytes())
         .map_err(|source| TaskError::Io { path: path.to_owned(), source })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_cannot_be_read_is_no_misspelt_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let found = load(&folder.path().display().to_string());
+        assert!(matches!(found, Err(TaskError::Io { .. })), "{found:?}");
+        let missing = load(&folder.path().join("none").display().to_string());
+        assert!(matches!(missing, Err(TaskError::Unknown { .. })), "{missing:?}");
+    }
+}

@@ -557,14 +557,6 @@ impl Placeable {
     }
 }
 
-impl Region {
-    /// Whether a ball of `ball_radius` units at `ball` (units) touches the region.
-    pub fn touches(&self, ball: [f32; 2], ball_radius: f32) -> bool {
-        let centre = to_units(self.position);
-        (ball[0] - centre[0]).hypot(ball[1] - centre[1]) <= self.radius + ball_radius
-    }
-}
-
 impl Goal {
     /// The goal as the region a rollout must reach.
     pub fn region(&self) -> Region {

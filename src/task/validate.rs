@@ -219,3 +219,53 @@ fn position(position: [f32; 2], path: &str) -> Result<(), ValidationError> {
 fn problem(path: &str, message: impl Into<String>) -> Result<(), ValidationError> {
     Err(ValidationError::new(path, message.into()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::SCREEN;
+    use crate::task::load;
+
+    /// A task with a ball of 4 units and something at a distance from it, in units.
+    fn with(change: impl Fn(&mut Task, [f32; 2]), distance: f32) -> Result<(), ValidationError> {
+        let mut task = load("task1").unwrap();
+        task.subgoals.clear();
+        task.tools.clear();
+        (task.ball.position, task.ball.radius) = ([0.0, 0.0], 4.0);
+        task.goal.position = [0.8, -0.8];
+        change(&mut task, [2.0 * distance / SCREEN, 0.0]);
+        task.validate()
+    }
+
+    #[test]
+    fn balls_may_touch_but_not_overlap() {
+        let ball = |task: &mut Task, position| task.balls.push(BallSpec { radius: 3.0, ..BallSpec::at(position) });
+        with(ball, 7.0 - 0.5 * START_OVERLAP).unwrap();
+        let error = with(ball, 7.0 - 1.5 * START_OVERLAP).unwrap_err().to_string();
+        assert_eq!(error, "balls[0].position: overlaps ball: move one of them");
+    }
+
+    #[test]
+    fn a_goal_that_is_a_ball_is_as_large_as_it_says() {
+        let goal = |task: &mut Task, position| {
+            (task.goal.shape, task.goal.position, task.goal.radius) = (GoalShape::Ball, position, 2.0);
+        };
+        with(goal, 6.0).unwrap();
+        assert!(
+            with(goal, 6.0 - 1.5 * START_OVERLAP).unwrap_err().to_string().starts_with("goal.position: overlaps ball")
+        );
+    }
+
+    #[test]
+    fn only_walls_and_floors_are_rounded() {
+        let tool = |kind| {
+            move |task: &mut Task, position| {
+                let form = Form { radius: Some(1.0), ..Form::default() };
+                task.tools.push(crate::task::ToolSpec { kind, position, form });
+            }
+        };
+        with(tool(ToolKind::Wall), 30.0).unwrap();
+        let error = with(tool(ToolKind::Box), 30.0).unwrap_err().to_string();
+        assert!(error.contains("only walls and floors have a radius"), "{error}");
+    }
+}

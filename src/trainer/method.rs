@@ -191,3 +191,37 @@ impl From<PriorSource> for String {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_setting_matters_to_the_methods_that_read_it() {
+        use Method::{Ddpg, DdpgMge, DdpgMgeTrue, DdpgUniform, ModelReplay, Planning};
+        let table: [(&str, &[Method]); 9] = [
+            ("epsilon", &[DdpgMge, DdpgUniform, DdpgMgeTrue]),
+            ("guidance.horizon", &[DdpgMge, DdpgUniform, DdpgMgeTrue]),
+            ("prior", &[DdpgMge, ModelReplay, Planning]),
+            ("model_replay.rollouts", &[ModelReplay]),
+            ("planner.rollouts", &[Planning]),
+            ("ddpg.gamma", &[Ddpg, DdpgMge, DdpgUniform, DdpgMgeTrue, ModelReplay]),
+            ("noise_decay.share", &[Ddpg, DdpgMge, DdpgUniform, DdpgMgeTrue, ModelReplay]),
+            ("evaluation.every", &[Ddpg, DdpgMge, DdpgUniform, DdpgMgeTrue, ModelReplay]),
+            ("seed", &Method::ALL),
+        ];
+        for (path, methods) in table {
+            let using: Vec<Method> = Method::ALL.into_iter().filter(|method| method.uses(path)).collect();
+            assert_eq!(using, methods, "{path}");
+        }
+    }
+
+    #[test]
+    fn sources_of_rollouts_are_written_and_read() {
+        for text in ["learned", "true", "uniform", "a.safetensors"] {
+            let source = PriorSource::from(text.to_owned());
+            assert_eq!(matches!(source, PriorSource::ModelFile(_)), text.ends_with(".safetensors"), "{text}");
+            assert_eq!(String::from(source), text);
+        }
+    }
+}

@@ -40,8 +40,7 @@ fn finish(directory: &RunDirectory) -> Ending {
 
 /// Trains until the run has paused at `episode`, then stops it.
 fn stop_at(directory: &RunDirectory, episode: u32) {
-    let trainer = Trainer::spawn(directory.clone()).unwrap();
-    trainer.send(Control::Advance(episode));
+    let trainer = Trainer::spawn_with(directory.clone(), [Control::Advance(episode)]).unwrap();
     wait_for_pause(&trainer);
     trainer.send(Control::Stop { reason: "a test".to_owned() });
     assert_eq!(trainer.join(), Ok(Ending::Stopped));
@@ -163,10 +162,9 @@ fn a_schedule_and_clusters_given_while_training_are_those_of_the_resumed_run() {
     config.epsilon = "1".parse().unwrap();
     let run = new_run(folder.path(), "run", &config);
     let given = Arc::new(ActionPrior::uniform(&config.task, 77));
-    let trainer = Trainer::spawn(run.clone()).unwrap();
-    trainer.send(Control::SetSchedule("step:0.8:0.5:4".parse().unwrap()));
-    trainer.send(Control::SetPrior(given.clone()));
-    trainer.send(Control::Advance(3));
+    let schedule = Control::SetSchedule("step:0.8:0.5:4".parse().unwrap());
+    let first = [schedule, Control::SetPrior(given.clone()), Control::Advance(3)];
+    let trainer = Trainer::spawn_with(run.clone(), first).unwrap();
     wait_for_pause(&trainer);
     trainer.send(Control::Stop { reason: "a test".to_owned() });
     trainer.join().unwrap();
@@ -175,9 +173,8 @@ fn a_schedule_and_clusters_given_while_training_are_those_of_the_resumed_run() {
     std::fs::write(run.prior_path(), ActionPrior::uniform(&config.task, 78).to_json()).unwrap();
     finish(&run);
     let records = read_metrics(&run.metrics_path()).unwrap();
-    // The controls take effect together with the first advance, before or after the first episode.
-    let epsilons: Vec<f32> = records[1..].iter().map(|record| record.epsilon).collect();
-    assert_eq!(epsilons, [0.8, 0.8, 0.8, 0.4, 0.4, 0.4, 0.4]);
+    let epsilons: Vec<f32> = records.iter().map(|record| record.epsilon).collect();
+    assert_eq!(epsilons, [0.8, 0.8, 0.8, 0.8, 0.4, 0.4, 0.4, 0.4]);
     assert_eq!(saved_prior(&run, &config.task).unwrap().as_ref(), Some(&*given));
 }
 
@@ -309,8 +306,7 @@ fn a_new_schedule_holds_from_the_next_episode_on() {
     let mut config = config(Method::DdpgMge, 6);
     config.epsilon = "1".parse().unwrap();
     let run = new_run(folder.path(), "run", &config);
-    let trainer = Trainer::spawn(run.clone()).unwrap();
-    trainer.send(Control::Advance(3));
+    let trainer = Trainer::spawn_with(run.clone(), [Control::Advance(3)]).unwrap();
     wait_for_pause(&trainer);
     trainer.send(Control::SetSchedule("0".parse().unwrap()));
     trainer.send(Control::Resume);
@@ -320,6 +316,40 @@ fn a_new_schedule_holds_from_the_next_episode_on() {
     assert_eq!(epsilons, [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
     let events = read_events(&run.events_path()).unwrap();
     assert!(events.iter().any(|logged| matches!(logged.event, Event::ScheduleChanged { episode: 3, .. })));
+}
+
+#[test]
+fn a_pause_is_recorded_once_until_the_run_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = new_run(folder.path(), "run", &config(Method::Ddpg, 3));
+    let trainer = Trainer::spawn_with(run.clone(), [Control::Pause, Control::Pause]).unwrap();
+    wait_for_pause(&trainer);
+    assert_eq!(trainer.watch().episode(), 0);
+    trainer.send(Control::Pause);
+    trainer.send(Control::Resume);
+    assert_eq!(trainer.join(), Ok(Ending::Finished));
+    let events = read_events(&run.events_path()).unwrap();
+    let count = |wanted: fn(&Event) -> bool| events.iter().filter(|logged| wanted(&logged.event)).count();
+    assert_eq!(count(|event| matches!(event, Event::Paused { episode: 0 })), 1);
+    assert_eq!(count(|event| matches!(event, Event::Resumed { episode: 0 })), 1);
+}
+
+#[test]
+fn the_clusters_of_a_new_run_are_recorded_and_those_of_a_resumed_one_not_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = new_run(folder.path(), "run", &config(Method::DdpgMge, 6));
+    let trainer = Trainer::spawn_with(run.clone(), [Control::Advance(4)]).unwrap();
+    wait_for_pause(&trainer);
+    assert_eq!(trainer.watch().episode(), 4);
+    trainer.send(Control::Stop { reason: "a test".to_owned() });
+    trainer.join().unwrap();
+    finish(&run);
+    let events = read_events(&run.events_path()).unwrap();
+    let changes = events.iter().filter_map(|logged| match logged.event {
+        Event::ClustersChanged { episode, .. } => Some(episode),
+        _ => None,
+    });
+    assert_eq!(changes.collect::<Vec<_>>(), [0]);
 }
 
 #[test]

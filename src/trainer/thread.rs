@@ -27,7 +27,20 @@ impl Trainer {
     /// # Errors
     /// When the system has no more threads.
     pub fn spawn(directory: RunDirectory) -> std::io::Result<Self> {
+        Self::spawn_with(directory, [])
+    }
+
+    /// Starts or continues the run in `directory` with controls that take effect before its next
+    /// episode, however fast it is.
+    ///
+    /// # Errors
+    /// When the system has no more threads.
+    pub fn spawn_with(directory: RunDirectory, first: impl IntoIterator<Item = Control>) -> std::io::Result<Self> {
         let (controls, receiver) = unbounded();
+        for control in first {
+            // The receiver lives.
+            let _ = controls.send(control);
+        }
         let watch = Arc::new(Watch::default());
         let (run, seen) = (directory.clone(), watch.clone());
         let work = move || {

@@ -87,3 +87,24 @@ impl Trace {
         self.steps.iter().map(|step| step.reward).sum()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trace_sums_its_rewards_and_knows_whether_a_step_reached_the_goal() {
+        let task = Arc::new(crate::task::load("task1").unwrap());
+        let mut env = Environment::new(task);
+        let mut trace = Trace::default();
+        assert!(!trace.reached_goal());
+        for action in [[0.9, 0.9], [-0.9, 0.9]] {
+            trace.step(&mut env, action, Source::Policy).unwrap();
+        }
+        trace.steps[0].reward = 0.5;
+        trace.steps[1].reward = -2.0;
+        assert_eq!((trace.total_reward(), trace.reached_goal()), (-1.5, false));
+        trace.steps[0].goal = true;
+        assert!(trace.reached_goal());
+    }
+}

@@ -534,3 +534,101 @@ pub fn greedy_episode(task: &Arc<Task>, ddpg: &Ddpg, rng: &mut ChaCha8Rng) -> Tr
 pub(super) fn to_action(vector: &[f32]) -> Action {
     [vector[0], vector[1]]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn config(method: Method) -> RunConfig {
+        let mut config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+        config.method = method;
+        config.ddpg.hidden = 8;
+        config.prior = crate::trainer::PriorSource::TruePhysics;
+        config
+    }
+
+    /// The configuration of a task whose ball falls into the goal by itself.
+    fn easy() -> RunConfig {
+        let mut config = config(Method::Ddpg);
+        let mut task = Task::clone(&config.task);
+        let [x, y] = task.ball.position;
+        task.subgoals.clear();
+        task.goal.position = [x, y - 0.3];
+        config.task = Arc::new(task);
+        config
+    }
+
+    #[test]
+    fn means_are_over_the_updates_and_the_maximum_is_the_greatest() {
+        let mut means = UpdateMeans::default();
+        assert_eq!(means.mean(|sum| sum.mean_q), None);
+        let update = |critic_loss, max_q| UpdateMetrics {
+            critic_loss,
+            mean_q: -critic_loss,
+            max_q,
+            actor_loss: 2.0 * critic_loss,
+            action_saturation: 0.5 * critic_loss,
+            ..UpdateMetrics::default()
+        };
+        for (loss, max_q) in [(0.5, -3.0), (1.0, -1.0), (3.0, -2.0)] {
+            means.add(&update(loss, max_q));
+        }
+        let found = [
+            means.mean(|sum| sum.critic_loss),
+            means.mean(|sum| sum.mean_q),
+            means.mean(|sum| sum.actor_loss),
+            means.mean(|sum| sum.action_saturation),
+        ];
+        assert_eq!(found, [1.5, -1.5, 3.0, 0.75].map(Some));
+        assert_eq!(means.sum.max_q, -1.0);
+    }
+
+    #[test]
+    fn evaluations_are_shares_and_means_over_their_episodes() {
+        let mut training = Training::new(easy(), None).unwrap();
+        let trace = greedy_episode(&training.config().task.clone(), training.ddpg(), &mut Stream::Evaluation.of(0));
+        assert!(trace.reached_goal() && trace.total_reward() > 0.0, "{trace:?}");
+        let expected =
+            Event::Evaluated { episode: 0, episodes: 4, success: 1.0, mean_return: f64::from(trace.total_reward()) };
+        assert_eq!(training.evaluate(4), expected);
+        let mut training = Training::new(config(Method::Ddpg), None).unwrap();
+        let Event::Evaluated { success, .. } = training.evaluate(2) else { panic!("an evaluation") };
+        assert_eq!(success, 0.0);
+    }
+
+    #[test]
+    fn before_the_first_update_there_are_no_numbers_of_the_networks() {
+        let mut training = Training::new(easy(), None).unwrap();
+        let (record, _) = training.run_episode().unwrap();
+        assert_eq!((record.max_q, record.mean_q, record.critic_loss), (None, None, None));
+    }
+
+    #[test]
+    fn a_schedule_given_to_an_unguided_run_holds_once_it_has_clusters_too() {
+        let thresholds = |schedule: Option<&str>, prior: bool| {
+            let mut training = Training::new(easy(), None).unwrap();
+            if let Some(schedule) = schedule {
+                training.set_schedule(schedule.parse().unwrap());
+            }
+            if prior {
+                training.set_prior(Arc::new(ActionPrior::uniform(&training.config().task, 0)));
+            }
+            let (record, trace) = training.run_episode().unwrap();
+            (record.epsilon, trace.steps[0].source)
+        };
+        assert_ne!(easy().epsilon.threshold(0), 0.0);
+        assert_eq!(thresholds(None, false), (0.0, Source::Policy));
+        assert_eq!(thresholds(Some("1"), false), (0.0, Source::Policy));
+        assert_eq!(thresholds(None, true), (0.0, Source::Policy));
+        assert_eq!(thresholds(Some("1"), true), (1.0, Source::Clusters));
+    }
+
+    #[test]
+    fn only_a_planner_acts_by_its_model() {
+        let mut config = config(Method::ModelReplay);
+        config.model_replay.rollouts = 1;
+        config.model_replay.horizon = 1;
+        let (_, trace) = Training::new(config, None).unwrap().run_episode().unwrap();
+        assert!(trace.steps.iter().all(|step| step.source == Source::Policy));
+    }
+}

@@ -176,3 +176,96 @@ fn animation(task: &Task, trace: &Trace) -> Animation {
     let frame_ms = (STEPS_PER_FRAME as f32 * PHYSICS_DT * 1000.0) as u32;
     Animation { task: task.clone(), moments, frame_ms, trail: 30 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trainer::TracedStep;
+    use crate::workbench::Script;
+
+    fn run(session: &mut Session, lines: &str) {
+        Script::parse(lines, "s", &[]).unwrap().run(session, |_| {}).unwrap();
+    }
+
+    fn session(folder: &std::path::Path) -> Session {
+        let mut session = Session::new(crate::task::load("task1").unwrap(), folder.to_owned());
+        run(&mut session, "method ddpg\nepisodes 3\nset ddpg.hidden 8\nset evaluation.every 2");
+        session
+    }
+
+    #[test]
+    fn curves_and_dashboard_are_those_of_the_runs() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = session(folder.path());
+        run(&mut session, "train\nwait\nseed 4\nmethod ddpg-uniform\nepsilon 0.1\ntrain\nwait");
+        run(&mut session, "task task2\nepisodes 1\ntrain\nwait\nwatch 1");
+        let curves = learning_curves(session.runs());
+        assert_eq!((curves.window, curves.statistics.seeds), (WINDOW.get(), 2));
+        assert_eq!(curves.statistics.centre, "Single runs");
+        let tasks: Vec<(&str, usize)> =
+            curves.panels.iter().map(|panel| (panel.task.as_str(), panel.curves.len())).collect();
+        assert_eq!(tasks, [("task1", 2), ("task2", 1)]);
+        let [first, second] = &curves.panels[0].curves[..] else { panic!("two curves") };
+        assert_eq!(
+            (first.label.as_str(), second.label.as_str()),
+            ("DDPG, seed 0", "DDPG, uniform exploration, epsilon 0.1, seed 4")
+        );
+        let run = session.run().unwrap();
+        let successes: Vec<f64> = run.records().iter().map(|record| record.rolling_success).collect();
+        assert_eq!((&first.x[..], &first.y, first.partial), (&[1.0, 2.0, 3.0][..], &successes, 3));
+
+        let shown = dashboard(run);
+        assert_eq!((shown.title.as_str(), shown.window), ("DDPG, seed 0 on task1", WINDOW.get()));
+        assert_eq!((&shown.episode, &shown.success), (&first.x, &first.y));
+        let [none, greedy, last] = shown.greedy_success[..] else { panic!("three episodes") };
+        assert!(none.is_nan() && last.is_nan() && greedy == run.evaluations()[0].success);
+        assert!(session.figure(FigureKind::Episode).unwrap().is_none());
+    }
+
+    #[test]
+    fn runs_without_episodes_have_no_curves() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(matches!(session(folder.path()).figure(FigureKind::Learning), Err(SessionError::NoRun)));
+    }
+
+    #[test]
+    fn what_was_played_by_hand_is_shown_before_the_greedy_policy() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = session(folder.path());
+        run(&mut session, "seed 4\ntrain\nwait\nseed 5");
+        let seed = |session: &Session, kind| session.provenance(kind, String::new()).unwrap().seeds;
+        assert_eq!(seed(&session, FigureKind::Episode), [4]);
+        assert!(matches!(session.episode_to_show(), Ok(EpisodeToShow::Greedy(_, _, 4))));
+        run(&mut session, "place -0.9 0.9");
+        assert_eq!((seed(&session, FigureKind::Episode), seed(&session, FigureKind::Dashboard)), (vec![5], vec![4]));
+        let Ok(EpisodeToShow::Played(_, trace)) = session.episode_to_show() else { panic!("that played by hand") };
+        assert_eq!(trace.steps.len(), 1);
+    }
+
+    #[test]
+    fn an_animation_has_every_third_moment_and_the_last() {
+        let step = |placement, points: usize, subgoals: &[usize], goal| TracedStep {
+            action: [points as f32, 0.0],
+            source: crate::trainer::Source::Hand,
+            placement,
+            reward: 0.0,
+            subgoals: subgoals.to_vec(),
+            goal,
+            path: (0..points).map(|i| [points as f32, i as f32]).collect(),
+        };
+        let steps = vec![
+            step(Placement::Placed, 4, &[], false),
+            step(Placement::Overlap, 5, &[0, 1], false),
+            step(Placement::Placed, 2, &[], true),
+        ];
+        let task = crate::task::load("task1").unwrap();
+        let shown = animation(&task, &Trace { steps, ..Trace::default() });
+        let found: Vec<_> = shown.moments.iter().map(|m| (m.ball, m.placed.len(), m.reached)).collect();
+        let expected =
+            [([4.0, 0.0], 1, 0), ([4.0, 3.0], 1, 0), ([5.0, 2.0], 1, 0), ([2.0, 0.0], 2, 2), ([2.0, 1.0], 2, 3)];
+        assert_eq!(found, expected);
+        let times: Vec<f32> = shown.moments.iter().map(|moment| (moment.time / PHYSICS_DT).round()).collect();
+        assert_eq!(times, [0.0, 3.0, 6.0, 9.0, 10.0]);
+        assert_eq!(shown.frame_ms, (3000.0 * PHYSICS_DT) as u32);
+    }
+}

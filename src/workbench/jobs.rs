@@ -60,14 +60,13 @@ impl Session {
         self.jobs.iter().rev().find(|job| which(&job.command))
     }
 
-    /// Cancels the computations begun by such commands; true if there was one.
-    pub(super) fn cancel_jobs(&mut self, which: impl Fn(&Command) -> bool) -> bool {
+    /// Cancels the computations begun by such commands.
+    pub(super) fn cancel_jobs(&mut self, which: impl Fn(&Command) -> bool) {
         let cancelled: Vec<Pending> = self.jobs.extract_if(.., |pending| which(&pending.command)).collect();
         for pending in &cancelled {
             pending.job.cancel();
             self.forget(pending.entry);
         }
-        !cancelled.is_empty()
     }
 
     /// What came to nothing need not be repeated by the recorded script.

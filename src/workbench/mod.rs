@@ -19,6 +19,8 @@ mod runs;
 mod script;
 mod session;
 mod setup;
+#[cfg(test)]
+mod tests;
 
 pub use clusters::PriorState;
 pub use command::{Command, CommandError, FigureKind, Verb, verbs};

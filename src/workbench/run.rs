@@ -207,15 +207,12 @@ impl RunView {
     /// Begins to train it if it is queued.
     pub(super) fn start(&mut self) -> Result<(), SessionError> {
         let Some(turn) = self.turn.take() else { return Ok(()) };
-        let trainer = Trainer::spawn(self.directory.clone()).map_err(SessionError::Thread);
+        let first = turn.until.map(Control::Advance);
+        let trainer = Trainer::spawn_with(self.directory.clone(), first).map_err(SessionError::Thread);
         if let Err(error) = &trainer {
             self.failure = Some(error.to_string());
         }
-        let trainer = trainer?;
-        if let Some(episodes) = turn.until {
-            trainer.send(Control::Advance(episodes));
-        }
-        self.trainer = Some(trainer);
+        self.trainer = Some(trainer?);
         Ok(())
     }
 

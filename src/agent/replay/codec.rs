@@ -230,13 +230,35 @@ mod tests {
 
     #[test]
     fn false_counters_with_a_right_checksum_are_an_error() {
-        for (field, value) in [(0, u64::MAX), (0, 1 << 40), (1, 1 << 40), (2, 0), (3, 6), (4, 2)] {
-            let mut bytes = recorded(3, 5).to_bytes();
+        let contradiction = ReplayError::Damaged("its counters contradict each other");
+        let cut_off = ReplayError::Damaged("it is cut off");
+        for (count, field, value, expected) in [
+            (3, 0, u64::MAX, &cut_off),
+            (3, 0, 1 << 40, &cut_off),
+            (3, 1, 1 << 40, &cut_off),
+            (3, 2, 0, &contradiction),
+            (3, 3, 6, &contradiction),
+            (3, 4, 2, &contradiction),
+            (5, 4, 5, &contradiction),
+            (5, 4, 6, &contradiction),
+        ] {
+            let mut bytes = recorded(count, 5).to_bytes();
             bytes.truncate(bytes.len() - CHECKSUM_LEN);
             bytes[MAGIC.len() + 8 * field..][..8].copy_from_slice(&value.to_le_bytes());
             let checksum = crc32c::crc32c(&bytes);
             bytes.extend_from_slice(&checksum.to_le_bytes());
-            assert!(ReplayBuffer::from_bytes(&bytes).is_err(), "field {field} as {value}");
+            assert_eq!(&ReplayBuffer::from_bytes(&bytes).unwrap_err(), expected, "field {field} as {value}");
         }
+    }
+
+    #[test]
+    fn what_follows_the_end_is_an_error() {
+        let mut bytes = recorded(3, 5).to_bytes();
+        bytes.truncate(bytes.len() - CHECKSUM_LEN);
+        bytes.push(0);
+        let checksum = crc32c::crc32c(&bytes);
+        bytes.extend_from_slice(&checksum.to_le_bytes());
+        let error = ReplayBuffer::from_bytes(&bytes).unwrap_err();
+        assert_eq!(error, ReplayError::Damaged("something follows its end"));
     }
 }

@@ -229,6 +229,21 @@ mod tests {
     }
 
     #[test]
+    fn the_least_area_has_a_plot_and_a_range_of_one_value_is_widened() {
+        use crate::tui::widgets::theme::{Depth, Palette};
+        let draw = |width: u16, height: u16, y: [f32; 2]| {
+            let area = Rect { x: 0, y: 0, width, height };
+            let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
+            let x = Window { from: 0.0, to: 10.0 };
+            Axes::draw(area, x, y, Scale::Linear, &theme, &mut Buffer::empty(area))
+        };
+        assert!(draw(GUTTER + 3, 3, [0.0, 1.0]).is_none() && draw(GUTTER + 4, 2, [0.0, 1.0]).is_none());
+        let axes = draw(GUTTER + 4, 3, [0.0, 1.0]).unwrap();
+        assert_eq!((axes.plot, axes.y), (Rect { x: GUTTER, y: 0, width: 4, height: 2 }, [0.0, 1.0]));
+        assert_eq!(draw(30, 10, [0.5, 0.5]).unwrap().y, [0.0, 1.0]);
+    }
+
+    #[test]
     fn values_and_cells_belong_together() {
         let plot = Rect::new(10, 5, 50, 20);
         let axes = Axes { plot, x: Window { from: 1.0, to: 100.0 }, y: [0.0, 1.0], scale: Scale::Linear };

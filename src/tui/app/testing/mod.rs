@@ -1,5 +1,6 @@
 //! A workspace without a session, sessions' states as view, and the tests of whole screens.
 
+mod details;
 mod golden;
 #[cfg(unix)]
 #[path = "../../../../tests/terminal/mod.rs"]

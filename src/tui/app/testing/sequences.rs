@@ -26,16 +26,16 @@ fn check(view: ViewModel, keys: &str, asked: &[&str], shown: &str) {
     assert!(screen.contains(shown), "after {keys}, `{shown}` is not on\n{screen}");
 }
 
-fn mouse(app: &mut App, kind: MouseEventKind, (column, row): (u16, u16)) {
+pub(super) fn mouse(app: &mut App, kind: MouseEventKind, (column, row): (u16, u16)) {
     app.event(Event::Mouse(MouseEvent { kind, column, row, modifiers: KeyModifiers::NONE }));
 }
 
 /// The first region for which there is something.
-fn region<T>(app: &App, find: impl Fn(Rect, Region) -> Option<T>) -> T {
+pub(super) fn region<T>(app: &App, find: impl Fn(Rect, Region) -> Option<T>) -> T {
     app.regions.all().iter().find_map(|(area, region)| find(*area, *region)).unwrap()
 }
 
-fn scene(app: &App) -> View {
+pub(super) fn scene(app: &App) -> View {
     region(app, |_, region| if let Region::Scene(view) = region { Some(view) } else { None })
 }
 
@@ -556,6 +556,9 @@ fn points_of_the_schedule_are_gone_through_in_both_directions() {
     check(empty(), "3 tab backtab J enter", &["epsilon linear:0.7:0.05:1500"], "");
     check(empty(), "3 tab tab J enter", &["epsilon linear:0.7:0.05:1500"], "");
     check(empty(), "3 tab a enter", &["epsilon points:0=0.8,1500=0.05,2000=0.05"], "");
+    let mut three = empty();
+    three.settings.epsilon = "points:0=0.8,1000=0.4,1500=0".parse().unwrap();
+    check(three, "3 tab backtab J enter", &["epsilon points:0=0.7,1000=0.4,1500=0"], "");
     check(empty(), "3 delete", &[], "only a hand-drawn schedule has points to delete");
 }
 

@@ -1,0 +1,276 @@
+//! What the sequences of keys pass by: time, notices, the mouse's wheel, rows, what the terminal tells.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers, MouseButton, MouseEventKind};
+use ratatui::layout::Rect;
+
+use super::sequences::{mouse, region, scene};
+use super::{app, change_run, empty, failed, press, run_summary, shot, text, typical};
+use crate::run::{Metric, RunState};
+use crate::tui::actions::Tab;
+use crate::tui::app::App;
+use crate::tui::chart::Axes;
+use crate::tui::scene::Object;
+use crate::tui::screens::Region;
+use crate::tui::terminal::Received;
+use crate::tui::view::{Curves, RunSummary};
+
+/// A cell of a row of the list on the screen.
+fn row(app: &App, wanted: usize) -> Option<(u16, u16)> {
+    let place = |(area, region): &(Rect, Region)| match region {
+        Region::Row(row) if *row == wanted => Some((area.x, area.y)),
+        _ => None,
+    };
+    app.regions.all().iter().find_map(place)
+}
+
+fn chart(app: &App) -> Axes {
+    region(app, |_, region| if let Region::Chart(axes, _) = region { Some(axes) } else { None })
+}
+
+fn screen(app: &mut App) -> String {
+    text(&shot(app, 120, 40))
+}
+
+#[test]
+fn a_notice_goes_after_its_time_and_an_error_stays() {
+    let notice = |app: &App| app.notice.as_ref().map(|(notice, _)| notice.text.clone());
+    let (mut app, _) = app(empty());
+    press(&mut app, "right");
+    assert!(notice(&app).unwrap().contains("nothing is selected"));
+    // A long wait is no time in which it could be read.
+    app.tick(Duration::from_secs(60));
+    assert!(notice(&app).is_some());
+    for _ in 0..59 {
+        app.tick(Duration::from_millis(100));
+    }
+    assert!(notice(&app).is_some());
+    app.take_changed();
+    app.tick(Duration::from_millis(100));
+    assert!(notice(&app).is_none() && app.take_changed());
+    app.warn(crate::tui::view::Level::Error, "it burns");
+    for _ in 0..200 {
+        app.tick(Duration::from_millis(100));
+    }
+    assert_eq!(notice(&app).as_deref(), Some("it burns"));
+}
+
+#[test]
+fn only_what_changes_the_picture_asks_for_another() {
+    let (mut app, asked) = app(empty());
+    assert!(app.take_changed() && !app.is_changed() && !app.take_changed());
+    app.event(Event::FocusGained);
+    let release = KeyEvent::new_with_kind(KeyCode::Char('t'), KeyModifiers::NONE, KeyEventKind::Release);
+    app.event(Event::Key(release));
+    assert!(!app.is_changed() && asked.borrow().is_empty());
+    app.event(Event::Resize(80, 24));
+    assert!(app.is_changed() && app.take_changed());
+    app.redraw();
+    assert!(app.take_changed());
+    app.receive(Received::CellSize([7, 15]));
+    assert!(app.take_changed());
+    assert_eq!(app.screens.preview.graphics().cell, [7, 15]);
+    shot(&mut app, 120, 40);
+    // The mouse over nothing in particular changes nothing.
+    mouse(&mut app, MouseEventKind::Moved, (0, 39));
+    assert!(!app.take_changed());
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), (0, 39));
+    assert!(app.take_changed());
+}
+
+#[test]
+fn time_passes_often_only_where_something_moves() {
+    let (mut app, _) = app(empty());
+    assert!(!app.is_animated());
+    press(&mut app, "space");
+    assert!(app.is_animated());
+    press(&mut app, "4");
+    assert!(!app.is_animated());
+    assert!(!app.is_reading_runs() && !app.is_drawing_figure());
+    let mut view = empty();
+    view.runs_unread = 3;
+    assert!(super::app(view).0.is_reading_runs());
+}
+
+#[test]
+fn epsilon_goes_down_saving_uses_the_file_and_all_figures_are_exported() {
+    let asked = |view, keys: &str| {
+        let (mut app, asked) = app(view);
+        press(&mut app, keys);
+        asked.borrow().clone()
+    };
+    assert_eq!(asked(empty(), "-"), ["epsilon 0.75"]);
+    let mut view = empty();
+    view.file = Some(PathBuf::from("mine.json"));
+    assert_eq!(asked(view, "w"), ["save"]);
+    assert_eq!(asked(empty(), "f"), ["figure scene figures/task1-scene.png"]);
+    let all = ["scene", "clusters", "learning", "dashboard"];
+    let all = all.map(|kind| format!("figure {kind} figures/task1-{kind}.png"));
+    assert_eq!(asked(typical(), "f"), all);
+    let mut fresh = typical();
+    for index in 0..2 {
+        change_run(&mut fresh, index, |run| run.done = 0);
+    }
+    assert_eq!(asked(fresh, "f"), all[..2], "no run has an episode");
+    let mut unopened = typical();
+    unopened.watched = None;
+    for index in 0..2 {
+        change_run(&mut unopened, index, |run| run.opened = false);
+    }
+    assert_eq!(asked(unopened, "f"), all[..2], "no run is read");
+}
+
+#[test]
+fn the_wheel_changes_speed_on_the_scene_and_the_selection_on_lists() {
+    let (mut app, _) = app(typical());
+    shot(&mut app, 120, 40);
+    let at = scene(&app).cell([0.0, 0.0]).unwrap();
+    let speed = |app: &App| app.screens.scene.player.speed;
+    let before = speed(&app);
+    mouse(&mut app, MouseEventKind::ScrollUp, at);
+    assert!(speed(&app) > before);
+    mouse(&mut app, MouseEventKind::ScrollDown, at);
+    assert!(speed(&app) == before);
+    press(&mut app, "6");
+    shot(&mut app, 120, 40);
+    let at = row(&app, 0).unwrap();
+    mouse(&mut app, MouseEventKind::ScrollDown, at);
+    assert_eq!(app.screens.lists.model, 1);
+    mouse(&mut app, MouseEventKind::ScrollUp, at);
+    assert_eq!(app.screens.lists.model, 0);
+    press(&mut app, "3");
+    shot(&mut app, 120, 40);
+    mouse(&mut app, MouseEventKind::ScrollDown, (60, 20));
+    assert!(!app.screens.schedule.is_edited(), "the wheel moves no point");
+}
+
+#[test]
+fn a_click_selects_a_row_and_a_second_one_takes_it() {
+    let click = |app: &mut App, row: usize| {
+        shot(app, 120, 40);
+        let at = self::row(app, row).unwrap_or((60, 38));
+        mouse(app, MouseEventKind::Down(MouseButton::Left), at);
+        app.tick(Duration::ZERO);
+    };
+    let (mut app, asked) = app(typical());
+    press(&mut app, "2");
+    click(&mut app, 2);
+    assert_eq!(app.screens.scene.selected(), Some(app.workspace.view().objects().all()[2]));
+    press(&mut app, "esc 6");
+    click(&mut app, 1);
+    assert_eq!(app.screens.lists.model, 1);
+    click(&mut app, 30);
+    assert_eq!(app.screens.lists.model, 1, "there is no such row");
+    press(&mut app, "7");
+    click(&mut app, 3);
+    assert_eq!(app.screens.lists.figure, 3);
+    press(&mut app, "5 home");
+    assert!(asked.borrow().is_empty());
+    click(&mut app, 1);
+    assert!(asked.borrow().is_empty(), "{:?}", asked.borrow());
+    click(&mut app, 1);
+    assert_eq!(asked.borrow().len(), 1);
+    assert!(asked.borrow()[0].starts_with("open runs/"), "{:?}", asked.borrow());
+}
+
+#[test]
+fn escape_leaves_the_large_curve_and_the_filter_before_the_screen() {
+    let (mut app, _) = app(typical());
+    press(&mut app, "4 enter esc");
+    assert_eq!(app.tab, Tab::Training);
+    press(&mut app, "esc");
+    assert_eq!(app.tab, Tab::Scene);
+    press(&mut app, "5 / o l d enter");
+    assert!(screen(&mut app).contains("with `old`"));
+    press(&mut app, "esc");
+    assert!(app.tab == Tab::Runs && !screen(&mut app).contains("with `old`"));
+    press(&mut app, "esc");
+    assert_eq!(app.tab, Tab::Scene);
+}
+
+#[test]
+fn a_choice_begins_at_what_is_in_use() {
+    let chosen = |change: fn(&mut crate::trainer::RunConfig), keys: &str| {
+        let mut view = empty();
+        change(&mut view.settings);
+        let (mut app, asked) = app(view);
+        press(&mut app, keys);
+        asked.borrow().clone()
+    };
+    assert_eq!(chosen(|settings| settings.method = crate::trainer::Method::Planning, "m enter"), ["method planning"]);
+    assert_eq!(chosen(|settings| settings.prior = crate::trainer::PriorSource::TruePhysics, "d enter"), ["model true"]);
+    assert_eq!(chosen(|_| {}, "d enter"), ["model learned"]);
+}
+
+#[test]
+fn the_tool_in_hand_follows_the_mouse_and_the_crosshair_leaves_the_chart_with_it() {
+    let (mut app, asked) = app(typical());
+    shot(&mut app, 120, 40);
+    let axes = chart(&app);
+    let inside = (axes.plot.x + 10, axes.plot.y + 1);
+    mouse(&mut app, MouseEventKind::Moved, inside);
+    assert!(app.screens.curves.crosshair.is_some() && app.take_changed());
+    mouse(&mut app, MouseEventKind::Moved, inside);
+    assert!(!app.take_changed(), "it is where it was");
+    mouse(&mut app, MouseEventKind::Moved, (0, 39));
+    assert!(app.screens.curves.crosshair.is_none() && app.take_changed());
+    // On the screen of the curves the keys have one too, which stays.
+    press(&mut app, "4 left");
+    shot(&mut app, 120, 40);
+    mouse(&mut app, MouseEventKind::Moved, (0, 39));
+    assert!(app.screens.curves.crosshair.is_some());
+    press(&mut app, "1 P");
+    shot(&mut app, 120, 40);
+    let at = scene(&app).cell([0.5, 0.5]).unwrap();
+    mouse(&mut app, MouseEventKind::Moved, at);
+    press(&mut app, "enter");
+    let line = asked.borrow()[0].clone();
+    let numbers = line.strip_prefix("place ").unwrap().split(' ').map(|number| number.parse::<f32>().unwrap());
+    assert!(numbers.into_iter().all(|value| (value - 0.5).abs() < 0.1), "{line}");
+}
+
+#[test]
+fn what_is_near_enough_to_a_click_is_selected() {
+    let (mut app, _) = app(empty());
+    shot(&mut app, 60, 20);
+    let at = scene(&app).cell([0.0, 0.2]).unwrap();
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
+    assert_eq!(app.screens.scene.selected(), Some(Object::Subgoal(0)));
+    let (mut app, _) = super::app(empty());
+    shot(&mut app, 200, 60);
+    let far = scene(&app).cell([0.0, 0.6]).unwrap();
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), far);
+    assert_eq!(app.screens.scene.selected(), None);
+}
+
+#[test]
+fn guarded_work_without_a_panic_is_just_done() {
+    let (mut app, _) = app(failed());
+    assert!(screen(&mut app).contains("failed"));
+    app.take_changed();
+    assert!(app.guarded(|app| app.warn(crate::tui::view::Level::Good, "done")));
+    assert!(app.take_changed());
+}
+
+#[test]
+fn a_run_says_how_long_it_takes_and_which_subgoals_its_episodes_reached() {
+    let mut run = RunSummary { state: RunState::Running, rate: Some(2.0), done: 40, episodes: 100, ..run_summary("a") };
+    assert_eq!(run.seconds_left(), Some(30.0));
+    run.done = 120;
+    assert_eq!(run.seconds_left(), Some(0.0));
+    run.rate = Some(0.0);
+    assert_eq!(run.seconds_left(), None);
+    (run.rate, run.state) = (Some(2.0), RunState::Paused);
+    assert_eq!(run.seconds_left(), None);
+
+    let mut curves = Curves::default();
+    for share in [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0] {
+        curves.push(Metric::CURVES.map(|metric| if metric == Metric::SubgoalShare { share } else { 0.0 }));
+    }
+    let run = RunSummary { subgoals: 3, curves, ..run };
+    assert_eq!(run.subgoal_hits(), [[0.0, 1.0, 1.0, 1.0], [0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 0.0, 1.0]]);
+    assert_eq!(Arc::new(run).latest(Metric::SubgoalShare), Some(1.0));
+}

@@ -1,0 +1,289 @@
+//! What commands do to a session and what they report, state by state.
+
+use std::path::Path;
+
+use super::*;
+use crate::run::{Event, RunState};
+use crate::task::Region;
+use crate::trainer::Phase;
+
+/// A session of small runs, with clusters that are computed in a moment.
+fn session(folder: &Path) -> Session {
+    let mut session = Session::new(crate::task::load("task1").unwrap(), folder.to_owned());
+    session.set_cores(1);
+    let settings = "method ddpg\nepisodes 3\nset ddpg.hidden 8\nmodel true\nset guidance.model_rollouts 50\n\
+                    set guidance.environment_rollouts 5";
+    run(&mut session, settings);
+    session
+}
+
+fn try_run(session: &mut Session, lines: &str) -> Result<(), String> {
+    Script::parse(lines, "s", &[]).unwrap().run(session, |_| {}).map_err(|error| error.to_string())
+}
+
+fn run(session: &mut Session, lines: &str) {
+    try_run(session, lines).unwrap_or_else(|error| panic!("{lines}: {error}"));
+}
+
+fn apply(session: &mut Session, line: &str) -> Result<String, String> {
+    session.apply(Command::parse(line).unwrap().unwrap()).map_err(|error| error.to_string())
+}
+
+fn quoted(path: &Path) -> String {
+    shell_words::quote(&path.display().to_string()).into_owned()
+}
+
+#[test]
+fn clusters_are_absent_built_fresh_and_stale() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path());
+    let gate = session.gate.clone();
+    assert_eq!((session.prior_state(), session.clusters_are_outdated()), (PriorState::Absent, false));
+    let held = gate.lock().unwrap();
+    apply(&mut session, "clusters").unwrap();
+    assert_eq!(session.prior_state(), PriorState::Building { stage: 0, stages: 2 });
+    assert!(!session.clusters_are_outdated());
+    apply(&mut session, "clusters").unwrap();
+    assert_eq!(apply(&mut session, "wait").unwrap(), "runs under way: 0; computations: 1", "the first is cancelled");
+    drop(held);
+    run(&mut session, "wait");
+    assert_eq!((session.prior_state(), session.clusters_are_outdated()), (PriorState::Fresh, false));
+    assert_eq!(session.prior().unwrap().seed, 0);
+    run(&mut session, "seed 1");
+    assert_eq!((session.prior_state(), session.clusters_are_outdated()), (PriorState::Stale, true));
+    // What is on its way counts as well, and what was computed before is no failure.
+    let held = gate.lock().unwrap();
+    apply(&mut session, "clusters").unwrap();
+    assert!(!session.clusters_are_outdated());
+    run(&mut session, "seed 0");
+    assert!(session.clusters_are_outdated());
+    drop(held);
+    run(&mut session, "wait");
+    assert_eq!(session.prior_state(), PriorState::Stale);
+}
+
+#[test]
+fn clusters_that_failed_are_not_worth_another_try() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path());
+    run(&mut session, "clusters\nwait\nset prior nowhere.safetensors");
+    assert!(session.clusters_are_outdated());
+    let error = try_run(&mut session, "clusters\nwait").unwrap_err();
+    assert!(error.contains("nowhere.safetensors"), "{error}");
+    assert_eq!((session.prior_state(), session.clusters_are_outdated()), (PriorState::Stale, false));
+}
+
+#[test]
+fn clusters_are_given_to_a_training_of_as_many_subgoals() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path());
+    assert!(apply(&mut session, "guide").is_err(), "there are none");
+    run(&mut session, "clusters\nwait\ntrain until 1\nwait");
+    assert_eq!(apply(&mut session, "guide").unwrap(), "the training takes the clusters at its next episode");
+    run(&mut session, "resume\nwait");
+    let saved = session.run().unwrap().prior();
+    assert_eq!(saved.as_deref(), session.prior().map(|prior| &**prior));
+    assert!(session.to_script().contains("\nguide\n"), "{}", session.to_script());
+    run(&mut session, "train until 1\nwait\nsubgoal add 0.1 0.1 4\nclusters\nwait");
+    let error = apply(&mut session, "guide").unwrap_err();
+    assert_eq!(error, "the clusters are for 2 subgoals, but the run's task has 1");
+}
+
+#[test]
+fn hand_play_reports_each_placement_and_starts_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path());
+    assert_eq!(apply(&mut session, "place -0.9 0.9").unwrap(), "placed, reward 0.01");
+    assert_eq!(apply(&mut session, "place -0.9 0.9").unwrap(), "overlap, reward 0.00");
+    assert_eq!(session.hand_play().trace().steps.len(), 2);
+    assert_eq!(session.hand_play().snapshot().placed().len(), 1);
+    assert_eq!(apply(&mut session, "reset").unwrap(), "a new episode");
+    assert!(session.hand_play().trace().steps.is_empty());
+    run(&mut session, "place -0.9 0.9\ngoal move 0.5 0.5");
+    assert!(session.hand_play().trace().steps.is_empty(), "the task is another");
+}
+
+#[test]
+fn a_task_is_saved_under_the_name_of_its_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path());
+    assert!(apply(&mut session, "save").is_err(), "a shipped task has no file");
+    run(&mut session, "goal move 0.5 0.5");
+    assert!(session.is_dirty() && session.file().is_none());
+    let path = folder.path().join("mine.json");
+    let report = apply(&mut session, &format!("save {}", quoted(&path))).unwrap();
+    assert_eq!(report, format!("saved to {}", path.display()));
+    assert_eq!((session.file(), session.is_dirty(), session.task().name.as_str()), (Some(&*path), false, "mine"));
+    run(&mut session, "goal move 0.4 0.4\nsave");
+    assert_eq!(&crate::task::load(&path.display().to_string()).unwrap(), session.task());
+}
+
+#[test]
+fn answers_to_proposals_are_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path());
+    let regions = [[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]].map(|position| Region { position, radius: 4.0 });
+    session.setup.propose(regions.to_vec());
+    assert_eq!(session.proposed(), regions);
+    assert_eq!(apply(&mut session, "proposal accept 1").unwrap(), "subgoal 2 was proposed");
+    assert_eq!(apply(&mut session, "proposal delete 1").unwrap(), "rejected: `undo` takes it back");
+    let report = apply(&mut session, "proposal accept").unwrap();
+    assert_eq!(report, "1 proposed in place of 2 before: `undo` takes it back");
+    assert_eq!(session.task().subgoals, regions[2..]);
+}
+
+#[test]
+fn a_run_tells_its_phase_its_evaluations_and_its_past() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path());
+    run(&mut session, "set evaluation.every 1\nset evaluation.episodes 1\ntrain until 1\nwait");
+    let paused = session.run().unwrap();
+    assert_eq!((paused.phase(), paused.state()), (Some(Phase::Paused), RunState::Paused));
+    assert!(paused.live().is_none() && paused.prior().is_none());
+    assert_eq!(paused.evaluations().iter().map(|evaluation| evaluation.episode).collect::<Vec<_>>(), [1]);
+    paused.request_live();
+    run(&mut session, "resume\nwait");
+    let finished = session.run().unwrap();
+    assert_eq!((finished.phase(), finished.state()), (None, RunState::Finished));
+    assert_eq!(finished.live().unwrap().trace.episode, 2);
+    let first = finished.past_episode(1).unwrap();
+    assert_eq!((first.episode, first.steps.len() as u64), (1, finished.records()[0].steps));
+    assert_eq!(session.run_numbered(0).map(RunView::name), Some(finished.name()));
+    assert!(session.run_numbered(1).is_none());
+}
+
+#[test]
+fn a_stopped_run_says_why() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path());
+    run(&mut session, "train until 1\nwait\nstop\nwait");
+    assert_eq!(session.run().unwrap().state(), RunState::Stopped("asked to".to_owned()));
+}
+
+#[test]
+fn the_past_of_an_opened_run_is_read_and_is_no_news() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a");
+    run(&mut session(folder.path()), &format!("train {}\nwait", quoted(&path)));
+    let mut session = session(folder.path());
+    let report = apply(&mut session, &format!("open {}", quoted(&path))).unwrap();
+    assert_eq!(report, format!("opened {}", path.display()));
+    let mut events = 0;
+    session.wait(|notice| events += usize::from(matches!(notice, Notice::Run { .. }))).unwrap();
+    assert_eq!((events, session.run().unwrap().records().len()), (0, 3));
+    let script = session.to_script();
+    assert!(script.contains(&format!("open {}", quoted(&path))), "{script}");
+    drop(session);
+    let session = Session::on_run(&path).unwrap();
+    assert_eq!((session.runs().len(), session.run().unwrap().records().len()), (1, 3));
+    assert!(session.to_script().contains("open "), "{}", session.to_script());
+}
+
+#[test]
+fn expectations_compare_and_a_script_is_recorded_but_for_its_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path());
+    for (line, holds) in [
+        ("expect subgoals = 1", true),
+        ("expect subgoals >= 1", true),
+        ("expect subgoals <= 1", true),
+        ("expect subgoals >= 2", false),
+        ("expect subgoals <= 0", false),
+        ("expect subgoals <= 2", true),
+        ("expect proposals = 0", true),
+    ] {
+        assert_eq!(apply(&mut session, line).is_ok(), holds, "{line}");
+    }
+    let path = folder.path().join("session.mge");
+    let report = apply(&mut session, &format!("record {}", quoted(&path))).unwrap();
+    assert_eq!(report, format!("saved the session to {}", path.display()));
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), session.to_script());
+    assert!(!session.has_quit());
+    apply(&mut session, "quit").unwrap();
+    assert!(session.has_quit() && !session.to_script().contains("quit"));
+}
+
+#[test]
+fn one_model_is_worked_on_at_a_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path());
+    let names: Vec<&str> = shipped_models().iter().map(|(name, _)| *name).collect();
+    assert!(names.contains(&"bucket-box"), "{names:?}");
+    let gate = session.gate.clone();
+    let held = gate.lock().unwrap();
+    assert_eq!(apply(&mut session, "model evaluate bucket-box").unwrap(), "measuring bucket-box");
+    let error = apply(&mut session, "model train box mine.safetensors 1").unwrap_err();
+    assert!(error.starts_with("measuring bucket-box: wait for its end"), "{error}");
+    assert_eq!(session.model_work().map(|(name, _)| name).as_deref(), Some("measuring bucket-box"));
+    assert_eq!(apply(&mut session, "model stop").unwrap(), "ended: measuring bucket-box");
+    drop(held);
+    assert!(session.model_work().is_none());
+    // Other computations are none of a model.
+    let held = gate.lock().unwrap();
+    apply(&mut session, "clusters").unwrap();
+    assert!(session.model_work().is_none() && apply(&mut session, "model stop").is_err());
+    drop(held);
+    run(&mut session, "wait");
+}
+
+#[test]
+fn progress_and_results_of_computations_are_notices() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path());
+    let (mut progress, mut finished) = (Vec::new(), Vec::new());
+    apply(&mut session, "clusters").unwrap();
+    session
+        .wait(|notice| match notice {
+            Notice::Progress { progress: now, .. } => progress.push(*now),
+            Notice::Finished { outcome, .. } => finished.push(outcome.clone()),
+            _ => {}
+        })
+        .unwrap();
+    assert_eq!(finished, [Ok("the action clusters are ready".to_owned())]);
+    assert_eq!(Progress { done: 0, total: 0 }.share(), None);
+    assert_eq!(Progress { done: 1, total: 2 }.share(), Some(0.5));
+    let begins = progress.iter().zip(progress.iter().skip(1)).all(|(before, after)| before != after);
+    assert!(begins && progress.iter().all(|now| now.total == 2), "{progress:?}");
+}
+
+#[test]
+fn a_new_prior_within_a_training_is_news_of_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path());
+    run(&mut session, "clusters\nwait\ntrain until 1\nwait\nguide");
+    let mut changes = Vec::new();
+    apply(&mut session, "resume").unwrap();
+    session
+        .wait(|notice| {
+            if let Notice::Run { run, event: Event::ClustersChanged { episode, .. } } = notice {
+                changes.push((*run, *episode));
+            }
+        })
+        .unwrap();
+    assert_eq!(changes, [(0, 1)]);
+}
+
+#[test]
+fn what_commands_begin_act_on_and_overwrite() {
+    for (line, begins_work, acts_on_run, overwrites) in [
+        ("clusters", true, false, None),
+        ("clusters a.json", false, false, Some("a.json")),
+        ("guide", false, true, None),
+        ("model train box a.safetensors 1", true, false, Some("a.safetensors")),
+        ("model evaluate bucket-box", true, false, None),
+        ("expect episodes = 1", false, true, None),
+        ("expect subgoals = 1", false, false, None),
+        ("pause", false, true, None),
+        ("resume", false, true, None),
+        ("continue", true, true, None),
+        ("continue runs/a", true, false, None),
+        ("evaluate", false, true, None),
+        ("propose 2", true, false, None),
+        ("record a.mge", false, false, Some("a.mge")),
+    ] {
+        let command = Command::parse(line).unwrap().unwrap();
+        assert_eq!(command.to_string(), line);
+        assert_eq!((command.begins_work(), command.acts_on_run()), (begins_work, acts_on_run), "{line}");
+        assert_eq!(command.overwrites(), overwrites.map(Path::new), "{line}");
+    }
+}
