@@ -91,7 +91,7 @@ fn a_closed_window_ends_it_with_the_run_checkpointed() {
     terminal.type_text("x");
     terminal.wait_for("no episodes yet");
     terminal.type_text(":method ddpg\r");
-    terminal.wait_for("method   ddpg,");
+    terminal.wait_for("next run DDPG,");
     terminal.type_text("t");
     terminal.wait_for("running");
     terminal.hang_up();
