@@ -111,7 +111,7 @@ fn a_figure_is_shown_in_sixels_where_the_terminal_has_them() {
     terminal.wait_until_written("\x1bP");
     terminal.type_text("?");
     terminal.wait_for("FIGURES");
-    terminal.type_text("x8");
+    terminal.type_text("?8");
     terminal.wait_for("Nothing has happened yet");
     terminal.type_text("q");
     assert_eq!(terminal.wait_for_exit(), 0);

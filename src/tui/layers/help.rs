@@ -57,6 +57,9 @@ impl Help {
                 }
             }
         }
+        if lines.is_empty() {
+            lines.push((String::new(), "", "nothing is found".to_owned()));
+        }
         lines
     }
 }
