@@ -45,6 +45,7 @@ mod markdown;
 pub mod nn;
 pub mod physics;
 pub mod protocol;
+mod puzzles;
 #[cfg(feature = "python")]
 pub mod python;
 pub mod run;

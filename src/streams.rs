@@ -42,6 +42,13 @@ pub enum Stream {
         /// Number of the launch.
         index: u64,
     },
+    /// A generated puzzle.
+    Puzzle {
+        /// What it is for, from 0.
+        split: u64,
+        /// Its number.
+        number: u64,
+    },
     /// Initial weights of a dynamics model.
     ModelWeights,
     /// Order and draws of a dynamics model's epoch, from 0.
@@ -59,6 +66,7 @@ impl Stream {
     fn number(self) -> u64 {
         const PROPOSALS: u64 = 1 << 16;
         const TRAINING: u64 = 1 << 32;
+        const PUZZLES: u64 = 1 << 62;
         const MODEL: u64 = 1 << 63;
         match self {
             Self::Episode | Self::PriorStart => 0,
@@ -74,6 +82,7 @@ impl Stream {
             // The first launches have the numbers of a prior's streams. Where both have the same seed
             // they use the same random numbers for different things, which does no harm.
             Self::Launch { split, kind, index } => split << 48 | kind << 40 | index,
+            Self::Puzzle { split, number } => PUZZLES | split << 48 | number,
             Self::ModelWeights => MODEL,
             Self::ModelEpoch(epoch) => MODEL | (1 + u64::from(epoch)),
         }
@@ -116,6 +125,7 @@ mod tests {
             (Stream::TrainingStart, 4_294_967_297),
             (Stream::ModelRollouts, 4_294_967_303),
             (Stream::Launch { split: 2, kind: 3, index: 4 }, 562_949_953_421_312 + 3_298_534_883_328 + 4),
+            (Stream::Puzzle { split: 2, number: 3 }, 4_611_686_018_427_387_904 + 562_949_953_421_312 + 3),
             (Stream::ModelEpoch(4), 9_223_372_036_854_775_813),
         ];
         for (stream, number) in numbers {

@@ -1,6 +1,6 @@
-//! Runs and tasks as Python programs see them: TensorBoard's own reader, Gymnasium's own
-//! checker, the NumPy snippet of docs/python.md. They need a Python with the packages of
-//! `tests/python/requirements.txt`, named by `MGE_PYTHON`; without one they are skipped.
+//! Runs as Python programs see them: TensorBoard's own reader, the NumPy snippet of docs/python.md.
+//! They need a Python with the packages of `tests/python/requirements.txt`, named by `MGE_PYTHON`;
+//! without one they are skipped. The Python package has tests of its own in `python/tests/`.
 
 // A skipped check says so.
 #![allow(clippy::print_stderr)]
@@ -54,25 +54,6 @@ fn tensorboard_reads_the_values_of_a_run() {
     let folder = tempfile::tempdir().unwrap();
     let said = check(&python, "check_tensorboard.py", &run(folder.path()));
     assert!(said.contains("values agree"), "{said}");
-}
-
-#[test]
-fn the_tasks_are_gymnasium_environments() {
-    let Some(python) = python() else { return };
-    let said = check(&python, "check_gym.py", Path::new(MGE));
-    assert_eq!(said.matches("a Gymnasium environment").count(), 2, "{said}");
-}
-
-#[test]
-fn stable_baselines3_trains_on_a_task() {
-    let Some(python) = python() else { return };
-    let installed = Command::new(&python).args(["-c", "import stable_baselines3"]).output().expect("Python starts");
-    if !installed.status.success() {
-        eprintln!("skipped: this Python has no stable-baselines3");
-        return;
-    }
-    let said = check(&python, "check_stable_baselines3.py", Path::new(MGE));
-    assert!(said.contains("Stable-Baselines3 trained"), "{said}");
 }
 
 #[test]

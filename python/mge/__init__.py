@@ -1,10 +1,9 @@
 """Intuitive-physics puzzles as fast Gymnasium environments, with dynamics models and
 model-guided exploration: the library of MGE Workbench.
 
-    import gymnasium
+    import gymnasium, mge
     envs = gymnasium.make_vec("mge/task1-v0", num_envs=1024)
 
-    import mge
     task = mge.Task("task1")
     prior = mge.build_prior(task, mge.Model.shipped_for(task), seed=0)
     actions = prior.sample(stage=0, count=100, seed=0)

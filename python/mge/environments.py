@@ -146,6 +146,7 @@ class PuzzleEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         return self._observations[0].copy(), self._info()
 
     def close(self) -> None:
+        """Ends the environment: every further use is an error. Closing twice is none."""
         self._core = None
 
     def _info(self) -> dict[str, Any]:
@@ -276,6 +277,7 @@ class PuzzleVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         return self._seen()
 
     def close_extras(self, **kwargs: Any) -> None:
+        """Ends the environments; `close` calls it."""
         self._core = None
 
     def _open(self) -> _mge.VectorCore:

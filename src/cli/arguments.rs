@@ -9,6 +9,7 @@ use crate::dynamics::{Loss, Variant};
 use crate::figures::DEFAULT_DPI;
 use crate::guidance::EpsilonSchedule;
 use crate::physics::{MAX_OBJECTS, ToolKind};
+use crate::puzzles::Split;
 use crate::trainer::{Method, PriorSource};
 
 /// Intuitive-physics puzzles, learned dynamics models and model-guided exploration.
@@ -81,6 +82,9 @@ pub struct Workbench {
 pub enum Command {
     /// List, check and audit tasks
     Tasks(Tasks),
+    /// Generate puzzles, and train methods on them
+    #[command(subcommand)]
+    Puzzles(Puzzles),
     /// Simulate scenes: JSON Lines in, one trajectory a line out
     Simulate,
     /// Replay actions in a task, or recorded CREATE episodes (JSON Lines in and out)
@@ -175,9 +179,86 @@ pub enum TasksCommand {
 }
 
 #[derive(Debug, Subcommand)]
+pub enum Puzzles {
+    /// Generate puzzles that random play hardly ever solves and play guided by the true physics does
+    Generate(PuzzlesGenerate),
+    /// Propose subgoals for generated puzzles, train methods on them and report; resumes
+    Bench(PuzzlesBench),
+}
+
+#[derive(Debug, Args)]
+pub struct PuzzlesGenerate {
+    /// Puzzles in all; those that are in the folder already are kept
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    pub count: u64,
+    /// Seed of the layouts
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// What the puzzles are for; each has puzzles of its own for the same seed
+    #[arg(long, value_enum, default_value = "test")]
+    pub split: Split,
+    /// Half width of the uniform noise on the ball's start, normalised
+    #[arg(long, default_value_t = 0.01, value_parser = start_noise)]
+    pub start_noise: f32,
+    /// Actions of random play behind the random hit rate in the index
+    #[arg(long, default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    pub random_actions: u64,
+    /// Folder for the task files and index.json
+    #[arg(long, default_value = "puzzles")]
+    pub out: PathBuf,
+    /// Puzzles at a time [default: all cores]
+    #[arg(long, value_parser = threads())]
+    pub threads: Option<usize>,
+    /// No progress on stderr
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct PuzzlesBench {
+    /// Folder of generated puzzles
+    pub puzzles: PathBuf,
+    /// A method to train; may be repeated
+    #[arg(long = "method", default_values_t = [Method::default()])]
+    pub methods: Vec<Method>,
+    /// Seeds of each method on each puzzle, counted from 0
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    pub seeds: u64,
+    /// Episodes of a training
+    #[arg(long, default_value_t = 2000)]
+    pub episodes: u32,
+    /// What predicts the rollouts behind subgoals and clusters: learned, true, uniform, or a model file
+    #[arg(long, default_value = "learned")]
+    pub model: String,
+    /// Subgoals to propose for a puzzle, at most
+    #[arg(long, default_value_t = 2, value_parser = count(MAX_OBJECTS as u64))]
+    pub subgoals: usize,
+    /// Any other setting of the trainings by its JSON path, such as refinement.every=50
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub settings: Vec<String>,
+    /// Folder for tasks, sweep.json, runs and the report
+    #[arg(long, default_value = "bench")]
+    pub out: PathBuf,
+    /// Train nothing: write the tasks and sweep.json for `mge sweep --plan` or `--slurm`
+    #[arg(long)]
+    pub prepare: bool,
+    /// Trainings at a time [default: all cores]
+    #[arg(long, value_parser = threads())]
+    pub threads: Option<usize>,
+    /// No progress on stderr
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Half width of start noise, in the range that tasks allow.
+fn start_noise(text: &str) -> Result<f32, String> {
+    let noise: f32 = text.parse().map_err(|_| "must be a number".to_owned())?;
+    if (0.0..=1.0).contains(&noise) { Ok(noise) } else { Err("must be from 0 to 1".to_owned()) }
+}
+
+#[derive(Debug, Subcommand)]
 pub enum Env {
-    /// Reset and step as JSON Lines on stdin ask, answers on stdout (assets/python/mge_gym.py
-    /// makes a Gymnasium environment of it)
+    /// Reset and step as JSON Lines on stdin ask, answers on stdout, for programs in any language
     Serve {
         /// Name of a shipped task, or a task file
         task: String,

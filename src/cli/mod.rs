@@ -11,6 +11,7 @@ mod manual;
 mod output;
 mod physics;
 mod progress;
+mod puzzles;
 mod runs;
 mod screenshot;
 mod studies;
@@ -69,6 +70,7 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
     start_global_pool();
     let outcome = match command {
         Command::Tasks(tasks) => tasks::run(tasks),
+        Command::Puzzles(command) => puzzles::run(&command),
         Command::Simulate => physics::simulate(),
         Command::Play(play) => physics::play(&play),
         Command::Env { command } => physics::serve(&command),

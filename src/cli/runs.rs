@@ -220,7 +220,7 @@ pub fn after_script(arguments: &Script) -> Result<Session, Box<dyn std::error::E
     Ok(session)
 }
 
-fn split_definition(text: &str, flag: &str) -> Result<(String, String), String> {
+pub fn split_definition(text: &str, flag: &str) -> Result<(String, String), String> {
     let (name, value) = text.split_once('=').ok_or_else(|| format!("{flag} {text}: write NAME=VALUE"))?;
     Ok((name.to_owned(), value.to_owned()))
 }

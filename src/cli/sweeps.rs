@@ -28,7 +28,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
         };
         return Ok(output::lines(text)?);
     }
-    let failures = work(&sweep, &folder, arguments)?;
+    let threads = arguments.threads.unwrap_or_else(default_threads);
+    let failures = work(&sweep, &folder, threads, arguments.quiet)?;
     if arguments.file.is_some() {
         match sweep::read_results(&folder) {
             Ok(results) => output::line(results.write(&folder)?.display())?,
@@ -51,14 +52,15 @@ pub fn run(arguments: &Arguments) -> Outcome {
 }
 
 /// Works on the sweep and shows how far it is. Returns the failures.
-fn work(
+pub fn work(
     sweep: &Sweep,
     folder: &Path,
-    arguments: &Arguments,
+    threads: usize,
+    quiet: bool,
 ) -> Result<Vec<(String, String)>, Box<dyn std::error::Error>> {
-    let mut progress = Progress::new(1, arguments.quiet);
+    let mut progress = Progress::new(1, quiet);
     let interrupt = Interrupt::listen()?;
-    let batch = Batch { threads: arguments.threads.unwrap_or_else(default_threads), interrupt: interrupt.flag() };
+    let batch = Batch { threads, interrupt: interrupt.flag() };
     let outcome = sweep::run(sweep, folder, &batch, &mut |now| {
         if let Some((name, reason)) = now.failure {
             progress.say(&format!("{name} failed: {reason}"));

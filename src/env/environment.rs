@@ -6,7 +6,7 @@ use rand::Rng;
 
 use super::action::{Action, EpisodeOver, Placement, Step};
 use super::episode::Snapshot;
-use super::observation::observe;
+use super::observation::{observation_len, observe};
 use crate::physics::{BallState, World};
 use crate::task::Task;
 
@@ -61,8 +61,8 @@ impl Environment {
 
     /// The current observation.
     pub fn observation(&self) -> Vec<f32> {
-        let mut observation = Vec::new();
         let stages = self.task.stage_count();
+        let mut observation = Vec::with_capacity(observation_len(&self.task));
         observe(self.now.world(), self.task.tools.len(), self.now.stage(), stages, &mut observation);
         observation
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use numpy::{
     Element, IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
-    PyUntypedArrayMethods,
+    PyReadonlyArray3, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
@@ -178,6 +178,29 @@ impl VectorCore {
         stepped.map_err(|error| vector_exception(py, error))?;
         drop(observations);
         self.note(py)
+    }
+
+    /// Seconds in which the library alone takes these actions, float32 of steps x count x 2: what
+    /// `step` is measured against.
+    fn time_alone(&mut self, py: Python<'_>, actions: PyReadonlyArray3<'_, f32>) -> PyResult<f64> {
+        let count = self.env.count();
+        if actions.shape()[1..] != [count, 2] {
+            return Err(PyValueError::new_err(format!("the actions should have the shape [steps, {count}, 2]")));
+        }
+        let (actions, _) = actions.as_slice()?.as_chunks::<2>();
+        let mut rows = vec![0.0; count * self.env.observation_len()];
+        let pool = pool(self.threads)?;
+        let is_alone = self.threads == Some(1) || count < FEW;
+        let env = &mut self.env;
+        let mut play = || {
+            let start = std::time::Instant::now();
+            for actions in actions.chunks(count) {
+                if is_alone { env.step(actions, &mut rows)? } else { env.par_step(actions, &mut rows)? }
+            }
+            Ok(start.elapsed().as_secs_f64())
+        };
+        let played = py.detach(|| if is_alone { play() } else { pool.install(play) });
+        played.map_err(|error| vector_exception(py, error))
     }
 
     /// The arrays of observations, rewards, terminations, truncations.

@@ -82,12 +82,11 @@ impl Explorer for ActorNoise {
     }
 }
 
-/// Plays `episodes` episodes and counts the stages reached.
-pub fn count_hits(task: &Arc<Task>, explorer: &mut impl Explorer, episodes: u32, seed: u64) -> Hits {
+/// Plays episodes for as long as `go_on`, which sees the end of each, says so.
+pub fn play(task: &Arc<Task>, explorer: &mut impl Explorer, seed: u64, mut go_on: impl FnMut(&Environment) -> bool) {
     let mut rng = Stream::Episode.of(seed);
     let mut env = Environment::new(task.clone());
-    let mut hits = Hits { episodes, goal: 0, subgoals: vec![0; task.subgoals.len()] };
-    for _ in 0..episodes {
+    loop {
         env.reset(&mut rng);
         explorer.start_episode(&mut rng);
         loop {
@@ -96,11 +95,23 @@ pub fn count_hits(task: &Arc<Task>, explorer: &mut impl Explorer, episodes: u32,
                 break;
             }
         }
+        if !go_on(&env) {
+            return;
+        }
+    }
+}
+
+/// Plays `episodes` episodes, at least one, and counts the stages reached.
+pub fn count_hits(task: &Arc<Task>, explorer: &mut impl Explorer, episodes: u32, seed: u64) -> Hits {
+    let mut hits = Hits { episodes: 0, goal: 0, subgoals: vec![0; task.subgoals.len()] };
+    play(task, explorer, seed, |env| {
+        hits.episodes += 1;
         hits.goal += u32::from(env.snapshot().goal_reached());
         for (count, reached) in hits.subgoals.iter_mut().zip(env.snapshot().reached()) {
             *count += u32::from(*reached);
         }
-    }
+        hits.episodes < episodes
+    });
     hits
 }
 

@@ -19,7 +19,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "python.md"
 
 
 def main(folder):
-    [snippet] = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    [snippet] = re.findall(r"```python numpy\n(.*?)```", PAGE.read_text(), re.DOTALL)
     assert len(snippet.splitlines()) <= 20, "the snippet is longer than 20 lines"
     os.chdir(folder)
     names = {}

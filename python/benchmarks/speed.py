@@ -1,0 +1,221 @@
+"""How fast the environments are: ours, those of others, and Rust alone.
+
+    pip install ./python envpool stable-baselines3 sbx-rl
+    python python/benchmarks/speed.py [--program mge] [--seconds 3] [part ...]
+
+Parts: random (random actions through vector environments), rust (the same work in Rust alone; with the
+program, also its benchmark), others (EnvPool's, Gymnasium's), trainers (Stable-Baselines3 and SBX), memory (10 million
+steps). All without names. What is not installed is left out, which is said. Prints lines of Markdown.
+"""
+
+import argparse
+import importlib.util
+import json
+import os
+import resource
+import subprocess
+import time
+
+import gymnasium
+import numpy as np
+
+import mge
+
+
+def rate(step, actions_a_step, seconds):
+    """Actions in a second: the median of five runs of a fifth of the seconds each."""
+    rates = []
+    for _ in range(5):
+        start, calls = time.perf_counter(), 0
+        while (spent := time.perf_counter() - start) < seconds / 5:
+            step()
+            calls += 1
+        rates.append(calls * actions_a_step / spent)
+    return sorted(rates)[2]
+
+
+def row(*cells):
+    print("| " + " | ".join(str(cell) for cell in cells) + " |", flush=True)
+
+
+def shown(actions):
+    return f"{actions:,.0f}"
+
+
+def random_actions(envs, seconds, batches=64):
+    """Steps with actions that were drawn before: Gymnasium's sampling is not what is measured."""
+    envs.reset(seed=0)
+    envs.action_space.seed(0)
+    actions = [envs.action_space.sample() for _ in range(batches)]
+    turn = iter(range(10**9))
+    return rate(lambda: envs.step(actions[next(turn) % batches]), envs.num_envs, seconds)
+
+
+def part_random(options):
+    for task in ("task1", "task5"):
+        for number in (1, 64, 1024):
+            for threads in dict.fromkeys((1, os.cpu_count())):
+                envs = mge.PuzzleVectorEnv(number, task, num_threads=threads)
+                row(f"`make_vec`, {task}, {number} environments", f"{threads} threads", shown(random_actions(envs, options.seconds)))
+        envs = mge.PuzzleVectorEnv(1024, task, num_threads=1, copy=False)
+        row(f"`make_vec`, {task}, 1024 environments, without copies", "1 threads", shown(random_actions(envs, options.seconds)))
+    env = gymnasium.make("mge/task5-v0").unwrapped
+    env.reset(seed=0)
+    action = env.action_space.sample()
+
+    def step():
+        if any(env.step(action)[2:4]):
+            env.reset()
+
+    row("`make`, task5", "1 threads", shown(rate(step, 1, options.seconds)))
+    sync = gymnasium.vector.SyncVectorEnv([lambda: mge.PuzzleEnv("task5")] * 64)
+    row("Gymnasium's `SyncVectorEnv` of 64 `PuzzleEnv`, task5", "1 threads", shown(random_actions(sync, options.seconds)))
+
+
+def part_rust(options):
+    """The same environments and actions with and without Python, in turns; and `env_action` of
+    `mge bench`: a single environment of task5 under random play, resets included."""
+    for threads in dict.fromkeys((1, os.cpu_count())):
+        envs = mge.PuzzleVectorEnv(1024, "task5", num_threads=threads)
+        envs.reset(seed=0)
+        actions = np.random.default_rng(0).uniform(-1, 1, (32, 1024, 2)).astype(np.float32)
+        envs._core.time_alone(actions)
+        ours, rust = [], []
+        for _ in range(max(3, int(options.seconds * 5))):
+            rust.append(envs._core.time_alone(actions))
+            start = time.perf_counter()
+            for batch in actions:
+                envs.step(batch)
+            ours.append(time.perf_counter() - start)
+        each = [actions.size / 2 / sorted(times)[len(times) // 2] for times in (rust, ours)]
+        row("1024 environments of task5, Rust alone", f"{threads} threads", shown(each[0]))
+        row("the same through `step`", f"{threads} threads", f"{shown(each[1])} ({each[0] / each[1] - 1:+.0%} time)")
+        if options.program is not None:
+            command = [options.program, "bench", "--only", "env_action", "--threads", str(threads)]
+            for line in subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines():
+                if (work := json.loads(line))["work"] == "env_action":
+                    row("`mge bench`: one environment of task5", f"{threads} threads", shown(1e3 / work["ms"]))
+
+
+def part_others(options):
+    sync = gymnasium.make_vec("Pendulum-v1", num_envs=64, vectorization_mode="sync")
+    row("Gymnasium's `SyncVectorEnv`, Pendulum-v1, 64 environments", "1 threads", shown(random_actions(sync, options.seconds)))
+    ready = gymnasium.make_vec("CartPole-v1", num_envs=1024, vectorization_mode="vector_entry_point")
+    row("Gymnasium's vector CartPole-v1 (NumPy), 1024 environments", "1 threads", shown(random_actions(ready, options.seconds)))
+    if importlib.util.find_spec("envpool") is None:
+        return row("EnvPool", "left out: not installed", "")
+    import envpool
+
+    for name in ("Pendulum-v1", "BipedalWalker-v3", "LunarLanderContinuous-v2"):
+        for threads in dict.fromkeys((1, os.cpu_count())):
+            try:
+                envs = envpool.make(name, env_type="gymnasium", num_envs=1024, num_threads=threads, seed=0)
+                shape = (1024, *envs.action_space.shape)
+                actions = np.random.default_rng(0).uniform(-1, 1, shape).astype(envs.action_space.dtype)
+                envs.reset()
+                row(f"EnvPool, {name}, 1024 environments", f"{threads} threads", shown(rate(lambda: envs.step(actions), 1024, options.seconds)))
+            except Exception as error:
+                row(f"EnvPool, {name}", f"left out: {str(error).splitlines()[0][:80]}", "")
+
+
+class Toy(gymnasium.Env):
+    """The least that plays the part of a puzzle in pure Python: spaces as ours, a ball that falls for
+    40 steps an action, no tools, no contacts but the floor."""
+
+    def __init__(self):
+        self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (162,), np.float32)
+        self.action_space = gymnasium.spaces.Box(-1, 1, (2,), np.float32)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.ball, self.count = [0.0, 0.8, 0.0, 0.0], 0
+        return self.observation(), {}
+
+    def observation(self):
+        observation = np.zeros(162, np.float32)
+        observation[:4] = self.ball
+        return observation
+
+    def step(self, action):
+        x, y, vx, vy = self.ball
+        vx += 0.1 * float(action[0])
+        for _ in range(40):
+            vy -= 0.3 / 30
+            x += vx / 30
+            y += vy / 30
+            if y < -1:
+                y, vy = -2 - y, -0.5 * vy
+        self.ball, self.count = [x, y, vx, vy], self.count + 1
+        return self.observation(), -abs(x), False, self.count >= 12, {}
+
+
+def part_trainers(options):
+    if importlib.util.find_spec("stable_baselines3") is None:
+        return row("Stable-Baselines3", "left out: not installed", "")
+    import torch
+    from mge.sb3 import PuzzleVecEnv
+    from stable_baselines3 import TD3
+    from stable_baselines3.common.vec_env import DummyVecEnv
+
+    torch.set_num_threads(1)
+    agents = {"Stable-Baselines3, TD3": TD3}
+    if importlib.util.find_spec("sbx") is not None:
+        import sbx
+
+        agents["SBX, SAC"] = sbx.SAC
+    number, steps = 16, 20_000
+    for name, agent in agents.items():
+        for what, make in {
+            "toy in pure Python": lambda: DummyVecEnv([Toy] * number),
+            "task1": lambda: PuzzleVecEnv("task1", number, num_threads=1),
+        }.items():
+            envs = make()
+            settings = {"learning_starts": 1000, "policy_kwargs": {"net_arch": [64, 64]}, "seed": 0, "gradient_steps": 1}
+            model = agent("MlpPolicy", envs, **settings)
+            model.learn(2000)  # compiles, and fills the caches
+            start = time.perf_counter()
+            model.learn(steps, reset_num_timesteps=False)
+            seconds = time.perf_counter() - start
+            envs.reset()
+            actions = np.zeros((number, 2), np.float32)
+            alone = number / rate(lambda: envs.step(actions), number, options.seconds / 3)
+            inside = alone * steps / number
+            row(f"{name}, {what}, {number} environments, {steps:,} steps", f"{seconds:.1f} s", f"of it {inside:.2f} s in the environment")
+
+
+def part_memory(options):
+    """Resident memory after the first and after ten million steps."""
+    envs = mge.PuzzleVectorEnv(1024)
+    envs.reset(seed=0)
+    actions = [envs.action_space.sample() for _ in range(64)]
+    steps = options.steps
+    for number in range(steps // 1024 + 1):
+        envs.step(actions[number % 64])
+        if number == steps // 10240:
+            first = resident()
+    row(f"Memory after {steps / 10:,.0f} and {steps:,} steps", f"{first:.1f} MB", f"{resident():.1f} MB")
+
+
+def resident():
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * resource.getpagesize() / 1e6
+
+
+PARTS = {"random": part_random, "rust": part_rust, "others": part_others, "trainers": part_trainers, "memory": part_memory}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("parts", nargs="*", choices=[*PARTS, []], help="all without names")
+    parser.add_argument("--program", help="the program `mge`")
+    parser.add_argument("--seconds", type=float, default=3.0, help="for each measurement")
+    parser.add_argument("--steps", type=int, default=10_000_000, help="of the measurement of memory")
+    options = parser.parse_args()
+    row("what", "how", "actions in a second, or as said")
+    row("---", "---", "--:")
+    for name in options.parts or PARTS:
+        PARTS[name](options)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,75 @@
+"""The puzzles for agents of Stable-Baselines3 and SBX, which have vector environments of a kind of
+their own. Needs `stable-baselines3`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from stable_baselines3.common.vec_env import VecEnv
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
+
+from mge._mge import Task
+from mge.environments import PuzzleVectorEnv
+
+
+class PuzzleVecEnv(VecEnv):
+    """`PuzzleVectorEnv` as a `VecEnv`: `TD3("MlpPolicy", PuzzleVecEnv("task1", 8))`.
+
+    Args:
+        task: a `Task`, the name of a shipped one, or the path of a task file.
+        num_envs: number of environments.
+        num_threads: threads to step on; all cores without.
+    """
+
+    def __init__(
+        self, task: Task | str | os.PathLike[str] = "task1", num_envs: int = 1, num_threads: int | None = None
+    ) -> None:
+        self.envs = PuzzleVectorEnv(num_envs, task, AutoresetMode.SAME_STEP, num_threads=num_threads)
+        self.render_mode = None
+        self._actions = np.zeros((num_envs, 2), np.float32)
+        super().__init__(num_envs, self.envs.single_observation_space, self.envs.single_action_space)
+
+    def reset(self) -> VecEnvObs:
+        # `seed()` keeps the seeds for the next reset.
+        seeds = self._seeds if any(seed is not None for seed in self._seeds) else None
+        observations, _ = self.envs.reset(seed=seeds)
+        self._reset_seeds()
+        return observations
+
+    def step_async(self, actions: np.ndarray) -> None:
+        self._actions = actions
+
+    def step_wait(self) -> VecEnvStepReturn:
+        observations, rewards, terminated, truncated, infos = self.envs.step(self._actions)
+        dones = terminated | truncated
+        each: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        for i in np.flatnonzero(dones):
+            each[i] = {
+                "terminal_observation": infos["final_obs"][i],
+                "TimeLimit.truncated": bool(truncated[i] and not terminated[i]),
+                "is_success": bool(infos["final_info"]["is_success"][i]),
+            }
+        return observations, rewards.astype(np.float32), dones, each
+
+    def close(self) -> None:
+        self.envs.close()
+
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+        return [getattr(self.envs, attr_name) for _ in self._get_indices(indices)]
+
+    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+        raise AttributeError(f"`{attr_name}` cannot be set: the environments are one")
+
+    def env_method(self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any) -> list[Any]:
+        raise AttributeError(f"there is no `{method_name}` of single environments: use `envs`")
+
+    def env_is_wrapped(self, wrapper_class: type, indices: VecEnvIndices = None) -> list[bool]:
+        return [False for _ in self._get_indices(indices)]
+
+    def get_images(self) -> Sequence[np.ndarray | None]:
+        core = self.envs._open()
+        return [core.render(i, *self.envs.render_size) for i in range(self.num_envs)]

@@ -1,0 +1,100 @@
+"""A checker of vector environments, as strict as Gymnasium's of single ones.
+
+Gymnasium has none. This one plays a vector environment beside a `SyncVectorEnv` of single
+environments, which is what Gymnasium's documentation says that a vector environment is: in each
+autoreset mode, everything that `reset` and `step` return must be the same to the bit, infos and
+their masks included, with the types of the spaces.
+"""
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+
+
+def same(ours, theirs, where):
+    """Equal in type, shape and every bit; dictionaries by their keys."""
+    if isinstance(theirs, dict):
+        assert isinstance(ours, dict) and sorted(ours) == sorted(theirs), f"{where}: {sorted(ours)}, {sorted(theirs)}"
+        for key in theirs:
+            same(ours[key], theirs[key], f"{where}[{key!r}]")
+        return
+    assert type(ours) is type(theirs), f"{where}: {type(ours)}, not {type(theirs)}"
+    if isinstance(theirs, tuple):
+        for part, (one, other) in enumerate(zip(ours, theirs, strict=True)):
+            same(one, other, f"{where}, part {part}")
+        return
+    if isinstance(theirs, np.ndarray):
+        assert ours.dtype == theirs.dtype, f"{where}: {ours.dtype}, not {theirs.dtype}"
+        assert ours.shape == theirs.shape, f"{where}: {ours.shape}, not {theirs.shape}"
+        if theirs.dtype == object:
+            for i, (one, other) in enumerate(zip(ours, theirs, strict=True)):
+                same(one, other, f"{where}[{i}]")
+        else:
+            assert ours.tobytes() == theirs.tobytes(), f"{where} differs"
+        return
+    assert ours == theirs, f"{where}: {ours!r}, not {theirs!r}"
+
+
+def check_vector(make_vector, make_single, num_envs=5, steps=60, seed=11):
+    """Raises AssertionError at the first difference.
+
+    Args:
+        make_vector: makes the vector environment from a number and an autoreset mode.
+        make_single: makes one environment.
+    """
+    for mode in AutoresetMode:
+        ours = make_vector(num_envs, mode)
+        theirs = SyncVectorEnv([make_single] * num_envs, autoreset_mode=mode)
+        check_spaces(ours, theirs, mode)
+        same(ours.reset(seed=seed), theirs.reset(seed=seed), f"{mode}: reset")
+        actions = np.random.default_rng(seed)
+        ended = 0
+        kept = []
+        for step in range(steps):
+            action = actions.uniform(-1.2, 1.2, ours.action_space.shape).astype(np.float32)
+            before = action.copy()
+            got, expected = ours.step(action), theirs.step(action)
+            same(got, expected, f"{mode}: step {step}")
+            assert (action == before).all(), f"{mode}: the actions were changed"
+            assert got[0] in ours.observation_space, f"{mode}: step {step} leaves the observation space"
+            over = got[2] | got[3]
+            ended += over.sum()
+            if mode == AutoresetMode.DISABLED and over.any():
+                options = {"reset_mask": over}
+                same(
+                    ours.reset(options=dict(options)), theirs.reset(options=dict(options)), f"{mode}: step {step}, reset"
+                )
+            kept.append((got[0], got[0].copy(), got[1], got[1].copy()))
+        assert ended >= num_envs, f"{mode}: only {ended} episodes ended: play more steps"
+        for observations, copies, rewards, copied in kept:
+            assert (observations == copies).all() and (rewards == copied).all(), f"{mode}: an array returned was overwritten"
+        # In the middle of episodes: seeds in a list, some of them None, and nothing at all.
+        seeds = [seed + 7, *[None] * (num_envs - 2), seed]
+        same(ours.reset(seed=list(seeds)), theirs.reset(seed=list(seeds)), f"{mode}: seeds in a list")
+        same(ours.reset(), theirs.reset(), f"{mode}: reset without a seed")
+        same(ours.reset(seed=seed), theirs.reset(seed=seed), f"{mode}: the first seed again")
+        check_closing(ours, mode)
+        theirs.close()
+
+
+def check_spaces(ours, theirs, mode):
+    """The attributes that Gymnasium's wrappers and agents rely on."""
+    assert isinstance(ours, gymnasium.vector.VectorEnv)
+    assert ours.num_envs == theirs.num_envs
+    for name in ("observation_space", "action_space", "single_observation_space", "single_action_space"):
+        assert getattr(ours, name) == getattr(theirs, name), f"{mode}: {name}"
+    assert ours.metadata["autoreset_mode"] is mode
+    assert ours.unwrapped is ours and not ours.closed
+
+
+def check_closing(envs, mode):
+    """Closed once or twice, an environment refuses to go on."""
+    envs.close()
+    envs.close()
+    assert envs.closed
+    for use in (envs.reset, lambda: envs.step(envs.action_space.sample())):
+        try:
+            use()
+        except gymnasium.error.ClosedEnvironmentError:
+            continue
+        raise AssertionError(f"{mode}: a closed environment goes on")

@@ -1,0 +1,89 @@
+//! `mge puzzles`: generated puzzles, and methods on them.
+
+use std::path::Path;
+
+use super::arguments::{Puzzles, PuzzlesBench, PuzzlesGenerate};
+use super::interrupt::Interrupt;
+use super::progress::Progress;
+use super::runs::split_definition;
+use super::{Outcome, output, sweeps};
+use crate::batch::{Batch, BatchProgress, default_threads};
+use crate::evidence;
+use crate::puzzles::{self, BenchPlan, BenchResults, Criteria, Index, PuzzleError};
+use crate::sweep::Sweep;
+
+pub fn run(command: &Puzzles) -> Outcome {
+    match command {
+        Puzzles::Generate(arguments) => generate(arguments),
+        Puzzles::Bench(arguments) => bench(arguments),
+    }
+}
+
+fn generate(arguments: &PuzzlesGenerate) -> Outcome {
+    let wanted = Index::new(arguments.seed, arguments.split, arguments.start_noise);
+    let criteria = Criteria { random_actions: arguments.random_actions, ..Criteria::default() };
+    in_batch(arguments.threads, arguments.quiet, |batch, on_progress| {
+        puzzles::generate(&wanted, arguments.count, &criteria, &arguments.out, batch, on_progress)
+    })?;
+    Ok(output::line(arguments.out.join("index.json").display())?)
+}
+
+fn bench(arguments: &PuzzlesBench) -> Outcome {
+    let definitions = arguments.settings.iter().map(|setting| split_definition(setting, "--set"));
+    let plan = BenchPlan {
+        puzzles: arguments.puzzles.clone(),
+        model: arguments.model.clone().into(),
+        subgoals: arguments.subgoals,
+        methods: arguments.methods.clone(),
+        episodes: arguments.episodes,
+        seeds: arguments.seeds,
+        settings: definitions.collect::<Result<_, _>>()?,
+    };
+    let folder = &arguments.puzzles;
+    let index = Index::load(folder)?
+        .ok_or_else(|| format!("{}: has no index.json: make puzzles with `mge puzzles generate`", folder.display()))?;
+    let file = in_batch(arguments.threads, arguments.quiet, |batch, on_progress| {
+        puzzles::prepare(&plan, &index, &arguments.out, batch, on_progress)
+    })?;
+    if arguments.prepare {
+        return Ok(output::line(file.display())?);
+    }
+    let threads = arguments.threads.unwrap_or_else(default_threads);
+    let failures = sweeps::work(&Sweep::load(&file)?, &arguments.out, threads, arguments.quiet)?;
+    report(arguments, index, &arguments.out)?;
+    match failures.first() {
+        None => Ok(()),
+        Some((name, reason)) => Err(format!("{} trainings failed, such as {name}: {reason}", failures.len()).into()),
+    }
+}
+
+fn report(arguments: &PuzzlesBench, index: Index, out: &Path) -> Outcome {
+    let runs = evidence::read_runs(&evidence::find_runs(&[out.to_owned()])?)?;
+    let words = ["mge", "puzzles", "bench"].map(str::to_owned).into_iter();
+    let methods = arguments.methods.iter().flat_map(|method| ["--method".to_owned(), method.name().to_owned()]);
+    let numbers = [("--seeds", arguments.seeds), ("--episodes", u64::from(arguments.episodes))];
+    let settings = arguments.settings.iter().flat_map(|setting| ["--set".to_owned(), setting.clone()]);
+    let command = shell_words::join(
+        words
+            .chain([arguments.puzzles.display().to_string()])
+            .chain(methods)
+            .chain(numbers.into_iter().flat_map(|(name, number)| [name.to_owned(), number.to_string()]))
+            .chain(settings),
+    );
+    BenchResults::new(&command, index, runs.into_iter().map(|run| run.trained.row).collect()).write(out)?;
+    Ok(output::line(out.join("report.md").display())?)
+}
+
+/// Runs a batch of puzzles with progress, ended in good order by a signal.
+fn in_batch<T>(
+    threads: Option<usize>,
+    quiet: bool,
+    work: impl FnOnce(&Batch<'_>, &mut dyn FnMut(&BatchProgress<'_>)) -> Result<T, PuzzleError>,
+) -> Result<T, Box<dyn std::error::Error>> {
+    let mut progress = Progress::new(1, quiet);
+    let interrupt = Interrupt::listen()?;
+    let batch = Batch { threads: threads.unwrap_or_else(default_threads), interrupt: interrupt.flag() };
+    let outcome = work(&batch, &mut |now| progress.set(now.done, now.total, now.message));
+    drop(progress);
+    interrupt.result(outcome, |error| matches!(error, PuzzleError::Interrupted { .. }))
+}

@@ -1,0 +1,108 @@
+//! Methods on generated puzzles: subgoals proposed for each, then a sweep over all of them.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Map, Value, json};
+
+use super::error::{PuzzleError, finished};
+use super::index::Index;
+use crate::batch::{Batch, BatchProgress, Job, JobHandle};
+use crate::guidance::{GuidanceConfig, propose_subgoals};
+use crate::task;
+use crate::trainer::{Method, PriorSource, rollout_model};
+
+/// Name of the bench's sweep in its folder.
+const SWEEP: &str = "sweep.json";
+
+/// What is trained on which puzzles.
+#[derive(Debug, Clone)]
+pub struct BenchPlan {
+    /// The folder of the puzzles.
+    pub puzzles: PathBuf,
+    /// What predicts the rollouts behind subgoals and clusters.
+    pub model: PriorSource,
+    /// Subgoals proposed for a puzzle, at most.
+    pub subgoals: usize,
+    /// The methods.
+    pub methods: Vec<Method>,
+    /// Episodes of a training.
+    pub episodes: u32,
+    /// Trainings of a method on a puzzle: seeds 0 to `seeds - 1`.
+    pub seeds: u64,
+    /// Other settings of all trainings, by JSON path.
+    pub settings: Vec<(String, String)>,
+}
+
+/// Writes the puzzles with proposed subgoals to `out/tasks`, those that are there excepted, and
+/// `out/sweep.json`, a [sweep](crate::sweep) over them, whose path is returned.
+///
+/// # Errors
+/// When there are no puzzles, the model cannot predict one, or a file cannot be read or written;
+/// [`PuzzleError::Interrupted`].
+pub fn prepare(
+    plan: &BenchPlan,
+    index: &Index,
+    out: &Path,
+    batch: &Batch<'_>,
+    on_progress: &mut dyn FnMut(&BatchProgress<'_>),
+) -> Result<PathBuf, PuzzleError> {
+    let tasks = out.join("tasks");
+    std::fs::create_dir_all(&tasks).map_err(PuzzleError::io(&tasks))?;
+    let file = |folder: &Path, name: &str| folder.join(format!("{name}.json"));
+    let job =
+        |name: &String| Proposal { plan, name: name.clone(), from: file(&plan.puzzles, name), to: file(&tasks, name) };
+    let names: Vec<String> = index.puzzles.iter().map(|puzzle| puzzle.name.clone()).collect();
+    let jobs: Vec<Proposal<'_>> = names.iter().map(job).filter(|proposal| !proposal.to.exists()).collect();
+    let (_, interrupted) = finished(batch.run(&jobs, on_progress)?)?;
+    if interrupted > 0 {
+        return Err(PuzzleError::Interrupted { done: jobs.len() - interrupted, jobs: jobs.len() });
+    }
+    let mut sweep = Map::new();
+    sweep.insert("task".into(), names.iter().map(|name| file(&tasks, name).display().to_string()).collect());
+    sweep.insert("method".into(), plan.methods.iter().map(|method| method.name()).collect());
+    sweep.insert("seed".into(), (0..plan.seeds).collect());
+    sweep.insert("episodes".into(), json!(plan.episodes));
+    sweep.insert("model".into(), Value::String(plan.model.clone().into()));
+    sweep.extend(plan.settings.iter().map(|(key, value)| (key.clone(), Value::String(value.clone()))));
+    let path = out.join(SWEEP);
+    let text = format!("{:#}\n", Value::Object(sweep));
+    crate::atomic::write(&path, text.as_bytes()).map_err(PuzzleError::io(&path))?;
+    Ok(path)
+}
+
+/// Subgoals proposed for one puzzle.
+struct Proposal<'a> {
+    plan: &'a BenchPlan,
+    name: String,
+    from: PathBuf,
+    to: PathBuf,
+}
+
+impl Job for Proposal<'_> {
+    type Output = ();
+    type Error = PuzzleError;
+
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn size(&self) -> u64 {
+        1
+    }
+
+    fn run(&self, handle: &JobHandle) -> Result<Option<()>, PuzzleError> {
+        handle.report(format!("subgoals of {}", self.name));
+        let mut puzzle = task::load(&self.from.display().to_string())?;
+        // Without a model there is nothing to propose with.
+        if let Some((model, _)) = rollout_model(&self.plan.model, &puzzle)? {
+            let config = GuidanceConfig::default();
+            let go_on = |_| !handle.is_stopped();
+            puzzle.subgoals = propose_subgoals(&puzzle, &*model, self.plan.subgoals, &config, 0, go_on)?;
+        }
+        if handle.is_stopped() {
+            return Ok(None);
+        }
+        task::save(&puzzle, &self.to)?;
+        Ok(Some(()))
+    }
+}

@@ -1,0 +1,240 @@
+//! Random layouts, and the play that decides which of them are puzzles.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use rand::Rng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+
+use super::error::{PuzzleError, finished};
+use super::index::{Index, Puzzle, Split};
+use crate::batch::{Batch, BatchProgress, Job, JobHandle};
+use crate::env::Environment;
+use crate::guidance::{self, GuidanceConfig, TruePhysics, propose_subgoals};
+use crate::physics::ToolKind;
+use crate::streams::Stream;
+use crate::study::hits::{Explorer, Guided, Uniform, play};
+use crate::task::{self, BallSpec, Form, Goal, GoalShape, Placeable, Rules, STANDARD_RADIUS, Task, ToolSpec, VERSION};
+
+/// The tool sets of the shipped dynamics models, each with the types the agent may place. A placed
+/// bucket would only hold the ball, so it is not among them.
+const TOOL_SETS: [(&[ToolKind], &[ToolKind]); 3] = [
+    (&[ToolKind::Bucket, ToolKind::Box], &[ToolKind::Box]),
+    (&[ToolKind::Square, ToolKind::Floor], &[ToolKind::Square, ToolKind::Floor]),
+    (&[ToolKind::Box, ToolKind::Wall, ToolKind::Floor], &[ToolKind::Box, ToolKind::Wall, ToolKind::Floor]),
+];
+/// Most tools of a scene.
+const MOST_TOOLS: usize = 4;
+/// Subgoals that guided play may use.
+const SUBGOALS: usize = 2;
+/// Episodes of the first, cheap look at a layout.
+const FIRST_LOOK: u32 = 100;
+
+/// Which layouts are puzzles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Criteria {
+    /// Episodes of random play and of guided play.
+    pub episodes: u32,
+    /// Most of these in which random play may reach the goal.
+    pub most_random: u32,
+    /// Fewest of these in which play guided by the true physics must reach it.
+    pub least_guided: u32,
+    /// Actions of random play from which an accepted puzzle's random hit rate is measured.
+    pub random_actions: u64,
+}
+
+impl Default for Criteria {
+    fn default() -> Self {
+        Self { episodes: 1000, most_random: 1, least_guided: 30, random_actions: 1_000_000 }
+    }
+}
+
+/// Puzzles 0 to `count - 1` of the index's sequence, written into `folder` with the index; those that
+/// are there stay. A puzzle depends on its number alone, not on `count` or threads.
+///
+/// # Errors
+/// [`PuzzleError::OtherPuzzles`] when the folder holds others; [`PuzzleError::Interrupted`], after the
+/// finished ones have been written; when files cannot be read or written.
+pub fn generate(
+    wanted: &Index,
+    count: u64,
+    criteria: &Criteria,
+    folder: &Path,
+    batch: &Batch<'_>,
+    on_progress: &mut dyn FnMut(&BatchProgress<'_>),
+) -> Result<Index, PuzzleError> {
+    std::fs::create_dir_all(folder).map_err(PuzzleError::io(folder))?;
+    let mut index = Index::load(folder)?.unwrap_or_else(|| wanted.clone());
+    if !index.is_like(wanted) {
+        return Err(PuzzleError::OtherPuzzles { path: folder.to_owned() });
+    }
+    let missing = (0..count).filter(|number| index.puzzles.iter().all(|puzzle| puzzle.number != *number));
+    let jobs: Vec<Search<'_>> = missing.map(|number| Search { number, index: wanted, criteria, folder }).collect();
+    let (found, interrupted) = finished(batch.run(&jobs, on_progress)?)?;
+    index.puzzles.extend(found);
+    index.puzzles.sort_by_key(|puzzle| puzzle.number);
+    index.save(folder)?;
+    match interrupted {
+        0 => Ok(index),
+        _ => Err(PuzzleError::Interrupted { done: jobs.len() - interrupted, jobs: jobs.len() }),
+    }
+}
+
+/// The search for one puzzle: layouts are drawn until one is accepted.
+struct Search<'a> {
+    number: u64,
+    index: &'a Index,
+    criteria: &'a Criteria,
+    folder: &'a Path,
+}
+
+impl Job for Search<'_> {
+    type Output = Puzzle;
+    type Error = PuzzleError;
+
+    fn name(&self) -> String {
+        name(self.index, self.number)
+    }
+
+    fn size(&self) -> u64 {
+        1
+    }
+
+    fn run(&self, handle: &JobHandle) -> Result<Option<Puzzle>, PuzzleError> {
+        handle.report(self.name());
+        let mut rng = Stream::Puzzle { split: self.index.split as u64, number: self.number }.of(self.index.seed);
+        while !handle.is_stopped() {
+            let layout = layout(&self.name(), self.index.start_noise, &mut rng);
+            let seed = rng.r#gen();
+            if layout.validate().is_err() {
+                continue;
+            }
+            let task = Arc::new(layout);
+            if let Some(mut puzzle) = self.judge(&task, seed)? {
+                let random = play_actions(&task, self.criteria.random_actions, seed, || !handle.is_stopped());
+                let Some((episodes, goals)) = random else { return Ok(None) };
+                (puzzle.random_episodes, puzzle.random_goals) = (episodes, goals);
+                task::save(&task, &self.folder.join(format!("{}.json", task.name)))?;
+                return Ok(Some(puzzle));
+            }
+        }
+        Ok(None)
+    }
+}
+
+impl Search<'_> {
+    /// The puzzle that the layout is, without its random hit rate; none if it is too easy or too hard.
+    fn judge(&self, task: &Arc<Task>, seed: u64) -> Result<Option<Puzzle>, PuzzleError> {
+        let Criteria { episodes, most_random, least_guided, .. } = *self.criteria;
+        let is_easy = |episodes| successes(task, &mut Uniform, episodes, seed).0 > most_random;
+        if is_easy(FIRST_LOOK.min(episodes)) {
+            return Ok(None);
+        }
+        let config = GuidanceConfig::default();
+        let subgoals = propose_subgoals(task, &TruePhysics, SUBGOALS, &config, seed, |_| true)?;
+        let staged = Arc::new(Task { subgoals, ..Task::clone(task) });
+        let Some(prior) = guidance::build(&staged, &TruePhysics, "true physics", &config, seed, |_| true)? else {
+            return Ok(None);
+        };
+        let guided = |episodes| successes(&staged, &mut Guided(&prior), episodes, seed);
+        // Few in the first look are surely too few in all.
+        let expected = least_guided as f32 * FIRST_LOOK as f32 / episodes as f32;
+        if (guided(FIRST_LOOK.min(episodes)).0 as f32) < expected / 3.0 {
+            return Ok(None);
+        }
+        let (guided_goals, fewest) = guided(episodes);
+        let Some(actions_needed) = fewest.filter(|_| guided_goals >= least_guided) else { return Ok(None) };
+        if is_easy(episodes) {
+            return Ok(None);
+        }
+        Ok(Some(Puzzle {
+            number: self.number,
+            name: task.name.clone(),
+            tools: task.tool_set(),
+            placeable: task.placeable.kind,
+            subgoals: staged.subgoals.len(),
+            actions_needed,
+            guided_episodes: episodes,
+            guided_goals,
+            random_episodes: 0,
+            random_goals: 0,
+        }))
+    }
+}
+
+fn name(index: &Index, number: u64) -> String {
+    let split = match index.split {
+        Split::Train => "train",
+        Split::Validation => "validation",
+        Split::Test => "test",
+    };
+    format!("{split}-{}-{number:04}", index.seed)
+}
+
+/// A random scene with a ball above, a goal anywhere, and a tool to place.
+fn layout(name: &str, start_noise: f32, rng: &mut ChaCha8Rng) -> Task {
+    // None of the lists is empty.
+    let (set, placeable) = TOOL_SETS[rng.gen_range(0..TOOL_SETS.len())];
+    let mut any = |kinds: &[ToolKind]| kinds[rng.gen_range(0..kinds.len())];
+    let placeable = Placeable { kind: any(placeable), form: Form::default() };
+    let count = rng.gen_range(1..=MOST_TOOLS);
+    let mut kinds: Vec<ToolKind> = (0..count).map(|_| set[rng.gen_range(0..set.len())]).collect();
+    kinds.shuffle(rng);
+    let tools = kinds.into_iter().map(|kind| ToolSpec {
+        kind,
+        position: place(rng, [-0.9, 0.9], [-0.9, 0.7]),
+        form: Form::default(),
+    });
+    Task {
+        version: VERSION,
+        name: name.to_owned(),
+        description: String::new(),
+        tools: tools.collect(),
+        ball: BallSpec::at(place(rng, [-0.8, 0.8], [0.4, 0.9])),
+        marker: None,
+        balls: Vec::new(),
+        placeable,
+        subgoals: Vec::new(),
+        goal: Goal {
+            position: place(rng, [-0.9, 0.9], [-0.9, 0.6]),
+            radius: STANDARD_RADIUS,
+            shape: GoalShape::default(),
+        },
+        rules: Rules { start_noise, ..Rules::default() },
+    }
+}
+
+/// A place in a rectangle, to two decimals, as a person would write it.
+fn place(rng: &mut ChaCha8Rng, x: [f32; 2], y: [f32; 2]) -> [f32; 2] {
+    [x, y].map(|[from, to]| (rng.gen_range(from..=to) * 100.0).round() / 100.0)
+}
+
+/// Episodes that reached the goal, and the fewest actions of one that did.
+fn successes(task: &Arc<Task>, explorer: &mut impl Explorer, episodes: u32, seed: u64) -> (u32, Option<u32>) {
+    let (mut played, mut goals, mut fewest) = (0, 0, None);
+    play(task, explorer, seed, |env| {
+        played += 1;
+        if env.snapshot().goal_reached() {
+            goals += 1;
+            let actions = env.snapshot().actions();
+            fewest = Some(fewest.map_or(actions, |least: u32| least.min(actions)));
+        }
+        played < episodes
+    });
+    (goals, fewest)
+}
+
+/// Episodes of random play with at least this many actions in all, and those that reached the goal;
+/// none if `go_on`, asked after each, says no.
+fn play_actions(task: &Arc<Task>, actions: u64, seed: u64, go_on: impl Fn() -> bool) -> Option<(u64, u64)> {
+    let (mut taken, mut episodes, mut goals, mut stopped) = (0, 0, 0, false);
+    play(task, &mut Uniform, seed, |env: &Environment| {
+        taken += u64::from(env.snapshot().actions());
+        episodes += 1;
+        goals += u64::from(env.snapshot().goal_reached());
+        stopped = !go_on();
+        taken < actions && !stopped
+    });
+    (!stopped).then_some((episodes, goals))
+}

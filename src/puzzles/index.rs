@@ -1,0 +1,108 @@
+//! The index of a folder of puzzles.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::error::PuzzleError;
+use crate::json;
+use crate::physics::ToolKind;
+
+/// The version of the format this program writes.
+const VERSION: u32 = 1;
+/// Name of the index in its folder.
+const FILE: &str = "index.json";
+
+/// What puzzles are for. Equal seeds give different puzzles in each.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "snake_case")]
+pub enum Split {
+    /// To train agents and models on.
+    Train,
+    /// To choose settings on.
+    Validation,
+    /// To report results on.
+    Test,
+}
+
+/// The puzzles of a folder, by number.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Index {
+    /// Format version.
+    pub version: u32,
+    /// Seed of the puzzles.
+    pub seed: u64,
+    /// What they are for.
+    pub split: Split,
+    /// Half width of the uniform noise on the ball's start, normalised.
+    pub start_noise: f32,
+    /// The puzzles.
+    pub puzzles: Vec<Puzzle>,
+}
+
+/// A generated puzzle and how difficult it is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Puzzle {
+    /// Its number, from 0.
+    pub number: u64,
+    /// Name of its task; the task file is `NAME.json`.
+    pub name: String,
+    /// Types of the tools of the scene and of the agent.
+    pub tools: Vec<ToolKind>,
+    /// Type of the tool that the agent places.
+    pub placeable: ToolKind,
+    /// Subgoals that play guided by the true physics used.
+    pub subgoals: usize,
+    /// Fewest actions in which that play reached the goal.
+    pub actions_needed: u32,
+    /// Episodes of that play.
+    pub guided_episodes: u32,
+    /// Episodes of that play that reached the goal.
+    pub guided_goals: u32,
+    /// Episodes of uniformly random play.
+    pub random_episodes: u64,
+    /// Episodes of uniformly random play that reached the goal.
+    pub random_goals: u64,
+}
+
+impl Index {
+    /// An index without puzzles.
+    pub fn new(seed: u64, split: Split, start_noise: f32) -> Self {
+        Self { version: VERSION, seed, split, start_noise, puzzles: Vec::new() }
+    }
+
+    /// The index in `folder`; none if there is no such file.
+    ///
+    /// # Errors
+    /// When it cannot be read, is not an index, or is of another version.
+    pub fn load(folder: &Path) -> Result<Option<Self>, PuzzleError> {
+        let path = folder.join(FILE);
+        let text = match std::fs::read(&path) {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            read => read.map_err(PuzzleError::io(&path))?,
+        };
+        let index: Self = json::parse(&text, &path.display().to_string())?;
+        if index.version != VERSION {
+            return Err(PuzzleError::Version { path, found: index.version, wanted: VERSION });
+        }
+        Ok(Some(index))
+    }
+
+    /// Writes the index into `folder`, atomically.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn save(&self, folder: &Path) -> Result<(), PuzzleError> {
+        let path = folder.join(FILE);
+        // Plain structs of numbers and strings always serialise.
+        let text = serde_json::to_string_pretty(self).expect("an index is plain data") + "\n";
+        crate::atomic::write(&path, text.as_bytes()).map_err(PuzzleError::io(&path))
+    }
+
+    /// Whether `other` continues the same sequence of puzzles.
+    pub(super) fn is_like(&self, other: &Self) -> bool {
+        (self.seed, self.split, self.start_noise) == (other.seed, other.split, other.start_noise)
+    }
+}

@@ -1,0 +1,22 @@
+//! Generated puzzles: layouts that nobody has tuned anything to, and how methods do on them.
+//!
+//! A folder of puzzles holds `index.json` ([`Index`]) and a task file without subgoals for each puzzle.
+//! Whether a layout is a puzzle is decided by play: random actions hardly ever reach the goal, and
+//! actions guided by the true physics often do. The bench proposes subgoals for each puzzle with a
+//! dynamics model, which knows no puzzle, and trains agents on the result as a [sweep](crate::sweep).
+
+mod bench;
+mod error;
+mod generate;
+mod index;
+mod results;
+#[cfg(test)]
+mod tests;
+
+pub use bench::{BenchPlan, prepare};
+pub use error::PuzzleError;
+pub use generate::{Criteria, generate};
+#[cfg(test)]
+use index::Puzzle;
+pub use index::{Index, Split};
+pub use results::BenchResults;

@@ -1,0 +1,122 @@
+//! The results of a bench: how many puzzles each method solves, and how soon.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::error::PuzzleError;
+use super::index::Index;
+use crate::evidence::LearningRow;
+use crate::markdown;
+use crate::stats::rolling::WINDOW;
+
+/// Success rate from which on a puzzle counts as solved.
+const SOLVED: f64 = 0.8;
+
+/// Trainings on generated puzzles.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BenchResults {
+    /// The command that made them.
+    pub command: String,
+    /// Version of the program.
+    pub mge_version: String,
+    /// The puzzles.
+    pub index: Index,
+    /// Episodes of the longest training.
+    pub episodes: u64,
+    /// One row for each training.
+    pub runs: Vec<LearningRow>,
+}
+
+impl BenchResults {
+    /// The results of trainings on the puzzles of `index`; runs of other tasks are left out.
+    pub fn new(command: &str, index: Index, mut rows: Vec<LearningRow>) -> Self {
+        rows.retain(|row| index.puzzles.iter().any(|puzzle| puzzle.name == row.task));
+        Self {
+            command: command.to_owned(),
+            mge_version: env!("CARGO_PKG_VERSION").to_owned(),
+            episodes: rows.iter().map(|row| row.episodes).max().unwrap_or(0),
+            index,
+            runs: rows,
+        }
+    }
+
+    /// Writes `report.md` and `report.json` into `folder`.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    pub fn write(&self, folder: &Path) -> Result<(), PuzzleError> {
+        // Plain data always serialises.
+        let json = serde_json::to_string_pretty(self).expect("results are plain data") + "\n";
+        for (name, text) in [("report.json", json), ("report.md", self.to_markdown())] {
+            let path = folder.join(name);
+            crate::atomic::write(&path, text.as_bytes()).map_err(PuzzleError::io(&path))?;
+        }
+        Ok(())
+    }
+
+    /// The results as tables.
+    pub fn to_markdown(&self) -> String {
+        let mut text = String::from("# Generated puzzles\n\n");
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            text,
+            "Made by {} with mge {}: {} trainings of {} episodes on {} puzzles (seed {}, start noise {}). A puzzle is \
+             solved when {:.0} % of the last {WINDOW} episodes reached the goal, and held when that is so over the \
+             last quarter of the training.\n",
+            markdown::code(&self.command),
+            self.mge_version,
+            self.runs.len(),
+            self.episodes,
+            self.index.puzzles.len(),
+            self.index.seed,
+            self.index.start_noise,
+            100.0 * SOLVED,
+        );
+        text += "## Share of trainings that solved their puzzle\n\n";
+        self.write_table(&mut text, "method", |_| Some(String::new()));
+        text += "\n## By the fewest actions with which guided play reached the goal\n\n";
+        self.write_table(&mut text, "actions, method", |row| {
+            let puzzle = self.index.puzzles.iter().find(|puzzle| puzzle.name == row.task)?;
+            Some(
+                match puzzle.actions_needed {
+                    ..=1 => "1",
+                    2 => "2",
+                    3 => "3",
+                    _ => "4 or more",
+                }
+                .to_owned(),
+            )
+        });
+        text
+    }
+
+    /// A table with a row for each group of runs and method.
+    fn write_table(&self, text: &mut String, title: &str, group: impl Fn(&LearningRow) -> Option<String>) {
+        let within = [self.episodes / 4, self.episodes / 2, self.episodes];
+        let columns = within.map(|episodes| format!("within {episodes}"));
+        let titles = [title, "trainings"].map(str::to_owned).into_iter().chain(columns);
+        *text += &markdown::header(titles.chain(["held".to_owned(), "mean area under the curve".to_owned()]));
+        let mut groups: BTreeMap<(String, String), Vec<&LearningRow>> = BTreeMap::new();
+        for row in &self.runs {
+            if let Some(group) = group(row) {
+                groups.entry((group, row.label())).or_default().push(row);
+            }
+        }
+        for ((group, method), rows) in groups {
+            let share = |is: &dyn Fn(&LearningRow) -> bool| {
+                let count = rows.iter().filter(|row| is(row)).count();
+                format!("{:.2}", count as f64 / rows.len() as f64)
+            };
+            let solved =
+                |least: u64| share(&|row| row.efficiency.episodes_to_80.is_some_and(|episodes| episodes <= least));
+            let held = share(&|row| row.efficiency.held_success.is_some_and(|success| success >= SOLVED));
+            let area = rows.iter().filter_map(|row| row.efficiency.auc).sum::<f64>() / rows.len() as f64;
+            let name = if group.is_empty() { method } else { format!("{group}, {method}") };
+            let cells = [name, rows.len().to_string()].into_iter().chain(within.map(solved));
+            *text += &markdown::row(cells.chain([held, format!("{area:.2}")]));
+        }
+    }
+}

@@ -1,0 +1,118 @@
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use super::*;
+use crate::batch::Batch;
+use crate::evidence::LearningRow;
+use crate::stats::efficiency::Efficiency;
+use crate::sweep::Sweep;
+use crate::task;
+use crate::trainer::{Method, PriorSource};
+
+/// Cheap to check, and still not met by most layouts.
+const CRITERIA: Criteria = Criteria { episodes: 60, most_random: 1, least_guided: 3, random_actions: 500 };
+
+fn generate_into(folder: &Path, index: &Index, count: u64, threads: usize) -> Result<Index, PuzzleError> {
+    let interrupt = AtomicBool::new(false);
+    generate(index, count, &CRITERIA, folder, &Batch { threads, interrupt: &interrupt }, &mut |_| {})
+}
+
+fn read(folder: &Path, name: &str) -> String {
+    std::fs::read_to_string(folder.join(name)).unwrap()
+}
+
+#[test]
+fn puzzles_depend_on_their_number_alone_and_those_that_exist_are_kept() {
+    let (one, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let index = Index::new(7, Split::Validation, 0.01);
+    let first = generate_into(one.path(), &index, 1, 1).unwrap();
+    let name = format!("{}.json", first.puzzles[0].name);
+    assert_eq!(name, "validation-7-0000.json");
+    std::fs::write(one.path().join(&name), "edited").unwrap();
+    let both = generate_into(one.path(), &index, 2, 2).unwrap();
+    assert_eq!(both.puzzles[0], first.puzzles[0]);
+    assert_eq!(read(one.path(), &name), "edited");
+
+    let again = generate_into(other.path(), &index, 2, 2).unwrap();
+    assert_eq!(again, both);
+    let second = format!("{}.json", both.puzzles[1].name);
+    assert_eq!(read(one.path(), &second), read(other.path(), &second));
+    let test = Index::new(7, Split::Test, 0.01);
+    assert!(matches!(generate_into(other.path(), &test, 1, 1), Err(PuzzleError::OtherPuzzles { .. })));
+}
+
+#[test]
+fn a_puzzle_is_a_task_without_subgoals_that_guided_play_solves_and_the_bench_gives_it_subgoals() {
+    let folder = tempfile::tempdir().unwrap();
+    let index = generate_into(folder.path(), &Index::new(3, Split::Train, 0.01), 1, 1).unwrap();
+    let puzzle = &index.puzzles[0];
+    assert!(puzzle.guided_goals >= CRITERIA.least_guided && puzzle.guided_episodes == CRITERIA.episodes);
+    assert!(puzzle.actions_needed >= 1 && puzzle.random_episodes > 0);
+    let file = folder.path().join(format!("{}.json", puzzle.name));
+    let task = task::load(&file.display().to_string()).unwrap();
+    assert_eq!((task.subgoals.len(), task.rules.start_noise), (0, 0.01));
+
+    let out = folder.path().join("bench");
+    let plan = BenchPlan {
+        puzzles: folder.path().to_owned(),
+        model: PriorSource::TruePhysics,
+        subgoals: 2,
+        methods: vec![Method::default()],
+        episodes: 30,
+        seeds: 2,
+        settings: vec![("ddpg.gamma".to_owned(), "0.9".to_owned())],
+    };
+    let interrupt = AtomicBool::new(false);
+    let batch = Batch { threads: 1, interrupt: &interrupt };
+    let sweep = Sweep::load(&prepare(&plan, &index, &out, &batch, &mut |_| {}).unwrap()).unwrap();
+    assert_eq!(sweep.jobs.len(), 2);
+    let staged = task::load(&out.join("tasks").join(format!("{}.json", puzzle.name)).display().to_string()).unwrap();
+    assert_eq!(staged.subgoals.len(), puzzle.subgoals);
+}
+
+#[test]
+fn an_interrupted_search_says_how_many_are_done_and_keeps_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let interrupt = AtomicBool::new(true);
+    let index = Index::new(1, Split::Test, 0.0);
+    let batch = Batch { threads: 1, interrupt: &interrupt };
+    let outcome = generate(&index, 3, &CRITERIA, folder.path(), &batch, &mut |_| {});
+    assert!(matches!(outcome, Err(PuzzleError::Interrupted { done: 0, jobs: 3 })));
+    assert_eq!(Index::load(folder.path()).unwrap(), Some(index));
+}
+
+#[test]
+fn a_report_counts_solved_and_held_puzzles_by_method_and_difficulty() {
+    let mut index = Index::new(0, Split::Test, 0.01);
+    for (number, actions_needed) in [(0, 1), (1, 5)] {
+        index.puzzles.push(Puzzle {
+            number,
+            name: format!("test-0-000{number}"),
+            tools: Vec::new(),
+            placeable: crate::physics::ToolKind::Box,
+            subgoals: 1,
+            actions_needed,
+            guided_episodes: 1000,
+            guided_goals: 50,
+            random_episodes: 1000,
+            random_goals: 0,
+        });
+    }
+    let row = |task: &str, episodes_to_80, held| LearningRow {
+        task: task.to_owned(),
+        method: "ddpg".to_owned(),
+        epsilon: "0".to_owned(),
+        settings: Default::default(),
+        seed: 0,
+        episodes: 400,
+        efficiency: Efficiency { episodes_to_80, auc: Some(0.5), held_success: Some(held), ..Efficiency::default() },
+        greedy_success: None,
+    };
+    let rows = [row("test-0-0000", Some(150), 0.9), row("test-0-0001", Some(400), 0.7), row("task1", Some(1), 1.0)];
+    let results = BenchResults::new("mge puzzles bench", index, rows.into());
+    assert_eq!(results.runs.len(), 2, "other tasks are left out");
+    let text = results.to_markdown();
+    assert!(text.contains("| method | trainings | within 100 | within 200 | within 400 | held |"), "{text}");
+    assert!(text.contains("| DDPG | 2 | 0.00 | 0.50 | 1.00 | 0.50 | 0.50 |"), "{text}");
+    assert!(text.contains("| 4 or more, DDPG | 1 | 0.00 | 0.00 | 1.00 | 0.00 | 0.50 |"), "{text}");
+}
