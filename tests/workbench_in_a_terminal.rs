@@ -110,7 +110,7 @@ fn a_closed_window_ends_it_with_the_run_checkpointed() {
     terminal.type_text("x");
     terminal.wait_for("no episodes yet");
     terminal.type_text(":method ddpg\r");
-    terminal.wait_for("method   ddpg,");
+    terminal.wait_for("next run DDPG,");
     terminal.type_text("t");
     terminal.wait_for("running");
     terminal.hang_up();
@@ -130,7 +130,7 @@ fn a_figure_is_shown_in_sixels_where_the_terminal_has_them() {
     terminal.wait_until_written("\x1bP");
     terminal.type_text("?");
     terminal.wait_for("FIGURES");
-    terminal.type_text("x8");
+    terminal.type_text("?8");
     terminal.wait_for("Nothing has happened yet");
     terminal.type_text("q");
     assert_eq!(terminal.wait_for_exit(), 0);

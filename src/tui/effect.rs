@@ -1,6 +1,6 @@
 //! What screens and layers ask of the workbench; the app carries it out.
 
-use super::actions::Action;
+use super::actions::{Action, Tab};
 use super::layers::Layer;
 use super::scene::Object;
 use super::view::{Choice, Level};
@@ -14,6 +14,8 @@ pub enum Effect {
     ApplyConfirmed(Command),
     /// Do what an action asks for.
     Perform(Action),
+    /// Do what an action asks for on its screen.
+    PerformOn(Tab, Action),
     /// Show a message.
     Say(Level, String),
     /// Lay something over the screen.

@@ -15,7 +15,7 @@ use crate::workbench::Session;
 
 /// Time between two pictures at least.
 const FRAME: Duration = Duration::from_micros(16_667);
-/// Time between two looks at the session while nothing moves.
+/// Time between two looks at the session, and between two pictures of an episode that is played.
 const IDLE: Duration = Duration::from_millis(40);
 
 /// How the workbench opens.
@@ -133,7 +133,7 @@ impl Display {
     /// Draws what has changed, takes in events and does what they ask of the terminal. False
     /// if the terminal is gone.
     fn turn(&mut self, app: &mut App) -> io::Result<bool> {
-        if self.drawn.is_none_or(|at| at.elapsed() >= FRAME) && app.take_changed() {
+        if self.drawn.is_none_or(|at| at.elapsed() >= FRAME) && app.is_changed() {
             self.draw(app)?;
             self.drawn = Some(Instant::now());
             self.find_graphics(app)?;
@@ -165,10 +165,10 @@ impl Display {
     /// Waits until something may have changed, then takes in all events that are there. False
     /// if the terminal is gone.
     fn take_events(&mut self, app: &mut App) -> io::Result<bool> {
-        let pause = if app.is_animated() || app.is_changed() {
-            self.drawn.map_or(Duration::ZERO, |at| FRAME.saturating_sub(at.elapsed()))
-        } else {
-            IDLE
+        let pause = match self.drawn {
+            Some(at) if app.is_changed() => FRAME.saturating_sub(at.elapsed()),
+            Some(_) => IDLE,
+            None => Duration::ZERO,
         };
         let mut received = Vec::new();
         let there = self.input.wait(pause, &mut received)?;

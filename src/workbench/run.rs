@@ -377,8 +377,7 @@ impl RunView {
     /// # Errors
     /// When it was not kept or cannot be read.
     pub fn past_episode(&self, episode: u64) -> Result<Trace, RunError> {
-        let played = read_episode(&self.directory.episodes_path(), episode)?;
-        Ok(Trace::replay(&self.config.task, &played))
+        self.saved().past_episode(episode)
     }
 
     /// What its checkpoints hold.
@@ -395,6 +394,15 @@ pub struct SavedRun {
 }
 
 impl SavedRun {
+    /// An episode of its past, played again.
+    ///
+    /// # Errors
+    /// When it is not recorded, or cannot be read.
+    pub fn past_episode(&self, episode: u64) -> Result<Trace, RunError> {
+        let played = read_episode(&self.directory.episodes_path(), episode)?;
+        Ok(Trace::replay(&self.config.task, &played))
+    }
+
     /// The agent of the newest checkpoint.
     ///
     /// # Errors

@@ -77,6 +77,7 @@ pub enum Action {
     ShowCritic,
     ShowActor,
     ShowModel,
+    ShowLegend,
     HandPlay,
     // Moving things: objects, the hand, schedule points, crosshair, rows.
     Left,
@@ -161,6 +162,19 @@ impl Context {
         Self::List,
         Self::Typed,
     ];
+
+    /// The screen it belongs to, if it is that of one screen.
+    pub fn tab(self) -> Option<Tab> {
+        match self {
+            Self::Scene => Some(Tab::Scene),
+            Self::Schedule => Some(Tab::Schedule),
+            Self::Curves => Some(Tab::Training),
+            Self::Runs => Some(Tab::Runs),
+            Self::Models => Some(Tab::Models),
+            Self::Figures => Some(Tab::Figures),
+            Self::Everywhere | Self::Hand | Self::List | Self::Typed => None,
+        }
+    }
 
     /// Heading in the help, and the section's name in a key file.
     pub fn name(self) -> &'static str {

@@ -89,6 +89,7 @@ pub(super) const ROWS: &[Row] = &[
     (A::ShowCritic, Scene, "show-critic", "b", "", "show or hide what the critic thinks of every action now", Nothing),
     (A::ShowActor, Scene, "show-actor", "i", "", "show or hide where the actor would place the tool now", Nothing),
     (A::ShowModel, Scene, "show-model", "g", "", "show or hide what the model predicts for the next actions, and what happened", Nothing),
+    (A::ShowLegend, Scene, "show-legend", "I", "legend", "show or hide what the signs in the scene mean", Nothing),
     (A::HandPlay, Scene, "hand-play", "P", "hand play", "place tools yourself, or stop doing so", Nothing),
 
     (A::Left, Hand, "hand-left", "left h", "", "move the tool left by 0.02", Nothing),

@@ -16,12 +16,13 @@ use std::time::Duration;
 
 use crossterm::event::{Event, KeyEvent, KeyEventKind, KeyModifiers, MouseEvent, MouseEventKind};
 use ratatui::Frame;
+use ratatui::buffer::Buffer;
 
 use super::actions::{Action, Context, Tab};
 use super::effect::Effect;
 use super::input::{Key, Keymap};
 use super::layers::{Layer, Response, Tour};
-use super::screens::{Chrome, HitRegions, Notice, Screens, Ui, draw_frame};
+use super::screens::{Chrome, HitRegions, Notice, Screens, Ui, draw_frame, draw_scene};
 use super::terminal::{Graphics, Protocol, Received};
 use super::view::{Choice, Level, Subject, Workspace};
 use super::widgets::theme::Theme;
@@ -50,7 +51,12 @@ pub struct App {
     /// Whether the mouse is captured.
     mouse: bool,
     leaving: Leaving,
+    /// Something new is to be seen.
     changed: bool,
+    /// Something new is to be seen in the scene, but nowhere else.
+    moved: bool,
+    /// The latest picture, without what lay over it.
+    picture: Buffer,
 }
 
 /// Whether the workbench is to be left.
@@ -96,6 +102,8 @@ impl App {
             mouse: true,
             leaving: Leaving::No,
             changed: true,
+            moved: false,
+            picture: Buffer::default(),
         }
     }
 
@@ -120,14 +128,9 @@ impl App {
         self.request.take()
     }
 
-    /// Whether there is something new to draw; asking forgets it.
-    pub fn take_changed(&mut self) -> bool {
-        std::mem::take(&mut self.changed)
-    }
-
     /// Whether there is something new to draw.
     pub fn is_changed(&self) -> bool {
-        self.changed
+        self.changed || self.moved
     }
 
     /// Draws everything anew on a terminal that has forgotten what it showed.
@@ -153,11 +156,6 @@ impl App {
             }
             Received::Attributes { sixel: false } => {}
         }
-    }
-
-    /// Whether something moves, so that time must pass often.
-    pub fn is_animated(&self) -> bool {
-        self.tab.has_scene() && self.screens.scene.player.playing
     }
 
     /// Whether runs are being read from their folder.
@@ -194,7 +192,8 @@ impl App {
     /// Lets time pass and takes in what the session did.
     pub fn tick(&mut self, elapsed: Duration) {
         let lines = self.workspace.view().log_total;
-        self.changed |= self.workspace.poll();
+        let is_changed = self.workspace.poll();
+        self.changed |= is_changed;
         let view = self.workspace.view();
         let fresh = view.log_total.saturating_sub(lines).min(view.log.len());
         let news = view.log[view.log.len() - fresh..].iter().rev().find(|line| line.level != Level::Info);
@@ -207,7 +206,9 @@ impl App {
             self.quit();
             self.changed = true;
         }
-        self.choose_subject(None, false);
+        if is_changed {
+            self.choose_subject(None, false);
+        }
         if self.tab.has_scene() {
             self.tick_scene(elapsed);
         }
@@ -224,8 +225,8 @@ impl App {
             let model = self.workspace.model_for(&self.subject.task().clone());
             self.subject.set_model(model);
         }
-        let (changed, effects) = self.screens.scene.update(&self.subject, elapsed);
-        self.changed |= changed;
+        let (moved, effects) = self.screens.scene.update(&self.subject, elapsed);
+        self.moved |= moved;
         self.carry_out(effects);
         // Until there is a training episode to show, the next one is asked for.
         let view = self.workspace.view();
@@ -240,6 +241,9 @@ impl App {
         let choice = choice.unwrap_or_else(|| self.subject.choice().clone());
         let subject = Subject::choose(self.workspace.view(), &choice, Some(&self.subject), next);
         let is_other = !std::sync::Arc::ptr_eq(subject.episode(), self.subject.episode());
+        if subject.run().map(|run| &run.path) != self.subject.run().map(|run| &run.path) {
+            self.screens.curves.forget_window();
+        }
         self.subject = subject;
         if is_other || next {
             self.screens.scene.begin(&self.subject);
@@ -365,8 +369,20 @@ impl App {
         self.screens.preview.is_drawing()
     }
 
-    /// Draws everything.
+    /// Draws everything, or takes what has not changed from the picture before: while an episode is
+    /// played, that is all but the scene.
     pub fn draw(&mut self, frame: &mut Frame) {
+        let only_moved = std::mem::take(&mut self.moved) & !std::mem::take(&mut self.changed);
+        let known = self.picture.area == frame.area() && !self.regions.all().is_empty();
+        if only_moved && known && self.tab.has_scene() && self.layers.is_empty() {
+            let ui =
+                Ui { view: self.workspace.view(), subject: &self.subject, keymap: &self.keymap, theme: &self.theme };
+            let notice = self.notice.as_ref().map(|(notice, _)| notice);
+            draw_scene(&ui, &self.screens.scene, notice, &mut self.picture);
+            self.theme.make_plain(&mut self.picture);
+            frame.buffer_mut().clone_from(&self.picture);
+            return;
+        }
         let contexts = self.contexts();
         let chrome = Chrome {
             tab: self.tab,
@@ -377,6 +393,7 @@ impl App {
         let ui = Ui { view: self.workspace.view(), subject: &self.subject, keymap: &self.keymap, theme: &self.theme };
         let area = frame.area();
         self.regions = draw_frame(&ui, &self.screens, &chrome, area, frame.buffer_mut());
+        self.picture.clone_from(frame.buffer_mut());
         let mut cursor = None;
         // Where there is no room for the screen, there is none for what lies over it.
         if !self.regions.all().is_empty() {

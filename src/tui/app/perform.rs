@@ -14,6 +14,12 @@ use crate::workbench::{Command, FigureKind, command};
 impl App {
     /// Does what an action asks for.
     pub(super) fn perform(&mut self, action: Action) {
+        // On the Runs screen, what is done with a run is done with the selected one.
+        if self.tab == Tab::Runs && matches!(action, Action::Pause | Action::Stop) {
+            let (screens, ui) = self.screens_and_ui();
+            let watch = screens.runs.watch_selected(&ui);
+            self.carry_out(watch);
+        }
         match action {
             Action::Train => self.apply(command::Train { folder: None, until: None }),
             Action::Pause => match self.subject.run() {
@@ -32,6 +38,14 @@ impl App {
             Action::Model => self.choose_model(),
             Action::Seed => self.ask_for_seed(),
             Action::Episodes => self.ask_for_episodes(),
+            Action::Undo if self.tab == Tab::Schedule => {
+                if !self.screens.schedule.undo() {
+                    self.say(
+                        Level::Info,
+                        "nothing is drawn that could be undone; edits of the task are undone on its screens",
+                    );
+                }
+            }
             Action::Undo => self.apply(command::Undo),
             Action::Redo => self.apply(command::Redo),
             Action::Save if self.workspace.view().file.is_none() => self.ask_where_to_save(),
@@ -87,6 +101,10 @@ impl App {
             },
             Effect::ApplyConfirmed(command) => self.report(command)?,
             Effect::Perform(action) => self.perform(action),
+            Effect::PerformOn(tab, action) => {
+                self.show(tab);
+                self.perform(action);
+            }
             Effect::Say(level, text) => self.say(level, text),
             Effect::Open(layer) => self.layers.push(layer),
             Effect::Select(object) => self.screens.scene.select(object),
@@ -127,6 +145,7 @@ impl App {
             self.workspace.look_for_runs();
         }
         self.tab = tab;
+        self.screens.scene.player.hold(tab == Tab::Edit);
     }
 
     /// A constant threshold, starting from the one in use now.
@@ -168,7 +187,15 @@ impl App {
     }
 
     fn export(&mut self, kind: FigureKind, format: &str) -> Result<(), String> {
-        let path = format!("figures/{}-{}.{format}", self.workspace.view().task.name, kind.name());
+        let view = self.workspace.view();
+        // What is of a run has its name: those of several runs on one task do not replace one another.
+        let of_run = match kind {
+            FigureKind::Dashboard => true,
+            FigureKind::Episode => view.hand.trace.steps.is_empty(),
+            FigureKind::Scene | FigureKind::Clusters | FigureKind::Learning => false,
+        };
+        let name = view.watched_run().filter(|_| of_run).map_or(&view.task.name, |run| &run.name);
+        let path = format!("figures/{name}-{}.{format}", kind.name());
         let figure = command::Figure { kind, path: path.into(), dpi: None };
         self.report(figure.into()).map_err(|error| format!("{}: {error}", kind.name()))
     }

@@ -20,6 +20,8 @@ const NAMES: u16 = 17;
 /// The help, scrolled to a line. What applies now comes first.
 pub struct Help {
     scroll: usize,
+    /// What the lines shown have in them.
+    filter: String,
     contexts: Vec<Context>,
 }
 
@@ -29,24 +31,34 @@ impl Help {
         let others = Context::ALL.into_iter().filter(|context| !now.contains(context));
         let mut contexts: Vec<Context> = now.iter().copied().chain(others).collect();
         contexts.sort_by_key(|context| *context == Context::Typed);
-        Self { scroll: 0, contexts }
+        Self { scroll: 0, filter: String::new(), contexts }
     }
 
     /// Keys, name and what it does, which goes on in the next line where `room` is too little.
     fn lines(&self, keymap: &Keymap, room: usize) -> Vec<(String, &'static str, String)> {
         let mut lines = Vec::new();
+        let filter = self.filter.to_lowercase();
         for context in &self.contexts {
+            let words = |entry: &Entry| format!("{} {} {}", keymap.keys(entry).join(" "), entry.name, about(entry));
+            let is_found = |entry: &&Entry| entry.context == *context && words(entry).to_lowercase().contains(&filter);
+            let mut found = entries().iter().filter(is_found).peekable();
+            if found.peek().is_none() {
+                continue;
+            }
             if !lines.is_empty() {
                 lines.push(Default::default());
             }
             lines.push((context.name().to_uppercase(), "", String::new()));
-            for entry in entries().iter().filter(|entry| entry.context == *context) {
+            for entry in found {
                 for (index, about) in wrap(&about(entry), room).into_iter().enumerate() {
                     let first = index == 0;
                     let keys = if first { keymap.keys(entry).join(" ") } else { String::new() };
                     lines.push((keys, if first { entry.name } else { "" }, about));
                 }
             }
+        }
+        if lines.is_empty() {
+            lines.push((String::new(), "", "nothing is found".to_owned()));
         }
         lines
     }
@@ -55,15 +67,22 @@ impl Help {
 impl Layer for Help {
     fn key(&mut self, key: KeyEvent) -> Response {
         match key.code {
-            KeyCode::Up | KeyCode::Char('k') => self.scroll = self.scroll.saturating_sub(1),
-            KeyCode::Down | KeyCode::Char('j') => self.scroll = self.scroll.saturating_add(1),
+            KeyCode::Up => self.scroll = self.scroll.saturating_sub(1),
+            KeyCode::Down => self.scroll = self.scroll.saturating_add(1),
             KeyCode::PageUp => self.scroll = self.scroll.saturating_sub(10),
-            KeyCode::PageDown | KeyCode::Char(' ') => self.scroll = self.scroll.saturating_add(10),
+            KeyCode::PageDown => self.scroll = self.scroll.saturating_add(10),
             KeyCode::Home => self.scroll = 0,
             KeyCode::End => self.scroll = usize::MAX,
+            KeyCode::Char('?') if self.filter.is_empty() => return Response::Leave,
+            KeyCode::Char(typed) => self.filter.push(typed),
+            KeyCode::Backspace => _ = self.filter.pop(),
             _ => return Response::Leave,
         }
         Response::Stay
+    }
+
+    fn paste(&mut self, text: &str) {
+        self.filter.push_str(text);
     }
 
     fn click(&mut self, _: Position) -> Response {
@@ -74,7 +93,11 @@ impl Layer for Help {
         let room = area.width.saturating_sub(4).min(WIDTH).saturating_sub(KEYS + NAMES + 2);
         let lines = self.lines(keymap, usize::from(room));
         let wanted = (WIDTH, lines.len() as u16);
-        let inside = frame("keys  (arrows scroll, any other key leaves)", wanted, area, theme, buffer);
+        let title = match self.filter.as_str() {
+            "" => "keys · type to find, arrows scroll, esc leaves".to_owned(),
+            filter => format!("keys with `{filter}` · backspace shows more, esc leaves"),
+        };
+        let inside = frame(&title, wanted, area, theme, buffer);
         self.scroll = self.scroll.min(lines.len().saturating_sub(usize::from(inside.height)));
         let row = |(keys, name, about): (String, &'static str, String)| {
             Row::new([Span::styled(keys, theme.strong()), Span::styled(name, theme.faint()), about.into()])

@@ -56,7 +56,9 @@ impl Palette {
             let applies = contexts.contains(&entry.context) && entry.context != Context::Typed;
             Item { entry, applies }
         });
-        let items: Vec<Item> = items.filter(|item| item.applies || item.entry.verb().is_some()).collect();
+        let items: Vec<Item> = items
+            .filter(|item| item.applies || item.entry.verb().is_some() || item.entry.context.tab().is_some())
+            .collect();
         let (found, rows) = (items.clone(), Vec::new());
         Self { input: TextInput::default(), items, found, selected: 0, rows, error: None }
     }
@@ -77,10 +79,13 @@ impl Palette {
         }
         match self.found.get(self.selected) {
             Some(item) if item.applies => Response::Do(Effect::Perform(item.entry.action)),
-            Some(_) => {
-                self.complete();
-                Response::Stay
-            }
+            Some(item) => match (item.entry.verb(), item.entry.context.tab()) {
+                (None, Some(tab)) => Response::Do(Effect::PerformOn(tab, item.entry.action)),
+                _ => {
+                    self.complete();
+                    Response::Stay
+                }
+            },
             None => self.command(),
         }
     }
@@ -177,7 +182,11 @@ impl Layer for Palette {
         }
         let row = |index: usize| {
             let item = self.found[index];
-            let keys = if item.applies { keymap.keys(item.entry).join(" ") } else { String::new() };
+            let keys = match item.entry.context.tab().filter(|_| item.entry.verb().is_none()) {
+                _ if item.applies => keymap.keys(item.entry).join(" "),
+                Some(tab) => format!("on {}", tab.title()),
+                None => String::new(),
+            };
             let text = shortened(&item.line(), width.saturating_sub(keys.len() + 1), false);
             let room = width.saturating_sub(keys.len());
             let line = vec![Span::raw(columns::padded(&text, room)), Span::styled(keys, theme.strong())];
@@ -215,6 +224,7 @@ mod tests {
         match palette.key(KeyEvent::new(KeyCode::Enter, KeyModifiers::NONE)) {
             Response::Try(Effect::Apply(command)) => format!("command {command}"),
             Response::Do(Effect::Perform(action)) => format!("action {action:?}"),
+            Response::Do(Effect::PerformOn(tab, action)) => format!("perform on {} {action:?}", tab.title()),
             Response::Stay => palette.error.unwrap_or_else(|| palette.input.text().to_owned()),
             _ => "something else".to_owned(),
         }
@@ -231,6 +241,7 @@ mod tests {
             ("seed", "action Seed"),
             ("subgoal mo", "subgoal move "),
             ("epsilon 7", "7 is not within 0 and 1"),
+            ("whole-range", "perform on Training WholeRange"),
             ("quarrel 7", "unknown command `quarrel 7`"),
         ] {
             let given = given(typed);

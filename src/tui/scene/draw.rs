@@ -3,7 +3,10 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
+use ratatui::text::{Line, Text};
+use ratatui::widgets::{Clear, Widget};
 
+use super::legend;
 use super::object::{Object, Objects};
 use super::view::View;
 use crate::env::{Action, Placement};
@@ -27,13 +30,15 @@ pub struct Overlays {
     pub actor: bool,
     /// What the model predicts from the present action on.
     pub model: bool,
+    /// What the signs mean.
+    pub legend: bool,
     /// Only this stage's clusters; None for those of all stages.
     pub stage: Option<usize>,
 }
 
 impl Default for Overlays {
     fn default() -> Self {
-        Self { clusters: true, samples: false, critic: false, actor: false, model: false, stage: None }
+        Self { clusters: true, samples: false, critic: false, actor: false, model: false, legend: false, stage: None }
     }
 }
 
@@ -44,6 +49,14 @@ pub struct Heat {
     pub side: usize,
     /// One value a grid cell, row by row.
     pub values: Vec<f32>,
+}
+
+impl Heat {
+    /// Its least and its greatest finite value; None if it has none.
+    pub fn range(&self) -> Option<[f32; 2]> {
+        let finite = || self.values.iter().copied().filter(|value| value.is_finite());
+        Some([finite().reduce(f32::min)?, finite().reduce(f32::max)?])
+    }
 }
 
 /// A tool held over the scene, not placed yet.
@@ -81,6 +94,13 @@ pub struct Content<'a> {
     pub ghost: Option<&'a Ghost>,
 }
 
+impl Content<'_> {
+    /// The colour of a stage's clusters: that of its subgoal, or of the goal.
+    fn stage(&self, stage: usize, theme: &Theme) -> Color {
+        if stage == self.objects.task.subgoals.len() { theme.goal } else { theme.stage(stage) }
+    }
+}
+
 /// Draws the scene into the largest square of `area` and returns where it is.
 pub fn draw(content: &Content, area: Rect, theme: &Theme, buffer: &mut Buffer) -> View {
     let view = View::fit(area);
@@ -97,6 +117,12 @@ pub fn draw(content: &Content, area: Rect, theme: &Theme, buffer: &mut Buffer) -
         shade(heat, view, theme, buffer);
     }
     Labels { view, theme, buffer }.all(content);
+    let lines = legend::lines(content, theme);
+    let width = lines.iter().map(Line::width).max().unwrap_or(0) as u16;
+    let height = (lines.len() as u16).min(view.area.height);
+    let corner = Rect { y: view.area.bottom() - height, width: width.min(view.area.width), height, ..view.area };
+    Clear.render(corner, buffer);
+    Text::from(lines).render(corner, buffer);
     view
 }
 
@@ -138,7 +164,7 @@ impl Painter<'_, '_, '_> {
         let Some((prior, stale)) = content.prior else { return };
         let shown = |stage: &usize| content.overlays.stage.is_none_or(|only| only == *stage);
         for (index, stage) in prior.stages.iter().enumerate().filter(|(index, _)| shown(index)) {
-            let colour = if stale { self.theme.dim } else { self.theme.stage(index) };
+            let colour = if stale { self.theme.dim } else { content.stage(index, self.theme) };
             if content.overlays.samples {
                 self.path(&stage.actions, colour, 1);
             }
@@ -212,8 +238,7 @@ impl Painter<'_, '_, '_> {
 
 /// Colours the background of every cell by the value of placing the tool there.
 fn shade(heat: &Heat, view: View, theme: &Theme, buffer: &mut Buffer) {
-    let finite = || heat.values.iter().copied().filter(|value| value.is_finite());
-    let (low, high) = (finite().fold(f32::MAX, f32::min), finite().fold(f32::MIN, f32::max));
+    let Some([low, high]) = heat.range() else { return };
     let share = |value: f32| (value - low) / (high - low).max(f32::EPSILON);
     for row in 0..view.area.height {
         for column in 0..view.area.width {
@@ -279,7 +304,7 @@ impl Labels<'_> {
         let Some((prior, stale)) = content.prior.filter(|_| content.overlays.clusters) else { return };
         for (index, stage) in prior.stages.iter().enumerate() {
             if content.overlays.stage.is_none_or(|only| only == index) {
-                let colour = if stale { self.theme.dim } else { self.theme.stage(index) };
+                let colour = if stale { self.theme.dim } else { content.stage(index, self.theme) };
                 for cluster in &stage.clusters {
                     self.put(cluster.mean, mark, Style::new().fg(colour));
                 }
@@ -372,6 +397,9 @@ mod tests {
         let edge = [-0.4, 0.5];
         let (buffer, view) = drawn(|content| content.prior = Some((&prior, false)));
         assert_eq!(colour_at(&buffer, view, edge), theme().stage(0));
+        let goal = ActionPrior { stages: vec![StagePrior::default(), prior.stages[0].clone()], ..prior.clone() };
+        let (buffer, view) = drawn(|content| content.prior = Some((&goal, false)));
+        assert_eq!(colour_at(&buffer, view, edge), theme().goal, "the clusters of the goal have its colour");
         let (buffer, view) = drawn(|content| content.prior = Some((&prior, true)));
         assert_eq!(colour_at(&buffer, view, edge), theme().dim);
         let (buffer, view) = drawn(|content| {
@@ -392,6 +420,20 @@ mod tests {
         assert_eq!(background([-0.5, 0.5]), theme().heat(0.0));
         assert_eq!(background([0.5, 0.5]), theme().heat(0.5));
         assert_eq!(background([-0.5, -0.5]), theme().heat(1.0));
+    }
+
+    #[test]
+    fn the_legend_names_what_there_is_to_see_and_the_map_has_a_scale() {
+        let heat = Heat { side: 1, values: vec![-0.5, 1.5] };
+        let shown = |legend: bool, critic: bool| {
+            let (buffer, _) = drawn(|content| {
+                content.heat = Some(&heat);
+                (content.overlays.legend, content.overlays.critic) = (legend, critic);
+            });
+            buffer.content.iter().map(|cell| cell.symbol()).collect::<String>()
+        };
+        assert!(shown(true, false).contains("G  goal") && !shown(true, false).contains("predicts"));
+        assert!(!shown(false, true).contains("goal") && shown(false, true).contains("critic -0.50"));
     }
 
     #[test]

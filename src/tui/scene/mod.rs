@@ -1,6 +1,7 @@
 //! The scene in cells: the task to scale, what happens in it and what lies over it.
 
 mod draw;
+mod legend;
 mod object;
 mod view;
 

@@ -3,8 +3,11 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
+use ratatui::text::Text;
+use ratatui::widgets::{Clear, Widget};
 
-use super::pane::{WIDE, level_style};
+use super::pane::{level_style, lines};
+use super::scene::Scene;
 use super::{HitRegions, Region, Screens, Ui, figures, log, models, runs, schedule, training, workbench};
 use crate::tui::actions::{Action, Context, Tab};
 use crate::tui::view::Level;
@@ -13,7 +16,10 @@ use crate::tui::widgets::columns;
 /// The smallest terminal that shows the workbench.
 const LEAST: (u16, u16) = (60, 20);
 
-/// A message in the last line.
+/// From this width on there is room for the names of all tabs.
+const TABS: u16 = 80;
+
+/// A message.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Notice {
     /// How much it matters.
@@ -28,7 +34,7 @@ pub struct Chrome<'a> {
     pub tab: Tab,
     /// Where actions are looked for now, the innermost first.
     pub contexts: &'a [Context],
-    /// The message in the last line.
+    /// The message above the last line.
     pub notice: Option<&'a Notice>,
     /// Something lies over the screen.
     pub covered: bool,
@@ -43,7 +49,7 @@ pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffe
     }
     let mut regions = HitRegions::default();
     tabs(ui, chrome.tab, Rect { height: 1, ..area }, buffer, &mut regions);
-    let body = Rect { y: area.y + 1, height: area.height - 2, ..area };
+    let body = body(area);
     match chrome.tab {
         Tab::Scene => workbench::draw(ui, screens, body, buffer, &mut regions),
         Tab::Edit => workbench::draw_edit(ui, &screens.scene, body, buffer, &mut regions),
@@ -55,7 +61,30 @@ pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffe
         Tab::Log => log::draw(&screens.lists, ui, body, buffer),
     }
     footer(ui, chrome, Rect { y: area.bottom() - 1, height: 1, ..area }, buffer, &mut regions);
+    notice(ui, chrome.notice, area, buffer);
     regions
+}
+
+/// Draws the scene anew in a picture of a screen that has one.
+pub fn draw_scene(ui: &Ui, scene: &Scene, shown: Option<&Notice>, picture: &mut Buffer) {
+    workbench::draw_scene_again(ui, scene, body(picture.area), picture);
+    notice(ui, shown, picture.area, picture);
+}
+
+/// Draws a message near the bottom, as long as it is; the keys and the captions of panes below it stay.
+fn notice(ui: &Ui, notice: Option<&Notice>, area: Rect, buffer: &mut Buffer) {
+    let Some(notice) = notice else { return };
+    let (mark, style) = level_style(notice.level, ui.theme);
+    let text = Text::from_iter(lines(&format!("{mark}{}", notice.text), area.width, style));
+    let height = (text.height() as u16).min(area.height / 3);
+    let place = Rect { y: area.bottom() - 2 - height, height, ..area };
+    Clear.render(place, buffer);
+    text.render(place, buffer);
+}
+
+/// What is left between tabs and footer.
+fn body(area: Rect) -> Rect {
+    Rect { y: area.y + 1, height: area.height - 2, ..area }
 }
 
 fn tabs(ui: &Ui, shown: Tab, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
@@ -63,10 +92,8 @@ fn tabs(ui: &Ui, shown: Tab, area: Rect, buffer: &mut Buffer, regions: &mut HitR
     let mut x = area.x;
     for (index, tab) in Tab::ALL.into_iter().enumerate() {
         let number = index + 1;
-        let text = if area.width >= WIDE || tab == shown {
+        let text = if area.width >= TABS || tab == shown {
             format!(" {number} {} ", tab.title())
-        } else if area.width >= 80 {
-            format!(" {number} {:.3} ", tab.title())
         } else {
             format!(" {number} ")
         };
@@ -79,19 +106,16 @@ fn tabs(ui: &Ui, shown: Tab, area: Rect, buffer: &mut Buffer, regions: &mut HitR
     let mark = if view.dirty { " (edited)" } else { "" };
     let text = format!("{}{mark} ", view.task.name);
     let width = columns::width(&text) as u16;
+    let bold = Style::new().add_modifier(Modifier::BOLD);
     if x + width < area.right() {
-        buffer.set_string(area.right() - width, area.y, text, Style::new().add_modifier(Modifier::BOLD));
+        buffer.set_string(area.right() - width, area.y, text, bold);
+    } else if view.dirty {
+        buffer.set_string(area.right() - 2, area.y, "*", bold);
     }
 }
 
 fn footer(ui: &Ui, chrome: &Chrome, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let theme = ui.theme;
-    if let Some(notice) = chrome.notice {
-        let (mark, style) = level_style(notice.level, theme);
-        let text = format!("{mark}{}", notice.text);
-        buffer.set_stringn(area.x, area.y, text, usize::from(area.width), style);
-        return;
-    }
     let mut put = |x: u16, key: &str, word: &str, action: Action| {
         let (after, _) = buffer.set_stringn(x, area.y, key, usize::from(area.right() - x), theme.strong());
         buffer.set_stringn(after + 1, area.y, word, word.len(), theme.faint());

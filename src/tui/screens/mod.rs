@@ -17,7 +17,7 @@ mod status;
 pub mod training;
 mod workbench;
 
-pub use frame::{Chrome, Notice, draw_frame};
+pub use frame::{Chrome, Notice, draw_frame, draw_scene};
 pub use regions::{HitRegions, Region};
 
 use super::input::Keymap;

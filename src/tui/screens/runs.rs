@@ -84,6 +84,14 @@ impl Runs {
         (self.selected, self.row) = (path, row);
     }
 
+    /// Watches the selected run, if that is another one than the watched.
+    pub fn watch_selected(&self, ui: &Ui) -> Vec<Effect> {
+        let runs = self.listed(ui.view);
+        let selected = runs.get(self.selected_row(&runs));
+        let other = selected.filter(|run| ui.subject.run().is_none_or(|watched| watched.path != run.path));
+        other.map(|run| Effect::apply(command::Open(run.path.clone()))).into_iter().collect()
+    }
+
     /// Whether the run in a row of the list is the selected one.
     pub fn is_selected(&self, view: &ViewModel, row: usize) -> bool {
         let runs = self.listed(view);

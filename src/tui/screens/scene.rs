@@ -153,8 +153,7 @@ impl Scene {
             // The latest action is played; those before it were seen.
             let steps = &subject.episode().trace.steps;
             let before = steps.iter().take(steps.len().saturating_sub(1)).map(|step| step.path.len()).sum();
-            self.player.go_to(before);
-            self.player.playing = true;
+            self.player.play_from(before);
         } else {
             self.hand = None;
             self.player.restart();
@@ -251,7 +250,7 @@ fn leave_past(subject: &Subject) -> Vec<Effect> {
 fn watch(scene: &mut Scene, ui: &Ui, action: Action) -> Option<Vec<Effect>> {
     let steps = ui.subject.episode().steps();
     match action {
-        Action::PlayPause => scene.player.playing = !scene.player.playing,
+        Action::PlayPause => scene.player.toggle(),
         Action::StepOn => scene.player.nudge(1, steps),
         Action::StepBack => scene.player.nudge(-1, steps),
         Action::Faster => scene.player.change_speed(true),
@@ -272,6 +271,7 @@ fn watch(scene: &mut Scene, ui: &Ui, action: Action) -> Option<Vec<Effect>> {
         Action::ShowCritic => scene.overlays.critic = !scene.overlays.critic,
         Action::ShowActor => scene.overlays.actor = !scene.overlays.actor,
         Action::ShowModel => scene.overlays.model = !scene.overlays.model,
+        Action::ShowLegend => scene.overlays.legend = !scene.overlays.legend,
         Action::ShowStage => {
             let stages = ui.subject.task().subgoals.len() + 1;
             let next = scene.overlays.stage.map_or(0, |stage| stage + 1);

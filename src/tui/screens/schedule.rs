@@ -29,12 +29,36 @@ pub struct Schedule {
     draft: Option<EpsilonSchedule>,
     /// The selected point.
     point: usize,
+    /// What was edited before, the latest last.
+    before: Vec<Option<EpsilonSchedule>>,
 }
+
+/// Edits that can be undone.
+const UNDONE: usize = 1000;
 
 impl Schedule {
     /// Whether it is another schedule than the one in use.
     pub fn is_edited(&self) -> bool {
         self.draft.is_some()
+    }
+
+    /// Undoes the latest edit; false if there is none.
+    pub fn undo(&mut self) -> bool {
+        while let Some(before) = self.before.pop() {
+            if before != self.draft {
+                self.draft = before;
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Keeps what is there now, to be gone back to.
+    fn remember(&mut self) {
+        if self.before.len() == UNDONE {
+            self.before.remove(0);
+        }
+        self.before.push(self.draft.clone());
     }
 
     fn change(&mut self, schedule: EpsilonSchedule, in_use: &EpsilonSchedule) {
@@ -144,6 +168,7 @@ pub fn drag(state: &mut Schedule, view: &ViewModel, episode: f32, value: f32) {
 /// Selects the point nearest to a place on the plot; where none is near, a hand-drawn
 /// schedule gets another.
 pub fn pick(state: &mut Schedule, view: &ViewModel, axes: &Axes, column: u16, row: u16) {
+    state.remember();
     let in_use = &view.settings.epsilon;
     let shown = state.shown(in_use);
     let height = f32::from(axes.plot.height);
@@ -171,6 +196,7 @@ pub fn perform(state: &mut Schedule, ui: &Ui, action: Action) -> Vec<Effect> {
     let shown = state.shown(in_use);
     let points = schedule_points::points(&shown);
     let index = state.point.min(points.len() - 1);
+    state.remember();
     if let Some([right, up]) = direction(action, 0.01, 0.1) {
         let (episode, value) = points[index];
         let episode = episode as f32 + right * span(state, ui.view) as f32;
@@ -192,9 +218,9 @@ pub fn perform(state: &mut Schedule, ui: &Ui, action: Action) -> Vec<Effect> {
         }
         Action::DeletePoint => state.change(schedule_points::delete_point(&shown, index), in_use),
         Action::Kind => state.change(schedule_points::next_kind(&shown, episodes), in_use),
-        Action::Discard => state.draft = None,
+        Action::Discard => (state.draft, state.before) = (None, Vec::new()),
         Action::Confirm => {
-            state.draft = None;
+            (state.draft, state.before) = (None, Vec::new());
             return vec![Effect::apply(command::Epsilon(shown))];
         }
         _ => {}
@@ -211,7 +237,7 @@ mod tests {
     fn a_point_that_is_no_longer_there_is_not_dragged() {
         let mut view = empty();
         view.settings.epsilon = "points:0=0.8,1500=0.1".parse().unwrap();
-        let mut state = Schedule { draft: None, point: 5 };
+        let mut state = Schedule { point: 5, ..Schedule::default() };
         drag(&mut state, &view, 700.0, 0.5);
         assert_eq!(state.draft.unwrap().to_string(), "points:0=0.8,700=0.5");
     }

@@ -26,8 +26,8 @@ pub fn draw(ui: &Ui, area: Rect, buffer: &mut Buffer) {
     let run = ui.subject.run();
     let room = usize::from(inside.width).saturating_sub(LABEL);
     let mut rows = Rows { lines: Vec::new(), room, theme: ui.theme };
-    rows.line("method", &format!("{}, seed {}", settings.method.name(), settings.seed), Style::new());
-    rows.line("epsilon", &settings.epsilon.to_string(), Style::new());
+    rows.line("next run", &format!("{}, seed {}", settings.method.label(), settings.seed), Style::new());
+    rows.line("epsilon", &settings.epsilon.describe(), Style::new());
     let (text, colour) = clusters(ui);
     // What is said of a run must have its place; the Edit screen and the log have the rest.
     let text = if run.is_some() { shortened(&text, room, false) } else { text };
@@ -94,6 +94,7 @@ impl Rows<'_> {
     fn run(&mut self, run: &RunSummary) {
         let plain = Style::new();
         self.add("run", &shortened(&run.name, self.room, true), plain);
+        self.line("", &run.label, plain);
         let state = match (&run.state, run.preparing) {
             (RunState::Running, Some((stage, stages))) => format!("clusters, stage {} of {stages}", stage + 1),
             (RunState::Failed(reason), _) => format!("failed: {reason}"),

@@ -56,6 +56,11 @@ impl CurvesState {
         self.crosshair.take().is_some() || std::mem::take(&mut self.alone)
     }
 
+    /// Shows all episodes: a window of one run says nothing of another.
+    pub fn forget_window(&mut self) {
+        (self.range, self.crosshair) = (Range::Whole, None);
+    }
+
     /// Selects a curve.
     pub fn select(&mut self, metric: Metric) {
         self.selected = Metric::CURVES.iter().position(|drawn| *drawn == metric).unwrap_or(0);
@@ -126,7 +131,14 @@ impl Charts<'_> {
             partial: if metric == Metric::Success { WINDOW.get() - 1 } else { 0 },
             points: if metric == Metric::Success { &run.evaluations } else { &[] },
         });
-        let empty = self.ui.text("no episodes yet: {train} trains");
+        let empty = match self.runs.first() {
+            Some(run) if run.queued => "waiting for a free core",
+            Some(run) if run.active => "the first episode is going on",
+            Some(run) if run.done > 0 => "its log is being read",
+            Some(_) => "it ended before its first episode",
+            None => "no episodes yet: {train} trains",
+        };
+        let empty = self.ui.text(empty);
         let smoothing = self.state.smoothing(metric);
         let title = match (smoothing, self.state.scale(metric)) {
             (1, Scale::Linear) => metric.title().to_owned(),

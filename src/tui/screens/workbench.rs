@@ -6,11 +6,12 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
 use ratatui::text::{Line, Text};
-use ratatui::widgets::{Row, Widget};
+use ratatui::widgets::{Clear, Row, Widget};
 
 use super::pane::{WIDE, lines, pane};
 use super::scene::{self, Scene};
 use super::{HitRegions, Region as Place, Screens, Ui, status, training};
+use crate::env::Placement;
 use crate::run::Metric;
 use crate::task::{Region, Task};
 use crate::tui::scene::{Content, Object, Objects, draw as draw_scene};
@@ -20,7 +21,7 @@ use crate::tui::widgets::columns::fitting;
 use crate::tui::widgets::list;
 
 /// Rows of the status pane.
-const STATUS: u16 = 12;
+const STATUS: u16 = 13;
 
 /// Draws scene, curves and status side by side.
 pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
@@ -40,6 +41,13 @@ pub fn draw_edit(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, region
     let [left, right] = split(area);
     scene_pane(ui, scene, left, buffer, regions);
     objects(ui, scene, right, buffer, regions);
+}
+
+/// Draws the scene in place of what is there.
+pub fn draw_scene_again(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer) {
+    let [left, _] = split(area);
+    Clear.render(left, buffer);
+    scene_pane(ui, scene, left, buffer, &mut HitRegions::default());
 }
 
 /// A square for the scene at the left, the rest at the right.
@@ -101,23 +109,30 @@ fn while_dragging(ui: &Ui, scene: &Scene) -> (Arc<Task>, Vec<Region>) {
 /// Action, reward and speed in the lower edge of the pane.
 fn caption(ui: &Ui, scene: &Scene, moment: &Moment, area: Rect, buffer: &mut Buffer) {
     let player = &scene.player;
-    let state = if player.playing { format!("x{}", player.speed) } else { "stopped".to_owned() };
+    let state = if player.is_moving() { format!("x{}", player.speed) } else { "stopped".to_owned() };
     let room = usize::from(area.width.saturating_sub(4));
     let parts = [format!("action {}", moment.action), state, format!("reward {:.2}", moment.reward)];
     let mut text = format!(" {} ", fitting(&parts, room.saturating_sub(2)));
+    let mut style = ui.theme.faint();
     if let Some((_, [x, y])) = scene.dragged() {
         text = format!(" {x:.2} {y:.2} ");
     } else if let Some(hand) = &scene.hand {
-        let placement = hand
-            .ghost
-            .as_ref()
-            .map_or(String::new(), |ghost| format!("{:?}", ghost.placement).to_lowercase().replace("placed", "free"));
+        let placement = match hand.ghost.as_ref().map(|ghost| ghost.placement) {
+            Some(Placement::Overlap) => "too near a tool placed before",
+            Some(Placement::Collision) => "it would touch something",
+            Some(Placement::Invalid) => "outside of the scene",
+            Some(Placement::Placed) => "free",
+            None => "",
+        };
+        if !["", "free"].contains(&placement) {
+            style = Style::new().fg(ui.theme.bad);
+        }
         text = format!(" {:.2} {:.2} {placement} ", hand.cursor[0], hand.cursor[1]);
         if let Some(end) = ui.view.hand.end() {
             text = format!(" the episode is over: {end} ");
         }
     }
-    buffer.set_stringn(area.x + 2, area.bottom() - 1, text, room, ui.theme.faint());
+    buffer.set_stringn(area.x + 2, area.bottom() - 1, text, room, style);
 }
 
 fn objects(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {

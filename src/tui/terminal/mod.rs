@@ -79,7 +79,8 @@ impl Screen {
     /// # Errors
     /// When standard input or output is no terminal, or it refuses.
     pub fn open(mouse: bool) -> Result<Self, TerminalError> {
-        if !io::stdout().is_terminal() || !io::stdin().is_terminal() {
+        let is_dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
+        if is_dumb || !io::stdout().is_terminal() || !io::stdin().is_terminal() {
             return Err(TerminalError::NotATerminal);
         }
         install_panic_hook();

@@ -82,17 +82,17 @@ pub struct Watched {
     pub task: Arc<Task>,
     /// Its action clusters.
     pub prior: Option<Arc<ActionPrior>>,
-    /// Its latest finished episode, while it is trained here.
+    /// Its latest episode that is known.
     pub live: Option<Live>,
 }
 
-/// The latest finished episode of a training.
+/// The latest episode of a run.
 #[derive(Debug, Clone)]
 pub struct Live {
     /// The episode.
     pub episode: Arc<Episode>,
-    /// Actor and critic after it.
-    pub networks: Arc<Ddpg>,
+    /// Actor and critic after it, while it is trained here.
+    pub networks: Option<Arc<Ddpg>>,
 }
 
 /// The episode a person plays.

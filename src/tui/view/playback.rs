@@ -122,6 +122,8 @@ impl Moment {
 pub struct Player {
     /// Time goes on.
     pub playing: bool,
+    /// It stays at the start, whether it is playing or not.
+    held: bool,
     /// Times the speed of the physics.
     pub speed: f32,
     step: f32,
@@ -133,7 +135,7 @@ const SPEEDS: [f32; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
 
 impl Default for Player {
     fn default() -> Self {
-        Self { playing: true, speed: 4.0, step: 0.0 }
+        Self { playing: true, held: false, speed: 4.0, step: 0.0 }
     }
 }
 
@@ -148,22 +150,41 @@ impl Player {
         self.step = 0.0;
     }
 
-    /// Goes to a physics step.
-    pub fn go_to(&mut self, step: usize) {
-        self.step = step as f32;
+    /// Holds the episode at its start, as while the task is edited, or lets go of it.
+    pub fn hold(&mut self, held: bool) {
+        if held != self.held {
+            self.restart();
+        }
+        self.held = held;
+    }
+
+    /// Whether time goes on.
+    pub fn is_moving(&self) -> bool {
+        self.playing && !self.held
+    }
+
+    /// Stops, or goes on.
+    pub fn toggle(&mut self) {
+        self.playing = !self.is_moving();
+        self.held = false;
+    }
+
+    /// Goes on from a physics step.
+    pub fn play_from(&mut self, step: usize) {
+        (self.step, self.playing, self.held) = (step as f32, true, false);
     }
 
     /// Lets time pass; true once the episode and its rest are over.
     pub fn advance(&mut self, elapsed: Duration, steps: usize) -> bool {
-        if self.playing {
+        if self.is_moving() {
             self.step += elapsed.as_secs_f32() * self.speed / PHYSICS_DT;
         }
-        self.playing && self.step > steps as f32 + REST * self.speed / PHYSICS_DT
+        self.is_moving() && self.step > steps as f32 + REST * self.speed / PHYSICS_DT
     }
 
     /// Goes `by` physics steps on or back and stops there.
     pub fn nudge(&mut self, by: i32, steps: usize) {
-        self.playing = false;
+        (self.playing, self.held) = (false, false);
         self.step = (self.step.floor() + by as f32).clamp(0.0, steps as f32);
     }
 
@@ -213,7 +234,7 @@ mod tests {
         let mut player = Player::default();
         assert!(!player.advance(Duration::from_secs(1), 1000));
         assert!((119..=120).contains(&player.step()));
-        player.go_to(120);
+        player.play_from(120);
         player.nudge(1, 1000);
         assert_eq!((player.step(), player.playing), (121, false));
         assert!(!player.advance(Duration::from_secs(9), 1000));

@@ -126,7 +126,7 @@ impl Subject {
         let model = before.and_then(|before| before.model.clone());
         Self {
             clusters: clusters(view, &task, of_run),
-            networks: live.map(|live| live.networks.clone()),
+            networks: live.and_then(|live| live.networks.clone()),
             model: model.filter(|model| model.as_ref().is_ok_and(|model| Arc::ptr_eq(&model.task, &task))),
             hand: Some(view.hand.snapshot.clone()).filter(|_| matches!(choice, Choice::Hand)),
             run: view.watched.as_ref().map(|watched| watched.run.clone()),
@@ -335,7 +335,7 @@ mod tests {
         let observation = Environment::new(task.clone()).observation().len();
         let config = DdpgConfig { hidden: 4, ..DdpgConfig::default() };
         let networks = Arc::new(Ddpg::new(observation, 2, &config, &mut rng).unwrap());
-        let live = live.then(|| Live { episode: episode(run, task), networks });
+        let live = live.then(|| Live { episode: episode(run, task), networks: Some(networks) });
         Watched { run: Arc::new(run_summary(run)), task: task.clone(), prior: None, live }
     }
 

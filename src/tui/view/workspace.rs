@@ -1,6 +1,6 @@
 //! The session as the screens see it: what there is to see comes out, commands go in.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -12,9 +12,9 @@ use super::run_index::RunIndex;
 use super::{Curves, HandEpisode, Level, Live, LogLine, RunSummary, TaskModel, ViewModel, Watched};
 use crate::run::{Event, RunState};
 use crate::task::Task;
-use crate::trainer::{Phase, PriorSource};
+use crate::trainer::{Phase, PriorSource, Trace};
 use crate::tui::widgets::preview::Drawing;
-use crate::workbench::{Command, FigureKind, Notice, RunView, Session, command};
+use crate::workbench::{Command, FigureKind, Job, Notice, RunView, Session, command};
 
 /// What the screens need of a session.
 pub trait Workspace {
@@ -64,6 +64,9 @@ pub struct SessionWorkspace {
     /// The latest model that was asked for, by what it depends on.
     model: Option<(PriorSource, Arc<Task>, Result<TaskModel, String>)>,
     index: RunIndex,
+    /// Runs that were in the session before they were found in the folder.
+    begun: HashSet<PathBuf>,
+    last: LastEpisode,
     /// When the latest command was carried out.
     touched: Instant,
 }
@@ -96,8 +99,17 @@ impl SessionWorkspace {
             task,
         };
         let index = RunIndex::new();
-        let mut workspace =
-            Self { session, view, rates: HashMap::new(), models, model: None, index, touched: Instant::now() };
+        let mut workspace = Self {
+            session,
+            view,
+            rates: HashMap::new(),
+            models,
+            model: None,
+            index,
+            begun: HashSet::new(),
+            last: LastEpisode::default(),
+            touched: Instant::now(),
+        };
         workspace.refresh();
         workspace
     }
@@ -159,29 +171,32 @@ impl SessionWorkspace {
             (path.to_owned(), Arc::new(summary_of(run, known.unwrap_or_default(), rate.per_second())))
         });
         let opened: HashMap<PathBuf, Arc<RunSummary>> = opened.collect();
-        let on_disk = self.index.runs().iter().filter(|run| !opened.contains_key(&run.path));
-        self.view.runs = on_disk.cloned().collect();
-        let in_order = self.session.runs().iter().filter_map(|run| opened.get(run.directory().path()));
-        self.view.runs.extend(in_order.cloned());
+        // A run keeps its place in the list whatever is done with it.
+        let is_on_disk = |path: &Path| self.index.runs().iter().any(|run| run.path == path);
+        self.begun.extend(opened.keys().filter(|path| !is_on_disk(path)).cloned());
+        let on_disk = self.index.runs().iter().filter(|run| !self.begun.contains(&run.path));
+        self.view.runs = on_disk.map(|run| opened.get(&run.path).unwrap_or(run).clone()).collect();
+        let paths = self.session.runs().iter().map(|run| run.directory().path());
+        let begun = paths.filter(|path| self.begun.contains(*path)).filter_map(|path| opened.get(path));
+        self.view.runs.extend(begun.cloned());
         self.view.runs_unread = self.index.unread();
     }
 
     fn refresh_watched(&mut self) {
-        self.view.watched = self.session.run().and_then(|run| {
+        let watched = self.session.run().and_then(|run| {
             let path = run.directory().path();
             let summary = self.view.runs.iter().rev().find(|known| known.path == path)?.clone();
             let task = run.config().task.clone();
             let live = run.live().map(|live| Live {
-                episode: Arc::new(Episode {
-                    title: format!("episode {} of {}", live.trace.episode, run.name()),
-                    task: task.clone(),
-                    trace: live.trace.clone(),
-                    origin: Origin::Run(path.to_owned()),
-                }),
-                networks: live.ddpg.clone(),
+                episode: Arc::new(episode_of(run, live.trace.clone())),
+                networks: Some(live.ddpg.clone()),
             });
+            // What a training that is over has last shown need not be its last episode.
+            let last = self.last.of(run).map(|episode| Live { episode, networks: None });
+            let live = if run.is_active() { live } else { last.or(live) };
             Some(Watched { run: summary, task, prior: run.prior(), live })
         });
+        self.view.watched = watched;
     }
 
     fn note(&mut self, notice: &Notice) {
@@ -248,8 +263,8 @@ impl Workspace for SessionWorkspace {
             self.note(notice);
         }
         let preparing = self.session.run().is_some_and(|run| preparing(run).is_some());
-        let changed =
-            !notices.is_empty() || self.index.collect() || building != self.session.prior_state() || preparing;
+        let news = self.index.collect() | self.last.collect();
+        let changed = !notices.is_empty() || news || building != self.session.prior_state() || preparing;
         if changed {
             self.refresh();
         }
@@ -292,9 +307,7 @@ impl Workspace for SessionWorkspace {
     fn past_episode(&self, episode: u64) -> Result<Arc<Episode>, String> {
         let run = self.session.run().ok_or("no run is being watched")?;
         let trace = run.past_episode(episode).map_err(|error| error.to_string())?;
-        let title = format!("episode {episode} of {}", run.name());
-        let origin = Origin::Run(run.directory().path().to_owned());
-        Ok(Arc::new(Episode { title, task: run.config().task.clone(), trace: Arc::new(trace), origin }))
+        Ok(Arc::new(episode_of(run, Arc::new(trace))))
     }
 
     fn figure(&self, kind: FigureKind) -> Result<Drawing, String> {
@@ -312,6 +325,47 @@ impl Workspace for SessionWorkspace {
         self.view.log_total += 1;
         let more = self.view.log.len().saturating_sub(LOG);
         self.view.log.drain(..more);
+    }
+}
+
+/// An episode of a run.
+fn episode_of(run: &RunView, trace: Arc<Trace>) -> Episode {
+    let title = format!("episode {} of {}", trace.episode, run.name());
+    let origin = Origin::Run(run.directory().path().to_owned());
+    Episode { title, task: run.config().task.clone(), trace, origin }
+}
+
+/// The last episode of a run that is not trained here, read in the background.
+#[derive(Default)]
+struct LastEpisode {
+    known: Option<Arc<Episode>>,
+    reading: Option<Job<Episode>>,
+}
+
+impl LastEpisode {
+    /// The last episode of a run as far as it is known; it is read if it is another.
+    fn of(&mut self, run: &RunView) -> Option<Arc<Episode>> {
+        let last = run.records().last().map(|record| record.episode)?;
+        let origin = Origin::Run(run.directory().path().to_owned());
+        let known = self.known.clone().filter(|known| known.origin == origin);
+        let is_last = known.as_ref().is_some_and(|known| known.trace.episode == last);
+        if !run.is_active() && !is_last && self.reading.is_none() {
+            let saved = run.saved();
+            let shell = episode_of(run, Arc::default());
+            let title = format!("episode {last} of {}", run.name());
+            // Without a thread, or a record of the episode, there is none to show.
+            let read = move || saved.past_episode(last).map_err(|error| error.to_string());
+            self.reading = Job::spawn(move |_| Ok(Episode { title, trace: Arc::new(read()?), ..shell })).ok();
+        }
+        known
+    }
+
+    /// Takes in what was read; true if there is something new.
+    fn collect(&mut self) -> bool {
+        let read = self.reading.take_if(|job| job.is_finished()).and_then(|job| job.result().ok());
+        let news = read.is_some();
+        self.known = read.map(Arc::new).or(self.known.take());
+        news
     }
 }
 

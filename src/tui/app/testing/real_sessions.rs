@@ -1,13 +1,16 @@
 //! The workbench over real sessions: what is shown of runs and tasks belongs together.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use super::super::App;
 use super::{press, shot, text};
+use crate::run::RunDirectory;
+use crate::trainer::RunConfig;
 use crate::tui::effect::Effect;
 use crate::tui::input::Keymap;
-use crate::tui::view::SessionWorkspace;
+use crate::tui::view::{SessionWorkspace, Workspace};
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
 use crate::workbench::{Command, Session, command};
 
@@ -65,4 +68,37 @@ fn another_task_is_opened_while_a_past_episode_is_predicted() {
     press(&mut app, "tab right");
     assert!(seen(&mut app).contains("task1 · no tool placed"), "what is edited is seen");
     app.carry_out(vec![Effect::apply(command::Undo)]);
+}
+
+#[test]
+fn a_finished_run_shows_its_last_episode() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut app = workbench("task1", folder.path(), &SHORT);
+    for _ in 0..1000 {
+        if seen(&mut app).contains("task1 · episode 3 of task1-ddpg-seed0") {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    panic!("{}", seen(&mut app));
+}
+
+#[test]
+fn a_run_keeps_its_place_in_the_list_when_it_is_opened() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+    for name in ["a", "b", "c"] {
+        RunDirectory::create(folder.path().join(name), &config).unwrap();
+    }
+    let mut workspace = SessionWorkspace::new(Session::on_task("task1", folder.path().to_owned()).unwrap());
+    workspace.look_for_runs();
+    let names = |workspace: &SessionWorkspace| {
+        workspace.view().runs.iter().map(|run| run.name.clone()).collect::<Vec<_>>().concat()
+    };
+    while names(&workspace) != "abc" {
+        workspace.poll();
+        std::thread::yield_now();
+    }
+    workspace.apply(Command::parse(&format!("open {}", folder.path().join("a").display())).unwrap().unwrap()).unwrap();
+    assert_eq!((names(&workspace).as_str(), workspace.view().watched_run().unwrap().name.as_str()), ("abc", "a"));
 }

@@ -3,14 +3,15 @@
 use crossterm::event::{Event, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
 use ratatui::layout::Rect;
 
-use super::{app, change_run, empty, failed, press, shot, text, typical};
+use super::{RecordingWorkspace, app, change_run, empty, failed, press, shot, text, typical, watch};
 use crate::run::RunState;
 use crate::task;
 use crate::tui::actions::Tab;
 use crate::tui::app::{App, Leaving, TerminalRequest};
+use crate::tui::chart::Range;
 use crate::tui::scene::{Object, View};
 use crate::tui::screens::Region;
-use crate::tui::view::ViewModel;
+use crate::tui::view::{Curves, Level, ViewModel};
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
 
 /// From a state, after these keys, the workspace was asked this and the screen shows that.
@@ -428,6 +429,8 @@ fn figures_are_looked_at_and_exported() {
     check(empty(), "7 s", &["figure scene figures/task1-scene.svg"], "");
     check(empty(), "7 D", &["figure scene figures/task1-scene.pdf"], "");
     check(empty(), "7 end enter", &["figure episode figures/task1-episode.gif"], "");
+    let name = "figures/task1-ddpg-mge-seed0-dashboard.png";
+    check(typical(), "7 end up enter", &[&format!("figure dashboard {name}")], "");
 }
 
 #[test]
@@ -591,4 +594,127 @@ fn a_part_that_is_missing_says_why() {
     let mut view = typical();
     view.watched = None;
     check(view, "pageup", &[], "no run with episodes is being watched");
+}
+
+#[test]
+fn while_an_episode_is_played_only_the_scene_is_drawn_anew() {
+    let (mut app, _) = app(typical());
+    app.screens.scene.player.playing = true;
+    let first = shot(&mut app, 120, 40);
+    assert!(!app.is_changed(), "nothing has moved");
+    app.tick(std::time::Duration::from_millis(40));
+    assert!(app.is_changed() && !app.changed);
+    let moved = shot(&mut app, 120, 40);
+    app.changed = true;
+    assert_eq!(moved, shot(&mut app, 120, 40), "the whole picture is the same");
+    assert_ne!(first, moved);
+    // Another size needs a whole picture.
+    app.tick(std::time::Duration::from_millis(40));
+    assert!(text(&shot(&mut app, 80, 24)).contains("? help"));
+}
+
+#[test]
+fn on_the_runs_screen_the_selected_run_is_paused_and_stopped() {
+    check(typical(), "5 down p", &["open runs/old", "pause"], "");
+    check(typical(), "5 down x", &["open runs/old"], "stop the training?");
+    check(typical(), "5 p", &["pause"], "");
+}
+
+#[test]
+fn undo_takes_back_what_was_drawn_of_a_schedule_and_no_edit_of_the_task() {
+    check(empty(), "3 up up u", &[], "linear:0.81:0.05:1500");
+    check(empty(), "3 up u", &[], "This schedule is in use.");
+    check(empty(), "3 up u u", &[], "nothing is drawn that could be undone");
+    check(empty(), "3 up backspace u", &[], "nothing is drawn that could be undone");
+    check(empty(), "3 tab up tab u", &[], "This schedule is in use.");
+    check(empty(), "2 u", &["undo"], "");
+}
+
+#[test]
+fn a_window_of_one_run_is_not_that_of_another() {
+    let (mut app, asked) = app(typical());
+    press(&mut app, "4 z left");
+    assert!(matches!(app.screens.curves.range, Range::Part(_)));
+    let mut view = typical();
+    watch(&mut view, 0);
+    app.workspace = Box::new(RecordingWorkspace { view, asked });
+    app.choose_subject(None, false);
+    assert_eq!((app.screens.curves.range, app.screens.curves.crosshair), (Range::Whole, None));
+}
+
+#[test]
+fn a_run_without_episodes_says_what_it_waits_for() {
+    let without = |queued: bool, active: bool| {
+        let mut view = typical();
+        change_run(&mut view, 1, |run| {
+            (run.queued, run.active, run.done, run.curves) = (queued, active, 0, Curves::default());
+        });
+        view
+    };
+    check(without(true, false), "4", &[], "waiting for a free core");
+    check(without(false, true), "4", &[], "the first episode is going on");
+    check(without(false, false), "4", &[], "it ended before its first episode");
+}
+
+#[test]
+fn a_long_message_is_whole_and_leaves_the_keys_in_sight() {
+    let (mut app, _) = app(typical());
+    app.say(Level::Error, format!("{}conclusion", "a long reason ".repeat(10)));
+    let screen = text(&shot(&mut app, 80, 24));
+    assert!(screen.contains("conclusion") && screen.contains("? help"), "{screen}");
+    app.screens.scene.player.playing = true;
+    app.tick(std::time::Duration::from_millis(40));
+    assert!(text(&shot(&mut app, 80, 24)).contains("conclusion"), "also while an episode is played");
+}
+
+#[test]
+fn names_of_screens_are_whole_from_eighty_columns_on_and_stay_where_they_are() {
+    let (mut app, _) = app(typical());
+    let first = text(&shot(&mut app, 80, 24));
+    press(&mut app, "7");
+    let other = text(&shot(&mut app, 80, 24));
+    let tabs = |screen: &str| screen.lines().next().unwrap().to_owned();
+    assert!(tabs(&first).contains("3 Schedule  4 Training") && tabs(&first).ends_with('*'), "{first}");
+    assert_eq!(tabs(&first), tabs(&other));
+}
+
+#[test]
+fn the_scene_is_held_at_its_start_while_it_is_edited() {
+    let (mut app, _) = app(typical());
+    app.screens.scene.player.playing = true;
+    app.tick(std::time::Duration::from_millis(400));
+    assert!(app.screens.scene.player.step() > 0);
+    press(&mut app, "2");
+    app.tick(std::time::Duration::from_millis(400));
+    assert_eq!(app.screens.scene.player.step(), 0);
+    press(&mut app, "space");
+    app.tick(std::time::Duration::from_millis(400));
+    assert!(app.screens.scene.player.step() > 0, "unless one lets it go");
+}
+
+#[test]
+fn the_legend_is_switched() {
+    check(typical(), "I", &[], "proposed subgoals");
+    let (mut app, _) = app(typical());
+    press(&mut app, "I I");
+    assert!(!text(&shot(&mut app, 120, 40)).contains("proposed subgoals"));
+}
+
+#[test]
+fn a_tool_in_hand_says_why_it_cannot_be_placed() {
+    let mut view = empty();
+    view.task = view.hand.task.clone();
+    check(view, "P J J J J J J J J J J J J", &[], "it would touch something");
+}
+
+#[test]
+fn the_help_finds_what_one_types() {
+    check(empty(), "? z o o m", &[], "show fewer episodes, larger");
+    let (mut app, _) = app(empty());
+    press(&mut app, "? z o o m");
+    assert!(!text(&shot(&mut app, 120, 40)).contains("SCENE"));
+    press(&mut app, "backspace backspace backspace backspace");
+    assert!(text(&shot(&mut app, 120, 40)).contains("SCENE"));
+    press(&mut app, "?");
+    assert!(app.layers.is_empty());
 }

@@ -1,0 +1,60 @@
+//! What the signs in the scene mean, and the scale of the critic's map.
+
+use ratatui::style::{Color, Style};
+use ratatui::text::{Line, Span};
+
+use super::draw::{Content, Heat};
+use crate::trainer::Source;
+use crate::tui::chart::number;
+use crate::tui::widgets::theme::{Marker, Theme};
+
+/// What is to be read over the scene: the legend, if it is shown, of what there is to see now, and
+/// the scale of the map.
+pub fn lines(content: &Content, theme: &Theme) -> Vec<Line<'static>> {
+    let mut lines = if content.overlays.legend { signs(content, theme) } else { Vec::new() };
+    lines.extend(content.heat.filter(|_| content.overlays.critic).and_then(|heat| scale(heat, theme)));
+    lines
+}
+
+fn signs(content: &Content, theme: &Theme) -> Vec<Line<'static>> {
+    let [disc, block, frame, line, dots, mean] = if theme.marker == Marker::Ascii {
+        ["*", "#", "[]", "-", "..", "x"]
+    } else {
+        ["●", "■", "□", "─", "··", "+"]
+    };
+    let task = content.objects.task;
+    let moment = content.moment;
+    let placed = |from: Source| moment.placed.iter().any(|(_, source)| *source == from);
+    let others = moment.placed.iter().any(|(_, source)| *source != Source::Clusters);
+    let (overlays, stale) = (content.overlays, content.prior.is_some_and(|(_, stale)| stale));
+    let clusters = content.prior.is_some() && overlays.clusters;
+    let all: [(bool, &str, &str, Color); 14] = [
+        (true, disc, "ball", theme.ball),
+        (!moment.trail.is_empty(), dots, "where the ball was", theme.trail),
+        (!task.subgoals.is_empty(), "1", "subgoals, in their order", theme.stage(0)),
+        (true, "G", "goal", theme.goal),
+        (!content.objects.proposed.is_empty(), "1?", "proposed subgoals", theme.warn),
+        (!task.tools.is_empty(), block, "tools of the scene", theme.tool),
+        (others, block, "placed by policy, planner or hand", theme.placed),
+        (placed(Source::Clusters), block, "placed from the clusters", theme.stage(0)),
+        (moment.blocked.is_some(), frame, "blocked: it would touch something", theme.bad),
+        (clusters && !stale, mean, "action clusters: mean, 1 and 2 deviations", theme.stage(0)),
+        (clusters && stale, mean, "action clusters that are out of date", theme.dim),
+        (overlays.actor && content.choice.is_some(), frame, "where the actor would place the tool", theme.warn),
+        (!content.predicted.is_empty(), line, "what the model predicts", theme.accent),
+        (!content.truth.is_empty(), dots, "what really happened then", theme.good),
+    ];
+    let sign = |(_, sign, text, colour): (bool, &str, &str, Color)| {
+        Line::from(vec![Span::styled(format!("{sign:<2} "), Style::new().fg(colour)), Span::raw(text.to_owned())])
+    };
+    all.into_iter().filter(|(is_shown, ..)| *is_shown).map(sign).collect()
+}
+
+/// The colours of the map from its least to its greatest value.
+fn scale(heat: &Heat, theme: &Theme) -> Option<Line<'static>> {
+    let [low, high] = heat.range()?;
+    let mut spans = vec![Span::raw(format!("critic {} ", number(low)))];
+    spans.extend((0..=4).map(|step| Span::styled("  ", Style::new().bg(theme.heat(step as f32 / 4.0)))));
+    spans.push(Span::raw(format!(" {}", number(high))));
+    Some(Line::from(spans))
+}
