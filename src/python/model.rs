@@ -159,7 +159,7 @@ fn tools_of(task: &task::Task, count: usize, placed: Option<PyReadonlyArray3<'_,
 
 /// What predicts rollouts.
 pub enum AnyModel {
-    Learned(dynamics::Model),
+    Learned(Box<dynamics::Model>),
     Physics,
     Python(PythonModel),
 }
@@ -171,7 +171,7 @@ impl AnyModel {
         if let Ok(model) = model.cast::<Model>() {
             let model = &model.get().0;
             model.check_task(task).map_err(exception)?;
-            return Ok(Self::Learned(model.clone()));
+            return Ok(Self::Learned(Box::new(model.clone())));
         }
         if let Ok(name) = model.extract::<String>() {
             if name == "physics" {
@@ -179,7 +179,7 @@ impl AnyModel {
             }
             let model = dynamics::named(&name).map_err(exception)?;
             model.check_task(task).map_err(exception)?;
-            return Ok(Self::Learned(model));
+            return Ok(Self::Learned(Box::new(model)));
         }
         PythonModel::of(model, task).map(Self::Python)
     }
@@ -201,7 +201,7 @@ impl AnyModel {
         using: impl FnOnce(&dyn RolloutModel) -> Result<T, DynamicsError> + Send,
     ) -> PyResult<T> {
         let model: &dyn RolloutModel = match self {
-            Self::Learned(model) => model,
+            Self::Learned(model) => &**model,
             Self::Physics => &TruePhysics,
             Self::Python(model) => model,
         };
