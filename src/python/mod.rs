@@ -2,8 +2,8 @@
 //! with arguments and arrays of Python. What the package can do is decided and computed
 //! elsewhere in this library; here values change their shape.
 
-// Signatures of what Python calls are its signatures: arguments come by value.
-#![allow(clippy::needless_pass_by_value)]
+// What Python calls takes arguments by value and answers with tuples.
+#![allow(clippy::needless_pass_by_value, clippy::type_complexity)]
 
 mod error;
 mod figures;

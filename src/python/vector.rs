@@ -225,7 +225,6 @@ impl VectorCore {
 
     /// Of the episodes that the latest step ended and followed by the next: which environments, their
     /// last observations, the facts about them. None if there are none.
-    #[expect(clippy::type_complexity, reason = "three arrays for Python")]
     fn ended<'py>(
         &self,
         py: Python<'py>,
