@@ -20,8 +20,8 @@ def test_the_page_shows_the_programs():
     ("arguments", "needs"),
     [
         (["random_search.py", "task1", "40"], "mge"),
-        (["td3.py", "600"], "stable_baselines3"),
-        (["td3.py", "600", "--own-model"], "stable_baselines3"),
+        (["ddpg.py", "600"], "stable_baselines3"),
+        (["ddpg.py", "600", "--own-model"], "stable_baselines3"),
     ],
 )
 def test_programs_run(arguments, needs):
