@@ -6,8 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use super::join::join;
 use super::{
     Batch, Checkpoint, Ddpg, DdpgConfig, ImitationConfig, Learner, ReplayBuffer, ReplayError, StateError, Streams,
-    Transition,
-    UpdateError,
+    Transition, UpdateError,
 };
 use crate::nn::{Mlp, OptimiserKind, TensorFile};
 

@@ -111,15 +111,15 @@ critic_loss,mean_q,max_q,actor_loss,action_saturation,rolling_success,terminated
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("metrics.csv");
         let damaged = GOLDEN.replace("\n2,12,24", "\ntwo,12,24");
-        let open = |episode| {
+        let reopen = |episode| {
             std::fs::write(&path, &damaged).unwrap();
-            MetricsLog::open(&path, episode).map(drop)
+            open(&path, episode).map(drop)
         };
-        open(1).unwrap();
+        reopen(1).unwrap();
         assert_eq!(read_metrics(&path).unwrap(), [record(1)]);
-        assert!(matches!(open(2), Err(RunError::Malformed { line: Some(3), .. })), "{:?}", open(2));
+        assert!(matches!(reopen(2), Err(RunError::Malformed { line: Some(3), .. })), "{:?}", reopen(2));
         std::fs::write(&path, GOLDEN).unwrap();
-        let short = MetricsLog::open(&path, 3).map(drop);
+        let short = open(&path, 3).map(drop);
         assert!(matches!(short, Err(RunError::LogTooShort { found: 2, wanted: 3, .. })), "{short:?}");
     }
 

@@ -590,9 +590,9 @@ mod tests {
         assert!(trace.reached_goal() && trace.total_reward() > 0.0, "{trace:?}");
         let expected =
             Event::Evaluated { episode: 0, episodes: 4, success: 1.0, mean_return: f64::from(trace.total_reward()) };
-        assert_eq!(training.evaluate(4), expected);
+        assert_eq!(training.evaluate(4).unwrap(), expected);
         let mut training = Training::new(config(Method::Ddpg), None).unwrap();
-        let Event::Evaluated { success, .. } = training.evaluate(2) else { panic!("an evaluation") };
+        let Event::Evaluated { success, .. } = training.evaluate(2).unwrap() else { panic!("an evaluation") };
         assert_eq!(success, 0.0);
     }
 

@@ -207,8 +207,7 @@ fn expectations_compare_and_a_script_is_recorded_but_for_its_end() {
 fn one_model_is_worked_on_at_a_time() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path());
-    let names: Vec<&str> = shipped_models().iter().map(|(name, _)| *name).collect();
-    assert!(names.contains(&"bucket-box"), "{names:?}");
+    assert!(crate::dynamics::shipped_models().iter().any(|(name, _)| *name == "bucket-box"));
     let gate = session.gate.clone();
     let held = gate.lock().unwrap();
     assert_eq!(apply(&mut session, "model evaluate bucket-box").unwrap(), "measuring bucket-box");
@@ -283,7 +282,8 @@ fn what_commands_begin_act_on_and_overwrite() {
     ] {
         let command = Command::parse(line).unwrap().unwrap();
         assert_eq!(command.to_string(), line);
-        assert_eq!((command.begins_work(), command.acts_on_run()), (begins_work, acts_on_run), "{line}");
+        let in_scripts = command.behaviour().in_scripts();
+        assert_eq!((in_scripts.begins_work, in_scripts.acts_on_run), (begins_work, acts_on_run), "{line}");
         assert_eq!(command.overwrites(), overwrites.map(Path::new), "{line}");
     }
 }

@@ -121,7 +121,7 @@ fn caption(ui: &Ui, scene: &Scene, moment: &Moment, area: Rect, buffer: &mut Buf
             Some(Placement::Overlap) => "too near a tool placed before",
             Some(Placement::Collision) => "it would touch something",
             Some(Placement::Invalid) => "outside of the scene",
-            Some(Placement::Placed) => "free",
+            Some(Placement::Placed | Placement::NoOp) => "free",
             None => "",
         };
         if !["", "free"].contains(&placement) {

@@ -35,6 +35,11 @@ fn screen(app: &mut App) -> String {
     text(&shot(app, 120, 40))
 }
 
+/// Whether there was something new to draw; it is taken as drawn.
+fn take_changed(app: &mut App) -> bool {
+    std::mem::take(&mut app.changed) | std::mem::take(&mut app.moved)
+}
+
 #[test]
 fn a_notice_goes_after_its_time_and_an_error_stays() {
     let notice = |app: &App| app.notice.as_ref().map(|(notice, _)| notice.text.clone());
@@ -48,9 +53,9 @@ fn a_notice_goes_after_its_time_and_an_error_stays() {
         app.tick(Duration::from_millis(100));
     }
     assert!(notice(&app).is_some());
-    app.take_changed();
+    take_changed(&mut app);
     app.tick(Duration::from_millis(100));
-    assert!(notice(&app).is_none() && app.take_changed());
+    assert!(notice(&app).is_none() && take_changed(&mut app));
     app.warn(crate::tui::view::Level::Error, "it burns");
     for _ in 0..200 {
         app.tick(Duration::from_millis(100));
@@ -61,34 +66,29 @@ fn a_notice_goes_after_its_time_and_an_error_stays() {
 #[test]
 fn only_what_changes_the_picture_asks_for_another() {
     let (mut app, asked) = app(empty());
-    assert!(app.take_changed() && !app.is_changed() && !app.take_changed());
+    assert!(take_changed(&mut app) && !app.is_changed() && !take_changed(&mut app));
     app.event(Event::FocusGained);
     let release = KeyEvent::new_with_kind(KeyCode::Char('t'), KeyModifiers::NONE, KeyEventKind::Release);
     app.event(Event::Key(release));
     assert!(!app.is_changed() && asked.borrow().is_empty());
     app.event(Event::Resize(80, 24));
-    assert!(app.is_changed() && app.take_changed());
+    assert!(app.is_changed() && take_changed(&mut app));
     app.redraw();
-    assert!(app.take_changed());
+    assert!(take_changed(&mut app));
     app.receive(Received::CellSize([7, 15]));
-    assert!(app.take_changed());
+    assert!(take_changed(&mut app));
     assert_eq!(app.screens.preview.graphics().cell, [7, 15]);
     shot(&mut app, 120, 40);
     // The mouse over nothing in particular changes nothing.
     mouse(&mut app, MouseEventKind::Moved, (0, 39));
-    assert!(!app.take_changed());
+    assert!(!take_changed(&mut app));
     mouse(&mut app, MouseEventKind::Down(MouseButton::Left), (0, 39));
-    assert!(app.take_changed());
+    assert!(take_changed(&mut app));
 }
 
 #[test]
-fn time_passes_often_only_where_something_moves() {
-    let (mut app, _) = app(empty());
-    assert!(!app.is_animated());
-    press(&mut app, "space");
-    assert!(app.is_animated());
-    press(&mut app, "4");
-    assert!(!app.is_animated());
+fn what_goes_on_in_the_background_is_known() {
+    let (app, _) = app(empty());
     assert!(!app.is_reading_runs() && !app.is_drawing_figure());
     let mut view = empty();
     view.runs_unread = 3;
@@ -212,11 +212,11 @@ fn the_tool_in_hand_follows_the_mouse_and_the_crosshair_leaves_the_chart_with_it
     let axes = chart(&app);
     let inside = (axes.plot.x + 10, axes.plot.y + 1);
     mouse(&mut app, MouseEventKind::Moved, inside);
-    assert!(app.screens.curves.crosshair.is_some() && app.take_changed());
+    assert!(app.screens.curves.crosshair.is_some() && take_changed(&mut app));
     mouse(&mut app, MouseEventKind::Moved, inside);
-    assert!(!app.take_changed(), "it is where it was");
+    assert!(!take_changed(&mut app), "it is where it was");
     mouse(&mut app, MouseEventKind::Moved, (0, 39));
-    assert!(app.screens.curves.crosshair.is_none() && app.take_changed());
+    assert!(app.screens.curves.crosshair.is_none() && take_changed(&mut app));
     // On the screen of the curves the keys have one too, which stays.
     press(&mut app, "4 left");
     shot(&mut app, 120, 40);
@@ -250,9 +250,9 @@ fn what_is_near_enough_to_a_click_is_selected() {
 fn guarded_work_without_a_panic_is_just_done() {
     let (mut app, _) = app(failed());
     assert!(screen(&mut app).contains("failed"));
-    app.take_changed();
+    take_changed(&mut app);
     assert!(app.guarded(|app| app.warn(crate::tui::view::Level::Good, "done")));
-    assert!(app.take_changed());
+    assert!(take_changed(&mut app));
 }
 
 #[test]
