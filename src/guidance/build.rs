@@ -68,8 +68,7 @@ fn build_stages(
         if stage + 1 < stages {
             built.environment_rollouts = environment_rollouts;
             let go_on = || !model.is_stopped();
-            let (reached, last) =
-                explore(&mut env, &built, stage, config.horizon, &starts, environment_rollouts, &go_on, &mut rng);
+            let (reached, last) = explore(&mut env, &built, stage, config.horizon, &starts, &go_on, &mut rng);
             built.environment_hits = reached.len();
             let wanted = if config.start_states == StartStates::Last || reached.is_empty() { last } else { reached };
             if !wanted.is_empty() {
@@ -140,12 +139,11 @@ fn explore(
     stage: usize,
     horizon: usize,
     starts: &[Snapshot],
-    rollouts: usize,
     go_on: &dyn Fn() -> bool,
     rng: &mut ChaCha8Rng,
 ) -> (Vec<Snapshot>, Vec<Snapshot>) {
     let (mut reached, mut last) = (Vec::new(), Vec::new());
-    for _ in 0..rollouts {
+    for _ in 0..prior.environment_rollouts {
         if !go_on() {
             break;
         }

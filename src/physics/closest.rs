@@ -1,6 +1,9 @@
 //! Closest points of two convex outlines: GJK on the Minkowski difference, and EPA where they
 //! overlap, as in the engine, because its roundings decide where contacts begin.
 
+// `clamp` would keep the NaN of a side without length.
+#![expect(clippy::manual_clamp)]
+
 use rapier2d::prelude::*;
 
 use super::outline::{Outline, clockwise, normalised};

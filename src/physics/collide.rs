@@ -1,5 +1,8 @@
 //! Where two outlines touch: one point where a disc is involved, up to two where sides meet.
 
+// `clamp` would keep the NaN of a side without length.
+#![expect(clippy::manual_clamp)]
+
 use rapier2d::prelude::*;
 
 use super::closest::{closest, farthest_corner};
@@ -95,7 +98,7 @@ fn edge_contact(first: Side, second: Side, hint: u32) -> Touching {
     let found = closest(first.outline, second.outline, hint);
     let mut touching = Touching { normal: found.normal, hint: found.hint, ..Touching::default() };
     let (radius, other_radius) = (first.outline.radius(), second.outline.radius());
-    if !(found.distance <= radius + other_radius) {
+    if found.distance.is_nan() || found.distance > radius + other_radius {
         return touching;
     }
     let normal = found.normal;

@@ -214,7 +214,7 @@ fn throw(kind: ToolKind, seed: u64) -> (Tool, Motion) {
         weight: number(1.0, 10.0),
         ..Tool::new(kind, [42.0, 42.0])
     };
-    let (angle, speed) = (number(0.0, 6.28), number(3.0, 25.0));
+    let (angle, speed) = (number(0.0, std::f64::consts::TAU), number(3.0, 25.0));
     let (x, y) = (angle.cos(), angle.sin());
     let aim = angle + number(-0.3, 0.3);
     let velocity = [-speed * aim.cos(), -speed * aim.sin()];

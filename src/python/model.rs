@@ -171,7 +171,7 @@ impl AnyModel {
         if let Ok(model) = model.cast::<Model>() {
             let model = &model.get().0;
             model.check_task(task).map_err(exception)?;
-            return Ok(Self::Learned(Box::new(model.clone())));
+            return Ok(Self::Learned(model.clone()));
         }
         if let Ok(name) = model.extract::<String>() {
             if name == "physics" {
@@ -179,7 +179,7 @@ impl AnyModel {
             }
             let model = dynamics::named(&name).map_err(exception)?;
             model.check_task(task).map_err(exception)?;
-            return Ok(Self::Learned(Box::new(model)));
+            return Ok(Self::Learned(model));
         }
         PythonModel::of(model, task).map(Self::Python)
     }

@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn only_walls_and_floors_are_rounded() {
+    fn only_segments_are_rounded() {
         let tool = |kind| {
             move |task: &mut Task, position| {
                 let form = Form { radius: Some(1.0), ..Form::default() };
@@ -266,6 +266,6 @@ mod tests {
         };
         with(tool(ToolKind::Wall), 30.0).unwrap();
         let error = with(tool(ToolKind::Box), 30.0).unwrap_err().to_string();
-        assert!(error.contains("only walls and floors have a radius"), "{error}");
+        assert!(error.contains("only walls, floors and other segments have a radius"), "{error}");
     }
 }

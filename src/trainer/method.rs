@@ -198,16 +198,18 @@ mod tests {
 
     #[test]
     fn a_setting_matters_to_the_methods_that_read_it() {
-        use Method::{Ddpg, DdpgMge, DdpgMgeTrue, DdpgUniform, ModelReplay, Planning};
+        use Method::*;
+        let learning =
+            [Ddpg, DdpgMge, DdpgUniform, DdpgMgeTrue, ModelReplay, DdpgMgeAdaptive, DdpgUniformAdaptive, DdpgAdaptive];
         let table: [(&str, &[Method]); 9] = [
-            ("epsilon", &[DdpgMge, DdpgUniform, DdpgMgeTrue]),
-            ("guidance.horizon", &[DdpgMge, DdpgUniform, DdpgMgeTrue]),
-            ("prior", &[DdpgMge, ModelReplay, Planning]),
+            ("epsilon", &[DdpgMge, DdpgUniform, DdpgMgeTrue, DdpgMgeAdaptive, DdpgUniformAdaptive, DdpgAdaptive]),
+            ("guidance.horizon", &[DdpgMge, DdpgUniform, DdpgMgeTrue, DdpgMgeAdaptive, DdpgUniformAdaptive, OpenLoop]),
+            ("prior", &[DdpgMge, ModelReplay, Planning, DdpgMgeAdaptive, OpenLoop]),
             ("model_replay.rollouts", &[ModelReplay]),
             ("planner.rollouts", &[Planning]),
-            ("ddpg.gamma", &[Ddpg, DdpgMge, DdpgUniform, DdpgMgeTrue, ModelReplay]),
-            ("noise_decay.share", &[Ddpg, DdpgMge, DdpgUniform, DdpgMgeTrue, ModelReplay]),
-            ("evaluation.every", &[Ddpg, DdpgMge, DdpgUniform, DdpgMgeTrue, ModelReplay]),
+            ("ddpg.gamma", &learning),
+            ("noise_decay.share", &learning),
+            ("evaluation.every", &learning),
             ("seed", &Method::ALL),
         ];
         for (path, methods) in table {

@@ -117,7 +117,7 @@ pub(super) fn consulted_model(config: &RunConfig) -> Result<Option<Arc<dyn Rollo
         return Ok(None);
     }
     match rollout_model(&config.rollout_source(), &config.task)? {
-        Some((model, _)) => Ok(Some(model.into())),
+        Some((model, _)) => Ok(Some(model)),
         None => Err(PriorError::NoPrediction { method: config.method.name() }),
     }
 }

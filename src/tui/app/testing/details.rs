@@ -107,8 +107,8 @@ fn epsilon_goes_down_saving_uses_the_file_and_all_figures_are_exported() {
     view.file = Some(PathBuf::from("mine.json"));
     assert_eq!(asked(view, "w"), ["save"]);
     assert_eq!(asked(empty(), "f"), ["figure scene figures/task1-scene.png"]);
-    let all = ["scene", "clusters", "learning", "dashboard"];
-    let all = all.map(|kind| format!("figure {kind} figures/task1-{kind}.png"));
+    let all = [("scene", ""), ("clusters", ""), ("learning", ""), ("dashboard", "-ddpg-mge-seed0")];
+    let all = all.map(|(kind, run)| format!("figure {kind} figures/task1{run}-{kind}.png"));
     assert_eq!(asked(typical(), "f"), all);
     let mut fresh = typical();
     for index in 0..2 {
