@@ -18,14 +18,8 @@ use crate::atomic;
 /// result is there whole or not at all.
 ///
 /// # Errors
-/// When the system refuses the handlers or has no more threads.
+/// When the system refuses the handlers.
 pub fn end_at_once() -> io::Result<()> {
-    let ending = Arc::new(AtomicBool::new(false));
-    for number in [SIGINT, SIGTERM] {
-        // Nobody is to wait for a terminal or a disk that does not answer.
-        flag::register_conditional_shutdown(number, 128 + number, ending.clone())?;
-        flag::register(number, ending.clone())?;
-    }
     let mut signals = Signals::new([SIGINT, SIGTERM])?;
     let end = move || {
         let Some(number) = signals.forever().next() else { return };
@@ -34,7 +28,15 @@ pub fn end_at_once() -> io::Result<()> {
         output::message("interrupted: the same command begins again");
         low_level::exit(128 + number);
     };
-    std::thread::Builder::new().name("mge-signals".to_owned()).spawn(end).map(|_| ())
+    let waits = std::thread::Builder::new().name("mge-signals".to_owned()).spawn(end).is_ok();
+    // Without a thread that waits for the first signal, that one ends the program here and now.
+    let ending = Arc::new(AtomicBool::new(!waits));
+    for number in [SIGINT, SIGTERM] {
+        // Nobody is to wait for a terminal or a disk that does not answer.
+        flag::register_conditional_shutdown(number, 128 + number, ending.clone())?;
+        flag::register(number, ending.clone())?;
+    }
+    Ok(())
 }
 
 /// Whether a signal has asked the command to end.

@@ -230,7 +230,13 @@ pub(super) fn remove_whole(path: &Path) -> Result<()> {
     // The new name is one that `CheckpointStore::tidy` removes; the rename replaces the empty folder.
     let leaving = folder::new_beside(path)?;
     match fs::rename(path, leaving.path()) {
-        Ok(()) => leaving.close().map_err(RunError::io("remove", path)),
+        Ok(()) => {
+            // After a loss of power it has its new name, or is whole under the old one.
+            let folder = folder::parent_of(path);
+            folder::sync(&folder)?;
+            leaving.close().map_err(RunError::io("remove", path))?;
+            folder::sync(&folder)
+        }
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
         Err(error) => Err(RunError::io("remove", path)(error)),
     }

@@ -119,6 +119,10 @@ impl CheckpointStore {
     pub(super) fn tidy(&self) -> Result<()> {
         for entry in self.entries()? {
             let path = self.folder.join(&entry);
+            // Succeeds for an empty folder only: what is left of one whose removal had begun.
+            if fs::remove_dir(&path).is_ok() {
+                continue;
+            }
             let finished = self.folder.join(finished_name(&entry));
             if entry.starts_with(TEMPORARY) || (finished != path && finished.exists()) {
                 checkpoint::remove(&path)?;
