@@ -71,12 +71,15 @@ fn signals_end_it_with_the_terminal_restored_and_the_run_checkpointed() {
         terminal.wait_for("(edited)");
         terminal.type_text("t");
         terminal.wait_for("running");
+        let run = folder.path().join("runs/task3-ddpg-mge-seed0");
+        while !run.join("log.txt").exists() {
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
         terminal.signal(signal);
         assert_eq!(terminal.wait_for_exit(), status, "{signal}");
         terminal.wait_until_restored();
         terminal.wait_for("unsaved edits of task3 are kept in unsaved-task3.json");
         assert!(folder.path().join("unsaved-task3.json").is_file());
-        let run = folder.path().join("runs/task3-ddpg-mge-seed0");
         let log = std::fs::read_to_string(run.join("log.txt")).unwrap();
         assert!(log.contains("stopped"), "{log}");
         assert!(run.join("checkpoint").read_dir().unwrap().next().is_some(), "no checkpoint");
