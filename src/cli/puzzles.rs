@@ -61,13 +61,19 @@ fn report(arguments: &PuzzlesBench, index: Index, out: &Path) -> Outcome {
     let runs = evidence::read_runs(&evidence::find_runs(&[out.to_owned()])?)?;
     let words = ["mge", "puzzles", "bench"].map(str::to_owned).into_iter();
     let methods = arguments.methods.iter().flat_map(|method| ["--method".to_owned(), method.name().to_owned()]);
-    let numbers = [("--seeds", arguments.seeds), ("--episodes", u64::from(arguments.episodes))];
+    let options = [
+        ("--seeds", arguments.seeds.to_string()),
+        ("--episodes", arguments.episodes.to_string()),
+        ("--model", arguments.model.clone()),
+        ("--subgoals", arguments.subgoals.to_string()),
+        ("--out", out.display().to_string()),
+    ];
     let settings = arguments.settings.iter().flat_map(|setting| ["--set".to_owned(), setting.clone()]);
     let command = shell_words::join(
         words
             .chain([arguments.puzzles.display().to_string()])
             .chain(methods)
-            .chain(numbers.into_iter().flat_map(|(name, number)| [name.to_owned(), number.to_string()]))
+            .chain(options.into_iter().flat_map(|(name, value)| [name.to_owned(), value]))
             .chain(settings),
     );
     BenchResults::new(&command, index, runs.into_iter().map(|run| run.trained.row).collect()).write(out)?;

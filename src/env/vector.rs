@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::action::{Action, EndReason, Placement};
 use super::environment::Environment;
+use super::episode::Snapshot;
 use super::observation::observation_len;
 use crate::streams::Stream;
 use crate::task::Task;
@@ -44,8 +45,8 @@ pub struct Outcome {
     pub ended: Option<(Vec<f32>, Info)>,
 }
 
-/// Facts about an episode.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+/// Facts about an episode: what is known beyond observation and reward.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Info {
     /// The goal has been reached.
     pub goal: bool,
@@ -54,9 +55,24 @@ pub struct Info {
     /// Tools placed so far.
     pub placed: usize,
     /// What became of the latest action's tool.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub placement: Option<Placement>,
     /// Why the episode is over, if it is.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub end: Option<EndReason>,
+}
+
+impl Info {
+    /// The facts about the episode that is `now` there.
+    pub fn of(now: &Snapshot, placement: Option<Placement>) -> Self {
+        Self {
+            goal: now.goal_reached(),
+            subgoals: now.reached().to_vec(),
+            placed: now.placed().len(),
+            placement,
+            end: now.end(),
+        }
+    }
 }
 
 /// Why environments cannot be stepped, reset or restored. Nothing has changed then.
@@ -299,14 +315,7 @@ impl Player {
     }
 
     fn info(&self, placement: Option<Placement>) -> Info {
-        let now = self.env.snapshot();
-        Info {
-            goal: now.goal_reached(),
-            subgoals: now.reached().to_vec(),
-            placed: now.placed().len(),
-            placement,
-            end: now.end(),
-        }
+        Info::of(self.env.snapshot(), placement)
     }
 
     /// Begins an episode and returns its first observation.

@@ -52,7 +52,6 @@ pub use catalogue::{ACTION_SET, NO_OP, ToolSplit, catalogue_tool};
 pub use tool::{Tool, ToolKind};
 pub use touch::{ObjectId, Touch};
 pub use units::{
-    ACTION_INTERVAL, GRAVITY, MAX_OBJECTS, PHYSICS_DT, SCREEN, START_OVERLAP, STEPS_PER_ACTION, exact, to_normalised,
-    to_units,
+    GRAVITY, MAX_OBJECTS, PHYSICS_DT, SCREEN, START_OVERLAP, STEPS_PER_ACTION, exact, to_normalised, to_units,
 };
 pub use world::{Sensor, World};

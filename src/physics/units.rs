@@ -11,8 +11,6 @@ pub const PHYSICS_DT: f32 = 1.0 / 30.0;
 pub(super) const DT: f64 = 1.0 / 30.0;
 /// Physics steps between two actions.
 pub const STEPS_PER_ACTION: u32 = 40;
-/// Time between two actions in seconds (the paper's 1.33 s).
-pub const ACTION_INTERVAL: f32 = STEPS_PER_ACTION as f32 * PHYSICS_DT;
 /// CREATE's gravity in units per second squared.
 pub const GRAVITY: [f32; 2] = [0.0, -2.0];
 

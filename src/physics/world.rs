@@ -340,12 +340,6 @@ impl World {
         &self.moved
     }
 
-    /// The contacts of the latest step, in the order in which they were solved.
-    pub fn contact_order(&self) -> impl Iterator<Item = [ObjectId; 2]> {
-        let owner = |shape: u32| self.shapes[shape as usize].owner;
-        self.order.iter().map(move |&contact| self.contacts[contact as usize].shapes.map(owner))
-    }
-
     /// Whether a ball overlaps a sensor now.
     pub fn touches_sensor(&self, ball: usize, sensor: usize) -> bool {
         self.sensors[sensor].is_some_and(|shape| {

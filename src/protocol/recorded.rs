@@ -4,6 +4,7 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 
 use crate::physics::{Tool, ToolKind, to_units};
+use crate::task::Form;
 use crate::validation::ValidationError;
 
 /// A tool of a recording. Its place is `pos_norm` where there is one: that is the exact
@@ -90,19 +91,19 @@ impl RecordedTool {
             let thickness = self.thickness.map(|thickness| (thickness / 2.0).floor());
             tool.radius = self.radius.or(thickness).unwrap_or(tool.radius);
         }
-        for (given, field) in [
-            (self.angle, &mut tool.angle),
-            (self.elasticity, &mut tool.elasticity),
-            (self.friction, &mut tool.friction),
-            (self.force, &mut tool.force),
-            (self.vel, &mut tool.velocity),
-            (self.max_angle, &mut tool.max_angle),
-            (self.ball_mass, &mut tool.weight),
-            (self.roll_friction, &mut tool.roll_friction),
-        ] {
-            *field = given.unwrap_or(*field);
-        }
-        tool.on_left = self.on_left.unwrap_or(tool.on_left);
+        let form = Form {
+            angle: self.angle,
+            elasticity: self.elasticity,
+            friction: self.friction,
+            force: self.force,
+            vel: self.vel,
+            max_angle: self.max_angle,
+            on_left: self.on_left,
+            ball_mass: self.ball_mass,
+            roll_friction: self.roll_friction,
+            ..Form::default()
+        };
+        tool = form.apply(tool);
         if self.sensor.is_some_and(|sensor| sensor != self.kind.is_sensor()) {
             let message = format_args!("must be {} for a {}: remove it", self.kind.is_sensor(), self.kind);
             return Err(ValidationError::new("sensor", message));

@@ -18,7 +18,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::lines::{Lines, LinesError, write_line};
-use crate::env::{Action, EndReason, Environment, Placement, observation_bounds};
+use crate::env::{Action, Environment, Info, Placement, observation_bounds};
 use crate::json;
 use crate::streams::Stream;
 use crate::task::Task;
@@ -55,18 +55,6 @@ struct Space {
     shape: [usize; 1],
     low: Vec<Option<f32>>,
     high: Vec<Option<f32>>,
-}
-
-/// What is known beyond observation and reward.
-#[derive(Debug, Serialize)]
-struct Info {
-    goal: bool,
-    subgoals: Vec<bool>,
-    placed: usize,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    placement: Option<Placement>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    end: Option<EndReason>,
 }
 
 /// Plays a task as the requests in `input` ask, until one closes it or they end. `seed` holds
@@ -127,14 +115,7 @@ impl Server {
     }
 
     fn info(&self, placement: Option<Placement>) -> Info {
-        let now = self.env.snapshot();
-        Info {
-            goal: now.goal_reached(),
-            subgoals: now.reached().to_vec(),
-            placed: now.placed().len(),
-            placement,
-            end: now.end(),
-        }
+        Info::of(self.env.snapshot(), placement)
     }
 }
 

@@ -4,7 +4,6 @@ use std::path::Path;
 use std::sync::Arc;
 
 use rand::Rng;
-use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::error::{PuzzleError, finished};
@@ -171,21 +170,20 @@ fn name(index: &Index, number: u64) -> String {
 fn layout(name: &str, start_noise: f32, rng: &mut ChaCha8Rng) -> Task {
     // None of the lists is empty.
     let (set, placeable) = TOOL_SETS[rng.gen_range(0..TOOL_SETS.len())];
-    let mut any = |kinds: &[ToolKind]| kinds[rng.gen_range(0..kinds.len())];
-    let placeable = Placeable { kind: any(placeable), form: Form::default() };
+    let placeable = Placeable { kind: placeable[rng.gen_range(0..placeable.len())], form: Form::default() };
     let count = rng.gen_range(1..=MOST_TOOLS);
-    let mut kinds: Vec<ToolKind> = (0..count).map(|_| set[rng.gen_range(0..set.len())]).collect();
-    kinds.shuffle(rng);
-    let tools = kinds.into_iter().map(|kind| ToolSpec {
-        kind,
-        position: place(rng, [-0.9, 0.9], [-0.9, 0.7]),
-        form: Form::default(),
-    });
+    let tools = (0..count)
+        .map(|_| ToolSpec {
+            kind: set[rng.gen_range(0..set.len())],
+            position: place(rng, [-0.9, 0.9], [-0.9, 0.7]),
+            form: Form::default(),
+        })
+        .collect();
     Task {
         version: VERSION,
         name: name.to_owned(),
         description: String::new(),
-        tools: tools.collect(),
+        tools,
         ball: BallSpec::at(place(rng, [-0.8, 0.8], [0.4, 0.9])),
         marker: None,
         balls: Vec::new(),

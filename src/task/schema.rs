@@ -502,7 +502,8 @@ impl BallSpec {
 }
 
 impl Form {
-    pub(super) fn apply(&self, mut tool: Tool) -> Tool {
+    /// The tool with these numbers in place of its own.
+    pub fn apply(&self, mut tool: Tool) -> Tool {
         for (given, field) in [
             (self.size, &mut tool.size),
             (self.angle, &mut tool.angle),
