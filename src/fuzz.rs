@@ -8,6 +8,7 @@ use crate::agent::{self, Ddpg, Learner, ReplayBuffer};
 use crate::dynamics::Model;
 use crate::env::Environment;
 use crate::guidance::EpsilonSchedule;
+use crate::physics::ToolSplit;
 use crate::run::read_events;
 use crate::sweep::Sweep;
 use crate::task::{self, Task};
@@ -117,7 +118,8 @@ fn events(input: &[u8]) {
 static TASK: LazyLock<Arc<Task>> = LazyLock::new(|| Arc::new(task::load("task2").expect("shipped tasks are valid")));
 
 fn env_serve(input: &[u8]) {
-    let _ = protocol::serve(&TASK, 0, input, sink());
+    let _ = protocol::serve(Environment::new(TASK.clone()), 0, input, sink());
+    let _ = protocol::serve(Environment::new(TASK.clone()).with_tools(ToolSplit::All), 0, input, sink());
 }
 
 fn simulate(input: &[u8]) {

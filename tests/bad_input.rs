@@ -1,6 +1,7 @@
 //! Wrong scenes, tasks, levels and episodes: one clear line each that says where.
 
-use mge::{protocol, task};
+use mge::protocol::{self, Catalogue};
+use mge::task;
 use serde_json::{Value, json};
 
 /// A record with one thing changed: JSON pointer of the parent, key, and the new value
@@ -224,7 +225,8 @@ fn wrong_recordings() {
     episode["steps"].as_array_mut().unwrap().truncate(1);
     let play = |level: &str, episode: &str| {
         let mut output = Vec::new();
-        let played = protocol::play_episodes(level.as_bytes(), "levels.jsonl", episode.as_bytes(), &mut output);
+        let (level, episode, catalogue) = (level.as_bytes(), episode.as_bytes(), Catalogue::of_create());
+        let played = protocol::play_episodes(level, "levels.jsonl", &catalogue, episode, &mut output);
         played.map(|()| output.len()).map_err(|error| error.to_string())
     };
     assert!(play(&level.to_string(), &episode.to_string()).unwrap() > 0);

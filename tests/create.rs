@@ -3,7 +3,7 @@
 use std::io::BufReader;
 
 use mge::physics::{NO_OP, ToolSplit, catalogue_tool};
-use mge::protocol;
+use mge::protocol::{self, Catalogue};
 use serde_json::Value;
 
 const LAUNCHES: &str = include_str!("data/create/launches.jsonl");
@@ -75,7 +75,8 @@ fn scenes_agree_at_every_step() {
 #[test]
 fn episodes_agree_in_every_rule() {
     let mut answers = Vec::new();
-    protocol::play_episodes(LEVELS.as_bytes(), "levels", BufReader::new(EPISODES.as_bytes()), &mut answers).unwrap();
+    let episodes = BufReader::new(EPISODES.as_bytes());
+    protocol::play_episodes(LEVELS.as_bytes(), "levels", &Catalogue::of_create(), episodes, &mut answers).unwrap();
     let mut errors = Vec::new();
     for (theirs, ours) in pairs(EPISODES, &answers) {
         let steps = |record: &Value| record["steps"].as_array().unwrap().clone();
@@ -152,8 +153,10 @@ fn scenes_of_every_type_are_repeated_to_the_last_digit() {
 fn episodes_with_action_sets_agree_in_every_rule() {
     let levels = all(include_bytes!("data/create/all/levels.jsonl.gz"));
     let episodes = all(include_bytes!("data/create/all/episodes.jsonl.gz"));
+    let tools = all(include_bytes!("data/create/all/tools.jsonl.gz"));
+    let catalogue = Catalogue::read(tools.as_bytes(), "tools").unwrap();
     let mut answers = Vec::new();
-    protocol::play_episodes(levels.as_bytes(), "levels", episodes.as_bytes(), &mut answers).unwrap();
+    protocol::play_episodes(levels.as_bytes(), "levels", &catalogue, episodes.as_bytes(), &mut answers).unwrap();
     for (theirs, ours) in pairs(&episodes, &answers) {
         let steps = |record: &Value| record["steps"].as_array().unwrap().clone();
         let (id, theirs, ours) = (theirs["id"].clone(), steps(&theirs), steps(&ours));

@@ -8,7 +8,7 @@ use clap::{Args, Parser, Subcommand};
 use crate::dynamics::{Loss, Variant};
 use crate::figures::DEFAULT_DPI;
 use crate::guidance::EpsilonSchedule;
-use crate::physics::{MAX_OBJECTS, ToolKind};
+use crate::physics::{MAX_OBJECTS, ToolKind, ToolSplit};
 use crate::puzzles::Split;
 use crate::trainer::{Method, PriorSource};
 
@@ -35,6 +35,9 @@ pub struct Play {
     /// JSON Lines file of recorded levels; episodes are read from standard input
     #[arg(long, value_name = "FILE")]
     pub levels: Option<PathBuf>,
+    /// JSON Lines file of the tools that action sets name, in place of CREATE's catalogue
+    #[arg(long, value_name = "FILE", requires = "levels")]
+    pub tools: Option<PathBuf>,
 }
 
 /// A number of threads.
@@ -262,7 +265,11 @@ pub enum Env {
     Serve {
         /// Name of a shipped task, or a task file
         task: String,
-        /// Seed of the start noise until a reset brings another
+        /// Let the agent choose among 40 of CREATE's tools, redrawn at every reset from: all, train,
+        /// validation, test
+        #[arg(long, value_name = "SPLIT")]
+        tools: Option<ToolSplit>,
+        /// Seed of the start noise, random shifts and action sets until a reset brings another
         #[arg(long, default_value_t = 0)]
         seed: u64,
     },

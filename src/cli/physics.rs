@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 use super::arguments::{Env, Play};
 use super::{Outcome, output};
-use crate::env::Action;
+use crate::env::{Action, Environment};
+use crate::protocol::Catalogue;
 use crate::{json, protocol, task};
 
 pub fn simulate() -> Outcome {
@@ -17,22 +18,35 @@ pub fn simulate() -> Outcome {
 
 pub fn play(arguments: &Play) -> Outcome {
     match (&arguments.levels, &arguments.task, &arguments.actions) {
-        (Some(levels), _, _) => play_episodes(levels),
+        (Some(levels), _, _) => play_episodes(levels, arguments.tools.as_deref()),
         (None, Some(task), Some(actions)) => play_actions(task, actions),
         _ => Err("give a TASK with --actions FILE, or --levels FILE".into()),
     }
 }
 
 pub fn serve(command: &Env) -> Outcome {
-    let Env::Serve { task, seed } = command;
-    let task = Arc::new(task::load(task)?);
-    Ok(protocol::serve(&task, *seed, io::stdin().lock(), output::stream())?)
+    let Env::Serve { task, tools, seed } = command;
+    let mut env = Environment::new(Arc::new(task::load(task)?));
+    if let Some(tools) = tools {
+        env = env.with_tools(*tools);
+    }
+    Ok(protocol::serve(env, *seed, io::stdin().lock(), output::stream())?)
 }
 
-fn play_episodes(levels: &Path) -> Outcome {
-    let name = levels.display().to_string();
-    let file = File::open(levels).map_err(|error| format!("{name}: {error}"))?;
-    Ok(protocol::play_episodes(BufReader::new(file), &name, io::stdin().lock(), output::stream())?)
+fn play_episodes(levels: &Path, tools: Option<&Path>) -> Outcome {
+    let (levels, name) = open(levels)?;
+    let catalogue = match tools.map(open).transpose()? {
+        Some((tools, name)) => Catalogue::read(tools, &name)?,
+        None => Catalogue::of_create(),
+    };
+    Ok(protocol::play_episodes(levels, &name, &catalogue, io::stdin().lock(), output::stream())?)
+}
+
+/// A file and its name for errors.
+fn open(path: &Path) -> Result<(BufReader<File>, String), String> {
+    let name = path.display().to_string();
+    let file = File::open(path).map_err(|error| format!("{name}: {error}"))?;
+    Ok((BufReader::new(file), name))
 }
 
 fn play_actions(task: &str, actions: &Path) -> Outcome {

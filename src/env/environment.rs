@@ -4,21 +4,37 @@ use std::sync::Arc;
 
 use rand::Rng;
 
-use super::action::{Action, EpisodeOver, Placement, Step};
+use super::action::{EpisodeOver, Placement, Step};
+use super::action_set::{ActionSet, Choice};
+use super::description::{ObservationPart, describe, description_bounds, description_parts};
 use super::episode::Snapshot;
-use super::observation::{observation_len, observe};
-use crate::physics::{BallState, ToolSplit, World, catalogue_tool};
+use super::observation::{observation_bounds, observation_len, observation_parts, observe};
+use crate::physics::{BallState, ToolSplit, World};
 use crate::task::Task;
 
+/// What a reset draws: with it an episode can be begun again.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Start {
+    /// How far noise shifts the ball, normalised.
+    pub shift: [f32; 2],
+    /// How far each of the task's random shifts goes, normalised.
+    pub shifts: Vec<[f32; 2]>,
+    /// Numbers of the tools in the action set, if one is drawn.
+    pub tools: Vec<usize>,
+}
+
 /// A task being played.
+///
+/// The agent has the task's own tool, or chooses among tools: see [`with_tools`](Self::with_tools).
 #[derive(Debug, Clone)]
 pub struct Environment {
-    /// The task with its random shifts, and the variant that is being played.
-    base: Arc<Task>,
+    /// The task as it was loaded, and as it is played, with its random shifts carried out.
+    loaded: Arc<Task>,
     task: Arc<Task>,
-    shift: [f32; 2],
-    tools: Option<ToolSplit>,
-    inventory: Vec<usize>,
+    start: Start,
+    split: Option<ToolSplit>,
+    /// None if the agent has the task's own tool.
+    set: Option<ActionSet>,
     now: Snapshot,
 }
 
@@ -32,29 +48,42 @@ impl Environment {
     /// [`Environment::shift`] reported it for an earlier episode.
     pub fn shifted(task: Arc<Task>, shift: [f32; 2]) -> Self {
         let now = Snapshot::new(&task, shift);
-        Self { base: task.clone(), task, shift, tools: None, inventory: Vec::new(), now }
+        let start = Start { shift, ..Start::default() };
+        Self { loaded: task.clone(), task, start, split: None, set: None, now }
     }
 
-    /// The environment of a task in which the agent chooses among an action set of CREATE's
-    /// tools, which every [`reset`](Self::reset) draws anew.
-    pub fn with_tools(task: Arc<Task>, tools: ToolSplit) -> Self {
-        Self { tools: Some(tools), ..Self::new(task) }
+    /// The agent chooses among an action set of CREATE's tools, which every [`reset`](Self::reset)
+    /// draws anew, as CREATE does: the no-op and 39 tools of the split. Before the first reset the
+    /// set is empty. Actions are [`Choice`]s, and observations describe the set.
+    #[must_use]
+    pub fn with_tools(self, split: ToolSplit) -> Self {
+        Self { split: Some(split), set: Some(ActionSet::default()), ..self }
     }
 
-    /// Numbers of the tools in the action set, in [`catalogue_tool`]'s order of numbers; empty
-    /// where the agent has the task's own tool, and before the first reset.
-    pub fn inventory(&self) -> &[usize] {
-        &self.inventory
+    /// The agent chooses among these tools in every episode.
+    #[must_use]
+    pub fn with_action_set(self, set: ActionSet) -> Self {
+        Self { split: None, set: Some(set), ..self }
     }
 
-    /// Gives the agent another action set for this episode.
-    pub fn set_inventory(&mut self, inventory: Vec<usize>) {
-        self.inventory = inventory;
+    /// From which tools an action set is drawn, if one is.
+    pub fn split(&self) -> Option<ToolSplit> {
+        self.split
+    }
+
+    /// The tools among which the agent chooses; none where it has the task's own tool.
+    pub fn action_set(&self) -> Option<&ActionSet> {
+        self.set.as_ref()
+    }
+
+    /// What the reset of the present episode drew.
+    pub fn start(&self) -> &Start {
+        &self.start
     }
 
     /// How far noise has shifted the start of the present episode, normalised.
     pub fn shift(&self) -> [f32; 2] {
-        self.shift
+        self.start.shift
     }
 
     /// The task being played; with its random shifts carried out, if it has any.
@@ -62,18 +91,31 @@ impl Environment {
         &self.task
     }
 
+    /// The task as it was loaded, from which every reset begins.
+    pub fn loaded_task(&self) -> &Arc<Task> {
+        &self.loaded
+    }
+
     /// Starts an episode and returns its first observation.
     pub fn reset(&mut self, rng: &mut impl Rng) -> Vec<f32> {
-        if !self.base.shifts.is_empty() {
-            self.task = Arc::new(self.base.varied(rng));
-        }
-        if let Some(tools) = self.tools {
-            self.inventory = tools.draw(rng);
-        }
-        let noise = self.task.rules.start_noise;
-        self.shift = if noise > 0.0 { [0; 2].map(|_| rng.gen_range(-noise..=noise)) } else { [0.0; 2] };
-        self.now = Snapshot::new(&self.task, self.shift);
+        let shifts = self.loaded.draw_shifts(rng);
+        let tools = self.split.map_or(Vec::new(), |split| split.draw(rng));
+        let noise = self.loaded.rules.start_noise;
+        let shift = if noise > 0.0 { [0; 2].map(|_| rng.gen_range(-noise..=noise)) } else { [0.0; 2] };
+        self.begin(Start { shift, shifts, tools });
         self.observation()
+    }
+
+    /// Starts an episode as an earlier one of the same task started.
+    pub fn begin(&mut self, start: Start) {
+        if !self.loaded.shifts.is_empty() {
+            self.task = Arc::new(self.loaded.shifted(&start.shifts));
+        }
+        if self.split.is_some() {
+            self.set = Some(ActionSet::of_catalogue(&start.tools));
+        }
+        self.now = Snapshot::new(&self.task, start.shift);
+        self.start = start;
     }
 
     /// Everything that changes during an episode.
@@ -86,62 +128,68 @@ impl Environment {
         self.now.clone_from(snapshot);
     }
 
-    /// The current observation.
+    /// The current observation: vectors of objects and the next stage, or, where the agent chooses
+    /// among tools, a description with their properties. [`observation_parts`](Self::observation_parts)
+    /// names what is in it.
     pub fn observation(&self) -> Vec<f32> {
+        if let Some(set) = &self.set {
+            return describe(&self.task, &self.now, set);
+        }
         let stages = self.task.stage_count();
         let mut observation = Vec::with_capacity(observation_len(&self.task));
         observe(self.now.world(), self.task.tools.len(), self.now.stage(), stages, &mut observation);
         observation
     }
 
-    /// Places the tool if it may be placed, then lets the world run for one action
-    /// interval.
-    ///
-    /// # Errors
-    /// When the episode is over.
-    pub fn step(&mut self, action: Action) -> Result<Step, EpisodeOver> {
-        self.step_watched(action, |_| {})
+    /// The parts of an observation, in order.
+    pub fn observation_parts(&self) -> Vec<ObservationPart> {
+        match self.set {
+            None => observation_parts(&self.task),
+            Some(_) => description_parts(&self.task),
+        }
     }
 
-    /// Places a tool of the action set, by its index there, and lets the world run for one
-    /// action interval. The no-op, and an index that is not in the set, place nothing.
+    /// Length of an observation.
+    pub fn observation_len(&self) -> usize {
+        self.observation_parts().iter().map(|part| part.shape.iter().product::<usize>()).sum()
+    }
+
+    /// Least and greatest values of observations; what has no bound is infinite.
+    pub fn observation_bounds(&self) -> [Vec<f32>; 2] {
+        match self.set {
+            None => observation_bounds(&self.task),
+            Some(_) => description_bounds(&self.task),
+        }
+    }
+
+    /// Places the tool that the action asks for if it may be placed, then lets the world run for
+    /// one action interval. The no-op, and an index that is not in the action set, place nothing.
     ///
     /// # Errors
     /// When the episode is over.
-    pub fn step_tool(&mut self, index: usize, action: Action) -> Result<Step, EpisodeOver> {
-        if self.now.end().is_some() {
-            return Err(EpisodeOver);
-        }
-        let placement = match self.inventory.get(index) {
-            None => Placement::Invalid,
-            Some(&number) => match catalogue_tool(number) {
-                Some(tool) => self.now.place_tool(&self.task, tool, action),
-                None => Placement::NoOp,
-            },
-        };
-        let step = self.blank_step(placement);
-        Ok(self.run(step, |_| {}))
+    pub fn step(&mut self, action: impl Into<Choice>) -> Result<Step, EpisodeOver> {
+        self.step_watched(action, |_| {})
     }
 
     /// Like [`Environment::step`]; `watch` sees the world after every physics step.
     ///
     /// # Errors
     /// When the episode is over.
-    pub fn step_watched(&mut self, action: Action, watch: impl FnMut(&World)) -> Result<Step, EpisodeOver> {
+    pub fn step_watched(
+        &mut self,
+        action: impl Into<Choice>,
+        mut watch: impl FnMut(&World),
+    ) -> Result<Step, EpisodeOver> {
         if self.now.end().is_some() {
             return Err(EpisodeOver);
         }
-        let step = self.begin_step(action);
-        Ok(self.run(step, watch))
-    }
-
-    fn run(&mut self, mut step: Step, mut watch: impl FnMut(&World)) -> Step {
+        let mut step = self.begin_step(action.into());
         for _ in 0..self.task.rules.steps_per_action {
             self.now.advance(&self.task, &mut step);
             watch(self.now.world());
         }
         self.finish_step(&mut step);
-        step
+        Ok(step)
     }
 
     /// An imagined step: places the tool if it may be placed, then puts the ball where a
@@ -150,11 +198,16 @@ impl Environment {
     ///
     /// # Errors
     /// When the episode is over.
-    pub fn step_predicted(&mut self, action: Action, ball: BallState, hit: bool) -> Result<Step, EpisodeOver> {
+    pub fn step_predicted(
+        &mut self,
+        action: impl Into<Choice>,
+        ball: BallState,
+        hit: bool,
+    ) -> Result<Step, EpisodeOver> {
         if self.now.end().is_some() {
             return Err(EpisodeOver);
         }
-        let mut step = self.begin_step(action);
+        let mut step = self.begin_step(action.into());
         self.now.set_ball(ball);
         if hit {
             self.now.reach_stage(&self.task, &mut step);
@@ -163,13 +216,17 @@ impl Environment {
         Ok(step)
     }
 
-    fn begin_step(&mut self, action: Action) -> Step {
-        let placement = self.now.place(&self.task, action);
-        self.blank_step(placement)
-    }
-
     /// A step in which nothing has happened yet but the placement.
-    fn blank_step(&self, placement: Placement) -> Step {
+    fn begin_step(&mut self, Choice { tool, place }: Choice) -> Step {
+        let placement = match &self.set {
+            None if tool == 0 => self.now.place(&self.task, place),
+            None => Placement::Invalid,
+            Some(set) => match set.get(tool) {
+                None => Placement::Invalid,
+                Some(None) => Placement::NoOp,
+                Some(Some(tool)) => self.now.place_tool(&self.task, tool, place),
+            },
+        };
         let is_free = matches!(placement, Placement::Placed | Placement::NoOp);
         let blocked = if is_free { 0.0 } else { self.task.rules.rewards.blocked };
         Step {

@@ -106,6 +106,11 @@ impl Snapshot {
         self.reached.iter().position(|reached| !reached).unwrap_or(self.reached.len())
     }
 
+    /// Whether the target counts as moved; always in tasks without a marker.
+    pub fn target_moved(&self) -> bool {
+        self.target_moved
+    }
+
     /// Actions taken so far.
     pub fn actions(&self) -> u32 {
         self.actions

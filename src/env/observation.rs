@@ -1,6 +1,7 @@
 //! What the agent sees: the padded collection of object feature vectors (paper,
 //! section 5.1), then which stage comes next.
 
+use super::description::ObservationPart;
 use crate::physics::{BallState, ToolKind, World, to_normalised};
 use crate::task::Task;
 
@@ -16,6 +17,14 @@ pub const VELOCITY_SCALE: f32 = 10.0;
 /// stage (subgoals in order, then the goal).
 pub fn observation_len(task: &Task) -> usize {
     OBJECT_SLOTS * OBJECT_FEATURES + task.stage_count()
+}
+
+/// The parts of a task's observations.
+pub(super) fn observation_parts(task: &Task) -> Vec<ObservationPart> {
+    vec![
+        ObservationPart { name: "objects", shape: vec![OBJECT_SLOTS, OBJECT_FEATURES] },
+        ObservationPart { name: "stage", shape: vec![task.stage_count()] },
+    ]
 }
 
 /// Least and greatest values of a task's observations. Positions may leave the screen for a moment

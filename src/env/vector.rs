@@ -7,9 +7,11 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::action::{Action, EndReason, Placement};
-use super::environment::Environment;
+use super::action_set::{ActionSet, Choice};
+use super::description::ObservationPart;
+use super::environment::{Environment, Start};
 use super::episode::Snapshot;
-use super::observation::observation_len;
+use crate::physics::ToolSplit;
 use crate::streams::Stream;
 use crate::task::Task;
 
@@ -98,6 +100,24 @@ pub enum VectorError {
         /// The action.
         action: Action,
     },
+    /// An action asks for a tool that the action set does not have.
+    #[error("the action of environment {index} asks for tool {tool}: the first of {count} is 0")]
+    NoTool {
+        /// Which one.
+        index: usize,
+        /// The tool asked for.
+        tool: usize,
+        /// Tools in the action set.
+        count: usize,
+    },
+    /// The state is of an environment with other tools.
+    #[error("the state is one with {found} tools, the environment has {wanted}: make one with the same tools")]
+    OtherTools {
+        /// The state's.
+        found: &'static str,
+        /// The environment's.
+        wanted: &'static str,
+    },
     /// There is no environment with this number.
     #[error("there is no environment {index}: the last of {count} is {}", count.saturating_sub(1))]
     NoSuch {
@@ -122,7 +142,7 @@ struct Player {
     env: Environment,
     rng: ChaCha8Rng,
     begun: bool,
-    actions: Vec<Action>,
+    actions: Vec<Choice>,
     outcome: Outcome,
 }
 
@@ -138,13 +158,22 @@ struct Recorded {
     rng: ChaCha8Rng,
     begun: bool,
     shift: [f32; 2],
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    shifts: Vec<[f32; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    split: Option<ToolSplit>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    tools: Vec<usize>,
     actions: Vec<Action>,
+    /// The tools that the actions asked for, where the agent chooses among some.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    chosen: Vec<usize>,
 }
 
 impl State {
-    /// The task being played.
+    /// The task being played, as it was loaded.
     pub fn task(&self) -> &Arc<Task> {
-        self.0.env.task()
+        self.0.env.loaded_task()
     }
 
     /// The environment as it is.
@@ -155,7 +184,17 @@ impl State {
     /// The state as JSON, without its task.
     pub fn to_json(&self) -> String {
         let Player { env, rng, begun, actions, .. } = &self.0;
-        let recorded = Recorded { rng: rng.clone(), begun: *begun, shift: env.shift(), actions: actions.clone() };
+        let (split, Start { shift, shifts, tools }) = (env.split(), env.start().clone());
+        let recorded = Recorded {
+            rng: rng.clone(),
+            begun: *begun,
+            shift,
+            shifts,
+            split,
+            tools,
+            actions: actions.iter().map(|choice| choice.place).collect(),
+            chosen: split.map_or(Vec::new(), |_| actions.iter().map(|choice| choice.tool).collect()),
+        };
         // Plain numbers always serialise.
         serde_json::to_string(&recorded).expect("a state is plain data")
     }
@@ -165,8 +204,15 @@ impl State {
     /// # Errors
     /// When the text is no state.
     pub fn parse(text: &str, task: &Arc<Task>) -> Result<Self, serde_json::Error> {
-        let Recorded { rng, begun, shift, actions } = serde_json::from_str(text)?;
-        let mut env = Environment::shifted(task.clone(), shift);
+        let Recorded { rng, begun, shift, shifts, split, tools, actions, chosen } = serde_json::from_str(text)?;
+        let mut env = Environment::new(task.clone());
+        if let Some(split) = split {
+            env = env.with_tools(split);
+        }
+        env.begin(Start { shift, shifts, tools });
+        let chosen = chosen.into_iter().chain(std::iter::repeat(0));
+        let actions: Vec<Choice> =
+            actions.into_iter().zip(chosen).map(|(place, tool)| Choice { tool, place }).collect();
         let played = actions.iter().take_while(|action| env.step(**action).is_ok()).count();
         if played < actions.len() {
             let reason = format!("the episode ends after {played} of its {} actions", actions.len());
@@ -181,6 +227,7 @@ impl State {
 pub struct VectorEnvironment {
     task: Arc<Task>,
     autoreset: Autoreset,
+    split: Option<ToolSplit>,
     players: Vec<Player>,
     observation_len: usize,
 }
@@ -188,14 +235,19 @@ pub struct VectorEnvironment {
 impl VectorEnvironment {
     /// `count` environments of a task, none of which has begun an episode.
     pub fn new(task: Arc<Task>, count: usize, autoreset: Autoreset) -> Self {
-        let player = Player {
-            env: Environment::new(task.clone()),
-            rng: Stream::Episode.of(0),
-            begun: false,
-            actions: Vec::new(),
-            outcome: Outcome::default(),
-        };
-        Self { autoreset, players: vec![player; count], observation_len: observation_len(&task), task }
+        Self::of(Environment::new(task), count, autoreset)
+    }
+
+    /// As [`new`](Self::new), where the agent chooses among tools: see [`Environment::with_tools`].
+    pub fn with_tools(task: Arc<Task>, tools: ToolSplit, count: usize, autoreset: Autoreset) -> Self {
+        Self::of(Environment::new(task).with_tools(tools), count, autoreset)
+    }
+
+    fn of(env: Environment, count: usize, autoreset: Autoreset) -> Self {
+        let (task, observation_len) = (env.loaded_task().clone(), env.observation_len());
+        let rng = Stream::Episode.of(0);
+        let player = Player { env, rng, begun: false, actions: Vec::new(), outcome: Outcome::default() };
+        Self { task, autoreset, split: player.env.split(), players: vec![player; count], observation_len }
     }
 
     /// The task being played.
@@ -211,6 +263,16 @@ impl VectorEnvironment {
     /// Length of one observation.
     pub fn observation_len(&self) -> usize {
         self.observation_len
+    }
+
+    /// From which tools the agents' action sets are drawn, if they choose among tools.
+    pub fn split(&self) -> Option<ToolSplit> {
+        self.split
+    }
+
+    /// The parts of an observation, in order.
+    pub fn observation_parts(&self) -> Vec<ObservationPart> {
+        self.players.first().map_or(Vec::new(), |player| player.env.observation_parts())
     }
 
     /// What the latest reset or step brought, by environment.
@@ -236,16 +298,16 @@ impl VectorEnvironment {
         }
     }
 
-    /// One action in each environment. The observations are written to `observations`, which has a
+    /// One action in each environment: a place, or a [`Choice`] of a tool and a place. The observations are written to `observations`, which has a
     /// row for each environment; the rest is in [`outcomes`](Self::outcomes).
     ///
     /// # Errors
     /// When an environment cannot take its action; then no environment has taken one.
-    pub fn step(&mut self, actions: &[Action], observations: &mut [f32]) -> Result<(), VectorError> {
+    pub fn step<A: Into<Choice> + Copy>(&mut self, actions: &[A], observations: &mut [f32]) -> Result<(), VectorError> {
         self.check(actions)?;
         let rows = observations.chunks_mut(self.observation_len);
         for ((player, row), action) in self.players.iter_mut().zip(rows).zip(actions) {
-            player.step(*action, self.autoreset, row);
+            player.step((*action).into(), self.autoreset, row);
         }
         Ok(())
     }
@@ -254,16 +316,20 @@ impl VectorEnvironment {
     ///
     /// # Errors
     /// As [`step`](Self::step).
-    pub fn par_step(&mut self, actions: &[Action], observations: &mut [f32]) -> Result<(), VectorError> {
+    pub fn par_step<A>(&mut self, actions: &[A], observations: &mut [f32]) -> Result<(), VectorError>
+    where
+        A: Into<Choice> + Copy + Sync,
+    {
         self.check(actions)?;
         let rows = observations.par_chunks_mut(self.observation_len);
         let players = self.players.par_iter_mut().zip(rows).zip(actions).with_min_len(AT_ONCE);
-        players.for_each(|((player, row), action)| player.step(*action, self.autoreset, row));
+        players.for_each(|((player, row), action)| player.step((*action).into(), self.autoreset, row));
         Ok(())
     }
 
-    fn check(&self, actions: &[Action]) -> Result<(), VectorError> {
+    fn check<A: Into<Choice> + Copy>(&self, actions: &[A]) -> Result<(), VectorError> {
         for (index, (player, action)) in self.players.iter().zip(actions).enumerate() {
+            let Choice { tool, place: action } = (*action).into();
             if !player.begun {
                 return Err(VectorError::NotBegun { index });
             }
@@ -271,7 +337,11 @@ impl VectorEnvironment {
                 return Err(VectorError::Over { index });
             }
             if !action.iter().all(|value| value.is_finite()) {
-                return Err(VectorError::NotFinite { index, action: *action });
+                return Err(VectorError::NotFinite { index, action });
+            }
+            let count = player.env.action_set().map_or(1, ActionSet::len);
+            if tool >= count {
+                return Err(VectorError::NoTool { index, tool, count });
             }
         }
         Ok(())
@@ -289,11 +359,15 @@ impl VectorEnvironment {
     /// Puts an environment into a state, which may be that of another one, and writes its observation.
     ///
     /// # Errors
-    /// When there is no such environment, or the state is of another task.
+    /// When there is no such environment, or the state is of another task or with other tools.
     pub fn restore(&mut self, index: usize, state: &State, observation: &mut [f32]) -> Result<(), VectorError> {
         if *state.task() != self.task {
             let (found, wanted) = (state.task().name.clone(), self.task.name.clone());
             return Err(VectorError::OtherTask { found, wanted });
+        }
+        if state.0.env.split() != self.split {
+            let name = |split: Option<ToolSplit>| split.map_or("the task's own", ToolSplit::name);
+            return Err(VectorError::OtherTools { found: name(state.0.env.split()), wanted: name(self.split) });
         }
         let count = self.players.len();
         let player = self.players.get_mut(index).ok_or(VectorError::NoSuch { index, count })?;
@@ -328,7 +402,7 @@ impl Player {
     }
 
     /// Takes an action and writes the observation after it.
-    fn step(&mut self, action: Action, autoreset: Autoreset, observation: &mut [f32]) {
+    fn step(&mut self, action: Choice, autoreset: Autoreset, observation: &mut [f32]) {
         let Ok(step) = self.env.step(action) else { return observation.copy_from_slice(&self.reset()) };
         self.actions.push(action);
         let info = self.info(Some(step.placement));
@@ -347,8 +421,11 @@ impl Player {
 
 #[cfg(test)]
 mod tests {
+    use rand::Rng;
+
     use super::*;
-    use crate::env::{Step, uniform_action};
+    use crate::env::{Step, TOOL_FEATURES, tool_features, uniform_action};
+    use crate::physics::ACTION_SET;
 
     fn noisy_task() -> Arc<Task> {
         let mut task = crate::task::load("task5").unwrap();
@@ -509,5 +586,63 @@ mod tests {
         let state = VectorEnvironment::new(other, 1, Autoreset::NextStep).state(0).unwrap();
         assert!(matches!(vector.restore(0, &state, &mut rows[..length]), Err(VectorError::OtherTask { .. })));
         assert!(State::parse("{}", &task).is_err());
+    }
+
+    /// Choices of tools and places.
+    fn choices(steps: usize, tools: usize) -> Vec<Choice> {
+        let mut rng = Stream::Episode.of(78);
+        (0..steps).map(|_| Choice { tool: rng.gen_range(0..tools), place: uniform_action(&mut rng) }).collect()
+    }
+
+    #[test]
+    fn with_tools_every_episode_has_an_action_set_of_its_own_that_is_described() {
+        let task = Arc::new(crate::task::load("create/Ladder-random").unwrap());
+        let mut vector = VectorEnvironment::with_tools(task, ToolSplit::Train, 1, Autoreset::NextStep);
+        let mut row = vec![0.0; vector.observation_len()];
+        vector.reset(&[Some(4)], None, &mut row);
+        let parts = vector.observation_parts();
+        assert_eq!(parts.iter().map(|part| part.name).collect::<Vec<_>>(), ["objects", "progress", "tools"]);
+        let [described, mut placed, mut sets] = [ACTION_SET * TOOL_FEATURES, 0, 0];
+        for choice in choices(200, ACTION_SET) {
+            let before = vector.environment(0).unwrap().start().tools.clone();
+            vector.step(&[choice], &mut row).unwrap();
+            let env = vector.environment(0).unwrap();
+            let set = env.action_set().unwrap();
+            sets += usize::from(env.start().tools != before);
+            let features: Vec<f32> = set.tools().flat_map(tool_features).collect();
+            assert_eq!(row[row.len() - described..], features);
+            assert!(set.numbers().skip(1).all(|number| ToolSplit::Train.tools().contains(&number)));
+            if vector.outcomes().next().unwrap().info.placement == Some(Placement::Placed) {
+                placed += 1;
+                let tool = *env.snapshot().world().tools().last().unwrap();
+                let chosen = *set.tools().nth(choice.tool).unwrap().unwrap();
+                assert_eq!(tool.at([0.0; 2]), chosen);
+            }
+        }
+        assert!(placed > 20 && sets > 3, "{placed} tools, {sets} sets");
+        let error = vector.step(&[Choice { tool: ACTION_SET, place: [0.0; 2] }], &mut row).unwrap_err();
+        assert_eq!(error, VectorError::NoTool { index: 0, tool: ACTION_SET, count: ACTION_SET });
+    }
+
+    #[test]
+    fn a_state_with_tools_and_random_shifts_goes_on_after_it_was_written_and_read() {
+        let task = Arc::new(crate::task::load("create/Obstacle-random").unwrap());
+        let new = |count| VectorEnvironment::with_tools(task.clone(), ToolSplit::Test, count, Autoreset::NextStep);
+        let mut vector = new(2);
+        let length = vector.observation_len();
+        let mut rows = vec![0.0; 2 * length];
+        vector.reset(&[Some(8), Some(9)], None, &mut rows);
+        for choice in choices(120, ACTION_SET) {
+            let state = State::parse(&vector.state(0).unwrap().to_json(), &task).unwrap();
+            let (first, second) = rows.split_at_mut(length);
+            vector.restore(1, &state, second).unwrap();
+            assert_eq!(first, second);
+            vector.step(&[choice; 2], &mut rows).unwrap();
+            assert_eq!(rows[..length], rows[length..]);
+        }
+        let state = vector.state(0).unwrap();
+        let mut own = VectorEnvironment::new(task, 1, Autoreset::NextStep);
+        let error = own.restore(0, &state, &mut rows).unwrap_err();
+        assert_eq!(error, VectorError::OtherTools { found: "test", wanted: "the task's own" });
     }
 }

@@ -348,16 +348,21 @@ impl Tool {
     }
 
     /// World coordinates of the corners, counter-clockwise; the two end points of segments,
-    /// points all around a circle.
+    /// points all around a circle. In single precision, for networks and screens.
     pub fn vertices(&self) -> Vec<[f32; 2]> {
-        let corners = match self.outline() {
+        self.corner_points().into_iter().map(|corner| corner.map(|p| p as f32)).collect()
+    }
+
+    /// The same in the precision of the physics.
+    pub fn corner_points(&self) -> Vec<[f64; 2]> {
+        let corners: Vec<Vector> = match self.outline() {
             Outline::Disc { centre, radius } => {
                 (0..48).map(|k| centre + direction(TAU * f64::from(k) / 48.0) * radius).collect()
             }
             Outline::Segment { a, b, .. } => vec![a, b],
             Outline::Polygon(polygon) => polygon.corners().iter().map(|corner| corner.position).collect(),
         };
-        corners.into_iter().map(single).collect()
+        corners.into_iter().map(Into::into).collect()
     }
 
     /// Centre in units, in single precision.
@@ -405,7 +410,7 @@ impl Tool {
     }
 
     /// How far a plank is drawn tilted while its body's angle is 0.
-    pub(super) fn tilt(&self) -> f64 {
+    pub fn tilt(&self) -> f64 {
         match self.kind {
             ToolKind::SeeSaw if self.on_left => -self.max_angle,
             ToolKind::SeeSaw => self.max_angle,

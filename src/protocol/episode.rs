@@ -7,12 +7,13 @@ use std::sync::Arc;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
+use super::catalogue::Catalogue;
 use super::level::RecordedLevel;
 use super::lines::{LinesError, for_each_line, write_line};
 use super::recorded::RecordedTool;
 use super::scene::{Row, row};
-use crate::env::{Action, EndReason, Environment, Placement, Step, ball_names};
-use crate::physics::{MAX_OBJECTS, NO_OP};
+use crate::env::{Action, ActionSet, Choice, EndReason, Environment, Placement, Step, ball_names};
+use crate::physics::MAX_OBJECTS;
 use crate::task::Task;
 use crate::validation::ValidationError;
 
@@ -99,14 +100,13 @@ pub fn replay(task: Arc<Task>, actions: impl IntoIterator<Item = Action>) -> imp
 }
 
 /// Plays choices of a tool and a place from the start of a task, likewise.
-fn replay_choices(task: Arc<Task>, inventory: Vec<usize>, choices: Vec<(usize, Action)>) -> Vec<StepLine> {
+fn replay_choices(task: Arc<Task>, set: ActionSet, choices: Vec<Choice>) -> Vec<StepLine> {
     let names = ball_names(&task);
-    let mut environment = Environment::new(task);
-    environment.set_inventory(inventory);
-    let line = |(index, action): (usize, Action)| {
-        let step = environment.step_tool(index, action).ok()?;
-        let [x, y] = action;
-        Some(step_line(&environment, &names, vec![index as f32, x, y], &step))
+    let mut environment = Environment::new(task).with_action_set(set);
+    let line = |choice: Choice| {
+        let step = environment.step(choice).ok()?;
+        let [x, y] = choice.place;
+        Some(step_line(&environment, &names, vec![choice.tool as f32, x, y], &step))
     };
     choices.into_iter().map_while(line).collect()
 }
@@ -162,13 +162,15 @@ pub fn play_actions(task: Arc<Task>, actions: &[Action], mut output: impl Write)
     Ok(played)
 }
 
-/// Replays recorded episodes, one a line, in recorded levels, and writes one line each.
+/// Replays recorded episodes, one a line, in recorded levels, and writes one line each. Action sets
+/// name tools of the catalogue.
 ///
 /// # Errors
 /// At the first line that cannot be read or played, with its number.
 pub fn play_episodes(
     levels: impl BufRead,
     levels_origin: &str,
+    catalogue: &Catalogue,
     episodes: impl BufRead,
     mut output: impl Write,
 ) -> Result<(), LinesError> {
@@ -184,7 +186,7 @@ pub fn play_episodes(
         Ok(())
     })?;
     for_each_line(episodes, "stdin", |episode: RecordedEpisode| {
-        let steps = episode.play(&known)?;
+        let steps = episode.play(&known, catalogue)?;
         let line = EpisodeLine { id: episode.id, steps };
         write_line(&mut output, &line)?;
         Ok(())
@@ -193,7 +195,7 @@ pub fn play_episodes(
 }
 
 impl RecordedEpisode {
-    fn play(&self, levels: &[RecordedLevel]) -> Result<Vec<StepLine>, ValidationError> {
+    fn play(&self, levels: &[RecordedLevel], catalogue: &Catalogue) -> Result<Vec<StepLine>, ValidationError> {
         let task = Arc::new(self.task(levels)?);
         let wrong = |i: usize, message: &str| ValidationError::new(format_args!("steps[{i}].action"), message);
         let steps = self.steps.iter().enumerate();
@@ -206,13 +208,15 @@ impl RecordedEpisode {
                 Ok(replay(task, actions).collect())
             }
             Some(inventory) => {
-                check_inventory(inventory)?;
+                let set = catalogue.action_set(inventory)?;
                 let choice = |(i, step): (usize, &RecordedStep)| match step.action[..] {
-                    [index, x, y] if index >= 0.0 && (index as usize) < inventory.len() => Ok((index as usize, [x, y])),
+                    [index, x, y] if index >= 0.0 && (index as usize) < inventory.len() => {
+                        Ok(Choice { tool: index as usize, place: [x, y] })
+                    }
                     _ => Err(wrong(i, "must be an index into the inventory and a place, [index, x, y]")),
                 };
                 let choices = steps.map(choice).collect::<Result<_, _>>()?;
-                Ok(replay_choices(task, inventory.clone(), choices))
+                Ok(replay_choices(task, set, choices))
             }
         }
     }
@@ -244,20 +248,5 @@ impl RecordedEpisode {
             }
         }
         Ok(())
-    }
-}
-
-/// The numbers of an action set are those of the catalogue.
-fn check_inventory(inventory: &[usize]) -> Result<(), ValidationError> {
-    if inventory.len() > NO_OP + 1 {
-        let message = format_args!("has {} entries; there are {} tools", inventory.len(), NO_OP + 1);
-        return Err(ValidationError::new("inventory", message));
-    }
-    match inventory.iter().position(|number| *number > NO_OP) {
-        None => Ok(()),
-        Some(i) => {
-            let message = format_args!("is {}, but the catalogue ends at {NO_OP}", inventory[i]);
-            Err(ValidationError::new(format_args!("inventory[{i}]"), message))
-        }
     }
 }

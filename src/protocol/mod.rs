@@ -4,6 +4,7 @@
 //!
 //! The formats of scenes, levels and episodes are those of the recordings made in CREATE.
 
+mod catalogue;
 mod episode;
 mod level;
 mod lines;
@@ -11,6 +12,7 @@ mod recorded;
 mod scene;
 mod serve;
 
+pub use catalogue::Catalogue;
 pub use episode::{StepLine, play_actions, play_episodes, replay};
 pub use lines::{LinesError, MAX_LINE};
 pub use scene::simulate;

@@ -30,12 +30,12 @@ pub(super) struct RecordedTool {
     ball_mass: Option<f64>,
     roll_friction: Option<f64>,
     sensor: Option<bool>,
+    /// Its number in the catalogue.
+    pub tool_id: Option<usize>,
     #[serde(default, rename = "variant")]
     _variant: IgnoredAny,
     #[serde(default, rename = "create_type")]
     _create_type: IgnoredAny,
-    #[serde(default, rename = "tool_id")]
-    _tool_id: IgnoredAny,
     #[serde(default, rename = "shape")]
     _shape: IgnoredAny,
     #[serde(default, rename = "vertices")]

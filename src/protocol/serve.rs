@@ -1,27 +1,30 @@
 //! The environment for other programs: requests in, answers out, one line of JSON each.
 //!
 //! ```text
-//! {"command": "spaces"}                   {"observation_space": {"shape": [..], "low": [..], "high": [..]}, "action_space": {..}}
+//! {"command": "spaces"}                   {"observation_space": {"shape": [..], "low": [..], "high": [..]}, "observation_parts": [..], "action_space": {..}}
 //! {"command": "reset", "seed": 1}         {"observation": [..], "info": {..}}
 //! {"command": "step", "action": [0, 1]}   {"observation": [..], "reward": 0.0, "terminated": false, "truncated": false, "info": {..}}
 //! {"command": "close"}                    {"closed": true}
 //! ```
 //!
-//! Bounds that are null do not exist. Without a seed, `reset` goes on with the stream of the
+//! Where the agent chooses among tools, a reset also brings `"tools": [..]`, the numbers of those in
+//! its action set in the catalogue; a step names one by its index there, `"tool": 3`; `"tool_space":
+//! {"n": 40}` is their number.
+//!
+//! Bounds that are null do not exist. `observation_parts` names what is in an observation. Without a seed, `reset` goes on with the stream of the
 //! last seed. A request that cannot be carried out is answered by `{"error": ".."}`, and the
 //! environment stays as it was.
 
 use std::io::{BufRead, Write};
-use std::sync::Arc;
 
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::lines::{Lines, LinesError, write_line};
-use crate::env::{Action, Environment, Info, Placement, observation_bounds};
+use crate::env::{Action, Choice, Environment, Info, ObservationPart, Placement};
 use crate::json;
+use crate::physics::ACTION_SET;
 use crate::streams::Stream;
-use crate::task::Task;
 
 /// A request.
 #[derive(Debug, Deserialize)]
@@ -34,6 +37,8 @@ enum Request {
     },
     Step {
         action: Action,
+        #[serde(default)]
+        tool: Option<usize>,
     },
     Close {},
 }
@@ -42,11 +47,38 @@ enum Request {
 #[derive(Debug, Serialize)]
 #[serde(untagged)]
 enum Answer {
-    Spaces { observation_space: Space, action_space: Space },
-    Reset { observation: Vec<f32>, info: Info },
-    Step { observation: Vec<f32>, reward: f32, terminated: bool, truncated: bool, info: Info },
-    Closed { closed: bool },
-    Error { error: String },
+    Spaces {
+        observation_space: Space,
+        observation_parts: Vec<ObservationPart>,
+        action_space: Space,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        tool_space: Option<Discrete>,
+    },
+    Reset {
+        observation: Vec<f32>,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        tools: Option<Vec<usize>>,
+        info: Info,
+    },
+    Step {
+        observation: Vec<f32>,
+        reward: f32,
+        terminated: bool,
+        truncated: bool,
+        info: Info,
+    },
+    Closed {
+        closed: bool,
+    },
+    Error {
+        error: String,
+    },
+}
+
+/// Numbers from 0 to n - 1, as Gymnasium's `Discrete`.
+#[derive(Debug, Serialize)]
+struct Discrete {
+    n: usize,
 }
 
 /// A box of 32-bit floats, as Gymnasium's `Box`.
@@ -57,13 +89,13 @@ struct Space {
     high: Vec<Option<f32>>,
 }
 
-/// Plays a task as the requests in `input` ask, until one closes it or they end. `seed` holds
+/// Plays an environment as the requests in `input` ask, until one closes it or they end. `seed` holds
 /// until a reset brings another.
 ///
 /// # Errors
 /// When the input cannot be read, a line does not end, or an answer cannot be written.
-pub fn serve(task: &Arc<Task>, seed: u64, input: impl BufRead, mut output: impl Write) -> Result<(), LinesError> {
-    let mut server = Server { env: Environment::new(task.clone()), rng: Stream::Episode.of(seed), begun: false };
+pub fn serve(env: Environment, seed: u64, input: impl BufRead, mut output: impl Write) -> Result<(), LinesError> {
+    let mut server = Server { env, rng: Stream::Episode.of(seed), begun: false };
     let mut lines = Lines::new(input, "stdin");
     while let Some((line, text)) = lines.read()? {
         let answer = match json::parse(text, "stdin") {
@@ -88,30 +120,39 @@ struct Server {
 impl Server {
     fn answer(&mut self, request: Request) -> Answer {
         match request {
-            Request::Spaces {} => spaces(self.env.task()),
+            Request::Spaces {} => spaces(&self.env),
             Request::Reset { seed } => {
                 if let Some(seed) = seed {
                     self.rng = Stream::Episode.of(seed);
                 }
                 self.begun = true;
                 let observation = self.env.reset(&mut self.rng);
-                Answer::Reset { observation, info: self.info(None) }
+                let tools = self.env.action_set().map(|set| set.numbers().collect());
+                Answer::Reset { observation, tools, info: self.info(None) }
             }
             Request::Step { .. } if !self.begun => {
                 Answer::Error { error: "the first episode has not begun: reset the environment first".to_owned() }
             }
-            Request::Step { action } => match self.env.step(action) {
-                Ok(step) => Answer::Step {
-                    observation: step.observation,
-                    reward: step.reward,
-                    terminated: step.terminated,
-                    truncated: step.truncated,
-                    info: self.info(Some(step.placement)),
-                },
-                Err(over) => Answer::Error { error: over.to_string() },
-            },
+            Request::Step { action, tool } => self.step(action, tool).unwrap_or_else(|error| Answer::Error { error }),
             Request::Close {} => Answer::Closed { closed: true },
         }
+    }
+
+    fn step(&mut self, place: Action, tool: Option<usize>) -> Result<Answer, String> {
+        let tool = match (self.env.action_set(), tool) {
+            (None, None | Some(0)) => 0,
+            (None, Some(_)) => return Err("tool: the agent has one tool only: leave it out".to_owned()),
+            (Some(set), Some(tool)) if tool < set.len() => tool,
+            (Some(set), _) => return Err(format!("tool: must be an index from 0 to {}", set.len().saturating_sub(1))),
+        };
+        let step = self.env.step(Choice { tool, place }).map_err(|over| over.to_string())?;
+        Ok(Answer::Step {
+            observation: step.observation,
+            reward: step.reward,
+            terminated: step.terminated,
+            truncated: step.truncated,
+            info: self.info(Some(step.placement)),
+        })
     }
 
     fn info(&self, placement: Option<Placement>) -> Info {
@@ -120,26 +161,36 @@ impl Server {
 }
 
 /// Bounds that are infinite do not exist.
-fn spaces(task: &Task) -> Answer {
-    let [low, high] = observation_bounds(task)
+fn spaces(env: &Environment) -> Answer {
+    let [low, high] = env
+        .observation_bounds()
         .map(|bounds| bounds.into_iter().map(|bound| bound.is_finite().then_some(bound)).collect::<Vec<Option<f32>>>());
     Answer::Spaces {
         observation_space: Space { shape: [low.len()], low, high },
+        observation_parts: env.observation_parts(),
         action_space: Space { shape: [2], low: vec![Some(-1.0); 2], high: vec![Some(1.0); 2] },
+        tool_space: env.split().map(|_| Discrete { n: ACTION_SET }),
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use serde_json::{Value, json};
 
     use super::*;
     use crate::env::observation_len;
+    use crate::physics::ToolSplit;
 
     fn talk(requests: &str) -> Vec<Value> {
         let task = Arc::new(crate::task::load("task1").unwrap());
+        talk_to(Environment::new(task), requests)
+    }
+
+    fn talk_to(env: Environment, requests: &str) -> Vec<Value> {
         let mut output = Vec::new();
-        serve(&task, 0, requests.as_bytes(), &mut output).unwrap();
+        serve(env, 0, requests.as_bytes(), &mut output).unwrap();
         String::from_utf8(output).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
     }
 
@@ -165,12 +216,40 @@ mod tests {
     }
 
     #[test]
+    fn with_tools_a_step_names_one_of_the_set_that_the_reset_brought() {
+        let task = Arc::new(crate::task::load("create/Push").unwrap());
+        let mut env = Environment::new(task.clone()).with_tools(ToolSplit::Test);
+        let answers = talk_to(
+            env.clone(),
+            "{\"command\":\"spaces\"}\n{\"command\":\"reset\",\"seed\":3}\n\
+             {\"command\":\"step\",\"tool\":5,\"action\":[-0.5,0.5]}\n{\"command\":\"step\",\"action\":[0,0]}\n\
+             {\"command\":\"step\",\"tool\":40,\"action\":[0,0]}\n{\"command\":\"reset\"}\n",
+        );
+        let observation = env.reset(&mut Stream::Episode.of(3));
+        let numbers: Vec<usize> = env.action_set().unwrap().numbers().collect();
+        let step = env.step(Choice { tool: 5, place: [-0.5, 0.5] }).unwrap();
+        assert_eq!(answers[0]["tool_space"], json!({"n": 40}));
+        assert_eq!(answers[0]["observation_space"]["shape"], json!([observation.len()]));
+        let parts = answers[0]["observation_parts"].as_array().unwrap();
+        let length =
+            |part: &Value| -> u64 { part["shape"].as_array().unwrap().iter().map(|n| n.as_u64().unwrap()).product() };
+        assert_eq!(parts.iter().map(length).sum::<u64>(), observation.len() as u64);
+        assert_eq!(answers[1]["tools"], json!(numbers));
+        assert_eq!(answers[2]["info"]["placement"], json!(step.placement));
+        assert_eq!(serde_json::from_value::<Vec<f32>>(answers[2]["observation"].clone()).unwrap(), step.observation);
+        for refused in &answers[3..5] {
+            assert_eq!(refused["error"], "tool: must be an index from 0 to 39");
+        }
+        assert_ne!(answers[5]["tools"], answers[1]["tools"]);
+    }
+
+    #[test]
     fn one_seed_gives_one_episode_and_the_stream_goes_on_without() {
         let mut task = crate::task::load("task1").unwrap();
         task.rules.start_noise = 1.0;
         let reset = |requests: &str| {
             let mut output = Vec::new();
-            serve(&Arc::new(task.clone()), 7, requests.as_bytes(), &mut output).unwrap();
+            serve(Environment::new(Arc::new(task.clone())), 7, requests.as_bytes(), &mut output).unwrap();
             String::from_utf8(output).unwrap().lines().map(str::to_owned).collect::<Vec<_>>()
         };
         let seeded =

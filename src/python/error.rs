@@ -31,7 +31,10 @@ pub fn vector_exception(py: Python<'_>, error: VectorError) -> PyErr {
     match error {
         VectorError::NotBegun { .. } | VectorError::Over { .. } => reset_needed(py, message),
         VectorError::NoSuch { .. } => PyIndexError::new_err(message),
-        VectorError::NotFinite { .. } | VectorError::OtherTask { .. } => PyValueError::new_err(message),
+        VectorError::NotFinite { .. }
+        | VectorError::NoTool { .. }
+        | VectorError::OtherTask { .. }
+        | VectorError::OtherTools { .. } => PyValueError::new_err(message),
     }
 }
 

@@ -611,14 +611,19 @@ impl Task {
         }
     }
 
-    /// The task with its random shifts drawn and carried out.
-    pub fn varied(&self, rng: &mut impl Rng) -> Self {
+    /// Draws its random shifts, in their order, normalised.
+    pub fn draw_shifts(&self, rng: &mut impl Rng) -> Vec<[f32; 2]> {
+        let draw = |shift: &Shift| match &shift.by {
+            Offset::Uniform { x, y } => [x, y].map(|[low, high]| rng.gen_range(*low..=*high)),
+            Offset::OneOf(choices) => choices.choose(rng).copied().unwrap_or_default(),
+        };
+        self.shifts.iter().map(draw).collect()
+    }
+
+    /// The task with its random shifts carried out; those without an offset go nowhere.
+    pub fn shifted(&self, offsets: &[[f32; 2]]) -> Self {
         let mut task = self.clone();
-        for shift in std::mem::take(&mut task.shifts) {
-            let [x, y] = match &shift.by {
-                Offset::Uniform { x, y } => [x, y].map(|[low, high]| rng.gen_range(*low..=*high)),
-                Offset::OneOf(choices) => choices.choose(rng).copied().unwrap_or_default(),
-            };
+        for (shift, [x, y]) in std::mem::take(&mut task.shifts).into_iter().zip(offsets) {
             for part in shift.parts {
                 if let Some(position) = task.position_mut(part) {
                     *position = [position[0] + x, position[1] + y];

@@ -1,0 +1,127 @@
+//! The tools among which an agent chooses, and their properties as numbers.
+
+use std::sync::Arc;
+
+use super::action::Action;
+use crate::physics::{Tool, ToolKind, catalogue_tool};
+
+/// What an action asks for: a tool of the action set, and a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Choice {
+    /// Index into the action set; 0 where the agent has the task's own tool alone.
+    pub tool: usize,
+    /// Normalised place.
+    pub place: Action,
+}
+
+impl From<Action> for Choice {
+    /// The only tool of an agent that has one.
+    fn from(place: Action) -> Self {
+        Self { tool: 0, place }
+    }
+}
+
+/// Tools with the numbers by which they are known; cheap to clone.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ActionSet {
+    entries: Arc<[(usize, Option<Tool>)]>,
+}
+
+impl ActionSet {
+    /// Tools by number; none is the no-op, which places nothing.
+    pub fn new(entries: impl IntoIterator<Item = (usize, Option<Tool>)>) -> Self {
+        Self { entries: entries.into_iter().collect() }
+    }
+
+    /// Tools of the catalogue; a number that it does not have is the no-op.
+    pub fn of_catalogue(numbers: &[usize]) -> Self {
+        Self::new(numbers.iter().map(|&number| (number, catalogue_tool(number).copied())))
+    }
+
+    /// How many there are, the no-op included.
+    pub fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// The numbers of the tools.
+    pub fn numbers(&self) -> impl ExactSizeIterator<Item = usize> {
+        self.entries.iter().map(|(number, _)| *number)
+    }
+
+    /// The tools at the origin; none is the no-op.
+    pub fn tools(&self) -> impl ExactSizeIterator<Item = Option<&Tool>> {
+        self.entries.iter().map(|(_, tool)| tool.as_ref())
+    }
+
+    /// The entry with an index, if there is one.
+    pub(super) fn get(&self, index: usize) -> Option<Option<&Tool>> {
+        self.entries.get(index).map(|(_, tool)| tool.as_ref())
+    }
+}
+
+/// Numbers that describe a tool: one-hot of its type, in the order of [`ToolKind::ALL`], then
+/// [`TOOL_PROPERTIES`].
+pub const TOOL_FEATURES: usize = ToolKind::ALL.len() + TOOL_PROPERTIES.len();
+
+/// Names of the numbers that follow a tool's type. A length of 20 units, a force of 100, a speed
+/// of 10 units/s and a mass of 10 are 1; angles are in units of pi/2; a roll friction is what exceeds 1.
+pub const TOOL_PROPERTIES: [&str; 12] = [
+    "size",
+    "thickness",
+    "cos_angle",
+    "sin_angle",
+    "elasticity",
+    "friction",
+    "force",
+    "velocity",
+    "max_angle",
+    "on_left",
+    "weight",
+    "roll_friction",
+];
+
+/// The [`TOOL_FEATURES`] of a tool: what its type has no use for is 0. Zeros are the no-op.
+pub fn tool_features(tool: Option<&Tool>) -> [f32; TOOL_FEATURES] {
+    use ToolKind::{Belt, Cannon, Fan, HingeConstrained, Ladder, SeeSaw};
+    let mut features = [0.0; TOOL_FEATURES];
+    let Some(tool) = tool else { return features };
+    let (kinds, properties) = features.split_at_mut(ToolKind::ALL.len());
+    kinds[tool.kind.index()] = 1.0;
+    let only = |used: bool, value: f64| if used { value as f32 } else { 0.0 };
+    let is = |kinds: &[ToolKind]| kinds.contains(&tool.kind);
+    properties.copy_from_slice(&[
+        (tool.size / 20.0) as f32,
+        only(tool.kind.is_segment(), tool.radius),
+        libm::cos(tool.angle) as f32,
+        libm::sin(tool.angle) as f32,
+        only(!tool.kind.is_sensor(), tool.elasticity),
+        only(!tool.kind.is_sensor(), tool.friction),
+        only(is(&[Cannon, Fan]), tool.force / 100.0),
+        only(is(&[Belt, Ladder]), tool.velocity / 10.0),
+        only(is(&[HingeConstrained, SeeSaw]), tool.max_angle / std::f64::consts::FRAC_PI_2),
+        only(tool.kind == SeeSaw && tool.on_left, 1.0),
+        only(tool.kind == SeeSaw, tool.weight / 10.0),
+        only(tool.kind.is_hinged(), tool.roll_friction - 1.0),
+    ]);
+    features
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::NO_OP;
+
+    #[test]
+    fn no_two_tools_of_the_catalogue_look_alike_and_the_no_op_is_nothing() {
+        let mut seen: Vec<_> = (0..NO_OP).map(|number| tool_features(catalogue_tool(number))).collect();
+        assert!(seen.iter().flatten().all(|value| value.abs() <= 2.0));
+        seen.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        assert!(seen.windows(2).all(|pair| pair[0] != pair[1]));
+        assert_eq!(tool_features(None), [0.0; TOOL_FEATURES]);
+    }
+}

@@ -1,0 +1,153 @@
+//! What an agent that chooses among tools sees: the objects of the scene with their properties,
+//! how far the episode is, and the action set.
+
+use super::action_set::{ActionSet, TOOL_FEATURES, tool_features};
+use super::episode::{MARKER, Snapshot, TARGET, goal_object};
+use super::observation::VELOCITY_SCALE;
+use crate::physics::{ACTION_SET, Motion, ObjectId, ToolKind, World, exact, to_normalised, to_units};
+use crate::task::{GoalShape, Task};
+
+/// Objects that are described. Of more, the tools placed first drop out.
+pub const SCENE_SLOTS: usize = 48;
+/// Numbers of one object: one-hot of its role, in the order of [`ROLES`]; velocity x, y, position
+/// x, y, angular velocity, cosine and sine of the angle by which it has turned; then its properties,
+/// as [`tool_features`] has them. Balls, boxes and regions have no type.
+pub const SCENE_FEATURES: usize = ROLES.len() + MOTION_FEATURES + TOOL_FEATURES;
+/// What an object can be.
+pub const ROLES: [&str; 8] = ["target", "marker", "ball", "box", "goal", "subgoal", "marker_subgoal", "tool"];
+const MOTION_FEATURES: usize = 7;
+
+/// A part of an observation vector.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct ObservationPart {
+    /// `objects`, `progress` and `tools`; or `objects` and `stage` where the agent has the task's
+    /// own tool alone.
+    pub name: &'static str,
+    /// Its shape; parts follow one another.
+    pub shape: Vec<usize>,
+}
+
+/// Flags of progress: subgoals reached by the target and by the marker, whether the target counts
+/// as moved, whether the goal has been reached; then the share of the actions that are used up.
+fn progress_len(task: &Task) -> usize {
+    task.subgoals.len() + task.marker.as_ref().map_or(0, |marker| marker.subgoals.len()) + 3
+}
+
+/// The parts of a description.
+pub(super) fn description_parts(task: &Task) -> Vec<ObservationPart> {
+    vec![
+        ObservationPart { name: "objects", shape: vec![SCENE_SLOTS, SCENE_FEATURES] },
+        ObservationPart { name: "progress", shape: vec![progress_len(task)] },
+        ObservationPart { name: "tools", shape: vec![ACTION_SET, TOOL_FEATURES] },
+    ]
+}
+
+/// Describes an episode and an action set, of which the first [`ACTION_SET`] tools count.
+pub(super) fn describe(task: &Task, now: &Snapshot, set: &ActionSet) -> Vec<f32> {
+    let progress = progress_len(task);
+    let mut numbers = Vec::with_capacity(SCENE_SLOTS * SCENE_FEATURES + progress + ACTION_SET * TOOL_FEATURES);
+    let mut scene = Scene { numbers: &mut numbers, free: SCENE_SLOTS };
+    scene.push_movers(task, now.world());
+    scene.push_regions(task, now);
+    scene.push_tools(task, now.world());
+    numbers.resize(SCENE_SLOTS * SCENE_FEATURES, 0.0);
+    let flags = now.reached().iter().chain(now.reached_by_marker()).copied();
+    let flags = flags.chain([now.target_moved(), now.goal_reached()]);
+    numbers.extend(flags.map(|flag| f32::from(u8::from(flag))));
+    numbers.push(now.actions() as f32 / task.rules.max_actions as f32);
+    for tool in set.tools().take(ACTION_SET) {
+        numbers.extend(tool_features(tool));
+    }
+    numbers.resize(SCENE_SLOTS * SCENE_FEATURES + progress + ACTION_SET * TOOL_FEATURES, 0.0);
+    numbers
+}
+
+/// Objects as they are written, as long as there is room.
+struct Scene<'a> {
+    numbers: &'a mut Vec<f32>,
+    free: usize,
+}
+
+impl Scene<'_> {
+    fn push(&mut self, role: &str, motion: &Motion, properties: [f32; TOOL_FEATURES]) {
+        if self.free == 0 {
+            return;
+        }
+        self.free -= 1;
+        self.numbers.extend(ROLES.iter().map(|other| f32::from(u8::from(*other == role))));
+        let [vx, vy] = motion.velocity.map(|v| v as f32 / VELOCITY_SCALE);
+        let [x, y] = to_normalised(motion.position).map(|p| p as f32);
+        let (sin, cos) = libm::sincos(motion.angle);
+        self.numbers.extend([vx, vy, x, y, motion.angular_velocity as f32, cos as f32, sin as f32]);
+        self.numbers.extend(properties);
+    }
+
+    /// Balls and boxes, by their index in the world.
+    fn push_movers(&mut self, task: &Task, world: &World) {
+        let goal = goal_object(task);
+        for index in 0..world.ball_count() {
+            let material = world.ball_material(index);
+            let role = match index {
+                TARGET => "target",
+                MARKER if task.marker.is_some() => "marker",
+                index if goal == ObjectId::Ball(index) => "goal",
+                index if world.moving_box(index).is_some() => "box",
+                _ => "ball",
+            };
+            let properties =
+                form(material.radius, Some([material.elasticity, material.friction, material.mass / 10.0]));
+            self.push(role, &world.motion(index), properties);
+        }
+    }
+
+    /// The goal that does not move, and the subgoals that have not been reached.
+    fn push_regions(&mut self, task: &Task, now: &Snapshot) {
+        let rest = |position: [f32; 2]| Motion::at_rest(to_units(position.map(exact)));
+        if task.goal.shape != GoalShape::Ball {
+            self.push("goal", &rest(task.goal.position), form(task.goal.radius, None));
+        }
+        let marker = task.marker.iter().flat_map(|marker| &marker.subgoals);
+        let target = task.subgoals.iter().zip(now.reached()).map(|pair| ("subgoal", pair));
+        let marker = marker.zip(now.reached_by_marker()).map(|pair| ("marker_subgoal", pair));
+        for (role, (region, _)) in target.chain(marker).filter(|(_, (_, reached))| !**reached) {
+            self.push(role, &rest(region.position), form(region.radius, None));
+        }
+    }
+
+    /// Tools of the scene, then those the agent placed, of which the newest are kept.
+    fn push_tools(&mut self, task: &Task, world: &World) {
+        let fixed = task.tools.len();
+        let dropped = world.tools().len().saturating_sub(self.free);
+        for (index, tool) in world.tools().enumerate() {
+            if index < fixed || index >= fixed + dropped {
+                let motion = world.plank(index).0.unwrap_or(Motion::at_rest(tool.position));
+                self.push("tool", &motion, tool_features(Some(tool)));
+            }
+        }
+    }
+}
+
+/// Properties of what is no tool: its radius or half side; elasticity, friction and mass.
+fn form(radius: f32, material: Option<[f32; 3]>) -> [f32; TOOL_FEATURES] {
+    let mut features = [0.0; TOOL_FEATURES];
+    let properties = &mut features[ToolKind::ALL.len()..];
+    properties[0] = radius / 20.0;
+    if let Some([elasticity, friction, weight]) = material {
+        (properties[4], properties[5], properties[10]) = (elasticity, friction, weight);
+    }
+    features
+}
+
+/// Least and greatest value of every number: flags are 0 or 1, others have no bounds.
+pub(super) fn description_bounds(task: &Task) -> [Vec<f32>; 2] {
+    const PROPERTIES: usize = ROLES.len() + MOTION_FEATURES;
+    let is_kind = |column: usize| column < ToolKind::ALL.len();
+    let object = |column: usize| column < ROLES.len() || (column >= PROPERTIES && is_kind(column - PROPERTIES));
+    let flags: Vec<bool> = (0..SCENE_SLOTS * SCENE_FEATURES)
+        .map(|index| object(index % SCENE_FEATURES))
+        .chain((0..progress_len(task)).map(|_| true))
+        .chain((0..ACTION_SET * TOOL_FEATURES).map(|index| is_kind(index % TOOL_FEATURES)))
+        .collect();
+    [(f32::NEG_INFINITY, 0.0), (f32::INFINITY, 1.0)]
+        .map(|(open, bound)| flags.iter().map(|flag| if *flag { bound } else { open }).collect())
+}
