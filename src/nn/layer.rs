@@ -54,6 +54,11 @@ impl Layer {
         self.inputs * self.outputs
     }
 
+    /// Whether rows of outputs are divided by their root mean square.
+    pub fn is_normalised(&self) -> bool {
+        self.activation == Activation::RmsRelu
+    }
+
     /// Whether a row of outputs is no whole number of lines, so that kernels need padded copies.
     pub fn is_padded(&self) -> bool {
         padded(self.outputs) != self.outputs

@@ -20,6 +20,7 @@ pub(super) struct PredictWorkspace {
 struct PredictSpace {
     outputs: [Buffer; 2],
     active: ActiveColumns,
+    factors: Vec<f32>,
 }
 
 /// Rows that pass through all layers together: their values stay in the second-level cache.
@@ -60,7 +61,7 @@ impl PredictSpace {
                     0 => self.active.get(0).unwrap_or_else(|| all(x, depth)),
                     _ => all(&from[..], padded(depth)),
                 };
-                dense(layer, parameters, rows, x, depth, weight, to);
+                dense(layer, parameters, rows, x, depth, weight, to, &mut self.factors);
                 self.outputs.swap(0, 1);
             }
             unpad_rows(&self.outputs[0], outputs, y);

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::NnError;
 
-/// A function applied to every output of a layer.
+/// A function applied to the outputs of a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Activation {
@@ -14,6 +14,10 @@ pub enum Activation {
     Relu,
     /// `y = tanh(z)`
     Tanh,
+    /// `y = u / rms(u)` with `u = max(z, 0)`: what a layer gives out has always the same length
+    /// (RMSNorm without a gain; Zhang and Sennrich, 2019), which keeps critics from overestimating.
+    #[serde(rename = "rms_relu")]
+    RmsRelu,
 }
 
 impl Activation {
@@ -23,6 +27,7 @@ impl Activation {
             Self::Identity => "identity",
             Self::Relu => "relu",
             Self::Tanh => "tanh",
+            Self::RmsRelu => "rms_relu",
         }
     }
 }

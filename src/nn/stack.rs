@@ -15,7 +15,10 @@ use rayon::prelude::*;
 
 use super::{
     active::ActiveColumns,
-    kernel::{Buffer, ColumnSums, Derivative, Epilogue, Kernel, Product, Start, Transpose, padded},
+    kernel::{
+        Buffer, ColumnSums, Derivative, Epilogue, Kernel, Normalise, NormaliseGradient, Product, Start, Transpose,
+        padded,
+    },
     layer::{Layer, LoadedParameters, pad_rows, unpad_rows},
 };
 
@@ -87,6 +90,8 @@ struct Span {
     share: usize,
     /// Outputs of every layer, rows padded.
     outputs: Vec<Buffer>,
+    /// What the rows of every layer were multiplied by; empty where they are not normalised.
+    factors: Vec<Vec<f32>>,
     /// dL/dz of every layer, rows padded; `z` is what the activation is applied to.
     slopes: Vec<Buffer>,
     /// dL/dx, rows padded.
@@ -280,17 +285,14 @@ impl Workspace {
 impl Span {
     fn forward(&mut self, layers: &[Layer], parameters: &LoadedParameters, input: &[f32], active: &ActiveColumns) {
         self.outputs.resize_with(layers.len(), Buffer::default);
+        self.factors.resize_with(layers.len(), Vec::new);
         for (i, layer) in layers.iter().enumerate() {
             let (before, after) = self.outputs.split_at_mut(i);
             let x = input_of(i, layers, input, self.start, before);
             after[0].resize(self.rows * padded(layer.outputs));
-            match active.get(self.start).filter(|_| i == 0) {
-                Some((x, depth, weight)) => dense(layer, parameters, self.rows, x, depth, weight, &mut after[0]),
-                None => {
-                    let (depth, weight) = (layer.inputs, parameters.weight(layer));
-                    dense(layer, parameters, self.rows, x, depth, weight, &mut after[0]);
-                }
-            }
+            let active = active.get(self.start).filter(|_| i == 0);
+            let (x, depth, weight) = active.unwrap_or((x, layer.inputs, parameters.weight(layer)));
+            dense(layer, parameters, self.rows, x, depth, weight, &mut after[0], &mut self.factors[i]);
         }
     }
 
@@ -299,6 +301,7 @@ impl Span {
         let last = layers.len() - 1;
         let (output, gradient) = (&self.outputs[last], &mut self.slopes[last]);
         Derivative { activation: layers[last].activation, output, gradient }.execute();
+        self.normalise_gradient(last, layers);
     }
 
     /// dL/dz of layer `i - 1` from that of layer `i`; for layer 0, dL/dx.
@@ -331,6 +334,18 @@ impl Span {
             epilogue,
         }
         .execute();
+        if i > 0 {
+            self.normalise_gradient(i - 1, layers);
+        }
+    }
+
+    /// dL/dz of layer `i` from what it would be without the division by the root mean square, if
+    /// there is one. Where the activation lets no gradient through, its output is 0 and adds nothing.
+    fn normalise_gradient(&mut self, i: usize, layers: &[Layer]) {
+        if layers[i].is_normalised() {
+            let (y, gradient, factors) = (&*self.outputs[i], &mut *self.slopes[i], &*self.factors[i]);
+            NormaliseGradient { y, gradient, columns: layers[i].outputs, factors }.execute();
+        }
     }
 }
 
@@ -343,7 +358,9 @@ fn input_of<'a>(i: usize, layers: &[Layer], input: &'a [f32], start: usize, outp
     }
 }
 
-/// `y = f(x w + b)` for `rows` rows of `x` and `depth` rows of `w`: the layer's, or some of them.
+/// `y = f(x w + b)` for `rows` rows of `x` and `depth` rows of `w`: the layer's, or some of them;
+/// normalised if `f` does, by the factors that are returned.
+#[allow(clippy::too_many_arguments, reason = "the operands of a layer")]
 pub(super) fn dense(
     layer: &Layer,
     parameters: &LoadedParameters,
@@ -352,6 +369,7 @@ pub(super) fn dense(
     depth: usize,
     weight: &[f32],
     y: &mut [f32],
+    factors: &mut Vec<f32>,
 ) {
     let columns = padded(layer.outputs);
     Product {
@@ -369,6 +387,10 @@ pub(super) fn dense(
         epilogue: Epilogue::Activate(layer.activation),
     }
     .execute();
+    if layer.is_normalised() {
+        factors.resize(rows, 0.0);
+        Normalise { y, columns: layer.outputs, factors }.execute();
+    }
 }
 
 /// The gradients of layer `i`, summed over the rows of all spans in order.

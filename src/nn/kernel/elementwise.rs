@@ -29,14 +29,14 @@ unsafe fn tanh<S: Simd>(x: S::V) -> S::V {
     }
 }
 
-/// `c = f(c)` for `n` floats.
+/// `c = f(c)` for `n` floats; of [`Activation::RmsRelu`] all but the division, which is [`Normalise`](super::Normalise)'s.
 #[inline(always)]
 pub(super) unsafe fn activate<S: Simd>(f: Activation, c: *mut f32, n: usize) {
     // SAFETY: the caller's pointer is valid for `n` floats, whole vectors.
     unsafe {
         match f {
             Activation::Identity => {}
-            Activation::Relu => {
+            Activation::Relu | Activation::RmsRelu => {
                 for i in (0..n).step_by(S::LANES) {
                     let c = c.add(i);
                     S::store(c, S::max(S::splat(0.0), S::load(c)));
@@ -52,14 +52,14 @@ pub(super) unsafe fn activate<S: Simd>(f: Activation, c: *mut f32, n: usize) {
     }
 }
 
-/// `d = d * f'(z)` for `n` floats, where `y = f(z)`.
+/// `d = d * f'(z)` for `n` floats, where `y = f(z)`; of [`Activation::RmsRelu`] all but the division.
 #[inline(always)]
 pub(super) unsafe fn derivative<S: Simd>(f: Activation, y: *const f32, d: *mut f32, n: usize) {
     // SAFETY: the caller's pointers are valid for `n` floats, whole vectors.
     unsafe {
         match f {
             Activation::Identity => {}
-            Activation::Relu => {
+            Activation::Relu | Activation::RmsRelu => {
                 for i in (0..n).step_by(S::LANES) {
                     let d = d.add(i);
                     S::store(d, S::where_positive(S::load(y.add(i)), S::load(d)));

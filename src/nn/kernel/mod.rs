@@ -10,6 +10,7 @@
 mod buffer;
 mod dispatch;
 mod elementwise;
+mod normalise;
 mod product;
 mod simd;
 #[cfg(test)]
@@ -19,5 +20,6 @@ mod update;
 pub(super) use buffer::Buffer;
 pub(super) use dispatch::{Kernel, LINE, padded};
 pub(super) use elementwise::{ColumnSums, Derivative, SumOfSquares, Transpose};
+pub(super) use normalise::{Normalise, NormaliseGradient};
 pub(super) use product::{Epilogue, Product, Start};
 pub(super) use update::{Adam, Blend, RmsProp, Sgd, Update};

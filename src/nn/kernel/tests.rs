@@ -154,10 +154,37 @@ fn derivatives_are_those_of_the_outputs() {
             for i in 0..64 {
                 let slope = match f {
                     Activation::Identity => 1.0,
-                    Activation::Relu => f64::from(u8::from(z[i] > 0.0)),
+                    Activation::Relu | Activation::RmsRelu => f64::from(u8::from(z[i] > 0.0)),
                     Activation::Tanh => 1.0 - f64::from(z[i]).tanh().powi(2),
                 };
                 close(gradient[i], slope * f64::from(d[i]), 2e-6, &format!("{level:?} {f:?}"));
+            }
+        }
+    }
+}
+
+#[test]
+fn normalised_rows_and_their_gradients_are_those_of_the_formula() {
+    let (rows, row, columns) = (3, 32, 19);
+    let padding = |values: Vec<f32>| -> Vec<f32> {
+        values.into_iter().enumerate().map(|(i, x)| if i % row < columns { x } else { 0.0 }).collect()
+    };
+    let (mut u, d) = (padding(random(rows * row, 8)), padding(random(rows * row, 9)));
+    u[row..2 * row].fill(0.0);
+    for level in levels() {
+        let (mut y, mut factors, mut gradient) = (u.clone(), vec![0.0; rows], d.clone());
+        Normalise { y: &mut y, columns, factors: &mut factors }.execute_at(level);
+        NormaliseGradient { y: &y, gradient: &mut gradient, columns, factors: &factors }.execute_at(level);
+        for r in 0..rows {
+            let at = |x: &[f32], c: usize| f64::from(x[r * row + c]);
+            let mean = |f: &dyn Fn(usize) -> f64| (0..columns).map(f).sum::<f64>() / columns as f64;
+            let rms = (mean(&|c| at(&u, c).powi(2)) + 1e-6).sqrt();
+            let along = mean(&|c| at(&d, c) * at(&u, c) / rms);
+            for c in 0..row {
+                let expected = at(&u, c) / rms;
+                let what = format!("{level:?} ({r}, {c})");
+                close(y[r * row + c], expected, 2e-6, &what);
+                close(gradient[r * row + c], (at(&d, c) - expected * along) / rms, 1e-5, &what);
             }
         }
     }
