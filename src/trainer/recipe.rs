@@ -6,6 +6,7 @@ use super::config::RunConfig;
 use super::method::Method;
 use super::setting::unusual_settings;
 use crate::guidance::EpsilonSchedule;
+use crate::nn::Activation;
 use crate::task::Task;
 
 impl RunConfig {
@@ -41,4 +42,5 @@ fn adapt(config: &mut RunConfig) {
     let ddpg = &mut config.ddpg;
     (ddpg.tau, ddpg.warmup_steps, ddpg.output_init_bound, ddpg.ou.sigma) = (0.02, 128, 0.1, 0.1);
     (ddpg.imitation.share, ddpg.imitation.weight) = (0.25, 1.0);
+    (ddpg.activation, ddpg.updates_per_step) = (Activation::RmsRelu, 2);
 }
