@@ -118,8 +118,8 @@ fn events(input: &[u8]) {
 static TASK: LazyLock<Arc<Task>> = LazyLock::new(|| Arc::new(task::load("task2").expect("shipped tasks are valid")));
 
 fn env_serve(input: &[u8]) {
-    let _ = protocol::serve(Environment::new(TASK.clone()), 0, input, sink());
-    let _ = protocol::serve(Environment::new(TASK.clone()).with_tools(ToolSplit::All), 0, input, sink());
+    let _ = protocol::serve(Environment::new(TASK.clone()), false, 0, input, sink());
+    let _ = protocol::serve(Environment::new(TASK.clone()).with_tools(ToolSplit::All), true, 0, input, sink());
 }
 
 fn simulate(input: &[u8]) {

@@ -155,7 +155,7 @@ pub enum TasksCommand {
         /// Subgoals to propose, at most
         #[arg(long, default_value_t = 2, value_parser = count(MAX_OBJECTS as u64))]
         subgoals: usize,
-        /// What predicts the rollouts: learned, true, or a model file
+        /// What predicts the rollouts: learned, rapier, true, or a model file
         #[arg(long, default_value = "learned")]
         model: PriorSource,
         /// Seed of the rollouts
@@ -230,7 +230,7 @@ pub struct PuzzlesBench {
     /// Episodes of a training
     #[arg(long, default_value_t = 2000)]
     pub episodes: u32,
-    /// What predicts the rollouts behind subgoals and clusters: learned, true, uniform, or a model file
+    /// What predicts the rollouts behind subgoals and clusters: learned, rapier, true, uniform, or a model file
     #[arg(long, default_value = "learned")]
     pub model: String,
     /// Subgoals to propose for a puzzle, at most
@@ -269,6 +269,12 @@ pub enum Env {
         /// validation, test
         #[arg(long, value_name = "SPLIT")]
         tools: Option<ToolSplit>,
+        /// Send images of the scene too, 84 x 84 pixels as in CREATE
+        #[arg(long)]
+        images: bool,
+        /// CREATE's own pictures of tools for the images: its folder `create_game/assets`
+        #[arg(long, value_name = "DIR", requires = "images")]
+        pictures: Option<PathBuf>,
         /// Seed of the start noise, random shifts and action sets until a reset brings another
         #[arg(long, default_value_t = 0)]
         seed: u64,
@@ -380,7 +386,7 @@ pub struct DynamicsEvaluate {
 pub struct Clusters {
     /// Name of a shipped task, or a task file
     pub task: String,
-    /// What predicts the rollouts: learned, true, uniform, or a model file
+    /// What predicts the rollouts: learned, rapier, true, uniform, or a model file
     #[arg(long, default_value = "learned")]
     pub model: PriorSource,
     /// Seed of rollouts and clusters
@@ -410,7 +416,7 @@ pub struct Train {
     /// linear:0.5:0:1000]
     #[arg(long)]
     pub epsilon: Option<EpsilonSchedule>,
-    /// What predicts the rollouts: learned, true, uniform, or a model file
+    /// What predicts the rollouts: learned, rapier, true, uniform, or a model file
     #[arg(long)]
     pub model: Option<PriorSource>,
     /// Any other setting by its JSON path, such as ddpg.gamma=0.95

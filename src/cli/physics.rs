@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::arguments::{Env, Play};
 use super::{Outcome, output};
-use crate::env::{Action, Environment};
+use crate::env::{Action, Environment, Pictures};
 use crate::protocol::Catalogue;
 use crate::{json, protocol, task};
 
@@ -25,12 +25,15 @@ pub fn play(arguments: &Play) -> Outcome {
 }
 
 pub fn serve(command: &Env) -> Outcome {
-    let Env::Serve { task, tools, seed } = command;
+    let Env::Serve { task, tools, images, pictures, seed } = command;
     let mut env = Environment::new(Arc::new(task::load(task)?));
     if let Some(tools) = tools {
         env = env.with_tools(*tools);
     }
-    Ok(protocol::serve(env, *seed, io::stdin().lock(), output::stream())?)
+    if let Some(folder) = pictures {
+        env = env.with_pictures(Arc::new(Pictures::load(folder)?));
+    }
+    Ok(protocol::serve(env, *images, *seed, io::stdin().lock(), output::stream())?)
 }
 
 fn play_episodes(levels: &Path, tools: Option<&Path>) -> Outcome {

@@ -13,7 +13,7 @@ use crate::batch::{Batch, default_threads};
 use crate::env;
 use crate::guidance::{GuidanceConfig, propose_subgoals};
 use crate::study::audit::{AuditRow, audit};
-use crate::task::{self, Task};
+use crate::task::{self, Task, TaskError};
 use crate::trainer::{PriorSource, rollout_model};
 
 pub fn run(arguments: Tasks) -> Outcome {
@@ -27,15 +27,31 @@ pub fn run(arguments: Tasks) -> Outcome {
     }
 }
 
+/// The shipped tasks, then CREATE's levels, each with the path of its file.
+fn listed() -> Result<Vec<(Task, String)>, TaskError> {
+    let shipped = task::shipped().into_iter().map(|task| {
+        let path = format!("tasks/{}.json", task.name);
+        Ok((task, path))
+    });
+    let levels = task::level_names().map(|name| {
+        // CREATE's files are called after its levels, but for this one.
+        let file = if name == "GoalTest" { "test".to_owned() } else { name.to_lowercase() };
+        let name = format!("create/{name}");
+        let task = task::load(&name)?;
+        Ok((Task { name, ..task }, format!("tasks/create/level_{file}.json")))
+    });
+    shipped.chain(levels).collect()
+}
+
 fn list(as_json: bool) -> Outcome {
-    let tasks = task::shipped();
+    let tasks = listed()?;
     if as_json {
         let rows: Vec<_> = tasks
             .iter()
-            .map(|task| {
+            .map(|(task, path)| {
                 json!({
                     "name": task.name,
-                    "path": format!("tasks/{}.json", task.name),
+                    "path": path,
                     "tools": task.tool_set(),
                     "placeable": task.placeable.kind,
                     "subgoals": task.subgoals.len(),
@@ -45,7 +61,7 @@ fn list(as_json: bool) -> Outcome {
             .collect();
         return Ok(output::line(serde_json::to_string_pretty(&rows)?)?);
     }
-    for task in &tasks {
+    for (task, _) in &tasks {
         let tools = task.tool_set().iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
         let (placeable, count) = (task.placeable.kind, task.subgoals.len());
         let about = format!("{tools}; places a {placeable}; {count} subgoal(s)");
@@ -81,7 +97,7 @@ fn check_file(file: &str) -> Result<Arc<Task>, Box<dyn std::error::Error>> {
 fn propose(name: &str, subgoals: usize, model: &PriorSource, seed: u64, out: Option<&Path>) -> Outcome {
     let mut task = task::load(name)?;
     let (model, _) =
-        rollout_model(model, &task)?.ok_or("`uniform` predicts nothing: use learned, true, or a model file")?;
+        rollout_model(model, &task)?.ok_or("`uniform` predicts nothing: use learned, rapier, true, or a model file")?;
     let mut progress = Progress::new(subgoals as u64, false);
     task.subgoals = propose_subgoals(&task, &*model, subgoals, &GuidanceConfig::default(), seed, |found| {
         progress.set(found as u64, subgoals as u64, "subgoals");

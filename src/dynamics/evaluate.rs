@@ -1,5 +1,5 @@
 //! How well a model predicts what it never saw: fresh launches and whole scenes of tasks,
-//! next to two baselines that learn nothing.
+//! next to two baselines that learn nothing and rapier's own solver.
 
 use std::sync::Arc;
 
@@ -12,9 +12,10 @@ use super::error::DynamicsError;
 use super::launch::{Launch, Split, collect, is_deflected};
 use super::model::Model;
 use super::predictor::Predictor;
+use super::rapier::Rapier;
 use super::rollout::{distance_to_segment, rollouts};
 use crate::env::{Action, Environment, Snapshot, uniform_action};
-use crate::physics::{Ball, BallState, STEPS_PER_ACTION, Tool, ToolKind, to_normalised};
+use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind, to_normalised};
 use crate::task::Task;
 
 /// What is evaluated.
@@ -63,6 +64,9 @@ pub struct Compared<T> {
     pub constant_velocity: T,
     /// The nearest stored sample.
     pub nearest_sample: T,
+    /// rapier's own solver; none in evaluations that were made before it was compared.
+    #[serde(default = "Option::default", skip_serializing_if = "Option::is_none")]
+    pub rapier: Option<T>,
 }
 
 /// Distances between predicted and true positions, normalised.
@@ -170,7 +174,7 @@ pub fn evaluate_with_progress(
 }
 
 /// Predictors that are compared.
-const PREDICTORS: usize = 3;
+const PREDICTORS: usize = 4;
 
 struct Parts<'a> {
     done: usize,
@@ -194,7 +198,13 @@ fn evaluate_parts(
 ) -> Result<Evaluation, DynamicsError> {
     let constant = ConstantVelocity { interval: model.config().interval };
     let nearest = NearestSample::of(model)?;
-    let predictors = Compared::<&dyn Predictor> { model, constant_velocity: &constant, nearest_sample: &nearest };
+    let rapier = Rapier::every(model.config().interval, GRAVITY, Ball::default());
+    let predictors = Compared::<&dyn Predictor> {
+        model,
+        constant_velocity: &constant,
+        nearest_sample: &nearest,
+        rapier: Some(&rapier),
+    };
     let (mut launch_errors, mut scenes) = (Vec::new(), Vec::new());
     for &tool in model.tools() {
         let launches = collect(tool, config.launches, Split::Test, config.seed);
@@ -274,6 +284,7 @@ impl<'a> Compared<&'a dyn Predictor> {
             model: value(self.model)?,
             constant_velocity: value(self.constant_velocity)?,
             nearest_sample: value(self.nearest_sample)?,
+            rapier: self.rapier.map(value).transpose()?,
         })
     }
 }

@@ -8,6 +8,7 @@ use super::action::{EpisodeOver, Placement, Step};
 use super::action_set::{ActionSet, Choice};
 use super::description::{ObservationPart, describe, description_bounds, description_parts};
 use super::episode::Snapshot;
+use super::image::{self, IMAGE_LEN, Pictures};
 use super::observation::{observation_bounds, observation_len, observation_parts, observe};
 use crate::physics::{BallState, ToolSplit, World};
 use crate::task::Task;
@@ -36,6 +37,7 @@ pub struct Environment {
     /// None if the agent has the task's own tool.
     set: Option<ActionSet>,
     now: Snapshot,
+    pictures: Option<Arc<Pictures>>,
 }
 
 impl Environment {
@@ -49,7 +51,7 @@ impl Environment {
     pub fn shifted(task: Arc<Task>, shift: [f32; 2]) -> Self {
         let now = Snapshot::new(&task, shift);
         let start = Start { shift, ..Start::default() };
-        Self { loaded: task.clone(), task, start, split: None, set: None, now }
+        Self { loaded: task.clone(), task, start, split: None, set: None, now, pictures: None }
     }
 
     /// The agent chooses among an action set of CREATE's tools, which every [`reset`](Self::reset)
@@ -64,6 +66,12 @@ impl Environment {
     #[must_use]
     pub fn with_action_set(self, set: ActionSet) -> Self {
         Self { split: None, set: Some(set), ..self }
+    }
+
+    /// Draws CREATE's own pictures of tools, with which images are those of CREATE.
+    #[must_use]
+    pub fn with_pictures(self, pictures: Arc<Pictures>) -> Self {
+        Self { pictures: Some(pictures), ..self }
     }
 
     /// From which tools an action set is drawn, if one is.
@@ -139,6 +147,11 @@ impl Environment {
         let mut observation = Vec::with_capacity(observation_len(&self.task));
         observe(self.now.world(), self.task.tools.len(), self.now.stage(), stages, &mut observation);
         observation
+    }
+
+    /// Draws the scene as CREATE's observations have it: rows from the top, mirrored, three bytes a pixel.
+    pub fn draw(&self, pixels: &mut [u8; IMAGE_LEN]) {
+        image::draw(&self.task, &self.now, self.pictures.as_deref(), pixels);
     }
 
     /// The parts of an observation, in order.

@@ -76,6 +76,12 @@ impl Snapshot {
         &self.world
     }
 
+    /// The world, for tests to change.
+    #[cfg(test)]
+    pub(super) fn world_mut(&mut self) -> &mut World {
+        &mut self.world
+    }
+
     /// Motion of the target ball, in units.
     pub fn ball(&self) -> BallState {
         self.world.ball(TARGET)

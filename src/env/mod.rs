@@ -12,6 +12,7 @@ mod check;
 mod description;
 mod environment;
 mod episode;
+mod image;
 mod observation;
 #[cfg(test)]
 mod tests;
@@ -23,5 +24,6 @@ pub use check::{Contract, Violation, check};
 pub use description::{ObservationPart, ROLES, SCENE_FEATURES, SCENE_SLOTS};
 pub use environment::{Environment, Start};
 pub use episode::{Snapshot, ball_names};
+pub use image::{IMAGE_LEN, IMAGE_SIDE, Pictures, PicturesError};
 pub use observation::{OBJECT_FEATURES, OBJECT_SLOTS, VELOCITY_SCALE, observation_bounds, observation_len};
 pub use vector::{Autoreset, Info, Outcome, State, VectorEnvironment, VectorError};

@@ -11,9 +11,13 @@ use super::action_set::{ActionSet, Choice};
 use super::description::ObservationPart;
 use super::environment::{Environment, Start};
 use super::episode::Snapshot;
+use super::image::{IMAGE_LEN, Pictures};
 use crate::physics::ToolSplit;
 use crate::streams::Stream;
 use crate::task::Task;
+
+#[cfg(test)]
+mod tests;
 
 /// Environments that a thread takes at once: a step takes microseconds, so that handing over
 /// a single one would cost as much.
@@ -45,6 +49,8 @@ pub struct Outcome {
     /// Last observation of the episode that this step ended and the facts about it, where the
     /// next one has already begun.
     pub ended: Option<(Vec<f32>, Info)>,
+    /// The last image of that episode, if images are wanted.
+    pub ended_image: Option<Vec<u8>>,
 }
 
 /// Facts about an episode: what is known beyond observation and reward.
@@ -228,6 +234,7 @@ pub struct VectorEnvironment {
     task: Arc<Task>,
     autoreset: Autoreset,
     split: Option<ToolSplit>,
+    has_images: bool,
     players: Vec<Player>,
     observation_len: usize,
 }
@@ -247,7 +254,35 @@ impl VectorEnvironment {
         let (task, observation_len) = (env.loaded_task().clone(), env.observation_len());
         let rng = Stream::Episode.of(0);
         let player = Player { env, rng, begun: false, actions: Vec::new(), outcome: Outcome::default() };
-        Self { task, autoreset, split: player.env.split(), players: vec![player; count], observation_len }
+        let split = player.env.split();
+        Self { task, autoreset, split, has_images: false, players: vec![player; count], observation_len }
+    }
+
+    /// Keeps the last image of an episode that a step ends and follows by the next one.
+    #[must_use]
+    pub fn with_images(self) -> Self {
+        Self { has_images: true, ..self }
+    }
+
+    /// Draws CREATE's own pictures of tools.
+    #[must_use]
+    pub fn with_pictures(mut self, pictures: &Arc<Pictures>) -> Self {
+        for player in &mut self.players {
+            player.env = player.env.clone().with_pictures(pictures.clone());
+        }
+        self
+    }
+
+    /// Draws all scenes as they are now, [`IMAGE_LEN`] bytes each, as [`Environment::draw`] does.
+    pub fn draw(&self, pixels: &mut [u8]) {
+        let (images, _) = pixels.as_chunks_mut();
+        self.players.iter().zip(images).for_each(|(player, image)| player.env.draw(image));
+    }
+
+    /// As [`draw`](Self::draw), on the threads of the rayon pool that it is called in.
+    pub fn par_draw(&self, pixels: &mut [u8]) {
+        let (images, _) = pixels.as_chunks_mut();
+        self.players.par_iter().zip(images).with_min_len(AT_ONCE).for_each(|(player, image)| player.env.draw(image));
     }
 
     /// The task being played.
@@ -307,7 +342,7 @@ impl VectorEnvironment {
         self.check(actions)?;
         let rows = observations.chunks_mut(self.observation_len);
         for ((player, row), action) in self.players.iter_mut().zip(rows).zip(actions) {
-            player.step((*action).into(), self.autoreset, row);
+            player.step((*action).into(), self.autoreset, self.has_images, row);
         }
         Ok(())
     }
@@ -323,7 +358,8 @@ impl VectorEnvironment {
         self.check(actions)?;
         let rows = observations.par_chunks_mut(self.observation_len);
         let players = self.players.par_iter_mut().zip(rows).zip(actions).with_min_len(AT_ONCE);
-        players.for_each(|((player, row), action)| player.step((*action).into(), self.autoreset, row));
+        let (autoreset, has_images) = (self.autoreset, self.has_images);
+        players.for_each(|((player, row), action)| player.step((*action).into(), autoreset, has_images, row));
         Ok(())
     }
 
@@ -402,247 +438,24 @@ impl Player {
     }
 
     /// Takes an action and writes the observation after it.
-    fn step(&mut self, action: Choice, autoreset: Autoreset, observation: &mut [f32]) {
+    fn step(&mut self, action: Choice, autoreset: Autoreset, has_images: bool, observation: &mut [f32]) {
         let Ok(step) = self.env.step(action) else { return observation.copy_from_slice(&self.reset()) };
         self.actions.push(action);
         let info = self.info(Some(step.placement));
         let (reward, terminated, truncated) = (step.reward, step.terminated, step.truncated);
         if step.end.is_some() && autoreset == Autoreset::SameStep {
+            let ended_image = has_images.then(|| {
+                let mut image = [0; IMAGE_LEN];
+                self.env.draw(&mut image);
+                image.to_vec()
+            });
             observation.copy_from_slice(&self.reset());
             let begun = std::mem::take(&mut self.outcome.info);
             let ended = Some((step.observation, info));
-            self.outcome = Outcome { reward, terminated, truncated, info: begun, ended };
+            self.outcome = Outcome { reward, terminated, truncated, info: begun, ended, ended_image };
         } else {
             observation.copy_from_slice(&step.observation);
-            self.outcome = Outcome { reward, terminated, truncated, info, ended: None };
+            self.outcome = Outcome { reward, terminated, truncated, info, ended: None, ended_image: None };
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use rand::Rng;
-
-    use super::*;
-    use crate::env::{Step, TOOL_FEATURES, tool_features, uniform_action};
-    use crate::physics::ACTION_SET;
-
-    fn noisy_task() -> Arc<Task> {
-        let mut task = crate::task::load("task5").unwrap();
-        task.rules.start_noise = 0.05;
-        Arc::new(task)
-    }
-
-    /// Episodes of one environment with the actions that it is given, each with its first observation.
-    fn alone(task: &Arc<Task>, seed: u64, actions: &[Action]) -> Vec<(Vec<f32>, Vec<Step>)> {
-        let mut rng = Stream::Episode.of(seed);
-        let mut env = Environment::new(task.clone());
-        let mut episodes = vec![(env.reset(&mut rng), Vec::new())];
-        for action in actions {
-            match env.step(*action) {
-                Ok(step) => episodes.last_mut().unwrap().1.push(step),
-                Err(_) => episodes.push((env.reset(&mut rng), vec![env.step(*action).unwrap()])),
-            }
-        }
-        episodes
-    }
-
-    /// `steps` x `count` actions, the same for every test.
-    fn actions(steps: usize, count: usize) -> Vec<Vec<Action>> {
-        let mut rng = Stream::Episode.of(77);
-        (0..steps).map(|_| (0..count).map(|_| uniform_action(&mut rng)).collect()).collect()
-    }
-
-    #[test]
-    fn each_environment_plays_as_if_it_were_alone_on_any_number_of_threads() {
-        const COUNT: usize = 100;
-        let task = noisy_task();
-        let actions = actions(40, COUNT);
-        for threads in [1, 3] {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let mut vector = VectorEnvironment::new(task.clone(), COUNT, Autoreset::SameStep);
-            let length = vector.observation_len();
-            let mut observations = vec![0.0; COUNT * length];
-            let seeds: Vec<Option<u64>> = (0..COUNT as u64).map(|index| Some(500 + index)).collect();
-            vector.reset(&seeds, None, &mut observations);
-            let mut seen: Vec<Vec<(Vec<f32>, Vec<Step>)>> =
-                observations.chunks(length).map(|row| vec![(row.to_vec(), Vec::new())]).collect();
-            for actions in &actions {
-                match threads {
-                    1 => vector.step(actions, &mut observations).unwrap(),
-                    _ => pool.install(|| vector.par_step(actions, &mut observations)).unwrap(),
-                }
-                for ((episodes, row), outcome) in
-                    seen.iter_mut().zip(observations.chunks(length)).zip(vector.outcomes())
-                {
-                    let (last, info) = match &outcome.ended {
-                        Some((last, info)) => (last.clone(), info.clone()),
-                        None => (row.to_vec(), outcome.info.clone()),
-                    };
-                    let steps = &mut episodes.last_mut().unwrap().1;
-                    steps.push(Step {
-                        observation: last,
-                        reward: outcome.reward,
-                        terminated: outcome.terminated,
-                        truncated: outcome.truncated,
-                        end: info.end,
-                        placement: info.placement.unwrap(),
-                        subgoals: Vec::new(),
-                        goal: info.goal,
-                        touched: Vec::new(),
-                    });
-                    if outcome.ended.is_some() {
-                        episodes.push((row.to_vec(), Vec::new()));
-                    }
-                }
-            }
-            for (index, episodes) in seen.iter_mut().enumerate() {
-                let own: Vec<Action> = actions.iter().map(|all| all[index]).collect();
-                let mut expected = alone(&task, 500 + index as u64, &own);
-                for step in expected.iter_mut().flat_map(|(_, steps)| steps) {
-                    (step.subgoals, step.touched) = (Vec::new(), Vec::new());
-                }
-                // The one that the last step has begun.
-                episodes.retain(|(_, steps)| !steps.is_empty());
-                assert_eq!(*episodes, expected, "environment {index}, {threads} threads");
-            }
-        }
-    }
-
-    #[test]
-    fn the_next_step_after_the_end_begins_an_episode_and_ignores_its_action() {
-        let task = noisy_task();
-        let mut vector = VectorEnvironment::new(task.clone(), 1, Autoreset::NextStep);
-        let mut row = vec![0.0; vector.observation_len()];
-        vector.reset(&[Some(3)], None, &mut row);
-        let mut rng = Stream::Episode.of(3);
-        let mut env = Environment::new(task);
-        env.reset(&mut rng);
-        let mut ends = 0;
-        for action in actions(60, 1).concat() {
-            vector.step(&[action], &mut row).unwrap();
-            let outcome = vector.outcomes().next().unwrap();
-            match env.step(action) {
-                Ok(step) => {
-                    assert_eq!(
-                        (&row, outcome.reward, outcome.terminated),
-                        (&step.observation, step.reward, step.terminated)
-                    );
-                }
-                Err(_) => {
-                    ends += 1;
-                    assert_eq!(row, env.reset(&mut rng));
-                    assert_eq!((outcome.reward, outcome.terminated, outcome.truncated), (0.0, false, false));
-                    assert_eq!((outcome.info.placement, outcome.info.placed), (None, 0));
-                }
-            }
-        }
-        assert!(ends > 2);
-    }
-
-    #[test]
-    fn what_cannot_be_stepped_is_refused_and_nothing_changes() {
-        let mut vector = VectorEnvironment::new(noisy_task(), 3, Autoreset::Disabled);
-        let length = vector.observation_len();
-        let mut rows = vec![0.0; 3 * length];
-        let refused = |vector: &mut VectorEnvironment, actions: [Action; 3]| {
-            let mut rows = vec![0.0; 3 * length];
-            vector.step(&actions, &mut rows).unwrap_err()
-        };
-        assert_eq!(refused(&mut vector, [[0.0; 2]; 3]), VectorError::NotBegun { index: 0 });
-        vector.reset(&[Some(1); 3], Some(&[true, false, true]), &mut rows);
-        assert!(rows[length..2 * length].iter().all(|value| *value == 0.0), "the row of the other stays");
-        assert_eq!(refused(&mut vector, [[0.0; 2]; 3]), VectorError::NotBegun { index: 1 });
-        vector.reset(&[Some(1); 3], None, &mut rows);
-        let before = vector.state(0).unwrap().to_json();
-        let error = refused(&mut vector, [[0.5; 2], [0.0; 2], [0.0, f32::NAN]]);
-        assert!(matches!(error, VectorError::NotFinite { index: 2, .. }), "{error}");
-        assert_eq!(vector.state(0).unwrap().to_json(), before);
-        let over = (0..100).find_map(|_| vector.step(&[[0.9, 0.9]; 3], &mut rows).err());
-        assert_eq!(over, Some(VectorError::Over { index: 0 }));
-        assert_eq!(vector.state(3).unwrap_err(), VectorError::NoSuch { index: 3, count: 3 });
-    }
-
-    #[test]
-    fn a_state_goes_on_as_the_original_does_also_after_it_was_written_and_read() {
-        let task = noisy_task();
-        let mut vector = VectorEnvironment::new(task.clone(), 2, Autoreset::NextStep);
-        let length = vector.observation_len();
-        let mut rows = vec![0.0; 2 * length];
-        vector.reset(&[Some(8), Some(9)], None, &mut rows);
-        let actions = actions(50, 2);
-        for (number, pair) in actions.iter().enumerate() {
-            let state = vector.state(0).unwrap();
-            let read = State::parse(&state.to_json(), &task).unwrap();
-            assert_eq!(read.to_json(), state.to_json());
-            let observation = rows[..length].to_vec();
-            let (first, second) = rows.split_at_mut(length);
-            vector.restore(1, &read, second).unwrap();
-            assert_eq!((&*first, &*second), (&*observation, &*observation), "before action {number}");
-            vector.step(&[pair[0]; 2], &mut rows).unwrap();
-            assert_eq!(rows[..length], rows[length..], "after action {number}");
-        }
-        let other = Arc::new(crate::task::load("task1").unwrap());
-        let state = VectorEnvironment::new(other, 1, Autoreset::NextStep).state(0).unwrap();
-        assert!(matches!(vector.restore(0, &state, &mut rows[..length]), Err(VectorError::OtherTask { .. })));
-        assert!(State::parse("{}", &task).is_err());
-    }
-
-    /// Choices of tools and places.
-    fn choices(steps: usize, tools: usize) -> Vec<Choice> {
-        let mut rng = Stream::Episode.of(78);
-        (0..steps).map(|_| Choice { tool: rng.gen_range(0..tools), place: uniform_action(&mut rng) }).collect()
-    }
-
-    #[test]
-    fn with_tools_every_episode_has_an_action_set_of_its_own_that_is_described() {
-        let task = Arc::new(crate::task::load("create/Ladder-random").unwrap());
-        let mut vector = VectorEnvironment::with_tools(task, ToolSplit::Train, 1, Autoreset::NextStep);
-        let mut row = vec![0.0; vector.observation_len()];
-        vector.reset(&[Some(4)], None, &mut row);
-        let parts = vector.observation_parts();
-        assert_eq!(parts.iter().map(|part| part.name).collect::<Vec<_>>(), ["objects", "progress", "tools"]);
-        let [described, mut placed, mut sets] = [ACTION_SET * TOOL_FEATURES, 0, 0];
-        for choice in choices(200, ACTION_SET) {
-            let before = vector.environment(0).unwrap().start().tools.clone();
-            vector.step(&[choice], &mut row).unwrap();
-            let env = vector.environment(0).unwrap();
-            let set = env.action_set().unwrap();
-            sets += usize::from(env.start().tools != before);
-            let features: Vec<f32> = set.tools().flat_map(tool_features).collect();
-            assert_eq!(row[row.len() - described..], features);
-            assert!(set.numbers().skip(1).all(|number| ToolSplit::Train.tools().contains(&number)));
-            if vector.outcomes().next().unwrap().info.placement == Some(Placement::Placed) {
-                placed += 1;
-                let tool = *env.snapshot().world().tools().last().unwrap();
-                let chosen = *set.tools().nth(choice.tool).unwrap().unwrap();
-                assert_eq!(tool.at([0.0; 2]), chosen);
-            }
-        }
-        assert!(placed > 20 && sets > 3, "{placed} tools, {sets} sets");
-        let error = vector.step(&[Choice { tool: ACTION_SET, place: [0.0; 2] }], &mut row).unwrap_err();
-        assert_eq!(error, VectorError::NoTool { index: 0, tool: ACTION_SET, count: ACTION_SET });
-    }
-
-    #[test]
-    fn a_state_with_tools_and_random_shifts_goes_on_after_it_was_written_and_read() {
-        let task = Arc::new(crate::task::load("create/Obstacle-random").unwrap());
-        let new = |count| VectorEnvironment::with_tools(task.clone(), ToolSplit::Test, count, Autoreset::NextStep);
-        let mut vector = new(2);
-        let length = vector.observation_len();
-        let mut rows = vec![0.0; 2 * length];
-        vector.reset(&[Some(8), Some(9)], None, &mut rows);
-        for choice in choices(120, ACTION_SET) {
-            let state = State::parse(&vector.state(0).unwrap().to_json(), &task).unwrap();
-            let (first, second) = rows.split_at_mut(length);
-            vector.restore(1, &state, second).unwrap();
-            assert_eq!(first, second);
-            vector.step(&[choice; 2], &mut rows).unwrap();
-            assert_eq!(rows[..length], rows[length..]);
-        }
-        let state = vector.state(0).unwrap();
-        let mut own = VectorEnvironment::new(task, 1, Autoreset::NextStep);
-        let error = own.restore(0, &state, &mut rows).unwrap_err();
-        assert_eq!(error, VectorError::OtherTools { found: "test", wanted: "the task's own" });
     }
 }

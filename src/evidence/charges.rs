@@ -28,7 +28,7 @@ impl Charges {
         let tools = config.task.tool_set();
         *self.launches.entry((String::from(source.clone()), tools)).or_insert_with_key(|(_, tools)| {
             let model = match &source {
-                PriorSource::Uniform | PriorSource::TruePhysics => None,
+                PriorSource::Uniform | PriorSource::Rapier | PriorSource::TruePhysics => None,
                 PriorSource::Learned => dynamics::shipped_for(tools),
                 PriorSource::ModelFile(name) => dynamics::named(name).ok(),
             };

@@ -23,5 +23,5 @@ pub use planner::{PlannerConfig, SETTINGS as PLANNER_SETTINGS, plan};
 pub use prior::{ActionPrior, StagePrior};
 pub use proposal::propose_subgoals;
 pub use rewarding::{Played, Rewarding};
-pub use rollout::{RolloutModel, Stoppable, TruePhysics};
+pub use rollout::{RapierPhysics, RolloutModel, Stoppable, TruePhysics};
 pub use schedule::{EpsilonSchedule, ScheduleError};

@@ -1,11 +1,11 @@
-//! What predicts rollouts: a learned model or the true physics.
+//! What predicts rollouts: a learned model, rapier's own solver or the true physics.
 
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::rewarding::Played;
-use crate::dynamics::{DynamicsError, Model, Rollout, rollouts};
+use crate::dynamics::{DynamicsError, Model, Rapier, Rollout, rollouts};
 use crate::env::{Action, Environment, Snapshot};
 use crate::physics::to_normalised;
 use crate::task::Task;
@@ -86,6 +86,21 @@ impl RolloutModel for Model {
     ) -> Result<Vec<Rollout>, DynamicsError> {
         self.check_task(task)?;
         rollouts(self, task, starts, sequences)
+    }
+}
+
+/// rapier's own solver as a model: see [`Rapier`].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct RapierPhysics;
+
+impl RolloutModel for RapierPhysics {
+    fn rollouts(
+        &self,
+        task: &Arc<Task>,
+        starts: &[&Snapshot],
+        sequences: &[Vec<Action>],
+    ) -> Result<Vec<Rollout>, DynamicsError> {
+        rollouts(&Rapier::new(task), task, starts, sequences)
     }
 }
 

@@ -379,7 +379,19 @@ impl Tool {
     /// Distance from a point (in units) to the tool's surface, negative inside, and
     /// the unit vector from the nearest surface point towards the point.
     pub fn surface(&self, point: [f32; 2]) -> (f32, [f32; 2]) {
-        let (shape, place) = match self.outline() {
+        let (shape, place) = self.shape();
+        let (ball, pose) = (SharedShape::ball(0.0), Pose::from_translation(Vector::from(point.map(f64::from))));
+        let contact = query::contact(&Pose::from_translation(place), &*shape, &pose, &*ball, f64::MAX)
+            // Both shapes are supported and the prediction distance is unbounded.
+            .ok()
+            .flatten()
+            .expect("a point always has a nearest surface point");
+        (contact.dist as f32, single(contact.normal1))
+    }
+
+    /// The shape for rapier, and where it stands in the world.
+    pub(crate) fn shape(&self) -> (SharedShape, Vector) {
+        match self.outline() {
             Outline::Disc { centre, radius } => (SharedShape::ball(radius), centre),
             Outline::Segment { a, b, radius, .. } if radius > 0.0 => (SharedShape::capsule(a, b, radius), Vector::ZERO),
             Outline::Segment { a, b, .. } => (SharedShape::segment(a, b), Vector::ZERO),
@@ -388,14 +400,7 @@ impl Tool {
                 // Checked sizes make corners that differ; a point is the worst that can come.
                 (SharedShape::convex_polyline(corners).unwrap_or_else(|| SharedShape::ball(0.0)), Vector::ZERO)
             }
-        };
-        let (ball, pose) = (SharedShape::ball(0.0), Pose::from_translation(Vector::from(point.map(f64::from))));
-        let contact = query::contact(&Pose::from_translation(place), &*shape, &pose, &*ball, f64::MAX)
-            // Both shapes are supported and the prediction distance is unbounded.
-            .ok()
-            .flatten()
-            .expect("a point always has a nearest surface point");
-        (contact.dist as f32, single(contact.normal1))
+        }
     }
 
     /// The outline in the world.

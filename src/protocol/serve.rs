@@ -11,17 +11,20 @@
 //! its action set in the catalogue; a step names one by its index there, `"tool": 3`; `"tool_space":
 //! {"n": 40}` is their number.
 //!
+//! With images, resets and steps also bring `"image"`: 84 x 84 x 3 bytes, rows from the top, in base64.
+//!
 //! Bounds that are null do not exist. `observation_parts` names what is in an observation. Without a seed, `reset` goes on with the stream of the
 //! last seed. A request that cannot be carried out is answered by `{"error": ".."}`, and the
 //! environment stays as it was.
 
 use std::io::{BufRead, Write};
 
+use base64::prelude::{BASE64_STANDARD, Engine};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::lines::{Lines, LinesError, write_line};
-use crate::env::{Action, Choice, Environment, Info, ObservationPart, Placement};
+use crate::env::{Action, Choice, Environment, IMAGE_LEN, IMAGE_SIDE, Info, ObservationPart, Placement};
 use crate::json;
 use crate::physics::ACTION_SET;
 use crate::streams::Stream;
@@ -53,15 +56,21 @@ enum Answer {
         action_space: Space,
         #[serde(skip_serializing_if = "Option::is_none")]
         tool_space: Option<Discrete>,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        image_space: Option<ImageSpace>,
     },
     Reset {
         observation: Vec<f32>,
         #[serde(skip_serializing_if = "Option::is_none")]
         tools: Option<Vec<usize>>,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        image: Option<String>,
         info: Info,
     },
     Step {
         observation: Vec<f32>,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        image: Option<String>,
         reward: f32,
         terminated: bool,
         truncated: bool,
@@ -89,13 +98,25 @@ struct Space {
     high: Vec<Option<f32>>,
 }
 
+/// The shape of images: height, width, channels of a byte each.
+#[derive(Debug, Serialize)]
+struct ImageSpace {
+    shape: [usize; 3],
+}
+
 /// Plays an environment as the requests in `input` ask, until one closes it or they end. `seed` holds
-/// until a reset brings another.
+/// until a reset brings another. With `has_images`, answers show the scene.
 ///
 /// # Errors
 /// When the input cannot be read, a line does not end, or an answer cannot be written.
-pub fn serve(env: Environment, seed: u64, input: impl BufRead, mut output: impl Write) -> Result<(), LinesError> {
-    let mut server = Server { env, rng: Stream::Episode.of(seed), begun: false };
+pub fn serve(
+    env: Environment,
+    has_images: bool,
+    seed: u64,
+    input: impl BufRead,
+    mut output: impl Write,
+) -> Result<(), LinesError> {
+    let mut server = Server { env, has_images, rng: Stream::Episode.of(seed), begun: false };
     let mut lines = Lines::new(input, "stdin");
     while let Some((line, text)) = lines.read()? {
         let answer = match json::parse(text, "stdin") {
@@ -113,6 +134,7 @@ pub fn serve(env: Environment, seed: u64, input: impl BufRead, mut output: impl 
 
 struct Server {
     env: Environment,
+    has_images: bool,
     rng: ChaCha8Rng,
     begun: bool,
 }
@@ -120,7 +142,7 @@ struct Server {
 impl Server {
     fn answer(&mut self, request: Request) -> Answer {
         match request {
-            Request::Spaces {} => spaces(&self.env),
+            Request::Spaces {} => self.spaces(),
             Request::Reset { seed } => {
                 if let Some(seed) = seed {
                     self.rng = Stream::Episode.of(seed);
@@ -128,7 +150,7 @@ impl Server {
                 self.begun = true;
                 let observation = self.env.reset(&mut self.rng);
                 let tools = self.env.action_set().map(|set| set.numbers().collect());
-                Answer::Reset { observation, tools, info: self.info(None) }
+                Answer::Reset { observation, tools, image: self.image(), info: self.info(None) }
             }
             Request::Step { .. } if !self.begun => {
                 Answer::Error { error: "the first episode has not begun: reset the environment first".to_owned() }
@@ -148,6 +170,7 @@ impl Server {
         let step = self.env.step(Choice { tool, place }).map_err(|over| over.to_string())?;
         Ok(Answer::Step {
             observation: step.observation,
+            image: self.image(),
             reward: step.reward,
             terminated: step.terminated,
             truncated: step.truncated,
@@ -158,18 +181,26 @@ impl Server {
     fn info(&self, placement: Option<Placement>) -> Info {
         Info::of(self.env.snapshot(), placement)
     }
-}
 
-/// Bounds that are infinite do not exist.
-fn spaces(env: &Environment) -> Answer {
-    let [low, high] = env
-        .observation_bounds()
-        .map(|bounds| bounds.into_iter().map(|bound| bound.is_finite().then_some(bound)).collect::<Vec<Option<f32>>>());
-    Answer::Spaces {
-        observation_space: Space { shape: [low.len()], low, high },
-        observation_parts: env.observation_parts(),
-        action_space: Space { shape: [2], low: vec![Some(-1.0); 2], high: vec![Some(1.0); 2] },
-        tool_space: env.split().map(|_| Discrete { n: ACTION_SET }),
+    fn image(&self) -> Option<String> {
+        self.has_images.then(|| {
+            let mut pixels = [0; IMAGE_LEN];
+            self.env.draw(&mut pixels);
+            BASE64_STANDARD.encode(pixels)
+        })
+    }
+
+    /// Bounds that are infinite do not exist.
+    fn spaces(&self) -> Answer {
+        let finite = |bounds: Vec<f32>| bounds.into_iter().map(|bound| bound.is_finite().then_some(bound)).collect();
+        let [low, high]: [Vec<Option<f32>>; 2] = self.env.observation_bounds().map(finite);
+        Answer::Spaces {
+            observation_space: Space { shape: [low.len()], low, high },
+            observation_parts: self.env.observation_parts(),
+            action_space: Space { shape: [2], low: vec![Some(-1.0); 2], high: vec![Some(1.0); 2] },
+            tool_space: self.env.split().map(|_| Discrete { n: ACTION_SET }),
+            image_space: self.has_images.then_some(ImageSpace { shape: [IMAGE_SIDE, IMAGE_SIDE, 3] }),
+        }
     }
 }
 
@@ -190,7 +221,7 @@ mod tests {
 
     fn talk_to(env: Environment, requests: &str) -> Vec<Value> {
         let mut output = Vec::new();
-        serve(env, 0, requests.as_bytes(), &mut output).unwrap();
+        serve(env, true, 0, requests.as_bytes(), &mut output).unwrap();
         String::from_utf8(output).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
     }
 
@@ -235,6 +266,10 @@ mod tests {
             |part: &Value| -> u64 { part["shape"].as_array().unwrap().iter().map(|n| n.as_u64().unwrap()).product() };
         assert_eq!(parts.iter().map(length).sum::<u64>(), observation.len() as u64);
         assert_eq!(answers[1]["tools"], json!(numbers));
+        let mut image = [0; IMAGE_LEN];
+        env.draw(&mut image);
+        assert_eq!(answers[0]["image_space"], json!({"shape": [84, 84, 3]}));
+        assert_eq!(BASE64_STANDARD.decode(answers[2]["image"].as_str().unwrap()).unwrap(), image);
         assert_eq!(answers[2]["info"]["placement"], json!(step.placement));
         assert_eq!(serde_json::from_value::<Vec<f32>>(answers[2]["observation"].clone()).unwrap(), step.observation);
         for refused in &answers[3..5] {
@@ -249,7 +284,7 @@ mod tests {
         task.rules.start_noise = 1.0;
         let reset = |requests: &str| {
             let mut output = Vec::new();
-            serve(Environment::new(Arc::new(task.clone())), 7, requests.as_bytes(), &mut output).unwrap();
+            serve(Environment::new(Arc::new(task.clone())), false, 7, requests.as_bytes(), &mut output).unwrap();
             String::from_utf8(output).unwrap().lines().map(str::to_owned).collect::<Vec<_>>()
         };
         let seeded =

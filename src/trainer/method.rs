@@ -164,6 +164,8 @@ pub enum PriorSource {
     Learned,
     /// A dynamics model in a file.
     ModelFile(String),
+    /// `rapier`: rapier's own solver, an approximation that learns nothing.
+    Rapier,
     /// `true`: the environment's own physics, the upper bound of guidance.
     TruePhysics,
     /// `uniform`: no clusters; uniform random actions in their place.
@@ -174,6 +176,7 @@ impl From<String> for PriorSource {
     fn from(text: String) -> Self {
         match text.as_str() {
             "learned" => Self::Learned,
+            "rapier" => Self::Rapier,
             "true" => Self::TruePhysics,
             "uniform" => Self::Uniform,
             _ => Self::ModelFile(text),
@@ -185,6 +188,7 @@ impl From<PriorSource> for String {
     fn from(source: PriorSource) -> Self {
         match source {
             PriorSource::Learned => "learned".to_owned(),
+            PriorSource::Rapier => "rapier".to_owned(),
             PriorSource::TruePhysics => "true".to_owned(),
             PriorSource::Uniform => "uniform".to_owned(),
             PriorSource::ModelFile(path) => path,
@@ -220,7 +224,7 @@ mod tests {
 
     #[test]
     fn sources_of_rollouts_are_written_and_read() {
-        for text in ["learned", "true", "uniform", "a.safetensors"] {
+        for text in ["learned", "rapier", "true", "uniform", "a.safetensors"] {
             let source = PriorSource::from(text.to_owned());
             assert_eq!(matches!(source, PriorSource::ModelFile(_)), text.ends_with(".safetensors"), "{text}");
             assert_eq!(String::from(source), text);

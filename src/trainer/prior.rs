@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::dynamics::{self, DynamicsError};
-use crate::guidance::{self, ActionPrior, GuidanceError, RolloutModel, Stoppable, TruePhysics};
+use crate::guidance::{self, ActionPrior, GuidanceError, RapierPhysics, RolloutModel, Stoppable, TruePhysics};
 use crate::run::{RunDirectory, RunError};
 use crate::task::Task;
 
@@ -42,7 +42,7 @@ impl PriorError {
 /// A rollout model and its name, as a prior records it.
 pub type NamedModel = (Arc<dyn RolloutModel>, String);
 
-/// What predicts the rollouts of a task: a dynamics model or the true physics, and its
+/// What predicts the rollouts of a task: a dynamics model, rapier or the true physics, and its
 /// name. None for no prediction at all.
 ///
 /// # Errors
@@ -50,6 +50,7 @@ pub type NamedModel = (Arc<dyn RolloutModel>, String);
 pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<NamedModel>, PriorError> {
     let model = match source {
         PriorSource::Uniform => return Ok(None),
+        PriorSource::Rapier => return Ok(Some((Arc::new(RapierPhysics), "rapier".to_owned()))),
         PriorSource::TruePhysics => return Ok(Some((Arc::new(TruePhysics), "true physics".to_owned()))),
         PriorSource::Learned => {
             let tools = task.tool_set();

@@ -8,6 +8,7 @@ fn of_each<T, U>(compared: &Compared<T>, value: impl Fn(&T) -> U) -> Compared<U>
         model: value(&compared.model),
         constant_velocity: value(&compared.constant_velocity),
         nearest_sample: value(&compared.nearest_sample),
+        rapier: compared.rapier.as_ref().map(value),
     }
 }
 
@@ -41,6 +42,8 @@ fn evaluations_of_all_variants_report_every_part() {
             assert_eq!(launch.errors.model.rollout.len(), 8);
             assert!(launch.errors.model.one_step.mean > 0.0);
             assert!(launch.errors.nearest_sample.one_step_contact.count > 0);
+            let (rapier, free) = (launch.errors.rapier.as_ref().unwrap(), &launch.errors.constant_velocity);
+            assert!(rapier.action_contact.mean < free.action_contact.mean / 2.0, "{rapier:?}\n{free:?}");
             let hits = of_each(&launch.errors, |tool| tool.hits);
             assert_eq!(hits.model.rollouts, launch.errors.model.action_contact.count);
             let real = |hits: Hits| hits.true_positives + hits.false_negatives;
