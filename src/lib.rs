@@ -56,6 +56,7 @@ pub mod python;
 pub mod run;
 mod spelling;
 pub mod stats;
+pub mod stop;
 mod streams;
 mod study;
 mod sweep;

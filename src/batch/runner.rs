@@ -11,6 +11,7 @@ use std::time::Duration;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, unbounded};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use crate::stop::Stop;
 use crate::trainer::{Control, Watch, panic_message};
 
 /// Longest time between two reports of progress, and between two tries of a job that another
@@ -95,7 +96,7 @@ pub struct BatchProgress<'a> {
 pub struct JobHandle {
     done: AtomicU64,
     message: Mutex<Option<String>>,
-    stopped: AtomicBool,
+    stop: Stop,
     watch: Watch,
     controls: (Sender<Control>, Receiver<Control>),
 }
@@ -105,7 +106,7 @@ impl Default for JobHandle {
         Self {
             done: AtomicU64::new(0),
             message: Mutex::default(),
-            stopped: AtomicBool::new(false),
+            stop: Stop::default(),
             watch: Watch::default(),
             controls: unbounded(),
         }
@@ -125,7 +126,12 @@ impl JobHandle {
 
     /// Whether the job should save what it has and return.
     pub fn is_stopped(&self) -> bool {
-        self.stopped.load(Ordering::Relaxed)
+        self.stop.is_requested()
+    }
+
+    /// The request that [`is_stopped`](Self::is_stopped) tells of, for those who look at it themselves.
+    pub fn stop(&self) -> &Stop {
+        &self.stop
     }
 
     /// The view of the training that the job does; its episodes count as work done.
@@ -138,8 +144,9 @@ impl JobHandle {
         &self.controls.1
     }
 
-    fn stop(&self) {
-        if !self.stopped.swap(true, Ordering::Relaxed) {
+    fn ask_to_stop(&self) {
+        if !self.stop.is_requested() {
+            self.stop.request();
             // The receiver lives as long as the handle.
             let _ = self.controls.0.send(Control::Stop { reason: "interrupted".to_owned() });
             self.watch.note_stop();
@@ -227,7 +234,7 @@ impl Batch<'_> {
                 Err(RecvTimeoutError::Disconnected) => break,
             }
             if self.interrupt.load(Ordering::Relaxed) {
-                state.handles.iter().for_each(JobHandle::stop);
+                state.handles.iter().for_each(JobHandle::ask_to_stop);
             }
             if let Some(latest) = state.handles.iter().rev().find_map(|handle| lock(&handle.message).take()) {
                 message = latest;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::arguments::Clusters;
 use super::progress::Progress;
 use super::{Outcome, output};
+use crate::stop::Stop;
 use crate::task;
 use crate::trainer::{RunConfig, build_prior};
 
@@ -15,7 +16,7 @@ pub fn clusters(arguments: &Clusters) -> Outcome {
     let stages = config.task.stage_count();
     let mut progress = Progress::new(stages as u64, false);
     let on_stage = |stage| progress.set(stage as u64, stages as u64, "stages");
-    let prior = build_prior(&config, on_stage, &|| false)?.ok_or("the computation was cancelled")?;
+    let prior = build_prior(&config, on_stage, &Stop::default())?.ok_or("the computation was cancelled")?;
     drop(progress);
     match &arguments.out {
         Some(path) => {

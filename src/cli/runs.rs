@@ -14,6 +14,7 @@ use super::progress::Progress;
 use super::{Outcome, output};
 use crate::env::{Action, Environment};
 use crate::figures::DEFAULT_DPI;
+use crate::memory;
 use crate::run::{Event, RunState};
 use crate::streams::Stream;
 use crate::task;
@@ -23,6 +24,7 @@ use crate::workbench::{self, Command, FigureKind, Notice, Output, RunView, Sessi
 
 /// Opens the workbench; the status is that of the signal that ended it, if one did.
 pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::Error>> {
+    memory::share_heaps();
     let session = Session::on_task(&arguments.task, arguments.runs.clone())?;
     let first_start = !arguments.runs.exists();
     let options = tui::Options { keys: arguments.keys.clone(), tour: first_start, no_mouse: arguments.no_mouse };

@@ -101,7 +101,6 @@ fn propose(name: &str, subgoals: usize, model: &PriorSource, seed: u64, out: Opt
     let mut progress = Progress::new(subgoals as u64, false);
     task.subgoals = propose_subgoals(&task, &*model, subgoals, &GuidanceConfig::default(), seed, |found| {
         progress.set(found as u64, subgoals as u64, "subgoals");
-        true
     })?;
     drop(progress);
     match task.subgoals.len() {

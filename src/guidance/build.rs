@@ -12,12 +12,12 @@ use super::prior::{ActionPrior, StagePrior};
 use super::rollout::RolloutModel;
 use crate::dynamics::DynamicsError;
 use crate::env::{Action, Environment, Snapshot, uniform_action};
+use crate::stop::or_left_behind;
 use crate::streams::Stream;
 use crate::task::Task;
 
-/// Builds the prior of a task stage by stage. `progress` is called before each stage
-/// with its number; returning false stops the build, as does a model that [is
-/// stopped](RolloutModel::is_stopped).
+/// Builds the prior of a task stage by stage. `progress` is called before each stage with its number.
+/// None if the model [is stopped](RolloutModel::is_stopped).
 ///
 /// Each stage has random streams of its own, so one stage's size does not shift another's.
 ///
@@ -29,7 +29,7 @@ pub fn build(
     model_name: &str,
     config: &GuidanceConfig,
     seed: u64,
-    progress: impl FnMut(usize) -> bool,
+    progress: impl FnMut(usize),
 ) -> Result<Option<ActionPrior>, DynamicsError> {
     match build_stages(task, model, model_name, config, seed, progress) {
         Ok(prior) => Ok(Some(prior)),
@@ -44,7 +44,7 @@ fn build_stages(
     model_name: &str,
     config: &GuidanceConfig,
     seed: u64,
-    mut progress: impl FnMut(usize) -> bool,
+    mut progress: impl FnMut(usize),
 ) -> Result<ActionPrior, DynamicsError> {
     let stages = task.stage_count();
     let mut env = Environment::new(task.clone());
@@ -60,9 +60,7 @@ fn build_stages(
     };
     let environment_rollouts = config.environment_rollouts.div_ceil((stages - 1).max(1));
     for stage in 0..stages {
-        if !progress(stage) {
-            return Err(DynamicsError::Stopped);
-        }
+        progress(stage);
         let mut rng = Stream::PriorStage(stage).of(seed);
         let mut built = imagine(task, model, config, &starts, &mut rng)?;
         if stage + 1 < stages {
@@ -121,14 +119,8 @@ fn unless_stopped(
         return Ok(cluster(actions, count, std_floor, rng));
     }
     let (actions, rng) = (actions.to_vec(), rng.clone());
-    let work = std::thread::spawn(move || cluster(&actions, count, std_floor, &rng));
-    while !work.is_finished() {
-        if model.is_stopped() {
-            return Err(DynamicsError::Stopped);
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    Ok(work.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+    let work = move || cluster(&actions, count, std_floor, &rng);
+    or_left_behind(|| model.is_stopped(), Duration::ZERO, work).ok_or(DynamicsError::Stopped)
 }
 
 /// Step 3: actions from the clusters in the real environment. Returns the states in

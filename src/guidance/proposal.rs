@@ -26,8 +26,8 @@ const SPACING: f32 = 0.05;
 
 /// Proposes up to `count` subgoals for the task, in the order in which they are to be
 /// reached; its present subgoals are ignored. Fewer, if there is no further place
-/// that tools make the ball reach and that it does not reach by itself. `go_on` is asked
-/// before each with the number of those found; if it says no, that is all.
+/// that tools make the ball reach and that it does not reach by itself. `progress` is called
+/// before each with the number of those found.
 ///
 /// # Errors
 /// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
@@ -37,15 +37,13 @@ pub fn propose_subgoals(
     count: usize,
     config: &GuidanceConfig,
     seed: u64,
-    mut go_on: impl FnMut(usize) -> bool,
+    mut progress: impl FnMut(usize),
 ) -> Result<Vec<Region>, DynamicsError> {
     let mut task = Task { subgoals: Vec::new(), ..task.clone() };
     // The actions from the start of an episode to each state in which the last subgoal was reached.
     let mut histories: Vec<Vec<Action>> = vec![Vec::new()];
     for number in 1..=count {
-        if !go_on(task.subgoals.len()) {
-            break;
-        }
+        progress(task.subgoals.len());
         let mut rng = Stream::Proposal(number).of(seed);
         let now = Arc::new(task.clone());
         let states: Vec<Snapshot> = histories.iter().map(|history| replay(&now, history)).collect();

@@ -8,6 +8,7 @@ use super::rewarding::Played;
 use crate::dynamics::{DynamicsError, Model, Rapier, Rollout, rollouts};
 use crate::env::{Action, Environment, Snapshot};
 use crate::physics::to_normalised;
+use crate::stop::Stop;
 use crate::task::Task;
 
 /// Something that predicts what becomes of a sequence of actions.
@@ -35,21 +36,16 @@ const PIECE: usize = 2500;
 
 /// A model whose rollouts, however many they are, end with [`DynamicsError::Stopped`] soon after they
 /// are asked to. What it predicts is the same.
+#[derive(Debug)]
 pub struct Stoppable<'a> {
     model: &'a dyn RolloutModel,
-    stop: &'a (dyn Fn() -> bool + Sync),
+    stop: &'a Stop,
 }
 
 impl<'a> Stoppable<'a> {
-    /// The model, asked to end as soon as `stop` says so.
-    pub fn new(model: &'a dyn RolloutModel, stop: &'a (dyn Fn() -> bool + Sync)) -> Self {
+    /// The model, which ends as soon as `stop` is requested.
+    pub fn new(model: &'a dyn RolloutModel, stop: &'a Stop) -> Self {
         Self { model, stop }
-    }
-}
-
-impl std::fmt::Debug for Stoppable<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_tuple("Stoppable").field(&self.model).finish()
     }
 }
 
@@ -73,7 +69,7 @@ impl RolloutModel for Stoppable<'_> {
     }
 
     fn is_stopped(&self) -> bool {
-        (self.stop)() || self.model.is_stopped()
+        self.stop.is_requested() || self.model.is_stopped()
     }
 }
 

@@ -1,6 +1,7 @@
 //! Clusters of known points, plans with a known best, and who gets the credit.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -8,6 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use super::*;
 use crate::dynamics::{DynamicsError, Rollout};
 use crate::env::{Action, Environment, Placement, Snapshot, Step};
+use crate::stop::Stop;
 use crate::task::{self, Task};
 
 fn rng() -> ChaCha8Rng {
@@ -159,9 +161,9 @@ fn a_model_that_does_not_know_the_tools_is_an_error() {
     let task = Arc::new(task::load("task1").unwrap());
     let model = crate::dynamics::shipped("square-floor").unwrap();
     let config = GuidanceConfig::default();
-    let error = build(&task, &*model, "square-floor", &config, 0, |_| true).unwrap_err();
+    let error = build(&task, &*model, "square-floor", &config, 0, |_| ()).unwrap_err();
     assert!(matches!(error, DynamicsError::UnseenEdge { .. }), "{error}");
-    assert!(propose_subgoals(&task, &*model, 1, &config, 0, |_| true).is_err());
+    assert!(propose_subgoals(&task, &*model, 1, &config, 0, |_| ()).is_err());
     let env = Environment::new(task.clone());
     assert!(plan(&*model, &task, env.snapshot(), &PlannerConfig::default(), &mut rng()).is_err());
 }
@@ -294,7 +296,7 @@ fn a_stage_is_explored_from_where_the_one_before_was_reached() {
         let config =
             GuidanceConfig { start_states, model_rollouts: 200, environment_rollouts: 40, ..GuidanceConfig::default() };
         let model = Observed::default();
-        build(&task, &model, "true physics", &config, 1, |_| true).unwrap().unwrap();
+        build(&task, &model, "true physics", &config, 1, |_| ()).unwrap().unwrap();
         model.0.into_inner().unwrap()
     };
     let reached = stages(StartStates::Reached);
@@ -315,11 +317,8 @@ fn a_prior_counts_what_it_was_made_from() {
         ..GuidanceConfig::default()
     };
     let mut asked = Vec::new();
-    let go_on = |stage| {
-        asked.push(stage);
-        true
-    };
-    let prior = build(&task, &TruePhysics, "true physics", &config, 1, go_on).unwrap().unwrap();
+    let progress = |stage| asked.push(stage);
+    let prior = build(&task, &TruePhysics, "true physics", &config, 1, progress).unwrap().unwrap();
     assert_eq!(asked, [0, 1]);
     let [first, last] = &prior.stages[..] else { panic!("two stages") };
     for stage in [first, last] {
@@ -356,7 +355,7 @@ fn true_rollouts_hit_exactly_where_the_next_stage_is_reached() {
 fn true_physics_guides_better_than_chance() {
     let task = Arc::new(task::load("task3").unwrap());
     let config = GuidanceConfig { model_rollouts: 300, environment_rollouts: 40, ..GuidanceConfig::default() };
-    let prior = build(&task, &TruePhysics, "true physics", &config, 1, |_| true).unwrap().unwrap();
+    let prior = build(&task, &TruePhysics, "true physics", &config, 1, |_| ()).unwrap().unwrap();
     let reached = |prior: &ActionPrior| {
         let (mut rng, mut env) = (rng(), Environment::new(task.clone()));
         let episode = |_: u32| {
@@ -374,15 +373,15 @@ fn true_physics_guides_better_than_chance() {
 fn proposed_subgoals_lead_to_a_goal_that_chance_does_not_find() {
     let task = task::load("task6").unwrap();
     let config = GuidanceConfig::default();
-    let subgoals = propose_subgoals(&task, &TruePhysics, 2, &config, 0, |_| true).unwrap();
+    let subgoals = propose_subgoals(&task, &TruePhysics, 2, &config, 0, |_| ()).unwrap();
     assert_eq!(subgoals.len(), 2);
     assert_eq!(
-        propose_subgoals(&task, &TruePhysics, 2, &config, 0, |_| true).unwrap(),
+        propose_subgoals(&task, &TruePhysics, 2, &config, 0, |_| ()).unwrap(),
         subgoals,
         "the same seed, the same proposal"
     );
     let task = Arc::new(Task { subgoals, ..task });
-    let prior = build(&task, &TruePhysics, "true physics", &config, 1, |_| true).unwrap().unwrap();
+    let prior = build(&task, &TruePhysics, "true physics", &config, 1, |_| ()).unwrap().unwrap();
     let goals = |prior: &ActionPrior| {
         let (mut rng, mut env) = (rng(), Environment::new(task.clone()));
         let episode = |_: u32| {
@@ -394,6 +393,29 @@ fn proposed_subgoals_lead_to_a_goal_that_chance_does_not_find() {
     };
     let (guided, random) = (goals(&prior), goals(&ActionPrior::uniform(&task, 1)));
     assert!(guided >= 5 && random == 0, "{guided} {random}");
+}
+
+/// Counts the pieces of the rollouts, and asks to stop in one of them.
+#[derive(Debug)]
+struct Pieces<'a> {
+    model: &'a dyn RolloutModel,
+    stop: &'a Stop,
+    stop_in: Option<usize>,
+    pieces: AtomicUsize,
+}
+
+impl RolloutModel for Pieces<'_> {
+    fn rollouts(
+        &self,
+        task: &Arc<Task>,
+        starts: &[&Snapshot],
+        sequences: &[Vec<Action>],
+    ) -> Result<Vec<Rollout>, DynamicsError> {
+        if self.stop_in == Some(self.pieces.fetch_add(1, Ordering::Relaxed)) {
+            self.stop.request();
+        }
+        self.model.rollouts(task, starts, sequences)
+    }
 }
 
 #[test]
@@ -408,18 +430,19 @@ fn rollouts_in_pieces_are_the_same_and_end_when_they_are_asked_to() {
     let starts = vec![env.snapshot(); sequences.len()];
     for model in [&*learned as &dyn RolloutModel, &TruePhysics] {
         let whole = model.rollouts(&task, &starts, &sequences).unwrap();
-        let stoppable = Stoppable::new(model, &|| false);
-        assert!(stoppable.rollouts(&task, &starts, &sequences).unwrap() == whole);
-        let looks = std::sync::atomic::AtomicUsize::new(0);
-        let second = || looks.fetch_add(1, std::sync::atomic::Ordering::Relaxed) == 1;
-        let stopped = Stoppable::new(model, &second).rollouts(&task, &starts, &sequences);
-        assert!(matches!(stopped, Err(DynamicsError::Stopped)));
-        let stopped = Stoppable::new(model, &|| true);
+        let stop = Stop::default();
+        let pieces = Pieces { model, stop: &stop, stop_in: None, pieces: AtomicUsize::new(0) };
+        assert!(Stoppable::new(&pieces, &stop).rollouts(&task, &starts, &sequences).unwrap() == whole);
+        assert_eq!(pieces.pieces.into_inner(), 2);
+        let pieces = Pieces { model, stop: &stop, stop_in: Some(0), pieces: AtomicUsize::new(0) };
+        let stopped = Stoppable::new(&pieces, &stop);
+        assert!(matches!(stopped.rollouts(&task, &starts, &sequences), Err(DynamicsError::Stopped)));
+        assert_eq!(pieces.pieces.load(Ordering::Relaxed), 1, "it went on after the first piece");
         let config = GuidanceConfig::default();
-        assert!(build(&task, &stopped, "none", &config, 0, |_| true).unwrap().is_none());
+        assert!(build(&task, &stopped, "none", &config, 0, |_| ()).unwrap().is_none());
         let plan = plan(&stopped, &task, env.snapshot(), &PlannerConfig::default(), &mut rng);
         assert!(matches!(plan, Err(DynamicsError::Stopped)));
-        let proposed = propose_subgoals(&task, &stopped, 1, &config, 0, |_| true);
+        let proposed = propose_subgoals(&task, &stopped, 1, &config, 0, |_| ());
         assert!(matches!(proposed, Err(DynamicsError::Stopped)));
     }
 }

@@ -240,7 +240,16 @@ impl Object {
         place.ok_or_else(|| ValidationError::new("pos_norm", "is missing"))
     }
 
+    /// Refuses a measure that the object does not have; 0 says that it has none.
+    fn without(&self, name: &str, measure: Option<f32>) -> Result<(), ValidationError> {
+        match measure {
+            None | Some(0.0) => Ok(()),
+            Some(_) => Err(ValidationError::new(name, format_args!("does not belong to a {}: remove it", self.kind))),
+        }
+    }
+
     fn ball(&self) -> Result<BallSpec, ValidationError> {
+        self.without("size", self.size)?;
         let usual = BallSpec::at(self.position()?);
         Ok(BallSpec {
             radius: self.radius.unwrap_or(usual.radius),
@@ -252,11 +261,17 @@ impl Object {
     }
 
     fn region(&self) -> Result<Region, ValidationError> {
+        self.without("size", self.size)?;
         let radius = self.radius.ok_or_else(|| ValidationError::new("radius", "is missing"))?;
         Ok(Region { position: self.position()?, radius })
     }
 
     fn goal(&self) -> Result<Goal, ValidationError> {
+        match self.kind.as_str() {
+            "goal_ball" => self.without("size", self.size)?,
+            "goal_star" => self.without("radius", self.radius).and(self.without("size", self.size))?,
+            _ => self.without("radius", self.radius)?,
+        }
         let (shape, radius) = match self.kind.as_str() {
             "goal_star" => (GoalShape::Star, STANDARD_RADIUS),
             "goal_ball" => (GoalShape::Ball, self.radius.unwrap_or(STANDARD_RADIUS)),
@@ -268,6 +283,7 @@ impl Object {
 
     fn moving_box(&self) -> Result<BoxSpec, ValidationError> {
         let missing = |name: &str| ValidationError::new(name, "is missing");
+        self.without("radius", self.radius)?;
         Ok(BoxSpec {
             position: self.position()?,
             velocity: [0.0; 2],

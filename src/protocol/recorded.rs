@@ -77,21 +77,35 @@ impl RecordedTool {
     /// # Errors
     /// When the size is missing or a number is out of range.
     pub fn tool_at(&self, position: [f64; 2]) -> Result<Tool, ValidationError> {
-        let mut tool = Tool::new(self.kind, position);
-        let name = self.kind.measure();
+        let kind = self.kind;
+        let name = kind.measure();
+        let does_not_belong =
+            |name: &str| Err(ValidationError::new(name, format_args!("does not belong to a {kind}: remove it")));
+        if self.length.is_some() && (name != "length" || self.size.is_some()) {
+            return does_not_belong(if name == "length" { "size" } else { "length" });
+        }
+        if self.thickness.is_some() && !kind.is_segment() {
+            return does_not_belong("thickness");
+        }
+        if self.size.is_some() && name == "radius" {
+            return does_not_belong("size");
+        }
         let size = match name {
             "length" => self.length.or(self.size),
             "radius" => self.radius,
-            _ if !self.kind.has_size() => Some(tool.size),
             _ => self.size,
         };
-        tool.size =
-            size.ok_or_else(|| ValidationError::new(name, format_args!("is missing: a {} needs it", self.kind)))?;
-        if self.kind.is_segment() {
-            let thickness = self.thickness.map(|thickness| (thickness / 2.0).floor());
-            tool.radius = self.radius.or(thickness).unwrap_or(tool.radius);
+        if size.is_none() && kind.has_size() {
+            return Err(ValidationError::new(name, format_args!("is missing: a {kind} needs it")));
         }
+        let thickness = self.thickness.map(|thickness| (thickness / 2.0).floor());
         let form = Form {
+            size,
+            // The corners of the others are sharp, which recordings may say.
+            radius: match name {
+                "radius" => None,
+                _ => self.radius.or(thickness).filter(|radius| kind.is_segment() || *radius != 0.0),
+            },
             angle: self.angle,
             elasticity: self.elasticity,
             friction: self.friction,
@@ -101,17 +115,17 @@ impl RecordedTool {
             on_left: self.on_left,
             ball_mass: self.ball_mass,
             roll_friction: self.roll_friction,
-            ..Form::default()
         };
-        tool = form.apply(tool);
+        form.check(kind).map_err(|problem| match problem.path.as_str() {
+            "size" => ValidationError { path: name.to_owned(), ..problem },
+            _ => problem,
+        })?;
+        let tool = form.apply(Tool::new(kind, position));
         if self.sensor.is_some_and(|sensor| sensor != self.kind.is_sensor()) {
             let message = format_args!("must be {} for a {}: remove it", self.kind.is_sensor(), self.kind);
             return Err(ValidationError::new("sensor", message));
         }
-        tool.check().map_err(|problem| match problem.path.as_str() {
-            "size" => ValidationError { path: name.to_owned(), ..problem },
-            _ => problem,
-        })?;
+        tool.check()?;
         Ok(tool)
     }
 }

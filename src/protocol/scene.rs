@@ -27,8 +27,8 @@ struct Scene {
     id: String,
     tools: Vec<RecordedTool>,
     /// The first body: a `ball` where only balls are, else a `mover`.
-    #[serde(alias = "ball")]
-    mover: Mover,
+    ball: Option<Mover>,
+    mover: Option<Mover>,
     #[serde(default)]
     others: Vec<Mover>,
     steps: u32,
@@ -118,7 +118,13 @@ impl Scene {
             let tool = tool.tool().map_err(|problem| problem.within(format_args!("tools[{index}]")))?;
             world.add_tool(tool);
         }
-        self.mover.add_to(&mut world, "mover", "traj", Some(&self.start))?;
+        let (name, first) = match (&self.ball, &self.mover) {
+            (Some(ball), None) => ("ball", ball),
+            (None, Some(mover)) => ("mover", mover),
+            (None, None) => return Err(ValidationError::new("ball", "is missing: a scene has a `ball` or a `mover`")),
+            (Some(_), Some(_)) => return Err(ValidationError::new("mover", "is there beside `ball`: remove one")),
+        };
+        first.add_to(&mut world, name, "traj", Some(&self.start))?;
         for (index, other) in self.others.iter().enumerate() {
             let name = format!("mover{}", index + 1);
             let path = format!("others[{index}]");
@@ -212,6 +218,13 @@ impl Mover {
         rows: &str,
         start: Option<&FirstRow>,
     ) -> Result<(), ValidationError> {
+        let unfitting = match self.shape {
+            Form::Ball => self.size.map(|_| ("size", "ball has a radius")),
+            Form::Box => self.radius.map(|_| ("radius", "box has a size")),
+        };
+        if let Some((name, instead)) = unfitting {
+            return Err(ValidationError::new(format_args!("{path}.{name}"), format_args!("a {instead}: remove it")));
+        }
         let FirstRow(start) = start.ok_or_else(|| ValidationError::new(rows, "is missing"))?;
         for (column, value) in start.iter().enumerate() {
             in_range(*value, format_args!("{rows}[0][{column}]"), -1000.0, 1000.0)?;

@@ -7,7 +7,8 @@ use serde_json::{Map, Value, json};
 use super::error::{PuzzleError, finished};
 use super::index::Index;
 use crate::batch::{Batch, BatchProgress, Job, JobHandle};
-use crate::guidance::{GuidanceConfig, propose_subgoals};
+use crate::dynamics::DynamicsError;
+use crate::guidance::{GuidanceConfig, Stoppable, propose_subgoals};
 use crate::task;
 use crate::trainer::{Method, PriorSource, rollout_model};
 
@@ -90,11 +91,11 @@ impl<'a> Proposal<'a> {
         // Without a model there is nothing to propose with.
         if let Some((model, _)) = rollout_model(&self.plan.model, &puzzle)? {
             let config = GuidanceConfig::default();
-            let go_on = |_| !handle.is_stopped();
-            puzzle.subgoals = propose_subgoals(&puzzle, &*model, self.plan.subgoals, &config, 0, go_on)?;
-        }
-        if handle.is_stopped() {
-            return Ok(None);
+            let model = Stoppable::new(&*model, handle.stop());
+            puzzle.subgoals = match propose_subgoals(&puzzle, &model, self.plan.subgoals, &config, 0, |_| ()) {
+                Err(DynamicsError::Stopped) => return Ok(None),
+                found => found?,
+            };
         }
         task::save(&puzzle, &self.to)?;
         Ok(Some(()))

@@ -9,9 +9,11 @@ use rand_chacha::ChaCha8Rng;
 use super::error::{PuzzleError, finished};
 use super::index::{Index, Puzzle, Split};
 use crate::batch::{Batch, BatchProgress, Job, JobHandle};
+use crate::dynamics::DynamicsError;
 use crate::env::Environment;
-use crate::guidance::{self, GuidanceConfig, TruePhysics, propose_subgoals};
+use crate::guidance::{self, GuidanceConfig, Stoppable, TruePhysics, propose_subgoals};
 use crate::physics::ToolKind;
+use crate::stop::Stop;
 use crate::streams::Stream;
 use crate::study::hits::{Explorer, Guided, Uniform, play};
 use crate::task::{self, BallSpec, Form, Goal, GoalShape, Placeable, Rules, STANDARD_RADIUS, Task, ToolSpec, VERSION};
@@ -107,8 +109,12 @@ impl<'a> Search<'a> {
                 continue;
             }
             let task = Arc::new(layout);
-            if let Some(mut puzzle) = self.judge(&task, seed)? {
-                let random = play_actions(&task, self.criteria.random_actions, seed, || !handle.is_stopped());
+            let judged = match self.judge(&task, seed, handle.stop()) {
+                Err(PuzzleError::Dynamics(DynamicsError::Stopped)) => return Ok(None),
+                judged => judged?,
+            };
+            if let Some(mut puzzle) = judged {
+                let random = play_actions(&task, self.criteria.random_actions, seed, handle.stop());
                 let Some((episodes, goals)) = random else { return Ok(None) };
                 (puzzle.random_episodes, puzzle.random_goals) = (episodes, goals);
                 task::save(&task, &self.folder.join(format!("{}.json", task.name)))?;
@@ -119,27 +125,29 @@ impl<'a> Search<'a> {
     }
 
     /// The puzzle that the layout is, without its random hit rate; none if it is too easy or too hard.
-    fn judge(&self, task: &Arc<Task>, seed: u64) -> Result<Option<Puzzle>, PuzzleError> {
+    fn judge(&self, task: &Arc<Task>, seed: u64, stop: &Stop) -> Result<Option<Puzzle>, PuzzleError> {
         let Criteria { episodes, most_random, least_guided, .. } = *self.criteria;
-        let is_easy = |episodes| successes(task, &mut Uniform, episodes, seed).0 > most_random;
-        if is_easy(FIRST_LOOK.min(episodes)) {
+        let is_easy =
+            |episodes| Ok::<_, DynamicsError>(successes(task, &mut Uniform, episodes, seed, stop)?.0 > most_random);
+        if is_easy(FIRST_LOOK.min(episodes))? {
             return Ok(None);
         }
         let config = GuidanceConfig::default();
-        let subgoals = propose_subgoals(task, &TruePhysics, SUBGOALS, &config, seed, |_| true)?;
+        let model = Stoppable::new(&TruePhysics, stop);
+        let subgoals = propose_subgoals(task, &model, SUBGOALS, &config, seed, |_| ())?;
         let staged = Arc::new(Task { subgoals, ..Task::clone(task) });
-        let Some(prior) = guidance::build(&staged, &TruePhysics, "true physics", &config, seed, |_| true)? else {
+        let Some(prior) = guidance::build(&staged, &model, "true physics", &config, seed, |_| ())? else {
             return Ok(None);
         };
-        let guided = |episodes| successes(&staged, &mut Guided(&prior), episodes, seed);
+        let guided = |episodes| successes(&staged, &mut Guided(&prior), episodes, seed, stop);
         // Few in the first look are surely too few in all.
         let expected = least_guided as f32 * FIRST_LOOK as f32 / episodes as f32;
-        if (guided(FIRST_LOOK.min(episodes)).0 as f32) < expected / 3.0 {
+        if (guided(FIRST_LOOK.min(episodes))?.0 as f32) < expected / 3.0 {
             return Ok(None);
         }
-        let (guided_goals, fewest) = guided(episodes);
+        let (guided_goals, fewest) = guided(episodes)?;
         let Some(actions_needed) = fewest.filter(|_| guided_goals >= least_guided) else { return Ok(None) };
-        if is_easy(episodes) {
+        if is_easy(episodes)? {
             return Ok(None);
         }
         Ok(Some(Puzzle {
@@ -207,9 +215,15 @@ fn place(rng: &mut ChaCha8Rng, x: [f32; 2], y: [f32; 2]) -> [f32; 2] {
 }
 
 /// Episodes that reached the goal, and the fewest actions of one that did.
-fn successes(task: &Arc<Task>, explorer: &mut impl Explorer, episodes: u32, seed: u64) -> (u32, Option<u32>) {
+fn successes(
+    task: &Arc<Task>,
+    explorer: &mut impl Explorer,
+    episodes: u32,
+    seed: u64,
+    stop: &Stop,
+) -> Result<(u32, Option<u32>), DynamicsError> {
     let (mut played, mut goals, mut fewest) = (0, 0, None);
-    play(task, explorer, seed, |env| {
+    let is_whole = play(task, explorer, seed, stop, |env| {
         played += 1;
         if env.snapshot().goal_reached() {
             goals += 1;
@@ -218,19 +232,18 @@ fn successes(task: &Arc<Task>, explorer: &mut impl Explorer, episodes: u32, seed
         }
         played < episodes
     });
-    (goals, fewest)
+    if is_whole { Ok((goals, fewest)) } else { Err(DynamicsError::Stopped) }
 }
 
 /// Episodes of random play with at least this many actions in all, and those that reached the goal;
-/// none if `go_on`, asked after each, says no.
-fn play_actions(task: &Arc<Task>, actions: u64, seed: u64, go_on: impl Fn() -> bool) -> Option<(u64, u64)> {
-    let (mut taken, mut episodes, mut goals, mut stopped) = (0, 0, 0, false);
-    play(task, &mut Uniform, seed, |env: &Environment| {
+/// none if it was stopped before.
+fn play_actions(task: &Arc<Task>, actions: u64, seed: u64, stop: &Stop) -> Option<(u64, u64)> {
+    let (mut taken, mut episodes, mut goals) = (0, 0, 0);
+    let is_whole = play(task, &mut Uniform, seed, stop, |env: &Environment| {
         taken += u64::from(env.snapshot().actions());
         episodes += 1;
         goals += u64::from(env.snapshot().goal_reached());
-        stopped = !go_on();
-        taken < actions && !stopped
+        taken < actions
     });
-    (!stopped).then_some((episodes, goals))
+    is_whole.then_some((episodes, goals))
 }

@@ -43,7 +43,7 @@ pub fn build_prior(
     config.validate().map_err(exception)?;
     let model = AnyModel::of(model, &task.0)?;
     let name = model.name();
-    let built = model.used(py, |model| guidance::build(&task.0, model, &name, &config, seed, |_| true))?;
+    let built = model.used(py, |model| guidance::build(&task.0, model, &name, &config, seed, |_| ()))?;
     // Nothing stops the build.
     built.map(ActionPrior).ok_or_else(|| PyValueError::new_err("the build was stopped"))
 }

@@ -1,7 +1,7 @@
 //! `episodes.jsonl`: what was done in every episode, one line each, so that it can be
 //! played again. The rest follows from the physics.
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -100,28 +100,73 @@ fn parse(line: &[u8]) -> serde_json::Result<PlayedEpisode> {
 /// [`RunError::Io`] if the run keeps no episodes, [`RunError::NoEpisode`] if it has not kept
 /// this one or is just writing it, [`RunError::Malformed`] if its line is not an episode.
 pub fn read_episode(path: &Path, episode: u64) -> Result<PlayedEpisode> {
-    let file = file::open(path).map_err(RunError::io("read", path))?;
-    let mut reader = BufReader::new(file);
-    for number in 1.. {
-        let mut line = Vec::new();
-        reader.read_until(b'\n', &mut line).map_err(RunError::io("read", path))?;
-        if !line.ends_with(b"\n") {
-            break;
-        }
-        if starts_at(&line, episode) {
-            return parse(&line).map_err(|error| RunError::Malformed {
-                path: path.to_path_buf(),
-                line: Some(number),
-                reason: format!("not an episode: {}", json::message(&error)),
-            });
-        }
-    }
-    Err(RunError::NoEpisode { path: path.to_path_buf(), episode })
+    let find = || -> std::io::Result<Option<(u64, Vec<u8>)>> {
+        let file = file::open(path)?;
+        let length = file.metadata()?.len();
+        find_line(&mut BufReader::new(file), length, episode)
+    };
+    let Some((start, line)) = find().map_err(RunError::io("read", path))? else {
+        return Err(RunError::NoEpisode { path: path.to_path_buf(), episode });
+    };
+    parse(&line).map_err(|error| RunError::Malformed {
+        path: path.to_path_buf(),
+        line: line_number(path, start),
+        reason: format!("not an episode: {}", json::message(&error)),
+    })
 }
 
-/// Whether a line is that of an episode: its number is the first thing in it.
-fn starts_at(line: &[u8], episode: u64) -> bool {
-    line.starts_with(format!("{{\"episode\":{episode},").as_bytes())
+/// Bytes that are read line by line.
+const NEAR: u64 = 1 << 16;
+
+/// The line of an episode and where it begins. Episodes are in order: of a long file little is read.
+fn find_line(file: &mut (impl BufRead + Seek), length: u64, episode: u64) -> std::io::Result<Option<(u64, Vec<u8>)>> {
+    // The line, if it is there, begins within these.
+    let (mut from, mut to) = (0, length);
+    let mut line = Vec::new();
+    while to - from > NEAR {
+        let middle = from + (to - from) / 2;
+        let mut at = file.seek(SeekFrom::Start(middle))?;
+        // First the rest of a line; a line that is damaged has no number.
+        let found = loop {
+            line.clear();
+            let start = at;
+            at += file.read_until(b'\n', &mut line)? as u64;
+            match number_of(&line) {
+                _ if line.is_empty() || start >= to => break None,
+                Some(number) if start > middle => break Some((start, number)),
+                _ => {}
+            }
+        };
+        match found {
+            Some((start, number)) if number <= episode => from = start,
+            _ => to = middle,
+        }
+    }
+    let mut at = file.seek(SeekFrom::Start(from))?;
+    loop {
+        line.clear();
+        let start = at;
+        at += file.read_until(b'\n', &mut line)? as u64;
+        if !line.ends_with(b"\n") || number_of(&line).is_some_and(|number| number > episode) {
+            return Ok(None);
+        }
+        if number_of(&line) == Some(episode) {
+            return Ok(Some((start, line)));
+        }
+    }
+}
+
+/// The number of a line's episode, which is the first thing in it.
+fn number_of(line: &[u8]) -> Option<u64> {
+    let digits = line.strip_prefix(b"{\"episode\":")?.split(|byte| *byte == b',').next()?;
+    std::str::from_utf8(digits).ok()?.parse().ok()
+}
+
+/// The number, from 1, of the line that begins somewhere; None if that cannot be read any more.
+fn line_number(path: &Path, start: u64) -> Option<u64> {
+    let mut before = Vec::new();
+    file::open(path).ok()?.take(start).read_to_end(&mut before).ok()?;
+    Some(before.iter().filter(|byte| **byte == b'\n').count() as u64 + 1)
 }
 
 #[cfg(test)]
@@ -146,6 +191,33 @@ mod tests {
             assert_eq!(serde_json::to_string(&played).unwrap(), line);
             assert_eq!(serde_json::from_str::<PlayedAction>(line).unwrap(), played);
         }
+    }
+
+    #[test]
+    fn every_episode_of_a_long_file_is_found_also_beside_damage() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("episodes.jsonl");
+        let mut text = String::new();
+        for episode in 1..=3000 {
+            let line = serde_json::to_string(&played(episode)).unwrap();
+            // A stretch that is longer than what is read line by line.
+            let damaged = (1000..2000).contains(&episode);
+            text += &if damaged { line.replace("episode", "epizode") } else { line };
+            text.push('\n');
+        }
+        text = text.replacen("{\"episode\":2500,", "{\"episode\":2500,,", 1);
+        std::fs::write(&path, &text).unwrap();
+        for episode in (1..1000).step_by(7).chain((2000..=3000).step_by(9)).chain([999, 2000, 2999, 3000]) {
+            assert_eq!(
+                read_episode(&path, episode).unwrap_or_else(|error| panic!("{episode}: {error}")),
+                played(episode)
+            );
+        }
+        for episode in [0, 1000, 1500, 1999, 3001, u64::MAX] {
+            assert!(matches!(read_episode(&path, episode), Err(RunError::NoEpisode { .. })), "{episode}");
+        }
+        let error = read_episode(&path, 2500).unwrap_err();
+        assert!(matches!(error, RunError::Malformed { line: Some(2500), .. }), "{error}");
     }
 
     #[test]

@@ -56,15 +56,15 @@ fn job(task: &Arc<Task>, episodes: u32, seed: u64) -> Job<'_, [Hits; EXPLORATION
     let name = format!("{}, seed {seed}", task.name);
     Job::new(name.clone(), EXPLORATIONS.len() as u64 * u64::from(episodes), move |handle| {
         handle.report(name.clone());
-        let stop = || handle.is_stopped();
-        let Some(uniform) = count_hits(task, &mut Uniform, episodes, seed, &stop) else { return Ok(None) };
+        let stop = handle.stop();
+        let Some(uniform) = count_hits(task, &mut Uniform, episodes, seed, stop) else { return Ok(None) };
         handle.set_done(u64::from(episodes));
         let mut actor = ActorNoise::untrained(task, &DdpgConfig::default(), seed)?;
-        let Some(actor) = count_hits(task, &mut actor, episodes, seed, &stop) else { return Ok(None) };
+        let Some(actor) = count_hits(task, &mut actor, episodes, seed, stop) else { return Ok(None) };
         handle.set_done(2 * u64::from(episodes));
-        let model = Stoppable::new(&TruePhysics, &stop);
-        let prior = guidance::build(task, &model, "true physics", &GuidanceConfig::default(), seed, |_| true)?;
-        let guided = prior.and_then(|prior| count_hits(task, &mut Guided(&prior), episodes, seed, &stop));
+        let model = Stoppable::new(&TruePhysics, stop);
+        let prior = guidance::build(task, &model, "true physics", &GuidanceConfig::default(), seed, |_| ())?;
+        let guided = prior.and_then(|prior| count_hits(task, &mut Guided(&prior), episodes, seed, stop));
         Ok(guided.map(|guided| [uniform, actor, guided]))
     })
 }

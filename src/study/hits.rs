@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::agent::{Ddpg, DdpgConfig, OrnsteinUhlenbeck};
 use crate::env::{Action, Environment, observation_len, uniform_action};
 use crate::guidance::ActionPrior;
+use crate::stop::Stop;
 use crate::streams::Stream;
 use crate::task::Task;
 use crate::validation::ValidationError;
@@ -82,44 +83,54 @@ impl Explorer for ActorNoise {
     }
 }
 
-/// Plays episodes for as long as `go_on`, which sees the end of each, says so.
-pub fn play(task: &Arc<Task>, explorer: &mut impl Explorer, seed: u64, mut go_on: impl FnMut(&Environment) -> bool) {
+/// Plays episodes for as long as `go_on`, which sees the end of each, says so. False if it was ended
+/// before by `stop`.
+pub fn play(
+    task: &Arc<Task>,
+    explorer: &mut impl Explorer,
+    seed: u64,
+    stop: &Stop,
+    mut go_on: impl FnMut(&Environment) -> bool,
+) -> bool {
     let mut rng = Stream::Episode.of(seed);
     let mut env = Environment::new(task.clone());
     loop {
         env.reset(&mut rng);
         explorer.start_episode(&mut rng);
         loop {
+            if stop.is_requested() {
+                return false;
+            }
             let action = explorer.act(&env, &mut rng);
             if env.step(action).map_or(true, |step| step.end.is_some()) {
                 break;
             }
         }
         if !go_on(&env) {
-            return;
+            return true;
         }
     }
 }
 
-/// Plays `episodes` episodes, at least one, and counts the stages reached. None if `stop`, asked after
-/// each, says so before the last of them.
+/// Plays `episodes` episodes, at least one, and counts the stages reached. None if `stop` is requested
+/// before the end of the last.
 pub fn count_hits(
     task: &Arc<Task>,
     explorer: &mut impl Explorer,
     episodes: u32,
     seed: u64,
-    stop: &dyn Fn() -> bool,
+    stop: &Stop,
 ) -> Option<Hits> {
     let mut hits = Hits { episodes: 0, goal: 0, subgoals: vec![0; task.subgoals.len()] };
-    play(task, explorer, seed, |env| {
+    let is_whole = play(task, explorer, seed, stop, |env| {
         hits.episodes += 1;
         hits.goal += u32::from(env.snapshot().goal_reached());
         for (count, reached) in hits.subgoals.iter_mut().zip(env.snapshot().reached()) {
             *count += u32::from(*reached);
         }
-        hits.episodes < episodes && !stop()
+        hits.episodes < episodes
     });
-    (hits.episodes == episodes).then_some(hits)
+    is_whole.then_some(hits)
 }
 
 #[cfg(test)]

@@ -238,7 +238,7 @@ impl<'a> Study<'a> {
             let prior = PriorSource::ModelFile(model.display().to_string());
             let config = RunConfig { prior, seed, ..RunConfig::new(task.clone()) };
             let prior = self.folder.cached(&format!("priors/{}-{seed}.json", task.name), || {
-                build_prior(&config, |_| (), &|| handle.is_stopped())?.ok_or(StudyError::Interrupted)
+                build_prior(&config, |_| (), handle.stop())?.ok_or(StudyError::Interrupted)
             });
             let prior: Option<ActionPrior> = StudyError::unless_interrupted(prior)?;
             Ok(prior.map(|prior| (task.clone(), Arc::new(prior))))
@@ -252,13 +252,12 @@ impl<'a> Study<'a> {
         Job::new(name.clone(), self.count_work(), move |handle| {
             handle.report(format!("hits of {name}"));
             let episodes = self.plan.hit_episodes;
-            let stop = || handle.is_stopped();
             let hits = self.folder.cached(&format!("hits/{name}.json"), || {
                 let hits = match &prior {
-                    Some(prior) => count_hits(&task, &mut Guided(prior), episodes, seed, &stop),
+                    Some(prior) => count_hits(&task, &mut Guided(prior), episodes, seed, handle.stop()),
                     None => {
                         let mut actor = ActorNoise::untrained(&task, &DdpgConfig::default(), seed)?;
-                        count_hits(&task, &mut actor, episodes, seed, &stop)
+                        count_hits(&task, &mut actor, episodes, seed, handle.stop())
                     }
                 };
                 hits.ok_or(StudyError::Interrupted)
@@ -299,9 +298,8 @@ impl<'a> Study<'a> {
             let found = rollout_model(&config.prior, task)?;
             // Only uniform actions have no model.
             let Some((model, _)) = found else { return Ok(Vec::new()) };
-            let stop = || handle.is_stopped();
-            let model = Stoppable::new(&*model, &stop);
-            match propose_subgoals(task, &model, task.subgoals.len(), &config.guidance, *seed, |_| true) {
+            let model = Stoppable::new(&*model, handle.stop());
+            match propose_subgoals(task, &model, task.subgoals.len(), &config.guidance, *seed, |_| ()) {
                 Err(DynamicsError::Stopped) => Err(StudyError::Interrupted),
                 found => Ok(found?),
             }

@@ -1,4 +1,6 @@
-//! Editing a task: small steps, each valid as a whole, undone and redone without limit.
+//! Editing a task: small steps, each valid as a whole, undone and redone.
+
+use std::collections::VecDeque;
 
 use super::schema::{Form, Part, Region, Task, ToolSpec};
 use crate::physics::{ToolKind, exact};
@@ -134,12 +136,15 @@ fn entry<'a, T>(list: &'a mut [T], name: &str, index: usize) -> Result<&'a mut T
     list.get_mut(index).ok_or_else(|| ValidationError::new(format_args!("{name} {}", index.saturating_add(1)), choice))
 }
 
-/// A task being edited, with everything that can be undone and redone.
+/// Changes that can be undone at most.
+const PAST: usize = 1000;
+
+/// A task being edited, with what can be undone and redone.
 #[derive(Debug, Clone)]
 pub struct Editor {
     now: Draft,
     saved: Task,
-    past: Vec<Draft>,
+    past: VecDeque<Draft>,
     future: Vec<Draft>,
 }
 
@@ -147,7 +152,7 @@ impl Editor {
     /// Begins with a task as it was loaded.
     pub fn new(task: Task) -> Self {
         let now = Draft { task: task.clone(), proposed: Vec::new() };
-        Self { now, saved: task, past: Vec::new(), future: Vec::new() }
+        Self { now, saved: task, past: VecDeque::new(), future: Vec::new() }
     }
 
     /// The task as it is now.
@@ -166,7 +171,7 @@ impl Editor {
     /// When the change makes no playable task; nothing is changed then.
     pub fn apply(&mut self, edit: &Edit) -> Result<(), ValidationError> {
         let changed = edit.apply(&self.now)?;
-        self.past.push(std::mem::replace(&mut self.now, changed));
+        self.go_to(changed);
         self.future.clear();
         Ok(())
     }
@@ -175,12 +180,20 @@ impl Editor {
     /// but one that comes by itself: what was undone before can still be redone.
     pub fn propose(&mut self, regions: Vec<Region>) {
         let changed = Draft { proposed: regions, ..self.now.clone() };
-        self.past.push(std::mem::replace(&mut self.now, changed));
+        self.go_to(changed);
+    }
+
+    /// Goes to another version, from which the present one can be reached by undoing.
+    fn go_to(&mut self, version: Draft) {
+        if self.past.len() == PAST {
+            self.past.pop_front();
+        }
+        self.past.push_back(std::mem::replace(&mut self.now, version));
     }
 
     /// Takes the latest change back. False if there is none.
     pub fn undo(&mut self) -> bool {
-        let Some(before) = self.past.pop() else { return false };
+        let Some(before) = self.past.pop_back() else { return false };
         self.future.push(std::mem::replace(&mut self.now, before));
         true
     }
@@ -188,7 +201,7 @@ impl Editor {
     /// Makes the change again that was undone last. False if there is none.
     pub fn redo(&mut self) -> bool {
         let Some(after) = self.future.pop() else { return false };
-        self.past.push(std::mem::replace(&mut self.now, after));
+        self.go_to(after);
         true
     }
 
@@ -231,6 +244,17 @@ mod tests {
             assert_eq!(editor.task(), version);
         }
         assert!(!editor.redo() && editor.is_dirty());
+    }
+
+    #[test]
+    fn the_latest_thousand_changes_can_be_undone() {
+        let mut editor = editor();
+        for step in 0..PAST + 2 {
+            let position = [step as f32 / 10_000.0, 0.5];
+            editor.apply(&Edit::MoveSubgoal { index: 0, position }).unwrap();
+        }
+        assert!((0..PAST).all(|_| editor.undo()) && !editor.undo());
+        assert_eq!(editor.task().subgoals[0].position, [0.0001, 0.5]);
     }
 
     #[test]

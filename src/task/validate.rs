@@ -195,12 +195,34 @@ fn velocity(velocity: [f32; 2], path: &str) -> Result<(), ValidationError> {
     axes.try_for_each(|(axis, value)| in_range(*value, format!("{path}[{axis}]"), -1000.0, 1000.0))
 }
 
-fn form(form: &Form, kind: ToolKind, path: &str) -> Result<(), ValidationError> {
-    if form.radius.is_some() && !kind.is_segment() {
-        return problem(&format!("{path}.radius"), "only walls, floors and other segments have a radius: remove it");
+impl Form {
+    /// Checks that the numbers are those of a tool of this type, and in range.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn check(&self, kind: ToolKind) -> Result<(), ValidationError> {
+        use ToolKind::{Belt, Cannon, Fan, HingeConstrained, Ladder, Ramp, SeeSaw};
+        let turns = matches!(kind, HingeConstrained | SeeSaw);
+        let fitting = [
+            ("radius", self.radius.is_some(), kind.is_segment()),
+            ("force", self.force.is_some(), matches!(kind, Cannon | Fan)),
+            ("vel", self.vel.is_some(), matches!(kind, Belt | Ladder)),
+            ("max_angle", self.max_angle.is_some(), turns),
+            ("on_left", self.on_left.is_some(), kind == SeeSaw),
+            ("ball_mass", self.ball_mass.is_some(), kind == SeeSaw),
+            // CREATE gives it to ramps too.
+            ("roll_friction", self.roll_friction.is_some(), kind.is_hinged() || kind == Ramp),
+        ];
+        if let Some((name, ..)) = fitting.into_iter().find(|(_, is_there, fits)| *is_there && !fits) {
+            return Err(ValidationError::new(name, format_args!("does not belong to a {kind}: remove it")));
+        }
+        // In files the names are those of the recordings.
+        self.apply(Tool::new(kind, [0.0; 2])).check()
     }
-    // In files the names are those of the recordings.
-    form.apply(Tool::new(kind, [0.0; 2])).check().map_err(|problem| problem.within(path))
+}
+
+fn form(form: &Form, kind: ToolKind, path: &str) -> Result<(), ValidationError> {
+    form.check(kind).map_err(|problem| problem.within(path))
 }
 
 fn regions(regions: &[Region], path: &str) -> Result<(), ValidationError> {
@@ -266,6 +288,6 @@ mod tests {
         };
         with(tool(ToolKind::Wall), 30.0).unwrap();
         let error = with(tool(ToolKind::Box), 30.0).unwrap_err().to_string();
-        assert!(error.contains("only walls, floors and other segments have a radius"), "{error}");
+        assert!(error.contains("does not belong to a box"), "{error}");
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::dynamics::{self, DynamicsError};
 use crate::guidance::{self, ActionPrior, GuidanceError, RapierPhysics, RolloutModel, Stoppable, TruePhysics};
 use crate::run::{RunDirectory, RunError};
+use crate::stop::Stop;
 use crate::task::Task;
 
 use super::config::RunConfig;
@@ -64,25 +65,21 @@ pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<NamedMo
     Ok(Some((model, name)))
 }
 
-/// Builds the prior of a configuration; `progress` sees each stage's number. Once `stop` says so, it
-/// soon ends without one.
+/// Builds the prior of a configuration; `progress` sees each stage's number. Once `stop` is requested,
+/// it soon ends without one.
 ///
 /// # Errors
 /// When the dynamics model cannot be used.
 pub fn build_prior(
     config: &RunConfig,
-    mut progress: impl FnMut(usize),
-    stop: &(dyn Fn() -> bool + Sync),
+    progress: impl FnMut(usize),
+    stop: &Stop,
 ) -> Result<Option<ActionPrior>, PriorError> {
     let Some((model, name)) = rollout_model(&config.rollout_source(), &config.task)? else {
         return Ok(Some(ActionPrior::uniform(&config.task, config.seed)));
     };
     let model = Stoppable::new(&*model, stop);
-    let on_stage = |stage| {
-        progress(stage);
-        !stop()
-    };
-    Ok(guidance::build(&config.task, &model, &name, &config.guidance, config.seed, on_stage)?)
+    Ok(guidance::build(&config.task, &model, &name, &config.guidance, config.seed, progress)?)
 }
 
 /// The prior that was last in force in a run on disk; none if it never had one.

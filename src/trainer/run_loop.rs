@@ -19,6 +19,7 @@ use crate::run::{
     Checkpoint, CheckpointAction, CheckpointName, EpisodeRecord, Event, RetentionContext, RunDirectory, RunError,
     RunWriter, what_to_keep,
 };
+use crate::stop::{Stop, or_left_behind};
 
 /// What can be asked of a running training. Each takes effect between two episodes, in
 /// the order of sending.
@@ -177,9 +178,12 @@ struct RunLoop<'a> {
     is_changed: bool,
 }
 
-/// An episode that takes longer is abandoned when a stop is asked for. The copy that makes it
-/// possible takes a small part of this.
+/// An episode that takes longer is abandoned when a stop is asked for. The copy and the thread that make
+/// it possible take a small part of this.
 const SLOW: Duration = Duration::from_millis(100);
+/// Time in which an episode may notice by itself that a stop was asked for. One that does not, because
+/// an update of large networks goes on, is left to its thread.
+const PATIENCE: Duration = Duration::from_millis(100);
 
 impl RunLoop<'_> {
     /// The reason of a request to stop that has come and was not carried out yet.
@@ -198,7 +202,7 @@ impl RunLoop<'_> {
         }
         let stages = config.task.stage_count();
         let on_stage = |stage| self.watch.set_phase(Phase::BuildingPrior { stage, stages });
-        let prior = build_prior(config, on_stage, &|| self.watch.stop().is_set())?;
+        let prior = build_prior(config, on_stage, self.watch.stop())?;
         Ok(prior.map(Arc::new))
     }
 
@@ -239,17 +243,10 @@ impl RunLoop<'_> {
     fn episode(&mut self, training: &mut Training) -> Result<(), TrainerError> {
         let needs = training.needs();
         let begun = Instant::now();
-        let before = self.is_slow.then(|| training.clone());
-        training.obey(before.is_some().then(|| self.watch.stop()));
-        let played = Self::play(training);
+        let played = if self.is_slow { self.play_or_stop(training) } else { Some(Self::play(training)) };
         self.is_slow = begun.elapsed() > SLOW;
-        let Played { record, trace, refined, evaluated } = match (played, before) {
-            (Err(TrainingError::Stopped), Some(before)) => {
-                *training = before;
-                return Ok(());
-            }
-            (played, _) => played?,
-        };
+        let Some(played) = played else { return Ok(()) };
+        let Played { record, trace, refined, evaluated } = played?;
         (self.is_saved, self.score) = (false, None);
         self.watch.set_episode(record.episode);
         self.writer.record(&Event::EpisodeFinished(record))?;
@@ -271,6 +268,25 @@ impl RunLoop<'_> {
             self.writer.record(&event)?;
         }
         self.save_due(training)
+    }
+
+    /// As [`Self::play`], with a copy of the training. None if it was abandoned for a stop that was asked
+    /// for: the training is what it was before.
+    fn play_or_stop(&self, training: &mut Training) -> Option<Result<Played, TrainingError>> {
+        let stop = self.watch.stop();
+        let mut copy = training.clone();
+        copy.obey(stop);
+        let work = move || {
+            let played = Self::play(&mut copy);
+            (played, copy)
+        };
+        let (played, mut after) = or_left_behind(|| stop.is_requested(), PATIENCE, work)?;
+        if matches!(played, Err(TrainingError::Stopped)) {
+            return None;
+        }
+        after.obey(&Stop::default());
+        *training = after;
+        Some(played)
     }
 
     /// All that an episode computes, before anything of it is written.

@@ -11,6 +11,7 @@ use super::*;
 use crate::agent::ReplayBuffer;
 use crate::guidance::ActionPrior;
 use crate::run::{CheckpointName, EpisodeRecord, Event, RunDirectory, RunState, read_events, read_metrics};
+use crate::stop::Stop;
 use crate::task::{self, Task};
 
 fn config(method: Method, episodes: u32) -> RunConfig {
@@ -372,7 +373,7 @@ fn clusters_follow_the_agent_s_own_rewarding_actions() {
     let mut config = config(Method::DdpgMge, 40);
     config.epsilon = "1".parse().unwrap();
     config.refinement = Refinement { every: 10, least: 3, most: 5 };
-    let prior = Arc::new(build_prior(&config, |_| (), &|| false).unwrap().unwrap());
+    let prior = Arc::new(build_prior(&config, |_| (), &Stop::default()).unwrap().unwrap());
     let mut training = Training::new(config.clone(), Some(prior.clone())).unwrap();
     let mut reached = vec![0; 2];
     for _ in 0..40 {
@@ -398,7 +399,7 @@ fn clusters_follow_the_agent_s_own_rewarding_actions() {
 fn clusters_follow_no_fewer_actions_than_asked_for() {
     let mut config = config(Method::DdpgMge, 20);
     config.epsilon = "1".parse().unwrap();
-    let prior = Arc::new(build_prior(&config, |_| (), &|| false).unwrap().unwrap());
+    let prior = Arc::new(build_prior(&config, |_| (), &Stop::default()).unwrap().unwrap());
     for (least, expected) in [(4, true), (1000, false)] {
         config.refinement = Refinement { every: 1, least, most: least };
         let mut training = Training::new(config.clone(), Some(prior.clone())).unwrap();
@@ -422,7 +423,7 @@ fn guidance_is_drawn_anew_as_often_as_asked_for() {
         let mut config = config(Method::DdpgMge, 30);
         config.epsilon = "0.7".parse().unwrap();
         config.granularity = granularity;
-        let prior = build_prior(&config, |_| (), &|| false).unwrap().map(Arc::new);
+        let prior = build_prior(&config, |_| (), &Stop::default()).unwrap().map(Arc::new);
         let mut training = Training::new(config, prior).unwrap();
         let mut changes = [0, 0];
         for _ in 0..30 {
@@ -547,7 +548,7 @@ fn the_log_has_the_needs_of_every_stage() {
     let history = crate::run::RunHistory::read(&run).unwrap();
     assert_eq!(history.needs, needs.last().unwrap().1);
     // Clusters are drawn by half of the mean need before the episode.
-    for record in &history.records {
+    for record in history.records.iter() {
         let (_, before) = needs.iter().rev().find(|(episode, _)| *episode < record.episode).unwrap();
         assert!((record.epsilon - 0.25 * (before[0] + before[1])).abs() < 1e-6, "{record:?}, {before:?}");
     }
@@ -573,7 +574,7 @@ fn the_start_noise_of_the_run_goes_before_that_of_the_task() {
 fn the_first_success_is_repeated() {
     let mut config = config(Method::OpenLoop, 60);
     config.guidance.model_rollouts = 300;
-    let prior = build_prior(&config, |_| (), &|| false).unwrap().map(Arc::new);
+    let prior = build_prior(&config, |_| (), &Stop::default()).unwrap().map(Arc::new);
     let mut training = Training::new(config, prior).unwrap();
     let episodes: Vec<(EpisodeRecord, Trace)> = (0..60).map(|_| training.run_episode().unwrap()).collect();
     let first = episodes.iter().position(|(record, _)| record.goal).unwrap();

@@ -2,7 +2,6 @@
 
 use std::collections::VecDeque;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -20,6 +19,7 @@ use crate::env::{Action, Environment, EpisodeOver, Placement, Snapshot, Step, ob
 use crate::guidance::{self, ActionPrior, EpsilonSchedule, Played, RolloutModel, Stoppable};
 use crate::run::{Checkpoint, EpisodeRecord, Event, RunError, Source};
 use crate::stats::rolling::{RollingRate, WINDOW};
+use crate::stop::Stop;
 use crate::streams::Stream;
 use crate::task::Task;
 use crate::validation::ValidationError;
@@ -67,20 +67,6 @@ impl From<PriorError> for TrainingError {
     }
 }
 
-/// Set once a training is to end.
-#[derive(Debug, Clone, Default)]
-pub(super) struct StopFlag(Arc<AtomicBool>);
-
-impl StopFlag {
-    pub fn set(&self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-
-    pub fn is_set(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
-    }
-}
-
 /// Everything that changes during a run but the learner, which saves itself.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Progress {
@@ -111,7 +97,7 @@ pub struct Training {
     learner: Learner,
     progress: Progress,
     /// An episode is abandoned when it is set.
-    stop: StopFlag,
+    stop: Stop,
 }
 
 /// Means over the updates of an episode.
@@ -151,7 +137,7 @@ impl Training {
             model,
             learner,
             progress,
-            stop: StopFlag::default(),
+            stop: Stop::default(),
         })
     }
 
@@ -179,7 +165,7 @@ impl Training {
             model,
             learner,
             progress,
-            stop: StopFlag::default(),
+            stop: Stop::default(),
         })
     }
 
@@ -232,10 +218,10 @@ impl Training {
         self.progress.prior.as_ref()
     }
 
-    /// From now on an episode is abandoned once the flag is set; without a flag, none is. What an
-    /// abandoned episode leaves is of no use: go on with a copy of what there was before.
-    pub(super) fn obey(&mut self, stop: Option<&StopFlag>) {
-        self.stop = stop.cloned().unwrap_or_default();
+    /// From now on an episode is abandoned once `stop` is requested. What an abandoned episode leaves is
+    /// of no use: go on with a copy of what there was before.
+    pub(super) fn obey(&mut self, stop: &Stop) {
+        self.stop = stop.clone();
     }
 
     /// Another epsilon schedule from the next episode on.
@@ -281,7 +267,7 @@ impl Training {
         // Whether the stage has been played greedily from its beginning.
         let mut greedy = true;
         loop {
-            if self.stop.is_set() {
+            if self.stop.is_requested() {
                 return Err(TrainingError::Stopped);
             }
             if self.config.method == Method::ModelReplay {
@@ -335,8 +321,7 @@ impl Training {
     /// is the method.
     fn imagine(&mut self, states: &[Snapshot], noise_scale: f32) -> Result<(), TrainingError> {
         let (Method::ModelReplay, Some(model)) = (self.config.method, &self.model) else { return Ok(()) };
-        let stop = || self.stop.is_set();
-        let model = Stoppable::new(&**model, &stop);
+        let model = Stoppable::new(&**model, &self.stop);
         let rng = &mut self.progress.streams.model;
         let config = &self.config;
         let ddpg = self.learner.ddpg();
@@ -390,7 +375,7 @@ impl Training {
     pub fn evaluate(&mut self, episodes: u32) -> Result<Event, TrainingError> {
         let (mut successes, mut total) = (0u32, 0.0f64);
         for _ in 0..episodes {
-            if self.stop.is_set() {
+            if self.stop.is_requested() {
                 return Err(TrainingError::Stopped);
             }
             let trace = greedy_episode(self.env.task(), self.learner.ddpg(), &mut self.progress.streams.evaluation);
@@ -443,8 +428,7 @@ impl Training {
         Ok(match (&self.model, &self.progress.prior) {
             (Some(model), _) if self.config.method == Method::Planning => {
                 let (task, planner) = (&self.config.task, &self.config.planner);
-                let stop = || self.stop.is_set();
-                let model = Stoppable::new(&**model, &stop);
+                let model = Stoppable::new(&**model, &self.stop);
                 let action = guidance::plan(&model, task, self.env.snapshot(), planner, &mut streams.model);
                 let action = action.map_err(PriorError::from)?;
                 (action, Source::Planner)

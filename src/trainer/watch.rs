@@ -5,9 +5,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::trace::Trace;
-use super::training::StopFlag;
 use crate::agent::Ddpg;
 use crate::guidance::ActionPrior;
+use crate::stop::Stop;
 
 /// What the trainer is doing.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -44,7 +44,7 @@ pub struct Watch {
     view: Mutex<Option<LiveView>>,
     phase: Mutex<Phase>,
     prior: Mutex<Option<Arc<ActionPrior>>>,
-    stop: StopFlag,
+    stop: Stop,
 }
 
 impl Watch {
@@ -60,11 +60,11 @@ impl Watch {
 
     /// Says that a [`Control::Stop`](super::Control::Stop) was sent, so that what takes long is abandoned for it.
     pub(crate) fn note_stop(&self) {
-        self.stop.set();
+        self.stop.request();
     }
 
     /// Set once a stop was sent.
-    pub(super) fn stop(&self) -> &StopFlag {
+    pub(super) fn stop(&self) -> &Stop {
         &self.stop
     }
 

@@ -128,7 +128,7 @@ impl Session {
 fn build(config: &RunConfig, reporter: &Reporter) -> Result<ActionPrior, String> {
     let stages = config.task.stage_count();
     let on_stage = |stage| _ = reporter.progress(stage, stages);
-    let prior = build_prior(config, on_stage, &|| reporter.is_cancelled()).map_err(|error| error.to_string())?;
+    let prior = build_prior(config, on_stage, reporter.stop()).map_err(|error| error.to_string())?;
     prior.ok_or_else(|| "the computation was cancelled".to_owned())
 }
 

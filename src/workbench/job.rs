@@ -3,10 +3,11 @@
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::JoinHandle;
 
 use crate::memory;
+use crate::stop::Stop;
 use crate::trainer::panic_message;
 
 /// A computation on a thread of its own.
@@ -21,7 +22,7 @@ pub(crate) struct Job<T> {
 struct Shared {
     done: AtomicUsize,
     total: AtomicUsize,
-    cancelled: AtomicBool,
+    cancelled: Stop,
 }
 
 /// How much of a computation is done. Nothing can be said of it as long as `total` is 0.
@@ -54,7 +55,12 @@ impl Reporter {
 
     /// Whether the computation is to end.
     pub fn is_cancelled(&self) -> bool {
-        self.0.cancelled.load(Ordering::Relaxed)
+        self.stop().is_requested()
+    }
+
+    /// The request to end, for those who look at it themselves.
+    pub fn stop(&self) -> &Stop {
+        &self.0.cancelled
     }
 }
 
@@ -103,7 +109,7 @@ impl<T: Send + 'static> Job<T> {
 
     /// Cancels it: it ends when it next looks or reports its progress.
     pub fn cancel(&self) {
-        self.shared.cancelled.store(true, Ordering::Relaxed);
+        self.shared.cancelled.request();
     }
 }
 

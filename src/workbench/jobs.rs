@@ -2,15 +2,21 @@
 //! begins one, and its result is taken in when the session is next polled.
 
 use std::fmt;
+use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::command::Command;
 use super::job::{Job, Progress, Reporter, caught};
 use super::session::Notice;
 use super::{Session, SessionError};
+use crate::stop::Stop;
 
 /// Time between two looks at what a script waits for.
 const LOOK: Duration = Duration::from_millis(10);
+
+/// Computations of a session at the same time: more wait, so that however many are asked for, they take
+/// up no more memory than these.
+const AT_A_TIME: usize = 4;
 
 /// Takes a result into the session; what to report, or why there is none.
 type Completion = Box<dyn FnOnce(&mut Session) -> Result<String, String> + Send>;
@@ -30,6 +36,39 @@ impl fmt::Debug for Pending {
     }
 }
 
+/// Gives [`AT_A_TIME`] computations their turn.
+#[derive(Debug, Default)]
+pub(super) struct Turns {
+    taken: Mutex<usize>,
+    given_back: Condvar,
+}
+
+/// The turn of a computation, until it is dropped.
+struct Turn<'a>(&'a Turns);
+
+impl Turns {
+    /// Waits for a turn. None if the computation is cancelled before.
+    fn take(&self, stop: &Stop) -> Option<Turn<'_>> {
+        // A count stays whole whoever panics.
+        let mut taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
+        while *taken >= AT_A_TIME {
+            if stop.is_requested() {
+                return None;
+            }
+            taken = self.given_back.wait_timeout(taken, LOOK).unwrap_or_else(PoisonError::into_inner).0;
+        }
+        *taken += 1;
+        Some(Turn(self))
+    }
+}
+
+impl Drop for Turn<'_> {
+    fn drop(&mut self) {
+        *self.0.taken.lock().unwrap_or_else(PoisonError::into_inner) -= 1;
+        self.0.given_back.notify_one();
+    }
+}
+
 impl Session {
     /// Begins a computation for a command; `complete` takes its result into the session.
     pub(super) fn begin_job<T: Send + 'static>(
@@ -46,8 +85,12 @@ impl Session {
                 work(reporter)
             }
         };
+        let turns = self.turns_of_jobs.clone();
         let work = move |reporter: &Reporter| {
-            let result = caught(|| work(reporter));
+            let result = match turns.take(reporter.stop()) {
+                Some(_turn) => caught(|| work(reporter)),
+                None => Err("the computation was cancelled".to_owned()),
+            };
             Ok(Box::new(move |session: &mut Self| complete(session, result)) as Completion)
         };
         let job = Job::spawn(work).map_err(SessionError::Thread)?;
@@ -156,5 +199,30 @@ impl Session {
             (0, 0) => "nothing is under way".to_owned(),
             (runs, jobs) => format!("runs under way: {runs}; computations: {jobs}"),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::thread;
+
+    use super::*;
+
+    #[test]
+    fn so_many_computations_have_their_turn_and_the_others_wait_or_are_cancelled() {
+        let (turns, stop) = (Arc::new(Turns::default()), Stop::default());
+        let held: Vec<Turn<'_>> = (0..AT_A_TIME).map(|_| turns.take(&stop).unwrap()).collect();
+        let waiting = {
+            let (turns, stop) = (turns.clone(), stop.clone());
+            thread::spawn(move || turns.take(&stop).is_some())
+        };
+        let cancelled = Stop::default();
+        cancelled.request();
+        assert!(turns.take(&cancelled).is_none());
+        assert!(!waiting.is_finished());
+        drop(held);
+        assert!(waiting.join().unwrap());
+        assert!(turns.take(&cancelled).is_some(), "one that need not wait is not asked");
     }
 }

@@ -70,9 +70,9 @@ impl Session {
 fn search(config: &RunConfig, count: usize, reporter: &Reporter) -> Result<Vec<Region>, String> {
     let model = rollout_model(&config.prior, &config.task).map_err(|error| error.to_string())?;
     let (model, _) = model.ok_or("`uniform` predicts nothing: choose another model, such as learned or true")?;
-    let go_on = |found| reporter.progress(found, count);
-    let stop = || reporter.is_cancelled();
-    propose_subgoals(&config.task, &Stoppable::new(&*model, &stop), count, &config.guidance, config.seed, go_on)
+    let model = Stoppable::new(&*model, reporter.stop());
+    let progress = |found| _ = reporter.progress(found, count);
+    propose_subgoals(&config.task, &model, count, &config.guidance, config.seed, progress)
         .map_err(|error| error.to_string())
 }
 

@@ -9,7 +9,7 @@ use super::clusters::ClusterStore;
 use super::command::{self, Command, Epsilon, Expect, Guide, Open, Pause, Quantity, Recording, Stop, Watch};
 use super::hand_play::HandPlay;
 use super::job::Progress;
-use super::jobs::Pending;
+use super::jobs::{Pending, Turns};
 use super::journal::Journal;
 use super::run::RunView;
 use super::setup::Setup;
@@ -41,6 +41,8 @@ pub struct Session {
     pub(super) clusters: ClusterStore,
     /// What is computed in the background, in the order in which it was begun.
     pub(super) jobs: Vec<Pending>,
+    /// Whose turn it is among them.
+    pub(super) turns_of_jobs: Arc<Turns>,
     /// What happened since the last poll.
     pub(super) notices: Vec<Notice>,
     /// Computations wait as long as a test holds it.
@@ -72,6 +74,7 @@ impl Session {
             setup,
             clusters: ClusterStore::default(),
             jobs: Vec::new(),
+            turns_of_jobs: Arc::default(),
             notices: Vec::new(),
             #[cfg(test)]
             gate: Arc::default(),

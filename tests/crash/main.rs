@@ -4,6 +4,7 @@
 //!
 //! `cargo test --test crash` tries a share of the operations of each command;
 //! `cargo test --test crash -- --ignored --nocapture` tries all of them and prints how many.
+//! `MGE_CRASH_PROGRAM` names another binary than the one that was built with the test.
 //! Needs Linux and a C compiler named `cc`; without them nothing is tried, which is said.
 
 #![cfg(target_os = "linux")]
@@ -21,7 +22,11 @@ use std::sync::OnceLock;
 
 use power::{Disk, Kept};
 
-const MGE: &str = env!("CARGO_BIN_EXE_mge");
+/// The program that is tried.
+fn program() -> String {
+    std::env::var("MGE_CRASH_PROGRAM").unwrap_or_else(|_| env!("CARGO_BIN_EXE_mge").to_owned())
+}
+
 const SIGKILL: i32 = 9;
 
 /// Kinds of faults, as `faults.c` names them, with what they leave of the command.
@@ -65,7 +70,7 @@ struct Fault<'a> {
 
 /// Runs a line of arguments, in which `@` is the folder.
 fn mge(line: &str, folder: &Path, fault: Option<&Fault<'_>>) -> Output {
-    let mut command = Command::new(MGE);
+    let mut command = Command::new(program());
     command.args(line.split_whitespace().map(|word| word.replace('@', &folder.display().to_string())));
     if let (Some(fault), Some(library)) = (fault, library()) {
         command.env("LD_PRELOAD", library).env("FAULT_ROOT", fault.folder);
@@ -329,7 +334,7 @@ fn signals() {
     let resume = "resume @/run --quiet";
     for (signal, after) in [("TERM", 2), ("INT", 25), ("TERM", 26), ("INT", 60), ("TERM", 61), ("INT", 90)] {
         let line = if run.exists() { resume } else { &line };
-        let mut command = Command::new(MGE);
+        let mut command = Command::new(program());
         command.args(line.split_whitespace().map(|word| word.replace('@', &disturbed.path().display().to_string())));
         let mut child =
             command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null()).spawn().unwrap();
