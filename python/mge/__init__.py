@@ -18,8 +18,12 @@ from mge._mge import (
     Task,
     __version__,
     build_prior,
+    level_names,
     model_names,
     task_names,
+    tool_feature_names,
+    tool_features,
+    tool_numbers,
     tool_types,
 )
 from mge.environments import PuzzleEnv, PuzzleVectorEnv, register
@@ -40,6 +44,7 @@ __all__ = [
     "__version__",
     "build_prior",
     "figures",
+    "level_names",
     "model_names",
     "predict",
     "read_report",
@@ -48,6 +53,9 @@ __all__ = [
     "register",
     "rollout",
     "task_names",
+    "tool_feature_names",
+    "tool_features",
+    "tool_numbers",
     "tool_types",
     "write_report",
 ]

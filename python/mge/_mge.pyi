@@ -73,12 +73,24 @@ class State:
 class VectorCore:
     """Environments of one task, with arrays that every reset and step writes anew."""
 
-    def __new__(cls, task: Task, count: int, autoreset: str, threads: int | None = None) -> VectorCore: ...
+    def __new__(
+        cls, task: Task, count: int, autoreset: str, threads: int | None = None, tools: str | None = None
+    ) -> VectorCore: ...
+    @property
+    def tool_count(self) -> int | None:
+        """Tools among which an agent chooses; None if it has the task's own tool."""
+
+    def bounds(self) -> tuple[_Float32, _Float32]:
+        """Least and greatest values of an observation."""
+
+    def parts(self) -> list[tuple[str, list[int]]]:
+        """The parts of an observation in order: their names and shapes."""
+
     def reset(self, seeds: Sequence[int | None], mask: NDArray[np.bool_] | None = None) -> None:
         """Begins episodes, in all environments or in those of the mask."""
 
-    def step(self, actions: _Float32) -> None:
-        """One action in each environment."""
+    def step(self, places: _Float32, tools: NDArray[np.int64] | None = None) -> None:
+        """One action in each environment: a place, and the index of a tool where agents choose."""
 
     def time_alone(self, actions: _Float32) -> float:
         """Seconds in which the library alone takes these actions, steps x count x 2: what `step` is
@@ -207,6 +219,20 @@ class Figure:
 
 def task_names() -> list[str]:
     """Names of the shipped tasks."""
+
+def level_names() -> list[str]:
+    """Names of CREATE's levels: `create/NAME` is a task, `create/NAME-random` its random variant."""
+
+def tool_numbers(split: str = "all") -> NDArray[np.int64]:
+    """Numbers of the tools in a split of CREATE's catalogue, without the no-op: `"all"`, `"train"`,
+    `"validation"` or `"test"`."""
+
+def tool_features(numbers: Sequence[int]) -> _Float32:
+    """What describes tools of the catalogue, a row for each number: one-hot of the type, then properties.
+    Zeros are the no-op."""
+
+def tool_feature_names() -> list[str]:
+    """Names of the columns of `tool_features`."""
 
 def model_names() -> list[str]:
     """Names of the shipped models."""

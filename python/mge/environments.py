@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from math import prod
 from typing import Any
 
 import gymnasium
 import numpy as np
 from gymnasium.error import ClosedEnvironmentError
-from gymnasium.spaces import Box
+from gymnasium.spaces import Box, Dict, Discrete, Space
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
@@ -23,16 +24,21 @@ DEFAULT_SIZE = (480, 480)
 
 
 def register() -> None:
-    """Names the shipped tasks to Gymnasium: `mge/task1-v0` and so on, and `mge/Task-v0`, which
-    takes any task or task file as `task`."""
-    for name in [*_mge.task_names(), "Task"]:
+    """Names the tasks to Gymnasium: `mge/task1-v0` and so on; CREATE's levels, `mge/create-push-v0` and
+    `mge/create-push-random-v0`, with tools to choose among; and `mge/Task-v0`, which takes any task
+    or task file as `task`."""
+    tasks: dict[str, dict[str, str]] = {name: {"task": name} for name in _mge.task_names()}
+    for level in _mge.level_names():
+        for variant in ("", "-random"):
+            tasks[f"create-{level.lower()}{variant}"] = {"task": f"create/{level}{variant}", "tools": "train"}
+    for name, arguments in {**tasks, "Task": {}}.items():
         id = f"mge/{name}-v0"
         if id not in gymnasium.registry:
             gymnasium.register(
                 id=id,
                 entry_point="mge.environments:PuzzleEnv",
                 vector_entry_point="mge.environments:PuzzleVectorEnv",
-                kwargs={} if name == "Task" else {"task": name},
+                kwargs=arguments,
             )
 
 
@@ -40,19 +46,78 @@ def _task(task: Task | str | os.PathLike[str]) -> Task:
     return task if isinstance(task, Task) else Task(task)
 
 
-def _spaces(task: Task) -> tuple[Box, Box]:
-    low, high = task.observation_bounds
-    return Box(low, high, dtype=np.float32), Box(-1.0, 1.0, (2,), np.float32)
+class _Parts:
+    """Where the parts of an observation are in its vector, and which of them are wanted.
+
+    Args:
+        core: the environments.
+        observation: `"vector"`, or names of parts.
+    """
+
+    def __init__(self, core: _mge.VectorCore, observation: str | Sequence[str]) -> None:
+        low, high = core.bounds()
+        self._slices: dict[str, tuple[slice, tuple[int, ...]]] | None = None
+        self.space: Space[Any] = Box(low, high, dtype=np.float32)
+        if observation == "vector":
+            return
+        places, first = {}, 0
+        for name, shape in core.parts():
+            places[name] = (slice(first, first + prod(shape)), tuple(shape))
+            first += prod(shape)
+        names = [observation] if isinstance(observation, str) else list(observation)
+        for name in names:
+            if name not in places:
+                raise ValueError(f"an observation has no part {name!r}: use 'vector', or some of {list(places)}")
+        self._slices = {name: places[name] for name in names}
+        self.space = Dict(
+            {name: Box(low[at].reshape(shape), high[at].reshape(shape), shape, np.float32) for name, (at, shape) in self._slices.items()}
+        )
+
+    def of(self, rows: np.ndarray, copy: bool) -> Any:
+        """What is wanted of rows, or of one row."""
+        if self._slices is None:
+            return rows.copy() if copy else rows
+        parts = {name: rows[..., at].reshape(*rows.shape[:-1], *shape) for name, (at, shape) in self._slices.items()}
+        return {name: part.copy() for name, part in parts.items()} if copy else parts
 
 
-def _actions(actions: Any, shape: tuple[int, ...]) -> np.ndarray:
-    """Actions as float32. Wrong shapes and types are said here; what is not finite, by the library."""
-    actions = np.asarray(actions)
-    if actions.shape != shape:
-        raise ValueError(f"the actions have the shape {actions.shape}, and should have {shape}")
-    if actions.dtype.kind not in "fiu":
-        raise TypeError(f"the actions are of type {actions.dtype}, and should be numbers, such as float32")
-    return np.ascontiguousarray(actions, dtype=np.float32)
+def _action_space(core: _mge.VectorCore) -> Space[Any]:
+    place = Box(-1.0, 1.0, (2,), np.float32)
+    return place if core.tool_count is None else Dict({"index": Discrete(core.tool_count), "pos": place})
+
+
+def _numbers(values: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
+    """Numbers of any type. Wrong shapes and types are said here; what is not finite, by the library."""
+    values = np.asarray(values)
+    if values.shape != shape:
+        raise ValueError(f"the {what} have the shape {values.shape}, and should have {shape}")
+    if values.dtype.kind not in "fiu":
+        raise TypeError(f"the {what} are of type {values.dtype}, and should be numbers, such as float32")
+    return values
+
+
+def _step(core: _mge.VectorCore, actions: Any, shape: tuple[int, ...]) -> None:
+    """One action in each environment; `shape` is () for a single one."""
+    if core.tool_count is None:
+        core.step(_floats(_numbers(actions, (*shape, 2), "actions")))
+        return
+    if isinstance(actions, Mapping):
+        if set(actions) != {"index", "pos"}:
+            raise ValueError(f"an action has the parts {sorted(actions)}, and should have 'index' and 'pos'")
+        index, places = _numbers(actions["index"], shape, "indices"), _numbers(actions["pos"], (*shape, 2), "places")
+    else:
+        # As CREATE takes them: the index before the place.
+        actions = _numbers(actions, (*shape, 3), "actions")
+        index, places = actions[..., 0], actions[..., 1:]
+    if index.dtype.kind == "f":
+        if not np.isfinite(index).all():
+            raise ValueError("an index of a tool is not a finite number")
+        index = np.round(index)
+    core.step(_floats(places), np.ascontiguousarray(index, dtype=np.int64).reshape(-1))
+
+
+def _floats(places: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(places, dtype=np.float32).reshape(-1, 2)
 
 
 def _render_mode(render_mode: str | None, size: tuple[int, int]) -> None:
@@ -68,18 +133,23 @@ def _seed(seed: int | None) -> int | None:
     return None if seed is None else int(seed)
 
 
-class PuzzleEnv(gymnasium.Env[np.ndarray, np.ndarray]):
+class PuzzleEnv(gymnasium.Env[Any, Any]):
     """A puzzle: each action places one tool, then 1.33 seconds pass.
 
     Args:
-        task: a `Task`, the name of a shipped one, or the path of a task file.
+        task: a `Task`, the name of a shipped one, `"create/Push"`, or the path of a task file.
+        tools: without, the agent places the task's own tool. `"train"`, `"validation"`, `"test"` or `"all"`:
+            it chooses among 40 of CREATE's tools, which every reset draws anew from that split.
+        observation: `"vector"`, or names of its parts, such as `["objects", "tools"]`: a dictionary.
         render_mode: None or `"rgb_array"`.
         render_size: width and height of rendered images, in pixels.
 
     The observation holds 16 objects (velocity, position, one-hot type), then a one-hot of the next
-    stage; the action is the normalised place of the tool. `info` has `is_success`, `subgoals`
-    (reached), `placed` (number of tools), `placement` (`placed`, `overlap`, `collision`) and `end`
-    (why the episode is over). One seed gives one episode, bit by bit, the one of
+    stage; the action is the normalised place of the tool. With tools the observation holds 48 objects
+    with their properties, the progress, and the 40 tools; the action is `{"index": 3, "pos": [x, y]}`,
+    or CREATE's `[3, x, y]`. `info` has `is_success`, `subgoals` (reached), `placed` (number of tools),
+    `placement` (`placed`, `no_op`, `overlap`, `collision`), `end` (why the episode is over) and, with
+    tools, `tools` (their numbers in the catalogue). One seed gives one episode, bit by bit, the one of
     `mge env serve --seed`.
     """
 
@@ -88,6 +158,8 @@ class PuzzleEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     def __init__(
         self,
         task: Task | str | os.PathLike[str] = "task1",
+        tools: str | None = None,
+        observation: str | Sequence[str] = "vector",
         render_mode: str | None = None,
         render_size: tuple[int, int] = DEFAULT_SIZE,
     ) -> None:
@@ -95,15 +167,17 @@ class PuzzleEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         self.task = _task(task)
         self.render_mode = render_mode
         self.render_size = render_size
-        self.observation_space, self.action_space = _spaces(self.task)
-        self._core: _mge.VectorCore | None = _mge.VectorCore(self.task, 1, "Disabled", 1)
-        self._observations, self._rewards, self._terminated, self._truncated = self._core.arrays()
-        self._facts = self._core.facts()
+        core = _mge.VectorCore(self.task, 1, "Disabled", 1, tools)
+        self._core: _mge.VectorCore | None = core
+        self._parts = _Parts(core, observation)
+        self.observation_space, self.action_space = self._parts.space, _action_space(core)
+        self._observations, self._rewards, self._terminated, self._truncated = core.arrays()
+        self._facts = core.facts()
         self._seeded = False
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[np.ndarray, dict[str, Any]]:
+    ) -> tuple[Any, dict[str, Any]]:
         """Begins an episode. Without a seed the random numbers go on; before any seed was given
         they begin with a random one."""
         core = self._open()
@@ -112,14 +186,14 @@ class PuzzleEnv(gymnasium.Env[np.ndarray, np.ndarray]):
             seed = int(self.np_random.integers(2**63))
         core.reset([seed])
         self._seeded = True
-        return self._observations[0].copy(), self._info()
+        return self._seen(), self._info()
 
-    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Places a tool at a normalised place (clipped to [-1, 1]) if it may stand there, and lets
         1.33 seconds pass."""
-        self._open().step(_actions(action, (2,)).reshape(1, 2))
+        _step(self._open(), action, ())
         return (
-            self._observations[0].copy(),
+            self._seen(),
             float(self._rewards[0]),
             bool(self._terminated[0]),
             bool(self._truncated[0]),
@@ -137,27 +211,33 @@ class PuzzleEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         """The episode and the random numbers as they are; can be pickled."""
         return self._open().state([0])
 
-    def set_state(self, state: State) -> tuple[np.ndarray, dict[str, Any]]:
+    def set_state(self, state: State) -> tuple[Any, dict[str, Any]]:
         """Goes on from a state of an environment of the same task. Returns what `reset` does."""
         if len(state) != 1:
             raise ValueError(f"{len(state)} states cannot be that of one environment: use state[i]")
         self._open().restore([0], state)
         self._seeded = True
-        return self._observations[0].copy(), self._info()
+        return self._seen(), self._info()
 
     def close(self) -> None:
         """Ends the environment: every further use is an error. Closing twice is none."""
         self._core = None
 
+    def _seen(self) -> Any:
+        return self._parts.of(self._observations[0], copy=True)
+
     def _info(self) -> dict[str, Any]:
         facts = self._facts
-        return {
+        info = {
             "is_success": bool(facts["is_success"][0]),
             "subgoals": facts["subgoals"][0].copy(),
             "placed": int(facts["placed"][0]),
             "placement": PLACEMENTS[facts["placement"][0]],
             "end": ENDS[facts["end"][0]],
         }
+        if "tools" in facts:
+            info["tools"] = facts["tools"][0].copy()
+        return info
 
     def _open(self) -> _mge.VectorCore:
         if self._core is None:
@@ -165,12 +245,12 @@ class PuzzleEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         return self._core
 
 
-class PuzzleVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
+class PuzzleVectorEnv(VectorEnv[Any, Any, np.ndarray]):
     """Many environments of one puzzle, stepped by one call on all cores.
 
     Args:
         num_envs: number of environments.
-        task: a `Task`, the name of a shipped one, or the path of a task file.
+        task, tools, observation: as of `PuzzleEnv`.
         autoreset_mode: what happens after the end of an episode, as in Gymnasium: `NEXT_STEP`,
             `SAME_STEP` or `DISABLED`.
         copy: whether `reset` and `step` return observations of their own. Without, they return one
@@ -194,6 +274,8 @@ class PuzzleVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         num_threads: int | None = None,
         render_mode: str | None = None,
         render_size: tuple[int, int] = DEFAULT_SIZE,
+        tools: str | None = None,
+        observation: str | Sequence[str] = "vector",
     ) -> None:
         _render_mode(render_mode, render_size)
         self.autoreset_mode = AutoresetMode(autoreset_mode)
@@ -203,14 +285,14 @@ class PuzzleVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self.render_mode = render_mode
         self.render_size = render_size
         self.copy = copy
-        self.single_observation_space, self.single_action_space = _spaces(self.task)
+        core = _mge.VectorCore(self.task, num_envs, self.autoreset_mode.value, num_threads, tools)
+        self._core: _mge.VectorCore | None = core
+        self._parts = _Parts(core, observation)
+        self.single_observation_space, self.single_action_space = self._parts.space, _action_space(core)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._core: _mge.VectorCore | None = _mge.VectorCore(
-            self.task, num_envs, self.autoreset_mode.value, num_threads
-        )
-        self._observations, self._rewards, self._terminated, self._truncated = self._core.arrays()
-        self._facts = self._core.facts()
+        self._observations, self._rewards, self._terminated, self._truncated = core.arrays()
+        self._facts = core.facts()
         self._seeded = np.zeros(num_envs, dtype=np.bool_)
 
     def reset(
@@ -218,7 +300,7 @@ class PuzzleVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         *,
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
-    ) -> tuple[np.ndarray, dict[str, Any]]:
+    ) -> tuple[Any, dict[str, Any]]:
         """Begins episodes.
 
         Args:
@@ -243,12 +325,11 @@ class PuzzleVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._seeded |= True if mask is None else mask
         return self._seen(), self._infos(self._facts, mask)
 
-    def step(
-        self, actions: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """One action in each environment: normalised places of tools, num_envs x 2."""
+    def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """One action in each environment: normalised places of tools, num_envs x 2. With tools
+        `{"index": ..., "pos": ...}` of num_envs and num_envs x 2, or num_envs x 3."""
         core = self._open()
-        core.step(_actions(actions, (self.num_envs, 2)))
+        _step(core, actions, (self.num_envs,))
         infos: dict[str, Any] = {}
         if self.autoreset_mode == AutoresetMode.SAME_STEP and (ended := core.ended()) is not None:
             self._add_final(infos, *ended)
@@ -268,7 +349,7 @@ class PuzzleVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         pickled; `state[i]` is one of them."""
         return self._open().state(self._indices(indices))
 
-    def set_state(self, state: State, indices: Sequence[int] | None = None) -> np.ndarray:
+    def set_state(self, state: State, indices: Sequence[int] | None = None) -> Any:
         """Goes on from states of environments of the same task: one for each of these environments
         (all without indices), or one for all of them. Returns the observations of all."""
         places = self._indices(indices)
@@ -306,8 +387,8 @@ class PuzzleVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             raise ValueError("options['reset_mask'] names no environment")
         return mask
 
-    def _seen(self) -> np.ndarray:
-        return self._observations.copy() if self.copy else self._observations
+    def _seen(self) -> Any:
+        return self._parts.of(self._observations, self.copy)
 
     def _infos(self, facts: dict[str, np.ndarray], mask: np.ndarray | None) -> dict[str, Any]:
         """Facts in the form of Gymnasium's vector environments: each with a mask of who has it."""
@@ -331,7 +412,7 @@ class PuzzleVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         mask[which] = True
         final = np.full(self.num_envs, None, dtype=object)
         for i, row in zip(which, observations, strict=True):
-            final[i] = row
+            final[i] = self._parts.of(row, copy=False)
         spread = {name: np.zeros((self.num_envs, *values.shape[1:]), values.dtype) for name, values in facts.items()}
         for name, values in facts.items():
             spread[name][which] = values

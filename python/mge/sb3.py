@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from gymnasium.spaces import Box
 from gymnasium.vector import AutoresetMode
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
@@ -23,15 +24,26 @@ class PuzzleVecEnv(VecEnv):
         task: a `Task`, the name of a shipped one, or the path of a task file.
         num_envs: number of environments.
         num_threads: threads to step on; all cores without.
+        tools, observation: as of `PuzzleEnv`. With tools an action is three numbers in [-1, 1], since these
+            agents have no actions of two kinds: the first names the tool, by equal parts of its range.
     """
 
     def __init__(
-        self, task: Task | str | os.PathLike[str] = "task1", num_envs: int = 1, num_threads: int | None = None
+        self,
+        task: Task | str | os.PathLike[str] = "task1",
+        num_envs: int = 1,
+        num_threads: int | None = None,
+        tools: str | None = None,
+        observation: str | Sequence[str] = "vector",
     ) -> None:
-        self.envs = PuzzleVectorEnv(num_envs, task, AutoresetMode.SAME_STEP, num_threads=num_threads)
+        self.envs = PuzzleVectorEnv(
+            num_envs, task, AutoresetMode.SAME_STEP, num_threads=num_threads, tools=tools, observation=observation
+        )
         self.render_mode = None
-        self._actions = np.zeros((num_envs, 2), np.float32)
-        super().__init__(num_envs, self.envs.single_observation_space, self.envs.single_action_space)
+        self._tools = 0 if tools is None else int(self.envs.single_action_space["index"].n)
+        numbers = 2 if tools is None else 3
+        self._actions = np.zeros((num_envs, numbers), np.float32)
+        super().__init__(num_envs, self.envs.single_observation_space, Box(-1.0, 1.0, (numbers,), np.float32))
 
     def reset(self) -> VecEnvObs:
         # `seed()` keeps the seeds for the next reset.
@@ -44,7 +56,11 @@ class PuzzleVecEnv(VecEnv):
         self._actions = actions
 
     def step_wait(self) -> VecEnvStepReturn:
-        observations, rewards, terminated, truncated, infos = self.envs.step(self._actions)
+        actions: Any = self._actions
+        if self._tools:
+            part = np.floor((actions[:, 0] + 1) / 2 * self._tools)
+            actions = {"index": np.clip(part, 0, self._tools - 1).astype(np.int64), "pos": actions[:, 1:]}
+        observations, rewards, terminated, truncated, infos = self.envs.step(actions)
         dones = terminated | truncated
         each: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for i in np.flatnonzero(dones):

@@ -34,6 +34,87 @@ def test_gymnasium_finds_no_fault(name):
     check_env(gymnasium.make(f"mge/{name}-v0", render_mode="rgb_array").unwrapped)
 
 
+@pytest.mark.parametrize("level", mge.level_names())
+@pytest.mark.parametrize("variant", ["", "-random"])
+@pytest.mark.filterwarnings("ignore:.*infinity.*")
+def test_gymnasium_finds_no_fault_with_the_levels_of_create(level, variant):
+    env = gymnasium.make(f"mge/create-{level.lower()}{variant}-v0", render_mode="rgb_array", render_size=(84, 84))
+    check_env(env.unwrapped)
+    assert env.action_space["index"].n == 40
+    parts = gymnasium.make(env.spec.id, tools="test", observation=["objects", "progress", "tools"]).unwrapped
+    check_env(parts, skip_render_check=True)
+    observation, info = parts.reset(seed=1)
+    assert (observation["tools"] == mge.tool_features(info["tools"])).all()
+
+
+def test_a_level_of_create_plays_with_its_own_tool_too():
+    env = gymnasium.make("mge/create-push-v0", tools=None)
+    assert env.action_space.shape == (2,)
+    assert "tools" not in env.reset(seed=0)[1]
+
+
+@pytest.mark.parametrize("observation", ["vector", ["tools", "objects"]])
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_vector_with_tools_is_as_many_single_environments(threads, observation):
+    settings = {"task": "create/Ladder-random", "tools": "train", "observation": observation}
+    check_vector(
+        lambda n, mode: mge.PuzzleVectorEnv(n, autoreset_mode=mode, num_threads=threads, **settings),
+        lambda: mge.PuzzleEnv(**settings),
+        steps=100,
+    )
+
+
+def test_an_action_with_a_tool_is_a_dictionary_or_as_in_create():
+    envs = mge.PuzzleVectorEnv(3, "create/Push", tools="train")
+
+    def step(actions):
+        _, infos = envs.reset(seed=2)
+        observations, *_, after = envs.step(actions)
+        assert (infos["tools"] == after["tools"]).all() and infos["tools"].shape == (3, 40)
+        return observations, after["placement"].tolist()
+
+    index, places = np.array([1, 0, 39]), np.array([[-0.5, 0.9], [0, 0], [0.5, -0.9]], np.float32)
+    observations, placements = step({"index": index, "pos": places})
+    assert placements[1] == "no_op" and placements[0] != "no_op"
+    again = step(np.column_stack([index, places]))
+    assert (again[0] == observations).all() and again[1] == placements
+    one = mge.PuzzleEnv("create/Push", tools="train")
+    one.reset(seed=2)
+    assert (one.step({"index": 1, "pos": places[0]})[0] == observations[0]).all()
+    for wrong, error, message in [
+        (places, ValueError, r"shape \(3, 2\), and should have \(3, 3\)"),
+        ({"index": index}, ValueError, "'index' and 'pos'"),
+        ({"index": index[:2], "pos": places}, ValueError, "indices have the shape"),
+        ({"index": index == 1, "pos": places}, TypeError, "indices are of type bool"),
+        ({"index": [0, 0, 40], "pos": places}, ValueError, "environment 2 asks for tool 40"),
+        ({"index": [0, -1, 0], "pos": places}, ValueError, "environment 1 asks for tool -1"),
+        ({"index": [0, np.nan, 0], "pos": places}, ValueError, "not a finite number"),
+        ({"index": index, "pos": places * np.nan}, ValueError, "NaN"),
+    ]:
+        state = pickle.dumps(envs.get_state())
+        with pytest.raises(error, match=message):
+            envs.step(wrong)
+        assert pickle.dumps(envs.get_state()) == state
+    with pytest.raises(ValueError, match="unknown tools `best`"):
+        mge.PuzzleEnv("create/Push", tools="best")
+    with pytest.raises(ValueError, match="no part 'smell'"):
+        mge.PuzzleEnv("create/Push", tools="all", observation="smell")
+    with pytest.raises(ValueError, match="tools"):
+        mge.PuzzleEnv("create/Push", tools="test").set_state(one.get_state())
+
+
+def test_the_catalogue_of_tools():
+    assert len(mge.tool_numbers()) == 2365
+    splits = [set(mge.tool_numbers(split).tolist()) for split in ("train", "validation", "test")]
+    assert not (splits[0] & splits[1] | splits[0] & splits[2] | splits[1] & splits[2])
+    features = mge.tool_features([0, 2365])
+    assert features.shape == (2, len(mge.tool_feature_names())) and features[0].any() and not features[1].any()
+    with pytest.raises(ValueError, match="no tool 2366"):
+        mge.tool_features([2366])
+    with pytest.raises(ValueError, match="unknown tools"):
+        mge.tool_numbers("none")
+
+
 @pytest.mark.parametrize("name", ["task1", "task6", "noisy"])
 @pytest.mark.parametrize("threads", [1, 2, None])
 def test_a_vector_is_as_many_single_environments(name, threads, noisy):
@@ -118,6 +199,17 @@ def test_success_is_known():
             assert (final["end"][final["is_success"]] == "goal").all()
             assert terminated[final["is_success"]].all() and (rewards[final["is_success"]] > 5).all()
     assert goals > 0
+
+
+def test_states_with_tools_go_on_as_the_original():
+    envs, others = (mge.PuzzleVectorEnv(3, "create/Moving-random", tools="all") for _ in range(2))
+    envs.reset(seed=3)
+    envs.action_space.seed(1)
+    for _ in range(30):
+        others.set_state(pickle.loads(pickle.dumps(envs.get_state())))
+        action = envs.action_space.sample()
+        got, expected = others.step(action), envs.step(action)
+        assert got[0].tobytes() == expected[0].tobytes() and (got[4]["tools"] == expected[4]["tools"]).all()
 
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))

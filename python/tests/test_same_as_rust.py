@@ -11,13 +11,12 @@ import mge
 EPISODES_PER_TASK = 100
 
 
-def served(program, task, seed, actions, episodes):
-    """Episodes of `mge env serve` as lists of observations, rewards and ends; each takes the actions
-    in turn."""
+def served(program, task, seed, actions, episodes, tools=None):
+    """Episodes of `mge env serve` as lists of observations, rewards and ends, and the tools of each;
+    each takes the actions in turn: a place, and before it an index with tools."""
     requests = [{"command": "reset", "seed": seed}]
-    process = subprocess.Popen(
-        [program, "env", "serve", task], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1
-    )
+    command = [program, "env", "serve", task, *([] if tools is None else ["--tools", tools])]
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
 
     def ask(request):
         process.stdin.write(json.dumps(request) + "\n")
@@ -29,11 +28,14 @@ def served(program, task, seed, actions, episodes):
     played, turn = [], iter(actions)
     for episode in range(episodes):
         answer = ask(requests[0] if episode == 0 else {"command": "reset"})
+        inventory = answer.get("tools")
         steps = [(answer["observation"], 0.0, False, False)]
         while not (steps[-1][2] or steps[-1][3]):
-            answer = ask({"command": "step", "action": [float(value) for value in next(turn)]})
+            *index, x, y = next(turn)
+            request = {"command": "step", "action": [float(x), float(y)]}
+            answer = ask(request | {"tool": int(part) for part in index})
             steps.append((answer["observation"], answer["reward"], answer["terminated"], answer["truncated"]))
-        played.append(steps)
+        played.append((steps, inventory))
     ask({"command": "close"})
     process.wait(timeout=10)
     process.stdin.close()
@@ -55,14 +57,31 @@ def test_episodes_are_those_of_the_rust_environment(program, name, tmp_path):
     seed = 1000
     actions = np.random.default_rng(7).uniform(-1, 1, (EPISODES_PER_TASK * 60, 2)).astype(np.float32)
     expected = served(program, task, seed, actions, EPISODES_PER_TASK)
-    vector = mge.PuzzleVectorEnv(1, task)
+    compare(mge.PuzzleVectorEnv(1, task), seed, actions, expected)
+
+
+@pytest.mark.parametrize("level", mge.level_names())
+@pytest.mark.parametrize("variant", ["", "-random"])
+def test_episodes_with_tools_are_those_of_the_rust_environment(program, level, variant):
+    task, seed, episodes = f"create/{level}{variant}", 500, 5
+    random = np.random.default_rng(8)
+    actions = np.column_stack([random.integers(0, 40, episodes * 60), random.uniform(-1, 1, (episodes * 60, 2))])
+    actions = actions.astype(np.float32)
+    for tools in ("train", "test"):
+        expected = served(program, task, seed, actions, episodes, tools)
+        compare(mge.PuzzleVectorEnv(1, task, tools=tools), seed, actions, expected)
+
+
+def compare(vector, seed, actions, expected):
     turn = iter(actions)
-    observations, _ = vector.reset(seed=seed)
-    for number, steps in enumerate(expected):
+    observations, infos = vector.reset(seed=seed)
+    for number, (steps, inventory) in enumerate(expected):
         if number > 0:
             # The step after the end begins the next episode and ignores its action.
-            observations, rewards, terminated, truncated, _ = vector.step(np.zeros((1, 2)))
+            observations, rewards, terminated, truncated, infos = vector.step(np.zeros((1, actions.shape[1])))
             assert (rewards[0], terminated[0], truncated[0]) == (0, False, False)
+        if inventory is not None:
+            assert infos["tools"][0].tolist() == inventory
         for place, (observation, reward, terminated, truncated) in enumerate(steps):
             where = f"episode {number}, step {place}"
             if place > 0:

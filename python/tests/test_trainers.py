@@ -16,18 +16,22 @@ def check_learning(model, before, after):
     assert model.num_timesteps >= STEPS
     assert any((old != new).any() for old, new in zip(before, after(), strict=True)), "nothing was learned"
     action, _ = model.predict(np.zeros((1, model.observation_space.shape[0]), np.float32), deterministic=True)
-    assert action.shape == (1, 2) and np.isfinite(action).all()
+    assert action.shape == (1, *model.action_space.shape) and np.isfinite(action).all()
 
 
-@pytest.mark.parametrize("vector", [False, True])
-def test_td3_of_stable_baselines3(vector):
+@pytest.mark.parametrize("kind", ["single", "vector", "tools"])
+def test_td3_of_stable_baselines3(kind):
     import torch
     from mge.sb3 import PuzzleVecEnv
     from stable_baselines3 import TD3
     from stable_baselines3.common.vec_env import VecMonitor
 
     torch.set_num_threads(1)
-    env = VecMonitor(PuzzleVecEnv("task1", 4)) if vector else gymnasium.make("mge/task1-v0")
+    env = {
+        "single": lambda: gymnasium.make("mge/task1-v0"),
+        "vector": lambda: VecMonitor(PuzzleVecEnv("task1", 4)),
+        "tools": lambda: VecMonitor(PuzzleVecEnv("create/Push-random", 4, tools="train")),
+    }[kind]()
     model = TD3("MlpPolicy", env, learning_starts=100, policy_kwargs={"net_arch": [32, 32]}, seed=0)
 
     def weights():

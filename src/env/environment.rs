@@ -36,6 +36,8 @@ pub struct Environment {
     split: Option<ToolSplit>,
     /// None if the agent has the task's own tool.
     set: Option<ActionSet>,
+    /// The start of every episode, where it is the same for all.
+    first: Option<Arc<Snapshot>>,
     now: Snapshot,
     pictures: Option<Arc<Pictures>>,
 }
@@ -51,7 +53,9 @@ impl Environment {
     pub fn shifted(task: Arc<Task>, shift: [f32; 2]) -> Self {
         let now = Snapshot::new(&task, shift);
         let start = Start { shift, ..Start::default() };
-        Self { loaded: task.clone(), task, start, split: None, set: None, now, pictures: None }
+        let is_first = shift == [0.0; 2] && task.shifts.is_empty();
+        let first = is_first.then(|| Arc::new(now.clone()));
+        Self { loaded: task.clone(), task, start, split: None, set: None, first, now, pictures: None }
     }
 
     /// The agent chooses among an action set of CREATE's tools, which every [`reset`](Self::reset)
@@ -122,7 +126,11 @@ impl Environment {
         if self.split.is_some() {
             self.set = Some(ActionSet::of_catalogue(&start.tools));
         }
-        self.now = Snapshot::new(&self.task, start.shift);
+        match &self.first {
+            // Into the memory of the episode before, which is as large as this one will need.
+            Some(first) if start.shift == [0.0; 2] => self.now.clone_from(first),
+            _ => self.now = Snapshot::new(&self.task, start.shift),
+        }
         self.start = start;
     }
 

@@ -32,7 +32,7 @@ fn first_subgoal(task: &Task) -> usize {
 }
 
 /// Everything that changes during an episode. Cheap enough to take by the thousand.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Snapshot {
     world: World,
     start: [f32; 2],
@@ -48,6 +48,22 @@ pub struct Snapshot {
     end: Option<EndReason>,
     reasons: Vec<EndReason>,
 }
+
+crate::physics::clone_fields!(Snapshot {
+    world,
+    start,
+    placed,
+    reached,
+    reached_by_marker,
+    goal,
+    goal_touched,
+    marker_touched,
+    target_moved,
+    actions,
+    still,
+    end,
+    reasons,
+});
 
 impl Snapshot {
     pub(super) fn new(task: &Task, shift: [f32; 2]) -> Self {

@@ -26,4 +26,4 @@ pub use environment::{Environment, Start};
 pub use episode::{Snapshot, ball_names};
 pub use image::{IMAGE_LEN, IMAGE_SIDE, Pictures, PicturesError};
 pub use observation::{OBJECT_FEATURES, OBJECT_SLOTS, VELOCITY_SCALE, observation_bounds, observation_len};
-pub use vector::{Autoreset, Info, Outcome, State, VectorEnvironment, VectorError};
+pub use vector::{Autoreset, Ended, Info, Outcome, State, VectorEnvironment, VectorError};

@@ -12,7 +12,7 @@ use super::description::ObservationPart;
 use super::environment::{Environment, Start};
 use super::episode::Snapshot;
 use super::image::{IMAGE_LEN, Pictures};
-use crate::physics::ToolSplit;
+use crate::physics::{ACTION_SET, ToolSplit};
 use crate::streams::Stream;
 use crate::task::Task;
 
@@ -46,11 +46,21 @@ pub struct Outcome {
     pub truncated: bool,
     /// The episode as it is now.
     pub info: Info,
-    /// Last observation of the episode that this step ended and the facts about it, where the
-    /// next one has already begun.
-    pub ended: Option<(Vec<f32>, Info)>,
+    /// The episode that this step ended, where the next one has already begun.
+    pub ended: Option<Ended>,
     /// The last image of that episode, if images are wanted.
     pub ended_image: Option<Vec<u8>>,
+}
+
+/// The end of an episode.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Ended {
+    /// Its last observation.
+    pub observation: Vec<f32>,
+    /// The facts about it.
+    pub info: Info,
+    /// Numbers of the tools in its action set, where the agent chooses among tools.
+    pub tools: Vec<usize>,
 }
 
 /// Facts about an episode: what is known beyond observation and reward.
@@ -310,6 +320,21 @@ impl VectorEnvironment {
         self.players.first().map_or(Vec::new(), |player| player.env.observation_parts())
     }
 
+    /// Least and greatest values of observations; what has no bound is infinite.
+    pub fn observation_bounds(&self) -> [Vec<f32>; 2] {
+        self.players.first().map_or([const { Vec::new() }; 2], |player| player.env.observation_bounds())
+    }
+
+    /// Tools among which an agent chooses, the no-op included; none if it has the task's own tool.
+    pub fn tool_count(&self) -> Option<usize> {
+        self.split.map(|_| ACTION_SET)
+    }
+
+    /// The tools among which agents choose, by environment; nothing where they have the task's own.
+    pub fn action_sets(&self) -> impl Iterator<Item = &ActionSet> {
+        self.players.iter().filter_map(|player| player.env.action_set())
+    }
+
     /// What the latest reset or step brought, by environment.
     pub fn outcomes(&self) -> impl ExactSizeIterator<Item = &Outcome> + Clone {
         self.players.iter().map(|player| &player.outcome)
@@ -449,9 +474,10 @@ impl Player {
                 self.env.draw(&mut image);
                 image.to_vec()
             });
+            let tools = self.env.start().tools.clone();
             observation.copy_from_slice(&self.reset());
             let begun = std::mem::take(&mut self.outcome.info);
-            let ended = Some((step.observation, info));
+            let ended = Some(Ended { observation: step.observation, info, tools });
             self.outcome = Outcome { reward, terminated, truncated, info: begun, ended, ended_image };
         } else {
             observation.copy_from_slice(&step.observation);

@@ -71,7 +71,7 @@ struct Thread {
 }
 
 /// The broad phase.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(super) struct BroadPhase {
     nodes: Vec<Node>,
     free_nodes: Vec<u32>,
@@ -86,6 +86,19 @@ pub(super) struct BroadPhase {
     leaves: Vec<u32>,
     stamp: u64,
 }
+
+super::clone_fields!(BroadPhase {
+    nodes,
+    free_nodes,
+    pairs,
+    free_pairs,
+    moving,
+    resting,
+    table,
+    entries,
+    leaves,
+    stamp,
+});
 
 impl Default for BroadPhase {
     fn default() -> Self {

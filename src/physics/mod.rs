@@ -28,6 +28,25 @@
 //! the other four launches a see-saw or hinge lies against its limit and jitters there; a
 //! difference in the last bit grows within 60 steps, the ball agrees to 1e-5 units.
 
+/// `Clone` of a struct by its fields whose `clone_from` keeps their memory, as the derived one does not:
+/// states are put back by the thousand.
+macro_rules! clone_fields {
+    ($name:ty { $($field:ident),+ $(,)? }) => {
+        // Of numbers too, so that the same lines serve every field.
+        #[allow(clippy::clone_on_copy)]
+        impl Clone for $name {
+            fn clone(&self) -> Self {
+                Self { $($field: self.$field.clone()),+ }
+            }
+
+            fn clone_from(&mut self, source: &Self) {
+                $(self.$field.clone_from(&source.$field);)+
+            }
+        }
+    };
+}
+pub(crate) use clone_fields;
+
 mod body;
 mod broad;
 mod catalogue;

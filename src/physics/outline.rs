@@ -183,6 +183,15 @@ impl Outline {
         }
     }
 
+    /// Becomes the outline of a body's frame in the world, as [`placed`](Self::placed) has it.
+    pub fn place(&mut self, local: &Self, frame: &Frame) {
+        match (&mut *self, local) {
+            // Nearly all that moves: a disc need not take the corners of a polygon along.
+            (Self::Disc { centre, .. }, Self::Disc { centre: local, .. }) => *centre = frame.point(*local),
+            _ => *self = local.placed(frame),
+        }
+    }
+
     pub fn bounds(&self) -> Bounds {
         match self {
             Self::Disc { centre, radius } => around(*centre, *centre, *radius),

@@ -41,9 +41,9 @@ impl World {
         self.moved.clear();
         for &index in &self.awake {
             let body = &self.bodies[index as usize];
-            if let Some(outline) = body.outline {
+            if let Some(outline) = &body.outline {
                 let shape = &mut self.shapes[body.shape as usize];
-                shape.outline = outline.placed(&body.frame());
+                shape.outline.place(outline, &body.frame());
                 shape.bounds = shape.outline.bounds();
             }
         }

@@ -35,7 +35,7 @@ enum Mover {
 
 /// Bodies, tools and sensors under gravity. Cloning takes a snapshot; assigning the
 /// clone back restores it exactly.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct World {
     pub(super) gravity: Vector,
     /// The ground, then bodies in the order in which they were added.
@@ -67,6 +67,29 @@ pub struct World {
     /// Buffer of a step.
     pub(super) candidates: Vec<Candidate>,
 }
+
+super::clone_fields!(World {
+    gravity,
+    bodies,
+    shapes,
+    next_number,
+    joints,
+    awake,
+    active_joints,
+    broad,
+    contacts,
+    free_contacts,
+    order,
+    links,
+    step,
+    balls,
+    tools,
+    tool_shapes,
+    sensors,
+    touches,
+    moved,
+    candidates,
+});
 
 impl World {
     /// An empty world; gravity in units per second squared.
@@ -350,18 +373,17 @@ impl World {
 
     /// Whether two balls overlap now.
     pub fn touches_ball(&self, ball: usize, other: usize) -> bool {
-        let outline = self.now(self.balls[other].0);
-        self.overlaps_ball(ball, &outline, 0)
+        self.overlaps_ball(ball, self.now(self.balls[other].0), 0)
     }
 
     fn overlaps_ball(&self, ball: usize, outline: &Outline, number: u64) -> bool {
-        overlap(&self.now(self.balls[ball].0), outline, number)
+        overlap(self.now(self.balls[ball].0), outline, number)
     }
 
     /// A body's outline where the latest step's detection had it: a rule may have moved the
     /// body since.
-    fn now(&self, body: u32) -> Outline {
-        self.shapes[self.bodies[body as usize].shape as usize].outline
+    fn now(&self, body: u32) -> &Outline {
+        &self.shapes[self.bodies[body as usize].shape as usize].outline
     }
 
     /// The first object whose shape overlaps `tool`'s: balls, sensors, then tools.
@@ -370,7 +392,7 @@ impl World {
         let bounds = outline.bounds();
         let ball = |&ball: &usize| {
             let other = self.now(self.balls[ball].0);
-            other.bounds().intersects(&bounds) && overlap(&other, &outline, 0)
+            other.bounds().intersects(&bounds) && overlap(other, &outline, 0)
         };
         let near = |shape: u32| {
             let shape = &self.shapes[shape as usize];

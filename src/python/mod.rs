@@ -12,6 +12,7 @@ mod pool;
 mod prior;
 mod runs;
 mod task;
+mod tools;
 mod vector;
 
 use pyo3::prelude::*;
@@ -30,6 +31,10 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<prior::Actor>()?;
     module.add_class::<figures::Figure>()?;
     module.add_function(wrap_pyfunction!(task::task_names, module)?)?;
+    module.add_function(wrap_pyfunction!(task::level_names, module)?)?;
+    module.add_function(wrap_pyfunction!(tools::tool_numbers, module)?)?;
+    module.add_function(wrap_pyfunction!(tools::tool_features, module)?)?;
+    module.add_function(wrap_pyfunction!(tools::tool_feature_names, module)?)?;
     module.add_function(wrap_pyfunction!(vector::words, module)?)?;
     module.add_function(wrap_pyfunction!(model::rollout, module)?)?;
     module.add_function(wrap_pyfunction!(model::model_names, module)?)?;

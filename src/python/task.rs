@@ -93,3 +93,9 @@ impl Task {
 pub fn task_names() -> Vec<&'static str> {
     shipped_names().collect()
 }
+
+/// Names of CREATE's levels: `create/NAME` is a task, `create/NAME-random` its random variant.
+#[pyfunction]
+pub fn level_names() -> Vec<&'static str> {
+    task::level_names().collect()
+}

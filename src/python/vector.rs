@@ -13,15 +13,16 @@ use pyo3::types::PyDict;
 use super::error::{exception, vector_exception};
 use super::pool::pool;
 use super::task::Task;
-use crate::env::{self, Autoreset, EndReason, Info, Placement, VectorEnvironment};
+use crate::env::{self, Action, ActionSet, Autoreset, Choice, EndReason, Info, Placement, VectorEnvironment};
 use crate::figures::{Animation, Figure, Moment};
-use crate::physics::{PHYSICS_DT, to_normalised};
+use crate::physics::{PHYSICS_DT, ToolSplit, to_normalised};
 
 /// Fewer environments than these are stepped on the caller's thread: handing over would take longer.
 const FEW: usize = 64;
 
 /// What became of a tool, by its code; 0 is "not known yet".
-const PLACEMENTS: [Placement; 4] = [Placement::Placed, Placement::Overlap, Placement::Collision, Placement::Invalid];
+const PLACEMENTS: [Placement; 5] =
+    [Placement::Placed, Placement::Overlap, Placement::Collision, Placement::Invalid, Placement::NoOp];
 /// Why an episode is over, by its code; 0 is "it is not".
 const ENDS: [EndReason; 5] =
     [EndReason::Goal, EndReason::OutOfBounds, EndReason::MarkerOut, EndReason::Standstill, EndReason::MaxActions];
@@ -48,6 +49,8 @@ struct Facts {
     placed: Py<PyArray1<i64>>,
     placement: Py<PyArray1<u8>>,
     end: Py<PyArray1<u8>>,
+    /// Numbers of the tools in the action sets, where agents choose among tools.
+    tools: Option<Py<PyArray2<i64>>>,
 }
 
 fn zeros<T: Element>(py: Python<'_>, count: usize) -> Py<PyArray1<T>> {
@@ -62,10 +65,12 @@ fn fill<T: Element>(py: Python<'_>, array: &Py<PyArray1<T>>, values: impl Iterat
 }
 
 impl Facts {
-    fn new(py: Python<'_>, count: usize, subgoals: usize) -> Self {
+    fn new(py: Python<'_>, count: usize, env: &VectorEnvironment) -> Self {
+        let tools = env.tool_count().map(|tools| PyArray2::zeros(py, [count, tools], false).unbind());
         Self {
+            tools,
             success: zeros(py, count),
-            subgoals: PyArray2::zeros(py, [count, subgoals], false).unbind(),
+            subgoals: PyArray2::zeros(py, [count, env.task().subgoals.len()], false).unbind(),
             placed: zeros(py, count),
             placement: zeros(py, count),
             end: zeros(py, count),
@@ -83,6 +88,14 @@ impl Facts {
         Ok(())
     }
 
+    /// Notes the numbers of the tools in action sets.
+    fn note_tools(&self, py: Python<'_>, numbers: impl Iterator<Item = usize>) -> PyResult<()> {
+        let Some(tools) = &self.tools else { return Ok(()) };
+        let mut tools = tools.bind(py).try_readwrite()?;
+        tools.as_slice_mut()?.iter_mut().zip(numbers).for_each(|(slot, number)| *slot = number as i64);
+        Ok(())
+    }
+
     fn dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
         dict.set_item("is_success", &self.success)?;
@@ -90,6 +103,9 @@ impl Facts {
         dict.set_item("placed", &self.placed)?;
         dict.set_item("placement", &self.placement)?;
         dict.set_item("end", &self.end)?;
+        if let Some(tools) = &self.tools {
+            dict.set_item("tools", tools)?;
+        }
         Ok(dict)
     }
 }
@@ -109,8 +125,15 @@ pub struct VectorCore {
 #[pymethods]
 impl VectorCore {
     #[new]
-    #[pyo3(signature = (task, count, autoreset, threads = None))]
-    fn new(py: Python<'_>, task: &Task, count: usize, autoreset: &str, threads: Option<usize>) -> PyResult<Self> {
+    #[pyo3(signature = (task, count, autoreset, threads = None, tools = None))]
+    fn new(
+        py: Python<'_>,
+        task: &Task,
+        count: usize,
+        autoreset: &str,
+        threads: Option<usize>,
+        tools: Option<&str>,
+    ) -> PyResult<Self> {
         let autoreset = match autoreset {
             "NextStep" => Autoreset::NextStep,
             "SameStep" => Autoreset::SameStep,
@@ -123,14 +146,18 @@ impl VectorCore {
         if count == 0 || threads == Some(0) {
             return Err(PyValueError::new_err("the numbers of environments and of threads are at least 1"));
         }
-        let env = VectorEnvironment::new(task.0.clone(), count, autoreset);
+        let tools: Option<ToolSplit> = tools.map(str::parse).transpose().map_err(PyValueError::new_err)?;
+        let env = match tools {
+            None => VectorEnvironment::new(task.0.clone(), count, autoreset),
+            Some(tools) => VectorEnvironment::with_tools(task.0.clone(), tools, count, autoreset),
+        };
         Ok(Self {
             threads,
             observations: PyArray2::zeros(py, [count, env.observation_len()], false).unbind(),
             rewards: zeros(py, count),
             terminated: zeros(py, count),
             truncated: zeros(py, count),
-            facts: Facts::new(py, count, task.0.subgoals.len()),
+            facts: Facts::new(py, count, &env),
             env,
         })
     }
@@ -157,27 +184,51 @@ impl VectorCore {
         self.note(py)
     }
 
-    /// One action in each environment.
-    fn step(&mut self, py: Python<'_>, actions: PyReadonlyArray2<'_, f32>) -> PyResult<()> {
+    /// Tools among which an agent chooses; None if it has the task's own tool.
+    #[getter]
+    fn tool_count(&self) -> Option<usize> {
+        self.env.tool_count()
+    }
+
+    /// Least and greatest values of an observation, float32.
+    fn bounds<'py>(&self, py: Python<'py>) -> [Bound<'py, PyArray1<f32>>; 2] {
+        self.env.observation_bounds().map(|bounds| bounds.into_pyarray(py))
+    }
+
+    /// The parts of an observation in order: their names and shapes.
+    fn parts(&self) -> Vec<(&'static str, Vec<usize>)> {
+        self.env.observation_parts().into_iter().map(|part| (part.name, part.shape)).collect()
+    }
+
+    /// One action in each environment: a place, and the index of a tool where agents choose.
+    #[pyo3(signature = (places, tools = None))]
+    fn step(
+        &mut self,
+        py: Python<'_>,
+        places: PyReadonlyArray2<'_, f32>,
+        tools: Option<PyReadonlyArray1<'_, i64>>,
+    ) -> PyResult<()> {
         let count = self.env.count();
-        if actions.shape() != [count, 2] {
-            let found = actions.shape();
+        if places.shape() != [count, 2] {
+            let found = places.shape();
             return Err(PyValueError::new_err(format!(
                 "the actions have the shape {found:?}, and should have [{count}, 2]"
             )));
         }
-        let (actions, _) = actions.as_slice()?.as_chunks::<2>();
-        let mut observations = self.observations.bind(py).try_readwrite()?;
-        let (rows, env) = (observations.as_slice_mut()?, &mut self.env);
-        let stepped = if self.threads == Some(1) || count < FEW {
-            py.detach(|| env.step(actions, rows))
-        } else {
-            let pool = pool(self.threads)?;
-            py.detach(|| pool.install(|| env.par_step(actions, rows)))
-        };
-        stepped.map_err(|error| vector_exception(py, error))?;
-        drop(observations);
-        self.note(py)
+        let (places, _) = places.as_slice()?.as_chunks::<2>();
+        match tools {
+            None if self.env.tool_count().is_some() => {
+                Err(PyValueError::new_err("an action needs the index of a tool beside the place"))
+            }
+            None => self.take(py, places),
+            Some(_) if self.env.tool_count().is_none() => {
+                Err(PyValueError::new_err("an action is a place alone: the task has one tool"))
+            }
+            Some(tools) => {
+                let choices = choices(places, &tools.as_array().to_vec())?;
+                self.take(py, &choices)
+            }
+        }
     }
 
     /// Seconds in which the library alone takes these actions, float32 of steps x count x 2: what
@@ -237,10 +288,11 @@ impl VectorCore {
         if which.is_empty() {
             return Ok(None);
         }
-        let rows: Vec<f32> = ended().flat_map(|(row, _)| row.iter().copied()).collect();
+        let rows: Vec<f32> = ended().flat_map(|ended| ended.observation.iter().copied()).collect();
         let rows = rows.into_pyarray(py).reshape([which.len(), self.env.observation_len()])?;
-        let facts = Facts::new(py, which.len(), self.env.task().subgoals.len());
-        facts.note(py, self.env.outcomes().filter_map(|outcome| outcome.ended.as_ref().map(|(_, info)| info)))?;
+        let facts = Facts::new(py, which.len(), &self.env);
+        facts.note(py, ended().map(|ended| &ended.info))?;
+        facts.note_tools(py, ended().flat_map(|ended| ended.tools.iter().copied()))?;
         Ok(Some((which.into_pyarray(py), rows, facts.dict(py)?)))
     }
 
@@ -285,13 +337,44 @@ impl VectorCore {
     }
 }
 
+/// Tools and places together.
+fn choices(places: &[Action], tools: &[i64]) -> PyResult<Vec<Choice>> {
+    if tools.len() != places.len() {
+        let (tools, places) = (tools.len(), places.len());
+        return Err(PyValueError::new_err(format!("{tools} tools cannot be those of {places} environments")));
+    }
+    let choice = |(index, (place, tool)): (usize, (&Action, &i64))| match usize::try_from(*tool) {
+        Ok(tool) => Ok(Choice { tool, place: *place }),
+        Err(_) => Err(PyValueError::new_err(format!(
+            "the action of environment {index} asks for tool {tool}: the first is 0"
+        ))),
+    };
+    places.iter().zip(tools).enumerate().map(choice).collect()
+}
+
 impl VectorCore {
+    /// Takes an action in each environment, while other threads of Python go on.
+    fn take<A: Into<Choice> + Copy + Sync>(&mut self, py: Python<'_>, actions: &[A]) -> PyResult<()> {
+        let mut observations = self.observations.bind(py).try_readwrite()?;
+        let (rows, env) = (observations.as_slice_mut()?, &mut self.env);
+        let stepped = if self.threads == Some(1) || actions.len() < FEW {
+            py.detach(|| env.step(actions, rows))
+        } else {
+            let pool = pool(self.threads)?;
+            py.detach(|| pool.install(|| env.par_step(actions, rows)))
+        };
+        stepped.map_err(|error| vector_exception(py, error))?;
+        drop(observations);
+        self.note(py)
+    }
+
     /// Writes what the latest reset or step brought to the arrays.
     fn note(&mut self, py: Python<'_>) -> PyResult<()> {
         fill(py, &self.rewards, self.env.outcomes().map(|outcome| outcome.reward.into()))?;
         fill(py, &self.terminated, self.env.outcomes().map(|outcome| outcome.terminated))?;
         fill(py, &self.truncated, self.env.outcomes().map(|outcome| outcome.truncated))?;
-        self.facts.note(py, self.env.outcomes().map(|outcome| &outcome.info))
+        self.facts.note(py, self.env.outcomes().map(|outcome| &outcome.info))?;
+        self.facts.note_tools(py, self.env.action_sets().flat_map(ActionSet::numbers))
     }
 }
 

@@ -53,7 +53,7 @@ fn each_environment_plays_as_if_it_were_alone_on_any_number_of_threads() {
             }
             for ((episodes, row), outcome) in seen.iter_mut().zip(observations.chunks(length)).zip(vector.outcomes()) {
                 let (last, info) = match &outcome.ended {
-                    Some((last, info)) => (last.clone(), info.clone()),
+                    Some(ended) => (ended.observation.clone(), ended.info.clone()),
                     None => (row.to_vec(), outcome.info.clone()),
                 };
                 let steps = &mut episodes.last_mut().unwrap().1;

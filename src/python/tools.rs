@@ -1,0 +1,32 @@
+//! CREATE's catalogue of tools.
+
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::env::{self, TOOL_FEATURES, TOOL_PROPERTIES};
+use crate::physics::{NO_OP, ToolKind, ToolSplit, catalogue_tool};
+
+/// Numbers of the tools in a split of the catalogue, without the no-op; int64.
+#[pyfunction]
+#[pyo3(signature = (split = "all"))]
+pub fn tool_numbers<'py>(py: Python<'py>, split: &str) -> PyResult<Bound<'py, PyArray1<i64>>> {
+    let split: ToolSplit = split.parse().map_err(PyValueError::new_err)?;
+    Ok(split.tools().into_iter().map(|number| number as i64).collect::<Vec<_>>().into_pyarray(py))
+}
+
+/// What describes tools, a row for each number: one-hot of the type, then properties; float32.
+#[pyfunction]
+pub fn tool_features(py: Python<'_>, numbers: Vec<usize>) -> PyResult<Bound<'_, PyArray2<f32>>> {
+    if let Some(number) = numbers.iter().find(|number| **number > NO_OP) {
+        return Err(PyValueError::new_err(format!("there is no tool {number}: the last, {NO_OP}, is the no-op")));
+    }
+    let rows: Vec<f32> = numbers.iter().flat_map(|number| env::tool_features(catalogue_tool(*number))).collect();
+    rows.into_pyarray(py).reshape([numbers.len(), TOOL_FEATURES])
+}
+
+/// Names of the columns of `tool_features`: tool types, then properties.
+#[pyfunction]
+pub fn tool_feature_names() -> Vec<&'static str> {
+    ToolKind::ALL.map(ToolKind::name).into_iter().chain(TOOL_PROPERTIES).collect()
+}
