@@ -1,9 +1,12 @@
 """The stubs name what the extension module has, and every public thing has a docstring."""
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 
 import mge
+import pytest
 from mge import _mge
 
 STUBS = ast.parse((Path(mge.__file__).parent / "_mge.pyi").read_text())
@@ -30,3 +33,10 @@ def test_everything_public_is_documented():
             for method in public(vars(thing)) - {"metadata"}:
                 member = getattr(thing, method)
                 assert not callable(member) or member.__doc__ or issubclass(thing, tuple), f"{name}.{method}"
+
+
+def test_a_type_checker_finds_the_stubs_true():
+    pytest.importorskip("mypy")
+    command = [sys.executable, "-m", "mypy.stubtest", "mge._mge"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stdout + done.stderr
