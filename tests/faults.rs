@@ -104,6 +104,44 @@ fn a_run_in_use_is_refused() {
     assert_eq!(metrics(&run), before);
 }
 
+/// A run of another process, steered from a shell; also one that has left its terminal.
+#[cfg(unix)]
+#[test]
+fn a_run_is_paused_re_scheduled_continued_and_stopped_by_other_processes() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("run");
+    let path = run.display().to_string();
+    let asked = |arguments: &[&str]| {
+        let output = mge(arguments);
+        assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    let child = under_way(&train(&run, "1000000"), &run, 3);
+    assert!(asked(&["pause", &path]).ends_with(": paused\n"));
+    let at_rest = metrics(&run);
+    assert_eq!(asked(&["pause", &path]), "paused already\n");
+    assert!(asked(&["epsilon", &path, "0.25"]).ends_with(": epsilon is now 0.25\n"));
+    assert_eq!(metrics(&run), at_rest, "it waits");
+    assert!(asked(&["resume", &path]).ends_with(": going on\n"));
+    while metrics(&run) == at_rest {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    assert!(asked(&["stop", &path]).contains("asked to by another process"));
+    assert!(ended(child).status.success());
+    let message = failure(&mge(&["stop", &path]));
+    assert!(message.contains("nobody is training") && message.contains("mge resume"), "{message}");
+
+    let detached = ["resume", "--detached", "--quiet", &path].map(str::to_owned);
+    let child = under_way(&detached, &run, 3);
+    signal(&child, rustix::process::Signal::HUP);
+    let before = metrics(&run);
+    while metrics(&run) == before {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    asked(&["stop", &path]);
+    assert!(ended(child).status.success(), "a closed terminal ends nothing");
+}
+
 /// A training in a process of its own that has finished at least so many episodes.
 #[cfg(unix)]
 fn under_way(arguments: &[String], run: &Path, episodes: usize) -> std::process::Child {

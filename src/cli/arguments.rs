@@ -11,6 +11,7 @@ use crate::guidance::EpsilonSchedule;
 use crate::physics::{MAX_OBJECTS, ToolKind, ToolSplit};
 use crate::puzzles::Split;
 use crate::trainer::{Method, PriorSource};
+use crate::tui::Notify;
 
 /// Intuitive-physics puzzles, learned dynamics models and model-guided exploration.
 ///
@@ -79,6 +80,9 @@ pub struct Workbench {
     /// Leave the mouse to the terminal
     #[arg(long)]
     pub no_mouse: bool,
+    /// How the terminal says that all trainings are done: its bell, a notification (OSC 9), or not at all
+    #[arg(long, env = "MGE_NOTIFY", default_value = "bell")]
+    pub notify: Notify,
 }
 
 #[derive(Debug, Subcommand)]
@@ -106,8 +110,14 @@ pub enum Command {
     Clusters(Clusters),
     /// Train an agent
     Train(Train),
-    /// Continue a run from its newest checkpoint
+    /// Continue runs from their newest checkpoints, or one that another process has paused
     Resume(Resume),
+    /// Pause a run that another process trains, after its present episode
+    Pause(OnRun),
+    /// End a run that another process trains, with a checkpoint
+    Stop(OnRun),
+    /// Give a run that another process trains another epsilon schedule
+    Epsilon(Epsilon),
     /// Play the greedy policy of a run
     Evaluate(Evaluate),
     /// Save the actor of a run as a safetensors file
@@ -432,11 +442,34 @@ pub struct Train {
 
 #[derive(Debug, Args)]
 pub struct Resume {
-    /// The run's folder
-    pub run: PathBuf,
+    /// Folders of runs; as many are trained at the same time as there are cores
+    #[arg(required = true, value_name = "RUN")]
+    pub runs: Vec<PathBuf>,
     /// No progress on stderr
     #[arg(long)]
     pub quiet: bool,
+    /// Go on when the terminal is closed
+    #[arg(long)]
+    pub detached: bool,
+    /// Episodes of finished runs that are to go on
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    pub episodes: Option<u32>,
+}
+
+/// A run that another process trains.
+#[derive(Debug, Args)]
+pub struct OnRun {
+    /// The run's folder
+    pub run: PathBuf,
+}
+
+/// Another epsilon schedule for a run that another process trains.
+#[derive(Debug, Args)]
+pub struct Epsilon {
+    /// The run's folder
+    pub run: PathBuf,
+    /// The schedule, such as 0.1 or linear:0.8:0.05:2000
+    pub schedule: EpsilonSchedule,
 }
 
 #[derive(Debug, Args)]

@@ -2,6 +2,7 @@
 //! progress and messages to stderr.
 
 mod arguments;
+mod control;
 mod dynamics;
 mod guidance;
 mod interrupt;
@@ -78,6 +79,9 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
         Command::Clusters(clusters) => brief(|| guidance::clusters(&clusters)),
         Command::Train(train) => runs::train(&train),
         Command::Resume(resume) => runs::resume(&resume),
+        Command::Pause(on) => brief(|| control::pause(&on.run)),
+        Command::Stop(on) => brief(|| control::stop(&on.run)),
+        Command::Epsilon(epsilon) => brief(|| control::epsilon(&epsilon.run, &epsilon.schedule)),
         Command::Evaluate(evaluate) => brief(|| runs::evaluate(&evaluate)),
         Command::Export(export) => brief(|| runs::export_actor(&export)),
         Command::Figures(figures) => brief(|| runs::figures(&figures)),

@@ -11,7 +11,7 @@ use serde_json::json;
 use super::arguments::{Evaluate, Export, Figures, Resume, Script, Train, Workbench};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
-use super::{Outcome, output};
+use super::{Outcome, control, output};
 use crate::env::{Action, Environment};
 use crate::figures::DEFAULT_DPI;
 use crate::memory;
@@ -27,9 +27,18 @@ pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::
     memory::share_heaps();
     let session = Session::on_task(&arguments.task, arguments.runs.clone())?;
     let first_start = !arguments.runs.exists();
-    let options = tui::Options { keys: arguments.keys.clone(), tour: first_start, no_mouse: arguments.no_mouse };
+    let options = tui::Options {
+        keys: arguments.keys.clone(),
+        tour: first_start,
+        no_mouse: arguments.no_mouse,
+        notify: arguments.notify,
+    };
     Ok(match tui::run(session, &options)? {
         tui::Leaving::Quit => ExitCode::SUCCESS,
+        tui::Leaving::Background(runs) => {
+            control::continue_in_background(&runs)?;
+            ExitCode::SUCCESS
+        }
         tui::Leaving::HungUp => ExitCode::from(129),
         tui::Leaving::Signal(number) => ExitCode::from(128u8.saturating_add(number.clamp(0, 127) as u8)),
     })
@@ -58,15 +67,29 @@ pub fn train(arguments: &Train) -> Outcome {
 }
 
 pub fn resume(arguments: &Resume) -> Outcome {
+    if arguments.detached {
+        control::detach()?;
+    }
+    if let [run] = arguments.runs.as_slice()
+        && control::resume(run)?
+    {
+        return Ok(());
+    }
     let interrupt = Interrupt::listen()?;
-    let mut session = Session::on_run(&arguments.run)?;
-    session.apply(command::Continue(None))?;
+    // At least one is required.
+    let mut session = Session::on_run(&arguments.runs[0])?;
+    if let Some(episodes) = arguments.episodes {
+        session.apply(command::Episodes(episodes))?;
+    }
+    for run in &arguments.runs {
+        session.apply(command::Continue(Some(run.clone())))?;
+    }
     follow(&mut session, arguments.quiet, &interrupt)
 }
 
-/// Shows the current run on stderr until it ends, then its result on stdout.
+/// Shows the runs on stderr until they end, then their results on stdout.
 fn follow(session: &mut Session, quiet: bool, interrupt: &Interrupt) -> Outcome {
-    let episodes = u64::from(session.run().map_or(0, |run| run.config().episodes));
+    let episodes = session.runs().iter().map(|run| u64::from(run.config().episodes)).sum();
     let mut viewer = Viewer { progress: Progress::new(episodes, quiet), episodes: BTreeMap::new() };
     let mut stopping = false;
     loop {
@@ -78,13 +101,22 @@ fn follow(session: &mut Session, quiet: bool, interrupt: &Interrupt) -> Outcome 
         }
         if interrupt.is_requested() && !stopping {
             stopping = true;
-            // A run that has just ended cannot be stopped any more.
-            let _ = session.apply(command::Stop);
+            let runs: Vec<usize> = session.runs().iter().map(RunView::number).collect();
+            for run in runs {
+                // A run that has just ended cannot be stopped any more.
+                let _ = session.apply(command::Watch(run)).and_then(|_| session.apply(command::Stop));
+            }
         }
         std::thread::sleep(Duration::from_millis(10));
     }
     drop(viewer);
-    let run = session.run().ok_or("there is no run")?;
+    let results: Vec<Outcome> = session.runs().iter().map(|run| result(run, stopping, interrupt)).collect();
+    results.into_iter().collect()
+}
+
+/// The result of a run, on stdout.
+fn result(run: &RunView, stopping: bool, interrupt: &Interrupt) -> Outcome {
+    let episodes = run.config().episodes;
     if let Some(failure) = run.failure() {
         return Err(failure.to_owned().into());
     }

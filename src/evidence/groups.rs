@@ -25,6 +25,8 @@ pub struct Groups<'a> {
     tasks: Vec<String>,
     /// Rows by the places of their task and label.
     rows: HashMap<(usize, usize), Vec<&'a LearningRow>>,
+    /// Their places among the rows that were grouped.
+    places: HashMap<(usize, usize), Vec<usize>>,
 }
 
 /// A score of one group.
@@ -41,11 +43,12 @@ pub struct GroupSummary {
 
 impl<'a> Groups<'a> {
     /// Groups rows.
-    pub fn new(rows: &'a [LearningRow]) -> Self {
-        let mut groups = Self { labels: Vec::new(), tasks: Vec::new(), rows: HashMap::new() };
-        for row in rows {
+    pub fn new(rows: impl IntoIterator<Item = &'a LearningRow>) -> Self {
+        let mut groups = Self { labels: Vec::new(), tasks: Vec::new(), rows: HashMap::new(), places: HashMap::new() };
+        for (place, row) in rows.into_iter().enumerate() {
             let key = (place_or_push(&mut groups.tasks, &row.task), place_or_push(&mut groups.labels, &row.label()));
             groups.rows.entry(key).or_default().push(row);
+            groups.places.entry(key).or_default().push(place);
         }
         groups
     }
@@ -64,6 +67,12 @@ impl<'a> Groups<'a> {
     pub fn of(&self, task: &str, label: &str) -> &[&'a LearningRow] {
         let (Some(task), Some(label)) = (place(&self.tasks, task), place(&self.labels, label)) else { return &[] };
         self.rows.get(&(task, label)).map_or(&[], Vec::as_slice)
+    }
+
+    /// The places of the rows of one group among those that were grouped.
+    pub fn places(&self, task: &str, label: &str) -> &[usize] {
+        let (Some(task), Some(label)) = (place(&self.tasks, task), place(&self.labels, label)) else { return &[] };
+        self.places.get(&(task, label)).map_or(&[], Vec::as_slice)
     }
 
     /// Tasks on which every label has runs.

@@ -93,6 +93,16 @@ impl LearningRow {
         }
     }
 
+    /// The row of a run of which only the number of episodes and the latest rolling success are known,
+    /// as while it is trained.
+    pub fn so_far(config: &RunConfig, episodes: u64, success: Option<f64>) -> Self {
+        Self {
+            episodes,
+            efficiency: Efficiency { final_success: success, ..Efficiency::default() },
+            ..Self::new(config, &RunHistory::default())
+        }
+    }
+
     /// Name of its method, threshold and settings, as in legends and tables.
     pub fn label(&self) -> String {
         let mut label = match self.method.parse::<Method>() {

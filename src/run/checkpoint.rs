@@ -149,12 +149,17 @@ impl Checkpoint {
     /// this program; [`RunError::Truncated`], [`RunError::Damaged`] or [`RunError::Io`] naming the
     /// file that is not what the manifest says.
     pub fn load(path: &Path) -> Result<Self> {
+        Self::load_where(path, |_| true)
+    }
+
+    /// As [`Checkpoint::load`], with the sections whose names are `wanted` alone; the others are not read.
+    pub(super) fn load_where(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<Self> {
         let path = &existing(path);
         folder::check(path)?;
         let manifest = Manifest::read(path)?;
         let mut checkpoint = Self::new(manifest.episode);
         checkpoint.score = manifest.score;
-        for section in &manifest.sections {
+        for section in manifest.sections.iter().filter(|section| wanted(&section.name)) {
             let file = path.join(&section.name);
             if !is_section_name(&section.name) {
                 return Err(RunError::SectionName(section.name.clone()));

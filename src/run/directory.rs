@@ -1,7 +1,7 @@
 //! The folder of a run: where its files are, its configuration, its lock.
 
 use std::fs::{self, File, TryLockError};
-use std::io::{ErrorKind, Write};
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
@@ -56,15 +56,10 @@ impl RunDirectory {
                 return Err(RunError::NotEmpty(path.clone()));
             }
         }
-        let saved = Saved { format: FORMAT, mge_version: env!("CARGO_PKG_VERSION").into(), config };
-        let mut text = serde_json::to_vec_pretty(&saved)
-            .map_err(|source| RunError::Encode { what: "the configuration".into(), source })?;
-        text.push(b'\n');
         let _lock = directory.lock()?;
         // Another process may have been faster.
         directory.refuse_if_made()?;
-        let file = directory.config_path();
-        atomic::write(&file, &text).map_err(RunError::io("write", &file))?;
+        directory.write_config(config)?;
         // The folder's own name, too, should outlive a loss of power.
         folder::sync(&folder::parent_of(path))?;
         Ok(directory)
@@ -91,6 +86,24 @@ impl RunDirectory {
     /// [`RunError::Malformed`] with the place in `config.json`.
     pub fn config<C: DeserializeOwned>(&self) -> Result<C> {
         Ok(parse_json::<Saved<C>>(&self.config_path(), &self.config_bytes()?)?.config)
+    }
+
+    /// Replaces the configuration of a run that nobody trains, such as by one with more episodes.
+    ///
+    /// # Errors
+    /// [`RunError::InUse`]; [`RunError::Io`] if it cannot be written: it is as before then.
+    pub fn replace_config(&self, config: &impl Serialize) -> Result<()> {
+        let _lock = self.lock()?;
+        self.write_config(config)
+    }
+
+    fn write_config(&self, config: &impl Serialize) -> Result<()> {
+        let saved = Saved { format: FORMAT, mge_version: env!("CARGO_PKG_VERSION").into(), config };
+        let mut text = serde_json::to_vec_pretty(&saved)
+            .map_err(|source| RunError::Encode { what: "the configuration".into(), source })?;
+        text.push(b'\n');
+        let file = self.config_path();
+        atomic::write(&file, &text).map_err(RunError::io("write", &file))
     }
 
     fn config_bytes(&self) -> Result<Vec<u8>> {
@@ -142,8 +155,20 @@ impl RunDirectory {
                 Err(TryLockError::Error(error)) => return Err(RunError::io("lock", &path)(error)),
             }
         }
-        let process = file::read(&path).ok().and_then(|text| String::from_utf8(text).ok()?.trim().parse().ok());
-        Err(RunError::InUse { path: self.path.clone(), process })
+        Err(self.in_use())
+    }
+
+    /// Refuses a run that a process holds, without waiting for it.
+    ///
+    /// # Errors
+    /// [`RunError::InUse`] then; [`RunError::Io`] if the lock cannot be read.
+    pub fn check_free(&self) -> Result<()> {
+        if self.is_locked()? { Err(self.in_use()) } else { Ok(()) }
+    }
+
+    fn in_use(&self) -> RunError {
+        let text = file::read(&self.path.join(LOCK)).ok().and_then(|text| String::from_utf8(text).ok());
+        RunError::InUse { path: self.path.clone(), process: text.and_then(|text| text.trim().parse().ok()) }
     }
 
     /// Whether a process holds the run's lock.
@@ -220,6 +245,60 @@ impl RunDirectory {
     /// `log.txt`.
     pub fn log_path(&self) -> PathBuf {
         self.path.join("log.txt")
+    }
+
+    /// `control.jsonl`
+    pub fn requests_path(&self) -> PathBuf {
+        self.path.join("control.jsonl")
+    }
+
+    /// `notes.json`
+    pub fn notes_path(&self) -> PathBuf {
+        self.path.join("notes.json")
+    }
+
+    /// The last lines of `log.txt`, the oldest first; none if there is no log yet.
+    ///
+    /// # Errors
+    /// [`RunError::Io`] if it cannot be read.
+    pub fn log_tail(&self, lines: usize) -> Result<Vec<String>> {
+        /// Bytes of a line, more or less.
+        const LINE: u64 = 200;
+        let path = self.log_path();
+        let read = || -> std::io::Result<Vec<u8>> {
+            let mut file = file::open(&path)?;
+            let start = file.metadata()?.len().saturating_sub(LINE * lines as u64);
+            file.seek(SeekFrom::Start(start))?;
+            let mut bytes = Vec::new();
+            file.read_to_end(&mut bytes)?;
+            // The first line is whole only at the beginning.
+            let whole = bytes.iter().position(|byte| *byte == b'\n').filter(|_| start > 0).map_or(0, |end| end + 1);
+            Ok(bytes.split_off(whole))
+        };
+        let bytes = match read() {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+            Err(error) => return Err(RunError::io("read", &path)(error)),
+        };
+        let text = String::from_utf8_lossy(&bytes);
+        let all: Vec<&str> = text.lines().collect();
+        Ok(all[all.len().saturating_sub(lines)..].iter().map(|line| (*line).to_owned()).collect())
+    }
+
+    /// The files and folders in the run's folder by name, with the sizes of files in bytes.
+    ///
+    /// # Errors
+    /// [`RunError::Io`] if the folder cannot be read.
+    pub fn contents(&self) -> Result<Vec<(String, Option<u64>)>> {
+        let mut contents = Vec::new();
+        for entry in fs::read_dir(&self.path).map_err(RunError::io("read", &self.path))? {
+            let entry = entry.map_err(RunError::io("read", &self.path))?;
+            let name = entry.file_name().to_string_lossy().into_owned();
+            let size = entry.metadata().ok().filter(fs::Metadata::is_file).map(|data| data.len());
+            contents.push((name, size));
+        }
+        contents.sort();
+        Ok(contents)
     }
 
     /// `tensorboard/`

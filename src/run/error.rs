@@ -121,6 +121,12 @@ pub enum RunError {
     /// A section name that cannot be a file name.
     #[error("\"{0}\" cannot name a section: use lower-case letters, digits, '_', '-' and '.', at most 64")]
     SectionName(String),
+    /// Nobody trains the run.
+    #[error("nobody is training {}: `mge resume` continues it", .0.display())]
+    NotTrained(PathBuf),
+    /// Notes that are too long, or tags that are no words.
+    #[error("{0}")]
+    Notes(String),
     /// A value that has no JSON form.
     #[error("cannot write {what} as JSON: {source}")]
     Encode {

@@ -10,6 +10,8 @@
 //! metrics.csv                 one row an episode, the fields of `EpisodeRecord`; no times, so one seed gives one file
 //! episodes.jsonl              the actions of each episode, so that it can be played again
 //! prior.json                  the action clusters in use, if there are any
+//! control.jsonl               what others asked of whoever trains it, one request a line
+//! notes.json                  tags and a note, written by people
 //! log.txt                     the events but single episodes, as text for people
 //! tensorboard/                TFEvents files, tags grouped as train/, loss/, eval/, time/
 //! checkpoint/last/            always the newest; `best/` and `episode-N/` beside it
@@ -44,7 +46,9 @@ mod history;
 mod log;
 mod metric;
 mod metrics;
+mod notes;
 mod number;
+mod request;
 mod retention;
 mod scalars;
 mod status;
@@ -61,6 +65,8 @@ pub use history::{EvaluationRecord, RunHistory};
 pub use log::{EventReader, Poll, read_events};
 pub use metric::{Direction, Metric, MetricInfo};
 pub use metrics::read_metrics;
+pub use notes::Notes;
+pub use request::{Request, RequestReader};
 pub use retention::{CheckpointAction, CheckpointName, Retention, RetentionContext, what_to_keep};
 pub use status::{RunState, RunStatus};
 pub use store::CheckpointStore;

@@ -64,6 +64,26 @@ impl CheckpointStore {
         Checkpoint::load(&self.path(name))
     }
 
+    /// Reads and verifies some sections of a checkpoint, as those that a screen shows.
+    ///
+    /// # Errors
+    /// As [`Checkpoint::load`].
+    pub fn load_sections(&self, name: CheckpointName, sections: &[&str]) -> Result<Checkpoint> {
+        folder::check(&self.folder)?;
+        Checkpoint::load_where(&self.path(name), |section| sections.contains(&section))
+    }
+
+    /// The checkpoints whose manifest can be read, with their episodes, in the order of these.
+    ///
+    /// # Errors
+    /// As [`CheckpointStore::names`].
+    pub fn episodes(&self) -> Result<Vec<(u64, CheckpointName)>> {
+        let episode = |name| self.episode_of(name).map(|episode| (episode, name));
+        let mut episodes: Vec<(u64, CheckpointName)> = self.names()?.into_iter().filter_map(episode).collect();
+        episodes.sort_unstable();
+        Ok(episodes)
+    }
+
     /// The newest checkpoint that is whole, and why newer ones, if any, are not.
     ///
     /// # Errors

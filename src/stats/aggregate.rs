@@ -18,7 +18,7 @@ pub fn median(scores: &TaskScores) -> f64 {
 /// Interquartile mean: the mean of the middle half of all scores of all tasks together. As robust
 /// as the median, with an interval nearly as narrow as the mean's.
 pub fn iqm(scores: &TaskScores) -> f64 {
-    trimmed_mean(scores.all().collect())
+    trimmed_mean(&sorted(scores.all().collect()))
 }
 
 /// By how much the scores fall short of `target` on the mean; what lies above counts as `target`.
@@ -27,11 +27,16 @@ pub fn optimality_gap(scores: &TaskScores, target: f64) -> f64 {
     target - mean_of(&clipped)
 }
 
-/// Mean without the lowest and the highest quarter of the values, each rounded down.
-fn trimmed_mean(mut values: Vec<f64>) -> f64 {
+fn sorted(mut values: Vec<f64>) -> Vec<f64> {
     values.sort_unstable_by(f64::total_cmp);
-    let cut = values.len() / 4;
-    mean_of(&values[cut..values.len() - cut])
+    values
+}
+
+/// Mean of sorted values without the lowest and the highest quarter, each rounded down: what [`iqm`] is
+/// of the scores of one task. NaN for no values.
+pub fn trimmed_mean(sorted: &[f64]) -> f64 {
+    let cut = sorted.len() / 4;
+    mean_of(&sorted[cut..sorted.len() - cut])
 }
 
 fn task_means(scores: &TaskScores) -> Vec<f64> {

@@ -143,7 +143,7 @@ pub(super) fn check_confidence(level: f64) -> Result<()> {
 }
 
 /// Quantile of sorted values, interpolated linearly between the two nearest, as numpy does.
-fn quantile(sorted: &[f64], q: f64) -> f64 {
+pub fn quantile(sorted: &[f64], q: f64) -> f64 {
     let place = q * (sorted.len() - 1) as f64;
     let below = place.floor() as usize;
     let above = (below + 1).min(sorted.len() - 1);

@@ -27,6 +27,7 @@ mod imagination;
 mod method;
 mod prior;
 mod recipe;
+mod request;
 mod run_loop;
 mod setting;
 mod streams;
@@ -45,7 +46,7 @@ pub use run_loop::{Control, Ending, TrainerError, train};
 pub use setting::{SettingError, config_keys, unusual_settings};
 pub use thread::Trainer;
 pub use trace::{Trace, TracedStep};
-pub use training::{NETWORKS_SECTION, Training, TrainingError, greedy_episode};
+pub use training::{NETWORKS_SECTION, PROGRESS_SECTION, Training, TrainingError, greedy_episode, prior_at};
 pub use watch::{LiveView, Phase, Watch};
 
 /// What a panic says.

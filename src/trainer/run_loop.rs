@@ -6,18 +6,19 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::Receiver;
+use crossbeam_channel::{Receiver, RecvTimeoutError};
 
 use super::config::RunConfig;
 use super::panic_message;
 use super::prior::{PriorError, build_prior};
+use super::request::control;
 use super::trace::Trace;
 use super::training::{Training, TrainingError};
 use super::watch::{LiveView, Phase, Watch};
 use crate::guidance::{ActionPrior, EpsilonSchedule};
 use crate::run::{
-    Checkpoint, CheckpointAction, CheckpointName, EpisodeRecord, Event, RetentionContext, RunDirectory, RunError,
-    RunWriter, what_to_keep,
+    Checkpoint, CheckpointAction, CheckpointName, EpisodeRecord, Event, RequestReader, RetentionContext, RunDirectory,
+    RunError, RunWriter, what_to_keep,
 };
 use crate::stop::{Stop, or_left_behind};
 
@@ -70,6 +71,8 @@ pub enum TrainerError {
 /// When the run is in use, its files cannot be used, or the learner diverges; all but
 /// the first are also recorded in the run.
 pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Watch) -> Result<Ending, TrainerError> {
+    // What is asked once the lock is held is asked of this process.
+    let requests = directory.requests();
     // Before anything is read: another process may be about to write it.
     let lock = directory.lock()?;
     let config: RunConfig = directory.config()?;
@@ -97,6 +100,7 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
     let mut run_loop = RunLoop {
         writer,
         controls,
+        requests,
         watch,
         received: VecDeque::new(),
         pause_after: None,
@@ -159,6 +163,8 @@ enum Next {
 struct RunLoop<'a> {
     writer: RunWriter,
     controls: &'a Receiver<Control>,
+    /// What other processes ask.
+    requests: RequestReader,
     watch: &'a Watch,
     /// Controls that came while clusters were built.
     received: VecDeque<Control>,
@@ -184,6 +190,8 @@ const SLOW: Duration = Duration::from_millis(100);
 /// Time in which an episode may notice by itself that a stop was asked for. One that does not, because
 /// an update of large networks goes on, is left to its thread.
 const PATIENCE: Duration = Duration::from_millis(100);
+/// Time between two looks at what other processes ask, during a pause.
+const LOOK: Duration = Duration::from_millis(100);
 
 impl RunLoop<'_> {
     /// The reason of a request to stop that has come and was not carried out yet.
@@ -351,12 +359,15 @@ impl RunLoop<'_> {
                 self.pause_after = None;
                 self.pause(training)?;
             }
+            self.take_requests()?;
             let control = match self.received.pop_front() {
                 Some(control) => control,
-                // No control can come any more: stop instead of waiting for ever.
-                None if paused => {
-                    self.controls.recv().unwrap_or(Control::Stop { reason: "the program ended".to_owned() })
-                }
+                None if paused => match self.controls.recv_timeout(LOOK) {
+                    Ok(control) => control,
+                    Err(RecvTimeoutError::Timeout) => continue,
+                    // No control can come any more: stop instead of waiting for ever.
+                    Err(RecvTimeoutError::Disconnected) => Control::Stop { reason: "the program ended".to_owned() },
+                },
                 None => match self.controls.try_recv() {
                     Ok(control) => control,
                     Err(_) => return Ok(Next::Continue),
@@ -394,6 +405,22 @@ impl RunLoop<'_> {
                 }
             }
         }
+    }
+
+    /// Takes in what other processes asked since the last look.
+    fn take_requests(&mut self) -> Result<(), RunError> {
+        let (requests, mut problems) = match self.requests.poll() {
+            Ok(found) => found,
+            // A training does not end because it cannot be asked for anything.
+            Err(error) => (Vec::new(), vec![error.to_string()]),
+        };
+        for request in requests {
+            match control(request) {
+                Ok(control) => self.received.push_back(control),
+                Err(problem) => problems.push(problem),
+            }
+        }
+        problems.iter().try_for_each(|problem| self.writer.note(&format!("a request cannot be carried out: {problem}")))
     }
 
     /// Something was changed between two episodes. What is changed during a pause is kept at once.
@@ -475,6 +502,7 @@ mod tests {
         let mut run_loop = RunLoop {
             writer,
             controls: &controls,
+            requests: directory.requests(),
             watch: &watch,
             received: VecDeque::new(),
             pause_after: None,

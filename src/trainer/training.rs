@@ -27,7 +27,8 @@ use crate::validation::ValidationError;
 /// The checkpoint section that holds the networks, as a safetensors file.
 pub const NETWORKS_SECTION: &str = "learner.safetensors";
 const REPLAY_SECTION: &str = "replay.bin";
-const PROGRESS_SECTION: &str = "progress.json";
+/// The checkpoint section that holds counters, streams, schedule and action prior, as JSON.
+pub const PROGRESS_SECTION: &str = "progress.json";
 
 /// Why training cannot continue.
 #[derive(Debug, thiserror::Error)]
@@ -65,6 +66,18 @@ impl From<PriorError> for TrainingError {
     fn from(error: PriorError) -> Self {
         if error.is_stopped() { Self::Stopped } else { Self::Model(error) }
     }
+}
+
+/// The action prior in use when a checkpoint was saved, if there was one.
+///
+/// # Errors
+/// When the checkpoint does not have it in the form in which it is saved.
+pub fn prior_at(checkpoint: &Checkpoint) -> Result<Option<Arc<ActionPrior>>, RunError> {
+    #[derive(Deserialize)]
+    struct WithPrior {
+        prior: Option<Arc<ActionPrior>>,
+    }
+    Ok(checkpoint.json::<WithPrior>(PROGRESS_SECTION)?.prior)
 }
 
 /// Everything that changes during a run but the learner, which saves itself.

@@ -26,14 +26,24 @@ pub enum Effect {
     Show(Choice),
     /// Play an episode of the watched run's past again.
     Replay(u64),
+    /// Move the scene to an episode of the watched run's past; the time in it stays where it is.
+    Scrub(u64),
     /// The episode being shown is over: the next one is due.
     NextEpisode,
-    /// List only runs whose line has this text.
+    /// List only the runs that a text describes.
     Filter(String),
+    /// Compare groups of runs with those of a label.
+    PinBaseline(String),
+    /// Show the curves of the marked runs together.
+    Compare,
+    /// Carry out several effects, in order.
+    All(Vec<Effect>),
     /// Export figures, each in a file format, into the folder for figures.
     Export(Vec<(FigureKind, &'static str)>),
     /// Leave the workbench.
     Quit,
+    /// Leave the workbench; what is being trained goes on in the background.
+    QuitToBackground,
     /// Leave the workbench once nothing is trained any more.
     QuitWhenIdle,
 }

@@ -1,6 +1,7 @@
 //! The whole workbench as a function of the bytes that a terminal sends, for the fuzz target
 //! `interface`.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -133,6 +134,22 @@ impl Workspace for Contained {
 
     fn past_episode(&self, episode: u64) -> Result<Arc<Episode>, String> {
         self.0.past_episode(episode)
+    }
+
+    fn want_curves(&mut self, runs: Vec<PathBuf>) {
+        self.0.want_curves(runs);
+    }
+
+    fn want_details(&mut self, run: &Path) {
+        self.0.want_details(run);
+    }
+
+    fn pin_baseline(&mut self, label: &str) -> String {
+        self.0.pin_baseline(label)
+    }
+
+    fn want_agent(&mut self, episode: u64) {
+        self.0.want_agent(episode);
     }
 
     fn figure(&self, kind: FigureKind) -> Result<Drawing, String> {

@@ -24,7 +24,7 @@ mod widgets;
 pub use actions::{KeyHelp, keys};
 pub use fuzz::interface;
 pub use input::Keymap;
-pub use run::{Leaving, Options, run};
+pub use run::{Leaving, Notify, Options, run};
 pub use still::Still;
 
 #[cfg(test)]

@@ -27,6 +27,20 @@ pub struct Options {
     pub tour: bool,
     /// Leave the mouse to the terminal.
     pub no_mouse: bool,
+    /// How the terminal says that something long has ended.
+    pub notify: Notify,
+}
+
+/// How the terminal says that something long has ended.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Notify {
+    /// By its bell.
+    #[default]
+    Bell,
+    /// By a notification of the desktop (OSC 9).
+    Desktop,
+    /// Not at all.
+    Off,
 }
 
 /// Why the workbench could not open or go on.
@@ -47,10 +61,12 @@ impl From<io::Error> for TuiError {
 }
 
 /// How the workbench was left.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Leaving {
     /// By the person.
     Quit,
+    /// By the person, who wants these runs to go on in the background.
+    Background(Vec<PathBuf>),
     /// By a signal of this number.
     Signal(i32),
     /// Because the terminal went away.
@@ -73,10 +89,11 @@ pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
     #[cfg(not(unix))]
     let input = Input;
     // The screen outlives the workbench, whose final messages it shows once the terminal is given back.
-    let mut display = Display { screen, input, drawn: None, asked: false };
+    let mut display = Display { screen, input, drawn: None, asked: false, notify: options.notify };
     let app = App::new(Box::new(SessionWorkspace::new(session)), theme, keymap);
     let mut app = Guarded(if options.no_mouse { app.without_mouse() } else { app });
     report_kept(&mut app, Path::new("."));
+    app.look_for_runs();
     if options.tour {
         app.show_tour();
     }
@@ -103,7 +120,8 @@ pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
             return Ok(Leaving::HungUp);
         }
     }
-    Ok(Leaving::Quit)
+    let runs = app.left_in_background();
+    Ok(if runs.is_empty() { Leaving::Quit } else { Leaving::Background(runs) })
 }
 
 /// False if the terminal is gone, whether it said so in so many words or not.
@@ -127,6 +145,7 @@ struct Display {
     drawn: Option<Instant>,
     /// The terminal was asked what pictures it can show.
     asked: bool,
+    notify: Notify,
 }
 
 impl Display {
@@ -194,6 +213,7 @@ impl Display {
         match app.take_request() {
             Some(TerminalRequest::Mouse(on)) => self.screen.set_mouse(on),
             Some(TerminalRequest::Copy(text)) => self.screen.copy(&text),
+            Some(TerminalRequest::Notify(text)) => self.screen.notify(self.notify, &text),
             #[cfg(unix)]
             Some(TerminalRequest::Suspend) => signals::stop_job(),
             #[cfg(not(unix))]

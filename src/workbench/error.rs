@@ -37,6 +37,9 @@ pub enum SessionError {
     /// The run is not being trained here.
     #[error("the run is not being trained by this program: `continue` goes on with it")]
     NotActive,
+    /// Only files can be shared with the process that trains the run.
+    #[error("{0} is trained by another process, which cannot be given clusters")]
+    NotHere(String),
     /// The run waits for its turn.
     #[error("{0} waits for a free core: `stop` takes it out of the queue")]
     Queued(String),

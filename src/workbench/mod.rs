@@ -16,6 +16,7 @@ mod models;
 mod proposals;
 mod run;
 mod runs;
+mod saved;
 mod script;
 mod session;
 mod setup;
@@ -29,7 +30,8 @@ pub(crate) use export::run_label;
 pub use hand_play::HandPlay;
 pub(crate) use job::Job;
 pub use job::Progress;
-pub use run::{RunView, SavedRun};
+pub use run::RunView;
+pub use saved::{SavedAgent, SavedRun};
 pub use script::{Output, Script, ScriptError, Variables};
 pub use session::{FIRST_TASK, Notice, Session};
 

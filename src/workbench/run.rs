@@ -4,29 +4,24 @@ use std::cell::Cell;
 use std::path::Path;
 use std::sync::Arc;
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-
-use crate::agent::Ddpg;
 use crate::guidance::ActionPrior;
 use crate::run::{
-    CheckpointName, EpisodeRecord, EvaluationRecord, Event, EventReader, LoggedEvent, Poll, RunDirectory, RunError,
-    RunHistory, RunState, read_episode,
+    EpisodeRecord, EvaluationRecord, Event, EventReader, LoggedEvent, Poll, Request, RunDirectory, RunError,
+    RunHistory, RunState,
 };
 use crate::task::Task;
-use crate::trainer::{
-    Control, LiveView, NETWORKS_SECTION, Phase, RunConfig, Trace, Trainer, greedy_episode, saved_prior,
-};
+use crate::trainer::{Control, LiveView, Phase, RunConfig, Trace, Trainer, saved_prior};
 
 use super::SessionError;
 use super::job::Job;
+use super::saved::SavedRun;
 
 /// A run, live or finished, ours or another process's: a reader of its log.
 #[derive(Debug)]
 pub struct RunView {
     number: usize,
     directory: RunDirectory,
-    config: RunConfig,
+    config: Arc<RunConfig>,
     reader: EventReader,
     history: RunHistory,
     /// Time of the latest event that was read.
@@ -38,6 +33,8 @@ pub struct RunView {
     /// It was asked to leave its pause and has not said so yet.
     leaving_pause: bool,
     trained_here: bool,
+    /// The latest episode of its greedy policy that was asked for.
+    greedy: Option<Arc<Trace>>,
     /// What its log says so far is being read.
     unread: bool,
     turn: Option<Turn>,
@@ -115,7 +112,7 @@ impl RunView {
     }
 
     pub(super) fn new(directory: RunDirectory) -> Result<Self, RunError> {
-        let config = directory.config()?;
+        let config = Arc::new(directory.config()?);
         let reader = directory.events();
         Ok(Self {
             number: 0,
@@ -130,6 +127,7 @@ impl RunView {
             saved_prior: SavedPrior::default(),
             leaving_pause: false,
             trained_here: false,
+            greedy: None,
             unread: false,
             turn: None,
         })
@@ -286,8 +284,24 @@ impl RunView {
                 Ok(())
             }
             _ if self.is_queued() => Err(SessionError::Queued(self.name())),
-            _ => Err(SessionError::NotActive),
+            _ => self.ask_others(control),
         }
+    }
+
+    /// Asks the process that trains the run, if one does.
+    fn ask_others(&self, control: Control) -> Result<(), SessionError> {
+        if !self.directory.is_locked()? {
+            return Err(SessionError::NotActive);
+        }
+        let request = match control {
+            Control::Pause => Request::Pause,
+            Control::Resume => Request::Resume,
+            Control::Advance(episodes) => Request::Advance { episodes },
+            Control::Stop { .. } => Request::Stop,
+            Control::SetSchedule(schedule) => Request::Epsilon { schedule: schedule.to_string() },
+            Control::SetPrior(_) => return Err(SessionError::NotHere(self.name())),
+        };
+        Ok(self.directory.request(&request)?)
     }
 
     /// The run's files.
@@ -302,6 +316,16 @@ impl RunView {
 
     /// Its configuration.
     pub fn config(&self) -> &RunConfig {
+        &self.config
+    }
+
+    /// Takes over a configuration that was written anew.
+    pub(super) fn set_config(&mut self, config: RunConfig) {
+        self.config = Arc::new(config);
+    }
+
+    /// Its configuration, to be kept.
+    pub fn shared_config(&self) -> &Arc<RunConfig> {
         &self.config
     }
 
@@ -382,48 +406,15 @@ impl RunView {
 
     /// What its checkpoints hold.
     pub fn saved(&self) -> SavedRun {
-        SavedRun { directory: self.directory.clone(), config: self.config.clone() }
-    }
-}
-
-/// A run's checkpoints and what they were trained with; to be read on any thread.
-#[derive(Debug, Clone)]
-pub struct SavedRun {
-    directory: RunDirectory,
-    config: RunConfig,
-}
-
-impl SavedRun {
-    /// An episode of its past, played again.
-    ///
-    /// # Errors
-    /// When it is not recorded, or cannot be read.
-    pub fn past_episode(&self, episode: u64) -> Result<Trace, RunError> {
-        let played = read_episode(&self.directory.episodes_path(), episode)?;
-        Ok(Trace::replay(&self.config.task, &played))
+        SavedRun::new(self.directory.clone(), self.config.clone())
     }
 
-    /// The agent of the newest checkpoint.
-    ///
-    /// # Errors
-    /// When the method learns none, there is no checkpoint yet, or one that cannot be read.
-    pub fn agent(&self) -> Result<Ddpg, SessionError> {
-        if !self.config.method.learns() {
-            return Err(SessionError::Failed(format!(
-                "{} learns no policy: there is none to play or export",
-                self.config.method
-            )));
-        }
-        let checkpoint = self.directory.checkpoints().load(CheckpointName::Last)?;
-        Ok(Ddpg::load(checkpoint.section(NETWORKS_SECTION)?)?)
+    /// The latest episode of its greedy policy that was asked for.
+    pub fn greedy(&self) -> Option<&Arc<Trace>> {
+        self.greedy.as_ref()
     }
 
-    /// An episode of the greedy policy of the newest checkpoint.
-    ///
-    /// # Errors
-    /// As [`SavedRun::agent`].
-    pub fn greedy_episode(&self, seed: u64) -> Result<Trace, SessionError> {
-        let agent = self.agent()?;
-        Ok(greedy_episode(&self.config.task, &agent, &mut ChaCha8Rng::seed_from_u64(seed)))
+    pub(super) fn set_greedy(&mut self, trace: Trace) {
+        self.greedy = Some(Arc::new(trace));
     }
 }

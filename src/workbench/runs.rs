@@ -10,7 +10,7 @@ use super::command::{Command, Continue, Delete, Evaluate, Open};
 use super::job::Reporter;
 use super::run::{RunView, read_prior};
 use super::session::Session;
-use crate::run::{RunDirectory, RunError};
+use crate::run::{RunDirectory, RunError, RunState};
 use crate::trainer::{Control, RunConfig};
 
 impl Session {
@@ -29,8 +29,26 @@ impl Session {
             None => self.run().ok_or(SessionError::NoRun)?.directory().path().to_owned(),
         };
         self.refuse_if_busy(&folder)?;
+        self.extend(&RunDirectory::open(&folder)?)?;
         let number = self.known_or_read(&folder, command.clone().into())?;
         self.begin(number, None, "going on with")
+    }
+
+    /// Gives a finished run that is continued as many episodes as were asked for, if these are more.
+    fn extend(&mut self, directory: &RunDirectory) -> Result<(), SessionError> {
+        directory.check_free()?;
+        let config: RunConfig = directory.config()?;
+        let episodes = self.setup.config.episodes;
+        let is_more = self.setup.episodes_asked && episodes > config.episodes;
+        if !is_more || directory.status()?.state != RunState::Finished {
+            return Ok(());
+        }
+        let config = RunConfig { episodes, ..config };
+        directory.replace_config(&config)?;
+        if let Some(run) = self.runs.iter_mut().find(|run| run.directory() == directory) {
+            run.set_config(config);
+        }
+        Ok(())
     }
 
     /// The number of the run in a folder. One that the session does not know is added, and
@@ -195,12 +213,15 @@ impl Session {
     /// Begins to play the greedy policy of the current run.
     pub(super) fn evaluate(&mut self) -> Result<String, SessionError> {
         let run = self.run().ok_or(SessionError::NoRun)?;
-        let (saved, seed, name) = (run.saved(), self.setup.config.seed, run.name());
+        let (saved, seed, name, number) = (run.saved(), self.setup.config.seed, run.name(), run.number());
         let work = move |_: &Reporter| saved.greedy_episode(seed).map_err(|error| error.to_string());
-        self.begin_job(Evaluate, work, |_, trace| {
+        self.begin_job(Evaluate, work, move |session, trace| {
             let trace = trace?;
             let outcome = if trace.reached_goal() { "reaches the goal" } else { "does not reach the goal" };
             let (actions, total) = (trace.steps.len(), trace.total_reward());
+            if let Some(run) = session.runs.iter_mut().find(|run| run.number() == number) {
+                run.set_greedy(trace);
+            }
             Ok(format!("the greedy policy {outcome} in {actions} actions, return {total:.2}"))
         })?;
         Ok(format!("playing the greedy policy of {name}"))
@@ -210,7 +231,7 @@ impl Session {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::{Event, RunState};
+    use crate::run::Event;
     use crate::workbench::{Notice, Script};
 
     fn session(folder: &Path, lines: &[&str]) -> Session {

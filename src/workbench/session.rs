@@ -304,8 +304,9 @@ impl Session {
 impl Drop for Session {
     /// All trainings are asked to stop before the first is waited for.
     fn drop(&mut self) {
-        for run in &mut self.runs {
-            // What is not being trained has nothing to stop.
+        // Those of other processes go on.
+        for run in self.runs.iter_mut().filter(|run| run.is_active()) {
+            // What has ended meanwhile has nothing to stop.
             let _ = run.send(Control::Stop { reason: "the program ended".to_owned() });
         }
     }

@@ -16,12 +16,14 @@ pub(super) struct Setup {
     pub file: Option<PathBuf>,
     /// The settings; their task is the editor's.
     pub config: RunConfig,
+    /// The number of episodes is one that was asked for: finished runs that are continued get as many.
+    pub episodes_asked: bool,
 }
 
 impl Setup {
     pub fn new(task: Task) -> Self {
         let config = RunConfig::new(Arc::new(task.clone()));
-        Self { editor: Editor::new(task), file: None, config }
+        Self { editor: Editor::new(task), file: None, config, episodes_asked: false }
     }
 
     pub fn open_task(&mut self, name: &str) -> Result<String, SessionError> {

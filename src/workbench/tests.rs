@@ -287,3 +287,66 @@ fn what_commands_begin_act_on_and_overwrite() {
         assert_eq!(command.overwrites(), overwrites.map(Path::new), "{line}");
     }
 }
+
+#[test]
+fn a_run_of_another_session_is_steered_through_its_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run");
+    let apply = |session: &mut Session, line: &str| {
+        session.apply(Command::parse(line).unwrap().unwrap()).map_err(|error| error.to_string())
+    };
+    let mut owner = Session::new(crate::task::load("task1").unwrap(), folder.path().to_owned());
+    for line in ["method ddpg", "episodes 1000000", "set ddpg.hidden 4"] {
+        apply(&mut owner, line).unwrap();
+    }
+    apply(&mut owner, &format!("train {}", shell_words::quote(&path.display().to_string()))).unwrap();
+    let wait = |owner: &mut Session, until: &dyn Fn(&RunView) -> bool| {
+        while !until(owner.run().unwrap()) {
+            owner.poll();
+            std::thread::yield_now();
+        }
+    };
+    wait(&mut owner, &|run| run.records().len() > 2);
+    let mut other = Session::on_run(&path).unwrap();
+    let error = apply(&mut other, "continue").unwrap_err();
+    assert!(error.contains(&std::process::id().to_string()), "why, here: {error}");
+    apply(&mut other, "pause").unwrap();
+    wait(&mut owner, &|run| run.state() == RunState::Paused);
+    apply(&mut other, "epsilon 0.25").unwrap();
+    apply(&mut other, "resume until 500").unwrap();
+    wait(&mut owner, &|run| run.state() != RunState::Paused);
+    wait(&mut owner, &|run| run.state() == RunState::Paused);
+    let at = owner.run().unwrap().records().len();
+    assert!((500..=503).contains(&at), "what the other session knew may be some episodes old: {at}");
+    drop(other);
+    owner.poll();
+    assert!(owner.run().unwrap().is_active(), "who has only looked ends nothing");
+    let mut other = Session::on_run(&path).unwrap();
+    assert_eq!(other.run().unwrap().state(), RunState::Paused);
+    apply(&mut other, "stop").unwrap();
+    wait(&mut owner, &|run| !run.is_active());
+    assert_eq!(owner.run().unwrap().state(), RunState::Stopped("asked to by another process".to_owned()));
+    let script = owner.to_script();
+    assert!(script.contains("epsilon 0.25") && script.contains("stop"), "what others asked is recorded too: {script}");
+    assert!(apply(&mut other, "pause").unwrap_err().contains("not being trained"));
+}
+
+#[test]
+fn a_finished_run_goes_on_to_the_episodes_that_are_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = shell_words::quote(&folder.path().join("run").display().to_string()).into_owned();
+    let play = |session: &mut Session, lines: &[&str]| {
+        let script = Script::parse(&lines.join("\n"), "s", &[]).unwrap();
+        script.run(session, |_| {}).unwrap();
+    };
+    let mut session = Session::new(crate::task::load("task1").unwrap(), folder.path().to_owned());
+    let train = format!("train {path}");
+    play(&mut session, &["method ddpg", "set ddpg.hidden 4", "episodes 3", &train, "wait", "expect episodes = 3"]);
+    play(&mut session, &["continue", "wait", "expect episodes = 3", "episodes 5", "continue", "wait"]);
+    play(&mut session, &["expect episodes = 5", "episodes 4", "continue", "wait", "expect episodes = 5"]);
+    assert_eq!(session.run().unwrap().state(), RunState::Finished);
+    drop(session);
+    // Who has not said how many leaves it as it is.
+    let mut other = Session::on_run(&folder.path().join("run")).unwrap();
+    play(&mut other, &["continue", "wait", "expect episodes = 5"]);
+}

@@ -99,6 +99,7 @@ pub enum Action {
     Smoothing,
     LogAxis,
     Compare,
+    Fold,
     // Schedule.
     NextPoint,
     PreviousPoint,
@@ -108,6 +109,11 @@ pub enum Action {
     Discard,
     // Runs.
     Mark,
+    Sort,
+    Reverse,
+    PinBaseline,
+    EditNote,
+    EditTags,
     Filter,
     Evaluate,
     Continue,

@@ -12,6 +12,8 @@ mod unsaved;
 
 pub use unsaved::{Guarded, report_kept};
 
+use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 use crossterm::event::{Event, KeyEvent, KeyEventKind, KeyModifiers, MouseEvent, MouseEventKind};
@@ -22,8 +24,9 @@ use super::actions::{Action, Context, Tab};
 use super::effect::Effect;
 use super::input::{Key, Keymap};
 use super::layers::{Layer, Response, Tour};
-use super::screens::{Chrome, HitRegions, Notice, Screens, Ui, draw_frame, draw_scene};
+use super::screens::{Chrome, HitRegions, Notice, Screens, Ui, draw_frame, draw_scene, runs, training};
 use super::terminal::{Graphics, Protocol, Received};
+use super::view::playback::Episode;
 use super::view::{Choice, Level, Subject, Workspace};
 use super::widgets::theme::Theme;
 use mouse::Drag;
@@ -51,6 +54,12 @@ pub struct App {
     /// Whether the mouse is captured.
     mouse: bool,
     leaving: Leaving,
+    /// Something was being trained at the last look.
+    was_busy: bool,
+    /// Runs that are to go on when the workbench is left.
+    background: Vec<PathBuf>,
+    /// The episode of a greedy policy that was shown last.
+    greedy: Option<Arc<Episode>>,
     /// Something new is to be seen.
     changed: bool,
     /// Something new is to be seen in the scene, but nowhere else.
@@ -81,6 +90,8 @@ pub enum TerminalRequest {
     Mouse(bool),
     /// Put a text on the clipboard.
     Copy(String),
+    /// Say that something long has ended.
+    Notify(String),
 }
 
 impl App {
@@ -101,6 +112,9 @@ impl App {
             request: None,
             mouse: true,
             leaving: Leaving::No,
+            was_busy: false,
+            background: Vec::new(),
+            greedy: None,
             changed: true,
             moved: false,
             picture: Buffer::default(),
@@ -121,6 +135,16 @@ impl App {
     /// Whether the workbench is to be left.
     pub fn is_leaving(&self) -> bool {
         self.leaving == Leaving::Now
+    }
+
+    /// Runs that are to go on in the background once the workbench is left and its trainings have stopped.
+    pub fn left_in_background(&self) -> Vec<PathBuf> {
+        self.background.clone()
+    }
+
+    /// Looks for runs in their folder, in the background.
+    pub fn look_for_runs(&mut self) {
+        self.workspace.look_for_runs();
     }
 
     /// What only the owner of the terminal can do, if something is asked for; asking forgets it.
@@ -193,6 +217,10 @@ impl App {
     pub fn tick(&mut self, elapsed: Duration) {
         let lines = self.workspace.view().log_total;
         let is_changed = self.workspace.poll();
+        let is_busy = self.is_busy();
+        if std::mem::replace(&mut self.was_busy, is_busy) && !is_busy {
+            self.request = Some(TerminalRequest::Notify("mge: nothing is being trained any more".to_owned()));
+        }
         self.changed |= is_changed;
         let view = self.workspace.view();
         let fresh = view.log_total.saturating_sub(lines).min(view.log.len());
@@ -208,10 +236,12 @@ impl App {
         }
         if is_changed {
             self.choose_subject(None, false);
+            self.show_greedy();
         }
-        if self.tab.has_scene() {
+        if self.shows_scene() {
             self.tick_scene(elapsed);
         }
+        self.want_curves();
         if self.tab == Tab::Runs && self.screens.runs.is_time_to_look(elapsed) {
             self.workspace.look_for_runs();
         }
@@ -220,7 +250,49 @@ impl App {
         }
     }
 
+    /// Whether runs or models are being trained here.
+    fn is_busy(&self) -> bool {
+        let view = self.workspace.view();
+        view.model_work.is_some() || view.training_runs().next().is_some()
+    }
+
+    /// Asks for the curves of the runs that are to be seen.
+    fn want_curves(&mut self) {
+        let ui = self.ui();
+        let wanted = match self.tab {
+            Tab::Scene | Tab::Training => training::wanted(&self.screens.curves, &self.screens.runs, &ui),
+            Tab::Runs => runs::wanted(&self.screens.runs, &ui),
+            _ => return,
+        };
+        let previewed = Some(self.tab).filter(|tab| *tab == Tab::Runs);
+        let previewed = previewed.and_then(|_| runs::previewed(&self.screens.runs, &ui));
+        self.workspace.want_curves(wanted);
+        if let Some(run) = previewed {
+            self.workspace.want_details(&run);
+        }
+    }
+
+    /// Whether a scene is to be seen: on its screens, and beside the curves for an episode of the past.
+    fn shows_scene(&self) -> bool {
+        self.tab.has_scene() || (self.tab == Tab::Training && matches!(self.subject.choice(), Choice::Past(_)))
+    }
+
+    /// Shows the episode of a greedy policy that was asked for, once it is there.
+    fn show_greedy(&mut self) {
+        let Some(greedy) = self.workspace.view().watched.as_ref().and_then(|watched| watched.greedy.clone()) else {
+            return;
+        };
+        if self.greedy.as_ref().is_none_or(|known| !Arc::ptr_eq(known, &greedy)) {
+            self.greedy = Some(greedy.clone());
+            self.choose_subject(Some(Choice::Past(greedy)), false);
+        }
+    }
+
     fn tick_scene(&mut self, elapsed: Duration) {
+        self.screens.scene.show_all(self.tab == Tab::Training);
+        if let Some(episode) = self.subject.wants_agent() {
+            self.workspace.want_agent(episode);
+        }
         if self.screens.scene.needs_model(&self.subject) {
             let model = self.workspace.model_for(&self.subject.task().clone());
             self.subject.set_model(model);
@@ -240,10 +312,11 @@ impl App {
     fn choose_subject(&mut self, choice: Option<Choice>, next: bool) {
         let choice = choice.unwrap_or_else(|| self.subject.choice().clone());
         let subject = Subject::choose(self.workspace.view(), &choice, Some(&self.subject), next);
-        let is_other = !std::sync::Arc::ptr_eq(subject.episode(), self.subject.episode());
+        let is_other = !Arc::ptr_eq(subject.episode(), self.subject.episode());
         if subject.run().map(|run| &run.path) != self.subject.run().map(|run| &run.path) {
             self.screens.curves.forget_window();
         }
+        self.screens.curves.follow(self.subject.past_episode(), subject.past_episode());
         self.subject = subject;
         if is_other || next {
             self.screens.scene.begin(&self.subject);

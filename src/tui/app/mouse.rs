@@ -13,6 +13,8 @@ pub enum Drag {
     Object,
     /// The selected point of the schedule.
     SchedulePoint,
+    /// The crosshair of the curves.
+    Crosshair,
 }
 
 impl App {
@@ -56,13 +58,29 @@ impl App {
                 self.drag = Some(Drag::SchedulePoint);
             }
             Some(Region::Row(row)) => self.select_row(row),
-            Some(Region::Chart(_, metric)) => self.screens.curves.select(metric),
+            Some(Region::Chart(axes, metric)) => {
+                self.screens.curves.select(metric);
+                self.drag = Some(Drag::Crosshair);
+                self.move_crosshair(axes.x_at(at.0));
+            }
             Some(Region::Preview) | None => {}
         }
         true
     }
 
+    fn move_crosshair(&mut self, to: f32) {
+        let (screens, ui) = self.screens_and_ui();
+        let effects = training::move_crosshair(&mut screens.curves, &screens.runs, &ui, to);
+        self.carry_out(effects);
+    }
+
     fn drag_to(&mut self, (column, row): (u16, u16)) -> bool {
+        if self.drag == Some(Drag::Crosshair) {
+            if let Some(Region::Chart(axes, _)) = self.regions.at((column, row)) {
+                self.move_crosshair(axes.x_at(column));
+            }
+            return true;
+        }
         for (_, region) in self.regions.all() {
             match (self.drag, region) {
                 (Some(Drag::SchedulePoint), Region::Schedule(axes)) => {
@@ -89,11 +107,11 @@ impl App {
             _ => None,
         };
         let curves = &mut self.screens.curves;
-        let before = curves.crosshair;
+        let before = curves.hovered;
         if crosshair.is_some() || self.tab == Tab::Scene {
-            curves.crosshair = crosshair;
+            curves.hovered = crosshair;
         }
-        before != curves.crosshair
+        before != curves.hovered
     }
 
     fn scroll(&mut self, at: (u16, u16), up: bool) -> bool {

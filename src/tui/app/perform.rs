@@ -14,13 +14,9 @@ use crate::workbench::{Command, FigureKind, command};
 impl App {
     /// Does what an action asks for.
     pub(super) fn perform(&mut self, action: Action) {
-        // On the Runs screen, what is done with a run is done with the selected one.
-        if self.tab == Tab::Runs && matches!(action, Action::Pause | Action::Stop) {
-            let (screens, ui) = self.screens_and_ui();
-            let watch = screens.runs.watch_selected(&ui);
-            self.carry_out(watch);
-        }
         match action {
+            // On the Runs screen, what is done with a run is done with the selected or the marked ones.
+            Action::Pause | Action::Stop | Action::Export if self.tab == Tab::Runs => self.perform_on_screen(action),
             Action::Train => self.apply(command::Train { folder: None, until: None }),
             Action::Pause => match self.subject.run() {
                 Some(run) if run.state == RunState::Paused => self.apply(command::Resume { until: None }),
@@ -81,6 +77,7 @@ impl App {
         let effects = match tab {
             Tab::Scene | Tab::Edit => scene::perform(&mut screens.scene, &ui, action),
             Tab::Schedule => schedule::perform(&mut screens.schedule, &ui, action),
+            Tab::Training if scene::is_playback(action) => scene::perform(&mut screens.scene, &ui, action),
             Tab::Training => training::perform(&mut screens.curves, &screens.runs, &ui, action),
             Tab::Runs => runs::perform(&mut screens.runs, &ui, action),
             Tab::Models => models::perform(&mut screens.lists, &ui, action),
@@ -110,14 +107,32 @@ impl App {
             Effect::Select(object) => self.screens.scene.select(object),
             Effect::Show(choice) => self.choose_subject(Some(choice), false),
             Effect::Replay(episode) => self.replay(episode)?,
+            Effect::Scrub(episode) => self.scrub(episode)?,
             Effect::NextEpisode => self.choose_subject(None, true),
-            Effect::Filter(text) => self.screens.runs.filter(text),
+            Effect::Filter(text) => self.screens.runs.filter(&text)?,
+            Effect::PinBaseline(label) => {
+                let report = self.workspace.pin_baseline(&label);
+                self.say(Level::Info, report);
+            }
+            Effect::Compare => {
+                let show = runs::compare(&mut self.screens);
+                self.try_effect(show)?;
+            }
+            Effect::All(effects) => {
+                for effect in effects {
+                    self.try_effect(effect)?;
+                }
+            }
             Effect::Export(figures) => {
                 for (kind, format) in figures {
                     self.export(kind, format)?;
                 }
             }
             Effect::Quit => self.leaving = Leaving::Now,
+            Effect::QuitToBackground => {
+                self.background = self.workspace.view().training_runs().map(|run| run.path.clone()).collect();
+                self.leaving = Leaving::Now;
+            }
             Effect::QuitWhenIdle => {
                 self.leaving = Leaving::WhenIdle;
                 self.say(Level::Info, "leaving when all runs are done; quit again to change that");
@@ -200,6 +215,19 @@ impl App {
         self.report(figure.into()).map_err(|error| format!("{}: {error}", kind.name()))
     }
 
+    /// Moves the scene to an episode of the watched run's past. The time in it stays where it was, so
+    /// that one moment can be followed through the training.
+    fn scrub(&mut self, episode: u64) -> Result<(), String> {
+        if self.subject.past_episode() == Some(episode) {
+            return Ok(());
+        }
+        let time = self.subject.past_episode().map_or(0, |_| self.screens.scene.player.step());
+        let episode = self.workspace.past_episode(episode)?;
+        self.choose_subject(Some(Choice::Past(episode)), false);
+        self.screens.scene.player.seek(time.min(self.subject.episode().steps()));
+        Ok(())
+    }
+
     fn copy_command(&mut self) {
         let view = self.workspace.view();
         let task = view.file.as_ref().map_or_else(|| view.task.name.clone(), |file| file.display().to_string());
@@ -232,6 +260,7 @@ impl App {
         let effects = match self.tab {
             Tab::Scene | Tab::Edit => self.screens.scene.back(&self.subject),
             Tab::Training if self.screens.curves.leave() => Vec::new(),
+            Tab::Training if matches!(self.subject.choice(), Choice::Past(_)) => vec![Effect::Show(Choice::Latest)],
             Tab::Runs if self.screens.runs.leave() => Vec::new(),
             _ => vec![Effect::Perform(Action::Screen(Tab::Scene))],
         };
@@ -249,11 +278,16 @@ impl App {
 
     /// Selects a row of a list: an object, a run, a model or a figure.
     pub(super) fn select_row(&mut self, row: usize) {
-        let view = self.workspace.view();
         match self.tab {
-            Tab::Edit => self.screens.scene.select(view.objects().all().get(row).copied()),
-            Tab::Runs if self.screens.runs.is_selected(view, row) => self.perform(Action::Confirm),
-            Tab::Runs => self.screens.runs.select(view, row),
+            Tab::Edit => {
+                let object = self.workspace.view().objects().all().get(row).copied();
+                self.screens.scene.select(object);
+            }
+            Tab::Runs if self.screens.runs.is_selected(&self.ui(), row) => self.perform(Action::Confirm),
+            Tab::Runs => {
+                let (screens, ui) = self.screens_and_ui();
+                screens.runs.select(&ui, row);
+            }
             tab => lists::select_row(&mut self.screens.lists, tab, row),
         }
     }

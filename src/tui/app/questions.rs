@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::App;
+use crate::run::RunState;
 use crate::task;
 use crate::trainer::{Method, PriorSource};
 use crate::tui::effect::Effect;
@@ -38,7 +39,8 @@ impl App {
     }
 
     pub(super) fn ask_to_stop(&mut self) {
-        let Some(run) = self.subject.run().filter(|run| run.active) else {
+        let Some(run) = self.subject.run().filter(|run| matches!(run.state, RunState::Running | RunState::Paused))
+        else {
             return self.carry_out(vec![Effect::apply(command::Stop)]);
         };
         let text = format!(

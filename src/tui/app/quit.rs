@@ -35,6 +35,7 @@ impl App {
         let leave = if trained { "keep a checkpoint, stop and leave" } else { "leave" };
         let mut answers = vec![('y', leave, Effect::Quit)];
         if view.training_runs().next().is_some() {
+            answers.push(('b', "leave it training in the background", Effect::QuitToBackground));
             answers.push(('w', "wait: leave when all runs are done", Effect::QuitWhenIdle));
         }
         self.leaving = Leaving::No;

@@ -20,6 +20,8 @@ pub struct Curve<'a> {
     pub colour: Color,
     /// One value an episode, from episode 1; what is not finite is a gap.
     pub values: &'a [f32],
+    /// Lower and upper ends of the band around it, as many as values.
+    pub band: Option<[&'a [f32]; 2]>,
     /// So many of the first values are means of less than the others, and drawn dotted.
     pub partial: usize,
     /// Separate points: episode and value, such as evaluations.
@@ -55,7 +57,7 @@ pub fn draw(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Opti
     let height = Constraint::Length(legend.len() as u16);
     let [above, area] = Layout::vertical([height, Constraint::Fill(1)]).areas(area);
     Text::from(legend).render(above, buffer);
-    let lines: Vec<Vec<(f32, f32)>> = plot.curves.iter().map(|curve| visible(curve, plot)).collect();
+    let lines: Vec<Vec<(f32, f32)>> = plot.curves.iter().map(|curve| visible(curve.values, plot)).collect();
     let found = range(&lines, plot);
     let axes = Axes::draw(area, plot.x, found.unwrap_or([0.0, 1.0]), plot.scale, theme, buffer)?;
     if found.is_none() {
@@ -69,6 +71,9 @@ pub fn draw(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Opti
         return Some(axes);
     }
     raster::draw(axes.plot, theme.marker, buffer, |raster| {
+        for curve in &plot.curves {
+            shade(curve, plot, &axes, raster);
+        }
         for (line, curve) in lines.iter().zip(&plot.curves) {
             trace(line, curve, &axes, raster);
         }
@@ -119,9 +124,9 @@ fn legend(plot: &Plot, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
 }
 
 /// The smoothed values inside of the window, gaps as NaN.
-fn visible(curve: &Curve, plot: &Plot) -> Vec<(f32, f32)> {
+fn visible(values: &[f32], plot: &Plot) -> Vec<(f32, f32)> {
     let first = (plot.x.from.floor().max(1.0) as usize) - 1;
-    let end = (plot.x.to.ceil().max(0.0) as usize).min(curve.values.len());
+    let end = (plot.x.to.ceil().max(0.0) as usize).min(values.len());
     if first >= end {
         return Vec::new();
     }
@@ -145,10 +150,10 @@ fn visible(curve: &Curve, plot: &Plot) -> Vec<(f32, f32)> {
         (sum / window.len() as f64) as f32
     };
     // What comes before the window belongs to the means of its first values.
-    for value in &curve.values[first.saturating_sub(width)..first] {
+    for value in &values[first.saturating_sub(width)..first] {
         smooth(*value);
     }
-    (first..end).map(|index| ((index + 1) as f32, smooth(curve.values[index]))).collect()
+    (first..end).map(|index| ((index + 1) as f32, smooth(values[index]))).collect()
 }
 
 /// Lowest and highest scaled value with a margin. None if no value is finite.
@@ -168,6 +173,27 @@ fn range(lines: &[Vec<(f32, f32)>], plot: &Plot) -> Option<[f32; 2]> {
             Some([found[0] - margin, found[1] + margin])
         }
     }
+}
+
+/// Shades the band around a curve, with dots so far apart that what lies over it is seen.
+fn shade(curve: &Curve, plot: &Plot, axes: &Axes, raster: &mut Raster) {
+    let Some(ends) = curve.band else { return };
+    let size = raster.size();
+    let [low, high] = ends.map(|values| visible(values, plot));
+    let mut dots = Vec::new();
+    let mut column = f32::NEG_INFINITY;
+    for ((x, low), (_, high)) in low.into_iter().zip(high) {
+        let [bottom, top] = [axes.dot(size, x, low), axes.dot(size, x, high)];
+        // One of the episodes in a column of dots stands for it, in every other column.
+        if bottom[0].floor() < column + 2.0 || !(bottom[1].is_finite() && top[1].is_finite()) {
+            continue;
+        }
+        column = bottom[0].floor();
+        let rows = top[1].floor().max(0.0) as usize..=bottom[1].floor().clamp(0.0, size[1]) as usize;
+        let shift = (column as usize / 2) % 2;
+        dots.extend(rows.filter(|row| row % 2 == shift).map(|row| [bottom[0], row as f32]));
+    }
+    raster.points(dots, curve.colour);
 }
 
 /// Draws a line: neighbours are connected, and a column of dots with many values shows
@@ -250,7 +276,7 @@ mod tests {
     fn plot<'a>(values: &'a [f32], points: &'a [(u64, f32)]) -> Plot<'a> {
         Plot {
             title: "loss",
-            curves: vec![Curve { name: "a".into(), colour: Color::Red, values, partial: 0, points }],
+            curves: vec![Curve { name: "a".into(), colour: Color::Red, values, band: None, partial: 0, points }],
             x: Window { from: 1.0, to: values.len().max(10) as f32 },
             y: None,
             scale: Scale::Linear,
@@ -301,7 +327,7 @@ mod tests {
         let values = [0.0, 4.0, 2.0, f32::NAN, 6.0];
         let mut plot = plot(&values, &[]);
         plot.smoothing = 2;
-        let smooth: Vec<f32> = visible(&plot.curves[0], &plot).iter().map(|(_, value)| *value).collect();
+        let smooth: Vec<f32> = visible(plot.curves[0].values, &plot).iter().map(|(_, value)| *value).collect();
         assert_eq!(smooth[..3], [0.0, 2.0, 3.0]);
         assert!(smooth[3].is_nan());
         assert_eq!(smooth[4], 4.0);
@@ -318,11 +344,32 @@ mod tests {
     }
 
     #[test]
+    fn a_band_is_dots_between_its_ends_and_moves_neither_line_nor_axis() {
+        let (values, low, high) = ([0.5; 40], [0.0; 40], [1.0; 40]);
+        let mut plot = plot(&values, &[]);
+        plot.y = Some([0.0, 1.0]);
+        let without = lines(&plot, Marker::Ascii);
+        plot.curves[0].band = Some([&low, &high]);
+        let with = lines(&plot, Marker::Ascii);
+        let dots = |lines: &[String]| lines.concat().matches('*').count();
+        assert!(dots(&with) > dots(&without) + 10, "{with:#?}");
+        assert_eq!(with[0], without[0]);
+        plot.curves[0].band = Some([&[f32::NAN; 40], &high]);
+        assert_eq!(lines(&plot, Marker::Ascii), without, "a band without ends is none");
+    }
+
+    #[test]
     fn curves_without_room_in_the_legend_are_counted() {
         let values = [1.0; 20];
         let mut plot = plot(&values, &[]);
-        let curve =
-            |name: &str| Curve { name: name.into(), colour: Color::Red, values: &values, partial: 0, points: &[] };
+        let curve = |name: &str| Curve {
+            name: name.into(),
+            colour: Color::Red,
+            values: &values,
+            band: None,
+            partial: 0,
+            points: &[],
+        };
         plot.curves = ["one", "two", "three", "four"].map(curve).into();
         assert_eq!(lines(&plot, Marker::Ascii)[0], "loss  one 1  +3 more");
     }

@@ -24,7 +24,9 @@ pub struct Scene {
     pub player: Player,
     /// The person's hand, while they play.
     pub hand: Option<Hand>,
-    pub(super) overlays: Overlays,
+    overlays: Overlays,
+    /// Agent and prediction are shown whatever was chosen, as beside the curves.
+    all: bool,
     selected: Option<Object>,
     /// Where the selected object is dragged.
     dragged_to: Option<[f32; 2]>,
@@ -88,6 +90,18 @@ impl<T> Derived<T> {
 }
 
 impl Scene {
+    /// What is shown over the scene.
+    pub(super) fn overlays(&self) -> Overlays {
+        let all = self.all;
+        let Overlays { critic, actor, model, .. } = self.overlays;
+        Overlays { critic: critic || all, actor: actor || all, model: model || all, ..self.overlays }
+    }
+
+    /// Shows agent and prediction whatever was chosen, or no longer.
+    pub fn show_all(&mut self, all: bool) {
+        self.all = all;
+    }
+
     /// The selected object.
     pub fn selected(&self) -> Option<Object> {
         self.selected
@@ -131,7 +145,7 @@ impl Scene {
 
     /// What is missing of what is to be seen, and why.
     pub(super) fn missing(&self, subject: &Subject) -> Vec<String> {
-        let overlays = self.overlays;
+        let overlays = self.overlays();
         let mut missing: Vec<String> = subject.note().map(str::to_owned).into_iter().collect();
         if subject.is_of_run() {
             missing.extend(self.agent_view.problem().map(|reason| format!("no critic or actor: {reason}")));
@@ -144,7 +158,7 @@ impl Scene {
 
     /// Whether a prediction is to be shown.
     pub fn needs_model(&self, subject: &Subject) -> bool {
-        self.hand.is_some() || (self.overlays.model && subject.is_of_run())
+        self.hand.is_some() || (self.overlays().model && subject.is_of_run())
     }
 
     /// Begins to show another episode, or the same again.
@@ -180,7 +194,8 @@ impl Scene {
         let key = |wanted: bool, part| {
             Some((subject.episode().trace.clone(), action, part)).filter(|_| wanted && subject.is_of_run())
         };
-        let (show_agent, show_model) = (self.overlays.critic || self.overlays.actor, self.overlays.model);
+        let overlays = self.overlays();
+        let (show_agent, show_model) = (overlays.critic || overlays.actor, overlays.model);
         changed |= self.agent_view.renew(key(show_agent, networks), |action| subject.agent_view(action));
         changed |= self.prediction.renew(key(show_model, model), |action| subject.predict(action));
         if let Some(hand) = &mut self.hand
@@ -280,6 +295,12 @@ fn watch(scene: &mut Scene, ui: &Ui, action: Action) -> Option<Vec<Effect>> {
         _ => return None,
     }
     Some(explain_overlay(scene, ui, action).into_iter().collect())
+}
+
+/// Whether an action is one on the episode that is played, also where the scene is beside the curves.
+pub fn is_playback(action: Action) -> bool {
+    use Action::{NextEpisode, PlayPause, PreviousEpisode, StepBack, StepOn};
+    matches!(action, PlayPause | StepOn | StepBack | PreviousEpisode | NextEpisode)
 }
 
 /// Plays another episode of the watched run's past again.

@@ -1,34 +1,43 @@
 //! The Training screen: curves of the runs.
 
 use std::collections::HashSet;
+use std::path::PathBuf;
 
 use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
+use ratatui::layout::{Constraint, Layout, Rect};
 
 use super::pane::{WIDE, hint, pane};
 use super::runs::Runs;
-use super::{HitRegions, Region, Ui};
+use super::workbench::scene_pane;
+use super::{HitRegions, Region, Screens, Ui};
 use crate::run::Metric;
 use crate::stats::rolling::WINDOW;
 use crate::tui::actions::Action;
 use crate::tui::chart::{Curve, Plot, Range, Scale, draw as draw_chart};
 use crate::tui::effect::Effect;
-use crate::tui::view::{RunSummary, span};
+use crate::tui::view::{Choice, Curves, GroupCurves, RunGroup, RunSummary, ViewModel, span};
 use crate::tui::widgets::columns::fitting;
+
+/// Columns from which on there is room for the scene beside the curves.
+const BESIDE: u16 = 80;
 
 /// What the curves show.
 #[derive(Debug)]
 pub struct CurvesState {
     /// The episodes shown.
     pub range: Range,
-    /// The episode whose values are read off.
+    /// The episode whose values are read off, and which the scene shows.
     pub crosshair: Option<f32>,
+    /// The episode under the mouse, whose values are read off meanwhile.
+    pub hovered: Option<f32>,
     /// The selected curve.
     selected: usize,
     /// Only the selected curve is shown.
     alone: bool,
     /// The marked runs are shown, not only the watched one.
-    comparing: bool,
+    pub comparing: bool,
+    /// Runs that differ in the seed only are one curve.
+    folded: bool,
     /// Each value is the mean of so many episodes.
     smoothing: usize,
     logarithmic: HashSet<Metric>,
@@ -41,9 +50,11 @@ impl Default for CurvesState {
         Self {
             range: Range::default(),
             crosshair: None,
+            hovered: None,
             selected: 0,
             alone: false,
             comparing: false,
+            folded: true,
             smoothing: 10,
             logarithmic: HashSet::from([Metric::CriticLoss]),
         }
@@ -58,7 +69,14 @@ impl CurvesState {
 
     /// Shows all episodes: a window of one run says nothing of another.
     pub fn forget_window(&mut self) {
-        (self.range, self.crosshair) = (Range::Whole, None);
+        (self.range, self.crosshair, self.hovered) = (Range::Whole, None, None);
+    }
+
+    /// Moves the crosshair to the episode of the past that is shown, away with it when it is left.
+    pub fn follow(&mut self, before: Option<u64>, now: Option<u64>) {
+        if before != now {
+            self.crosshair = now.map(|episode| episode as f32);
+        }
     }
 
     /// Selects a curve.
@@ -86,55 +104,155 @@ impl CurvesState {
     }
 }
 
-/// Runs whose curves are shown.
-fn shown_runs<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Vec<&'a RunSummary> {
-    if curves.comparing {
-        let all = ui.view.runs.iter().map(|run| &**run);
-        return all.filter(|run| run.opened && runs.is_marked(run)).collect();
+/// Something with a curve: a run, with its group if that has more, or a group in one.
+#[derive(Clone, Copy)]
+pub enum Shown<'a> {
+    /// A run.
+    Run(&'a RunSummary, Option<&'a RunGroup>),
+    /// A group.
+    Group(&'a RunGroup, &'a GroupCurves),
+}
+
+impl<'a> Shown<'a> {
+    /// A run as it is shown alone.
+    pub fn run(run: &'a RunSummary, view: &'a ViewModel) -> Self {
+        Self::Run(run, view.groups.of(&run.path).filter(|group| group.is_many()))
     }
-    ui.subject.run().into_iter().collect()
+
+    fn label(&self) -> String {
+        match self {
+            Self::Run(run, None) => run.label.clone(),
+            Self::Run(run, Some(group)) => format!("{}, seed {}", group.label, run.seed),
+            Self::Group(group, _) => format!("{}, {} seeds", group.label, group.runs.len()),
+        }
+    }
+
+    fn curves(&self) -> &'a Curves {
+        match self {
+            Self::Run(run, _) => &run.curves,
+            Self::Group(_, curves) => &curves.middle,
+        }
+    }
+
+    fn band(&self, metric: Metric) -> Option<[&'a [f32]; 2]> {
+        match self {
+            Self::Run(..) => None,
+            Self::Group(_, curves) => Some([curves.low.get(metric), curves.high.get(metric)]),
+        }
+    }
+
+    fn evaluations(&self) -> &'a [(u64, f32)] {
+        match self {
+            Self::Run(run, _) => &run.evaluations,
+            Self::Group(..) => &[],
+        }
+    }
 }
 
-/// Episodes of the longest run that is shown.
+/// The runs whose curves are shown: the marked ones or all of the watched run's task, or the watched one.
+fn chosen<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Vec<&'a RunSummary> {
+    let watched = ui.subject.run();
+    if !curves.comparing {
+        return watched.into_iter().collect();
+    }
+    let all = || ui.view.runs.iter().map(|run| &**run);
+    let marked: Vec<&RunSummary> = all().filter(|run| runs.is_marked(run)).collect();
+    let of_task = |run: &&RunSummary| watched.is_some_and(|watched| watched.task == run.task);
+    if marked.is_empty() { all().filter(of_task).collect() } else { marked }
+}
+
+/// What is drawn: groups in one where they are folded, and single runs.
+fn shown<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Vec<Shown<'a>> {
+    let mut shown: Vec<Shown<'a>> = Vec::new();
+    for run in chosen(curves, runs, ui) {
+        let single = Shown::run(run, ui.view);
+        let Shown::Run(_, Some(group)) = single else {
+            shown.push(single);
+            continue;
+        };
+        match group.curves.as_deref().filter(|_| curves.folded) {
+            Some(of_group) => {
+                let is_same = |known: &Shown| matches!(known, Shown::Group(other, _) if std::ptr::eq(*other, group));
+                if !shown.iter().any(is_same) {
+                    shown.push(Shown::Group(group, of_group));
+                }
+                if !curves.comparing {
+                    shown.push(single);
+                }
+            }
+            None if curves.comparing || curves.folded => shown.push(single),
+            None => {
+                let seeds = group.runs.iter().filter_map(|path| ui.view.run(path));
+                shown.extend(seeds.map(|run| Shown::Run(run, Some(group))));
+            }
+        }
+    }
+    shown
+}
+
+/// Folders of the runs whose curves are needed.
+pub fn wanted(curves: &CurvesState, runs: &Runs, ui: &Ui) -> Vec<PathBuf> {
+    let mut wanted: Vec<PathBuf> = Vec::new();
+    for run in chosen(curves, runs, ui) {
+        match ui.view.groups.of(&run.path) {
+            Some(group) if wanted.contains(&group.runs[0]) => {}
+            Some(group) => wanted.extend(group.runs.iter().cloned()),
+            None => wanted.push(run.path.clone()),
+        }
+    }
+    wanted
+}
+
+/// Episodes of the longest curve that is shown.
 pub fn episodes(curves: &CurvesState, runs: &Runs, ui: &Ui) -> usize {
-    shown_runs(curves, runs, ui).iter().map(|run| run.curves.episodes()).max().unwrap_or(0)
+    shown(curves, runs, ui).iter().map(|shown| shown.curves().episodes()).max().unwrap_or(0)
 }
 
-/// Draws one chart of some runs.
-struct Charts<'a> {
+/// Draws one chart of some runs and groups.
+pub struct Charts<'a> {
     state: &'a CurvesState,
-    runs: Vec<&'a RunSummary>,
+    shown: Vec<Shown<'a>>,
     ui: &'a Ui<'a>,
 }
 
-impl Charts<'_> {
-    fn draw(&self, metric: Metric, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
-        let many = self.runs.len() > 1;
-        let names = if many { names(&self.runs) } else { vec![String::new(); self.runs.len()] };
-        let labels: Vec<&str> = self.runs.iter().map(|run| run.label.as_str()).collect();
-        let colours = self.ui.theme.runs(&labels);
-        let of_subgoals = self.runs.first().filter(|_| metric == Metric::SubgoalShare && !many);
-        let by_subgoal = of_subgoals.map(|run| run.subgoal_hits()).unwrap_or_default();
+impl<'a> Charts<'a> {
+    /// Charts of these, over the same episodes.
+    pub fn new(state: &'a CurvesState, shown: Vec<Shown<'a>>, ui: &'a Ui<'a>) -> Self {
+        Self { state, shown, ui }
+    }
+
+    /// Draws the chart of a metric.
+    pub fn draw(&self, metric: Metric, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
+        let labels: Vec<String> = self.shown.iter().map(Shown::label).collect();
+        let many = labels.len() > 1;
+        let names = if many { names(&self.shown, &labels) } else { vec![String::new(); labels.len()] };
+        let colours = self.ui.theme.runs(&labels.iter().map(String::as_str).collect::<Vec<_>>());
+        let by_subgoal = match self.shown.as_slice() {
+            [Shown::Run(run, _)] if metric == Metric::SubgoalShare => run.subgoal_hits(),
+            _ => Vec::new(),
+        };
         let single = by_subgoal.iter().enumerate().map(|(index, values)| Curve {
             name: (index + 1).to_string(),
             colour: self.ui.theme.stage(index),
             values,
+            band: None,
             partial: 0,
             points: &[],
         });
-        let whole = self.runs.iter().filter(|_| by_subgoal.is_empty());
-        let curves = whole.zip(names).zip(colours).map(|((run, name), colour)| Curve {
+        let whole = self.shown.iter().filter(|_| by_subgoal.is_empty());
+        let curves = whole.zip(names).zip(colours).map(|((shown, name), colour)| Curve {
             name,
             colour,
-            values: run.curves.get(metric),
+            values: shown.curves().get(metric),
+            band: shown.band(metric),
             // The success rate of the first episodes is that of fewer than the others.
             partial: if metric == Metric::Success { WINDOW.get() - 1 } else { 0 },
-            points: if metric == Metric::Success { &run.evaluations } else { &[] },
+            points: if metric == Metric::Success { shown.evaluations() } else { &[] },
         });
-        let empty = match self.runs.first() {
-            Some(run) if run.queued => "waiting for a free core",
-            Some(run) if run.active => "the first episode is going on",
-            Some(run) if run.done > 0 => "its log is being read",
+        let empty = match self.shown.first() {
+            Some(Shown::Run(run, _)) if run.queued => "waiting for a free core",
+            Some(Shown::Run(run, _)) if run.active => "the first episode is going on",
+            Some(Shown::Run(run, _)) if run.done > 0 => "its log is being read",
             Some(_) => "it ended before its first episode",
             None => "no episodes yet: {train} trains",
         };
@@ -153,7 +271,7 @@ impl Charts<'_> {
             y: metric.info().range,
             scale: self.state.scale(metric),
             smoothing,
-            crosshair: self.state.crosshair,
+            crosshair: self.state.hovered.or(self.state.crosshair),
             empty: &empty,
         };
         if let Some(axes) = draw_chart(&plot, area, self.ui.theme, buffer) {
@@ -162,21 +280,25 @@ impl Charts<'_> {
     }
 
     fn episodes(&self) -> usize {
-        self.runs.iter().map(|run| run.curves.episodes()).max().unwrap_or(0)
+        self.shown.iter().map(|shown| shown.curves().episodes()).max().unwrap_or(0)
     }
 }
 
-/// What sets each of several runs apart from the others, in words: the parts of their labels that
+/// What sets each of several curves apart from the others, in words: the parts of their labels that
 /// not all have. Runs of one label have the names of their folders.
-fn names(runs: &[&RunSummary]) -> Vec<String> {
-    let parts = |run: &&RunSummary| run.label.split(", ").map(str::to_owned).collect::<Vec<String>>();
-    let labels: Vec<Vec<String>> = runs.iter().map(parts).collect();
+fn names(shown: &[Shown], labels: &[String]) -> Vec<String> {
+    let parts = |label: &String| label.split(", ").map(str::to_owned).collect::<Vec<String>>();
+    let labels: Vec<Vec<String>> = labels.iter().map(parts).collect();
     let is_common = |part: &String| labels.iter().all(|label| label.contains(part));
     let own =
         |label: &Vec<String>| label.iter().filter(|part| !is_common(part)).cloned().collect::<Vec<_>>().join(", ");
     let names: Vec<String> = labels.iter().map(own).collect();
     let is_unique = |name: &String| names.iter().filter(|other| *other == name).count() == 1;
-    names.iter().zip(runs).map(|(name, run)| if is_unique(name) { name } else { &run.name }.clone()).collect()
+    let named = |(name, shown): (&String, &Shown)| match shown {
+        Shown::Run(run, _) if !is_unique(name) => run.name.clone(),
+        _ => name.clone(),
+    };
+    names.iter().zip(shown).map(named).collect()
 }
 
 /// Draws charts below one another, as many as there is room for.
@@ -189,7 +311,7 @@ pub fn stack(
     buffer: &mut Buffer,
     regions: &mut HitRegions,
 ) {
-    let charts = Charts { state: curves, runs: shown_runs(curves, runs, ui), ui };
+    let charts = Charts::new(curves, shown(curves, runs, ui), ui);
     let count = (metrics.len() as u16).min(area.height / 5).max(1);
     let height = area.height / count;
     for (index, metric) in (0..count).zip(metrics) {
@@ -201,11 +323,19 @@ pub fn stack(
 }
 
 /// Draws the screen.
-pub fn draw(curves: &CurvesState, marked: &Runs, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
-    let runs = shown_runs(curves, marked, ui);
-    let title = match runs.as_slice() {
+pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
+    let (curves, marked) = (&screens.curves, &screens.runs);
+    let mut area = area;
+    if matches!(ui.subject.choice(), Choice::Past(_)) && area.width >= BESIDE {
+        let width = (2 * (area.height - 2) + 2).min(area.width / 2);
+        let [left, right] = Layout::horizontal([Constraint::Fill(1), Constraint::Length(width)]).areas(area);
+        scene_pane(ui, &screens.scene, right, buffer, regions);
+        area = left;
+    }
+    let shown = shown(curves, marked, ui);
+    let title = match shown.as_slice() {
         [] => "training".to_owned(),
-        [run] => {
+        [Shown::Run(run, _)] | [Shown::Group(..), Shown::Run(run, _)] => {
             let speed = run.rate.filter(|_| run.active).map(|rate| format!("{rate:.1} episodes/s"));
             let left = run.seconds_left().map(|seconds| format!("{} left", span(seconds)));
             let (name, state) = (run.name.clone(), run.state_word().to_owned());
@@ -213,14 +343,20 @@ pub fn draw(curves: &CurvesState, marked: &Runs, ui: &Ui, area: Rect, buffer: &m
             let parts = ["training".to_owned(), name, state, done, left.unwrap_or_default(), speed.unwrap_or_default()];
             fitting(&parts, usize::from(area.width).saturating_sub(4))
         }
-        runs => format!("training · {} runs", runs.len()),
+        [Shown::Group(group, _)] => format!("training · {}", group.title()),
+        shown => {
+            let groups = shown.iter().filter(|shown| matches!(shown, Shown::Group(..))).count();
+            let count = |count: usize, word: &str| if count > 0 { format!("{count} {word}") } else { String::new() };
+            let parts = ["training".to_owned(), count(groups, "groups"), count(shown.len() - groups, "runs")];
+            fitting(&parts, usize::from(area.width).saturating_sub(4))
+        }
     };
     let inside = pane(&title, area, ui.theme, buffer);
-    if runs.is_empty() {
+    if shown.is_empty() {
         return hint(&nothing(curves, ui), inside, ui.theme, buffer);
     }
     let selected = Metric::CURVES[curves.selected];
-    let charts = Charts { state: curves, runs, ui };
+    let charts = Charts::new(curves, shown, ui);
     if curves.alone {
         return charts.draw(selected, inside, buffer, regions);
     }
@@ -241,7 +377,7 @@ pub fn draw(curves: &CurvesState, marked: &Runs, ui: &Ui, area: Rect, buffer: &m
 
 fn nothing(curves: &CurvesState, ui: &Ui) -> String {
     ui.text(match curves.comparing {
-        true => "No run is marked. Mark runs with {mark-run} on the Runs screen ({screen-runs}), or press {compare} to see the watched run.",
+        true => "There is nothing to compare. Mark runs with {mark-run} on the Runs screen ({screen-runs}), or watch one.",
         false => "Nothing has been trained yet. {train} starts a training with the settings on the Scene screen; {screen-runs} shows past runs.",
     })
 }
@@ -259,7 +395,8 @@ pub fn perform(curves: &mut CurvesState, runs: &Runs, ui: &Ui, action: Action) -
             let step = ((window.to - window.from) / 100.0).max(1.0).round();
             let by = if action == Action::Left { -step } else { step };
             let now = curves.crosshair.unwrap_or(window.to - by);
-            curves.crosshair = Some((now + by).clamp(window.from.ceil(), window.to));
+            let to = (now.min(episodes as f32 - by.min(0.0)) + by).clamp(window.from.ceil(), window.to);
+            return move_crosshair(curves, runs, ui, to);
         }
         Action::FarLeft => curves.range = curves.range.pan(-0.25, episodes),
         Action::FarRight => curves.range = curves.range.pan(0.25, episodes),
@@ -274,10 +411,32 @@ pub fn perform(curves: &mut CurvesState, runs: &Runs, ui: &Ui, action: Action) -
         Action::LogAxis => curves.switch_scale(),
         Action::Compare => {
             curves.comparing = !curves.comparing;
-            let text = if curves.comparing { "the marked runs" } else { "the watched run" };
+            let is_marked = ui.view.runs.iter().any(|run| runs.is_marked(run));
+            let text = match (curves.comparing, is_marked) {
+                (false, _) => "the watched run",
+                (true, true) => "the marked runs",
+                (true, false) => "all runs on the task of the watched one",
+            };
+            return vec![Effect::info(text)];
+        }
+        Action::Fold => {
+            curves.folded = !curves.folded;
+            let text = if curves.folded { "groups: interquartile mean and quartiles" } else { "single seeds" };
             return vec![Effect::info(text)];
         }
         _ => {}
     }
     Vec::new()
+}
+
+/// Moves the crosshair to an episode; the scene follows as far as the watched run has it.
+pub fn move_crosshair(curves: &mut CurvesState, runs: &Runs, ui: &Ui, to: f32) -> Vec<Effect> {
+    let last = episodes(curves, runs, ui);
+    if last == 0 {
+        return Vec::new();
+    }
+    let to = to.round().clamp(1.0, last as f32);
+    (curves.crosshair, curves.hovered) = (Some(to), None);
+    let done = ui.subject.run().map_or(0, |run| run.curves.episodes());
+    if to as usize <= done { vec![Effect::Scrub(to as u64)] } else { Vec::new() }
 }

@@ -57,7 +57,7 @@ fn split(area: Rect) -> [Rect; 2] {
     Layout::horizontal([Constraint::Length(width), Constraint::Fill(1)]).areas(area)
 }
 
-fn scene_pane(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
+pub(super) fn scene_pane(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let subject = ui.subject;
     let inside = pane(&scene::title(ui), area, ui.theme, buffer);
     // The past has its own task; what is edited is the session's.
@@ -74,7 +74,7 @@ fn scene_pane(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: 
     let content = Content {
         objects: Objects { task: &task, proposed: &proposed },
         moment: &moment,
-        overlays: scene.overlays,
+        overlays: scene.overlays(),
         prior: subject.clusters().map(|clusters| (&*clusters.prior, clusters.stale)),
         heat: agent_view.map(|view| &view.heat),
         choice: agent_view.map(|view| view.choice),
@@ -111,7 +111,8 @@ fn caption(ui: &Ui, scene: &Scene, moment: &Moment, area: Rect, buffer: &mut Buf
     let player = &scene.player;
     let state = if player.is_moving() { format!("x{}", player.speed) } else { "stopped".to_owned() };
     let room = usize::from(area.width.saturating_sub(4));
-    let parts = [format!("action {}", moment.action), state, format!("reward {:.2}", moment.reward)];
+    let mut parts = vec![format!("action {}", moment.action), state, format!("reward {:.2}", moment.reward)];
+    parts.extend(ui.subject.facts());
     let mut text = format!(" {} ", fitting(&parts, room.saturating_sub(2)));
     let mut style = ui.theme.faint();
     if let Some((_, [x, y])) = scene.dragged() {

@@ -28,6 +28,7 @@ use std::thread;
 
 use crossterm::cursor::{Hide, Show};
 use crossterm::event::{DisableBracketedPaste, DisableMouseCapture, EnableBracketedPaste, EnableMouseCapture, Event};
+use crossterm::style::Print;
 use crossterm::terminal::{
     BeginSynchronizedUpdate, EndSynchronizedUpdate, EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode,
     enable_raw_mode,
@@ -35,6 +36,9 @@ use crossterm::terminal::{
 use crossterm::{execute, queue};
 use ratatui::backend::CrosstermBackend;
 use ratatui::{Frame, Terminal};
+
+use super::run::Notify;
+use crate::text::printable;
 
 /// Whether the terminal is ours at the moment.
 static ACTIVE: AtomicBool = AtomicBool::new(false);
@@ -118,6 +122,18 @@ impl Screen {
     /// When the terminal is gone.
     pub fn copy(&mut self, text: &str) -> io::Result<()> {
         execute!(io::stdout(), crossterm::clipboard::CopyToClipboard::to_clipboard_from(text))
+    }
+
+    /// Says that something long has ended.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn notify(&mut self, how: Notify, text: &str) -> io::Result<()> {
+        match how {
+            Notify::Bell => execute!(io::stdout(), Print("\x07")),
+            Notify::Desktop => execute!(io::stdout(), Print(format_args!("\x1b]9;{}\x07", printable(text)))),
+            Notify::Off => Ok(()),
+        }
     }
 
     /// Gives the terminal back and stops the process until the shell continues it.

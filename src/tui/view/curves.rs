@@ -3,7 +3,7 @@
 use crate::run::{EpisodeRecord, Metric};
 
 /// One value an episode for every metric; NaN where there is none.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Curves {
     values: [Vec<f32>; Metric::CURVES.len()],
 }

@@ -2,7 +2,11 @@
 //! screen's own state, and need neither a session nor a thread to be tested.
 
 mod curves;
+mod details;
+mod groups;
+mod histories;
 mod models;
+mod past;
 pub mod playback;
 mod rate;
 mod run_index;
@@ -13,6 +17,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 pub use curves::Curves;
+pub use details::RunDetails;
+pub use groups::{GroupCurves, Grouping, RunGroup};
+pub use past::PastAgent;
 pub use rate::span;
 pub use subject::{AgentView, Choice, Subject, TaskModel};
 pub use workspace::{SessionWorkspace, Workspace};
@@ -55,6 +62,10 @@ pub struct ViewModel {
     pub models: Vec<ModelSummary>,
     /// Past and running runs, the latest last.
     pub runs: Vec<Arc<RunSummary>>,
+    /// The runs in groups, as they were a moment ago.
+    pub groups: Arc<Grouping>,
+    /// The files of the run that was last asked for.
+    pub details: Option<Arc<RunDetails>>,
     /// Runs in the folder that were not read yet; at least 1 while it is being read.
     pub runs_unread: usize,
     /// The run that is being watched.
@@ -84,6 +95,10 @@ pub struct Watched {
     pub prior: Option<Arc<ActionPrior>>,
     /// Its latest episode that is known.
     pub live: Option<Live>,
+    /// The agent of the past episode that was last asked for.
+    pub agent: Option<PastAgent>,
+    /// The latest episode of its greedy policy that was asked for.
+    pub greedy: Option<Arc<Episode>>,
 }
 
 /// The latest episode of a run.
@@ -129,6 +144,12 @@ pub struct RunSummary {
     pub name: String,
     /// Its folder.
     pub path: PathBuf,
+    /// Its settings.
+    pub config: Arc<RunConfig>,
+    /// Words that people find it by.
+    pub tags: Vec<String>,
+    /// What people wrote about it.
+    pub note: String,
     /// Its log is being read; otherwise only its last state is known.
     pub opened: bool,
     /// A thread of this program trains it.
@@ -155,8 +176,8 @@ pub struct RunSummary {
     pub done: u64,
     /// Share of the latest episodes that reached the goal, as far as it is known.
     pub success: Option<f32>,
-    /// One value an episode for every metric.
-    pub curves: Curves,
+    /// One value an episode for every metric, as far as they were read.
+    pub curves: Arc<Curves>,
     /// Greedy evaluations: episodes finished, share of successes.
     pub evaluations: Vec<(u64, f32)>,
     /// Episodes a second; None while it is too early to say.
@@ -188,6 +209,11 @@ pub enum Level {
 }
 
 impl ViewModel {
+    /// The run in a folder.
+    pub fn run(&self, path: &Path) -> Option<&RunSummary> {
+        self.runs.iter().map(|run| &**run).find(|run| run.path == path)
+    }
+
     /// The run that is being watched.
     pub fn watched_run(&self) -> Option<&RunSummary> {
         self.watched.as_ref().map(|watched| &*watched.run)
@@ -216,7 +242,7 @@ impl ViewModel {
 
 impl RunSummary {
     /// What the settings of a run say of it; nothing of its log has been read.
-    pub fn new(path: &Path, config: &RunConfig, state: RunState) -> Self {
+    pub fn new(path: &Path, config: Arc<RunConfig>, state: RunState) -> Self {
         Self {
             name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             path: path.to_owned(),
@@ -224,7 +250,7 @@ impl RunSummary {
             active: false,
             queued: false,
             task: config.task.name.clone(),
-            label: run_label(config),
+            label: run_label(&config),
             method: config.method.name(),
             seed: config.seed,
             subgoals: config.task.subgoals.len(),
@@ -233,9 +259,12 @@ impl RunSummary {
             preparing: None,
             done: 0,
             success: None,
-            curves: Curves::default(),
+            curves: Arc::default(),
             evaluations: Vec::new(),
             rate: None,
+            tags: Vec::new(),
+            note: String::new(),
+            config,
         }
     }
 

@@ -150,6 +150,11 @@ impl Player {
         self.step = 0.0;
     }
 
+    /// Goes to a physics step; time goes on there if it did before.
+    pub fn seek(&mut self, step: usize) {
+        self.step = step as f32;
+    }
+
     /// Holds the episode at its start, as while the task is edited, or lets go of it.
     pub fn hold(&mut self, held: bool) {
         if held != self.held {

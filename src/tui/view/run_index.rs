@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant, SystemTime};
 
 use super::RunSummary;
-use crate::run::{RunDirectory, RunState};
+use crate::run::{Notes, RunDirectory, RunState};
 use crate::trainer::RunConfig;
 
 /// Time between two reports while much is read.
@@ -86,11 +86,12 @@ struct Known {
     run: Option<Arc<RunSummary>>,
 }
 
-/// Size and time of the log, and time of the settings: they change with everything worth reading.
+/// Size and time of the log, and times of settings and notes: they change with everything worth reading.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 struct Stamp {
     log: Option<(u64, SystemTime)>,
     config: Option<SystemTime>,
+    notes: Option<SystemTime>,
 }
 
 impl Stamp {
@@ -100,6 +101,7 @@ impl Stamp {
         Self {
             log: directory("events.jsonl").and_then(|data| Some((data.len(), modified(&data)?))),
             config: directory("config.json").and_then(|data| modified(&data)),
+            notes: directory("notes.json").and_then(|data| modified(&data)),
         }
     }
 }
@@ -200,7 +202,9 @@ impl Reader {
         }
         let run = glance(path).map(Arc::new);
         let changed = match (&run, &known.run) {
-            (Some(new), Some(old)) => (new.done, &new.state) != (old.done, &old.state),
+            (Some(new), Some(old)) => {
+                (new.done, &new.state, &new.tags, &new.note) != (old.done, &old.state, &old.tags, &old.note)
+            }
             (None, None) => false,
             _ => true,
         };
@@ -219,10 +223,14 @@ fn glance(path: &Path) -> Option<RunSummary> {
     let directory = RunDirectory::open(path).ok()?;
     let config: RunConfig = directory.config().ok()?;
     let status = directory.status().ok()?;
+    // Notes that cannot be read are none; who writes new ones is told.
+    let Notes { tags, note, .. } = directory.notes().unwrap_or_default();
     Some(RunSummary {
+        tags,
+        note,
         done: status.last_episode.as_ref().map_or(0, |record| record.episode),
         success: status.last_episode.map(|record| record.rolling_success as f32),
-        ..RunSummary::new(path, &config, status.state)
+        ..RunSummary::new(path, Arc::new(config), status.state)
     })
 }
 
@@ -276,7 +284,7 @@ mod tests {
         let mut reader = Reader::new(sender);
         let at_rest = |name: usize| {
             let run = RunSummary { state: RunState::Finished, ..crate::tui::testing::run_summary("run") };
-            let stamp = Stamp { config: Some(SystemTime::UNIX_EPOCH), log: None };
+            let stamp = Stamp { config: Some(SystemTime::UNIX_EPOCH), ..Stamp::default() };
             (PathBuf::from(format!("{name:05}")), Known { stamp, run: Some(Arc::new(run)) })
         };
         reader.known = (0..1200).map(at_rest).collect();

@@ -6,14 +6,15 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::playback::{Episode, Origin};
-use super::{RunSummary, ViewModel, Watched};
+use super::{PastAgent, RunSummary, ViewModel, Watched};
 use crate::agent::Ddpg;
 use crate::env::{Action, Environment, Placement, Snapshot};
 use crate::guidance::{ActionPrior, RolloutModel};
+use crate::run::Metric;
 use crate::task::Task;
 use crate::trainer::{PriorSource, rollout_model};
 use crate::tui::scene::{Ghost, Heat};
-use crate::workbench::PriorState;
+use crate::workbench::{PriorState, SavedAgent};
 
 /// Rows and columns of the grid of actions for the critic.
 const HEAT_SIDE: usize = 36;
@@ -28,7 +29,7 @@ pub enum Choice {
     Latest,
     /// The task untouched, even if it is being trained on.
     Untouched,
-    /// An episode of the watched run's past.
+    /// An episode of the watched run's past, or of its greedy policy.
     Past(Arc<Episode>),
     /// The episode played by hand.
     Hand,
@@ -89,6 +90,10 @@ pub struct Subject {
     run: Option<Arc<RunSummary>>,
     clusters: Option<Clusters>,
     networks: Option<Arc<Ddpg>>,
+    /// The agent of a checkpoint, where the episode is none that goes on.
+    agent: Option<PastAgent>,
+    /// The threshold of epsilon in an episode of the past.
+    epsilon: Option<f32>,
     model: Option<Result<TaskModel, String>>,
     /// State of the episode played by hand.
     hand: Option<Arc<Snapshot>>,
@@ -122,11 +127,28 @@ impl Subject {
             Choice::Untouched => (view.task.clone(), untouched(&view.task, before)),
         };
         let of_run = view.watched.as_ref().filter(|watched| is_same_scene(&watched.task, &task));
-        let live = live.filter(|_| view.watched.as_ref().is_some_and(|watched| episode.is_of(&watched.run.path)));
+        let own = view.watched.as_ref().filter(|watched| episode.is_of(&watched.run.path));
+        let live = live.filter(|_| own.is_some() && !matches!(choice, Choice::Past(_)));
+        let going_on = live.and_then(|live| live.networks.clone());
+        let agent = own.filter(|_| going_on.is_none()).and_then(|watched| watched.agent.clone());
+        let agent = agent.filter(|agent| match agent {
+            Ok(agent) => agent.is_nearest_to(asked_of(&episode)),
+            Err(_) => true,
+        });
+        let of_checkpoint = agent.as_ref().and_then(|agent| agent.as_ref().ok());
+        let number = (episode.trace.episode as usize).checked_sub(1);
+        let epsilon =
+            own.zip(number).and_then(|(watched, number)| watched.run.curves.get(Metric::Epsilon).get(number).copied());
         let model = before.and_then(|before| before.model.clone());
+        let clusters = match &choice {
+            Choice::Past(_) => past_clusters(of_checkpoint, of_run),
+            _ => clusters(view, &task, of_run),
+        };
         Self {
-            clusters: clusters(view, &task, of_run),
-            networks: live.and_then(|live| live.networks.clone()),
+            clusters,
+            networks: going_on.or_else(|| of_checkpoint.and_then(|agent| agent.networks.clone())),
+            agent,
+            epsilon: epsilon.filter(|_| matches!(choice, Choice::Past(_))),
             model: model.filter(|model| model.as_ref().is_ok_and(|model| Arc::ptr_eq(&model.task, &task))),
             hand: Some(view.hand.snapshot.clone()).filter(|_| matches!(choice, Choice::Hand)),
             run: view.watched.as_ref().map(|watched| watched.run.clone()),
@@ -172,6 +194,31 @@ impl Subject {
         matches!(self.episode.origin, Origin::Run(_))
     }
 
+    /// The number of the episode whose agent is that of a checkpoint, beyond all for the newest one; None
+    /// if the agent is known otherwise, or there is none.
+    pub fn wants_agent(&self) -> Option<u64> {
+        let is_past = self.is_of_run() && (self.networks.is_none() || self.agent.is_some());
+        is_past.then(|| asked_of(&self.episode))
+    }
+
+    /// The episode of the past that is shown, counted from 1.
+    pub fn past_episode(&self) -> Option<u64> {
+        match &self.choice {
+            Choice::Past(episode) => Some(episode.trace.episode).filter(|number| *number > 0),
+            _ => None,
+        }
+    }
+
+    /// What held in the episode, in a few words each: the threshold, and whose critic and actor are shown.
+    pub fn facts(&self) -> Vec<String> {
+        let epsilon = self.epsilon.map(|epsilon| format!("epsilon {epsilon:.2}"));
+        let of_checkpoint = match &self.agent {
+            Some(Ok(agent)) => Some(format!("agent of episode {}", agent.episode)),
+            _ => None,
+        };
+        epsilon.into_iter().chain(of_checkpoint).collect()
+    }
+
     /// Gives it the model of its task, or why there is none. A model of another task is refused.
     pub fn set_model(&mut self, model: Result<TaskModel, String>) {
         self.model = Some(match model {
@@ -192,10 +239,11 @@ impl Subject {
     /// # Errors
     /// Why that is not known.
     pub fn agent_view(&self, action: usize) -> Result<AgentView, String> {
-        let networks = self.networks.as_ref().ok_or(if self.is_of_run() {
-            "the networks are known while it trains here"
-        } else {
-            "no agent acts in this episode"
+        let networks = self.networks.as_ref().ok_or_else(|| match &self.agent {
+            _ if !self.is_of_run() => "no agent acts in this episode",
+            Some(Err(reason)) => reason,
+            Some(Ok(_)) => "this method learns none",
+            None => "the checkpoint is being read",
         })?;
         let env = self.replay(action).ok_or("the episode cannot be played again")?;
         let observation = env.observation();
@@ -256,6 +304,14 @@ impl Subject {
     }
 }
 
+/// The number of the episode to ask for the agent of; that of the greedy policy is the newest.
+fn asked_of(episode: &Episode) -> u64 {
+    match episode.trace.episode {
+        0 => u64::MAX,
+        number => number,
+    }
+}
+
 /// The training episode that is being shown, while it goes on.
 fn going_on<'a>(view: &ViewModel, before: Option<&'a Subject>, next: bool) -> Option<&'a Arc<Episode>> {
     let run = view.watched.as_ref().map(|watched| watched.run.path.as_path())?;
@@ -286,6 +342,12 @@ fn clusters(view: &ViewModel, task: &Task, of_run: Option<&Watched>) -> Option<C
     let own = view.prior.clone().filter(|_| is_same_scene(&view.task, task));
     let own = own.map(|prior| Clusters { prior, stale, of_run: false });
     own.or_else(|| Some(Clusters { prior: of_run?.prior.clone()?, stale: false, of_run: true }))
+}
+
+/// The clusters of an episode of the past: those of its checkpoint, or the latest of the run.
+fn past_clusters(agent: Option<&Arc<SavedAgent>>, of_run: Option<&Watched>) -> Option<Clusters> {
+    let prior = agent.and_then(|agent| agent.prior.clone()).or_else(|| of_run?.prior.clone())?;
+    Some(Clusters { prior, stale: false, of_run: true })
 }
 
 /// Whether two tasks differ in nothing but what they are called.
@@ -336,7 +398,7 @@ mod tests {
         let config = DdpgConfig { hidden: 4, ..DdpgConfig::default() };
         let networks = Arc::new(Ddpg::new(observation, 2, &config, &mut rng).unwrap());
         let live = live.then(|| Live { episode: episode(run, task), networks: Some(networks) });
-        Watched { run: Arc::new(run_summary(run)), task: task.clone(), prior: None, live }
+        Watched { run: Arc::new(run_summary(run)), task: task.clone(), prior: None, live, agent: None, greedy: None }
     }
 
     fn model(task: &Arc<Task>) -> TaskModel {

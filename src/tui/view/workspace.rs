@@ -5,16 +5,20 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use super::details::Details;
+use super::groups::Grouper;
+use super::histories::{Histories, History};
 use super::models::Models;
-use super::playback::{Episode, Origin};
+use super::past::{Agents, LastEpisode, episode_of};
+use super::playback::Episode;
 use super::rate::Rate;
 use super::run_index::RunIndex;
 use super::{Curves, HandEpisode, Level, Live, LogLine, RunSummary, TaskModel, ViewModel, Watched};
 use crate::run::{Event, RunState};
 use crate::task::Task;
-use crate::trainer::{Phase, PriorSource, Trace};
+use crate::trainer::{Phase, PriorSource};
 use crate::tui::widgets::preview::Drawing;
-use crate::workbench::{Command, FigureKind, Job, Notice, RunView, Session, command};
+use crate::workbench::{Command, FigureKind, Notice, RunView, Session, command};
 
 /// What the screens need of a session.
 pub trait Workspace {
@@ -39,6 +43,15 @@ pub trait Workspace {
     /// # Errors
     /// Why there is none, in one line.
     fn past_episode(&self, episode: u64) -> Result<Arc<Episode>, String>;
+    /// Asks for the curves of runs in these folders, opened or not.
+    fn want_curves(&mut self, runs: Vec<PathBuf>);
+    /// Asks for what the folder of a run holds.
+    fn want_details(&mut self, run: &Path);
+    /// Lets groups be compared with those of a label, or no longer; what to report.
+    fn pin_baseline(&mut self, label: &str) -> String;
+    /// Asks for the agent of the watched run that played an episode, counted from 1, as near as a
+    /// checkpoint has it. The view has it once it is read.
+    fn want_agent(&mut self, episode: u64);
     /// A figure of what there is now.
     ///
     /// # Errors
@@ -67,6 +80,12 @@ pub struct SessionWorkspace {
     /// Runs that were in the session before they were found in the folder.
     begun: HashSet<PathBuf>,
     last: LastEpisode,
+    agents: Agents,
+    histories: Histories,
+    grouper: Grouper,
+    details: Details,
+    /// What other processes train was said.
+    others_reported: bool,
     /// When the latest command was carried out.
     touched: Instant,
 }
@@ -88,6 +107,8 @@ impl SessionWorkspace {
             prior_failure: None,
             models: models.summaries(session.task()),
             runs: Vec::new(),
+            groups: Arc::default(),
+            details: None,
             runs_unread: 0,
             watched: None,
             hand: hand_episode(&session, &task, None),
@@ -108,6 +129,11 @@ impl SessionWorkspace {
             index,
             begun: HashSet::new(),
             last: LastEpisode::default(),
+            agents: Agents::default(),
+            histories: Histories::new(),
+            grouper: Grouper::default(),
+            details: Details::default(),
+            others_reported: false,
             touched: Instant::now(),
         };
         workspace.refresh();
@@ -167,18 +193,32 @@ impl SessionWorkspace {
                 // Until its log is read, what is known of it without.
                 return (path.to_owned(), Arc::new(RunSummary { opened: true, ..RunSummary::clone(known) }));
             }
-            let known = old.remove(path).map(Arc::unwrap_or_clone).map(|run| run.curves);
-            (path.to_owned(), Arc::new(summary_of(run, known.unwrap_or_default(), rate.per_second())))
+            let known = old.remove(path).map(|run| run.curves.clone());
+            let summary = summary_of(run, known.unwrap_or_default(), rate.per_second());
+            let noted = self.index.runs().iter().find(|known| known.path == path);
+            let (tags, note) = noted.map(|known| (known.tags.clone(), known.note.clone())).unwrap_or_default();
+            (path.to_owned(), Arc::new(RunSummary { tags, note, ..summary }))
         });
         let opened: HashMap<PathBuf, Arc<RunSummary>> = opened.collect();
         // A run keeps its place in the list whatever is done with it.
         let is_on_disk = |path: &Path| self.index.runs().iter().any(|run| run.path == path);
         self.begun.extend(opened.keys().filter(|path| !is_on_disk(path)).cloned());
         let on_disk = self.index.runs().iter().filter(|run| !self.begun.contains(&run.path));
-        self.view.runs = on_disk.map(|run| opened.get(&run.path).unwrap_or(run).clone()).collect();
+        let with_history = |run: &Arc<RunSummary>| match self.histories.of(&run.path) {
+            Some(History { curves, evaluations }) => {
+                let (curves, evaluations) = (curves.clone(), evaluations.clone());
+                Arc::new(RunSummary { curves, evaluations, ..RunSummary::clone(run) })
+            }
+            None => run.clone(),
+        };
+        let found = |run: &Arc<RunSummary>| opened.get(&run.path).cloned().unwrap_or_else(|| with_history(run));
+        self.view.runs = on_disk.map(found).collect();
         let paths = self.session.runs().iter().map(|run| run.directory().path());
         let begun = paths.filter(|path| self.begun.contains(*path)).filter_map(|path| opened.get(path));
         self.view.runs.extend(begun.cloned());
+        self.view.details = self.details.known().cloned();
+        self.view.groups = self.grouper.known().clone();
+        self.grouper.note_change();
         self.view.runs_unread = self.index.unread();
     }
 
@@ -194,9 +234,32 @@ impl SessionWorkspace {
             // What a training that is over has last shown need not be its last episode.
             let last = self.last.of(run).map(|episode| Live { episode, networks: None });
             let live = if run.is_active() { live } else { last.or(live) };
-            Some(Watched { run: summary, task, prior: run.prior(), live })
+            let known = self.view.watched.as_ref().and_then(|watched| watched.greedy.as_ref());
+            let greedy = run.greedy().map(|trace| match known.filter(|known| Arc::ptr_eq(&known.trace, trace)) {
+                Some(known) => known.clone(),
+                None => Arc::new(episode_of(run, trace.clone())),
+            });
+            let agent = self.agents.of(path);
+            Some(Watched { run: summary, task, prior: run.prior(), live, agent, greedy })
         });
         self.view.watched = watched;
+    }
+
+    /// Says once which runs other processes are training.
+    fn report_others(&mut self) {
+        if self.others_reported || self.index.unread() > 0 {
+            return;
+        }
+        self.others_reported = true;
+        let is_elsewhere = |run: &&Arc<RunSummary>| {
+            let is_ours = self.session.runs().iter().any(|own| own.directory().path() == run.path && own.is_active());
+            matches!(run.state, RunState::Running | RunState::Paused) && !is_ours
+        };
+        let names: Vec<&str> = self.index.runs().iter().filter(is_elsewhere).map(|run| &*run.name).collect();
+        if !names.is_empty() {
+            let text = format!("trained by other processes: {}; the Runs screen (5) steers them", names.join(", "));
+            self.log(Level::Good, text);
+        }
     }
 
     fn note(&mut self, notice: &Notice) {
@@ -263,7 +326,13 @@ impl Workspace for SessionWorkspace {
             self.note(notice);
         }
         let preparing = self.session.run().is_some_and(|run| preparing(run).is_some());
-        let news = self.index.collect() | self.last.collect();
+        let news = self.index.collect() | self.last.collect() | self.agents.collect();
+        let news = news | self.histories.collect() | self.details.collect();
+        self.grouper.update(&self.view.runs);
+        let news = news | self.grouper.collect();
+        if news {
+            self.report_others();
+        }
         let changed = !notices.is_empty() || news || building != self.session.prior_state() || preparing;
         if changed {
             self.refresh();
@@ -273,7 +342,7 @@ impl Workspace for SessionWorkspace {
 
     fn apply(&mut self, command: Command) -> Result<String, String> {
         self.touched = Instant::now();
-        let changes_folder = matches!(command, Command::Out(_));
+        let changes_folder = matches!(command, Command::Out(_) | Command::Note(_) | Command::Tag(_));
         let outcome = self.session.apply(command).map_err(|error| error.to_string());
         if changes_folder {
             self.look_for_runs();
@@ -310,6 +379,29 @@ impl Workspace for SessionWorkspace {
         Ok(Arc::new(episode_of(run, Arc::new(trace))))
     }
 
+    fn want_curves(&mut self, runs: Vec<PathBuf>) {
+        let is_opened = |path: &PathBuf| self.session.runs().iter().any(|run| run.directory().path() == path);
+        let unopened = runs.into_iter().filter(|path| !is_opened(path)).collect();
+        self.histories.want(unopened);
+    }
+
+    fn want_details(&mut self, run: &Path) {
+        self.details.want(run);
+    }
+
+    fn pin_baseline(&mut self, label: &str) -> String {
+        match self.grouper.pin(label) {
+            Some(label) => format!("groups are compared with {label}"),
+            None => "groups are compared with plain DDPG, or the first method".to_owned(),
+        }
+    }
+
+    fn want_agent(&mut self, episode: u64) {
+        if let Some(run) = self.session.run() {
+            self.agents.want(run, episode);
+        }
+    }
+
     fn figure(&self, kind: FigureKind) -> Result<Drawing, String> {
         let figure = self.session.figure(kind).map_err(|error| error.to_string())?;
         figure.ok_or_else(|| "An animation: the Scene screen plays it.".to_owned())
@@ -325,47 +417,6 @@ impl Workspace for SessionWorkspace {
         self.view.log_total += 1;
         let more = self.view.log.len().saturating_sub(LOG);
         self.view.log.drain(..more);
-    }
-}
-
-/// An episode of a run.
-fn episode_of(run: &RunView, trace: Arc<Trace>) -> Episode {
-    let title = format!("episode {} of {}", trace.episode, run.name());
-    let origin = Origin::Run(run.directory().path().to_owned());
-    Episode { title, task: run.config().task.clone(), trace, origin }
-}
-
-/// The last episode of a run that is not trained here, read in the background.
-#[derive(Default)]
-struct LastEpisode {
-    known: Option<Arc<Episode>>,
-    reading: Option<Job<Episode>>,
-}
-
-impl LastEpisode {
-    /// The last episode of a run as far as it is known; it is read if it is another.
-    fn of(&mut self, run: &RunView) -> Option<Arc<Episode>> {
-        let last = run.records().last().map(|record| record.episode)?;
-        let origin = Origin::Run(run.directory().path().to_owned());
-        let known = self.known.clone().filter(|known| known.origin == origin);
-        let is_last = known.as_ref().is_some_and(|known| known.trace.episode == last);
-        if !run.is_active() && !is_last && self.reading.is_none() {
-            let saved = run.saved();
-            let shell = episode_of(run, Arc::default());
-            let title = format!("episode {last} of {}", run.name());
-            // Without a thread, or a record of the episode, there is none to show.
-            let read = move || saved.past_episode(last).map_err(|error| error.to_string());
-            self.reading = Job::spawn(move |_| Ok(Episode { title, trace: Arc::new(read()?), ..shell })).ok();
-        }
-        known
-    }
-
-    /// Takes in what was read; true if there is something new.
-    fn collect(&mut self) -> bool {
-        let read = self.reading.take_if(|job| job.is_finished()).and_then(|job| job.result().ok());
-        let news = read.is_some();
-        self.known = read.map(Arc::new).or(self.known.take());
-        news
     }
 }
 
@@ -389,11 +440,14 @@ fn preparing(run: &RunView) -> Option<(usize, usize)> {
     }
 }
 
-fn summary_of(run: &RunView, mut curves: Curves, rate: Option<f64>) -> RunSummary {
+fn summary_of(run: &RunView, mut curves: Arc<Curves>, rate: Option<f64>) -> RunSummary {
     let records = run.records();
-    curves.truncate(records.len());
-    for record in &records[curves.episodes()..] {
-        curves.push_record(record);
+    if curves.episodes() != records.len() {
+        let curves = Arc::make_mut(&mut curves);
+        curves.truncate(records.len());
+        for record in &records[curves.episodes()..] {
+            curves.push_record(record);
+        }
     }
     RunSummary {
         name: run.name(),
@@ -406,6 +460,6 @@ fn summary_of(run: &RunView, mut curves: Curves, rate: Option<f64>) -> RunSummar
         curves,
         evaluations: run.evaluations().iter().map(|e| (e.episode, e.success as f32)).collect(),
         rate,
-        ..RunSummary::new(run.directory().path(), run.config(), run.state())
+        ..RunSummary::new(run.directory().path(), run.shared_config().clone(), run.state())
     }
 }

@@ -27,7 +27,7 @@ pub use clusters::{Clusters, Guide};
 pub use hand_play::{Place, Reset};
 pub use model::{ModelEvaluate, ModelStop, ModelTrain};
 pub use output::{Comparison, Expect, Figure, FigureKind, Quantity, Quit, Record, Wait};
-pub use runs::{Continue, Delete, Evaluate, Open, Pause, Resume, Stop, Train, Watch};
+pub use runs::{Continue, Delete, Evaluate, Note, Open, Pause, Resume, Stop, Tag, Train, Watch};
 pub use settings::{Episodes, Epsilon, Method, Model, Out, Seed, Set};
 pub use task::{Propose, Redo, Save, Task, Undo};
 
@@ -204,7 +204,7 @@ commands! {
     Seed, Method, Episodes, Epsilon, Set, Model, Out,
     ModelTrain, ModelEvaluate, ModelStop,
     Clusters, Guide,
-    Train, Pause, Resume, Stop, Open, Watch, Continue, Delete, Evaluate,
+    Train, Pause, Resume, Stop, Open, Watch, Continue, Delete, Evaluate, Note, Tag,
     Place, Reset,
     Figure, Expect, Record, Wait, Quit,
 }
@@ -323,6 +323,8 @@ mod tests {
         "delete runs/a",
         "continue runs/a",
         "evaluate",
+        "note runs/a 'holds, but late'",
+        "tag runs/a paper,best",
         "place 0.25 -0.5",
         "reset",
         "figure learning curves.png",

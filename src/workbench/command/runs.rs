@@ -1,9 +1,10 @@
 //! Runs: begun, steered, opened, deleted.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use super::words::{BeforeUntil, Index, Maybe, Place, Until, Word};
+use super::words::{BeforeUntil, Index, List, Maybe, Or, Place, Text, Until, Word};
 use super::{Awaits, Execute, InScripts, Recording, Verb, syntax};
+use crate::run::{Notes, RunDirectory};
 use crate::trainer::Control;
 use crate::workbench::dry_run::DryRun;
 use crate::workbench::{Session, SessionError};
@@ -172,4 +173,53 @@ impl Execute for Evaluate {
     fn in_scripts(&self) -> InScripts {
         InScripts { recording: Recording::AtEpisode, awaits: Awaits::Result, ..STEERS }
     }
+}
+
+/// Replaces the note on a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Note {
+    /// The run's folder.
+    pub folder: PathBuf,
+    /// What to write; nothing takes the note away.
+    pub text: String,
+}
+
+impl Execute for Note {
+    syntax! {
+        "note" "FOLDER TEXT" "write a note on a run, kept in its folder; an empty one takes it away"
+            => Note { folder: Place("a run's folder"), text: Text("a text") };
+    }
+
+    fn execute(&self, _: &mut Session) -> Result<String, SessionError> {
+        annotate(&self.folder, |notes| notes.note.clone_from(&self.text))
+    }
+}
+
+/// Replaces the tags of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tag {
+    /// The run's folder.
+    pub folder: PathBuf,
+    /// Words to find it by; none takes all away.
+    pub tags: Vec<String>,
+}
+
+impl Execute for Tag {
+    syntax! {
+        "tag" "FOLDER [TAG,..]" "give a run tags to find it by, kept in its folder"
+            => Tag { folder: Place("a run's folder"), tags: Or(List("tags"), Vec::new()) };
+    }
+
+    fn execute(&self, _: &mut Session) -> Result<String, SessionError> {
+        annotate(&self.folder, |notes| notes.tags.clone_from(&self.tags))
+    }
+}
+
+/// Changes the notes in the folder of a run.
+fn annotate(folder: &Path, change: impl FnOnce(&mut Notes)) -> Result<String, SessionError> {
+    let directory = RunDirectory::open(folder)?;
+    let mut notes = directory.notes()?;
+    change(&mut notes);
+    directory.write_notes(&notes)?;
+    Ok(format!("noted in {}", directory.notes_path().display()))
 }

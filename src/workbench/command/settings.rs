@@ -41,11 +41,14 @@ pub struct Episodes(pub u32);
 
 impl Execute for Episodes {
     syntax! {
-        "episodes" "N" "set the number of episodes of the next run" => Episodes { 0: Number("number of episodes") };
+        "episodes" "N" "set the episodes of the next run, and of a finished one that is continued"
+            => Episodes { 0: Number("number of episodes") };
     }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
-        setup.set("episodes", &self.0.to_string())
+        let report = setup.set("episodes", &self.0.to_string())?;
+        setup.episodes_asked = true;
+        Ok(report)
     }
 }
 

@@ -212,11 +212,11 @@ fn the_tool_in_hand_follows_the_mouse_and_the_crosshair_leaves_the_chart_with_it
     let axes = chart(&app);
     let inside = (axes.plot.x + 10, axes.plot.y + 1);
     mouse(&mut app, MouseEventKind::Moved, inside);
-    assert!(app.screens.curves.crosshair.is_some() && take_changed(&mut app));
+    assert!(app.screens.curves.hovered.is_some() && take_changed(&mut app));
     mouse(&mut app, MouseEventKind::Moved, inside);
     assert!(!take_changed(&mut app), "it is where it was");
     mouse(&mut app, MouseEventKind::Moved, (0, 39));
-    assert!(app.screens.curves.crosshair.is_none() && take_changed(&mut app));
+    assert!(app.screens.curves.hovered.is_none() && take_changed(&mut app));
     // On the screen of the curves the keys have one too, which stays.
     press(&mut app, "4 left");
     shot(&mut app, 120, 40);
@@ -270,7 +270,7 @@ fn a_run_says_how_long_it_takes_and_which_subgoals_its_episodes_reached() {
     for share in [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0] {
         curves.push(Metric::CURVES.map(|metric| if metric == Metric::SubgoalShare { share } else { 0.0 }));
     }
-    let run = RunSummary { subgoals: 3, curves, ..run };
+    let run = RunSummary { subgoals: 3, curves: Arc::new(curves), ..run };
     assert_eq!(run.subgoal_hits(), [[0.0, 1.0, 1.0, 1.0], [0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 0.0, 1.0]]);
     assert_eq!(Arc::new(run).latest(Metric::SubgoalShare), Some(1.0));
 }

@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use super::{app, empty, failed, press, shot, text, typical};
+use super::{app, empty, failed, grouped, press, shot, text, typical};
 use crate::tui::actions::{Action, Tab};
 use crate::tui::view::ViewModel;
 
@@ -58,6 +58,18 @@ fn typical_screens() {
 #[test]
 fn failed_screens_say_why() {
     check("failed", screens(failed, 1));
+}
+
+#[test]
+fn screens_of_groups() {
+    check("grouped", |width, height| {
+        let shots = ["4", "4 tab", "4 v", "4 left left", "5", "5 tab", "5 tab down"].map(|keys| {
+            let (mut app, _) = app(grouped());
+            press(&mut app, keys);
+            format!("=== {keys}\n{}", text(&shot(&mut app, width, height)))
+        });
+        shots.concat()
+    });
 }
 
 /// Help, palette, prompts, lists and questions over the screen, by the keys that open them.

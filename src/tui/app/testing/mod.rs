@@ -12,7 +12,7 @@ mod sequences;
 mod ways_out;
 
 use std::cell::RefCell;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -30,7 +30,7 @@ use crate::trainer::{PriorSource, RunConfig, Trace};
 use crate::tui::input::{Key, Keymap};
 use crate::tui::view::playback::{Episode, Origin};
 use crate::tui::view::{
-    Curves, HandEpisode, Level, LogLine, ModelSummary, RunSummary, TaskModel, ViewModel, Watched, Workspace,
+    Curves, Grouping, HandEpisode, Level, LogLine, ModelSummary, RunSummary, TaskModel, ViewModel, Watched, Workspace,
 };
 use crate::tui::widgets::preview::Drawing;
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
@@ -70,6 +70,17 @@ impl Workspace for RecordingWorkspace {
         Ok(Arc::new(Episode { title: format!("episode {episode} of a run"), trace: Arc::new(trace), origin, ..shown }))
     }
 
+    fn want_curves(&mut self, _: Vec<PathBuf>) {}
+
+    fn want_details(&mut self, _: &Path) {}
+
+    fn pin_baseline(&mut self, label: &str) -> String {
+        self.asked.borrow_mut().push(format!("pin {label}"));
+        String::new()
+    }
+
+    fn want_agent(&mut self, _: u64) {}
+
     fn figure(&self, kind: FigureKind) -> Result<Drawing, String> {
         match kind {
             FigureKind::Scene => Ok(Box::new(TaskGrid { tasks: vec![Task::clone(&self.view.task)] })),
@@ -108,6 +119,8 @@ pub fn empty() -> ViewModel {
         prior_failure: None,
         models: vec![model("learned", "the shipped model"), model("true", "the environment's own physics")],
         runs: Vec::new(),
+        groups: Arc::default(),
+        details: None,
         runs_unread: 0,
         watched: None,
         hand,
@@ -137,6 +150,26 @@ pub fn typical() -> ViewModel {
     view
 }
 
+/// Two groups of three seeds.
+pub fn grouped() -> ViewModel {
+    let mut view = empty();
+    for (name, method, state, done) in
+        [("guided", "ddpg-mge", RunState::Finished, 2000), ("plain", "ddpg", RunState::Stopped("asked to".into()), 500)]
+    {
+        for seed in 0..3 {
+            let known = run(&format!("{name}-{seed}"), state.clone(), done - 100 * seed);
+            let config = RunConfig::clone(&view.settings).with_setting("method", method).unwrap();
+            let config = config.with_setting("seed", &seed.to_string()).unwrap();
+            let RunSummary { config, label, method, seed, .. } =
+                RunSummary::new(&known.path, Arc::new(config), state.clone());
+            view.runs.push(Arc::new(RunSummary { config, label, method, seed, ..known }));
+        }
+    }
+    view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default(), None));
+    watch(&mut view, 0);
+    view
+}
+
 /// A run, the clusters, and the training of a model have failed.
 pub fn failed() -> ViewModel {
     let mut view = empty();
@@ -152,7 +185,7 @@ pub fn failed() -> ViewModel {
 /// Watches a run of the list, on the task as it is.
 pub fn watch(view: &mut ViewModel, index: usize) {
     let run = view.runs[index].clone();
-    view.watched = Some(Watched { run, task: view.task.clone(), prior: None, live: None });
+    view.watched = Some(Watched { run, task: view.task.clone(), prior: None, live: None, agent: None, greedy: None });
 }
 
 /// Changes a run of the list, also where it is being watched.
@@ -213,9 +246,9 @@ fn run(name: &str, state: RunState, done: u64) -> RunSummary {
         rate: Some(12.5).filter(|_| state == RunState::Running),
         done,
         success: Some(done as f32 / 2000.0),
-        curves,
+        curves: Arc::new(curves),
         evaluations: vec![(100, 0.0), (600, 1.0)],
-        ..RunSummary::new(&PathBuf::from("runs").join(name), &empty().settings, state)
+        ..RunSummary::new(&PathBuf::from("runs").join(name), Arc::new(empty().settings), state)
     }
 }
 

@@ -102,3 +102,29 @@ fn a_run_keeps_its_place_in_the_list_when_it_is_opened() {
     workspace.apply(Command::parse(&format!("open {}", folder.path().join("a").display())).unwrap().unwrap()).unwrap();
     assert_eq!((names(&workspace).as_str(), workspace.view().watched_run().unwrap().name.as_str()), ("abc", "a"));
 }
+
+#[test]
+fn the_past_has_the_agent_of_the_nearest_checkpoint_and_the_greedy_episode_is_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let lines = [&["set checkpoints.periodic_every 1"][..], &SHORT].concat();
+    let mut app = workbench("task1", folder.path(), &lines);
+    let wait_for = |app: &mut App, wanted: &str| {
+        while !app.subject.facts().concat().contains(wanted) {
+            seen(app);
+        }
+        assert!(app.subject.agent_view(0).is_ok());
+    };
+    // A run that is over has the agent of its last checkpoint.
+    wait_for(&mut app, "agent of episode 2");
+    press(&mut app, "4 left left");
+    assert_eq!(app.subject.past_episode(), Some(2));
+    wait_for(&mut app, "agent of episode 1");
+    assert!(seen(&mut app).contains("epsilon 0.00"));
+    press(&mut app, "5 v");
+    while app.subject.past_episode().is_some() {
+        seen(&mut app);
+    }
+    press(&mut app, "1");
+    wait_for(&mut app, "agent of episode 3");
+    assert!(seen(&mut app).contains("the greedy policy of task1-ddpg-seed0"));
+}

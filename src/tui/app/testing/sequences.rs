@@ -3,7 +3,7 @@
 use crossterm::event::{Event, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
 use ratatui::layout::Rect;
 
-use super::{RecordingWorkspace, app, change_run, empty, failed, press, shot, text, typical, watch};
+use super::{RecordingWorkspace, app, change_run, empty, failed, grouped, press, shot, text, typical, watch};
 use crate::run::RunState;
 use crate::task;
 use crate::tui::actions::Tab;
@@ -11,7 +11,7 @@ use crate::tui::app::{App, Leaving, TerminalRequest};
 use crate::tui::chart::Range;
 use crate::tui::scene::{Object, View};
 use crate::tui::screens::Region;
-use crate::tui::view::{Curves, Level, ViewModel};
+use crate::tui::view::{Level, ViewModel};
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
 
 /// From a state, after these keys, the workspace was asked this and the screen shows that.
@@ -245,7 +245,8 @@ fn curves_are_read_zoomed_and_compared() {
     check(typical(), "4 j j j g", &[], "critic loss, mean of 10  ");
     check(typical(), "4 s", &[], "mean of 50");
     check(typical(), "4 enter", &[], "success rate");
-    check(typical(), "4 v", &[], "No run is marked");
+    check(typical(), "4 v", &[], "training · 2 runs");
+    check(empty(), "4 v", &[], "There is nothing to compare.");
     check(typical(), "5 space 4 v", &[], "training · task1-ddpg-mge-seed0");
     let (mut app, _) = app(typical());
     press(&mut app, "4 z z");
@@ -262,10 +263,38 @@ fn the_crosshair_follows_the_mouse_and_the_wheel_zooms() {
     let axes = region(&app, |_, region| if let Region::Chart(axes, _) = region { Some(axes) } else { None });
     let at = (axes.plot.x + axes.plot.width / 2, axes.plot.y + 1);
     mouse(&mut app, MouseEventKind::Moved, at);
-    assert!((app.screens.curves.crosshair.unwrap() - 350.0).abs() < 20.0);
+    assert!((app.screens.curves.hovered.unwrap() - 350.0).abs() < 20.0);
+    assert_eq!(app.subject.past_episode(), None, "the mouse only reads values off");
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
+    let pressed = app.subject.past_episode().unwrap();
+    assert!(pressed.abs_diff(350) < 20, "{pressed}");
+    mouse(&mut app, MouseEventKind::Drag(MouseButton::Left), (at.0 + 4, at.1));
+    let dragged = app.subject.past_episode().unwrap();
+    assert!(dragged > pressed && app.screens.curves.crosshair == Some(dragged as f32));
+    mouse(&mut app, MouseEventKind::Up(MouseButton::Left), (at.0 + 4, at.1));
     mouse(&mut app, MouseEventKind::ScrollUp, at);
     let window = app.screens.curves.range.window(700);
     assert!(window.from > 100.0 && window.to < 600.0, "{window:?}");
+}
+
+#[test]
+fn the_crosshair_moves_the_scene_and_the_scene_the_crosshair() {
+    let (mut app, _) = app(typical());
+    press(&mut app, "4 left left");
+    assert_eq!((app.subject.past_episode(), app.screens.curves.crosshair), (Some(693), Some(693.0)));
+    let screen = text(&shot(&mut app, 120, 40));
+    assert!(screen.contains("task1 · episode 693 of a run") && screen.contains("epsilon 0.54"), "{screen}");
+    app.screens.scene.player.seek(50);
+    press(&mut app, "left");
+    assert_eq!((app.subject.past_episode(), app.screens.scene.player.step()), (Some(686), 50), "the time stays");
+    press(&mut app, "pageup");
+    assert_eq!(app.screens.curves.crosshair, Some(685.0));
+    press(&mut app, "1 pagedown");
+    assert_eq!(app.screens.curves.crosshair, Some(686.0));
+    press(&mut app, "4 esc");
+    assert_eq!((app.subject.past_episode(), app.screens.curves.crosshair), (Some(686), None), "the curves first");
+    press(&mut app, "esc");
+    assert_eq!(app.subject.past_episode(), None);
 }
 
 #[test]
@@ -541,16 +570,66 @@ fn a_subgoal_that_changes_places_stays_selected() {
 }
 
 #[test]
-fn marking_a_run_reads_it_and_leaves_the_watched_one() {
-    let mut view = typical();
-    change_run(&mut view, 0, |run| run.opened = false);
-    let asked = ["open runs/old", "open runs/task1-ddpg-mge-seed0"];
-    check(view.clone(), "5 down space", &asked, "1 marked");
-    view.watched = None;
-    check(view, "5 down space", &["open runs/old"], "1 marked");
+fn what_is_done_is_done_with_all_that_are_marked_after_one_question() {
     check(typical(), "5 down space", &[], "1 marked");
     check(typical(), "5 down space up space", &[], "2 marked");
-    check(typical(), "5 down space space 4 v", &[], "No run is marked");
+    check(typical(), "5 down space space", &[], "runs in runs");
+    check(typical(), "5 down space space 4 v", &[], "training · 2 runs");
+    check(typical(), "5 down space up space 4 v", &[], "training · 2 runs");
+    let both = ["task1-ddpg-mge-seed0", "old"];
+    check(typical(), "5 space down space X", &[], "2 runs and everything in it is deleted");
+    let delete = ["delete runs/old", "delete runs/task1-ddpg-mge-seed0"];
+    check(typical(), "5 space down space X y", &delete, "");
+    let go_on = ["continue runs/old", "continue runs/task1-ddpg-mge-seed0"];
+    check(typical(), "5 space down space C", &go_on, "");
+    check(typical(), "5 space down space p", &["pause"], "");
+    check(typical(), "5 space down space x", &[], "stop the training?");
+    check(typical(), "5 space down space x y", &["stop"], "");
+    let mut view = typical();
+    change_run(&mut view, 0, |run| run.state = RunState::Paused);
+    let stop = ["open runs/old", "stop", "open runs/task1-ddpg-mge-seed0", "stop"];
+    check(view.clone(), "5 space down space x y", &stop, "");
+    change_run(&mut view, 1, |run| run.state = RunState::Paused);
+    let resume = ["open runs/old", "resume", "open runs/task1-ddpg-mge-seed0", "resume"];
+    check(view, "5 space down space p", &resume, "");
+    let drawn = both.map(|run| [format!("open runs/{run}"), format!("figure dashboard figures/{run}-dashboard.png")]);
+    let mut asked: Vec<&str> = drawn.iter().rev().flatten().map(String::as_str).collect();
+    asked.push("open runs/task1-ddpg-mge-seed0");
+    check(typical(), "5 space down space f", &asked, "drawing the dashboards of 2 runs");
+    check(typical(), "5 space V", &[], "training · task1-ddpg-mge-seed0");
+}
+
+#[test]
+fn runs_that_differ_in_the_seed_only_are_one_line_that_unfolds() {
+    check(grouped(), "5", &[], "DDPG-MGE, eps.. (3 seeds)");
+    check(grouped(), "5 down", &[], " DDPG-MGE, epsilon 0.8 to 0.05 (3 seeds) ");
+    check(grouped(), "5", &[], "3 finished");
+    check(grouped(), "5 down tab", &[], "guided-1");
+    check(grouped(), "5 tab tab / n o p e enter", &[], "No run has this text");
+    check(grouped(), "5 enter", &["open runs/plain-0"], "");
+    check(grouped(), "5 down enter", &["open runs/guided-0"], "");
+    check(grouped(), "5 down B", &["pin DDPG-MGE, epsilon 0.8 to 0.05"], "");
+    let delete = ["delete runs/guided-0", "delete runs/guided-1", "delete runs/guided-2"];
+    check(grouped(), "5 down X y", &delete, "");
+    check(grouped(), "5 / s e e d = 1 enter enter", &["open runs/plain-1"], "with `seed=1`");
+    check(grouped(), "5 / m e t h o d : d d p g - m g e enter enter", &["open runs/guided-0"], "");
+    check(grouped(), "5 / e p s i l o < 1 enter", &[], "did you mean `epsilon`?");
+    check(grouped(), "5 s s s s enter", &["open runs/guided-0"], "by success");
+    check(grouped(), "5 s s s s S enter", &["open runs/plain-0"], "by success, reversed");
+    check(grouped(), "4", &[], "3 seeds");
+    check(grouped(), "4 tab", &[], "training · 3 runs");
+    check(grouped(), "4 v", &[], "training · 2 groups");
+    check(grouped(), "5 down V", &[], "training · DDPG-MGE, epsilon 0.8 to 0.05 (3 seeds)");
+}
+
+#[test]
+fn notes_and_tags_are_written_where_the_run_is() {
+    check(grouped(), "5 tab down i f i n e enter", &["note runs/plain-0 fine"], "");
+    let tag = ["tag runs/plain-0 a,b", "tag runs/plain-1 a,b", "tag runs/plain-2 a,b"];
+    check(grouped(), "5 I a , b enter", &tag, "");
+    let mut view = grouped();
+    change_run(&mut view, 0, |run| (run.tags, run.note) = (vec!["paper".into()], "holds".into()));
+    check(view, "5 / t a g : p a p e r enter enter", &["open runs/guided-0"], "");
 }
 
 #[test]
@@ -590,7 +669,7 @@ fn a_list_of_ten_thousand_runs_is_drawn_where_it_is_looked_at() {
 #[test]
 fn a_part_that_is_missing_says_why() {
     check(typical(), "g", &[], "there is no training episode yet: t trains one");
-    check(typical(), "pageup b", &[], "no critic or actor: the networks are known while it trains here");
+    check(typical(), "pageup b", &[], "no critic or actor: the checkpoint is being read");
     let mut view = typical();
     view.watched = None;
     check(view, "pageup", &[], "no run with episodes is being watched");
@@ -616,7 +695,8 @@ fn while_an_episode_is_played_only_the_scene_is_drawn_anew() {
 #[test]
 fn on_the_runs_screen_the_selected_run_is_paused_and_stopped() {
     check(typical(), "5 down p", &["open runs/old", "pause"], "");
-    check(typical(), "5 down x", &["open runs/old"], "stop the training?");
+    check(typical(), "5 down x", &["open runs/old", "stop"], "");
+    check(typical(), "5 x", &[], "stop the training?");
     check(typical(), "5 p", &["pause"], "");
 }
 
@@ -647,7 +727,7 @@ fn a_run_without_episodes_says_what_it_waits_for() {
     let without = |queued: bool, active: bool| {
         let mut view = typical();
         change_run(&mut view, 1, |run| {
-            (run.queued, run.active, run.done, run.curves) = (queued, active, 0, Curves::default());
+            (run.queued, run.active, run.done, run.curves) = (queued, active, 0, std::sync::Arc::default());
         });
         view
     };
@@ -717,4 +797,32 @@ fn the_help_finds_what_one_types() {
     assert!(text(&shot(&mut app, 120, 40)).contains("SCENE"));
     press(&mut app, "?");
     assert!(app.layers.is_empty());
+}
+
+#[test]
+fn what_is_trained_can_go_on_in_the_background() {
+    let (mut app, _) = app(typical());
+    press(&mut app, "q");
+    assert!(text(&shot(&mut app, 120, 40)).contains("leave it training in the background"));
+    press(&mut app, "b");
+    assert!(app.is_leaving());
+    assert_eq!(app.left_in_background(), [std::path::PathBuf::from("runs/task1-ddpg-mge-seed0")]);
+    let (mut app, _) = super::app(typical());
+    press(&mut app, "q y");
+    assert!(app.is_leaving() && app.left_in_background().is_empty());
+}
+
+#[test]
+fn the_end_of_the_last_training_is_announced() {
+    let (mut app, asked) = app(typical());
+    let mut view = typical();
+    change_run(&mut view, 1, |run| (run.state, run.active) = (RunState::Finished, false));
+    app.tick(std::time::Duration::ZERO);
+    assert_eq!(app.take_request(), None);
+    app.workspace = Box::new(RecordingWorkspace { view, asked });
+    app.was_busy = true;
+    app.tick(std::time::Duration::ZERO);
+    assert!(matches!(app.take_request(), Some(TerminalRequest::Notify(_))));
+    app.tick(std::time::Duration::ZERO);
+    assert_eq!(app.take_request(), None, "once");
 }

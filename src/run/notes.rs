@@ -1,0 +1,104 @@
+//! What people write about a run: `notes.json` in its folder. Nothing that trains or compares reads it.
+
+use serde::{Deserialize, Serialize};
+
+use super::checkpoint::{check_format, parse_json};
+use super::{Result, RunDirectory, RunError, file};
+use crate::atomic;
+
+/// Format of `notes.json` that this program writes, and the newest that it reads.
+const FORMAT: u64 = 1;
+/// Characters of a note at most.
+const LONGEST_NOTE: usize = 4000;
+/// Tags at most, and characters of each.
+const MOST_TAGS: (usize, usize) = (20, 40);
+
+/// Notes on a run.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Notes {
+    format: u64,
+    /// Words to find it by.
+    #[serde(default)]
+    pub tags: Vec<String>,
+    /// Whatever there is to say about it.
+    #[serde(default)]
+    pub note: String,
+}
+
+impl Default for Notes {
+    fn default() -> Self {
+        Self { format: FORMAT, tags: Vec::new(), note: String::new() }
+    }
+}
+
+impl RunDirectory {
+    /// The notes on the run; empty ones if there are none.
+    ///
+    /// # Errors
+    /// [`RunError::Io`], [`RunError::UnknownFormat`], [`RunError::Malformed`].
+    pub fn notes(&self) -> Result<Notes> {
+        let path = self.notes_path();
+        let bytes = match file::read(&path) {
+            Err(error) if error.is_not_found() => return Ok(Notes::default()),
+            bytes => bytes?,
+        };
+        check_format(&path, &bytes, FORMAT)?;
+        parse_json(&path, &bytes)
+    }
+
+    /// Replaces the notes on the run. The run need not be at rest: nothing else writes them.
+    ///
+    /// # Errors
+    /// [`RunError::Notes`] if they are too long, [`RunError::Io`] if they cannot be written.
+    pub fn write_notes(&self, notes: &Notes) -> Result<()> {
+        let is_tag = |tag: &String| {
+            (1..=MOST_TAGS.1).contains(&tag.chars().count())
+                && tag.chars().all(|character| character.is_alphanumeric() || "-_.".contains(character))
+        };
+        if notes.note.chars().count() > LONGEST_NOTE {
+            return Err(RunError::Notes(format!("a note has at most {LONGEST_NOTE} characters")));
+        }
+        if notes.tags.len() > MOST_TAGS.0 || !notes.tags.iter().all(is_tag) {
+            let (most, longest) = MOST_TAGS;
+            let problem =
+                format!("a run has at most {most} tags, words of at most {longest} letters, digits, -, _ and .");
+            return Err(RunError::Notes(problem));
+        }
+        let mut text =
+            serde_json::to_vec_pretty(notes).map_err(|source| RunError::Encode { what: "notes".into(), source })?;
+        text.push(b'\n');
+        let path = self.notes_path();
+        atomic::write(&path, &text).map_err(RunError::io("write", &path))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn notes_are_kept_in_the_folder_of_the_run_and_bad_ones_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = RunDirectory::create(folder.path(), &1).unwrap();
+        assert_eq!(run.notes().unwrap(), Notes::default());
+        let notes = Notes {
+            tags: vec!["paper".into(), "best".into()],
+            note: "the first that works".into(),
+            ..Notes::default()
+        };
+        run.write_notes(&notes).unwrap();
+        assert_eq!(run.notes().unwrap(), notes);
+        for bad in [
+            Notes { note: "x".repeat(4001), ..Notes::default() },
+            Notes { tags: vec!["two words".into()], ..Notes::default() },
+            Notes { tags: vec![String::new()], ..Notes::default() },
+            Notes { tags: vec!["a".into(); 21], ..Notes::default() },
+        ] {
+            assert!(matches!(run.write_notes(&bad), Err(RunError::Notes(_))), "{bad:?}");
+        }
+        assert_eq!(run.notes().unwrap(), notes, "they are as they were");
+        std::fs::write(run.notes_path(), r#"{"format": 9}"#).unwrap();
+        assert!(matches!(run.notes(), Err(RunError::UnknownFormat { .. })));
+    }
+}

@@ -1,0 +1,178 @@
+//! What is typed to see some of the runs: words, and conditions such as `task:4` and `epsilon<0.2`.
+
+use super::super::Ui;
+use crate::spelling::did_you_mean;
+use crate::tui::view::RunSummary;
+
+/// Which runs are listed.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Filter {
+    text: String,
+    terms: Vec<Term>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Term {
+    /// A part of the line of a run.
+    Word(String),
+    /// A part of one of its columns.
+    Part(String, String),
+    /// A number compared with one of its columns.
+    Compared(String, Comparison, f64),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Comparison {
+    Less,
+    AtMost,
+    Equal,
+    AtLeast,
+    More,
+}
+
+/// Signs of comparisons, the longer ones first.
+const SIGNS: [(&str, Comparison); 5] = [
+    ("<=", Comparison::AtMost),
+    (">=", Comparison::AtLeast),
+    ("<", Comparison::Less),
+    (">", Comparison::More),
+    ("=", Comparison::Equal),
+];
+
+/// Columns of words.
+const WORDS: [&str; 7] = ["task", "method", "state", "name", "label", "tag", "note"];
+/// Columns of numbers. Success is a share from 0 to 1, epsilon the threshold of the first episode.
+const NUMBERS: [&str; 5] = ["seed", "episodes", "done", "success", "epsilon"];
+
+impl Filter {
+    /// What was typed.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Whether all runs are listed.
+    pub fn is_empty(&self) -> bool {
+        self.terms.is_empty()
+    }
+
+    /// Reads what was typed: words and conditions, all of which must hold.
+    ///
+    /// # Errors
+    /// What is wrong with a condition.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let terms = text.split_whitespace().map(term).collect::<Result<_, String>>()?;
+        Ok(Self { text: text.trim().to_owned(), terms })
+    }
+
+    /// Whether a run is listed.
+    pub fn accepts(&self, run: &RunSummary, ui: &Ui) -> bool {
+        self.terms.iter().all(|term| match term {
+            Term::Word(word) => line(run).contains(word),
+            Term::Part(column, part) => words(run, column, ui).is_some_and(|text| text.to_lowercase().contains(part)),
+            Term::Compared(column, comparison, wanted) => {
+                number(run, column, ui).is_some_and(|found| comparison.holds(found, *wanted))
+            }
+        })
+    }
+}
+
+impl Comparison {
+    fn holds(self, found: f64, wanted: f64) -> bool {
+        match self {
+            Self::Less => found < wanted,
+            Self::AtMost => found <= wanted,
+            // Numbers of single precision are written in short.
+            Self::Equal => (found - wanted).abs() < 1e-6 * wanted.abs().max(1.0),
+            Self::AtLeast => found >= wanted,
+            Self::More => found > wanted,
+        }
+    }
+}
+
+fn term(word: &str) -> Result<Term, String> {
+    let lower = word.to_lowercase();
+    let compared = SIGNS.iter().find_map(|(sign, comparison)| {
+        let (column, value) = lower.split_once(sign)?;
+        Some((column.to_owned(), *comparison, value.to_owned()))
+    });
+    if let Some((column, comparison, value)) = compared {
+        // Other settings have their JSON path, such as `ddpg.gamma`.
+        if !NUMBERS.contains(&&*column) && !column.contains('.') {
+            let known = did_you_mean(NUMBERS, &column);
+            return Err(format!("`{column}` is not one of {} or a setting{known}", NUMBERS.join(", ")));
+        }
+        let value = value.parse().map_err(|_| format!("`{value}` in `{word}` is not a number"))?;
+        return Ok(Term::Compared(column, comparison, value));
+    }
+    match lower.split_once(':') {
+        Some((column, part)) if WORDS.contains(&column) || column.contains('.') => {
+            Ok(Term::Part(column.to_owned(), part.to_owned()))
+        }
+        Some((column, _)) if NUMBERS.contains(&column) => Err(format!("write `{column}=`, `<` or `>` and a number")),
+        Some((column, _)) => {
+            Err(format!("`{column}` is not one of {}{}", WORDS.join(", "), did_you_mean(WORDS, column)))
+        }
+        None => Ok(Term::Word(lower)),
+    }
+}
+
+/// The text in which a word is looked for.
+fn line(run: &RunSummary) -> String {
+    let tags = run.tags.join(" ");
+    format!("{} {} {} seed {} {} {tags}", run.name, run.task, run.method, run.seed, run.state_word()).to_lowercase()
+}
+
+fn words(run: &RunSummary, column: &str, ui: &Ui) -> Option<String> {
+    Some(match column {
+        "task" => run.task.clone(),
+        "method" => run.method.to_owned(),
+        "state" => run.state_word().to_owned(),
+        "name" => run.name.clone(),
+        "label" => run.label.clone(),
+        "tag" => run.tags.join(" "),
+        "note" => run.note.clone(),
+        path => ui.view.groups.settings(&run.path)?.get(path)?.clone(),
+    })
+}
+
+fn number(run: &RunSummary, column: &str, ui: &Ui) -> Option<f64> {
+    match column {
+        "seed" => Some(run.seed as f64),
+        "episodes" => Some(run.episodes as f64),
+        "done" => Some(run.done as f64),
+        "success" => run.success.map(f64::from),
+        "epsilon" => Some(f64::from(run.config.epsilon.threshold(0))),
+        path => ui.view.groups.settings(&run.path)?.get(path)?.parse().ok(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn conditions_are_read_and_mistakes_explained() {
+        let parsed = Filter::parse(" old task:4 Method:DDPG-mge epsilon<0.2 seed>=3 ddpg.gamma=0.9").unwrap();
+        let part = |column: &str, text: &str| Term::Part(column.into(), text.into());
+        let compared = |column: &str, comparison, value| Term::Compared(column.into(), comparison, value);
+        let expected = vec![
+            Term::Word("old".into()),
+            part("task", "4"),
+            part("method", "ddpg-mge"),
+            compared("epsilon", Comparison::Less, 0.2),
+            compared("seed", Comparison::AtLeast, 3.0),
+            compared("ddpg.gamma", Comparison::Equal, 0.9),
+        ];
+        assert_eq!(parsed.terms, expected);
+        for (text, problem) in [
+            ("epsilo<0.2", "did you mean `epsilon`?"),
+            ("seed<x", "`x` in `seed<x` is not a number"),
+            ("tsak:4", "did you mean `task`?"),
+            ("seed:4", "write `seed=`"),
+        ] {
+            let error = Filter::parse(text).unwrap_err();
+            assert!(error.contains(problem), "{text}: {error}");
+        }
+        assert!(Comparison::Equal.holds(f64::from(0.1f32), 0.1) && !Comparison::Less.holds(0.2, 0.2));
+    }
+}

@@ -1,0 +1,313 @@
+//! The lines of the list: runs, and groups of runs that differ in the seed only; their order and columns.
+
+use std::cmp::Ordering;
+use std::collections::HashMap;
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Alignment, Constraint, Layout, Rect};
+use ratatui::style::Style;
+use ratatui::text::Text;
+use ratatui::widgets::{Row, Table, Widget};
+
+use super::super::status::{bar, state_colour};
+use super::super::{HitRegions, Ui};
+use super::{Key, Runs};
+use crate::run::{Metric, RunState};
+use crate::stats::Estimate;
+use crate::tui::view::{Curves, RunGroup, RunSummary, span};
+use crate::tui::widgets::columns::shortened;
+use crate::tui::widgets::list;
+use crate::tui::widgets::theme::{Marker, Theme};
+
+/// A line of the list.
+#[derive(Clone)]
+pub enum Line<'a> {
+    /// A run; true if it is one of an unfolded group above it.
+    Run(&'a RunSummary, bool),
+    /// A group, and those of its runs that are listed.
+    Group(&'a RunGroup, Vec<&'a RunSummary>),
+}
+
+impl<'a> Line<'a> {
+    /// What the selection remembers of it.
+    pub fn key(&self) -> Key {
+        match self {
+            Self::Run(run, _) => Key::Run(run.path.clone()),
+            Self::Group(group, _) => Key::Group(group.task.clone(), group.label.clone()),
+        }
+    }
+
+    /// Its runs.
+    pub fn runs(&self) -> Vec<&'a RunSummary> {
+        match self {
+            Self::Run(run, _) => vec![run],
+            Self::Group(_, runs) => runs.clone(),
+        }
+    }
+
+    fn first(&self) -> &'a RunSummary {
+        match self {
+            Self::Run(run, _) => run,
+            // A group on the list has runs on it.
+            Self::Group(_, runs) => runs[0],
+        }
+    }
+
+    fn name(&self) -> String {
+        match self {
+            Self::Run(run, _) => run.name.clone(),
+            Self::Group(group, _) => format!("{}: {}", group.task, group.label),
+        }
+    }
+
+    /// Its name in so many columns; a group's with its task where there are several, and the number of its
+    /// runs.
+    fn named(&self, columns: usize, several_tasks: bool) -> String {
+        match self {
+            Self::Run(run, false) => shortened(&run.name, columns, true),
+            Self::Run(run, true) => format!("  {}", shortened(&run.name, columns.saturating_sub(2), true)),
+            Self::Group(group, runs) => {
+                let count = format!(" ({} seeds)", runs.len());
+                let label = if several_tasks { self.name() } else { group.label.clone() };
+                shortened(&label, columns.saturating_sub(count.len()), false) + &count
+            }
+        }
+    }
+
+    /// Episodes done and episodes in all.
+    fn progress(&self) -> [u64; 2] {
+        self.runs().iter().fold([0, 0], |[done, all], run| [done + run.done, all + run.episodes])
+    }
+
+    fn success(&self) -> Option<f64> {
+        match self {
+            Self::Run(run, _) => run.success.map(f64::from),
+            Self::Group(group, _) => group.success.map(|success| success.value),
+        }
+    }
+
+    fn improvement(&self) -> Option<Estimate> {
+        if let Self::Group(group, _) = self { group.improvement } else { None }
+    }
+
+    /// Seconds until all its runs are finished at the present rate, if they are trained side by side.
+    fn seconds_left(&self) -> Option<f64> {
+        self.runs().iter().filter_map(|run| run.seconds_left()).reduce(f64::max)
+    }
+
+    fn curves(&self) -> Option<&'a Curves> {
+        match self {
+            Self::Run(run, _) => Some(&run.curves),
+            Self::Group(group, _) => group.curves.as_deref().map(|curves| &curves.middle),
+        }
+    }
+
+    /// What most needs to be known of the states of its runs, and how many there are in it.
+    fn state(&self, theme: &Theme) -> (String, Style) {
+        let runs = self.runs();
+        let style = |run: &RunSummary| Style::new().fg(state_colour(&run.state, theme));
+        if let [run] = runs.as_slice() {
+            return (run.state_word().to_owned(), style(run));
+        }
+        let urgency = |run: &RunSummary| match run.state {
+            RunState::Failed(_) => 0,
+            RunState::Running => 1,
+            _ if run.queued => 2,
+            RunState::Paused => 3,
+            RunState::Interrupted | RunState::Stopped(_) => 4,
+            RunState::NotStarted => 5,
+            RunState::Finished => 6,
+        };
+        // A group on the list has runs on it.
+        let first = runs.iter().min_by_key(|run| urgency(run)).map_or(self.first(), |run| run);
+        let count = runs.iter().filter(|run| run.state_word() == first.state_word()).count();
+        (format!("{count} {}", first.state_word()), style(first))
+    }
+}
+
+/// What the list is sorted by.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Sort {
+    /// The latest first.
+    #[default]
+    Latest,
+    /// By name or label.
+    Name,
+    /// What goes on first.
+    State,
+    /// The most episodes first.
+    Episodes,
+    /// The highest success first.
+    Success,
+}
+
+impl Sort {
+    /// All orders.
+    pub const ALL: [Self; 5] = [Self::Latest, Self::Name, Self::State, Self::Episodes, Self::Success];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Latest => "the latest first",
+            Self::Name => "name",
+            Self::State => "state",
+            Self::Episodes => "episodes",
+            Self::Success => "success",
+        }
+    }
+
+    fn compare(self, a: &Line, b: &Line) -> Ordering {
+        match self {
+            Self::Latest => Ordering::Equal,
+            Self::Name => a.name().cmp(&b.name()),
+            Self::State => a.first().state_word().cmp(b.first().state_word()),
+            Self::Episodes => b.progress()[0].cmp(&a.progress()[0]),
+            Self::Success => b.success().unwrap_or(-1.0).total_cmp(&a.success().unwrap_or(-1.0)),
+        }
+    }
+}
+
+/// The lines of the list.
+pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
+    let mut lines: Vec<Line<'a>> = Vec::new();
+    // Places of groups among the lines, by their addresses.
+    let mut places: HashMap<*const RunGroup, usize> = HashMap::new();
+    for run in ui.view.runs.iter().rev().map(|run| &**run).filter(|run| state.filter.accepts(run, ui)) {
+        let Some(group) = ui.view.groups.of(&run.path).filter(|group| group.is_many()) else {
+            lines.push(Line::Run(run, false));
+            continue;
+        };
+        let place = *places.entry(std::ptr::from_ref(group)).or_insert(lines.len());
+        match lines.get_mut(place) {
+            Some(Line::Group(_, runs)) => runs.push(run),
+            _ => lines.push(Line::Group(group, vec![run])),
+        }
+    }
+    for line in &mut lines {
+        match line {
+            // Nothing is folded of which only one is listed.
+            Line::Group(_, runs) if runs.len() == 1 => *line = Line::Run(runs[0], false),
+            Line::Group(_, runs) => runs.sort_by_key(|run| run.seed),
+            Line::Run(..) => {}
+        }
+    }
+    if state.sort != Sort::Latest {
+        lines.sort_by(|a, b| state.sort.compare(a, b));
+    }
+    if state.reversed {
+        lines.reverse();
+    }
+    let unfolded = |line: Line<'a>| {
+        let seeds = match &line {
+            Line::Group(_, runs) if state.unfolded.contains(&line.key()) => runs.clone(),
+            _ => Vec::new(),
+        };
+        std::iter::once(line).chain(seeds.into_iter().map(|run| Line::Run(run, true)))
+    };
+    lines.into_iter().flat_map(unfolded).collect()
+}
+
+/// A column of the list.
+struct Column {
+    heading: &'static str,
+    /// Columns of the terminal; 0 for what the others leave.
+    width: u16,
+    /// Columns of the list from which on there is room for it.
+    from: u16,
+    alignment: Alignment,
+    cell: fn(&Line, &Theme) -> String,
+}
+
+/// Columns of a name at least, before other columns have room.
+const NAME: u16 = 40;
+
+/// Columns of the list; mark, name and state are drawn in ways of their own.
+const COLUMNS: [Column; 9] = [
+    column("", 2, 0, Alignment::Left, |_, _| String::new()),
+    column("run", 0, 0, Alignment::Left, |_, _| String::new()),
+    column("state", 11, 0, Alignment::Left, |_, _| String::new()),
+    column("episodes", 18, 60, Alignment::Left, |line, theme| {
+        let [done, all] = line.progress();
+        format!("{} {done}/{all}", bar(done, all, 6, theme))
+    }),
+    column("success", 7, 0, Alignment::Right, |line, _| percent(line.success())),
+    column("interval", 9, 100, Alignment::Right, |line, _| match line {
+        Line::Group(RunGroup { success: Some(Estimate { lower, upper, .. }), .. }, _) => {
+            format!("{:.0}-{:.0} %", 100.0 * lower, 100.0 * upper)
+        }
+        _ => String::new(),
+    }),
+    column("better", 7, 88, Alignment::Right, |line, _| match line {
+        Line::Group(RunGroup { is_baseline: true, .. }, _) => "base".to_owned(),
+        _ => line.improvement().map_or_else(String::new, |improvement| percent(Some(improvement.value))),
+    }),
+    column("left", 10, 110, Alignment::Right, |line, _| line.seconds_left().map_or_else(String::new, span)),
+    column("curve", 12, 76, Alignment::Left, |line, theme| sparkline(line.curves(), 12, theme)),
+];
+
+const fn column(
+    heading: &'static str,
+    width: u16,
+    from: u16,
+    alignment: Alignment,
+    cell: fn(&Line, &Theme) -> String,
+) -> Column {
+    Column { heading, width, from, alignment, cell }
+}
+
+fn percent(share: Option<f64>) -> String {
+    share.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share))
+}
+
+/// The success rate over the episodes so far in a few characters.
+fn sparkline(curves: Option<&Curves>, width: usize, theme: &Theme) -> String {
+    let heights: &[&str] = match theme.marker {
+        Marker::Ascii => &["_", ".", "-", "=", "#"],
+        _ => &["▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"],
+    };
+    let Some(values) = curves.map(|curves| curves.get(Metric::Success)).filter(|values| !values.is_empty()) else {
+        return String::new();
+    };
+    let at = |place: usize| values[((place + 1) * values.len() / width).max(1) - 1];
+    let height = |value: f32| ((value.clamp(0.0, 1.0) * heights.len() as f32) as usize).min(heights.len() - 1);
+    (0..width).map(|place| heights[height(at(place))]).collect()
+}
+
+/// Draws headings and lines, the selected one among them.
+pub fn draw(
+    state: &Runs,
+    lines: &[Line],
+    selected: usize,
+    ui: &Ui,
+    area: Rect,
+    buffer: &mut Buffer,
+    regions: &mut HitRegions,
+) {
+    let theme = ui.theme;
+    let [header, rows] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(area);
+    let shown: Vec<&Column> = COLUMNS.iter().filter(|column| area.width >= column.from).collect();
+    let taken: u16 = shown.iter().map(|column| column.width + 1).sum();
+    let name = area.width.saturating_sub(taken).min(NAME + 30);
+    let width = |column: &&Column| Constraint::Length(if column.width == 0 { name } else { column.width });
+    let widths: Vec<Constraint> = shown.iter().map(width).collect();
+    let headings = shown.iter().map(|column| Text::from(column.heading).alignment(column.alignment));
+    Table::new([Row::new(headings).style(theme.faint())], &widths).render(header, buffer);
+    let several_tasks = ui.view.runs.iter().any(|run| run.task != ui.view.runs[0].task);
+    let row = |index: usize| {
+        let line = &lines[index];
+        let runs = line.runs();
+        let watched = ui.subject.run().is_some_and(|watched| runs.iter().any(|run| run.path == watched.path));
+        let marked = runs.iter().all(|run| state.is_marked(run));
+        let mark = [if marked { "*" } else { " " }, if watched { ">" } else { " " }].concat();
+        Row::new(shown.iter().map(|column| match column.heading {
+            "" => Text::from(mark.clone()),
+            "run" => Text::from(line.named(usize::from(name), several_tasks)),
+            "state" => {
+                let (text, style) = line.state(theme);
+                Text::styled(text, style)
+            }
+            _ => Text::from((column.cell)(line, theme)).alignment(column.alignment),
+        }))
+    };
+    regions.add_rows(list::draw(lines.len(), Some(selected), row, &widths, rows, theme, buffer));
+}

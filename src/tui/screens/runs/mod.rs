@@ -1,0 +1,441 @@
+//! The Runs screen: past and running runs, in groups of those that differ in the seed only. What is
+//! done with a run is done with all that are marked, or with the selected run or group.
+
+mod filter;
+mod list;
+mod preview;
+
+use std::collections::HashSet;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::Style;
+use ratatui::text::Text;
+use ratatui::widgets::Widget;
+
+use super::lists::select;
+use super::pane::{self, hint, pane};
+use super::{HitRegions, Screens, Ui};
+use crate::run::RunState;
+use crate::tui::actions::{Action, Tab};
+use crate::tui::effect::Effect;
+use crate::tui::layers::{Prompt, Question};
+use crate::tui::view::{Level, RunGroup, RunSummary, ViewModel};
+use crate::workbench::{Command, FigureKind, command};
+use filter::Filter;
+use list::{Line, Sort};
+
+/// State of the list of runs.
+#[derive(Debug, Default)]
+pub struct Runs {
+    /// The selected line, and where it was in the list; another may have come before it since.
+    selected: Option<Key>,
+    row: usize,
+    filter: Filter,
+    sort: Sort,
+    reversed: bool,
+    /// Groups whose runs are shown one by one.
+    unfolded: HashSet<Key>,
+    marked: HashSet<PathBuf>,
+    since_look: Duration,
+}
+
+/// What a line is of, whatever happens to the others.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub enum Key {
+    /// The run in a folder.
+    Run(PathBuf),
+    /// The group of a task and a label.
+    Group(String, String),
+}
+
+/// Time between two looks at the folder of runs, where others may be at work, too.
+const LOOK: Duration = Duration::from_secs(2);
+/// Columns from which on there is room for a preview beside the list.
+const BESIDE: u16 = 110;
+/// Lines of the list around the selected one whose curves are read.
+const AROUND: usize = 60;
+
+impl Runs {
+    /// Lets time pass; true when the folder should be looked at again.
+    pub fn is_time_to_look(&mut self, elapsed: Duration) -> bool {
+        self.since_look += elapsed;
+        let due = self.since_look >= LOOK;
+        if due {
+            self.since_look = Duration::ZERO;
+        }
+        due
+    }
+
+    /// Shows only some runs.
+    ///
+    /// # Errors
+    /// What is wrong with the text that says which.
+    pub fn filter(&mut self, text: &str) -> Result<(), String> {
+        self.filter = Filter::parse(text)?;
+        (self.selected, self.row) = (None, 0);
+        Ok(())
+    }
+
+    /// The row of the selected line; near where it was if it is gone.
+    fn selected_row(&self, lines: &[Line]) -> usize {
+        let known = self.selected.as_ref().and_then(|key| lines.iter().position(|line| line.key() == *key));
+        known.unwrap_or(self.row.min(lines.len().saturating_sub(1)))
+    }
+
+    /// Whether the run is marked.
+    pub fn is_marked(&self, run: &RunSummary) -> bool {
+        self.marked.contains(&run.path)
+    }
+
+    /// Ends the filter, or takes all marks away; false if there is neither.
+    pub fn leave(&mut self) -> bool {
+        if !self.filter.is_empty() {
+            self.filter = Filter::default();
+            return true;
+        }
+        !std::mem::take(&mut self.marked).is_empty()
+    }
+
+    /// Selects the line in a row of the list.
+    pub fn select(&mut self, ui: &Ui, row: usize) {
+        self.select_of(&list::lines(self, ui), row);
+    }
+
+    fn select_of(&mut self, lines: &[Line], row: usize) {
+        (self.selected, self.row) = (lines.get(row).map(Line::key), row);
+    }
+
+    /// Whether the line in a row of the list is the selected one.
+    pub fn is_selected(&self, ui: &Ui, row: usize) -> bool {
+        let lines = list::lines(self, ui);
+        row < lines.len() && self.selected_row(&lines) == row
+    }
+
+    /// The runs that something is done with: the marked ones, or those of the selected line.
+    fn acted_on<'a>(&self, ui: &Ui<'a>) -> Vec<&'a RunSummary> {
+        let marked = ui.view.runs.iter().map(|run| &**run).filter(|run| self.is_marked(run));
+        let marked: Vec<&RunSummary> = marked.collect();
+        if !marked.is_empty() {
+            return marked;
+        }
+        let lines = list::lines(self, ui);
+        lines.get(self.selected_row(&lines)).map_or_else(Vec::new, Line::runs)
+    }
+}
+
+/// Folders of the runs whose curves are to be seen, those of the selected line first.
+pub fn wanted(state: &Runs, ui: &Ui) -> Vec<PathBuf> {
+    let lines = list::lines(state, ui);
+    let selected = state.selected_row(&lines);
+    let around = selected.saturating_sub(AROUND)..lines.len().min(selected + AROUND);
+    let shown = lines.get(selected).into_iter().chain(&lines[around]);
+    let mut wanted: Vec<PathBuf> = Vec::new();
+    let mut known: HashSet<PathBuf> = HashSet::new();
+    for run in shown.flat_map(Line::runs) {
+        if known.insert(run.path.clone()) {
+            wanted.push(run.path.clone());
+        }
+    }
+    wanted
+}
+
+/// The folder of the run whose files are to be seen, if one is.
+pub fn previewed(state: &Runs, ui: &Ui) -> Option<PathBuf> {
+    let lines = list::lines(state, ui);
+    match lines.get(state.selected_row(&lines)) {
+        Some(Line::Run(run, _)) => Some(run.path.clone()),
+        _ => None,
+    }
+}
+
+/// Draws the screen.
+pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
+    let state = &screens.runs;
+    let lines = list::lines(state, ui);
+    let selected = state.selected_row(&lines);
+    let mut area = area;
+    // What is beside the list need not be said below it.
+    let mut details = lines.get(selected).map_or_else(String::new, about);
+    if let Some(line) = lines.get(selected).filter(|_| area.width >= BESIDE) {
+        let share = Constraint::Percentage(58);
+        let [left, right] = Layout::horizontal([share, Constraint::Fill(1)]).areas(area);
+        preview::draw(ui, screens, line, &details, right, buffer);
+        details.clear();
+        area = left;
+    }
+    let is_reading = ui.view.runs_unread > 0 && !ui.view.runs.is_empty();
+    let inside = pane(&title(state, ui, is_reading), area, ui.theme, buffer);
+    if lines.is_empty() {
+        return hint(&ui.text(nothing(state, ui.view)), inside, ui.theme, buffer);
+    }
+    let details = match details.is_empty() {
+        true => Text::default(),
+        false => Text::from_iter(pane::lines(&details, inside.width, Style::new())),
+    };
+    let height = Constraint::Length((details.height() as u16).min(inside.height / 3));
+    let [rows, below] = Layout::vertical([Constraint::Fill(1), height]).areas(inside);
+    details.render(below, buffer);
+    list::draw(state, &lines, selected, ui, rows, buffer, regions);
+}
+
+fn title(state: &Runs, ui: &Ui, is_reading: bool) -> String {
+    let mut title = format!("runs in {}", ui.view.folder.display());
+    if !state.marked.is_empty() {
+        title = format!("{title} · {} marked", state.marked.len());
+    }
+    if !state.filter.is_empty() {
+        title = format!("{title} · with `{}`, esc shows all", state.filter.text());
+    }
+    if state.sort != Sort::Latest || state.reversed {
+        let order = if state.reversed { ", reversed" } else { "" };
+        title = format!("{title} · by {}{order}", state.sort.name());
+    }
+    if is_reading {
+        title = format!("{title} · {} more are being read", ui.view.runs_unread);
+    }
+    title
+}
+
+fn nothing(state: &Runs, view: &ViewModel) -> &'static str {
+    if view.runs_unread > 0 {
+        "The runs in this folder are being read."
+    } else if state.filter.is_empty() {
+        "There are no runs in this folder yet. {train} trains one; {open-run} opens one from elsewhere."
+    } else {
+        "No run has this text. Escape shows all."
+    }
+}
+
+/// What there is to know of the selected line.
+fn about(line: &Line) -> String {
+    match line {
+        Line::Run(run, _) => about_run(run),
+        Line::Group(group, runs) => about_group(group, runs),
+    }
+}
+
+fn about_run(run: &RunSummary) -> String {
+    let reason = match &run.state {
+        RunState::Failed(reason) | RunState::Stopped(reason) => format!(": {reason}"),
+        _ => String::new(),
+    };
+    let done = format!("{} of {} episodes", run.done, run.episodes);
+    format!("{}: {}, {}, seed {}, {done}, {}{reason}", run.name, run.task, run.method, run.seed, run.state_word())
+}
+
+fn about_group(group: &RunGroup, runs: &[&RunSummary]) -> String {
+    let seeds: Vec<String> = runs.iter().map(|run| run.seed.to_string()).collect();
+    let mut text = format!("{} on {}, seeds {}", group.label, group.task, seeds.join(", "));
+    if let Some(success) = group.success {
+        let [value, lower, upper] = success.values().map(|share| 100.0 * share);
+        text = format!("{text}: success {value:.0} % (interquartile mean, 95 % interval {lower:.0} to {upper:.0} %)");
+    }
+    match group.improvement {
+        Some(improvement) => {
+            let [value, lower, upper] = improvement.values().map(|share| 100.0 * share);
+            format!("{text}, above the baseline with probability {value:.0} % ({lower:.0} to {upper:.0} %)")
+        }
+        None if group.is_baseline => format!("{text}, the baseline of the others"),
+        None => text,
+    }
+}
+
+/// What an action does on this screen.
+pub fn perform(state: &mut Runs, ui: &Ui, action: Action) -> Vec<Effect> {
+    let lines = list::lines(state, ui);
+    let selected = state.selected_row(&lines);
+    if let Some(row) = select(action, selected, lines.len().saturating_sub(1)) {
+        state.select_of(&lines, row);
+        return Vec::new();
+    }
+    match action {
+        Action::Filter => {
+            let read = |text: &str| Ok(Effect::Filter(text.to_owned()));
+            let hint = "words, task:4 method:ddpg-mge state:running tag:paper epsilon<0.2 success>=0.5 seed=3";
+            return vec![Effect::open(Prompt::new("show runs with", hint, state.filter.text(), read))];
+        }
+        Action::OpenRun => {
+            let read = |path: &str| Ok(Effect::apply(command::Open(path.into())));
+            return vec![Effect::open(Prompt::new("open a run", "path of its folder", "", read))];
+        }
+        Action::Sort => {
+            let place = Sort::ALL.iter().position(|sort| *sort == state.sort).unwrap_or(0);
+            state.sort = Sort::ALL[(place + 1) % Sort::ALL.len()];
+            return vec![Effect::info(format!("sorted by {}", state.sort.name()))];
+        }
+        Action::Reverse => {
+            state.reversed = !state.reversed;
+            return Vec::new();
+        }
+        _ => {}
+    }
+    let Some(line) = lines.get(selected) else { return vec![Effect::info("there is no run in the list")] };
+    match action {
+        Action::Confirm => watch(line, ui),
+        Action::Fold => fold(state, line),
+        Action::Mark => mark(state, line, ui),
+        Action::PinBaseline => match line {
+            Line::Group(group, _) => vec![Effect::PinBaseline(group.label.clone())],
+            Line::Run(run, _) => match ui.view.groups.of(&run.path) {
+                Some(group) => vec![Effect::PinBaseline(group.label.clone())],
+                None => vec![Effect::info("the runs are still being grouped")],
+            },
+        },
+        Action::Evaluate => {
+            let run = line.runs()[0];
+            vec![Effect::apply(command::Open(run.path.clone())), Effect::apply(command::Evaluate)]
+        }
+        Action::Compare => {
+            if state.marked.is_empty() {
+                state.marked.extend(line.runs().iter().map(|run| run.path.clone()));
+            }
+            vec![Effect::Compare]
+        }
+        Action::EditNote => edit_note(line.runs()[0]),
+        Action::EditTags => edit_tags(&state.acted_on(ui)),
+        _ => act_on_all(&state.acted_on(ui), ui, action),
+    }
+}
+
+/// Does something with runs, after one question where something would be lost.
+fn act_on_all(runs: &[&RunSummary], ui: &Ui, action: Action) -> Vec<Effect> {
+    let count = runs.len();
+    let what = match runs {
+        [run] => run.name.clone(),
+        _ => format!("{count} runs"),
+    };
+    match action {
+        Action::Pause => {
+            let is_paused = |run: &&&RunSummary| run.state == RunState::Paused;
+            // Of several, those that are paused wait for the others.
+            let all_paused = runs.iter().all(|run| is_paused(&run));
+            let resume = || Command::from(command::Resume { until: None });
+            let wanted = runs.iter().filter(|run| count == 1 || all_paused || run.state == RunState::Running);
+            let command = |run: &RunSummary| match run.state {
+                RunState::Paused => resume(),
+                _ => command::Pause.into(),
+            };
+            on_each(wanted.map(|run| (*run, command(run))), ui)
+        }
+        Action::Stop => {
+            let going = |run: &RunSummary| run.queued || matches!(run.state, RunState::Running | RunState::Paused);
+            let stopped: Vec<&RunSummary> = runs.iter().copied().filter(|run| count == 1 || going(run)).collect();
+            if stopped.is_empty() {
+                return vec![Effect::info("none of them is being trained")];
+            }
+            if !stopped.iter().any(|run| going(run)) {
+                return on_each(stopped.into_iter().map(|run| (run, command::Stop.into())), ui);
+            }
+            let text = format!("{what}: the present episode ends. A checkpoint is kept: training can be continued.");
+            let stop = on_each(stopped.into_iter().map(|run| (run, command::Stop.into())), ui);
+            vec![Effect::open(Question::warning("stop the training?", text, vec![('y', "stop", Effect::All(stop))]))]
+        }
+        Action::Continue => runs.iter().map(|run| Effect::apply(command::Continue(Some(run.path.clone())))).collect(),
+        Action::DeleteRun => {
+            let name = if let [run] = runs { run.path.display().to_string() } else { what };
+            let text = format!("{name} and everything in it is deleted from the disk. This cannot be undone.");
+            let delete = runs.iter().map(|run| Effect::apply(command::Delete(run.path.clone()))).collect();
+            let title = if count == 1 { "delete the run?" } else { "delete the runs?" };
+            vec![Effect::open(Question::warning(title, text, vec![('y', "delete", Effect::All(delete))]))]
+        }
+        Action::Export => {
+            let dashboard = |run: &&RunSummary| {
+                let path = format!("figures/{}-{}.png", run.name, FigureKind::Dashboard.name()).into();
+                let figure = command::Figure { kind: FigureKind::Dashboard, path, dpi: None };
+                [Effect::apply(command::Open(run.path.clone())), Effect::apply(figure)]
+            };
+            let mut effects: Vec<Effect> = runs.iter().flat_map(dashboard).collect();
+            effects.extend(back(ui));
+            effects.push(Effect::Say(Level::Good, format!("drawing the dashboards of {what} into figures/")));
+            effects
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Commands that act on the watched run, each on its own; the watched run stays.
+fn on_each<'a>(runs: impl Iterator<Item = (&'a RunSummary, Command)>, ui: &Ui) -> Vec<Effect> {
+    let is_watched = |run: &RunSummary| ui.subject.run().is_some_and(|watched| watched.path == run.path);
+    let mut effects = Vec::new();
+    let mut last_is_watched = true;
+    let mut count = 0;
+    for (run, command) in runs {
+        if !(is_watched(run) && last_is_watched) {
+            effects.push(Effect::apply(command::Open(run.path.clone())));
+        }
+        last_is_watched = is_watched(run);
+        effects.push(Effect::Apply(command));
+        count += 1;
+    }
+    // One that was chosen alone is looked at from now on.
+    if count > 1 && !last_is_watched {
+        effects.extend(back(ui));
+    }
+    effects
+}
+
+/// Watches the watched run again.
+fn back(ui: &Ui) -> Option<Effect> {
+    ui.subject.run().map(|watched| Effect::apply(command::Open(watched.path.clone())))
+}
+
+/// Watches a run, or the first of a group, and says where it is seen.
+fn watch(line: &Line, ui: &Ui) -> Vec<Effect> {
+    let run = line.runs()[0];
+    let places = ui.text(
+        "{screen-training} shows its curves, {screen-scene} its episodes ({previous-episode} and {next-episode})",
+    );
+    let text = format!("watching {}: {places}", run.name);
+    vec![Effect::apply(command::Open(run.path.clone())), Effect::Say(Level::Good, text)]
+}
+
+/// Shows the runs of a group one by one, or no longer.
+fn fold(state: &mut Runs, line: &Line) -> Vec<Effect> {
+    let Line::Group(..) = line else {
+        return vec![Effect::info("a group of runs that differ in the seed only can be folded")];
+    };
+    let key = line.key();
+    if !state.unfolded.remove(&key) {
+        state.unfolded.insert(key);
+    }
+    Vec::new()
+}
+
+/// Marks the runs of a line, or takes the marks away.
+fn mark(state: &mut Runs, line: &Line, ui: &Ui) -> Vec<Effect> {
+    let runs = line.runs();
+    if runs.iter().all(|run| state.is_marked(run)) {
+        runs.iter().for_each(|run| _ = state.marked.remove(&run.path));
+        return Vec::new();
+    }
+    state.marked.extend(runs.iter().map(|run| run.path.clone()));
+    let together = ui.text("what is done next is done with all; {compare-runs} shows their curves together");
+    vec![Effect::info(format!("{} marked: {together}", state.marked.len()))]
+}
+
+fn edit_note(run: &RunSummary) -> Vec<Effect> {
+    let folder = run.path.clone();
+    let read = move |text: &str| Ok(Effect::apply(command::Note { folder: folder.clone(), text: text.to_owned() }));
+    vec![Effect::open(Prompt::new(format!("note on {}", run.name), "kept in the run's folder", run.note.clone(), read))]
+}
+
+fn edit_tags(runs: &[&RunSummary]) -> Vec<Effect> {
+    let folders: Vec<PathBuf> = runs.iter().map(|run| run.path.clone()).collect();
+    let read = move |text: &str| {
+        let tags: Vec<String> = text.split([' ', ',']).filter(|tag| !tag.is_empty()).map(str::to_owned).collect();
+        let tag = |folder: &PathBuf| Effect::apply(command::Tag { folder: folder.clone(), tags: tags.clone() });
+        Ok(Effect::All(folders.iter().map(tag).collect()))
+    };
+    let title = if let [run] = runs { format!("tags of {}", run.name) } else { format!("tags of {} runs", runs.len()) };
+    let now = runs.first().map_or_else(String::new, |run| run.tags.join(" "));
+    vec![Effect::open(Prompt::new(title, "words with spaces between them; the filter finds tag:WORD", now, read))]
+}
+
+/// Shows the marked runs together.
+pub fn compare(screens: &mut Screens) -> Effect {
+    screens.curves.comparing = true;
+    Effect::Perform(Action::Screen(Tab::Training))
+}

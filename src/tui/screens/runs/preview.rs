@@ -1,0 +1,139 @@
+//! What the selected run or group is: curves, the settings in which it differs, notes, files, log.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::Style;
+use ratatui::text::{Line as TextLine, Text};
+use ratatui::widgets::Widget;
+
+use super::super::pane::{lines, pane};
+use super::super::training::{Charts, Shown};
+use super::super::{HitRegions, Screens, Ui};
+use super::list::Line;
+use crate::run::Metric;
+use crate::text::printable;
+use crate::tui::view::RunSummary;
+
+/// Rows of a chart at least.
+const CHART: u16 = 6;
+/// Columns from which on files and log stand beside the settings.
+const WIDE: u16 = 70;
+
+/// Draws the preview.
+pub fn draw(ui: &Ui, screens: &Screens, line: &Line, about: &str, area: Rect, buffer: &mut Buffer) {
+    let name = match line {
+        Line::Run(run, _) => run.name.clone(),
+        Line::Group(group, _) => group.title(),
+    };
+    let inside = pane(&name, area, ui.theme, buffer);
+    let about = Text::from_iter(lines(about, inside.width, Style::new()));
+    let charts = (inside.height / 4).max(CHART);
+    let heights = [Constraint::Length(about.height() as u16), Constraint::Length(charts), Constraint::Length(charts)];
+    let [head, first, second, rest] =
+        Layout::vertical([heights[0], heights[1], heights[2], Constraint::Fill(1)]).areas(inside);
+    about.render(head, buffer);
+    let shown = match line {
+        Line::Run(run, _) => vec![Shown::run(run, ui.view)],
+        Line::Group(group, runs) => match &group.curves {
+            Some(curves) => vec![Shown::Group(group, curves)],
+            None => runs.iter().map(|run| Shown::run(run, ui.view)).collect(),
+        },
+    };
+    let charts = Charts::new(&screens.curves, shown, ui);
+    // The window and the crosshair are those of the Training screen; here is no place for the mouse.
+    for (metric, place) in [(Metric::Success, first), (Metric::Return, second)] {
+        charts.draw(metric, place, buffer, &mut HitRegions::default());
+    }
+    let [left, right] = match rest.width >= WIDE {
+        true => Layout::horizontal([Constraint::Percentage(45), Constraint::Fill(1)]).spacing(2).areas(rest),
+        false => Layout::vertical([Constraint::Percentage(50), Constraint::Fill(1)]).areas(rest),
+    };
+    let (settings, others) = match line {
+        Line::Run(run, _) => (of_run(ui, run, left.width), files(ui, run, right)),
+        Line::Group(_, runs) => (of_group(ui, runs, left.width), seeds(ui, runs)),
+    };
+    Text::from(settings).render(left, buffer);
+    Text::from(others).render(right, buffer);
+}
+
+/// Lines with a heading; none without a line.
+fn section(ui: &Ui, heading: &str, text: Vec<TextLine<'static>>) -> Vec<TextLine<'static>> {
+    if text.is_empty() {
+        return text;
+    }
+    let heading = TextLine::styled(heading.to_owned(), ui.theme.strong());
+    std::iter::once(heading).chain(text).chain([TextLine::default()]).collect()
+}
+
+/// The settings in which runs differ from the others of their task.
+fn settings(ui: &Ui, run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
+    let config = &run.config;
+    let mut all = vec![("method".to_owned(), config.method.label().to_owned())];
+    if config.method.uses("epsilon") {
+        all.push(("epsilon".to_owned(), config.epsilon.describe()));
+    }
+    all.push(("episodes".to_owned(), config.episodes.to_string()));
+    let differing = ui.view.groups.settings(&run.path).into_iter().flatten();
+    all.extend(
+        differing
+            .filter(|(path, _)| *path != "epsilon" && *path != "episodes")
+            .map(|(path, value)| (path.clone(), printable(value).to_string())),
+    );
+    all.into_iter().flat_map(|(path, value)| lines(&format!("{path} {value}"), width, Style::new())).collect()
+}
+
+fn of_run(ui: &Ui, run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
+    let mut text = section(ui, "settings that differ, and the main ones", settings(ui, run, width));
+    let tags = if run.tags.is_empty() { String::new() } else { format!("tags: {}\n", run.tags.join(" ")) };
+    let note = match (run.note.is_empty(), run.tags.is_empty()) {
+        (true, true) => ui.text("{edit-note} writes a note, {edit-tags} gives tags"),
+        _ => printable(&run.note).to_string(),
+    };
+    let style = if run.note.is_empty() && run.tags.is_empty() { ui.theme.faint() } else { Style::new() };
+    text.extend(section(ui, "notes", lines(&(tags + &note), width, style).collect()));
+    text
+}
+
+fn of_group(ui: &Ui, runs: &[&RunSummary], width: u16) -> Vec<TextLine<'static>> {
+    let shared = runs.first().map_or_else(Vec::new, |run| settings(ui, run, width));
+    section(ui, "settings that differ, and the main ones", shared)
+}
+
+/// The runs of a group, a line each.
+fn seeds(ui: &Ui, runs: &[&RunSummary]) -> Vec<TextLine<'static>> {
+    let line = |run: &&RunSummary| {
+        let success = run.success.map_or_else(|| "-".to_owned(), |success| format!("{:.0} %", 100.0 * success));
+        TextLine::raw(format!(
+            "{:>4}  {:<11} {:>5}/{:<5} {success:>6}",
+            run.seed,
+            run.state_word(),
+            run.done,
+            run.episodes
+        ))
+    };
+    let fold = ui.text("seed, state, episodes, success · {fold-group} folds");
+    section(ui, &fold, runs.iter().map(line).collect())
+}
+
+/// The files of a run, and the end of its log.
+fn files(ui: &Ui, run: &RunSummary, area: Rect) -> Vec<TextLine<'static>> {
+    let Some(details) = ui.view.details.as_ref().filter(|details| details.path == run.path) else {
+        return vec![TextLine::styled("the files are being read", ui.theme.faint())];
+    };
+    let size = |bytes: u64| match bytes {
+        0..10_000 => format!("{bytes} B"),
+        10_000..10_000_000 => format!("{} kB", bytes / 1000),
+        _ => format!("{} MB", bytes / 1_000_000),
+    };
+    let file = |(name, bytes): &(String, Option<u64>)| {
+        let size = bytes.map_or_else(|| "folder".to_owned(), size);
+        TextLine::raw(format!("{:<18} {size:>8}", printable(name).to_string()))
+    };
+    let mut text = section(ui, "files", details.files.iter().map(file).collect());
+    let room = usize::from(area.height).saturating_sub(text.len() + 1);
+    let log: Vec<TextLine> =
+        details.log.iter().flat_map(|line| lines(&printable(line).to_string(), area.width, Style::new())).collect();
+    let latest = log[log.len().saturating_sub(room)..].to_vec();
+    text.extend(section(ui, "log", latest));
+    text
+}

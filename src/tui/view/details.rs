@@ -1,0 +1,71 @@
+//! What the folder of the selected run holds, read in the background.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use crate::run::RunDirectory;
+use crate::workbench::Job;
+
+/// Lines of the log that are shown at most.
+const LINES: usize = 60;
+/// Time between two looks at the same run.
+const LOOK: Duration = Duration::from_secs(2);
+
+/// What the folder of a run holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunDetails {
+    /// The folder.
+    pub path: PathBuf,
+    /// Files and folders by name, with the sizes of files in bytes.
+    pub files: Vec<(String, Option<u64>)>,
+    /// The last lines of its log, or why they cannot be read.
+    pub log: Vec<String>,
+}
+
+impl RunDetails {
+    fn read(path: &Path) -> Self {
+        let directory = RunDirectory::open(path);
+        let files = directory.as_ref().ok().and_then(|directory| directory.contents().ok()).unwrap_or_default();
+        let log = directory.and_then(|directory| directory.log_tail(LINES));
+        Self { path: path.to_owned(), files, log: log.unwrap_or_else(|error| vec![error.to_string()]) }
+    }
+}
+
+/// The details of the run that is looked at.
+#[derive(Default)]
+pub struct Details {
+    known: Option<Arc<RunDetails>>,
+    looked: Option<Instant>,
+    reading: Option<Job<RunDetails>>,
+}
+
+impl Details {
+    /// Asks for the details of the run in a folder.
+    pub fn want(&mut self, run: &Path) {
+        let is_known = self.known.as_ref().is_some_and(|known| known.path == run);
+        let is_due = self.looked.is_none_or(|at| at.elapsed() >= LOOK);
+        if self.reading.is_some() || (is_known && !is_due) {
+            return;
+        }
+        self.looked = Some(Instant::now());
+        let path = run.to_owned();
+        // Without a thread the next look tries again.
+        self.reading = Job::spawn(move |_| Ok(RunDetails::read(&path))).ok();
+    }
+
+    /// The latest that is known.
+    pub fn known(&self) -> Option<&Arc<RunDetails>> {
+        self.known.as_ref()
+    }
+
+    /// Takes in what was read; true if it is something new.
+    pub fn collect(&mut self) -> bool {
+        let Some(read) = self.reading.take_if(|job| job.is_finished()).and_then(|job| job.result().ok()) else {
+            return false;
+        };
+        let is_new = self.known.as_deref() != Some(&read);
+        self.known = Some(Arc::new(read));
+        is_new
+    }
+}

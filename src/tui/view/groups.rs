@@ -1,0 +1,332 @@
+//! Runs in groups: those that differ in nothing but the seed are one line of the list and one curve
+//! with its band. Grouped by the code that reports use, in the background.
+
+use std::collections::hash_map::DefaultHasher;
+use std::collections::{BTreeMap, HashMap};
+use std::hash::{Hash, Hasher};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::{Curves, RunSummary};
+use crate::evidence::{FINAL, Groups, LearningRow, distinguish};
+use crate::run::Metric;
+use crate::stats::aggregate::trimmed_mean;
+use crate::stats::bootstrap::quantile;
+use crate::stats::{Bootstrap, Estimate};
+use crate::workbench::Job;
+
+/// Resamples of an interval that is shown while runs are trained.
+const RESAMPLES: u32 = 500;
+
+/// Runs on one task that differ in nothing but the seed.
+#[derive(Debug, Clone)]
+pub struct RunGroup {
+    /// Name of the task.
+    pub task: String,
+    /// Method, threshold and what else sets the group apart, as in reports.
+    pub label: String,
+    /// Folders of its runs, by seed.
+    pub runs: Vec<PathBuf>,
+    /// Interquartile mean of the rolling success of the runs that have begun, with its interval.
+    pub success: Option<Estimate>,
+    /// Probability that one of its runs is above one of the baseline on the same task.
+    pub improvement: Option<Estimate>,
+    /// Others are compared with it.
+    pub is_baseline: bool,
+    /// The curves of its runs in one, as far as they have been read.
+    pub curves: Option<Arc<GroupCurves>>,
+}
+
+impl RunGroup {
+    /// Whether there is anything to fold.
+    pub fn is_many(&self) -> bool {
+        self.runs.len() > 1
+    }
+
+    /// Its label and how many runs it has.
+    pub fn title(&self) -> String {
+        format!("{} ({} seeds)", self.label, self.runs.len())
+    }
+}
+
+/// The curves of several runs in one: at every episode that at least half of them have finished.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct GroupCurves {
+    /// Interquartile means.
+    pub middle: Curves,
+    /// Lower quartiles.
+    pub low: Curves,
+    /// Upper quartiles.
+    pub high: Curves,
+}
+
+impl GroupCurves {
+    /// The curves of runs in one.
+    pub fn new(runs: &[&Curves]) -> Self {
+        let mut group = Self::default();
+        let mut values = Vec::with_capacity(runs.len());
+        for episode in 0.. {
+            let there = runs.iter().filter(|run| run.episodes() > episode).count();
+            if there == 0 || 2 * there < runs.len() {
+                break;
+            }
+            let found = Metric::CURVES.map(|metric| {
+                values.clear();
+                let of_episode = runs.iter().filter_map(|run| run.get(metric).get(episode));
+                values.extend(of_episode.filter(|value| value.is_finite()).map(|value| f64::from(*value)));
+                values.sort_unstable_by(f64::total_cmp);
+                match values.is_empty() {
+                    true => [f32::NAN; 3],
+                    false => {
+                        [trimmed_mean(&values), quantile(&values, 0.25), quantile(&values, 0.75)].map(|v| v as f32)
+                    }
+                }
+            });
+            group.middle.push(found.map(|[middle, ..]| middle));
+            group.low.push(found.map(|[_, low, _]| low));
+            group.high.push(found.map(|[.., high]| high));
+        }
+        group
+    }
+}
+
+/// The settings in which a run differs from the others on its task, by path.
+type Settings = BTreeMap<String, String>;
+
+/// All runs in groups.
+#[derive(Debug, Clone, Default)]
+pub struct Grouping {
+    groups: Vec<RunGroup>,
+    /// The group of each run.
+    of: HashMap<PathBuf, usize>,
+    settings: Arc<HashMap<PathBuf, Settings>>,
+}
+
+impl Grouping {
+    /// Groups runs. What sets them apart is taken over from a grouping of the same runs `before`; others are
+    /// compared with the groups of the label `baseline`, or else of plain DDPG.
+    pub fn new(runs: &[Arc<RunSummary>], before: &Self, baseline: Option<&str>) -> Self {
+        let row = |run: &Arc<RunSummary>| LearningRow::so_far(&run.config, run.done, run.success.map(f64::from));
+        let mut rows: Vec<LearningRow> = runs.iter().map(row).collect();
+        let settings = match before.is_of(runs) {
+            true => {
+                for (row, run) in rows.iter_mut().zip(runs) {
+                    row.settings = before.settings[&run.path].clone();
+                }
+                before.settings.clone()
+            }
+            false => {
+                distinguish(runs.iter().map(|run| &*run.config).zip(&mut rows).collect());
+                Arc::new(
+                    runs.iter().map(|run| run.path.clone()).zip(rows.iter().map(|row| row.settings.clone())).collect(),
+                )
+            }
+        };
+        let all = Groups::new(&rows);
+        // A run that has not begun is no failure.
+        let begun = Groups::new(rows.iter().filter(|row| row.episodes > 0));
+        let baseline = baseline.filter(|label| all.labels().iter().any(|known| known == label)).or(all.baseline());
+        let mut grouping = Self { settings, ..Self::default() };
+        for task in all.tasks() {
+            for label in all.labels() {
+                let mut places = all.places(task, label).to_vec();
+                if places.is_empty() {
+                    continue;
+                }
+                places.sort_by_key(|place| runs[*place].seed);
+                let group = RunGroup {
+                    task: task.clone(),
+                    label: label.clone(),
+                    runs: places.iter().map(|place| runs[*place].path.clone()).collect(),
+                    success: None,
+                    improvement: None,
+                    is_baseline: Some(&**label) == baseline,
+                    curves: None,
+                };
+                grouping.of.extend(group.runs.iter().map(|path| (path.clone(), grouping.groups.len())));
+                grouping.groups.push(group.with_statistics(&begun, baseline).with_curves(runs, &places));
+            }
+        }
+        grouping
+    }
+
+    /// Whether it is one of exactly these runs.
+    fn is_of(&self, runs: &[Arc<RunSummary>]) -> bool {
+        self.settings.len() == runs.len() && runs.iter().all(|run| self.settings.contains_key(&run.path))
+    }
+
+    /// The group of a run, as far as it is known.
+    pub fn of(&self, run: &Path) -> Option<&RunGroup> {
+        self.of.get(run).map(|index| &self.groups[*index])
+    }
+
+    /// The settings in which a run differs from the others on its task.
+    pub fn settings(&self, run: &Path) -> Option<&Settings> {
+        self.settings.get(run)
+    }
+}
+
+impl RunGroup {
+    fn with_statistics(mut self, begun: &Groups<'_>, baseline: Option<&str>) -> Self {
+        let bootstrap = Bootstrap { resamples: RESAMPLES, ..Bootstrap::default() };
+        if let Some(baseline) = baseline.filter(|_| self.is_many()) {
+            // Without a run that has begun there are none.
+            let summary = begun.summary(&self.task, &self.label, baseline, FINAL, &bootstrap).ok().flatten();
+            self.success = summary.as_ref().map(|summary| summary.iqm);
+            self.improvement = summary.and_then(|summary| summary.improvement);
+        }
+        self
+    }
+
+    fn with_curves(mut self, runs: &[Arc<RunSummary>], places: &[usize]) -> Self {
+        let curves: Vec<&Curves> = places.iter().map(|place| &*runs[*place].curves).collect();
+        if self.is_many() && curves.iter().any(|curves| curves.episodes() > 0) {
+            self.curves = Some(Arc::new(GroupCurves::new(&curves)));
+        }
+        self
+    }
+}
+
+/// Share of the time that may go into grouping: what it takes must not keep trainings from their work.
+const SHARE: u32 = 20;
+/// Time between two groupings at least.
+const PAUSE: Duration = Duration::from_millis(500);
+
+/// Keeps a grouping up to date in the background.
+#[derive(Default)]
+pub struct Grouper {
+    known: Arc<Grouping>,
+    baseline: Option<String>,
+    key: u64,
+    /// The runs may have changed since they were grouped.
+    stale: bool,
+    grouping: Option<(u64, Instant, Job<Grouping>)>,
+    /// Not before this.
+    next: Option<Instant>,
+}
+
+impl Grouper {
+    /// The latest grouping.
+    pub fn known(&self) -> &Arc<Grouping> {
+        &self.known
+    }
+
+    /// Lets others be compared with the groups of a label, or no longer if they are already; the label.
+    pub fn pin(&mut self, label: &str) -> Option<&str> {
+        self.stale = true;
+        self.baseline = Some(label.to_owned()).filter(|_| self.baseline.as_deref() != Some(label));
+        self.baseline.as_deref()
+    }
+
+    /// Says that the runs may have changed.
+    pub fn note_change(&mut self) {
+        self.stale = true;
+    }
+
+    /// Groups the runs anew if they have changed and it is time to.
+    pub fn update(&mut self, runs: &[Arc<RunSummary>]) {
+        if !self.stale || self.grouping.is_some() || self.next.is_some_and(|next| Instant::now() < next) {
+            return;
+        }
+        let key = self.key_of(runs);
+        self.stale = false;
+        if key == self.key {
+            return;
+        }
+        let (runs, before, baseline) = (runs.to_vec(), self.known.clone(), self.baseline.clone());
+        let work = move |_: &_| Ok(Grouping::new(&runs, &before, baseline.as_deref()));
+        // Without a thread the next look tries again.
+        self.grouping = Job::spawn(work).ok().map(|job| (key, Instant::now(), job));
+    }
+
+    /// Takes in what was grouped; true if there is something new.
+    pub fn collect(&mut self) -> bool {
+        let Some((key, begun, job)) = self.grouping.take_if(|(.., job)| job.is_finished()) else { return false };
+        self.key = key;
+        self.next = Some(Instant::now() + PAUSE.max(begun.elapsed() * SHARE));
+        if let Ok(grouping) = job.result() {
+            self.known = Arc::new(grouping);
+        }
+        true
+    }
+
+    /// Another number if the runs, how far they are, or the baseline are others.
+    fn key_of(&self, runs: &[Arc<RunSummary>]) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        self.baseline.hash(&mut hasher);
+        for run in runs {
+            (&run.path, run.done, run.curves.episodes()).hash(&mut hasher);
+        }
+        hasher.finish()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tui::testing::run_summary;
+
+    fn run(name: &str, settings: &[(&str, &str)], successes: &[f32]) -> Arc<RunSummary> {
+        let summary = run_summary(name);
+        let mut config = (*summary.config).clone();
+        for (key, value) in settings {
+            config = config.with_setting(key, value).unwrap();
+        }
+        let mut curves = Curves::default();
+        successes.iter().for_each(|success| curves.push(Metric::CURVES.map(|_| *success)));
+        let done = successes.len() as u64;
+        let success = successes.last().copied();
+        let of_config = RunSummary::new(&summary.path, Arc::new(config), summary.state.clone());
+        Arc::new(RunSummary { done, success, curves: Arc::new(curves), ..of_config })
+    }
+
+    fn runs() -> Vec<Arc<RunSummary>> {
+        vec![
+            run("b", &[("method", "ddpg-uniform"), ("seed", "2")], &[0.0, 0.5, 1.0]),
+            run("a", &[("method", "ddpg-uniform"), ("seed", "1")], &[0.0, 0.25]),
+            run("c", &[("method", "ddpg"), ("seed", "1")], &[0.25]),
+            run("d", &[("method", "ddpg"), ("seed", "2")], &[0.0]),
+            run("e", &[("method", "ddpg"), ("seed", "3")], &[]),
+            run("f", &[("method", "ddpg"), ("seed", "1"), ("ddpg.gamma", "0.5")], &[]),
+        ]
+    }
+
+    fn names(group: &RunGroup) -> Vec<&str> {
+        group.runs.iter().filter_map(|path| path.file_name()?.to_str()).collect()
+    }
+
+    #[test]
+    fn runs_that_differ_in_the_seed_alone_are_one_group_with_live_statistics() {
+        let runs = runs();
+        let grouping = Grouping::new(&runs, &Grouping::default(), None);
+        let of = |name: &str| grouping.of(Path::new("runs").join(name).as_path()).unwrap();
+        assert_eq!((names(of("a")), names(of("e")), names(of("f"))), (vec!["a", "b"], vec!["c", "d", "e"], vec!["f"]));
+        assert!(of("f").label.contains("gamma 0.5") && !of("f").is_many(), "{}", of("f").label);
+        assert_eq!(of("a").success.map(|estimate| estimate.value), Some(0.625));
+        // The run that has not begun counts for nothing.
+        assert_eq!(of("c").success.map(|estimate| estimate.value), Some(0.125));
+        let baseline = of("c").label.clone();
+        let pinned = Grouping::new(&runs, &grouping, Some(&baseline));
+        let a = pinned.of(Path::new("runs/a")).unwrap();
+        assert!(pinned.of(Path::new("runs/c")).unwrap().is_baseline);
+        // 1.0 is above both, 0.25 above one and as high as the other.
+        assert_eq!(a.improvement.map(|estimate| estimate.value), Some(0.875));
+        assert!(Arc::ptr_eq(&pinned.settings, &grouping.settings), "the same runs differ in the same settings");
+        let fewer = Grouping::new(&runs[..5], &grouping, None);
+        assert!(fewer.settings(Path::new("runs/c")).unwrap().is_empty());
+        assert!(!grouping.settings(Path::new("runs/c")).unwrap().is_empty());
+    }
+
+    #[test]
+    fn the_curve_of_a_group_goes_as_far_as_half_of_its_runs() {
+        let runs = runs();
+        let grouping = Grouping::new(&runs, &Grouping::default(), None);
+        let curves = grouping.of(Path::new("runs/a")).unwrap().curves.clone().unwrap();
+        let of = |curves: &Curves| curves.get(Metric::Success).to_vec();
+        assert_eq!(of(&curves.middle), [0.0, 0.375, 1.0]);
+        assert_eq!((of(&curves.low), of(&curves.high)), (vec![0.0, 0.3125, 1.0], vec![0.0, 0.4375, 1.0]));
+        let three = grouping.of(Path::new("runs/c")).unwrap().curves.clone().unwrap();
+        assert_eq!(of(&three.middle), [0.125]);
+    }
+}

@@ -1,0 +1,103 @@
+//! The past of the watched run: its episodes, and the agents that played them, read in the background.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::playback::{Episode, Origin};
+use crate::trainer::Trace;
+use crate::workbench::{Job, RunView, SavedAgent};
+
+/// An episode of a run.
+pub fn episode_of(run: &RunView, trace: Arc<Trace>) -> Episode {
+    let title = match trace.episode {
+        0 => format!("the greedy policy of {}", run.name()),
+        episode => format!("episode {episode} of {}", run.name()),
+    };
+    let origin = Origin::Run(run.directory().path().to_owned());
+    Episode { title, task: run.config().task.clone(), trace, origin }
+}
+
+/// The last episode of a run that is not trained here, read in the background.
+#[derive(Default)]
+pub struct LastEpisode {
+    known: Option<Arc<Episode>>,
+    reading: Option<Job<Episode>>,
+}
+
+impl LastEpisode {
+    /// The last episode of a run as far as it is known; it is read if it is another.
+    pub fn of(&mut self, run: &RunView) -> Option<Arc<Episode>> {
+        let last = run.records().last().map(|record| record.episode)?;
+        let origin = Origin::Run(run.directory().path().to_owned());
+        let known = self.known.clone().filter(|known| known.origin == origin);
+        let is_last = known.as_ref().is_some_and(|known| known.trace.episode == last);
+        if !run.is_active() && !is_last && self.reading.is_none() {
+            let saved = run.saved();
+            let shell = episode_of(run, Arc::default());
+            let title = format!("episode {last} of {}", run.name());
+            // Without a thread, or a record of the episode, there is none to show.
+            let read = move || saved.past_episode(last).map_err(|error| error.to_string());
+            self.reading = Job::spawn(move |_| Ok(Episode { title, trace: Arc::new(read()?), ..shell })).ok();
+        }
+        known
+    }
+
+    /// Takes in what was read; true if there is something new.
+    pub fn collect(&mut self) -> bool {
+        let read = self.reading.take_if(|job| job.is_finished()).and_then(|job| job.result().ok());
+        let news = read.is_some();
+        self.known = read.map(Arc::new).or(self.known.take());
+        news
+    }
+}
+
+/// Who played an episode, as near as a checkpoint has it, or why nobody knows.
+pub type PastAgent = Result<Arc<SavedAgent>, String>;
+
+/// The agent of the episode that is looked at. The one before is kept while the next is read.
+#[derive(Default)]
+pub struct Agents {
+    known: Option<(Wanted, PastAgent)>,
+    reading: Option<(Wanted, Job<Arc<SavedAgent>>)>,
+}
+
+/// Episodes of a running training after which there may be newer checkpoints.
+const LOOK_AGAIN: usize = 50;
+
+/// The folder of a run, an episode of it, and how far it was when this was asked for.
+type Wanted = (PathBuf, u64, usize);
+
+impl Agents {
+    /// Reads the agent that played an episode of a run, unless it is known or another is being read.
+    pub fn want(&mut self, run: &RunView, episode: u64) {
+        let wanted = (run.directory().path().to_owned(), episode, run.records().len() / LOOK_AGAIN);
+        if self.reading.is_some() || self.known.as_ref().is_some_and(|(known, _)| *known == wanted) {
+            return;
+        }
+        let saved = run.saved();
+        let known = self.known.as_ref().filter(|(known, _)| known.0 == wanted.0);
+        let known = known.and_then(|(_, agent)| agent.clone().ok());
+        let read = move |_: &_| saved.agent_near(episode, known).map_err(|error| error.to_string());
+        match Job::spawn(read) {
+            Ok(job) => self.reading = Some((wanted, job)),
+            Err(error) => self.known = Some((wanted, Err(error.to_string()))),
+        }
+    }
+
+    /// What is known of the agents of the run in a folder.
+    pub fn of(&self, run: &Path) -> Option<PastAgent> {
+        self.known.as_ref().filter(|(known, _)| known.0 == run).map(|(_, agent)| agent.clone())
+    }
+
+    /// Takes in what was read; true if there is something new.
+    pub fn collect(&mut self) -> bool {
+        let Some((wanted, job)) = self.reading.take_if(|(_, job)| job.is_finished()) else { return false };
+        let agent = job.result();
+        let is_same = match (&self.known, &agent) {
+            (Some((known, Ok(before))), Ok(agent)) => known.0 == wanted.0 && Arc::ptr_eq(before, agent),
+            _ => false,
+        };
+        self.known = Some((wanted, agent));
+        !is_same
+    }
+}
