@@ -69,7 +69,7 @@ fn ask(run: &Path, request: &Request, is_effect: fn(&Event) -> bool) -> Outcome 
 pub fn detach() -> io::Result<()> {
     #[cfg(unix)]
     {
-        // A process that leads its group already, as one started by a shell, keeps its session.
+        // A process that leads its group already, as one started by a shell or the workbench, keeps its session.
         let _ = rustix::process::setsid();
         // The signal of a terminal that is closed is taken note of, and nothing else.
         signal_hook::flag::register(signal_hook::consts::SIGHUP, std::sync::Arc::default())?;
@@ -85,6 +85,13 @@ pub fn continue_in_background(runs: &[PathBuf]) -> io::Result<()> {
     let runs: Vec<PathBuf> = runs.iter().map(std::fs::canonicalize).collect::<Result<_, _>>()?;
     let mut command = Command::new(std::env::current_exe()?);
     command.args(["resume", "--detached", "--quiet"]).args(&runs);
+    #[cfg(unix)]
+    {
+        use std::os::unix::process::CommandExt;
+
+        // A terminal that is closed just now hangs up its foreground group, before the process can leave it.
+        command.process_group(0);
+    }
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn()?;
     for run in &runs {
         output::message(format_args!("{} goes on in the background", run.display()));
