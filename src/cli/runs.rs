@@ -59,7 +59,7 @@ pub fn train(arguments: &Train) -> Outcome {
         let (key, value) = split_definition(setting, "--set")?;
         commands.push(command::Set { key, value }.into());
     }
-    commands.push(command::Train { folder: arguments.out.clone(), until: None }.into());
+    commands.push(command::Train { folder: arguments.out.clone(), ..Default::default() }.into());
     for command in commands {
         session.apply(command)?;
     }

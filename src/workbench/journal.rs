@@ -114,7 +114,7 @@ impl Writer<'_> {
         match command {
             Command::Train(Train { folder, .. }) => {
                 self.current = *run;
-                self.line(Train { folder: folder.clone(), until });
+                self.line(Train { folder: folder.clone(), until, ..Train::default() });
                 self.wait(*run, until);
                 return;
             }

@@ -18,6 +18,7 @@ mod run;
 mod runs;
 mod saved;
 mod script;
+mod seeds;
 mod session;
 mod setup;
 #[cfg(test)]

@@ -18,6 +18,7 @@ use crate::workbench::{Verb, verbs};
 pub enum Action {
     // Everywhere.
     Train,
+    TrainSeeds,
     Pause,
     Stop,
     Epsilon,

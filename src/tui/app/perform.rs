@@ -17,7 +17,8 @@ impl App {
         match action {
             // On the Runs screen, what is done with a run is done with the selected or the marked ones.
             Action::Pause | Action::Stop | Action::Export if self.tab == Tab::Runs => self.perform_on_screen(action),
-            Action::Train => self.apply(command::Train { folder: None, until: None }),
+            Action::Train => self.apply(command::Train::default()),
+            Action::TrainSeeds => self.ask_for_seeds(),
             Action::Pause => match self.subject.run() {
                 Some(run) if run.state == RunState::Paused => self.apply(command::Resume { until: None }),
                 _ => self.apply(command::Pause),

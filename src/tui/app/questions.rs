@@ -62,6 +62,12 @@ impl App {
         self.open(Prompt::arguments("seed", "seed", "a whole number; it decides everything random", now));
     }
 
+    pub(super) fn ask_for_seeds(&mut self) {
+        let first = self.workspace.view().settings.seed;
+        let hint = format!("a number; a run is trained for each seed from {first} on");
+        self.open(Prompt::arguments("train seeds", "train several seeds", hint, "10"));
+    }
+
     pub(super) fn ask_for_episodes(&mut self) {
         let now = self.workspace.view().settings.episodes.to_string();
         self.open(Prompt::arguments("episodes", "episodes", "episodes of the next run", now));

@@ -1,7 +1,7 @@
 //! The whole picture: tabs, the screen, message and footer.
 
 use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
+use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Modifier, Style};
 use ratatui::text::Text;
 use ratatui::widgets::{Clear, Widget};
@@ -9,12 +9,15 @@ use ratatui::widgets::{Clear, Widget};
 use super::pane::{level_style, lines};
 use super::scene::Scene;
 use super::{HitRegions, Region, Screens, Ui, figures, log, models, runs, schedule, training, workbench};
+use crate::run::Metric;
 use crate::tui::actions::{Action, Context, Tab};
-use crate::tui::view::Level;
+use crate::tui::view::{Level, span};
 use crate::tui::widgets::columns;
 
 /// The smallest terminal that shows the workbench.
 const LEAST: (u16, u16) = (60, 20);
+/// The smallest terminal that shows a curve and the status.
+const SMALL: (u16, u16) = (30, 8);
 
 /// From this width on there is room for the names of all tabs.
 const TABS: u16 = 80;
@@ -43,6 +46,9 @@ pub struct Chrome<'a> {
 /// Draws everything but what lies over it; where things are.
 pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffer: &mut Buffer) -> HitRegions {
     if area.width < LEAST.0 || area.height < LEAST.1 {
+        if area.width >= SMALL.0 && area.height >= SMALL.1 {
+            return draw_small(ui, screens, chrome, area, buffer);
+        }
         let text = format!("a little larger, please: {}x{} of 60x20", area.width, area.height);
         buffer.set_stringn(area.x, area.y, text, usize::from(area.width), Style::new());
         return HitRegions::default();
@@ -61,6 +67,27 @@ pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffe
         Tab::Log => log::draw(&screens.lists, ui, body, buffer),
     }
     footer(ui, chrome, Rect { y: area.bottom() - 1, height: 1, ..area }, buffer, &mut regions);
+    notice(ui, chrome.notice, area, buffer);
+    regions
+}
+
+/// Draws what matters most of a training where there is no room for a screen: a curve and the status.
+fn draw_small(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffer: &mut Buffer) -> HitRegions {
+    let mut regions = HitRegions::default();
+    let text = match ui.subject.run() {
+        Some(run) => {
+            let success = run.success.map_or_else(|| "-".to_owned(), |success| format!("{:.0} %", 100.0 * success));
+            let left = run.seconds_left().map_or_else(String::new, |seconds| format!(", {} left", span(seconds)));
+            let state = run.state_word();
+            format!("{}\n{state}, {}/{}, success {success}{left}", run.name, run.done, run.episodes)
+        }
+        None => ui.text("no run; {train} trains one"),
+    };
+    let status = Text::from_iter(lines(&text, area.width, Style::new()));
+    let height = Constraint::Length((status.height() as u16).min(area.height / 2));
+    let [curve, below] = Layout::vertical([Constraint::Fill(1), height]).areas(area);
+    training::stack(&screens.curves, &screens.runs, ui, &[Metric::Success], curve, buffer, &mut regions);
+    status.render(below, buffer);
     notice(ui, chrome.notice, area, buffer);
     regions
 }

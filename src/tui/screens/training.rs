@@ -431,12 +431,13 @@ pub fn perform(curves: &mut CurvesState, runs: &Runs, ui: &Ui, action: Action) -
 
 /// Moves the crosshair to an episode; the scene follows as far as the watched run has it.
 pub fn move_crosshair(curves: &mut CurvesState, runs: &Runs, ui: &Ui, to: f32) -> Vec<Effect> {
-    let last = episodes(curves, runs, ui);
+    // The scene shows the watched run: the crosshair goes as far as that does.
+    let done = ui.subject.run().map_or(0, |run| run.curves.episodes());
+    let last = if done > 0 { done } else { episodes(curves, runs, ui) };
     if last == 0 {
         return Vec::new();
     }
     let to = to.round().clamp(1.0, last as f32);
     (curves.crosshair, curves.hovered) = (Some(to), None);
-    let done = ui.subject.run().map_or(0, |run| run.curves.episodes());
-    if to as usize <= done { vec![Effect::Scrub(to as u64)] } else { Vec::new() }
+    if done > 0 { vec![Effect::Scrub(to as u64)] } else { Vec::new() }
 }

@@ -313,7 +313,7 @@ mod tests {
         "clusters",
         "guide",
         "out runs",
-        "train runs/a until 100",
+        "train runs/a seeds 3 until 100",
         "pause",
         "resume until 200",
         "stop",

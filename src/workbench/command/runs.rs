@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::words::{BeforeUntil, Index, List, Maybe, Or, Place, Text, Until, Word};
+use super::words::{BeforeUntil, Index, List, Maybe, Or, Place, Seeds, Text, Until, Word};
 use super::{Awaits, Execute, InScripts, Recording, Verb, syntax};
 use crate::run::{Notes, RunDirectory};
 use crate::trainer::Control;
@@ -14,22 +14,33 @@ const STEERS: InScripts =
     InScripts { recording: Recording::Never, acts_on_run: true, begins_work: false, awaits: Awaits::Nothing };
 
 /// Starts a run with the settings of the next run, or queues it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Train {
-    /// Its folder; without one, a new one in the folder for runs.
+    /// Its folder; without one, a new one in the folder for runs. The folder of several has one for each.
     pub folder: Option<PathBuf>,
+    /// Runs with the seed set and those that follow, if it is not that one alone.
+    pub seeds: Option<u32>,
     /// Pause after so many episodes.
     pub until: Option<u32>,
 }
 
 impl Execute for Train {
     syntax! {
-        "train" "[FOLDER] [until N]" "start a run with the settings shown, or queue it; `until` pauses it there"
-            => Train { folder: BeforeUntil(Place("a folder")), until: Until };
+        "train" "[FOLDER] [seeds N] [until N]" "start a run, or queue it, or one for each of N seeds; `until` pauses there"
+            => Train { folder: BeforeUntil(Place("a folder")), seeds: Seeds, until: Until };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        session.train(self.folder.as_deref(), self.until)
+        match self.seeds {
+            None => session.train(self.folder.as_deref(), self.until),
+            Some(seeds) => session.train_seeds(seeds, self.folder.as_deref(), self.until),
+        }
+    }
+
+    fn in_scripts(&self) -> InScripts {
+        // Of several, each is recorded.
+        let recording = if self.seeds.is_some() { Recording::Never } else { Recording::Now };
+        InScripts { recording, ..InScripts::default() }
     }
 
     fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {

@@ -201,16 +201,35 @@ impl<T: Clone, W: Word<T>> Word<T> for Or<W, T> {
     }
 }
 
-/// Before [`Until`]: a word that may be left out.
+/// Before [`Seeds`] and [`Until`]: a word that may be left out.
 pub(super) struct BeforeUntil<W>(pub W);
 
 impl<T, W: Word<T>> Word<Option<T>> for BeforeUntil<W> {
     fn read(&self, words: &mut Words<'_>) -> Result<Option<T>, String> {
-        words.peek().filter(|word| *word != "until").map(|_| self.0.read(words)).transpose()
+        words.peek().filter(|word| !["seeds", "until"].contains(word)).map(|_| self.0.read(words)).transpose()
     }
 
     fn write(&self, value: &Option<T>) -> String {
         value.as_ref().map(|value| self.0.write(value)).unwrap_or_default()
+    }
+}
+
+/// `seeds N`, if that follows.
+pub(super) struct Seeds;
+
+impl Word<Option<u32>> for Seeds {
+    fn read(&self, words: &mut Words<'_>) -> Result<Option<u32>, String> {
+        if words.peek() != Some("seeds") {
+            return Ok(None);
+        }
+        words.next("`seeds`")?;
+        let seeds = Within("number of seeds", 1..=1000).read(words)?;
+        // It is at most 1000.
+        Ok(Some(seeds as u32))
+    }
+
+    fn write(&self, value: &Option<u32>) -> String {
+        value.map(|seeds| format!(" seeds {seeds}")).unwrap_or_default()
     }
 }
 

@@ -102,5 +102,11 @@ fn every_size_can_be_drawn() {
         }
     }
     let (mut app, _) = app(empty());
-    assert!(text(&shot(&mut app, 59, 20)).contains("59x20 of 60x20"));
+    assert!(text(&shot(&mut app, 40, 7)).contains("40x7 of 60x20"));
+    assert!(text(&shot(&mut app, 40, 12)).contains("no run; t trains one"));
+    let (mut app, _) = super::app(typical());
+    let small = text(&shot(&mut app, 40, 12));
+    assert!(small.contains("success rate") && small.contains("running, 700/2000, success 35 %"), "{small}");
+    press(&mut app, "q");
+    assert!(text(&shot(&mut app, 40, 12)).contains("leave the workbench?"));
 }

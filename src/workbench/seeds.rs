@@ -1,0 +1,53 @@
+//! Runs that differ in the seed only, begun together.
+
+use std::path::Path;
+
+use super::command::{Seed, Train};
+use super::{Session, SessionError};
+
+impl Session {
+    /// Begins or queues a run for each of so many seeds, from the one that is set on. Each is recorded as
+    /// if it had been asked for alone.
+    pub(super) fn train_seeds(
+        &mut self,
+        seeds: u32,
+        folder: Option<&Path>,
+        until: Option<u32>,
+    ) -> Result<String, SessionError> {
+        let first = self.config().seed;
+        let last = first.saturating_add(u64::from(seeds).saturating_sub(1));
+        for seed in first..=last {
+            self.apply(Seed(seed))?;
+            let folder = folder.map(|folder| folder.join(format!("seed{seed}")));
+            self.apply(Train { folder, seeds: None, until })?;
+        }
+        self.apply(Seed(first))?;
+        Ok(format!("training with seeds {first} to {last}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{RunView, Script};
+    use super::*;
+
+    #[test]
+    fn a_run_for_each_seed_is_begun_and_recorded() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = Session::new(crate::task::load("task1").unwrap(), folder.path().to_owned());
+        let play = |session: &mut Session, text: &str| {
+            Script::parse(text, "s", &[]).unwrap().run(session, |_| {}).unwrap();
+        };
+        play(&mut session, "method ddpg\nset ddpg.hidden 4\nepisodes 2\nseed 7\ntrain seeds 3\nwait\n");
+        let seeds: Vec<u64> = session.runs().iter().map(|run| run.config().seed).collect();
+        assert_eq!((seeds, session.config().seed), (vec![7, 8, 9], 7));
+        assert!(session.runs().iter().all(|run| run.records().len() == 2));
+        let elsewhere = tempfile::tempdir().unwrap();
+        let mut second = Session::new(crate::task::load("task1").unwrap(), elsewhere.path().to_owned());
+        play(&mut second, &session.to_script());
+        let names = |session: &Session| session.runs().iter().map(RunView::name).collect::<Vec<_>>();
+        assert_eq!(names(&second), names(&session), "{}", session.to_script());
+        let metrics = |folder: &Path| std::fs::read(folder.join("task1-ddpg-seed9/metrics.csv")).unwrap();
+        assert_eq!(metrics(elsewhere.path()), metrics(folder.path()));
+    }
+}
