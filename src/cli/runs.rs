@@ -94,7 +94,8 @@ fn follow(session: &mut Session, quiet: bool, interrupt: &Interrupt) -> Outcome 
     let mut stopping = false;
     loop {
         // Asked first, so that what happened before is polled afterwards.
-        let idle = session.is_idle();
+        // One that another process has paused is waited for, too.
+        let idle = session.is_idle() && !session.runs().iter().any(RunView::is_active);
         session.poll().iter().for_each(|notice| viewer.show(notice));
         if idle {
             break;
