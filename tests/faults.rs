@@ -132,7 +132,8 @@ fn a_run_is_paused_re_scheduled_continued_and_stopped_by_other_processes() {
     assert!(message.contains("nobody is training") && message.contains("mge resume"), "{message}");
 
     let detached = ["resume", "--detached", "--quiet", &path].map(str::to_owned);
-    let child = under_way(&detached, &run, 3);
+    // It listens to the signal before it trains.
+    let child = under_way(&detached, &run, metrics(&run).lines().count());
     signal(&child, rustix::process::Signal::HUP);
     let before = metrics(&run);
     while metrics(&run) == before {
