@@ -2,7 +2,7 @@
 
 /// Longer texts are no misspelt name; comparing them would take time that grows with the
 /// square of their length.
-const LONGEST: usize = 64;
+pub const LONGEST: usize = 64;
 
 /// The known name most similar to what was typed, if any is similar.
 pub fn nearest<'a>(known: impl IntoIterator<Item = &'a str>, typed: &str) -> Option<&'a str> {

@@ -20,6 +20,7 @@ use std::sync::LazyLock;
 use super::dry_run::DryRun;
 use super::setup::Setup;
 use super::{Session, SessionError};
+use crate::spelling::LONGEST;
 use words::Words;
 
 pub use crate::task::Edit;
@@ -255,7 +256,8 @@ fn find_verb(words: &[String]) -> Result<(&'static Verb, &[String]), CommandErro
         let one = strsim::jaro_winkler(verb.name, words.first().map_or("", String::as_str));
         one.max(strsim::jaro_winkler(verb.name, &typed))
     };
-    let nearest = verbs().max_by(|a, b| closeness(a).total_cmp(&closeness(b))).filter(|v| closeness(v) > 0.75);
+    let compared = verbs().filter(|_| typed.len() <= LONGEST);
+    let nearest = compared.max_by(|a, b| closeness(a).total_cmp(&closeness(b))).filter(|v| closeness(v) > 0.75);
     Err(CommandError::Unknown { word: typed, nearest: nearest.map(|verb| verb.name.to_owned()) })
 }
 
@@ -377,5 +379,11 @@ mod tests {
             assert!(all[index + 1..].iter().all(|other| other.name != verb.name), "{}", verb.name);
             assert!(!verb.help.is_empty() && verb.help.len() <= 80, "{}", verb.name);
         }
+    }
+
+    #[test]
+    fn a_word_longer_than_any_verb_is_compared_with_none() {
+        let error = Command::parse(&"train".repeat(20)).unwrap_err();
+        assert!(matches!(error, CommandError::Unknown { nearest: None, .. }), "{error}");
     }
 }
