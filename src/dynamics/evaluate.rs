@@ -466,8 +466,8 @@ mod tests {
             reports.push((now.done, now.total));
             true
         });
-        // Two tools and one task that the model knows, three predictors each.
-        assert_eq!(reports, (0..12).map(|done| (done, 12)).collect::<Vec<_>>());
+        // Two tools and one task that the model knows, four predictors each.
+        assert_eq!(reports, (0..16).map(|done| (done, 16)).collect::<Vec<_>>());
         assert_eq!(whole.unwrap().unwrap(), evaluate(&model, &tasks, &config).unwrap());
         let mut parts = 0;
         let stopped = evaluate_with_progress(&model, &tasks, &config, &mut |_| {
