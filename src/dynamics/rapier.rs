@@ -27,7 +27,7 @@ impl Rapier {
     /// For a task: its gravity and ball, and predictions that divide its actions.
     pub fn new(task: &Task) -> Self {
         let steps = task.rules.steps_per_action;
-        let interval = (1..=LONGEST_INTERVAL).rev().find(|interval| steps % interval == 0).unwrap_or(1);
+        let interval = (1..=LONGEST_INTERVAL).rev().find(|interval| steps.is_multiple_of(*interval)).unwrap_or(1);
         Self { interval, ..Self::every(interval, task.rules.gravity, task.ball.material()) }
     }
 

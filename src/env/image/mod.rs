@@ -139,7 +139,7 @@ impl Image<'_> {
             (_, ObjectId::Ball(index)) => self.ball(index, GOAL),
             (GoalShape::Star, _) => {
                 let corner = |index: usize| {
-                    let reach = if index % 2 == 0 { radius } else { radius / 2.0 };
+                    let reach = if index.is_multiple_of(2) { radius } else { radius / 2.0 };
                     let (sin, cos) = libm::sincos(std::f64::consts::PI * (0.5 + index as f64 / 5.0));
                     pixel([x + reach * cos, y + reach * sin])
                 };

@@ -174,7 +174,7 @@ impl Pixels {
     fn turned_square(&self, quarters: usize) -> Self {
         let (w, h) = (self.width, self.height());
         let at = |x: usize, y: usize| self.pixels[y * w + x];
-        let (width, height) = if quarters % 2 == 0 { (w, h) } else { (h, w) };
+        let (width, height) = if quarters.is_multiple_of(2) { (w, h) } else { (h, w) };
         let pixel = |index: usize| {
             let (x, y) = (index % width, index / width);
             match quarters {

@@ -132,7 +132,7 @@ fn files(ui: &Ui, run: &RunSummary, area: Rect) -> Vec<TextLine<'static>> {
     let mut text = section(ui, "files", details.files.iter().map(file).collect());
     let room = usize::from(area.height).saturating_sub(text.len() + 1);
     let log: Vec<TextLine> =
-        details.log.iter().flat_map(|line| lines(&printable(line).to_string(), area.width, Style::new())).collect();
+        details.log.iter().flat_map(|line| lines(printable(line).as_ref(), area.width, Style::new())).collect();
     let latest = log[log.len().saturating_sub(room)..].to_vec();
     text.extend(section(ui, "log", latest));
     text
