@@ -1,7 +1,7 @@
 //! Evidence about runs: found on disk, grouped by what they differ in, compared, reported.
 //!
 //! - [`find_runs`], [`read_runs`]: runs in folders, with their training results;
-//! - [`LearningRow`]: the results of one run; [`distinguish`](settings::distinguish) gives each row
+//! - [`LearningRow`]: the results of one run; [`distinguish`] gives each row
 //!   the settings in which its run differs from the others, so that only runs that differ in
 //!   nothing but the seed have the same label;
 //! - [`Groups`]: rows by task and label, with the scores, intervals and probability of improvement
