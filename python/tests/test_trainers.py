@@ -32,7 +32,7 @@ def test_td3_of_stable_baselines3(kind):
         "vector": lambda: VecMonitor(PuzzleVecEnv("task1", 4)),
         "tools": lambda: VecMonitor(PuzzleVecEnv("create/Push-random", 4, tools="train")),
     }[kind]()
-    model = TD3("MlpPolicy", env, learning_starts=100, policy_kwargs={"net_arch": [32, 32]}, seed=0)
+    model = TD3("MlpPolicy", env, buffer_size=2000, learning_starts=100, policy_kwargs={"net_arch": [32, 32]}, seed=0)
 
     def weights():
         return [parameter.detach().numpy().copy() for parameter in model.actor.parameters()]
