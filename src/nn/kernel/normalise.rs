@@ -6,8 +6,8 @@ use super::simd::Simd;
 /// Added to the mean square, so that a row of zeros stays one.
 const LEAST_MEAN_SQUARE: f32 = 1e-6;
 
-/// Divides every row of `y` by the root mean square of its columns and puts the factors into
-/// `factors`. Rows are as long as `y` has room for each factor, whole lines; padding must be 0.
+/// Divides every row of `y` by the root mean square of its columns and puts what it was multiplied by
+/// into `factors`, one for each row. Rows are whole lines; padding must be 0.
 pub(in crate::nn) struct Normalise<'a> {
     pub y: &'a mut [f32],
     /// Columns without the padding.

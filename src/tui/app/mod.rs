@@ -256,16 +256,14 @@ impl App {
         view.model_work.is_some() || view.training_runs().next().is_some()
     }
 
-    /// Asks for the curves of the runs that are to be seen.
+    /// Asks for the curves of the runs that are to be seen, and for the files of the one that is previewed.
     fn want_curves(&mut self) {
         let ui = self.ui();
-        let wanted = match self.tab {
-            Tab::Scene | Tab::Training => training::wanted(&self.screens.curves, &self.screens.runs, &ui),
+        let (wanted, previewed) = match self.tab {
+            Tab::Scene | Tab::Training => (training::wanted(&self.screens.curves, &self.screens.runs, &ui), None),
             Tab::Runs => runs::wanted(&self.screens.runs, &ui),
             _ => return,
         };
-        let previewed = Some(self.tab).filter(|tab| *tab == Tab::Runs);
-        let previewed = previewed.and_then(|_| runs::previewed(&self.screens.runs, &ui));
         self.workspace.want_curves(wanted);
         if let Some(run) = previewed {
             self.workspace.want_details(&run);

@@ -192,15 +192,13 @@ fn shown<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Vec<Shown<'a>> {
 
 /// Folders of the runs whose curves are needed.
 pub fn wanted(curves: &CurvesState, runs: &Runs, ui: &Ui) -> Vec<PathBuf> {
-    let mut wanted: Vec<PathBuf> = Vec::new();
-    for run in chosen(curves, runs, ui) {
-        match ui.view.groups.of(&run.path) {
-            Some(group) if wanted.contains(&group.runs[0]) => {}
-            Some(group) => wanted.extend(group.runs.iter().cloned()),
-            None => wanted.push(run.path.clone()),
-        }
-    }
-    wanted
+    let mut known = HashSet::new();
+    let with_group = |run: &'_ RunSummary| match ui.view.groups.of(&run.path) {
+        Some(group) => group.runs.clone(),
+        None => vec![run.path.clone()],
+    };
+    let runs = chosen(curves, runs, ui).into_iter().flat_map(with_group);
+    runs.filter(|path| known.insert(path.clone())).collect()
 }
 
 /// Episodes of the longest curve that is shown.

@@ -218,8 +218,8 @@ struct Column {
     cell: fn(&Line, &Theme) -> String,
 }
 
-/// Columns of a name at least, before other columns have room.
-const NAME: u16 = 40;
+/// Columns of a name at most.
+const NAME: u16 = 70;
 
 /// Columns of the list; mark, name and state are drawn in ways of their own.
 const COLUMNS: [Column; 9] = [
@@ -287,7 +287,7 @@ pub fn draw(
     let [header, rows] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(area);
     let shown: Vec<&Column> = COLUMNS.iter().filter(|column| area.width >= column.from).collect();
     let taken: u16 = shown.iter().map(|column| column.width + 1).sum();
-    let name = area.width.saturating_sub(taken).min(NAME + 30);
+    let name = area.width.saturating_sub(taken).min(NAME);
     let width = |column: &&Column| Constraint::Length(if column.width == 0 { name } else { column.width });
     let widths: Vec<Constraint> = shown.iter().map(width).collect();
     let headings = shown.iter().map(|column| Text::from(column.heading).alignment(column.alignment));

@@ -126,29 +126,20 @@ impl Runs {
     }
 }
 
-/// Folders of the runs whose curves are to be seen, those of the selected line first.
-pub fn wanted(state: &Runs, ui: &Ui) -> Vec<PathBuf> {
+/// Folders of the runs whose curves are to be seen, those of the selected line first, and of the run whose
+/// files are to be seen, if a single one is selected.
+pub fn wanted(state: &Runs, ui: &Ui) -> (Vec<PathBuf>, Option<PathBuf>) {
     let lines = list::lines(state, ui);
     let selected = state.selected_row(&lines);
     let around = selected.saturating_sub(AROUND)..lines.len().min(selected + AROUND);
     let shown = lines.get(selected).into_iter().chain(&lines[around]);
-    let mut wanted: Vec<PathBuf> = Vec::new();
-    let mut known: HashSet<PathBuf> = HashSet::new();
-    for run in shown.flat_map(Line::runs) {
-        if known.insert(run.path.clone()) {
-            wanted.push(run.path.clone());
-        }
-    }
-    wanted
-}
-
-/// The folder of the run whose files are to be seen, if one is.
-pub fn previewed(state: &Runs, ui: &Ui) -> Option<PathBuf> {
-    let lines = list::lines(state, ui);
-    match lines.get(state.selected_row(&lines)) {
+    let mut known = HashSet::new();
+    let wanted = shown.flat_map(Line::runs).filter(|run| known.insert(&run.path)).map(|run| run.path.clone()).collect();
+    let previewed = match lines.get(selected) {
         Some(Line::Run(run, _)) => Some(run.path.clone()),
         _ => None,
-    }
+    };
+    (wanted, previewed)
 }
 
 /// Draws the screen.
