@@ -16,6 +16,9 @@ pub struct DdpgConfig {
     pub hidden: usize,
     /// Activation of the hidden layers; the actor ends in tanh. The paper does not say.
     pub activation: Activation,
+    /// Place in the observation of the point that actions are measured from, `null` to measure them
+    /// from 0. The networks then see and give differences from that point.
+    pub action_origin: Option<usize>,
     /// Bound of the uniform initial weights and biases of the output layers. The paper does not
     /// say; 0.003 as in DDPG's own paper.
     pub output_init_bound: f32,
@@ -78,6 +81,7 @@ impl Default for DdpgConfig {
             layers: 3,
             hidden: 64,
             activation: Activation::Relu,
+            action_origin: None,
             output_init_bound: 3e-3,
             actor_learning_rate: 1e-4,
             critic_learning_rate: 1e-3,
@@ -102,9 +106,14 @@ impl Default for OuConfig {
 }
 
 /// The numbers among the settings.
-pub const SETTINGS: [Setting; 17] = [
+pub const SETTINGS: [Setting; 18] = [
     Setting::count("layers", 1, 32, "linear layers of each network, the output layer included"),
     Setting::count("hidden", 1, 1024, "width of the hidden layers"),
+    Setting {
+        path: "action_origin",
+        range: Range::CountOrNull(0, 1 << 20),
+        about: "place in the observation of the point that actions are measured from",
+    },
     Setting::number("output_init_bound", 1e-9, 10.0, "bound of the initial weights and biases of the output layers"),
     Setting::number("actor_learning_rate", 1e-12, 1e3, "learning rate of the actor"),
     Setting::number("critic_learning_rate", 1e-12, 1e3, "learning rate of the critic"),

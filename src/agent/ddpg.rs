@@ -99,10 +99,9 @@ impl Ddpg {
         config: &DdpgConfig,
         rng: &mut ChaCha8Rng,
     ) -> Result<Self, ValidationError> {
-        config.validate()?;
         assert!(observation_len > 0 && action_len > 0, "an agent needs vectors");
         let init = Init::with_last_bound(InitScheme::FanIn, config.output_init_bound);
-        let [actor, critic] = Self::shapes(observation_len, action_len, config)
+        let [actor, critic] = Self::shapes(observation_len, action_len, config)?
             .map(|shape| Mlp::new(shape, init, rng).expect("all sizes are at least 1"));
         Ok(Self {
             target_actor: actor.clone(),
@@ -117,11 +116,24 @@ impl Ddpg {
         })
     }
 
-    /// Shapes of actor, `s` to `a`, and critic, `[s, a]` to `Q`.
-    pub(super) fn shapes(observation_len: usize, action_len: usize, config: &DdpgConfig) -> [MlpShape; 2] {
+    /// Shapes of actor, `s` to `u`, and critic, `[s, u]` to `Q`, where `u` is the action `a` measured
+    /// from its origin: `a` itself, or `a - s[origin..]` with [`DdpgConfig::action_origin`].
+    ///
+    /// # Errors
+    /// If the config is not valid, by itself or for these lengths.
+    pub(super) fn shapes(
+        observation_len: usize,
+        action_len: usize,
+        config: &DdpgConfig,
+    ) -> Result<[MlpShape; 2], ValidationError> {
+        config.validate()?;
+        if config.action_origin.is_some_and(|origin| origin + action_len > observation_len) {
+            let message = format!("no {action_len} numbers from there in an observation of {observation_len}");
+            return Err(ValidationError::new("action_origin", message));
+        }
         let shape =
             |inputs, outputs| MlpShape::uniform(inputs, config.hidden, outputs, config.layers, config.activation);
-        [shape(observation_len, action_len).with_output(Activation::Tanh), shape(observation_len + action_len, 1)]
+        Ok([shape(observation_len, action_len).with_output(Activation::Tanh), shape(observation_len + action_len, 1)])
     }
 
     /// The settings.
@@ -154,7 +166,26 @@ impl Ddpg {
     /// # Panics
     /// If there is not a whole number of observations.
     pub fn act(&self, observations: &[f32]) -> Vec<f32> {
-        predict(&self.actor, observations)
+        let mut actions = predict(&self.actor, observations);
+        self.add_origins(observations, 1.0, &mut actions);
+        actions.iter_mut().for_each(|a| *a = a.clamp(-1.0, 1.0));
+        actions
+    }
+
+    /// Actions measured from their origins.
+    fn offsets(&self, observations: &[f32], actions: &[f32]) -> Vec<f32> {
+        let mut offsets = actions.to_vec();
+        self.add_origins(observations, -1.0, &mut offsets);
+        offsets
+    }
+
+    /// Adds to every action its origin, a part of its observation, times `sign`.
+    fn add_origins(&self, observations: &[f32], sign: f32, actions: &mut [f32]) {
+        let Some(origin) = self.config.action_origin else { return };
+        let rows = observations.chunks_exact(self.observation_len());
+        for (observation, action) in rows.zip(actions.chunks_exact_mut(self.action_len())) {
+            action.iter_mut().zip(&observation[origin..]).for_each(|(a, o)| *a += sign * o);
+        }
     }
 
     /// `Q(s, a)` for several actions, in as many observations or all in a single one; row-major.
@@ -163,22 +194,23 @@ impl Ddpg {
     /// If the numbers of observations and actions do not fit.
     pub fn q_values(&self, observations: &[f32], actions: &[f32]) -> Vec<f32> {
         let n = actions.len() / self.action_len();
-        if observations.len() == self.observation_len() {
-            return predict(&self.critic, &join(n, &observations.repeat(n), actions));
+        if n > 1 && observations.len() == self.observation_len() {
+            return self.q_values(&observations.repeat(n), actions);
         }
-        predict(&self.critic, &join(n, observations, actions))
+        predict(&self.critic, &join(n, observations, &self.offsets(observations, actions)))
     }
 
     /// One step of DDPG on a minibatch of N transitions (s, a, r, s', d), the last M of which may be
-    /// imitated.
+    /// imitated. Here actions, those of the networks too, are measured from their origins.
     ///
     /// # Errors
     /// If the batch does not fit the agent, or a loss or gradient is not finite; then the agent
     /// should not learn on.
     pub fn update(&mut self, batch: &Batch) -> Result<UpdateMetrics, UpdateError> {
         self.check(batch)?;
-        let Batch { observations: s, actions: a, next_observations: next_s, .. } = batch;
+        let Batch { observations: s, next_observations: next_s, .. } = batch;
         let n = batch.len();
+        let a = self.offsets(s, &batch.actions);
         let mut metrics = UpdateMetrics::default();
 
         // y = r + γ (1 - d) Q'(s', μ'(s'))
@@ -187,7 +219,7 @@ impl Ddpg {
         let y = self.bellman_target(&batch.rewards, &batch.terminated, &next_q);
 
         // Critic: one step down L = 1/N Σ (Q(s, a) - y)²
-        let q = self.critic.forward_data(self.rows(n, join(n, s, a)).leaky_trace());
+        let q = self.critic.forward_data(self.rows(n, join(n, s, &a)).leaky_trace());
         (metrics.mean_q, metrics.max_q) = mean_and_max(&q.as_vec());
         let loss = mse_loss(q, self.rows(n, y));
         metrics.critic_loss = self.finite("critic loss", loss.array())?;
@@ -207,7 +239,7 @@ impl Ddpg {
             Some(weights) => {
                 // or down -J / (1/N Σ |Q(s, μ(s))|) + w B, B = 1/M Σ (μ(s) - a)² where Q(s, a) > Q(s, μ(s))
                 let scale = q.as_vec().iter().map(|q| q.abs()).sum::<f32>() / n as f32;
-                let distance = (mu.leaky_trace() - self.rows(n, a.clone())).square();
+                let distance = (mu.leaky_trace() - self.rows(n, a)).square();
                 -q.mean() / scale.max(LEAST_SCALE) + (distance * self.rows(n, weights)).sum()
             }
         };

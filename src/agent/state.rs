@@ -93,7 +93,8 @@ impl Ddpg {
 
     /// The actor alone as safetensors bytes, for other programs: `actor.N.weight` (inputs x
     /// outputs) and `actor.N.bias` of its layers, and in the metadata entry `mge`, as JSON,
-    /// their number and the activations of the hidden layers and of the output.
+    /// their number, the activations of the hidden layers and of the output, and the
+    /// [origin](DdpgConfig::action_origin) of actions if there is one.
     pub fn export_actor(&self) -> Vec<u8> {
         let mut file = TensorFile::default();
         self.actor.save(&mut file, "actor");
@@ -101,6 +102,9 @@ impl Ddpg {
         file.metadata.insert("layers".to_owned(), shape.layers().to_string());
         for (key, activation) in [("hidden", shape.hidden), ("output", shape.output)] {
             file.metadata.insert(key.to_owned(), activation.name().to_owned());
+        }
+        if let Some(origin) = self.config.action_origin {
+            file.metadata.insert("action_origin".to_owned(), origin.to_string());
         }
         file.to_bytes()
     }
@@ -125,12 +129,11 @@ impl Ddpg {
 
     fn from_file(file: &TensorFile) -> Result<Self, StateError> {
         let AgentState { observation_len, action_len, config, .. } = read_agent_state(file)?;
-        config.validate()?;
         if !(1..=MAX_LEN).contains(&observation_len) || !(1..=MAX_LEN).contains(&action_len) {
             let reason = format!("vectors of {observation_len} and {action_len} numbers");
             return Err(StateError::Metadata { key: AGENT_KEY, reason });
         }
-        let [actor, critic] = Self::shapes(observation_len, action_len, &config);
+        let [actor, critic] = Self::shapes(observation_len, action_len, &config)?;
         let network = |shape: &MlpShape, name| Mlp::load(shape.clone(), file, name);
         Ok(Self {
             actor: network(&actor, "actor")?,

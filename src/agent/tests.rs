@@ -151,6 +151,36 @@ fn one_observation_serves_many_actions() {
 }
 
 #[test]
+fn the_networks_see_actions_from_their_origin() {
+    let moved = DdpgConfig { action_origin: Some(1), ..small() };
+    let mut relative = Ddpg::new(OBSERVATION, ACTION, &moved, &mut rng(1)).unwrap();
+    let mut plain = Ddpg::new(OBSERVATION, ACTION, &small(), &mut rng(1)).unwrap();
+    let batch = any_batch(2);
+    let shift = |sign: f32, actions: &[f32]| -> Vec<f32> {
+        let origin = |i: usize| batch.observations[i / ACTION * OBSERVATION + 1 + i % ACTION];
+        actions.iter().enumerate().map(|(i, a)| a + sign * origin(i)).collect()
+    };
+    let offsets = Batch { actions: shift(-1.0, &batch.actions), ..batch.clone() };
+    let s = &batch.observations;
+    for _ in 0..3 {
+        let action: Vec<f32> = shift(1.0, &plain.act(s)).iter().map(|a| a.clamp(-1.0, 1.0)).collect();
+        assert_eq!(relative.act(s), action);
+        assert_eq!(relative.q_values(s, &batch.actions), plain.q_values(s, &offsets.actions));
+        assert_eq!(relative.update(&batch).unwrap(), plain.update(&offsets).unwrap());
+    }
+}
+
+#[test]
+fn an_origin_that_no_observation_has_is_refused() {
+    for (origin, fits) in [(OBSERVATION - ACTION, true), (OBSERVATION - ACTION + 1, false)] {
+        let config = DdpgConfig { action_origin: Some(origin), ..small() };
+        let agent = Ddpg::new(OBSERVATION, ACTION, &config, &mut rng(1));
+        assert_eq!(agent.is_ok(), fits);
+        assert!(agent.is_ok_and(|agent| Ddpg::load(&agent.save()).is_ok()) || !fits);
+    }
+}
+
+#[test]
 fn updates_start_after_the_warm_up() {
     let config = DdpgConfig { updates_per_step: 3, ..small() };
     let mut learner = learner(&config, 1);

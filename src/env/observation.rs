@@ -10,6 +10,8 @@ use crate::task::Task;
 pub const OBJECT_FEATURES: usize = 4 + 1 + ToolKind::PAPER.len();
 /// Objects in an observation. Of more, the tools placed first drop out.
 pub const OBJECT_SLOTS: usize = 16;
+/// Place in the observation of the position of the first ball, which starts the task: x, then y.
+pub const BALL_POSITION: usize = 2;
 /// Velocities are divided by this many units/s.
 pub const VELOCITY_SCALE: f32 = 10.0;
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::config::RunConfig;
 use super::method::Method;
 use super::setting::unusual_settings;
+use crate::env::BALL_POSITION;
 use crate::guidance::EpsilonSchedule;
 use crate::nn::Activation;
 use crate::task::Task;
@@ -43,4 +44,5 @@ fn adapt(config: &mut RunConfig) {
     (ddpg.tau, ddpg.warmup_steps, ddpg.output_init_bound, ddpg.ou.sigma) = (0.02, 128, 0.1, 0.1);
     (ddpg.imitation.share, ddpg.imitation.weight) = (0.25, 1.0);
     (ddpg.activation, ddpg.updates_per_step) = (Activation::RmsRelu, 2);
+    ddpg.action_origin = Some(BALL_POSITION);
 }
