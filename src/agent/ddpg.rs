@@ -16,6 +16,8 @@ pub struct Ddpg {
     pub(super) critic: Mlp,
     pub(super) target_actor: Mlp,
     pub(super) target_critic: Mlp,
+    /// Acts in place of the actor, if any policy is held.
+    pub(super) held: Option<Mlp>,
     pub(super) actor_optimiser: Optimiser,
     pub(super) critic_optimiser: Optimiser,
     /// What the learning rate of the actor is multiplied by.
@@ -108,6 +110,7 @@ impl Ddpg {
             target_critic: critic.clone(),
             actor_optimiser: Optimiser::new(config.optimiser, &[&actor]),
             critic_optimiser: Optimiser::new(config.optimiser, &[&critic]),
+            held: None,
             actor_rate_scale: 1.0,
             config: config.clone(),
             device: Cpu::default(),
@@ -161,12 +164,34 @@ impl Ddpg {
         self.actor_rate_scale = scale;
     }
 
-    /// `μ(s)` for one or several observations, row-major; each component in [-1, 1].
+    /// Acts with a copy of the target actor, which averages the last of the actor's changes, until it is
+    /// exchanged by another call or [released](Self::release_policy). Learning goes on without it.
+    pub fn hold_policy(&mut self) {
+        self.held = Some(self.target_actor.clone());
+    }
+
+    /// Acts with the actor itself.
+    pub fn release_policy(&mut self) {
+        self.held = None;
+    }
+
+    /// Whether a held policy acts.
+    pub fn holds_policy(&self) -> bool {
+        self.held.is_some()
+    }
+
+    /// The network that acts.
+    pub(super) fn policy(&self) -> &Mlp {
+        self.held.as_ref().unwrap_or(&self.actor)
+    }
+
+    /// The policy's action, `μ(s)` if none is held, for one or several observations, row-major; each
+    /// component in [-1, 1].
     ///
     /// # Panics
     /// If there is not a whole number of observations.
     pub fn act(&self, observations: &[f32]) -> Vec<f32> {
-        let mut actions = predict(&self.actor, observations);
+        let mut actions = predict(self.policy(), observations);
         self.add_origins(observations, 1.0, &mut actions);
         actions.iter_mut().for_each(|a| *a = a.clamp(-1.0, 1.0));
         actions

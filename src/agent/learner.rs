@@ -109,6 +109,16 @@ impl Learner {
         self.ddpg.config().imitation.share > 0.0
     }
 
+    /// Acts with a [copy](Ddpg::hold_policy) of the target actor as it is now.
+    pub fn hold_policy(&mut self) {
+        self.ddpg.hold_policy();
+    }
+
+    /// Acts with the actor itself.
+    pub fn release_policy(&mut self) {
+        self.ddpg.release_policy();
+    }
+
     /// Multiplies the actor's learning rate by `scale` from now on.
     pub fn set_actor_rate_scale(&mut self, scale: f32) {
         self.ddpg.set_actor_rate_scale(scale);

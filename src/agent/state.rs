@@ -64,6 +64,8 @@ struct AgentState {
     observation_len: usize,
     action_len: usize,
     config: DdpgConfig,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    holds_policy: bool,
 }
 
 /// The part of a learner that is neither agent nor replay buffer.
@@ -91,13 +93,13 @@ impl Ddpg {
         Self::from_file(&TensorFile::from_bytes(bytes)?)
     }
 
-    /// The actor alone as safetensors bytes, for other programs: `actor.N.weight` (inputs x
+    /// The policy alone, the held one if there is one, as safetensors bytes, for other programs: `actor.N.weight` (inputs x
     /// outputs) and `actor.N.bias` of its layers, and in the metadata entry `mge`, as JSON,
     /// their number, the activations of the hidden layers and of the output, and the
     /// [origin](DdpgConfig::action_origin) of actions if there is one.
     pub fn export_actor(&self) -> Vec<u8> {
         let mut file = TensorFile::default();
-        self.actor.save(&mut file, "actor");
+        self.policy().save(&mut file, "actor");
         let shape = self.actor.shape();
         file.metadata.insert("layers".to_owned(), shape.layers().to_string());
         for (key, activation) in [("hidden", shape.hidden), ("output", shape.output)] {
@@ -115,6 +117,9 @@ impl Ddpg {
         self.critic.save(&mut file, "critic");
         self.target_actor.save(&mut file, "target_actor");
         self.target_critic.save(&mut file, "target_critic");
+        if let Some(held) = &self.held {
+            held.save(&mut file, "held_actor");
+        }
         self.actor_optimiser.save(&mut file, "actor_optimiser");
         self.critic_optimiser.save(&mut file, "critic_optimiser");
         let state = AgentState {
@@ -122,13 +127,14 @@ impl Ddpg {
             observation_len: self.observation_len(),
             action_len: self.action_len(),
             config: self.config.clone(),
+            holds_policy: self.holds_policy(),
         };
         write_metadata(&mut file, AGENT_KEY, &state);
         file
     }
 
     fn from_file(file: &TensorFile) -> Result<Self, StateError> {
-        let AgentState { observation_len, action_len, config, .. } = read_agent_state(file)?;
+        let AgentState { observation_len, action_len, config, holds_policy, .. } = read_agent_state(file)?;
         if !(1..=MAX_LEN).contains(&observation_len) || !(1..=MAX_LEN).contains(&action_len) {
             let reason = format!("vectors of {observation_len} and {action_len} numbers");
             return Err(StateError::Metadata { key: AGENT_KEY, reason });
@@ -140,6 +146,7 @@ impl Ddpg {
             critic: network(&critic, "critic")?,
             target_actor: network(&actor, "target_actor")?,
             target_critic: network(&critic, "target_critic")?,
+            held: holds_policy.then(|| network(&actor, "held_actor")).transpose()?,
             actor_optimiser: load_optimiser(file, "actor_optimiser", &config)?,
             critic_optimiser: load_optimiser(file, "critic_optimiser", &config)?,
             actor_rate_scale: 1.0,

@@ -171,6 +171,25 @@ fn the_networks_see_actions_from_their_origin() {
 }
 
 #[test]
+fn a_held_policy_stays_while_the_networks_learn() {
+    let config = DdpgConfig { tau: 0.5, output_init_bound: 0.5, ..small() };
+    let mut ddpg = Ddpg::new(OBSERVATION, ACTION, &config, &mut rng(1)).unwrap();
+    let s = any_batch(1).observations;
+    ddpg.hold_policy();
+    let held = ddpg.act(&s);
+    (0..20).for_each(|seed| _ = ddpg.update(&any_batch(seed)).unwrap());
+    let mut loaded = Ddpg::load(&ddpg.save()).unwrap();
+    assert!(loaded.holds_policy());
+    assert_eq!((ddpg.act(&s), loaded.act(&s)), (held.clone(), held.clone()));
+    loaded.release_policy();
+    let learned = loaded.act(&s);
+    assert_ne!(learned, held);
+    ddpg.hold_policy();
+    assert_ne!(ddpg.act(&s), held);
+    assert!(ddpg.export_actor() != loaded.export_actor(), "the held policy is exported");
+}
+
+#[test]
 fn an_origin_that_no_observation_has_is_refused() {
     for (origin, fits) in [(OBSERVATION - ACTION, true), (OBSERVATION - ACTION + 1, false)] {
         let config = DdpgConfig { action_origin: Some(origin), ..small() };

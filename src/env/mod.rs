@@ -25,5 +25,7 @@ pub use description::{ObservationPart, ROLES, SCENE_FEATURES, SCENE_SLOTS};
 pub use environment::{Environment, Start};
 pub use episode::{Snapshot, ball_names};
 pub use image::{IMAGE_LEN, IMAGE_SIDE, Pictures, PicturesError};
-pub use observation::{BALL_POSITION, OBJECT_FEATURES, OBJECT_SLOTS, VELOCITY_SCALE, observation_bounds, observation_len};
+pub use observation::{
+    BALL_POSITION, OBJECT_FEATURES, OBJECT_SLOTS, VELOCITY_SCALE, observation_bounds, observation_len,
+};
 pub use vector::{Autoreset, Ended, Info, Outcome, State, VectorEnvironment, VectorError};

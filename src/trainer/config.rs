@@ -157,6 +157,10 @@ pub struct RunConfig {
     /// Annealing of the actor's learning rate.
     #[serde(default)]
     pub actor_rate_decay: ActorRateDecay,
+    /// With exploration by need: a copy of the policy acts while no more than this share of its last
+    /// greedy attempts at any stage fails, then a copy of the present one; none if the actor itself acts.
+    #[serde(default)]
+    pub hold_tolerance: Option<f32>,
     /// Half width of the uniform noise on the ball's start in training and evaluation, normalised;
     /// none for that of the task.
     #[serde(default)]
@@ -210,7 +214,7 @@ fn default_epsilon() -> EpsilonSchedule {
 }
 
 /// The numbers among the run's own settings.
-const SETTINGS: [Setting; 17] = [
+const SETTINGS: [Setting; 18] = [
     Setting::count("seed", 0, u64::MAX, "master seed"),
     Setting::count("episodes", 1, 10_000_000, "episodes to train"),
     Setting::number("noise_decay.final_scale", 0.0, 1.0, "least scale of the exploration noise; 1 keeps it constant"),
@@ -227,6 +231,11 @@ const SETTINGS: [Setting; 17] = [
         1.0,
         "scale of the actor's learning rate at the end; 1 keeps it constant",
     ),
+    Setting {
+        path: "hold_tolerance",
+        range: Range::NumberOrNull(0.0, 1.0),
+        about: "share of failed greedy attempts above which the held policy is exchanged; null to hold none",
+    },
     Setting {
         path: "start_noise",
         range: Range::NumberOrNull(0.0, 1.0),
@@ -283,6 +292,7 @@ impl RunConfig {
             granularity: Granularity::default(),
             noise_decay: NoiseDecay::default(),
             actor_rate_decay: ActorRateDecay::default(),
+            hold_tolerance: None,
             start_noise: None,
             ddpg: DdpgConfig::default(),
             prior: PriorSource::default(),

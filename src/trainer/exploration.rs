@@ -38,6 +38,12 @@ impl Attempts {
         self.0.is_empty()
     }
 
+    /// Share of failures among the attempts remembered; 0 if there are none.
+    pub fn failures(&self, stage: usize) -> f32 {
+        let made = self.0.get(stage).map_or(0, VecDeque::len) as u32;
+        if made == 0 { 0.0 } else { self.need(stage, made) }
+    }
+
     /// Share of failures among the last `of` attempts; those not made yet count as failures.
     pub fn need(&self, stage: usize, of: u32) -> f32 {
         let outcomes = self.0.get(stage).into_iter().flatten().rev().take(of as usize);

@@ -95,6 +95,9 @@ struct Progress {
     /// Greedy attempts at each stage.
     #[serde(default, skip_serializing_if = "Attempts::is_empty")]
     attempts: Attempts,
+    /// Those of the held policy.
+    #[serde(default, skip_serializing_if = "Attempts::is_empty")]
+    held_attempts: Attempts,
     /// Actions of the first successful episode, for [`Method::OpenLoop`] to repeat.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     first_success: Option<Vec<Action>>,
@@ -141,6 +144,7 @@ impl Training {
             prior,
             rewarding: Vec::new(),
             attempts: Attempts::default(),
+            held_attempts: Attempts::default(),
             first_success: None,
         };
         let model = consulted_model(&config)?;
@@ -270,6 +274,7 @@ impl Training {
         let noise_scale = self.config.noise_decay.scale(episode, self.config.episodes);
         self.learner.set_noise_scale(noise_scale);
         self.learner.set_actor_rate_scale(self.config.actor_rate_decay.scale(episode, self.config.episodes));
+        self.hold_or_release();
         self.learner.start_episode();
         let mut observation = self.env.reset(&mut self.progress.streams.environment);
         let mut trace = Trace { episode: u64::from(episode) + 1, shift: self.env.shift(), steps: Vec::new() };
@@ -421,9 +426,31 @@ impl Training {
         explorer(&progress.epsilon, threshold, &progress.attempts, self.env.snapshot().stage(), draw)
     }
 
+    /// A policy is held only where greedy attempts tell how good it is.
+    fn hold_or_release(&mut self) {
+        let is_held = self.learner.ddpg().holds_policy();
+        let by_need = matches!(self.progress.epsilon, EpsilonSchedule::Need { .. });
+        match by_need && self.config.hold_tolerance.is_some() {
+            true if !is_held => self.exchange_policy(),
+            false if is_held => self.learner.release_policy(),
+            _ => {}
+        }
+    }
+
+    fn exchange_policy(&mut self) {
+        self.learner.hold_policy();
+        self.progress.held_attempts = Attempts::default();
+    }
+
     fn note_attempt(&mut self, stage: usize, reached: bool) {
-        if let EpsilonSchedule::Need { attempts, .. } = self.progress.epsilon {
-            self.progress.attempts.note(stage, reached, attempts);
+        let EpsilonSchedule::Need { attempts, .. } = self.progress.epsilon else { return };
+        let progress = &mut self.progress;
+        progress.attempts.note(stage, reached, attempts);
+        if let Some(tolerance) = self.config.hold_tolerance {
+            progress.held_attempts.note(stage, reached, attempts);
+            if progress.held_attempts.failures(stage) > tolerance {
+                self.exchange_policy();
+            }
         }
     }
 
@@ -618,6 +645,31 @@ mod tests {
         assert_eq!(thresholds(Some("1"), false), (0.0, Source::Policy));
         assert_eq!(thresholds(None, true), (0.0, Source::Policy));
         assert_eq!(thresholds(Some("1"), true), (1.0, Source::Clusters));
+    }
+
+    /// First actions of a few episodes of greedy attempts, while the networks learn.
+    fn first_actions(config: &RunConfig, hold_tolerance: Option<f32>, schedule: &str) -> Vec<Action> {
+        let mut config = RunConfig { method: Method::DdpgAdaptive, hold_tolerance, ..config.clone() };
+        config.ddpg.warmup_steps = 0;
+        config.noise_decay.final_scale = 0.0;
+        config.noise_decay.share = 0.0;
+        let mut training = Training::new(config, None).unwrap();
+        training.set_schedule(schedule.parse().unwrap());
+        (0..6).map(|_| training.run_episode().unwrap().1.steps[0].action).collect()
+    }
+
+    #[test]
+    fn a_held_policy_acts_until_it_fails() {
+        let changes = |config: &RunConfig, tolerance, schedule| {
+            let actions = first_actions(config, tolerance, schedule);
+            actions.windows(2).filter(|pair| pair[0] != pair[1]).count()
+        };
+        let (succeeds, fails) = (easy(), config(Method::DdpgAdaptive));
+        assert_eq!(changes(&succeeds, Some(0.15), "need:0:0:20"), 0);
+        assert_eq!(changes(&succeeds, None, "need:0:0:20"), 5);
+        assert_eq!(changes(&fails, Some(0.15), "need:0:0:20"), 5);
+        assert_eq!(changes(&fails, Some(1.0), "need:0:0:20"), 0, "all may fail");
+        assert_eq!(changes(&succeeds, Some(0.15), "0"), 5, "nothing tells how good it is");
     }
 
     #[test]
