@@ -44,6 +44,5 @@ fn adapt(config: &mut RunConfig) {
     let ddpg = &mut config.ddpg;
     (ddpg.tau, ddpg.warmup_steps, ddpg.output_init_bound, ddpg.ou.sigma) = (0.02, 128, 0.1, 0.1);
     (ddpg.imitation.share, ddpg.imitation.weight) = (0.25, 1.0);
-    (ddpg.activation, ddpg.updates_per_step) = (Activation::RmsRelu, 2);
-    ddpg.action_origin = Some(BALL_POSITION);
+    (ddpg.activation, ddpg.action_origin) = (Activation::RmsRelu, Some(BALL_POSITION));
 }
