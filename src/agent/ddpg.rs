@@ -18,6 +18,8 @@ pub struct Ddpg {
     pub(super) target_critic: Mlp,
     /// Acts in place of the actor, if any policy is held.
     pub(super) held: Option<Mlp>,
+    /// A held policy that is kept to be returned to.
+    pub(super) proven: Option<Mlp>,
     pub(super) actor_optimiser: Optimiser,
     pub(super) critic_optimiser: Optimiser,
     /// What the learning rate of the actor is multiplied by.
@@ -111,6 +113,7 @@ impl Ddpg {
             actor_optimiser: Optimiser::new(config.optimiser, &[&actor]),
             critic_optimiser: Optimiser::new(config.optimiser, &[&critic]),
             held: None,
+            proven: None,
             actor_rate_scale: 1.0,
             config: config.clone(),
             device: Cpu::default(),
@@ -168,6 +171,18 @@ impl Ddpg {
     /// exchanged by another call or [released](Self::release_policy). Learning goes on without it.
     pub fn hold_policy(&mut self) {
         self.held = Some(self.target_actor.clone());
+    }
+
+    /// Keeps the held policy for [`return_to_proven_policy`](Self::return_to_proven_policy).
+    pub fn prove_policy(&mut self) {
+        self.proven.clone_from(&self.held);
+    }
+
+    /// Acts with the policy that was proven last; with the one held already if there is none.
+    pub fn return_to_proven_policy(&mut self) {
+        if self.proven.is_some() {
+            self.held.clone_from(&self.proven);
+        }
     }
 
     /// Acts with the actor itself.

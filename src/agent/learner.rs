@@ -109,14 +109,9 @@ impl Learner {
         self.ddpg.config().imitation.share > 0.0
     }
 
-    /// Acts with a [copy](Ddpg::hold_policy) of the target actor as it is now.
-    pub fn hold_policy(&mut self) {
-        self.ddpg.hold_policy();
-    }
-
-    /// Acts with the actor itself.
-    pub fn release_policy(&mut self) {
-        self.ddpg.release_policy();
+    /// The networks, to change which policy acts.
+    pub fn ddpg_mut(&mut self) -> &mut Ddpg {
+        &mut self.ddpg
     }
 
     /// Multiplies the actor's learning rate by `scale` from now on.

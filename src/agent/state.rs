@@ -66,6 +66,8 @@ struct AgentState {
     config: DdpgConfig,
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     holds_policy: bool,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    has_proven_policy: bool,
 }
 
 /// The part of a learner that is neither agent nor replay buffer.
@@ -120,6 +122,9 @@ impl Ddpg {
         if let Some(held) = &self.held {
             held.save(&mut file, "held_actor");
         }
+        if let Some(proven) = &self.proven {
+            proven.save(&mut file, "proven_actor");
+        }
         self.actor_optimiser.save(&mut file, "actor_optimiser");
         self.critic_optimiser.save(&mut file, "critic_optimiser");
         let state = AgentState {
@@ -128,13 +133,15 @@ impl Ddpg {
             action_len: self.action_len(),
             config: self.config.clone(),
             holds_policy: self.holds_policy(),
+            has_proven_policy: self.proven.is_some(),
         };
         write_metadata(&mut file, AGENT_KEY, &state);
         file
     }
 
     fn from_file(file: &TensorFile) -> Result<Self, StateError> {
-        let AgentState { observation_len, action_len, config, holds_policy, .. } = read_agent_state(file)?;
+        let AgentState { observation_len, action_len, config, holds_policy, has_proven_policy, .. } =
+            read_agent_state(file)?;
         if !(1..=MAX_LEN).contains(&observation_len) || !(1..=MAX_LEN).contains(&action_len) {
             let reason = format!("vectors of {observation_len} and {action_len} numbers");
             return Err(StateError::Metadata { key: AGENT_KEY, reason });
@@ -147,6 +154,7 @@ impl Ddpg {
             target_actor: network(&actor, "target_actor")?,
             target_critic: network(&critic, "target_critic")?,
             held: holds_policy.then(|| network(&actor, "held_actor")).transpose()?,
+            proven: has_proven_policy.then(|| network(&actor, "proven_actor")).transpose()?,
             actor_optimiser: load_optimiser(file, "actor_optimiser", &config)?,
             critic_optimiser: load_optimiser(file, "critic_optimiser", &config)?,
             actor_rate_scale: 1.0,

@@ -184,8 +184,12 @@ fn a_held_policy_stays_while_the_networks_learn() {
     loaded.release_policy();
     let learned = loaded.act(&s);
     assert_ne!(learned, held);
+    ddpg.prove_policy();
     ddpg.hold_policy();
     assert_ne!(ddpg.act(&s), held);
+    let mut returned = Ddpg::load(&ddpg.save()).unwrap();
+    returned.return_to_proven_policy();
+    assert_eq!(returned.act(&s), held);
     assert!(ddpg.export_actor() != loaded.export_actor(), "the held policy is exported");
 }
 

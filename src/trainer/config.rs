@@ -158,7 +158,7 @@ pub struct RunConfig {
     #[serde(default)]
     pub actor_rate_decay: ActorRateDecay,
     /// With exploration by need: a copy of the policy acts while no more than this share of its last
-    /// greedy attempts at any stage fails, then a copy of the present one; none if the actor itself acts.
+    /// greedy attempts at any stage fails, then another; none if the actor itself acts.
     #[serde(default)]
     pub hold_tolerance: Option<f32>,
     /// Half width of the uniform noise on the ball's start in training and evaluation, normalised;

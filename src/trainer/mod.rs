@@ -23,6 +23,7 @@
 
 mod config;
 mod exploration;
+mod hold;
 mod imagination;
 mod method;
 mod prior;

@@ -40,7 +40,7 @@ fn adapt(config: &mut RunConfig) {
     config.noise_decay.final_scale = 1.0;
     config.refinement.every = 50;
     config.actor_rate_decay.final_scale = 0.05;
-    config.hold_tolerance = Some(0.15);
+    config.hold_tolerance = Some(0.1);
     let ddpg = &mut config.ddpg;
     (ddpg.tau, ddpg.warmup_steps, ddpg.output_init_bound, ddpg.ou.sigma) = (0.02, 128, 0.1, 0.1);
     (ddpg.imitation.share, ddpg.imitation.weight) = (0.25, 1.0);

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::config::{Granularity, RunConfig};
 use super::exploration::{Attempts, Explorer, explorer, needs};
+use super::hold::Hold;
 use super::imagination::imagine;
 use super::method::Method;
 use super::prior::{PriorError, consulted_model};
@@ -95,9 +96,9 @@ struct Progress {
     /// Greedy attempts at each stage.
     #[serde(default, skip_serializing_if = "Attempts::is_empty")]
     attempts: Attempts,
-    /// Those of the held policy.
-    #[serde(default, skip_serializing_if = "Attempts::is_empty")]
-    held_attempts: Attempts,
+    /// What is known of the policy that acts.
+    #[serde(default, skip_serializing_if = "Hold::is_unused")]
+    hold: Hold,
     /// Actions of the first successful episode, for [`Method::OpenLoop`] to repeat.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     first_success: Option<Vec<Action>>,
@@ -144,7 +145,7 @@ impl Training {
             prior,
             rewarding: Vec::new(),
             attempts: Attempts::default(),
-            held_attempts: Attempts::default(),
+            hold: Hold::default(),
             first_success: None,
         };
         let model = consulted_model(&config)?;
@@ -431,26 +432,28 @@ impl Training {
         let is_held = self.learner.ddpg().holds_policy();
         let by_need = matches!(self.progress.epsilon, EpsilonSchedule::Need { .. });
         match by_need && self.config.hold_tolerance.is_some() {
-            true if !is_held => self.exchange_policy(),
-            false if is_held => self.learner.release_policy(),
+            true if !is_held => {
+                self.progress.hold = Hold::default();
+                self.learner.ddpg_mut().hold_policy();
+            }
+            false if is_held => self.learner.ddpg_mut().release_policy(),
             _ => {}
         }
-    }
-
-    fn exchange_policy(&mut self) {
-        self.learner.hold_policy();
-        self.progress.held_attempts = Attempts::default();
     }
 
     fn note_attempt(&mut self, stage: usize, reached: bool) {
         let EpsilonSchedule::Need { attempts, .. } = self.progress.epsilon else { return };
         let progress = &mut self.progress;
         progress.attempts.note(stage, reached, attempts);
-        if let Some(tolerance) = self.config.hold_tolerance {
-            progress.held_attempts.note(stage, reached, attempts);
-            if progress.held_attempts.failures(stage) > tolerance {
-                self.exchange_policy();
-            }
+        let Some(tolerance) = self.config.hold_tolerance else { return };
+        let Some(failure) = progress.hold.note(stage, reached, attempts, tolerance) else { return };
+        let ddpg = self.learner.ddpg_mut();
+        if failure.is_proven {
+            ddpg.prove_policy();
+        }
+        match failure.proven_is_next {
+            true => ddpg.return_to_proven_policy(),
+            false => ddpg.hold_policy(),
         }
     }
 

@@ -1,0 +1,99 @@
+//! Which copy of the policy acts where exploration goes by need: one that succeeds is kept.
+
+use serde::{Deserialize, Serialize};
+
+use super::exploration::Attempts;
+
+/// What the greedy attempts of the policy that acts have shown, and the record of the proven one, to
+/// which the program returns when a new one does worse.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Hold {
+    /// Latest attempts of the policy that acts.
+    attempts: Attempts,
+    /// Attempts that it has made since it took its place.
+    age: u64,
+    /// Whether it is the proven one.
+    proven_acts: bool,
+    /// Attempts that the proven policy made before it first failed; none if no policy is proven.
+    proven_age: Option<u64>,
+}
+
+/// A policy has failed too often.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Failure {
+    /// It did better than the proven one and takes its place.
+    pub is_proven: bool,
+    /// The proven policy acts next, otherwise a copy of the present one.
+    pub proven_is_next: bool,
+}
+
+impl Hold {
+    /// Whether nothing was noted.
+    pub fn is_unused(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Notes a greedy attempt at a stage. The policy has failed when more than the share `tolerance` of
+    /// its last `kept` attempts at the stage did not reach it; it is proven if it made at least `kept`
+    /// attempts before, and more than the one proven so far.
+    pub fn note(&mut self, stage: usize, reached: bool, kept: u32, tolerance: f32) -> Option<Failure> {
+        self.attempts.note(stage, reached, kept);
+        self.age += 1;
+        if self.attempts.failures(stage) <= tolerance {
+            return None;
+        }
+        let is_proven = !self.proven_acts && self.age >= self.proven_age.map_or(u64::from(kept), |age| age + 1);
+        let failure =
+            Failure { is_proven, proven_is_next: !self.proven_acts && self.proven_age.is_some() && !is_proven };
+        *self = Self {
+            proven_acts: failure.proven_is_next,
+            proven_age: if is_proven { Some(self.age) } else { self.proven_age },
+            ..Self::default()
+        };
+        Some(failure)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Plays a policy for `attempts` successes, then until it has failed.
+    fn play(hold: &mut Hold, successes: usize) -> Failure {
+        (0..successes).for_each(|_| assert_eq!(hold.note(0, true, 4, 0.25), None));
+        std::iter::repeat_with(|| hold.note(0, false, 4, 0.25)).flatten().next().unwrap()
+    }
+
+    #[test]
+    fn a_policy_fails_when_too_many_of_its_latest_attempts_do() {
+        let mut hold = Hold::default();
+        assert!(hold.note(0, false, 4, 0.25).is_some(), "the first of all");
+        for reached in [true, true, true, false, true, true, true, false] {
+            assert_eq!(hold.note(0, reached, 4, 0.25), None, "one of four may");
+        }
+        assert_eq!(hold.note(1, true, 4, 0.25), None);
+        assert!(hold.note(1, false, 4, 0.25).is_some(), "each stage counts by itself");
+    }
+
+    #[test]
+    fn the_program_returns_to_a_proven_policy_and_tries_new_ones_in_turn() {
+        let mut hold = Hold::default();
+        let failed = |is_proven, proven_is_next| Failure { is_proven, proven_is_next };
+        assert_eq!(play(&mut hold, 0), failed(false, false), "nothing is proven yet");
+        assert_eq!(play(&mut hold, 10), failed(true, false));
+        assert_eq!(play(&mut hold, 3), failed(false, true), "worse than the proven one");
+        assert_eq!(play(&mut hold, 5), failed(false, false), "the proven one fails: a new one is tried");
+        assert_eq!(play(&mut hold, 20), failed(true, false), "better than the proven one");
+    }
+
+    #[test]
+    fn what_is_known_survives_json() {
+        let mut hold = Hold::default();
+        play(&mut hold, 10);
+        hold.note(2, true, 4, 0.25);
+        let json = serde_json::to_string(&hold).unwrap();
+        assert_eq!(serde_json::from_str::<Hold>(&json).unwrap(), hold);
+        assert!(!hold.is_unused() && Hold::default().is_unused());
+    }
+}
