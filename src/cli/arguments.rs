@@ -232,7 +232,7 @@ pub struct PuzzlesBench {
     /// Folder of generated puzzles
     pub puzzles: PathBuf,
     /// A method to train; may be repeated
-    #[arg(long = "method", default_values_t = [Method::default()])]
+    #[arg(long = "method", default_values_t = [Method::RECOMMENDED])]
     pub methods: Vec<Method>,
     /// Seeds of each method on each puzzle, counted from 0
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1000))]
@@ -413,7 +413,7 @@ pub struct Train {
     pub task: String,
     /// Method: ddpg, ddpg-mge, ddpg-uniform, ddpg-mge-true, ddpg-model-replay, planning,
     /// ddpg-mge-adaptive, ddpg-uniform-adaptive, ddpg-adaptive or open-loop
-    #[arg(long, default_value_t = Method::default())]
+    #[arg(long, default_value_t = Method::RECOMMENDED)]
     pub method: Method,
     /// Episodes to train
     #[arg(long, default_value_t = 2000)]

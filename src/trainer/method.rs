@@ -42,6 +42,8 @@ pub enum Method {
 }
 
 impl Method {
+    /// What the workbench, `mge train` and `mge puzzles bench` use unless another is asked for.
+    pub const RECOMMENDED: Self = Self::DdpgMgeAdaptive;
     /// All methods.
     pub const ALL: [Self; 10] = [
         Self::Ddpg,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::SessionError;
 use crate::task::{Edit, Editor, Region, Task, load, save};
-use crate::trainer::RunConfig;
+use crate::trainer::{Method, RunConfig};
 
 /// Task and settings of the next run.
 #[derive(Debug, Clone)]
@@ -22,7 +22,7 @@ pub(super) struct Setup {
 
 impl Setup {
     pub fn new(task: Task) -> Self {
-        let config = RunConfig::new(Arc::new(task.clone()));
+        let config = RunConfig::usual(Arc::new(task.clone()), Method::RECOMMENDED);
         Self { editor: Editor::new(task), file: None, config, episodes_asked: false }
     }
 
