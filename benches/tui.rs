@@ -2,13 +2,16 @@
 //!
 //! The session watches a finished run of 5000 episodes and has action clusters. A frame is
 //! what a 60th of a second brings: time passes, the whole screen is drawn, and the cells
-//! that differ are found.
+//! that differ are found. The heaviest screens are those of 10 groups of 10 runs of 10,000 episodes.
+//! A frame should take at most 4 ms, and an answer to a key that moves the scene 100 ms.
 
-use std::time::Duration;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use divan::Bencher;
 use mge::Still;
-use mge::run::{EpisodeRecord, Event, RunDirectory, RunWriter};
+use mge::run::{EpisodeRecord, Event, PlayedAction, PlayedEpisode, RunDirectory, RunWriter, Source};
 use mge::task;
 use mge::trainer::RunConfig;
 use mge::workbench::{Command, Session};
@@ -24,26 +27,32 @@ fn main() {
     divan::main();
 }
 
-/// A session with clusters that watches a long run in `folder`.
-fn session(folder: &std::path::Path) -> Session {
-    let task = task::load("task1").expect("a shipped task");
-    let config = RunConfig::new(std::sync::Arc::new(task.clone()));
-    let directory = RunDirectory::create(folder.join("run"), &config).expect("a new folder");
+/// A finished run in `folder`.
+fn run(folder: &Path, config: &RunConfig, episodes: u64) {
+    let directory = RunDirectory::create(folder, config).expect("a new folder");
     let mut writer = RunWriter::open(&directory, 0).expect("a new run");
-    for episode in 1..=EPISODES {
+    for episode in 1..=episodes {
         let wave = (episode as f32 / 40.0).sin();
         let record = EpisodeRecord {
             episode,
             steps: 10,
             return_: 5.0 + wave,
-            rolling_success: episode as f64 / EPISODES as f64,
+            rolling_success: episode as f64 / episodes as f64,
             critic_loss: Some(0.1 + 0.09 * wave),
             ..EpisodeRecord::default()
         };
+        let action = PlayedAction { action: [0.4, wave / 2.0], source: Source::Policy };
+        let played = PlayedEpisode { episode, shift: [0.0; 2], actions: vec![action; 10] };
         writer.record(&Event::EpisodeFinished(record)).expect("room on the disk");
+        writer.keep(&played).expect("room on the disk");
     }
-    writer.record(&Event::Finished { episode: EPISODES }).expect("room on the disk");
-    drop(writer);
+    writer.record(&Event::Finished { episode: episodes }).expect("room on the disk");
+}
+
+/// A session with clusters that watches a long run in `folder`.
+fn session(folder: &Path) -> Session {
+    let task = task::load("task1").expect("a shipped task");
+    run(&folder.join("run"), &RunConfig::new(Arc::new(task.clone())), EPISODES);
     let mut session = Session::new(task, folder.to_owned());
     for line in ["model true".to_owned(), "clusters".to_owned(), format!("open {}/run", folder.display())] {
         let command = Command::parse(&line).expect("a command").expect("no comment");
@@ -86,6 +95,77 @@ fn key_among_10000_runs(bencher: Bencher) {
     }
     bencher.bench_local(|| {
         still.press("down").expect("keys");
+        still.pass(FRAME);
+        still.draw(&mut terminal)
+    });
+}
+
+/// Lets time pass until nothing more is read: the screen has been the same for a while.
+fn settle(still: &mut Still, terminal: &mut Terminal<TestBackend>) {
+    const QUIET: Duration = Duration::from_secs(3);
+    let mut changed = Instant::now();
+    let mut before = terminal.backend().buffer().clone();
+    while changed.elapsed() < QUIET {
+        std::thread::sleep(FRAME);
+        still.pass(FRAME);
+        still.draw(terminal).expect("a backend that cannot fail");
+        if *terminal.backend().buffer() != before {
+            changed = Instant::now();
+            before = terminal.backend().buffer().clone();
+        }
+    }
+}
+
+/// 10 groups of 10 runs of 10,000 episodes: their list, their bands, their hundred single curves, all of
+/// them smoothed over 200 episodes, and one metric alone.
+#[divan::bench(args = ["5", "4 v", "4 v tab", "4 v tab s s", "4 v enter"])]
+fn frame_of_10_groups_of_10_runs(bencher: Bencher, keys: &str) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let task = Arc::new(task::load("task1").expect("a shipped task"));
+    let config = RunConfig { episodes: 10_000, ..RunConfig::new(task) };
+    let first = folder.path().join("run-0-0");
+    for group in 0..10u64 {
+        for seed in 0..10 {
+            let mut config = RunConfig { seed, ..config.clone() };
+            config.ddpg.gamma = 0.90 + 0.005 * group as f32;
+            let path = folder.path().join(format!("run-{group}-{seed}"));
+            if path == first {
+                run(&path, &config, 10_000);
+                continue;
+            }
+            RunDirectory::create(&path, &config).expect("a new folder");
+            std::fs::hard_link(first.join("events.jsonl"), path.join("events.jsonl")).expect("a log");
+        }
+    }
+    let mut session = Session::new((*config.task).clone(), folder.path().to_owned());
+    let open = Command::parse(&format!("open {}", first.display())).expect("a command").expect("no comment");
+    session.apply(open).expect("a run");
+    session.wait(|_| {}).expect("a result");
+    let mut still = Still::new(session);
+    let mut terminal = Terminal::new(TestBackend::new(200, 60)).expect("a backend that cannot fail");
+    still.press("5").expect("keys");
+    settle(&mut still, &mut terminal);
+    still.press(keys).expect("keys");
+    settle(&mut still, &mut terminal);
+    bencher.bench_local(|| {
+        // As when an episode has been finished: everything is drawn anew.
+        still.redraw();
+        still.pass(FRAME);
+        still.draw(&mut terminal)
+    });
+}
+
+/// A key that moves the crosshair, and with it the scene, to another episode of the past.
+#[divan::bench]
+fn key_that_scrubs(bencher: Bencher) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut still = Still::new(session(folder.path()));
+    let mut terminal = Terminal::new(TestBackend::new(200, 60)).expect("a backend that cannot fail");
+    still.press("4 z z left").expect("keys");
+    settle(&mut still, &mut terminal);
+    let mut keys = ["left", "right"].into_iter().cycle();
+    bencher.bench_local(|| {
+        still.press(keys.next().expect("it does not end")).expect("keys");
         still.pass(FRAME);
         still.draw(&mut terminal)
     });

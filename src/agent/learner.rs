@@ -64,6 +64,31 @@ impl Learner {
         })
     }
 
+    /// Goes on learning with other settings.
+    ///
+    /// # Errors
+    /// Names the setting that cannot change: what was learned has another shape with it.
+    pub fn change(&mut self, config: &DdpgConfig) -> Result<(), ValidationError> {
+        config.validate()?;
+        let old = &self.ddpg.config;
+        let same = [
+            ("layers", old.layers == config.layers),
+            ("hidden", old.hidden == config.hidden),
+            ("activation", old.activation == config.activation),
+            ("optimiser", old.optimiser == config.optimiser),
+            ("action_origin", old.action_origin == config.action_origin),
+            ("replay_capacity", old.replay_capacity == config.replay_capacity),
+        ];
+        if let Some((path, _)) = same.into_iter().find(|(_, same)| !same) {
+            return Err(ValidationError::new(path, "cannot change once something was learned"));
+        }
+        if old.ou != config.ou {
+            self.noise = OrnsteinUhlenbeck::new(self.ddpg.action_len(), config.ou);
+        }
+        self.ddpg.config = config.clone();
+        Ok(())
+    }
+
     /// The networks.
     pub fn ddpg(&self) -> &Ddpg {
         &self.ddpg

@@ -24,4 +24,4 @@ pub use found::{FoundRun, find_runs, read_runs};
 pub use groups::{FINAL, Groups};
 pub use report::report;
 pub use row::{LearningRow, TrainedRun};
-pub use settings::distinguish;
+pub use settings::{differences, distinguish};

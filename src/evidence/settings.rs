@@ -15,9 +15,17 @@ use crate::trainer::{PriorSource, RunConfig};
 pub(super) const WHOLE_SCHEDULE: &str = "epsilon";
 
 /// Settings that a label leaves out, though another run has another value: the whole model of the
-/// tool set, clusters that are not refined, a shipped task.
-pub(super) const USUAL: [(&str, &str); 4] =
-    [("prior", WHOLE_MODEL), ("refinement.every", "0"), ("subgoals", AS_SHIPPED), ("scene", AS_SHIPPED)];
+/// tool set, clusters that are not refined, a shipped task,
+/// a run that is no fork.
+pub(super) const USUAL: [(&str, &str); 5] = [
+    ("prior", WHOLE_MODEL),
+    ("refinement.every", "0"),
+    ("subgoals", AS_SHIPPED),
+    ("scene", AS_SHIPPED),
+    ("fork", NO_FORK),
+];
+/// Value of `fork` for a run that began by itself.
+const NO_FORK: &str = "none";
 /// Value of `subgoals` and `scene` for a task that is as it was shipped.
 const AS_SHIPPED: &str = "shipped";
 /// Name of a whole model among models that lack something.
@@ -41,6 +49,19 @@ pub fn distinguish(mut runs: Vec<(&RunConfig, &mut LearningRow)>) {
     distinguish_schedules(&mut runs);
 }
 
+/// What two runs differ in: JSON paths of `config.json` and the value of each; nothing where one has none.
+pub fn differences(first: &RunConfig, second: &RunConfig) -> Vec<(String, [String; 2])> {
+    let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    let of = |config: &RunConfig| -> Settings {
+        json::leaves(&as_written(config)).into_iter().map(|(path, value)| (path, text(value))).collect()
+    };
+    let all = [of(first), of(second)];
+    let paths: BTreeSet<&String> = all.iter().flat_map(BTreeMap::keys).collect();
+    let values = |path: &String| all.each_ref().map(|settings| settings.get(path).cloned().unwrap_or_default());
+    let differing = paths.into_iter().map(|path| (path.clone(), values(path)));
+    differing.filter(|(_, [first, second])| first != second).collect()
+}
+
 /// The paths at which two runs on the same task have different values.
 fn differing_settings(configs: &[&RunConfig], settings: &[Settings]) -> BTreeSet<String> {
     let mut differing = BTreeSet::new();
@@ -59,13 +80,15 @@ fn differing_settings(configs: &[&RunConfig], settings: &[Settings]) -> BTreeSet
 fn compared_settings(config: &RunConfig, shipped: &[Task]) -> Settings {
     let is_compared = |path: &str| {
         let elsewhere = ["method", "seed", "epsilon"].contains(&path)
-            || ["task.", "checkpoints."].iter().any(|prefix| path.starts_with(prefix));
+            || ["task.", "checkpoints.", "fork."].iter().any(|prefix| path.starts_with(prefix));
         !elsewhere && config.method.uses(path)
     };
     let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
     let whole = as_written(config);
     let leaves = json::leaves(&whole).into_iter().filter(|(path, _)| is_compared(path));
-    leaves.map(|(path, value)| (path, text(value))).chain(task_changes(&config.task, shipped)).collect()
+    let fork = config.fork.as_ref().map_or(NO_FORK.to_owned(), |fork| format!("of {} at {}", fork.run, fork.episode));
+    let fork = ("fork".to_owned(), fork);
+    leaves.map(|(path, value)| (path, text(value))).chain(task_changes(&config.task, shipped)).chain([fork]).collect()
 }
 
 /// The configuration as `config.json` has it: 0.99 and not 0.9900000095367432.

@@ -65,6 +65,11 @@ impl RunDirectory {
         Ok(directory)
     }
 
+    /// The run in a folder, whatever is there.
+    pub(super) fn at(path: &Path) -> Self {
+        Self { path: path.to_owned() }
+    }
+
     fn refuse_if_made(&self) -> Result<()> {
         if self.config_path().exists() { Err(RunError::AlreadyARun(self.path.clone())) } else { Ok(()) }
     }
@@ -97,7 +102,7 @@ impl RunDirectory {
         self.write_config(config)
     }
 
-    fn write_config(&self, config: &impl Serialize) -> Result<()> {
+    pub(super) fn write_config(&self, config: &impl Serialize) -> Result<()> {
         let saved = Saved { format: FORMAT, mge_version: env!("CARGO_PKG_VERSION").into(), config };
         let mut text = serde_json::to_vec_pretty(&saved)
             .map_err(|source| RunError::Encode { what: "the configuration".into(), source })?;

@@ -186,6 +186,16 @@ pub enum Event {
 }
 
 impl Event {
+    /// Whether it changes what would have happened, or shows that somebody interfered: another schedule,
+    /// other clusters, a pause, a process that went on. What belongs to the run as it was begun does not count.
+    pub fn is_intervention(&self) -> bool {
+        match self {
+            Event::Started { episode, .. } | Event::ClustersChanged { episode, .. } => *episode > 0,
+            Event::ScheduleChanged { .. } | Event::Paused { .. } => true,
+            _ => false,
+        }
+    }
+
     /// Number of episodes finished when this happened.
     pub fn episode(&self) -> u64 {
         match self {

@@ -24,6 +24,8 @@ pub struct RunHistory {
     pub evaluations: Vec<EvaluationRecord>,
     /// The need for exploration of each stage, the goal last; empty if epsilon does not go by need.
     pub needs: Vec<f32>,
+    /// What people and processes did to it, in order: see [`Event::is_intervention`].
+    pub interventions: Vec<Event>,
     /// What happened last.
     pub last: Option<Event>,
 }
@@ -48,6 +50,7 @@ impl RunHistory {
             Event::Started { episode, .. } => {
                 self.records.truncate(usize::try_from(*episode).unwrap_or(usize::MAX));
                 self.evaluations.retain(|evaluation| evaluation.episode <= *episode);
+                self.interventions.retain(|known| known.episode() <= *episode);
             }
             Event::EpisodeFinished(record) => self.records.push(record.clone()),
             Event::Evaluated { episode, success, mean_return, .. } => self.evaluations.push(EvaluationRecord {
@@ -57,6 +60,9 @@ impl RunHistory {
             }),
             Event::NeedsChanged { needs, .. } => self.needs.clone_from(needs),
             _ => {}
+        }
+        if event.is_intervention() {
+            self.interventions.push(event.clone());
         }
         self.last = Some(event.clone());
     }
@@ -91,5 +97,10 @@ mod tests {
         let kept = EvaluationRecord { episode: 4, success: 0.5, mean_return: 4.0 };
         assert_eq!(history.evaluations, [kept], "that of a repeated episode is made again");
         assert_eq!(history.records.len(), 4);
+        let changed = |episode| Event::ScheduleChanged { episode, schedule: "0.1".into() };
+        for event in [changed(4), finished(5), changed(5), Event::Resumed { episode: 5 }, started(4)] {
+            history.note(&event);
+        }
+        assert_eq!(history.interventions, [started(2), started(4), changed(4), started(4)]);
     }
 }

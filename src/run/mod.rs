@@ -35,6 +35,7 @@
 //! one. A reader takes a half-written last line as "not yet".
 
 mod append;
+mod branch;
 pub mod checkpoint;
 mod directory;
 mod episodes;
@@ -56,6 +57,7 @@ mod store;
 mod tensorboard;
 mod writer;
 
+pub use branch::Branch;
 pub use checkpoint::Checkpoint;
 pub use directory::{FORMAT, RunDirectory, RunLock, config_hash};
 pub use episodes::{PlayedAction, PlayedEpisode, Source, read_episode};

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::fork::Fork;
 use super::method::{Method, PriorSource};
 use crate::agent::{self, DdpgConfig};
 use crate::guidance::{self, EpsilonSchedule, GuidanceConfig, PLANNER_SETTINGS, PlannerConfig};
@@ -189,6 +190,9 @@ pub struct RunConfig {
     /// Which checkpoints are kept.
     #[serde(default)]
     pub checkpoints: Retention,
+    /// The run that it goes on from with other settings, if it is a fork.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fork: Option<Fork>,
 }
 
 impl<'de> Deserialize<'de> for RunConfig {
@@ -302,6 +306,7 @@ impl RunConfig {
             planner: PlannerConfig::default(),
             evaluation: Evaluation::default(),
             checkpoints: Retention::default(),
+            fork: None,
         }
     }
 

@@ -23,6 +23,7 @@
 
 mod config;
 mod exploration;
+mod fork;
 mod hold;
 mod imagination;
 mod method;
@@ -41,6 +42,7 @@ mod watch;
 
 pub use crate::run::Source;
 pub use config::{ActorRateDecay, Evaluation, Granularity, ModelReplay, NoiseDecay, Refinement, RunConfig, settings};
+pub use fork::{Fork, ForkError, PastTask, fork};
 pub use method::{Method, PriorSource};
 pub use prior::{NamedModel, PriorError, build_prior, check_model, rollout_model, saved_prior};
 pub use run_loop::{Control, Ending, TrainerError, train};

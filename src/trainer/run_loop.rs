@@ -80,6 +80,10 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
         true => (None, Vec::new()),
         false => directory.checkpoints().load_newest().map(|(newest, problems)| (Some(newest), problems))?,
     };
+    if checkpoint.is_none() && config.fork.is_some() {
+        // A run that begins again loses its log, and a fork cannot begin again.
+        return Err(TrainingError::ForkedFromNothing.into());
+    }
     let mut writer =
         RunWriter::locked(directory, lock, checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.episode))?;
     if let Some(checkpoint) = &checkpoint {
@@ -145,13 +149,25 @@ fn record_panic<T>(run_loop: &mut RunLoop<'_>, work: impl FnOnce(&mut RunLoop<'_
 }
 
 /// What an episode has come to.
-struct Played {
-    record: EpisodeRecord,
+pub(super) struct Played {
+    pub record: EpisodeRecord,
     trace: Trace,
     /// The action prior, if the episode changed it.
     refined: Option<Arc<ActionPrior>>,
     /// The evaluation, if one was due.
     evaluated: Option<Event>,
+}
+
+/// All that an episode computes, before anything of it is written.
+pub(super) fn play(training: &mut Training) -> Result<Played, TrainingError> {
+    let (record, trace) = training.run_episode()?;
+    let refined = training.refine();
+    let evaluation = training.config().evaluation;
+    let is_due = training.config().method.learns()
+        && evaluation.every > 0
+        && training.episode().is_multiple_of(u64::from(evaluation.every));
+    let evaluated = is_due.then(|| training.evaluate(evaluation.episodes)).transpose()?;
+    Ok(Played { record, trace, refined, evaluated })
 }
 
 /// What the loop does after the controls.
@@ -251,7 +267,7 @@ impl RunLoop<'_> {
     fn episode(&mut self, training: &mut Training) -> Result<(), TrainerError> {
         let needs = training.needs();
         let begun = Instant::now();
-        let played = if self.is_slow { self.play_or_stop(training) } else { Some(Self::play(training)) };
+        let played = if self.is_slow { self.play_or_stop(training) } else { Some(play(training)) };
         self.is_slow = begun.elapsed() > SLOW;
         let Some(played) = played else { return Ok(()) };
         let Played { record, trace, refined, evaluated } = played?;
@@ -278,14 +294,14 @@ impl RunLoop<'_> {
         self.save_due(training)
     }
 
-    /// As [`Self::play`], with a copy of the training. None if it was abandoned for a stop that was asked
+    /// As [`play`], with a copy of the training. None if it was abandoned for a stop that was asked
     /// for: the training is what it was before.
     fn play_or_stop(&self, training: &mut Training) -> Option<Result<Played, TrainingError>> {
         let stop = self.watch.stop();
         let mut copy = training.clone();
         copy.obey(stop);
         let work = move || {
-            let played = Self::play(&mut copy);
+            let played = play(&mut copy);
             (played, copy)
         };
         let (played, mut after) = or_left_behind(|| stop.is_requested(), PATIENCE, work)?;
@@ -295,18 +311,6 @@ impl RunLoop<'_> {
         after.obey(&Stop::default());
         *training = after;
         Some(played)
-    }
-
-    /// All that an episode computes, before anything of it is written.
-    fn play(training: &mut Training) -> Result<Played, TrainingError> {
-        let (record, trace) = training.run_episode()?;
-        let refined = training.refine();
-        let evaluation = training.config().evaluation;
-        let is_due = training.config().method.learns()
-            && evaluation.every > 0
-            && training.episode().is_multiple_of(u64::from(evaluation.every));
-        let evaluated = is_due.then(|| training.evaluate(evaluation.episodes)).transpose()?;
-        Ok(Played { record, trace, refined, evaluated })
     }
 
     /// Writes the checkpoints that are due.

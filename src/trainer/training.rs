@@ -58,6 +58,12 @@ pub enum TrainingError {
     /// The settings were changed after the run had begun.
     #[error("config.json has other settings of `ddpg` than the run began with: put them back, or start a new run")]
     OtherSettings,
+    /// The checkpoint from which a fork goes on is gone.
+    #[error("the run is a fork, and the checkpoint from which it goes on is gone: fork the other run again")]
+    ForkedFromNothing,
+    /// The task has another number of subgoals.
+    #[error("a fork keeps the number of subgoals: the networks have learned with it")]
+    OtherObservations,
     /// The episode was abandoned, as was asked for.
     #[error("stopped in the middle of an episode")]
     Stopped,
@@ -185,6 +191,37 @@ impl Training {
             progress,
             stop: Stop::default(),
         })
+    }
+
+    /// The training with other settings from here on. What was learned stays, and so does what is in the replay
+    /// buffer; on another task what was found on the old one does not.
+    ///
+    /// # Errors
+    /// When a setting is out of range, or what was learned has another shape with it.
+    pub(super) fn forked(self, config: RunConfig, prior: Option<Arc<ActionPrior>>) -> Result<Self, TrainingError> {
+        config.validate()?;
+        let Self { config: old, mut learner, mut progress, .. } = self;
+        if learner.ddpg().observation_len() != observation_len(&config.task) {
+            return Err(TrainingError::OtherObservations);
+        }
+        learner.change(&config.ddpg).map_err(|error| error.within("ddpg"))?;
+        // A schedule that was changed since the run began holds until another is asked for.
+        if config.epsilon != old.epsilon {
+            progress.epsilon = config.epsilon.clone();
+        }
+        if config.task != old.task {
+            progress.rewarding.clear();
+            progress.first_success = None;
+        }
+        if config.epsilon != old.epsilon || config.task != old.task {
+            // What attempts have shown, and the policies that were held for it.
+            (progress.attempts, progress.hold) = (Attempts::default(), Hold::default());
+            learner.ddpg_mut().release_policy();
+        }
+        progress.prior = prior;
+        let model = consulted_model(&config)?;
+        let env = Environment::new(config.played_task());
+        Ok(Self { config, model, env, learner, progress, stop: Stop::default() })
     }
 
     /// The whole state of the run, between two episodes.

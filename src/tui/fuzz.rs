@@ -132,8 +132,8 @@ impl Workspace for Contained {
         self.0.model_for(task)
     }
 
-    fn past_episode(&self, episode: u64) -> Result<Arc<Episode>, String> {
-        self.0.past_episode(episode)
+    fn past_episode(&self, run: &Path, episode: u64) -> Result<Arc<Episode>, String> {
+        self.0.past_episode(run, episode)
     }
 
     fn want_curves(&mut self, runs: Vec<PathBuf>) {

@@ -64,6 +64,11 @@ impl Still {
         self.app.is_reading_runs()
     }
 
+    /// Has everything drawn anew with the next frame.
+    pub fn redraw(&mut self) {
+        self.app.redraw();
+    }
+
     /// Lets time pass.
     pub fn pass(&mut self, time: Duration) {
         self.app.tick(time);

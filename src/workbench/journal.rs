@@ -7,7 +7,7 @@
 
 use std::collections::HashSet;
 
-use super::command::{Clusters, Command, Continue, Resume, Train, Wait, Watch};
+use super::command::{Clusters, Command, Continue, Fork, Resume, Train, Wait, Watch};
 
 /// The commands carried out so far.
 #[derive(Debug, Clone, Default)]
@@ -23,8 +23,17 @@ struct Entry {
     command: Command,
     /// Number of the run it acted on.
     run: Option<usize>,
+    /// Number of the run that it began, if that is another.
+    begun: Option<usize>,
     /// Episodes the running training had finished when it took effect.
     at: Option<u32>,
+}
+
+impl Entry {
+    /// Number of the run that is trained by it.
+    fn trained(&self) -> Option<usize> {
+        self.begun.or(self.run)
+    }
 }
 
 impl Journal {
@@ -35,8 +44,14 @@ impl Journal {
             self.forget_unused_clusters();
         }
         let number = self.next_number();
-        self.entries.push(Entry { number, command, run, at: None });
+        self.entries.push(Entry { number, command, run, begun: None, at: None });
         number
+    }
+
+    /// Notes that a run was forked; `begun` is the new one's number.
+    pub fn note_fork(&mut self, command: Command, run: usize, begun: usize) {
+        let number = self.next_number();
+        self.entries.push(Entry { number, command, run: Some(run), begun: Some(begun), at: None });
     }
 
     /// Forgets an entry: what was asked for came to nothing.
@@ -65,14 +80,14 @@ impl Journal {
     /// episodes. Effects are reported late: the entry goes before those of later episodes.
     /// Returns the number of the entry.
     pub fn note_at(&mut self, command: Command, run: usize, episode: u32) -> u64 {
-        let of_run = |entry: &Entry| entry.run == Some(run);
+        let of_run = |entry: &Entry| entry.trained() == Some(run);
         let start = self.entries.iter().rposition(|entry| of_run(entry) && is_start(&entry.command));
         let start = start.map_or(0, |start| start + 1);
         let later =
             self.entries[start..].iter().position(|entry| of_run(entry) && entry.at.is_some_and(|at| at > episode));
         let place = later.map_or(self.entries.len(), |offset| start + offset);
         let number = self.next_number();
-        self.entries.insert(place, Entry { number, command, run: Some(run), at: Some(episode) });
+        self.entries.insert(place, Entry { number, command, run: Some(run), begun: None, at: Some(episode) });
         number
     }
 
@@ -88,7 +103,7 @@ impl Journal {
 
     /// The episode at which a run is next interfered with, from an entry on.
     fn next_stop(&self, from: usize, run: Option<usize>) -> Option<u32> {
-        let mut own = self.entries[from..].iter().filter(|entry| entry.run == run);
+        let mut own = self.entries[from..].iter().filter(|entry| entry.trained() == run);
         own.by_ref().take_while(|entry| !is_start(&entry.command)).find_map(|entry| entry.at)
     }
 }
@@ -109,9 +124,16 @@ impl Writer<'_> {
     }
 
     fn write(&mut self, index: usize) {
-        let Entry { command, run, at, .. } = &self.journal.entries[index];
-        let until = self.journal.next_stop(index + 1, *run);
+        let entry = &self.journal.entries[index];
+        let Entry { command, run, at, .. } = entry;
+        let until = self.journal.next_stop(index + 1, entry.trained());
         match command {
+            Command::Fork(fork) => {
+                run.iter().for_each(|run| self.act_on(*run));
+                self.line(Fork { until, ..fork.clone() });
+                self.current = entry.trained();
+                return self.wait(entry.trained(), until);
+            }
             Command::Train(Train { folder, .. }) => {
                 self.current = *run;
                 self.line(Train { folder: folder.clone(), until, ..Train::default() });
@@ -165,7 +187,7 @@ impl Writer<'_> {
 const NEW_CLUSTERS: Command = Command::Clusters(Clusters(None));
 
 fn is_start(command: &Command) -> bool {
-    matches!(command, Command::Train(_) | Command::Continue(_))
+    matches!(command, Command::Train(_) | Command::Continue(_) | Command::Fork(_))
 }
 
 #[cfg(test)]

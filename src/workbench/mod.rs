@@ -8,6 +8,7 @@ pub mod command;
 mod dry_run;
 mod error;
 mod export;
+mod forks;
 mod hand_play;
 mod job;
 mod jobs;

@@ -339,6 +339,11 @@ impl RunView {
         &self.history.evaluations
     }
 
+    /// What people and processes did to it, in order.
+    pub fn interventions(&self) -> &[Event] {
+        &self.history.interventions
+    }
+
     /// The latest finished episode that was asked for, with its networks.
     pub fn live(&self) -> Option<&LiveView> {
         self.live.as_ref()

@@ -76,7 +76,7 @@ impl Session {
     }
 
     /// Queues a run, and starts it if there is a core for it.
-    fn begin(&mut self, number: usize, until: Option<u32>, report: &str) -> Result<String, SessionError> {
+    pub(super) fn begin(&mut self, number: usize, until: Option<u32>, report: &str) -> Result<String, SessionError> {
         self.current = Some(number);
         self.turns += 1;
         let turn = self.turns;
@@ -94,7 +94,7 @@ impl Session {
 
     /// Adds a run to the session, or puts it in the place of the one in its folder, and
     /// returns its number.
-    fn add(&mut self, run: RunView) -> usize {
+    pub(super) fn add(&mut self, run: RunView) -> usize {
         let path = run.directory().path();
         if let Some(known) = self.runs.iter_mut().find(|known| known.directory().path() == path) {
             let number = known.number();
@@ -141,8 +141,12 @@ impl Session {
     /// A folder for a new run that does not exist yet.
     fn free_folder(&self) -> PathBuf {
         let RunConfig { task, method, seed, .. } = &self.setup.config;
-        let base = format!("{}-{method}-seed{seed}", task.name);
-        let candidates = std::iter::once(base.clone()).chain((2..).map(|n| format!("{base}-{n}")));
+        self.free_folder_named(&format!("{}-{method}-seed{seed}", task.name))
+    }
+
+    /// A folder for a new run of this name, or with a number behind it, that does not exist yet.
+    pub(super) fn free_folder_named(&self, base: &str) -> PathBuf {
+        let candidates = std::iter::once(base.to_owned()).chain((2..).map(|n| format!("{base}-{n}")));
         let mut paths = candidates.map(|name| self.folder.join(name));
         // The second iterator does not end.
         paths.find(|path| !path.exists()).unwrap_or_else(|| self.folder.join(base))

@@ -1,5 +1,6 @@
 //! What a run has saved: its past episodes, and the agents of its checkpoints.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use rand::SeedableRng;
@@ -49,13 +50,21 @@ impl SavedRun {
         Self { directory, config }
     }
 
+    /// What the run in a folder has saved; `config` is the run's.
+    ///
+    /// # Errors
+    /// When there is no run.
+    pub fn open(folder: &Path, config: Arc<RunConfig>) -> Result<Self, RunError> {
+        Ok(Self::new(RunDirectory::open(folder)?, config))
+    }
+
     /// An episode of its past, played again.
     ///
     /// # Errors
     /// When it is not recorded, or cannot be read.
     pub fn past_episode(&self, episode: u64) -> Result<Trace, RunError> {
         let played = read_episode(&self.directory.episodes_path(), episode)?;
-        Ok(Trace::replay(&self.config.task, &played))
+        Ok(Trace::replay(self.config.task_of(episode), &played))
     }
 
     /// The agent of the checkpoint nearest to the one that played an episode, counted from 1; that

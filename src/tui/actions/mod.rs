@@ -19,6 +19,7 @@ pub enum Action {
     // Everywhere.
     Train,
     TrainSeeds,
+    Fork,
     Pause,
     Stop,
     Epsilon,

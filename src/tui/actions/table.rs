@@ -16,6 +16,7 @@ pub(super) const ROWS: &[Row] = &[
     (A::TrainSeeds, Everywhere, "train-seeds", "M", "", "train a run for each of several seeds", Like("train")),
     (A::Pause, Everywhere, "pause", "p", "pause", "", Verb("pause")),
     (A::Stop, Everywhere, "stop", "x", "stop", "", Verb("stop")),
+    (A::Fork, Everywhere, "fork", "F", "", "", Verb("fork")),
     (A::Epsilon, Everywhere, "epsilon", "e", "epsilon", "", Verb("epsilon")),
     (A::EpsilonUp, Everywhere, "epsilon-up", "+ =", "", "a constant epsilon, 0.05 higher", Like("epsilon")),
     (A::EpsilonDown, Everywhere, "epsilon-down", "-", "", "a constant epsilon, 0.05 lower", Like("epsilon")),

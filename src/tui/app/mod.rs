@@ -316,6 +316,7 @@ impl App {
         }
         self.screens.curves.follow(self.subject.past_episode(), subject.past_episode());
         self.subject = subject;
+        self.show_beside();
         if is_other || next {
             self.screens.scene.begin(&self.subject);
             self.changed = true;

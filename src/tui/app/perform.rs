@@ -8,7 +8,7 @@ use crate::tui::actions::{Action, Tab};
 use crate::tui::effect::Effect;
 use crate::tui::layers::{Help, Palette};
 use crate::tui::screens::{figures, lists, log, models, runs, scene, schedule, training};
-use crate::tui::view::{Choice, Level};
+use crate::tui::view::{Beside, Choice, Level};
 use crate::workbench::{Command, FigureKind, command};
 
 impl App {
@@ -16,7 +16,9 @@ impl App {
     pub(super) fn perform(&mut self, action: Action) {
         match action {
             // On the Runs screen, what is done with a run is done with the selected or the marked ones.
-            Action::Pause | Action::Stop | Action::Export if self.tab == Tab::Runs => self.perform_on_screen(action),
+            Action::Pause | Action::Stop | Action::Export | Action::Fork if self.tab == Tab::Runs => {
+                self.perform_on_screen(action)
+            }
             Action::Train => self.apply(command::Train::default()),
             Action::TrainSeeds => self.ask_for_seeds(),
             Action::Pause => match self.subject.run() {
@@ -24,6 +26,14 @@ impl App {
                 _ => self.apply(command::Pause),
             },
             Action::Stop => self.ask_to_stop(),
+            Action::Fork => match self.subject.run() {
+                Some(run) => {
+                    let episode = self.subject.past_episode().unwrap_or(run.done);
+                    let prompt = runs::ask_to_fork(run, episode);
+                    self.carry_out(vec![prompt]);
+                }
+                None => self.apply(command::Fork { episode: 0, changes: Vec::new(), until: None }),
+            },
             Action::Epsilon => self.ask_for_epsilon(),
             Action::EpsilonUp => self.change_epsilon(0.05),
             Action::EpsilonDown => self.change_epsilon(-0.05),
@@ -86,6 +96,7 @@ impl App {
             Tab::Log => log::perform(&mut screens.lists, &ui, action),
         };
         self.carry_out(effects);
+        self.show_beside();
     }
 
     /// Does what an effect asks for.
@@ -174,8 +185,9 @@ impl App {
 
     /// Plays an episode of the watched run's past again.
     fn replay(&mut self, episode: u64) -> Result<(), String> {
-        let last = self.subject.run().map_or(0, |run| run.done);
-        let episode = self.workspace.past_episode(episode)?;
+        let run = self.subject.run().ok_or("no run is being watched")?;
+        let last = run.done;
+        let episode = self.workspace.past_episode(&run.path, episode)?;
         let goal = if episode.trace.reached_goal() { ", which reached the goal" } else { "" };
         let leave = self.keymap.fill("{source} leaves the past");
         self.say(Level::Info, format!("episode {} of {last}{goal}; {leave}", episode.trace.episode));
@@ -222,11 +234,23 @@ impl App {
         if self.subject.past_episode() == Some(episode) {
             return Ok(());
         }
+        let run = self.subject.run().ok_or("no run is being watched")?;
         let time = self.subject.past_episode().map_or(0, |_| self.screens.scene.player.step());
-        let episode = self.workspace.past_episode(episode)?;
+        let episode = self.workspace.past_episode(&run.path, episode)?;
         self.choose_subject(Some(Choice::Past(episode)), false);
         self.screens.scene.player.seek(time.min(self.subject.episode().steps()));
         Ok(())
+    }
+
+    /// Shows the same episode of the run that the watched one is compared with beside one of the past.
+    pub(super) fn show_beside(&mut self) {
+        let ui = self.ui();
+        let other = training::pair(&self.screens.curves, &self.screens.runs, &ui).map(|[_, other]| other.path.clone());
+        let beside = other.zip(self.subject.past_episode()).map(|(run, number)| match self.subject.beside() {
+            Some(known) if known.run == run && known.number == number => known.clone(),
+            _ => Beside { episode: self.workspace.past_episode(&run, number), run, number },
+        });
+        self.subject.set_beside(beside);
     }
 
     fn copy_command(&mut self) {

@@ -44,6 +44,8 @@ pub struct Plot<'a> {
     pub smoothing: usize,
     /// The episode whose values are read off.
     pub crosshair: Option<f32>,
+    /// Where somebody interfered: the episode, in what colour, and what was done.
+    pub marks: Vec<(u64, Color, &'a str)>,
     /// What to say if there is nothing to show.
     pub empty: &'a str,
 }
@@ -78,6 +80,7 @@ pub fn draw(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Opti
             trace(line, curve, &axes, raster);
         }
     });
+    points(plot, &axes, theme, buffer);
     marks(plot, &axes, theme, buffer);
     crosshair(plot, &axes, theme, buffer);
     Some(axes)
@@ -247,7 +250,26 @@ impl Column {
     }
 }
 
+/// Draws the marks along the lower edge; beside the crosshair, what was done there in words.
 fn marks(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
+    let sign = if theme.marker == Marker::Ascii { "^" } else { "▲" };
+    let row = axes.plot.bottom() - 1;
+    for (episode, colour, _) in &plot.marks {
+        if let Some(column) = axes.column(*episode as f32) {
+            buffer.set_string(column, row, sign, Style::new().fg(*colour));
+        }
+    }
+    let Some(column) = plot.crosshair.and_then(|at| axes.column(at)) else { return };
+    let here = plot.marks.iter().filter(|(episode, ..)| axes.column(*episode as f32) == Some(column));
+    let texts: Vec<&str> = here.map(|(.., text)| *text).collect();
+    let text = columns::shortened(&texts.join(", "), usize::from(axes.plot.width), false);
+    if !text.is_empty() && axes.plot.height > 2 {
+        let last = axes.plot.right().saturating_sub(columns::width(&text) as u16).max(axes.plot.x);
+        buffer.set_string((column + 2).min(last), row - 1, text, theme.strong());
+    }
+}
+
+fn points(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
     let mark = if theme.marker == Marker::Ascii { "o" } else { "◆" };
     for curve in &plot.curves {
         for (episode, value) in curve.points {
@@ -282,6 +304,7 @@ mod tests {
             scale: Scale::Linear,
             smoothing: 1,
             crosshair: None,
+            marks: Vec::new(),
             empty: "press t",
         }
     }
@@ -378,6 +401,19 @@ mod tests {
     fn an_empty_chart_says_what_to_do() {
         assert!(lines(&plot(&[], &[]), Marker::Braille).concat().contains("press t"));
         assert!(lines(&plot(&[f32::NAN; 5], &[]), Marker::Braille).concat().contains("no values here"));
+    }
+
+    #[test]
+    fn interventions_are_marked_and_named_at_the_crosshair() {
+        let values = [1.0; 20];
+        let mut plot = plot(&values, &[]);
+        plot.marks = vec![(10, Color::Red, "epsilon 0.1")];
+        let without = lines(&plot, Marker::Ascii);
+        assert!(without[4].contains('^') && !without.concat().contains("epsilon"), "{without:#?}");
+        plot.crosshair = Some(10.0);
+        assert!(lines(&plot, Marker::Ascii)[3].contains("epsilon 0.1"));
+        plot.crosshair = Some(17.0);
+        assert_eq!(lines(&plot, Marker::Ascii).concat().matches("epsilon").count(), 0);
     }
 
     #[test]

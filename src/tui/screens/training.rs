@@ -5,18 +5,22 @@ use std::path::PathBuf;
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::Style;
+use ratatui::text::Text;
+use ratatui::widgets::{Row, Table, Widget};
 
 use super::pane::{WIDE, hint, pane};
 use super::runs::Runs;
-use super::workbench::scene_pane;
+use super::workbench::{beside_pane, scene_pane};
 use super::{HitRegions, Region, Screens, Ui};
 use crate::run::Metric;
 use crate::stats::rolling::WINDOW;
+use crate::text::printable;
 use crate::tui::actions::Action;
 use crate::tui::chart::{Curve, Plot, Range, Scale, draw as draw_chart};
 use crate::tui::effect::Effect;
-use crate::tui::view::{Choice, Curves, GroupCurves, RunGroup, RunSummary, ViewModel, span};
-use crate::tui::widgets::columns::fitting;
+use crate::tui::view::{Choice, Curves, GroupCurves, Mark, RunGroup, RunSummary, ViewModel, span};
+use crate::tui::widgets::columns::{fitting, shortened};
 
 /// Columns from which on there is room for the scene beside the curves.
 const BESIDE: u16 = 80;
@@ -141,6 +145,13 @@ impl<'a> Shown<'a> {
         }
     }
 
+    fn marks(&self) -> &'a [Mark] {
+        match self {
+            Self::Run(run, _) => &run.marks,
+            Self::Group(..) => &[],
+        }
+    }
+
     fn evaluations(&self) -> &'a [(u64, f32)] {
         match self {
             Self::Run(run, _) => &run.evaluations,
@@ -161,8 +172,21 @@ fn chosen<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Vec<&'a RunSumm
     if marked.is_empty() { all().filter(of_task).collect() } else { marked }
 }
 
-/// What is drawn: groups in one where they are folded, and single runs.
+/// The two runs that are compared, the watched one first, if there are only two.
+pub fn pair<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Option<[&'a RunSummary; 2]> {
+    let watched = ui.subject.run().filter(|_| curves.comparing)?;
+    match chosen(curves, runs, ui).as_slice() {
+        [first, second] if first.path == watched.path => Some([*first, *second]),
+        [first, second] if second.path == watched.path => Some([*second, *first]),
+        _ => None,
+    }
+}
+
+/// What is drawn: groups in one where they are folded, and single runs. Two runs are never one.
 fn shown<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Vec<Shown<'a>> {
+    if let Some(pair) = pair(curves, runs, ui) {
+        return pair.map(|run| Shown::run(run, ui.view)).into();
+    }
     let mut shown: Vec<Shown<'a>> = Vec::new();
     for run in chosen(curves, runs, ui) {
         let single = Shown::run(run, ui.view);
@@ -262,7 +286,14 @@ impl<'a> Charts<'a> {
             (n, Scale::Linear) => format!("{}, mean of {n}", metric.title()),
             (n, Scale::Log) => format!("{}, mean of {n}, log", metric.title()),
         };
+        // Of many curves the marks would be a row of signs without a name.
+        let marked = self.shown.iter().zip(self.ui.theme.runs(&labels.iter().map(String::as_str).collect::<Vec<_>>()));
+        let marks = marked.filter(|_| self.shown.len() <= 2).flat_map(|(shown, colour)| {
+            let colour = if many { colour } else { self.ui.theme.warn };
+            shown.marks().iter().map(move |mark| (mark.episode, colour, &*mark.text))
+        });
         let plot = Plot {
+            marks: marks.collect(),
             title: &title,
             curves: single.chain(curves).collect(),
             x: self.state.range.window(self.episodes()),
@@ -325,9 +356,15 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     let (curves, marked) = (&screens.curves, &screens.runs);
     let mut area = area;
     if matches!(ui.subject.choice(), Choice::Past(_)) && area.width >= BESIDE {
-        let width = (2 * (area.height - 2) + 2).min(area.width / 2);
+        let scenes: u16 = if ui.subject.beside().is_some() { 2 } else { 1 };
+        let width = (2 * (area.height / scenes - 2) + 2).min(area.width / 2);
         let [left, right] = Layout::horizontal([Constraint::Fill(1), Constraint::Length(width)]).areas(area);
-        scene_pane(ui, &screens.scene, right, buffer, regions);
+        let [above, below] =
+            Layout::vertical([Constraint::Length(right.height / scenes), Constraint::Fill(1)]).areas(right);
+        scene_pane(ui, &screens.scene, above, buffer, regions);
+        if let Some(beside) = ui.subject.beside() {
+            beside_pane(ui, &screens.scene, beside, below, buffer);
+        }
         area = left;
     }
     let shown = shown(curves, marked, ui);
@@ -353,6 +390,10 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     if shown.is_empty() {
         return hint(&nothing(curves, ui), inside, ui.theme, buffer);
     }
+    let inside = match pair(curves, marked, ui) {
+        Some(pair) => differences(pair, inside, ui, buffer),
+        None => inside,
+    };
     let selected = Metric::CURVES[curves.selected];
     let charts = Charts::new(curves, shown, ui);
     if curves.alone {
@@ -371,6 +412,40 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
             buffer.set_string(place.x - 1, place.y, "›", ui.theme.strong());
         }
     }
+}
+
+/// Draws the settings in which two runs differ below the charts, each in its run's colour; what is left.
+fn differences(pair: [&RunSummary; 2], area: Rect, ui: &Ui, buffer: &mut Buffer) -> Rect {
+    let all = crate::evidence::differences(&pair[0].config, &pair[1].config);
+    let most = usize::from(area.height / 3);
+    let left = (all.len() + 1).saturating_sub(most);
+    let room = most.saturating_sub(1 + usize::from(left > 0));
+    let head = [String::new(), pair[0].name.clone(), pair[1].name.clone()];
+    let mut rows = vec![head];
+    rows.extend(all.into_iter().take(room).map(|(path, values)| {
+        let [first, second] = values.map(|value| printable(&value).to_string());
+        [path, first, second]
+    }));
+    if left > 0 {
+        rows.push([format!("+{} more", left + 1), String::new(), String::new()]);
+    } else if rows.len() == 1 {
+        rows.push(["no setting differs".to_owned(), String::new(), String::new()]);
+    }
+    let [charts, below] = Layout::vertical([Constraint::Fill(1), Constraint::Length(rows.len() as u16)]).areas(area);
+    let colours = ui.theme.runs(&pair.map(|run| &*run.label));
+    let styles = [ui.theme.faint(), Style::new().fg(colours[0]), Style::new().fg(colours[1])];
+    let width = usize::from(below.width / 3).saturating_sub(1);
+    let row = |cells: [String; 3]| {
+        Row::new(
+            cells
+                .iter()
+                .zip(styles)
+                .map(|(cell, style)| Text::styled(shortened(cell, width, true), style))
+                .collect::<Vec<_>>(),
+        )
+    };
+    Table::new(rows.into_iter().map(row), [Constraint::Fill(1); 3]).render(below, buffer);
+    charts
 }
 
 fn nothing(curves: &CurvesState, ui: &Ui) -> String {

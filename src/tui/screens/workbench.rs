@@ -8,15 +8,15 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Text};
 use ratatui::widgets::{Clear, Row, Widget};
 
-use super::pane::{WIDE, lines, pane};
+use super::pane::{WIDE, hint, lines, pane};
 use super::scene::{self, Scene};
 use super::{HitRegions, Region as Place, Screens, Ui, status, training};
 use crate::env::Placement;
 use crate::run::Metric;
 use crate::task::{Region, Task};
-use crate::tui::scene::{Content, Object, Objects, draw as draw_scene};
-use crate::tui::view::Choice;
+use crate::tui::scene::{Content, Object, Objects, Overlays, draw as draw_scene};
 use crate::tui::view::playback::Moment;
+use crate::tui::view::{Beside, Choice};
 use crate::tui::widgets::columns::fitting;
 use crate::tui::widgets::list;
 
@@ -88,6 +88,36 @@ pub(super) fn scene_pane(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer
     let missing = scene.missing(subject).join("\n");
     Text::from_iter(lines(&missing, inside.width, Style::new().fg(ui.theme.warn))).render(inside, buffer);
     caption(ui, scene, &moment, area, buffer);
+}
+
+/// Draws the same episode of another run at the same time in it.
+pub(super) fn beside_pane(ui: &Ui, scene: &Scene, beside: &Beside, area: Rect, buffer: &mut Buffer) {
+    let episode = match &beside.episode {
+        Ok(episode) => episode,
+        Err(reason) => {
+            let name = beside.run.file_name().unwrap_or_default().to_string_lossy();
+            let inside = pane(&name, area, ui.theme, buffer);
+            return hint(reason, inside, ui.theme, buffer);
+        }
+    };
+    let inside = pane(&format!("{} · {}", episode.task.name, episode.title), area, ui.theme, buffer);
+    let moment = episode.at(scene.player.step());
+    let content = Content {
+        objects: Objects { task: &episode.task, proposed: &[] },
+        moment: &moment,
+        overlays: Overlays { legend: false, ..scene.overlays() },
+        prior: None,
+        heat: None,
+        choice: None,
+        predicted: &[],
+        truth: &[],
+        selected: None,
+        ghost: None,
+    };
+    draw_scene(&content, inside, ui.theme, buffer);
+    let text = format!(" action {} · reward {:.2} ", moment.action, moment.reward);
+    let room = usize::from(area.width.saturating_sub(4));
+    buffer.set_stringn(area.x + 2, area.bottom() - 1, text, room, ui.theme.faint());
 }
 
 /// The task and what is proposed for it, with the dragged object where the mouse is.

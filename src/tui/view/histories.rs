@@ -22,6 +22,8 @@ pub struct History {
     pub curves: Arc<Curves>,
     /// Greedy evaluations: episodes finished, share of successes.
     pub evaluations: Vec<(u64, f32)>,
+    /// What people and processes did to it.
+    pub interventions: Vec<Event>,
 }
 
 /// The histories of the runs that are looked at, as far as they were read.
@@ -127,6 +129,12 @@ impl Reader {
         }
         let curves = Arc::make_mut(&mut history.curves);
         for logged in news.events {
+            if let Event::Started { episode, .. } = logged.event {
+                history.interventions.retain(|known| known.episode() <= episode);
+            }
+            if logged.event.is_intervention() {
+                history.interventions.push(logged.event.clone());
+            }
             match logged.event {
                 Event::Started { episode, .. } => {
                     curves.truncate(usize::try_from(episode).unwrap_or(usize::MAX));

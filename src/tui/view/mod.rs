@@ -5,6 +5,7 @@ mod curves;
 mod details;
 mod groups;
 mod histories;
+mod marks;
 mod models;
 mod past;
 pub mod playback;
@@ -19,9 +20,10 @@ use std::sync::Arc;
 pub use curves::Curves;
 pub use details::RunDetails;
 pub use groups::{GroupCurves, Grouping, RunGroup};
+pub use marks::{Mark, marks};
 pub use past::PastAgent;
 pub use rate::span;
-pub use subject::{AgentView, Choice, Subject, TaskModel};
+pub use subject::{AgentView, Beside, Choice, Subject, TaskModel};
 pub use workspace::{SessionWorkspace, Workspace};
 
 use crate::agent::Ddpg;
@@ -180,6 +182,8 @@ pub struct RunSummary {
     pub curves: Arc<Curves>,
     /// Greedy evaluations: episodes finished, share of successes.
     pub evaluations: Vec<(u64, f32)>,
+    /// Where somebody interfered with it, as far as it was read.
+    pub marks: Vec<Mark>,
     /// Episodes a second; None while it is too early to say.
     pub rate: Option<f64>,
 }
@@ -261,6 +265,7 @@ impl RunSummary {
             success: None,
             curves: Arc::default(),
             evaluations: Vec::new(),
+            marks: marks(&config, &[]),
             rate: None,
             tags: Vec::new(),
             note: String::new(),

@@ -4,17 +4,18 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::playback::{Episode, Origin};
+use crate::task::Task;
 use crate::trainer::Trace;
 use crate::workbench::{Job, RunView, SavedAgent};
 
-/// An episode of a run.
-pub fn episode_of(run: &RunView, trace: Arc<Trace>) -> Episode {
+/// An episode of the run in a folder.
+pub fn episode_of(run: &Path, task: &Arc<Task>, trace: Arc<Trace>) -> Episode {
+    let name = run.file_name().unwrap_or_default().to_string_lossy();
     let title = match trace.episode {
-        0 => format!("the greedy policy of {}", run.name()),
-        episode => format!("episode {episode} of {}", run.name()),
+        0 => format!("the greedy policy of {name}"),
+        episode => format!("episode {episode} of {name}"),
     };
-    let origin = Origin::Run(run.directory().path().to_owned());
-    Episode { title, task: run.config().task.clone(), trace, origin }
+    Episode { title, task: task.clone(), trace, origin: Origin::Run(run.to_owned()) }
 }
 
 /// The last episode of a run that is not trained here, read in the background.
@@ -33,11 +34,10 @@ impl LastEpisode {
         let is_last = known.as_ref().is_some_and(|known| known.trace.episode == last);
         if !run.is_active() && !is_last && self.reading.is_none() {
             let saved = run.saved();
-            let shell = episode_of(run, Arc::default());
-            let title = format!("episode {last} of {}", run.name());
+            let (path, task) = (run.directory().path().to_owned(), run.config().task_of(last).clone());
             // Without a thread, or a record of the episode, there is none to show.
             let read = move || saved.past_episode(last).map_err(|error| error.to_string());
-            self.reading = Job::spawn(move |_| Ok(Episode { title, trace: Arc::new(read()?), ..shell })).ok();
+            self.reading = Job::spawn(move |_| Ok(episode_of(&path, &task, Arc::new(read()?)))).ok();
         }
         known
     }

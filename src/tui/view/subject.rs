@@ -2,7 +2,7 @@
 //! model that belong to them. It is put together in one place, so that an episode is never played
 //! with the parts of another task; a part that is missing says why.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::playback::{Episode, Origin};
@@ -99,6 +99,19 @@ pub struct Subject {
     hand: Option<Arc<Snapshot>>,
     /// What a person would look for and does not find.
     note: Option<String>,
+    /// The same episode of another run, beside one of the past.
+    beside: Option<Beside>,
+}
+
+/// The same episode of another run, to be compared.
+#[derive(Debug, Clone)]
+pub struct Beside {
+    /// Folder of the run.
+    pub run: PathBuf,
+    /// Number of the episode, counted from 1.
+    pub number: u64,
+    /// The episode, or why there is none.
+    pub episode: Result<Arc<Episode>, String>,
 }
 
 impl Subject {
@@ -144,7 +157,8 @@ impl Subject {
             Choice::Past(_) => past_clusters(of_checkpoint, of_run),
             _ => clusters(view, &task, of_run),
         };
-        Self {
+        let beside = before.and_then(|before| before.beside.clone());
+        let subject = Self {
             clusters,
             networks: going_on.or_else(|| of_checkpoint.and_then(|agent| agent.networks.clone())),
             agent,
@@ -156,7 +170,20 @@ impl Subject {
             task,
             episode,
             note,
-        }
+            beside: None,
+        };
+        let is_same = |beside: &Beside| subject.past_episode() == Some(beside.number);
+        Self { beside: beside.filter(is_same), ..subject }
+    }
+
+    /// The same episode of another run, if one is to be compared.
+    pub fn beside(&self) -> Option<&Beside> {
+        self.beside.as_ref()
+    }
+
+    /// Shows the same episode of another run beside the one of the past, or no longer.
+    pub fn set_beside(&mut self, beside: Option<Beside>) {
+        self.beside = beside.filter(|beside| self.past_episode() == Some(beside.number));
     }
 
     /// What was asked for.

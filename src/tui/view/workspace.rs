@@ -13,12 +13,12 @@ use super::past::{Agents, LastEpisode, episode_of};
 use super::playback::Episode;
 use super::rate::Rate;
 use super::run_index::RunIndex;
-use super::{Curves, HandEpisode, Level, Live, LogLine, RunSummary, TaskModel, ViewModel, Watched};
+use super::{Curves, HandEpisode, Level, Live, LogLine, RunSummary, TaskModel, ViewModel, Watched, marks};
 use crate::run::{Event, RunState};
 use crate::task::Task;
 use crate::trainer::{Phase, PriorSource};
 use crate::tui::widgets::preview::Drawing;
-use crate::workbench::{Command, FigureKind, Notice, RunView, Session, command};
+use crate::workbench::{Command, FigureKind, Notice, RunView, SavedRun, Session, command};
 
 /// What the screens need of a session.
 pub trait Workspace {
@@ -38,11 +38,11 @@ pub trait Workspace {
     /// # Errors
     /// Why there is none, in one line.
     fn model_for(&mut self, task: &Arc<Task>) -> Result<TaskModel, String>;
-    /// An episode of the watched run's past, played again.
+    /// An episode of the past of the run in a folder, played again.
     ///
     /// # Errors
     /// Why there is none, in one line.
-    fn past_episode(&self, episode: u64) -> Result<Arc<Episode>, String>;
+    fn past_episode(&self, run: &Path, episode: u64) -> Result<Arc<Episode>, String>;
     /// Asks for the curves of runs in these folders, opened or not.
     fn want_curves(&mut self, runs: Vec<PathBuf>);
     /// Asks for what the folder of a run holds.
@@ -205,9 +205,10 @@ impl SessionWorkspace {
         self.begun.extend(opened.keys().filter(|path| !is_on_disk(path)).cloned());
         let on_disk = self.index.runs().iter().filter(|run| !self.begun.contains(&run.path));
         let with_history = |run: &Arc<RunSummary>| match self.histories.of(&run.path) {
-            Some(History { curves, evaluations }) => {
+            Some(History { curves, evaluations, interventions }) => {
                 let (curves, evaluations) = (curves.clone(), evaluations.clone());
-                Arc::new(RunSummary { curves, evaluations, ..RunSummary::clone(run) })
+                let marks = marks(&run.config, interventions);
+                Arc::new(RunSummary { curves, evaluations, marks, ..RunSummary::clone(run) })
             }
             None => run.clone(),
         };
@@ -228,7 +229,7 @@ impl SessionWorkspace {
             let summary = self.view.runs.iter().rev().find(|known| known.path == path)?.clone();
             let task = run.config().task.clone();
             let live = run.live().map(|live| Live {
-                episode: Arc::new(episode_of(run, live.trace.clone())),
+                episode: Arc::new(episode_of(path, &task, live.trace.clone())),
                 networks: Some(live.ddpg.clone()),
             });
             // What a training that is over has last shown need not be its last episode.
@@ -237,7 +238,7 @@ impl SessionWorkspace {
             let known = self.view.watched.as_ref().and_then(|watched| watched.greedy.as_ref());
             let greedy = run.greedy().map(|trace| match known.filter(|known| Arc::ptr_eq(&known.trace, trace)) {
                 Some(known) => known.clone(),
-                None => Arc::new(episode_of(run, trace.clone())),
+                None => Arc::new(episode_of(path, &task, trace.clone())),
             });
             let agent = self.agents.of(path);
             Some(Watched { run: summary, task, prior: run.prior(), live, agent, greedy })
@@ -373,10 +374,11 @@ impl Workspace for SessionWorkspace {
         model
     }
 
-    fn past_episode(&self, episode: u64) -> Result<Arc<Episode>, String> {
-        let run = self.session.run().ok_or("no run is being watched")?;
-        let trace = run.past_episode(episode).map_err(|error| error.to_string())?;
-        Ok(Arc::new(episode_of(run, Arc::new(trace))))
+    fn past_episode(&self, run: &Path, episode: u64) -> Result<Arc<Episode>, String> {
+        let summary = self.view.run(run).ok_or("the run is gone")?;
+        let saved = SavedRun::open(run, summary.config.clone()).map_err(|error| error.to_string())?;
+        let trace = saved.past_episode(episode).map_err(|error| error.to_string())?;
+        Ok(Arc::new(episode_of(run, summary.config.task_of(episode), Arc::new(trace))))
     }
 
     fn want_curves(&mut self, runs: Vec<PathBuf>) {
@@ -459,6 +461,7 @@ fn summary_of(run: &RunView, mut curves: Arc<Curves>, rate: Option<f64>) -> RunS
         success: records.last().map(|record| record.rolling_success as f32),
         curves,
         evaluations: run.evaluations().iter().map(|e| (e.episode, e.success as f32)).collect(),
+        marks: marks(run.config(), run.interventions()),
         rate,
         ..RunSummary::new(run.directory().path(), run.shared_config().clone(), run.state())
     }

@@ -28,7 +28,7 @@ pub use clusters::{Clusters, Guide};
 pub use hand_play::{Place, Reset};
 pub use model::{ModelEvaluate, ModelStop, ModelTrain};
 pub use output::{Comparison, Expect, Figure, FigureKind, Quantity, Quit, Record, Wait};
-pub use runs::{Continue, Delete, Evaluate, Note, Open, Pause, Resume, Stop, Tag, Train, Watch};
+pub use runs::{Continue, Delete, Evaluate, Fork, Note, Open, Pause, Resume, Stop, Tag, Train, Watch};
 pub use settings::{Episodes, Epsilon, Method, Model, Out, Seed, Set};
 pub use task::{Propose, Redo, Save, Task, Undo};
 
@@ -205,7 +205,7 @@ commands! {
     Seed, Method, Episodes, Epsilon, Set, Model, Out,
     ModelTrain, ModelEvaluate, ModelStop,
     Clusters, Guide,
-    Train, Pause, Resume, Stop, Open, Watch, Continue, Delete, Evaluate, Note, Tag,
+    Train, Pause, Resume, Stop, Open, Watch, Continue, Fork, Delete, Evaluate, Note, Tag,
     Place, Reset,
     Figure, Expect, Record, Wait, Quit,
 }
@@ -324,6 +324,7 @@ mod tests {
         "watch 2",
         "delete runs/a",
         "continue runs/a",
+        "fork 500 epsilon=0.1 ddpg.gamma=0.9 until 700",
         "evaluate",
         "note runs/a 'holds, but late'",
         "tag runs/a paper,best",
@@ -364,6 +365,7 @@ mod tests {
             ("seed x", "`x` is not a seed"),
             ("epsilon 2", "not within 0 and 1"),
             ("figure pie a.png", "`pie` is not one of scene, clusters"),
+            ("fork 5 gamma", "`gamma` is not KEY=VALUE; usage: fork EPISODE [KEY=VALUE]... [until N]"),
             ("undo now", "`now` was not expected"),
             ("task 'a", "a quote is not closed"),
         ] {

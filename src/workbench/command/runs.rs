@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::words::{BeforeUntil, Index, List, Maybe, Or, Place, Seeds, Text, Until, Word};
+use super::words::{BeforeUntil, Changes, Index, List, Maybe, Number, Or, Place, Seeds, Text, Until, Word};
 use super::{Awaits, Execute, InScripts, Recording, Verb, syntax};
 use crate::run::{Notes, RunDirectory};
 use crate::trainer::Control;
@@ -148,6 +148,38 @@ impl Execute for Continue {
     fn in_scripts(&self) -> InScripts {
         let acts_on_run = self.0.is_none();
         InScripts { acts_on_run, begins_work: true, awaits: Awaits::Result, ..InScripts::default() }
+    }
+}
+
+/// Makes a run that goes on from an episode of the current one with other settings, and trains it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fork {
+    /// Episodes of the current run that are the new one's, too.
+    pub episode: u32,
+    /// Settings to change, and their values.
+    pub changes: Vec<(String, String)>,
+    /// Pause after so many episodes.
+    pub until: Option<u32>,
+}
+
+impl Execute for Fork {
+    syntax! {
+        "fork" "EPISODE [KEY=VALUE]... [until N]" "train a new run from an episode of the watched one, with other settings"
+            => Fork { episode: Number("number of episodes"), changes: Changes, until: Until };
+    }
+
+    fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
+        session.fork(self)
+    }
+
+    fn check(&self, _: &mut DryRun) -> Result<(), SessionError> {
+        // The run that is forked is not known yet.
+        Ok(())
+    }
+
+    fn in_scripts(&self) -> InScripts {
+        // It is recorded once the new run has its number.
+        InScripts { recording: Recording::Never, acts_on_run: true, begins_work: true, awaits: Awaits::Result }
     }
 }
 

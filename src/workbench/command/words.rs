@@ -233,6 +233,26 @@ impl Word<Option<u32>> for Seeds {
     }
 }
 
+/// Settings as `KEY=VALUE`, up to [`Until`].
+pub(super) struct Changes;
+
+impl Word<Vec<(String, String)>> for Changes {
+    fn read(&self, words: &mut Words<'_>) -> Result<Vec<(String, String)>, String> {
+        let mut changes = Vec::new();
+        while words.peek().is_some_and(|word| word != "until") {
+            let word = words.next("KEY=VALUE")?;
+            let (key, value) = word.split_once('=').ok_or_else(|| format!("`{word}` is not KEY=VALUE"))?;
+            changes.push((key.to_owned(), value.to_owned()));
+        }
+        Ok(changes)
+    }
+
+    fn write(&self, value: &Vec<(String, String)>) -> String {
+        let quote = |text| shell_words::quote(text);
+        value.iter().map(|(key, value)| format!(" {}={}", quote(key), quote(value))).collect()
+    }
+}
+
 /// `until N`, if anything follows.
 pub(super) struct Until;
 

@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use super::{app, empty, failed, grouped, press, shot, text, typical};
+use super::{app, empty, failed, forked, grouped, press, shot, text, typical};
 use crate::tui::actions::{Action, Tab};
 use crate::tui::view::ViewModel;
 
@@ -65,6 +65,19 @@ fn screens_of_groups() {
     check("grouped", |width, height| {
         let shots = ["4", "4 tab", "4 v", "4 left left", "5", "5 tab", "5 tab down"].map(|keys| {
             let (mut app, _) = app(grouped());
+            press(&mut app, keys);
+            format!("=== {keys}\n{}", text(&shot(&mut app, width, height)))
+        });
+        shots.concat()
+    });
+}
+
+#[test]
+fn screens_of_forks_and_of_two_runs_side_by_side() {
+    check("forked", |width, height| {
+        const TWO: &str = "5 down space down space V left left";
+        let shots = ["4 left", "5", "5 down", TWO, "F"].map(|keys| {
+            let (mut app, _) = app(forked());
             press(&mut app, keys);
             format!("=== {keys}\n{}", text(&shot(&mut app, width, height)))
         });

@@ -1,5 +1,6 @@
 //! A workspace without a session, sessions' states as view, and the tests of whole screens.
 
+mod compared;
 mod details;
 mod golden;
 #[cfg(unix)]
@@ -24,13 +25,14 @@ use super::App;
 use crate::agent::DdpgConfig;
 use crate::figures::TaskGrid;
 use crate::guidance::{ActionPrior, Cluster, GuidanceConfig, StagePrior};
-use crate::run::{Metric, RunState};
+use crate::run::{Event, Metric, RunState};
 use crate::task::{Region, Task};
-use crate::trainer::{PriorSource, RunConfig, Trace};
+use crate::trainer::{Fork, PriorSource, RunConfig, Trace};
 use crate::tui::input::{Key, Keymap};
 use crate::tui::view::playback::{Episode, Origin};
 use crate::tui::view::{
     Curves, Grouping, HandEpisode, Level, LogLine, ModelSummary, RunSummary, TaskModel, ViewModel, Watched, Workspace,
+    marks,
 };
 use crate::tui::widgets::preview::Drawing;
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
@@ -62,12 +64,15 @@ impl Workspace for RecordingWorkspace {
         TaskModel::new(&PriorSource::TruePhysics, task)
     }
 
-    fn past_episode(&self, episode: u64) -> Result<Arc<Episode>, String> {
+    fn past_episode(&self, run: &Path, episode: u64) -> Result<Arc<Episode>, String> {
         let shown = Episode::untouched(&self.view.task);
         let trace = Trace { episode, ..Trace::clone(&shown.trace) };
-        let run = self.view.watched.as_ref().ok_or("no run is being watched")?;
-        let origin = Origin::Run(run.run.path.clone());
-        Ok(Arc::new(Episode { title: format!("episode {episode} of a run"), trace: Arc::new(trace), origin, ..shown }))
+        let run = self.view.run(run).ok_or("no such run")?;
+        if episode > run.done {
+            return Err(format!("{} has no episode {episode}", run.name));
+        }
+        let title = format!("episode {episode} of {}", run.name);
+        Ok(Arc::new(Episode { title, trace: Arc::new(trace), origin: Origin::Run(run.path.clone()), ..shown }))
     }
 
     fn want_curves(&mut self, _: Vec<PathBuf>) {}
@@ -167,6 +172,28 @@ pub fn grouped() -> ViewModel {
     }
     view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default(), None));
     watch(&mut view, 0);
+    view
+}
+
+/// A run, a fork of it in which somebody interfered, and a fork of that one.
+pub fn forked() -> ViewModel {
+    let mut view = empty();
+    let first = run("first", RunState::Finished, 2000);
+    let fork = |name: &str, of: &str, episode: u32, changes: &[&str]| {
+        let mut config = RunConfig::clone(&view.settings);
+        let changes = changes.iter().map(|change| (*change).to_owned()).collect();
+        config.ddpg.gamma = 0.5;
+        config.fork = Some(Fork { run: of.to_owned(), episode, changes, tasks: Vec::new() });
+        let known = run(name, RunState::Finished, 1200);
+        let events = [Event::ScheduleChanged { episode: 900, schedule: "0.1".into() }];
+        let marks = marks(&config, &events);
+        let RunSummary { config, label, .. } = RunSummary::new(&known.path, Arc::new(config), known.state.clone());
+        Arc::new(RunSummary { config, label, marks, ..known })
+    };
+    let grandchild = fork("first-at500-at700", "first-at500", 700, &["epsilon=0.1"]);
+    let child = fork("first-at500", "first", 500, &["ddpg.gamma=0.5"]);
+    view.runs = vec![grandchild, Arc::new(first), Arc::new(run("other", RunState::Finished, 300)), child];
+    watch(&mut view, 3);
     view
 }
 

@@ -22,8 +22,8 @@ use crate::tui::widgets::theme::{Marker, Theme};
 /// A line of the list.
 #[derive(Clone)]
 pub enum Line<'a> {
-    /// A run; true if it is one of an unfolded group above it.
-    Run(&'a RunSummary, bool),
+    /// A run, and how deep it is below another line: one of an unfolded group, or a fork.
+    Run(&'a RunSummary, usize),
     /// A group, and those of its runs that are listed.
     Group(&'a RunGroup, Vec<&'a RunSummary>),
 }
@@ -64,8 +64,13 @@ impl<'a> Line<'a> {
     /// runs.
     fn named(&self, columns: usize, several_tasks: bool) -> String {
         match self {
-            Self::Run(run, false) => shortened(&run.name, columns, true),
-            Self::Run(run, true) => format!("  {}", shortened(&run.name, columns.saturating_sub(2), true)),
+            Self::Run(run, 0) => shortened(&run.name, columns, true),
+            Self::Run(run, depth) => {
+                let indent = 2 * (*depth).min(DEEPEST);
+                let sign = if run.config.fork.is_some() { "└ " } else { "  " };
+                let name = shortened(&run.name, columns.saturating_sub(indent), true);
+                format!("{}{sign}{name}", " ".repeat(indent - 2))
+            }
             Self::Group(group, runs) => {
                 let count = format!(" ({} seeds)", runs.len());
                 let label = if several_tasks { self.name() } else { group.label.clone() };
@@ -174,7 +179,7 @@ pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
     let mut places: HashMap<*const RunGroup, usize> = HashMap::new();
     for run in ui.view.runs.iter().rev().map(|run| &**run).filter(|run| state.filter.accepts(run, ui)) {
         let Some(group) = ui.view.groups.of(&run.path).filter(|group| group.is_many()) else {
-            lines.push(Line::Run(run, false));
+            lines.push(Line::Run(run, 0));
             continue;
         };
         let place = *places.entry(std::ptr::from_ref(group)).or_insert(lines.len());
@@ -186,7 +191,7 @@ pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
     for line in &mut lines {
         match line {
             // Nothing is folded of which only one is listed.
-            Line::Group(_, runs) if runs.len() == 1 => *line = Line::Run(runs[0], false),
+            Line::Group(_, runs) if runs.len() == 1 => *line = Line::Run(runs[0], 0),
             Line::Group(_, runs) => runs.sort_by_key(|run| run.seed),
             Line::Run(..) => {}
         }
@@ -202,9 +207,49 @@ pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
             Line::Group(_, runs) if state.unfolded.contains(&line.key()) => runs.clone(),
             _ => Vec::new(),
         };
-        std::iter::once(line).chain(seeds.into_iter().map(|run| Line::Run(run, true)))
+        std::iter::once(line).chain(seeds.into_iter().map(|run| Line::Run(run, 1)))
     };
-    lines.into_iter().flat_map(unfolded).collect()
+    tree(lines.into_iter().flat_map(unfolded).collect())
+}
+
+/// Puts forks below the line of the run that they come from, if that is listed, each as deep as it is.
+fn tree(lines: Vec<Line>) -> Vec<Line> {
+    let is_fork = |line: &Line| matches!(line, Line::Run(run, 0) if run.config.fork.is_some());
+    if !lines.iter().any(is_fork) {
+        return lines;
+    }
+    // Of a run in an unfolded group, its own line.
+    let mut places: HashMap<&str, usize> = HashMap::new();
+    for (place, line) in lines.iter().enumerate() {
+        line.runs().iter().for_each(|run| _ = places.insert(&run.name, place));
+    }
+    let mut children: HashMap<usize, Vec<usize>> = HashMap::new();
+    let mut roots = Vec::new();
+    for (place, line) in lines.iter().enumerate() {
+        let origin = if let Line::Run(RunSummary { config, .. }, 0) = line { config.fork.as_ref() } else { None };
+        match origin.and_then(|fork| places.get(&*fork.run)).filter(|parent| **parent != place) {
+            Some(parent) => children.entry(*parent).or_default().push(place),
+            None => roots.push(place),
+        }
+    }
+    let depth = |line: &Line| if let Line::Run(_, depth) = line { *depth } else { 0 };
+    let mut ordered = Vec::with_capacity(lines.len());
+    let mut next: Vec<(usize, usize)> = roots.into_iter().rev().map(|place| (place, depth(&lines[place]))).collect();
+    let mut seen = vec![false; lines.len()];
+    // Runs that name one another as their origin come from nowhere: they come last.
+    let others: Vec<(usize, usize)> = (0..lines.len()).rev().map(|place| (place, 0)).collect();
+    next.splice(0..0, others);
+    while let Some((place, at)) = next.pop() {
+        if std::mem::replace(&mut seen[place], true) {
+            continue;
+        }
+        ordered.push(match &lines[place] {
+            Line::Run(run, _) => Line::Run(run, at),
+            group => group.clone(),
+        });
+        next.extend(children.remove(&place).into_iter().flatten().rev().map(|child| (child, at + 1)));
+    }
+    ordered
 }
 
 /// A column of the list.
@@ -218,6 +263,8 @@ struct Column {
     cell: fn(&Line, &Theme) -> String,
 }
 
+/// Levels of forks that are told apart by how far they are to the right.
+const DEEPEST: usize = 6;
 /// Columns of a name at most.
 const NAME: u16 = 70;
 

@@ -214,7 +214,9 @@ fn about_run(run: &RunSummary) -> String {
         _ => String::new(),
     };
     let done = format!("{} of {} episodes", run.done, run.episodes);
-    format!("{}: {}, {}, seed {}, {done}, {}{reason}", run.name, run.task, run.method, run.seed, run.state_word())
+    let fork = run.config.fork.as_ref().map_or_else(String::new, |fork| format!(", {fork}"));
+    let state = run.state_word();
+    format!("{}: {}, {}, seed {}, {done}, {state}{reason}{fork}", run.name, run.task, run.method, run.seed)
 }
 
 fn about_group(group: &RunGroup, runs: &[&RunSummary]) -> String {
@@ -283,12 +285,27 @@ pub fn perform(state: &mut Runs, ui: &Ui, action: Action) -> Vec<Effect> {
             if state.marked.is_empty() {
                 state.marked.extend(line.runs().iter().map(|run| run.path.clone()));
             }
-            vec![Effect::Compare]
+            compare_marked(state, ui)
         }
+        Action::Fork => match line.runs().as_slice() {
+            [run] => vec![Effect::apply(command::Open(run.path.clone())), ask_to_fork(run, run.done)],
+            _ => vec![Effect::info(ui.text("one run is forked: {fold-group} shows those of the group"))],
+        },
         Action::EditNote => edit_note(line.runs()[0]),
         Action::EditTags => edit_tags(&state.acted_on(ui)),
         _ => act_on_all(&state.acted_on(ui), ui, action),
     }
+}
+
+/// Shows the marked runs together. Of two, one is watched: its episodes are shown beside the other's.
+fn compare_marked(state: &Runs, ui: &Ui) -> Vec<Effect> {
+    let marked = state.acted_on(ui);
+    let is_watched = |run: &&RunSummary| ui.subject.run().is_some_and(|watched| watched.path == run.path);
+    let watch = match marked.as_slice() {
+        [first, second] if ![first, second].into_iter().any(is_watched) => Some(first.path.clone()),
+        _ => None,
+    };
+    watch.map(|path| Effect::apply(command::Open(path))).into_iter().chain([Effect::Compare]).collect()
 }
 
 /// Does something with runs, after one question where something would be lost.
@@ -405,6 +422,13 @@ fn mark(state: &mut Runs, line: &Line, ui: &Ui) -> Vec<Effect> {
     state.marked.extend(runs.iter().map(|run| run.path.clone()));
     let together = ui.text("what is done next is done with all; {compare-runs} shows their curves together");
     vec![Effect::info(format!("{} marked: {together}", state.marked.len()))]
+}
+
+/// Asks at which episode, and with what changes, a run is forked.
+pub fn ask_to_fork(run: &RunSummary, episode: u64) -> Effect {
+    let hint = "the episode, and what to change there: epsilon=0.1 ddpg.gamma=0.95 episodes=4000; task=edited takes \
+                the task as it is edited";
+    Effect::open(Prompt::arguments("fork", format!("fork {}", run.name), hint, format!("{episode} ")))
 }
 
 fn edit_note(run: &RunSummary) -> Vec<Effect> {

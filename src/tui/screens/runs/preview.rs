@@ -89,6 +89,12 @@ fn of_run(ui: &Ui, run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
         (true, true) => ui.text("{edit-note} writes a note, {edit-tags} gives tags"),
         _ => printable(&run.note).to_string(),
     };
+    let marks: Vec<TextLine> = run
+        .marks
+        .iter()
+        .flat_map(|mark| lines(&format!("episode {}: {}", mark.episode, printable(&mark.text)), width, Style::new()))
+        .collect();
+    text.extend(section(ui, "what was done to it", marks));
     let style = if run.note.is_empty() && run.tags.is_empty() { ui.theme.faint() } else { Style::new() };
     text.extend(section(ui, "notes", lines(&(tags + &note), width, style).collect()));
     text

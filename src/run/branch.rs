@@ -1,0 +1,111 @@
+//! A new run that begins as another one was after some of its episodes.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use tempfile::TempDir;
+
+use super::checkpoint::Checkpoint;
+use super::log::EventLog;
+use super::retention::{CheckpointAction, CheckpointName};
+use super::{Result, RunDirectory, RunError, episodes, folder, metrics};
+
+/// The folder of a run that is being made from another; it has its place once it is whole, and is gone if
+/// it is dropped before.
+#[derive(Debug)]
+pub struct Branch {
+    filled: TempDir,
+    directory: RunDirectory,
+    place: PathBuf,
+    episode: u64,
+}
+
+impl Branch {
+    /// Begins a run in `place`, a folder that is empty or does not exist yet, with the logs of `source` as
+    /// they were after `episode` episodes.
+    ///
+    /// # Errors
+    /// [`RunError::NotEmpty`]; [`RunError::LogTooShort`] if the run is not that far, [`RunError::Io`].
+    pub fn new(source: &RunDirectory, place: &Path, episode: u64) -> Result<Self> {
+        let is_taken = fs::read_dir(place).is_ok_and(|mut entries| entries.next().is_some());
+        if is_taken || place.is_file() {
+            return Err(RunError::NotEmpty(place.to_owned()));
+        }
+        let filled = folder::new_beside(place)?;
+        let directory = RunDirectory::at(filled.path());
+        let copies = [
+            (source.events_path(), directory.events_path()),
+            (source.metrics_path(), directory.metrics_path()),
+            (source.episodes_path(), directory.episodes_path()),
+        ];
+        for (from, to) in copies {
+            fs::copy(&from, &to).map_err(RunError::io("copy", &from))?;
+        }
+        EventLog::open(&directory.events_path(), episode)?.sync()?;
+        metrics::open(&directory.metrics_path(), episode)?.sync()?;
+        episodes::open(&directory.episodes_path(), episode)?.sync()?;
+        let best = source.checkpoints();
+        if best.episode_of(CheckpointName::Best).is_some_and(|best| best <= episode) {
+            let best = best.load(CheckpointName::Best)?;
+            directory.checkpoints().apply(&[CheckpointAction::Save(CheckpointName::Best)], &best)?;
+        }
+        Ok(Self { filled, directory, place: place.to_owned(), episode })
+    }
+
+    /// The run so far, without configuration and checkpoint.
+    pub fn directory(&self) -> &RunDirectory {
+        &self.directory
+    }
+
+    /// Gives it its configuration and the checkpoint from which it goes on, which is kept as that of its
+    /// episode, too, and puts it in its place.
+    ///
+    /// # Errors
+    /// [`RunError::Io`]; nothing is left then.
+    pub fn finish(self, config: &impl Serialize, checkpoint: &Checkpoint) -> Result<RunDirectory> {
+        let Self { filled, directory, place, episode } = self;
+        let names = [CheckpointName::Last, CheckpointName::Episode(episode)];
+        directory.checkpoints().apply(&names.map(CheckpointAction::Save), checkpoint)?;
+        directory.write_config(config)?;
+        folder::sync(filled.path())?;
+        // What stands there is empty; not every system renames over it.
+        let _ = fs::remove_dir(&place);
+        fs::rename(filled.path(), &place).map_err(RunError::io("create", &place))?;
+        // It is in its place: there is nothing left to remove.
+        let _ = filled.keep();
+        folder::sync(&folder::parent_of(&place))?;
+        Ok(RunDirectory::at(&place))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::{EpisodeRecord, Event, PlayedEpisode, RunWriter, read_events, read_metrics};
+
+    #[test]
+    fn a_branch_has_the_first_episodes_of_the_other_and_its_checkpoint() {
+        let folder = tempfile::tempdir().unwrap();
+        let source = RunDirectory::create(folder.path().join("a"), &"config").unwrap();
+        let mut writer = RunWriter::open(&source, 0).unwrap();
+        for episode in 1..=9 {
+            writer.record(&Event::EpisodeFinished(EpisodeRecord { episode, ..Default::default() })).unwrap();
+            writer.keep(&PlayedEpisode { episode, ..Default::default() }).unwrap();
+        }
+        let place = folder.path().join("b");
+        assert!(matches!(Branch::new(&source, &place, 10), Err(RunError::LogTooShort { .. })));
+        assert!(matches!(Branch::new(&source, source.path(), 4), Err(RunError::NotEmpty(_))));
+        drop(Branch::new(&source, &place, 4).unwrap());
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "what was given up leaves nothing");
+        let branch = Branch::new(&source, &place, 4).unwrap();
+        let made = branch.finish(&"other", &Checkpoint::new(4)).unwrap();
+        assert_eq!(read_metrics(&made.metrics_path()).unwrap().len(), 4);
+        assert_eq!(read_events(&made.events_path()).unwrap().len(), 4);
+        assert_eq!(made.config::<String>().unwrap(), "other");
+        let (checkpoint, problems) = made.checkpoints().load_newest().unwrap();
+        assert_eq!((checkpoint.episode, problems.len()), (4, 0));
+        RunWriter::open(&made, 4).unwrap();
+        assert_eq!(read_metrics(&source.metrics_path()).unwrap().len(), 9, "the other stays as it is");
+    }
+}

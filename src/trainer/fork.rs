@@ -1,0 +1,195 @@
+//! A run that goes on from an episode of another with other settings.
+//!
+//! What the other run had learned at that episode is in a checkpoint, or is learned again from the
+//! nearest one before: a training repeats itself. Every episode that is repeated is compared with
+//! the log of the other run.
+
+use std::fmt;
+use std::path::Path;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::config::RunConfig;
+use super::prior::{PriorError, build_prior};
+use super::run_loop::play;
+use super::training::{Training, TrainingError};
+use crate::guidance::ActionPrior;
+use crate::run::{Branch, Event, RunDirectory, RunError, RunHistory, read_events};
+use crate::stop::Stop;
+use crate::task::Task;
+
+/// What a fork goes on from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fork {
+    /// Name of the folder of the other run.
+    pub run: String,
+    /// Episodes of the other run that are its own, too.
+    pub episode: u32,
+    /// Settings that were changed there, as `KEY=VALUE`.
+    pub changes: Vec<String>,
+    /// Other tasks on which episodes before were played, the earliest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tasks: Vec<PastTask>,
+}
+
+/// The task of the first episodes of a fork.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PastTask {
+    /// The last episode that was played on it.
+    pub until: u32,
+    /// The task.
+    pub task: Arc<Task>,
+}
+
+impl RunConfig {
+    /// What it is when it goes on from an episode of the run in a folder called `run`, with these changes
+    /// made in it already.
+    #[must_use]
+    pub fn forked(self, before: &Self, run: &str, episode: u32, changes: Vec<String>) -> Self {
+        let known = before.fork.iter().flat_map(|fork| &fork.tasks).filter(|past| past.until < episode);
+        let mut tasks: Vec<PastTask> = known.cloned().collect();
+        if before.task != self.task {
+            tasks.push(PastTask { until: episode, task: before.task.clone() });
+        }
+        Self { fork: Some(Fork { run: run.to_owned(), episode, changes, tasks }), ..self }
+    }
+
+    /// The task on which an episode was played, counted from 1.
+    pub fn task_of(&self, episode: u64) -> &Arc<Task> {
+        let past = self.fork.iter().flat_map(|fork| &fork.tasks).find(|past| episode <= u64::from(past.until));
+        past.map_or(&self.task, |past| &past.task)
+    }
+}
+
+impl fmt::Display for Fork {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "forked from {} at episode {}", self.run, self.episode)?;
+        if self.changes.is_empty() { Ok(()) } else { write!(f, " with {}", self.changes.join(", ")) }
+    }
+}
+
+/// Why a run could not be forked.
+#[derive(Debug, thiserror::Error)]
+pub enum ForkError {
+    /// The run's files.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// The training.
+    #[error(transparent)]
+    Training(#[from] TrainingError),
+    /// The action prior.
+    #[error(transparent)]
+    Prior(#[from] PriorError),
+    /// The run is not that far.
+    #[error("the run has {done} episodes, not {wanted}")]
+    NotReached { done: u64, wanted: u64 },
+    /// Nothing is left from which the episode could be reached.
+    #[error("no checkpoint of this fork is as early as episode {0}: fork the run that it comes from")]
+    TooEarly(u64),
+    /// Clusters came from outside, and are no longer known.
+    #[error(
+        "the run was given other clusters after episode {at}, which are not kept: fork it before that, or at the \
+         episode of a later checkpoint"
+    )]
+    Clusters { at: u64 },
+    /// An episode came out otherwise.
+    #[error(
+        "episode {0} is another when it is repeated: the run was trained by another version of the program or on \
+         another kind of machine; fork it at the episode of a checkpoint"
+    )]
+    Different(u64),
+}
+
+/// Makes a run in `place` that goes on from `source` with `config`, which says where. `progress` sees the
+/// episodes that were repeated and all that are to be.
+///
+/// # Errors
+/// When the episode cannot be reached as it was, or what was learned has no use with the new settings;
+/// nothing is left then.
+pub fn fork(
+    source: &RunDirectory,
+    place: &Path,
+    config: RunConfig,
+    progress: impl Fn(u64, u64),
+    stop: &Stop,
+) -> Result<RunDirectory, ForkError> {
+    let episode = config.fork.as_ref().map_or(0, |fork| u64::from(fork.episode));
+    let old: RunConfig = source.config()?;
+    let done = RunHistory::read(source)?.records.len() as u64;
+    if done < episode {
+        return Err(ForkError::NotReached { done, wanted: episode });
+    }
+    let branch = Branch::new(source, place, episode)?;
+    // What the log of the new run says is what is repeated.
+    let events: Vec<Event> =
+        read_events(&branch.directory().events_path())?.into_iter().map(|logged| logged.event).collect();
+    let mut training = begin(source, &old, episode, stop)?;
+    training.obey(stop);
+    repeat(&mut training, &events, episode, progress)?;
+    let is_other_task = old.task != config.task;
+    let prior = match config.is_guided() && (is_other_task || training.prior().is_none()) {
+        true => build(&config, stop)?,
+        false => training.prior().cloned(),
+    };
+    let checkpoint = training.forked(config.clone(), prior)?.checkpoint()?;
+    Ok(branch.finish(&config, &checkpoint)?)
+}
+
+fn build(config: &RunConfig, stop: &Stop) -> Result<Option<Arc<ActionPrior>>, PriorError> {
+    if !config.is_guided() {
+        return Ok(None);
+    }
+    Ok(build_prior(config, |_| (), stop)?.map(Arc::new))
+}
+
+/// The training at the checkpoint nearest before an episode, or at its beginning.
+fn begin(source: &RunDirectory, config: &RunConfig, episode: u64, stop: &Stop) -> Result<Training, ForkError> {
+    let store = source.checkpoints();
+    let nearest = store.episodes()?.into_iter().rfind(|(at, _)| *at <= episode);
+    Ok(match nearest {
+        Some((_, name)) => Training::resume(config.clone(), &store.load(name)?)?,
+        None if config.fork.is_some() => return Err(ForkError::TooEarly(episode)),
+        None => Training::new(config.clone(), build(config, stop)?)?,
+    })
+}
+
+/// Plays a training on to an episode as the log says that it was.
+fn repeat(
+    training: &mut Training,
+    events: &[Event],
+    episode: u64,
+    progress: impl Fn(u64, u64),
+) -> Result<(), ForkError> {
+    let first = training.episode();
+    let every = u64::from(training.config().refinement.every);
+    let mut history = RunHistory::default();
+    events.iter().for_each(|event| history.note(event));
+    for event in &history.interventions {
+        // Those that are due make themselves, and those of the checkpoint are in it.
+        let makes_itself = every > 0 && event.episode().is_multiple_of(every);
+        if matches!(event, Event::ClustersChanged { .. }) && event.episode() > first && !makes_itself {
+            return Err(ForkError::Clusters { at: event.episode() });
+        }
+    }
+    loop {
+        let now = training.episode();
+        for event in history.interventions.iter().filter(|event| event.episode() == now) {
+            if let Event::ScheduleChanged { schedule, .. } = event
+                && let Ok(schedule) = schedule.parse()
+            {
+                training.set_schedule(schedule);
+            }
+        }
+        if now >= episode {
+            return Ok(());
+        }
+        progress(now - first, episode - first);
+        let record = play(training)?.record;
+        if history.records.get(now as usize) != Some(&record) {
+            return Err(ForkError::Different(now + 1));
+        }
+    }
+}

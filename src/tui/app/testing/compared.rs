@@ -1,0 +1,90 @@
+//! Forks, and two runs side by side.
+
+use super::{app, forked, press, shot, text, watch};
+use crate::tui::actions::Tab;
+
+fn names(app: &mut crate::tui::app::App) -> Vec<String> {
+    let screen = text(&shot(app, 200, 60));
+    let is_name = |word: &&str| word.starts_with("first") || *word == "other";
+    let rows = screen.lines().skip(3).take(4);
+    rows.filter_map(|row| row.split_whitespace().find(is_name).map(str::to_owned)).collect()
+}
+
+#[test]
+fn forks_stand_below_the_run_that_they_come_from_in_every_order() {
+    let (mut app, _) = app(forked());
+    press(&mut app, "5");
+    assert_eq!(names(&mut app), ["other", "first", "first-at500", "first-at500-at700"]);
+    press(&mut app, "s S");
+    assert_eq!(names(&mut app), ["other", "first", "first-at500", "first-at500-at700"], "by name, reversed");
+    // A fork whose origin is not listed stands for itself.
+    press(&mut app, "/ a t 5 0 0 enter");
+    assert_eq!(names(&mut app), ["first-at500", "first-at500-at700"]);
+    let (mut app, _) = app_of_a_ring();
+    press(&mut app, "5");
+    assert_eq!(names(&mut app).len(), 4, "runs that name one another are listed once");
+}
+
+fn app_of_a_ring() -> (crate::tui::app::App, std::rc::Rc<std::cell::RefCell<Vec<String>>>) {
+    let mut view = forked();
+    let mut config = (*view.runs[1].config).clone();
+    config.fork = Some(crate::trainer::Fork {
+        run: "first-at500-at700".into(),
+        episode: 1,
+        changes: Vec::new(),
+        tasks: Vec::new(),
+    });
+    super::change_run(&mut view, 1, |run| run.config = std::sync::Arc::new(config));
+    app(view)
+}
+
+#[test]
+fn a_fork_is_asked_for_at_the_crosshair_or_at_the_end_of_the_selected_run() {
+    let (mut forking, asked) = app(forked());
+    press(&mut forking, "4 left F");
+    let screen = text(&shot(&mut forking, 120, 40));
+    let episode = forking.subject.past_episode().unwrap();
+    assert!(screen.contains(&format!("> {episode}")) && screen.contains("fork first-at500"), "{screen}");
+    press(&mut forking, "e p s i l o n = 0 . 1 enter");
+    assert_eq!(*asked.borrow(), [format!("fork {episode} epsilon=0.1")]);
+    let (mut forking, asked) = app(forked());
+    press(&mut forking, "5 home F x enter");
+    assert!(text(&shot(&mut forking, 120, 40)).contains("`x` is not KEY=VALUE"));
+    press(&mut forking, "backspace enter");
+    assert_eq!(*asked.borrow(), ["open runs/other", "fork 300"]);
+}
+
+#[test]
+fn two_marked_runs_are_shown_with_their_differences_and_the_same_episode_of_both() {
+    let (mut app, _) = app(forked());
+    press(&mut app, "5 down space down space V");
+    assert_eq!(app.tab, Tab::Training);
+    let screen = text(&shot(&mut app, 200, 60));
+    assert!(screen.contains("ddpg.gamma") && screen.contains("fork.run"), "{screen}");
+    press(&mut app, "left");
+    let number = app.subject.past_episode().unwrap();
+    let beside = app.subject.beside().unwrap();
+    assert_eq!(
+        (beside.number, beside.run.ends_with("first"), app.subject.run().unwrap().name.as_str()),
+        (number, true, "first-at500")
+    );
+    let screen = text(&shot(&mut app, 200, 60));
+    for name in ["first", "first-at500"] {
+        assert!(screen.contains(&format!("episode {number} of {name}")), "{name}\n{screen}");
+    }
+    press(&mut app, "esc esc");
+    assert!(app.subject.beside().is_none(), "the present has nothing beside it");
+    press(&mut app, "left v");
+    assert!(app.subject.beside().is_none(), "one run alone");
+}
+
+#[test]
+fn an_episode_that_the_other_run_does_not_have_is_said_so() {
+    let mut view = forked();
+    watch(&mut view, 1);
+    let (mut app, _) = app(view);
+    press(&mut app, "5 home space down space V left left");
+    let beside = app.subject.beside().unwrap();
+    assert!(beside.episode.is_err(), "the other run has 300 episodes");
+    assert!(text(&shot(&mut app, 120, 40)).contains("other has no episode"));
+}

@@ -1,0 +1,64 @@
+//! Where somebody interfered with a run: marks in its curves.
+
+use crate::run::Event;
+use crate::trainer::RunConfig;
+
+/// An intervention.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mark {
+    /// Episodes finished then.
+    pub episode: u64,
+    /// What was done, in a few words.
+    pub text: String,
+}
+
+/// The marks of a run: where it was forked, and what was done to it since, in order.
+pub fn marks(config: &RunConfig, interventions: &[Event]) -> Vec<Mark> {
+    let every = u64::from(config.refinement.every);
+    let forked = config.fork.as_ref().map(|fork| Mark { episode: u64::from(fork.episode), text: fork.to_string() });
+    let begins = forked.as_ref().map_or(0, |fork| fork.episode);
+    let of_event = |event: &Event| {
+        let text = match event {
+            Event::ScheduleChanged { schedule, .. } => format!("epsilon {schedule}"),
+            // Those that are due make themselves.
+            Event::ClustersChanged { episode, .. } if every > 0 && episode.is_multiple_of(every) => return None,
+            Event::ClustersChanged { .. } => "other clusters".to_owned(),
+            Event::Paused { .. } => "paused".to_owned(),
+            Event::Started { episode, .. } if *episode == begins => return None,
+            Event::Started { .. } => "continued".to_owned(),
+            _ => return None,
+        };
+        Some(Mark { episode: event.episode(), text })
+    };
+    let mut marks: Vec<Mark> = forked.into_iter().chain(interventions.iter().filter_map(of_event)).collect();
+    // What was done to the run before it was forked comes first.
+    marks.sort_by_key(|mark| mark.episode);
+    marks
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::trainer::Fork;
+
+    #[test]
+    fn marks_say_what_was_done_and_leave_out_what_the_run_did_by_itself() {
+        let mut config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+        config.refinement.every = 50;
+        let clusters = |episode| Event::ClustersChanged { episode, clusters: vec![1] };
+        let events = [
+            Event::ScheduleChanged { episode: 20, schedule: "0.1".into() },
+            clusters(50),
+            Event::Paused { episode: 60 },
+            clusters(70),
+        ];
+        let texts = |config: &RunConfig| {
+            marks(config, &events).into_iter().map(|mark| format!("{} {}", mark.episode, mark.text)).collect::<Vec<_>>()
+        };
+        assert_eq!(texts(&config), ["20 epsilon 0.1", "60 paused", "70 other clusters"]);
+        config.fork = Some(Fork { run: "a".into(), episode: 55, changes: vec!["seed=1".into()], tasks: Vec::new() });
+        assert_eq!(texts(&config)[1], "55 forked from a at episode 55 with seed=1");
+    }
+}
