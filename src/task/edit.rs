@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::schema::{Form, Part, Region, Task, ToolSpec};
+use super::{Form, Part, Region, Task, ToolSpec};
 use crate::physics::{ToolKind, exact};
 use crate::validation::ValidationError;
 

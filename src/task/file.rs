@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Deserializer};
 
+use super::Task;
 use super::create;
-use super::schema::Task;
 use crate::json::{self, SyntaxError};
 use crate::spelling::did_you_mean;
 use crate::validation::ValidationError;

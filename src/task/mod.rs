@@ -7,13 +7,18 @@
 mod create;
 mod edit;
 mod file;
+mod objects;
+mod rules;
 mod schema;
+mod shift;
+mod tools;
 mod validate;
 
 pub use edit::{Draft, Edit, Editor};
 pub use file::{TaskError, level_names, load, parse, save, shipped, shipped_names, to_json};
-pub use schema::{
-    BallSpec, BoxSpec, Form, Goal, GoalShape, Marker, Offset, Part, Placeable, Region, Rewards, Rules, STANDARD_RADIUS,
-    Shift, SubgoalCheck, Task, ToolSpec, VERSION,
-};
+pub use objects::{BallSpec, BoxSpec, Goal, GoalShape, Marker, Region, STANDARD_RADIUS};
+pub use rules::{Rewards, Rules, SubgoalCheck};
+pub use schema::{Task, VERSION};
+pub use shift::{Offset, Part, Shift};
+pub use tools::{Form, Placeable, ToolSpec};
 pub use validate::RULES;

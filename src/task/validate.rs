@@ -1,6 +1,6 @@
 //! What a task must satisfy beyond its schema.
 
-use super::schema::{BallSpec, Form, GoalShape, Offset, Part, Region, Shift, Task, VERSION};
+use super::{BallSpec, Form, GoalShape, Offset, Part, Region, Shift, Task, VERSION};
 use crate::physics::{MAX_OBJECTS, START_OVERLAP, Tool, ToolKind, to_units};
 use crate::validation::{Range, Setting, ValidationError, check_settings, in_range};
 

@@ -1,6 +1,6 @@
 //! The small arithmetic that CREATE's level files write into strings.
 
-use crate::task::schema::STANDARD_RADIUS;
+use crate::task::STANDARD_RADIUS;
 
 /// The value of an expression.
 #[derive(Debug, Clone, PartialEq)]

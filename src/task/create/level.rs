@@ -11,7 +11,7 @@ use serde_json::{Map, Value as Json};
 
 use super::expression::{Value, evaluate};
 use crate::physics::{Tool, ToolKind};
-use crate::task::schema::{
+use crate::task::{
     BallSpec, BoxSpec, Form, Goal, GoalShape, Marker, Offset, Part, Placeable, Region, Rules, STANDARD_RADIUS, Shift,
     Task, ToolSpec, VERSION,
 };

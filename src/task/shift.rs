@@ -1,0 +1,125 @@
+//! The parts of a scene, their order, and their random shifts.
+
+use rand::Rng;
+use rand::seq::SliceRandom;
+use serde::{Deserialize, Serialize};
+
+use super::schema::Task;
+
+/// A part of a scene; tools, balls, boxes and subgoals by their place in the task's lists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Part {
+    /// The target ball.
+    Target,
+    /// The marker ball.
+    Marker,
+    /// The goal.
+    Goal,
+    /// One of the other balls.
+    Ball(usize),
+    /// One of the boxes.
+    Box(usize),
+    /// One of the tools.
+    Tool(usize),
+    /// One of the target's subgoals.
+    Subgoal(usize),
+    /// One of the marker's subgoals.
+    MarkerSubgoal(usize),
+}
+
+/// A random shift that parts have in common, normalised.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Shift {
+    /// What is shifted.
+    pub parts: Vec<Part>,
+    /// By how much.
+    pub by: Offset,
+}
+
+/// How a shift is drawn.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Offset {
+    /// Uniformly between two numbers, for x and for y.
+    Uniform { x: [f32; 2], y: [f32; 2] },
+    /// One of these.
+    OneOf(Vec<[f32; 2]>),
+}
+
+impl Task {
+    /// The scene's parts in the order in which they are put into the world.
+    pub fn parts(&self) -> Vec<Part> {
+        let marker_subgoals = self.marker.as_ref().map_or(0, |marker| marker.subgoals.len());
+        let usual = [Part::Target]
+            .into_iter()
+            .chain(self.marker.is_some().then_some(Part::Marker))
+            .chain([Part::Goal])
+            .chain((0..self.balls.len()).map(Part::Ball))
+            .chain((0..self.boxes.len()).map(Part::Box))
+            .chain((0..self.subgoals.len()).map(Part::Subgoal))
+            .chain((0..marker_subgoals).map(Part::MarkerSubgoal))
+            .chain((0..self.tools.len()).map(Part::Tool));
+        let mut parts = self.order.clone();
+        let missing: Vec<Part> = usual.filter(|part| !parts.contains(part)).collect();
+        parts.extend(missing);
+        parts
+    }
+
+    /// Takes a tool or subgoal that is gone out of the random shifts; those after it move up.
+    pub(super) fn forget(&mut self, gone: Part) {
+        for shift in &mut self.shifts {
+            shift.parts.retain(|part| *part != gone);
+            for part in &mut shift.parts {
+                match (part, gone) {
+                    (Part::Tool(index), Part::Tool(gone)) | (Part::Subgoal(index), Part::Subgoal(gone))
+                        if *index > gone =>
+                    {
+                        *index -= 1;
+                    }
+                    _ => {}
+                }
+            }
+        }
+    }
+
+    /// Draws its random shifts, in their order, normalised.
+    pub fn draw_shifts(&self, rng: &mut impl Rng) -> Vec<[f32; 2]> {
+        let draw = |shift: &Shift| match &shift.by {
+            Offset::Uniform { x, y } => [x, y].map(|[low, high]| rng.gen_range(*low..=*high)),
+            Offset::OneOf(choices) => choices.choose(rng).copied().unwrap_or_default(),
+        };
+        self.shifts.iter().map(draw).collect()
+    }
+
+    /// The task with its random shifts carried out; those without an offset go nowhere.
+    pub fn shifted(&self, offsets: &[[f32; 2]]) -> Self {
+        let mut task = self.clone();
+        for (shift, [x, y]) in std::mem::take(&mut task.shifts).into_iter().zip(offsets) {
+            for part in shift.parts {
+                if let Some(position) = task.position_mut(part) {
+                    *position = [position[0] + x, position[1] + y];
+                }
+            }
+        }
+        task
+    }
+
+    fn position_mut(&mut self, part: Part) -> Option<&mut [f32; 2]> {
+        match part {
+            Part::Target => Some(&mut self.ball.position),
+            Part::Marker => self.marker.as_mut().map(|marker| &mut marker.ball.position),
+            Part::Goal => Some(&mut self.goal.position),
+            Part::Ball(index) => self.balls.get_mut(index).map(|ball| &mut ball.position),
+            Part::Box(index) => self.boxes.get_mut(index).map(|moving| &mut moving.position),
+            Part::Tool(index) => self.tools.get_mut(index).map(|tool| &mut tool.position),
+            Part::Subgoal(index) => self.subgoals.get_mut(index).map(|region| &mut region.position),
+            Part::MarkerSubgoal(index) => self
+                .marker
+                .as_mut()
+                .and_then(|marker| marker.subgoals.get_mut(index))
+                .map(|region| &mut region.position),
+        }
+    }
+}
