@@ -151,10 +151,17 @@ impl Environment {
         if let Some(set) = &self.set {
             return describe(&self.task, &self.now, set);
         }
-        let stages = self.task.stage_count();
-        let mut observation = Vec::with_capacity(observation_len(&self.task));
-        observe(self.now.world(), self.task.tools.len(), self.now.stage(), stages, &mut observation);
+        let mut observation = vec![0.0; observation_len(&self.task)];
+        observe(self.now.world(), self.task.tools.len(), self.now.stage(), &mut observation);
         observation
+    }
+
+    /// Writes the current [`observation`](Self::observation) to a row of its length.
+    pub fn write_observation(&self, row: &mut [f32]) {
+        match &self.set {
+            Some(set) => row.copy_from_slice(&describe(&self.task, &self.now, set)),
+            None => observe(self.now.world(), self.task.tools.len(), self.now.stage(), row),
+        }
     }
 
     /// Draws the scene as CREATE's observations have it: rows from the top, mirrored, three bytes a pixel.
@@ -196,20 +203,31 @@ impl Environment {
     ///
     /// # Errors
     /// When the episode is over.
-    pub fn step_watched(
-        &mut self,
-        action: impl Into<Choice>,
-        mut watch: impl FnMut(&World),
-    ) -> Result<Step, EpisodeOver> {
+    pub fn step_watched(&mut self, action: impl Into<Choice>, watch: impl FnMut(&World)) -> Result<Step, EpisodeOver> {
+        let mut step = self.act(action.into(), watch)?;
+        step.observation = self.observation();
+        Ok(step)
+    }
+
+    /// Like [`Environment::step`], with an empty observation: for callers that have a row to
+    /// [write](Self::write_observation) it to.
+    ///
+    /// # Errors
+    /// When the episode is over.
+    pub fn step_unseen(&mut self, action: impl Into<Choice>) -> Result<Step, EpisodeOver> {
+        self.act(action.into(), |_| {})
+    }
+
+    fn act(&mut self, action: Choice, mut watch: impl FnMut(&World)) -> Result<Step, EpisodeOver> {
         if self.now.end().is_some() {
             return Err(EpisodeOver);
         }
-        let mut step = self.begin_step(action.into());
+        let mut step = self.begin_step(action);
         for _ in 0..self.task.rules.steps_per_action {
             self.now.advance(&self.task, &mut step);
             watch(self.now.world());
         }
-        self.finish_step(&mut step);
+        self.now.finish_action(&self.task, &mut step);
         Ok(step)
     }
 
@@ -233,7 +251,8 @@ impl Environment {
         if hit {
             self.now.reach_stage(&self.task, &mut step);
         }
-        self.finish_step(&mut step);
+        self.now.finish_action(&self.task, &mut step);
+        step.observation = self.observation();
         Ok(step)
     }
 
@@ -261,11 +280,6 @@ impl Environment {
             goal: false,
             touched: Vec::new(),
         }
-    }
-
-    fn finish_step(&mut self, step: &mut Step) {
-        self.now.finish_action(&self.task, step);
-        step.observation = self.observation();
     }
 }
 

@@ -38,34 +38,36 @@ pub fn observation_bounds(task: &Task) -> [Vec<f32>; 2] {
     })
 }
 
-/// Fills `observation` with the balls, the scene's tools, the placed tools, zeros for
-/// empty slots, and the one-hot of the next stage.
-pub(super) fn observe(world: &World, fixed_tools: usize, stage: usize, stages: usize, observation: &mut Vec<f32>) {
-    observation.clear();
+/// Writes the balls, the scene's tools, the placed tools, zeros for empty slots, and the one-hot of the
+/// next stage to `observation`, which is as long as an observation.
+pub(super) fn observe(world: &World, fixed_tools: usize, stage: usize, observation: &mut [f32]) {
+    observation.fill(0.0);
+    let (objects, stages) = observation.split_at_mut(OBJECT_SLOTS * OBJECT_FEATURES);
+    if let Some(next) = stages.get_mut(stage) {
+        *next = 1.0;
+    }
+    let (slots, _) = objects.as_chunks_mut::<OBJECT_FEATURES>();
     let balls = world.ball_count().min(OBJECT_SLOTS);
-    for ball in 0..balls {
-        push_ball(&world.ball(ball), observation);
+    let (of_balls, of_tools) = slots.split_at_mut(balls);
+    for (ball, slot) in of_balls.iter_mut().enumerate() {
+        write_ball(&world.ball(ball), slot);
     }
-    let free = OBJECT_SLOTS - balls;
     let placed = world.tools().len() - fixed_tools;
-    let dropped = (fixed_tools + placed).saturating_sub(free);
+    let dropped = (fixed_tools + placed).saturating_sub(of_tools.len());
     let keep = |index: &usize| *index < fixed_tools || *index >= fixed_tools + dropped;
-    for (_, tool) in world.tools().enumerate().filter(|(index, _)| keep(index)).take(free) {
+    let kept = world.tools().enumerate().filter(|(index, _)| keep(index));
+    for (slot, (_, tool)) in of_tools.iter_mut().zip(kept) {
         let [x, y] = to_normalised(tool.centre());
-        observation.extend([0.0, 0.0, x, y]);
-        push_type(1 + tool.kind.index(), observation);
+        (slot[2], slot[3]) = (x, y);
+        // Types beyond the paper's have no place.
+        if let Some(kind) = slot.get_mut(5 + tool.kind.index()) {
+            *kind = 1.0;
+        }
     }
-    observation.resize(OBJECT_SLOTS * OBJECT_FEATURES, 0.0);
-    observation.extend((0..stages).map(|index| f32::from(u8::from(index == stage))));
 }
 
-fn push_ball(ball: &BallState, observation: &mut Vec<f32>) {
+fn write_ball(ball: &BallState, slot: &mut [f32; OBJECT_FEATURES]) {
     let [x, y] = to_normalised(ball.position);
     let [vx, vy] = ball.velocity.map(|v| v / VELOCITY_SCALE);
-    observation.extend([vx, vy, x, y]);
-    push_type(0, observation);
-}
-
-fn push_type(index: usize, observation: &mut Vec<f32>) {
-    observation.extend((0..OBJECT_FEATURES - 4).map(|slot| f32::from(u8::from(slot == index))));
+    [slot[0], slot[1], slot[2], slot[3], slot[4]] = [vx, vy, x, y, 1.0];
 }

@@ -83,13 +83,19 @@ pub struct Info {
 impl Info {
     /// The facts about the episode that is `now` there.
     pub fn of(now: &Snapshot, placement: Option<Placement>) -> Self {
-        Self {
-            goal: now.goal_reached(),
-            subgoals: now.reached().to_vec(),
-            placed: now.placed().len(),
-            placement,
-            end: now.end(),
-        }
+        let mut info = Self::default();
+        info.note(now, placement);
+        info
+    }
+
+    /// Becomes [`of`](Self::of), in the memory that it has.
+    fn note(&mut self, now: &Snapshot, placement: Option<Placement>) {
+        self.goal = now.goal_reached();
+        self.subgoals.clear();
+        self.subgoals.extend_from_slice(now.reached());
+        self.placed = now.placed().len();
+        self.placement = placement;
+        self.end = now.end();
     }
 }
 
@@ -464,24 +470,25 @@ impl Player {
 
     /// Takes an action and writes the observation after it.
     fn step(&mut self, action: Choice, autoreset: Autoreset, has_images: bool, observation: &mut [f32]) {
-        let Ok(step) = self.env.step(action) else { return observation.copy_from_slice(&self.reset()) };
+        let Ok(step) = self.env.step_unseen(action) else { return observation.copy_from_slice(&self.reset()) };
         self.actions.push(action);
-        let info = self.info(Some(step.placement));
-        let (reward, terminated, truncated) = (step.reward, step.terminated, step.truncated);
-        if step.end.is_some() && autoreset == Autoreset::SameStep {
-            let ended_image = has_images.then(|| {
-                let mut image = [0; IMAGE_LEN];
-                self.env.draw(&mut image);
-                image.to_vec()
-            });
-            let tools = self.env.start().tools.clone();
-            observation.copy_from_slice(&self.reset());
-            let begun = std::mem::take(&mut self.outcome.info);
-            let ended = Some(Ended { observation: step.observation, info, tools });
-            self.outcome = Outcome { reward, terminated, truncated, info: begun, ended, ended_image };
-        } else {
-            observation.copy_from_slice(&step.observation);
-            self.outcome = Outcome { reward, terminated, truncated, info, ended: None, ended_image: None };
+        let outcome = &mut self.outcome;
+        (outcome.reward, outcome.terminated, outcome.truncated) = (step.reward, step.terminated, step.truncated);
+        (outcome.ended, outcome.ended_image) = (None, None);
+        outcome.info.note(self.env.snapshot(), Some(step.placement));
+        if step.end.is_none() || autoreset != Autoreset::SameStep {
+            return self.env.write_observation(observation);
         }
+        let ended_image = has_images.then(|| {
+            let mut image = [0; IMAGE_LEN];
+            self.env.draw(&mut image);
+            image.to_vec()
+        });
+        let (last, tools) = (self.env.observation(), self.env.start().tools.clone());
+        let Outcome { reward, terminated, truncated, info, .. } = std::mem::take(&mut self.outcome);
+        observation.copy_from_slice(&self.reset());
+        let begun = std::mem::take(&mut self.outcome.info);
+        let ended = Some(Ended { observation: last, info, tools });
+        self.outcome = Outcome { reward, terminated, truncated, info: begun, ended, ended_image };
     }
 }

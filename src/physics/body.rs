@@ -144,8 +144,8 @@ pub(super) struct Body {
     /// Not wrapped.
     pub angle: f64,
     pub spin: f64,
-    /// Cosine and sine of the angle.
-    pub rotation: Vector,
+    /// Cosine and sine of the angle; not kept of balls, which are the same however they have turned.
+    rotation: Vector,
     /// Velocity that undoes overlap in the next step and never enters the velocity.
     pub bias_velocity: Vector,
     pub bias_spin: f64,
@@ -227,12 +227,15 @@ impl Body {
     pub fn turn_to(&mut self, angle: f64) {
         if angle != self.angle {
             self.angle = angle;
-            self.rotation = direction(angle);
+            if !self.is_ball {
+                self.rotation = direction(angle);
+            }
         }
     }
 
     pub fn frame(&self) -> Frame {
-        Frame { position: self.position, rotation: self.rotation }
+        let rotation = if self.is_ball { direction(self.angle) } else { self.rotation };
+        Frame { position: self.position, rotation }
     }
 
     pub fn is_asleep(&self) -> bool {

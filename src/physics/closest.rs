@@ -5,11 +5,16 @@
 #![expect(clippy::manual_clamp)]
 
 use rapier2d::prelude::*;
+use smallvec::{SmallVec, smallvec};
 
+use super::collide::Side;
 use super::outline::{Outline, clockwise, normalised};
 
 /// After so many rounds an edge is taken as it is.
 const MAX_ROUNDS: usize = 30;
+
+/// Corners of a hull, rarely more than fit: what overlaps would ask for memory in every step.
+type Hull = SmallVec<[Difference; 8]>;
 
 /// The closest points of two outlines without their radii.
 #[derive(Debug, Clone, Copy)]
@@ -42,16 +47,16 @@ impl Difference {
 }
 
 /// The closest points of two outlines, beginning from an earlier hint.
-pub(super) fn closest(first: &Outline, second: &Outline, hint: u32) -> Closest {
-    let pair = Pair { first, second };
+pub(super) fn closest(first: Side, second: Side, hint: u32) -> Closest {
+    let pair = Pair { first: first.outline, second: second.outline };
     let (start, end) = if hint == 0 {
-        let axis = (first.bounds().centre() - second.bounds().centre()).perp();
+        let axis = (first.bounds.centre() - second.bounds.centre()).perp();
         (pair.support(axis), pair.support(-axis))
     } else {
         let corner = |shift: u32| (hint >> shift & 0xff) as usize;
         (
-            Difference::new(corner_of(first, corner(24)), corner_of(second, corner(16))),
-            Difference::new(corner_of(first, corner(8)), corner_of(second, corner(0))),
+            Difference::new(corner_of(pair.first, corner(24)), corner_of(pair.second, corner(16))),
+            Difference::new(corner_of(pair.first, corner(8)), corner_of(pair.second, corner(0))),
         )
     };
     pair.approach(start, end)
@@ -102,7 +107,8 @@ impl Pair<'_> {
 
     /// EPA: the origin is inside; pushes the nearest side of a growing hull outwards.
     fn expand(&self, v0: Difference, v1: Difference, v2: Difference) -> Closest {
-        let mut hull = vec![v0, v1, v2];
+        let (mut hull, mut grown): (Hull, Hull) = (smallvec![v0, v1, v2], Hull::new());
+        let (mut hull, mut grown) = (&mut hull, &mut grown);
         for round in 1.. {
             let count = hull.len();
             let mut least = f64::INFINITY;
@@ -120,7 +126,8 @@ impl Pair<'_> {
             if is_known || !is_left(v0.between, v1.between, p.between) || round >= MAX_ROUNDS {
                 return on_edge(&v0, &v1);
             }
-            let mut grown = vec![p];
+            grown.clear();
+            grown.push(p);
             for i in 0..count {
                 let index = (side + 1 + i) % count;
                 let before = grown[grown.len() - 1].between;
@@ -129,7 +136,7 @@ impl Pair<'_> {
                     grown.push(hull[index]);
                 }
             }
-            hull = grown;
+            std::mem::swap(&mut hull, &mut grown);
         }
         on_edge(&v0, &v1)
     }

@@ -6,7 +6,7 @@
 use rapier2d::prelude::*;
 
 use super::closest::{closest, farthest_corner};
-use super::outline::Outline;
+use super::outline::{Bounds, Outline};
 
 /// Multiplier of the engine's numbers for pairs.
 const PAIR: u64 = 3_344_921_057;
@@ -44,10 +44,11 @@ impl Touching {
     }
 }
 
-/// An outline in the world and the number of its shape.
+/// An outline in the world, the box around it, and the number of its shape.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Side<'a> {
     pub outline: &'a Outline,
+    pub bounds: &'a Bounds,
     pub number: u64,
 }
 
@@ -95,7 +96,7 @@ struct Edge {
 }
 
 fn edge_contact(first: Side, second: Side, hint: u32) -> Touching {
-    let found = closest(first.outline, second.outline, hint);
+    let found = closest(first, second, hint);
     let mut touching = Touching { normal: found.normal, hint: found.hint, ..Touching::default() };
     let (radius, other_radius) = (first.outline.radius(), second.outline.radius());
     if found.distance.is_nan() || found.distance > radius + other_radius {

@@ -3,6 +3,8 @@
 
 use rapier2d::prelude::*;
 
+use super::body::Body;
+
 /// Corners that a polygon can have.
 pub(super) const MAX_CORNERS: usize = 6;
 
@@ -183,12 +185,14 @@ impl Outline {
         }
     }
 
-    /// Becomes the outline of a body's frame in the world, as [`placed`](Self::placed) has it.
-    pub fn place(&mut self, local: &Self, frame: &Frame) {
+    /// Becomes the outline of a body in the world, as [`placed`](Self::placed) has it.
+    pub fn place(&mut self, local: &Self, body: &Body) {
         match (&mut *self, local) {
-            // Nearly all that moves: a disc need not take the corners of a polygon along.
-            (Self::Disc { centre, .. }, Self::Disc { centre: local, .. }) => *centre = frame.point(*local),
-            _ => *self = local.placed(frame),
+            // Nearly all that moves: a disc is where its body is, however that has turned.
+            (Self::Disc { centre, .. }, Self::Disc { centre: local, .. }) if *local == Vector::ZERO => {
+                *centre = body.position;
+            }
+            _ => *self = local.placed(&body.frame()),
         }
     }
 

@@ -6,7 +6,7 @@
 use rapier2d::prelude::Vector;
 
 use super::body::Body;
-use super::outline::{direction, turned};
+use super::outline::direction;
 use super::tool::Tool;
 
 /// Half the width of a cannon, of which its muzzle is that far.
@@ -35,7 +35,7 @@ pub(super) fn fire(cannon: &Actor, body: &mut Body) -> bool {
 /// Fan: a force on the centre, which acts in this step.
 pub(super) fn blow(fan: &Actor, body: &mut Body) -> bool {
     let local = direction(fan.tool.angle - body.angle) * fan.tool.force;
-    body.force += turned(local, body.rotation);
+    body.force += body.frame().vector(local);
     body.idle = 0.0;
     false
 }

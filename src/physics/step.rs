@@ -43,7 +43,7 @@ impl World {
             let body = &self.bodies[index as usize];
             if let Some(outline) = &body.outline {
                 let shape = &mut self.shapes[body.shape as usize];
-                shape.outline.place(outline, &body.frame());
+                shape.outline.place(outline, body);
                 shape.bounds = shape.outline.bounds();
             }
         }
@@ -67,8 +67,8 @@ impl World {
         let (first, second) = if a.outline.rank() > b.outline.rank() { (second, first) } else { (first, second) };
         let (a, b) = (&self.shapes[first as usize], &self.shapes[second as usize]);
         let touching = collide(
-            Side { outline: &a.outline, number: a.number },
-            Side { outline: &b.outline, number: b.number },
+            Side { outline: &a.outline, bounds: &a.bounds, number: a.number },
+            Side { outline: &b.outline, bounds: &b.bounds, number: b.number },
             self.broad.hint(pair),
         );
         self.broad.set_hint(pair, touching.hint);

@@ -408,7 +408,10 @@ impl World {
 /// Whether two outlines in the world have a contact.
 fn overlap(a: &Outline, b: &Outline, number: u64) -> bool {
     let (a, b) = if a.rank() > b.rank() { (b, a) } else { (a, b) };
-    !collide(Side { outline: a, number }, Side { outline: b, number }, 0).points().is_empty()
+    let (first, second) = (a.bounds(), b.bounds());
+    let touching =
+        collide(Side { outline: a, bounds: &first, number }, Side { outline: b, bounds: &second, number }, 0);
+    !touching.points().is_empty()
 }
 
 impl Sensor {
