@@ -1,10 +1,11 @@
 """How fast the environments are: ours, those of others, and Rust alone.
 
     pip install ./python envpool stable-baselines3 sbx-rl
-    python python/benchmarks/speed.py [--program mge] [--seconds 3] [part ...]
+    python python/benchmarks/speed.py [--program mge] [--create FOLDER] [--seconds 3] [part ...]
 
 Parts: random (random actions through vector environments), rust (the same work in Rust alone; with the
-program, also its benchmark), others (EnvPool's, Gymnasium's), trainers (Stable-Baselines3 and SBX), memory (10 million
+program, also its benchmark), create (CREATE itself, from a clone of its repository; needs gym 0.21, pymunk
+5.7, pygame and opencv-python), others (EnvPool's, Gymnasium's), trainers (Stable-Baselines3 and SBX), memory (10 million
 steps). All without names. What is not installed is left out, which is said. Prints lines of Markdown.
 
 Rates are given by the clock and by the time that processors spent on the process, all its threads together:
@@ -17,6 +18,7 @@ import json
 import os
 import resource
 import subprocess
+import sys
 import time
 
 import gymnasium
@@ -126,6 +128,39 @@ def part_others(options):
                 row(f"EnvPool, {name}", f"left out: {str(error).splitlines()[0][:80]}", "", "")
 
 
+def part_create(options):
+    """CREATE's level Push with its own action sets, resets included, with and without drawing its images;
+    and ours with the same."""
+    if options.create is None:
+        return row("CREATE", "left out: name a clone of its repository with `--create`", "", "")
+    os.environ["SDL_VIDEODRIVER"] = "dummy"
+    sys.path.insert(0, options.create)
+    for name, kind in (("bool", bool), ("float", float), ("int", int)):
+        # Names that NumPy has dropped since.
+        if name not in vars(np):
+            setattr(np, name, kind)
+    import create_game  # names its levels
+    import gym
+
+    for what, image in (("with images", True), ("without", False)):
+        theirs = gym.make("CreateLevelPush-v0").unwrapped
+        theirs.set_settings(create_game.settings.CreateGameSettings())
+        if not image:
+            theirs.render = lambda *_, **__: None
+        random = np.random.default_rng(0)
+        theirs.reset()
+
+        def step(env=theirs, random=random):
+            if env.step([random.integers(0, 40), *random.uniform(-1, 1, 2)])[2]:
+                env.reset()
+
+        row(f"CREATE's Push, {what}", "1 threads", *shown(rate(step, 1, options.seconds)))
+        for number in (1, 1024):
+            observation = "image" if image else "vector"
+            envs = mge.PuzzleVectorEnv(number, "create/Push", num_threads=1, tools="train", observation=observation)
+            row(f"`make_vec`, create/Push, {number} environments, {what}", "1 threads", *shown(random_actions(envs, options.seconds)))
+
+
 class Toy(gymnasium.Env):
     """The least that plays the part of a puzzle in pure Python: spaces as ours, a ball that falls for
     40 steps an action, no tools, no contacts but the floor."""
@@ -212,13 +247,14 @@ def resident():
         return int(file.read().split()[1]) * resource.getpagesize() / 1e6
 
 
-PARTS = {"random": part_random, "rust": part_rust, "others": part_others, "trainers": part_trainers, "memory": part_memory}
+PARTS = {"random": part_random, "rust": part_rust, "create": part_create, "others": part_others, "trainers": part_trainers, "memory": part_memory}
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("parts", nargs="*", choices=[*PARTS, []], help="all without names")
     parser.add_argument("--program", help="the program `mge`")
+    parser.add_argument("--create", metavar="FOLDER", help="a clone of CREATE's repository")
     parser.add_argument("--seconds", type=float, default=3.0, help="for each measurement")
     parser.add_argument("--steps", type=int, default=10_000_000, help="of the measurement of memory")
     options = parser.parse_args()

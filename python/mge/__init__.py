@@ -27,7 +27,7 @@ from mge._mge import (
     tool_types,
 )
 from mge.environments import PuzzleEnv, PuzzleVectorEnv, register
-from mge.library import Rollouts, predict, rollout
+from mge.library import Rollouts, rollout
 from mge.results import Run, Table, read_report, read_results, read_run, write_report
 
 __all__ = [
@@ -46,7 +46,6 @@ __all__ = [
     "figures",
     "level_names",
     "model_names",
-    "predict",
     "read_report",
     "read_results",
     "read_run",

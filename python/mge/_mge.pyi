@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from typing import Any, final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from mge.library import DynamicsModel
+from mge.library import DynamicsModel, Rollouts
 
 __version__: str
 
@@ -74,7 +74,14 @@ class VectorCore:
     """Environments of one task, with arrays that every reset and step writes anew."""
 
     def __new__(
-        cls, task: Task, count: int, autoreset: str, threads: int | None = None, tools: str | None = None
+        cls,
+        task: Task,
+        count: int,
+        autoreset: str,
+        threads: int | None = None,
+        tools: str | None = None,
+        images: bool = False,
+        pictures: _Path | None = None,
     ) -> VectorCore: ...
     @property
     def tool_count(self) -> int | None:
@@ -99,12 +106,15 @@ class VectorCore:
     def arrays(self) -> tuple[_Float32, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_]]:
         """The arrays of observations, rewards, terminations, truncations."""
 
+    def images(self) -> NDArray[np.uint8] | None:
+        """The images of the scenes, count x 84 x 84 x 3; None if they are not wanted."""
+
     def facts(self) -> dict[str, NDArray[Any]]:
         """The arrays of facts, by name."""
 
-    def ended(self) -> tuple[NDArray[np.int64], _Float32, dict[str, NDArray[Any]]] | None:
+    def ended(self) -> tuple[NDArray[np.int64], _Float32, NDArray[np.uint8] | None, dict[str, NDArray[Any]]] | None:
         """Of the episodes that the latest step ended and followed by the next: which environments,
-        their last observations, the facts about them. None if there are none."""
+        their last observations and images, the facts about them. None if there are none."""
 
     def state(self, indices: Sequence[int]) -> State:
         """The states of these environments."""
@@ -140,13 +150,16 @@ class Model:
     def provenance(self) -> str:
         """Where it comes from, as JSON."""
 
-    def predict(self, task: Task, balls: _Float32, placed: _Float32 | None = None, steps: int = 1) -> _Float32:
+    def predict(self, task: Task, balls: ArrayLike, placed: ArrayLike | None = None, steps: int = 1) -> _Float32:
         """The balls `steps` prediction intervals later, among the tools of a task and those placed.
 
         Args:
             balls: n x 5: x, y (normalised), velocity x, y (units/s), spin (radians/s).
             placed: n x m x 2, normalised places of further tools; rows with NaN are none.
         """
+
+    def rollout(self, task: Task, actions: ArrayLike, start: State | None = None) -> Rollouts:
+        """As `mge.rollout` with this model."""
 
 @final
 class ActionPrior:
@@ -190,10 +203,10 @@ class Actor:
     """Actor(run): the actor in the newest checkpoint of a run."""
 
     def __new__(cls, run: _Path) -> Actor: ...
-    def act(self, observations: _Float32) -> _Float32:
+    def act(self, observations: ArrayLike) -> _Float32:
         """The actions for observations: n x 2 for n x length."""
 
-    def values(self, observations: _Float32, actions: _Float32) -> _Float32:
+    def values(self, observations: ArrayLike, actions: ArrayLike) -> _Float32:
         """The values that the critic gives pairs of observations and actions."""
 
 @final
@@ -247,12 +260,12 @@ def build_prior(task: Task, model: Model | DynamicsModel | str, seed: int = 0, s
     """Builds the action prior of a task from rollouts in a model.
 
     Args:
-        model: a `Model`, `"physics"`, the name or path of a model, or one of your own.
+        model: a `Model`, `"physics"`, `"rapier"`, the name or path of a model, or one of your own.
         settings: JSON of those settings of guidance that are not the defaults.
     """
 
 def rollout(
-    task: Task, model: Model | DynamicsModel | str, actions: _Float32, start: State | None = None
+    task: Task, model: Model | DynamicsModel | str, actions: ArrayLike, start: State | None = None
 ) -> dict[str, NDArray[Any]]: ...
 def read_run(path: _Path) -> tuple[str, str, dict[str, Any], dict[str, Any]]: ...
 def read_results(folders: Sequence[_Path]) -> dict[str, Any]: ...

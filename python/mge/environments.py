@@ -47,43 +47,55 @@ def _task(task: Task | str | os.PathLike[str]) -> Task:
 
 
 class _Parts:
-    """Where the parts of an observation are in its vector, and which of them are wanted.
+    """What is wanted of observations, and where it is in the arrays.
 
     Args:
         core: the environments.
-        observation: `"vector"`, or names of parts.
+        observation: a name (`"vector"`, `"image"`, or a part of the vector): that array; names: a dictionary.
     """
 
     def __init__(self, core: _mge.VectorCore, observation: str | Sequence[str]) -> None:
         low, high = core.bounds()
-        self._slices: dict[str, tuple[slice, tuple[int, ...]]] | None = None
-        self.space: Space[Any] = Box(low, high, dtype=np.float32)
-        if observation == "vector":
-            return
-        places, first = {}, 0
+        places: dict[str, tuple[slice, tuple[int, ...]]] = {"vector": (slice(None), low.shape)}
+        first = 0
         for name, shape in core.parts():
             places[name] = (slice(first, first + prod(shape)), tuple(shape))
             first += prod(shape)
-        names = [observation] if isinstance(observation, str) else list(observation)
-        for name in names:
+        self._is_one = isinstance(observation, str)
+        self._places: dict[str, tuple[slice, tuple[int, ...]] | None] = {}
+        spaces: dict[str, Space[Any]] = {}
+        for name in _names(observation):
+            if name == "image":
+                self._places[name], spaces[name] = None, Box(0, 255, (84, 84, 3), np.uint8)
+                continue
             if name not in places:
-                raise ValueError(f"an observation has no part {name!r}: use 'vector', or some of {list(places)}")
-        self._slices = {name: places[name] for name in names}
-        self.space = Dict(
-            {name: Box(low[at].reshape(shape), high[at].reshape(shape), shape, np.float32) for name, (at, shape) in self._slices.items()}
-        )
+                raise ValueError(f"an observation has no part {name!r}: use 'image', or some of {list(places)}")
+            at, shape = self._places[name] = places[name]
+            spaces[name] = Box(low[at].reshape(shape), high[at].reshape(shape), shape, np.float32)
+        self.space: Space[Any] = next(iter(spaces.values())) if self._is_one else Dict(spaces)
 
-    def of(self, rows: np.ndarray, copy: bool) -> Any:
-        """What is wanted of rows, or of one row."""
-        if self._slices is None:
-            return rows.copy() if copy else rows
-        parts = {name: rows[..., at].reshape(*rows.shape[:-1], *shape) for name, (at, shape) in self._slices.items()}
-        return {name: part.copy() for name, part in parts.items()} if copy else parts
+    def of(self, rows: np.ndarray, images: np.ndarray | None, copy: bool) -> Any:
+        """What is wanted of all environments, or of one."""
+        parts: dict[str, Any] = {}
+        for name, place in self._places.items():
+            if place is None:
+                part = images
+            else:
+                part = rows if name == "vector" else rows[..., place[0]].reshape(*rows.shape[:-1], *place[1])
+            parts[name] = part.copy() if copy and part is not None else part
+        return next(iter(parts.values())) if self._is_one else parts
 
 
-def _action_space(core: _mge.VectorCore) -> Space[Any]:
+def _names(observation: str | Sequence[str]) -> list[str]:
+    names = [observation] if isinstance(observation, str) else list(observation)
+    if not names:
+        raise ValueError("`observation` names nothing: use 'vector', 'image', or names of parts")
+    return names
+
+
+def _action_space(tools: int | None) -> Space[Any]:
     place = Box(-1.0, 1.0, (2,), np.float32)
-    return place if core.tool_count is None else Dict({"index": Discrete(core.tool_count), "pos": place})
+    return place if tools is None else Dict({"index": Discrete(tools), "pos": place})
 
 
 def _numbers(values: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
@@ -96,9 +108,9 @@ def _numbers(values: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
     return values
 
 
-def _step(core: _mge.VectorCore, actions: Any, shape: tuple[int, ...]) -> None:
-    """One action in each environment; `shape` is () for a single one."""
-    if core.tool_count is None:
+def _step(core: _mge.VectorCore, tools: int | None, actions: Any, shape: tuple[int, ...]) -> None:
+    """One action in each environment, of which each has that many tools; `shape` is () for a single one."""
+    if tools is None:
         core.step(_floats(_numbers(actions, (*shape, 2), "actions")))
         return
     if isinstance(actions, Mapping):
@@ -140,7 +152,10 @@ class PuzzleEnv(gymnasium.Env[Any, Any]):
         task: a `Task`, the name of a shipped one, `"create/Push"`, or the path of a task file.
         tools: without, the agent places the task's own tool. `"train"`, `"validation"`, `"test"` or `"all"`:
             it chooses among 40 of CREATE's tools, which every reset draws anew from that split.
-        observation: `"vector"`, or names of its parts, such as `["objects", "tools"]`: a dictionary.
+        observation: `"vector"`, `"image"` (84 x 84 x 3, as CREATE's), or the name of a part of the vector;
+            or several of them, such as `["objects", "image"]`: a dictionary.
+        pictures: CREATE's folder `create_game/assets`: images with its own pictures of tools, which are
+            plain shapes without.
         render_mode: None or `"rgb_array"`.
         render_size: width and height of rendered images, in pixels.
 
@@ -160,6 +175,7 @@ class PuzzleEnv(gymnasium.Env[Any, Any]):
         task: Task | str | os.PathLike[str] = "task1",
         tools: str | None = None,
         observation: str | Sequence[str] = "vector",
+        pictures: str | os.PathLike[str] | None = None,
         render_mode: str | None = None,
         render_size: tuple[int, int] = DEFAULT_SIZE,
     ) -> None:
@@ -167,12 +183,13 @@ class PuzzleEnv(gymnasium.Env[Any, Any]):
         self.task = _task(task)
         self.render_mode = render_mode
         self.render_size = render_size
-        core = _mge.VectorCore(self.task, 1, "Disabled", 1, tools)
+        core = _mge.VectorCore(self.task, 1, "Disabled", 1, tools, "image" in _names(observation), pictures)
         self._core: _mge.VectorCore | None = core
         self._parts = _Parts(core, observation)
-        self.observation_space, self.action_space = self._parts.space, _action_space(core)
+        self._tools = core.tool_count
+        self.observation_space, self.action_space = self._parts.space, _action_space(self._tools)
         self._observations, self._rewards, self._terminated, self._truncated = core.arrays()
-        self._facts = core.facts()
+        self._images, self._facts = core.images(), core.facts()
         self._seeded = False
 
     def reset(
@@ -191,7 +208,7 @@ class PuzzleEnv(gymnasium.Env[Any, Any]):
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Places a tool at a normalised place (clipped to [-1, 1]) if it may stand there, and lets
         1.33 seconds pass."""
-        _step(self._open(), action, ())
+        _step(self._open(), self._tools, action, ())
         return (
             self._seen(),
             float(self._rewards[0]),
@@ -224,7 +241,7 @@ class PuzzleEnv(gymnasium.Env[Any, Any]):
         self._core = None
 
     def _seen(self) -> Any:
-        return self._parts.of(self._observations[0], copy=True)
+        return self._parts.of(self._observations[0], None if self._images is None else self._images[0], copy=True)
 
     def _info(self) -> dict[str, Any]:
         facts = self._facts
@@ -250,7 +267,7 @@ class PuzzleVectorEnv(VectorEnv[Any, Any, np.ndarray]):
 
     Args:
         num_envs: number of environments.
-        task, tools, observation: as of `PuzzleEnv`.
+        task, tools, observation, pictures: as of `PuzzleEnv`.
         autoreset_mode: what happens after the end of an episode, as in Gymnasium: `NEXT_STEP`,
             `SAME_STEP` or `DISABLED`.
         copy: whether `reset` and `step` return observations of their own. Without, they return one
@@ -276,6 +293,7 @@ class PuzzleVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         render_size: tuple[int, int] = DEFAULT_SIZE,
         tools: str | None = None,
         observation: str | Sequence[str] = "vector",
+        pictures: str | os.PathLike[str] | None = None,
     ) -> None:
         _render_mode(render_mode, render_size)
         self.autoreset_mode = AutoresetMode(autoreset_mode)
@@ -285,14 +303,18 @@ class PuzzleVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         self.render_mode = render_mode
         self.render_size = render_size
         self.copy = copy
-        core = _mge.VectorCore(self.task, num_envs, self.autoreset_mode.value, num_threads, tools)
+        has_images = "image" in _names(observation)
+        core = _mge.VectorCore(
+            self.task, num_envs, self.autoreset_mode.value, num_threads, tools, has_images, pictures
+        )
         self._core: _mge.VectorCore | None = core
         self._parts = _Parts(core, observation)
-        self.single_observation_space, self.single_action_space = self._parts.space, _action_space(core)
+        self._tools = core.tool_count
+        self.single_observation_space, self.single_action_space = self._parts.space, _action_space(self._tools)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._observations, self._rewards, self._terminated, self._truncated = core.arrays()
-        self._facts = core.facts()
+        self._images, self._facts = core.images(), core.facts()
         self._seeded = np.zeros(num_envs, dtype=np.bool_)
 
     def reset(
@@ -329,7 +351,7 @@ class PuzzleVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         """One action in each environment: normalised places of tools, num_envs x 2. With tools
         `{"index": ..., "pos": ...}` of num_envs and num_envs x 2, or num_envs x 3."""
         core = self._open()
-        _step(core, actions, (self.num_envs,))
+        _step(core, self._tools, actions, (self.num_envs,))
         infos: dict[str, Any] = {}
         if self.autoreset_mode == AutoresetMode.SAME_STEP and (ended := core.ended()) is not None:
             self._add_final(infos, *ended)
@@ -388,7 +410,7 @@ class PuzzleVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         return mask
 
     def _seen(self) -> Any:
-        return self._parts.of(self._observations, self.copy)
+        return self._parts.of(self._observations, self._images, self.copy)
 
     def _infos(self, facts: dict[str, np.ndarray], mask: np.ndarray | None) -> dict[str, Any]:
         """Facts in the form of Gymnasium's vector environments: each with a mask of who has it."""
@@ -405,14 +427,19 @@ class PuzzleVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         return infos
 
     def _add_final(
-        self, infos: dict[str, Any], which: np.ndarray, observations: np.ndarray, facts: dict[str, np.ndarray]
+        self,
+        infos: dict[str, Any],
+        which: np.ndarray,
+        observations: np.ndarray,
+        images: np.ndarray | None,
+        facts: dict[str, np.ndarray],
     ) -> None:
         """The ends of episodes whose environments have already begun the next."""
         mask = np.zeros(self.num_envs, dtype=np.bool_)
         mask[which] = True
         final = np.full(self.num_envs, None, dtype=object)
-        for i, row in zip(which, observations, strict=True):
-            final[i] = self._parts.of(row, copy=False)
+        for place, i in enumerate(which):
+            final[i] = self._parts.of(observations[place], None if images is None else images[place], copy=False)
         spread = {name: np.zeros((self.num_envs, *values.shape[1:]), values.dtype) for name, values in facts.items()}
         for name, values in facts.items():
             spread[name][which] = values

@@ -1,10 +1,11 @@
-"""Predictions and rollouts of dynamics models, as arrays."""
+"""Rollouts of dynamics models, as arrays."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from mge import _mge
 from mge._mge import Model, State, Task
@@ -55,32 +56,15 @@ class Rollouts(NamedTuple):
 
 
 def rollout(
-    task: Task, model: Model | DynamicsModel | str, actions: np.ndarray, start: State | None = None
+    task: Task, model: Model | DynamicsModel | str, actions: npt.ArrayLike, start: State | None = None
 ) -> Rollouts:
     """Rolls out sequences of actions, all as one batch.
 
     Args:
         task: the task.
-        model: a `Model`, `"physics"`, the name or path of a model, or one of your own.
+        model: a `Model`, `"physics"`, `"rapier"` (another engine), the name or path of a model, or one
+            of your own.
         actions: n x length x 2, normalised places of tools.
         start: one state for all sequences or one for each; the start of the task without.
     """
-    return Rollouts(**_mge.rollout(task, model, _array(actions, 3, "actions"), start))
-
-
-def predict(
-    model: Model, task: Task, balls: np.ndarray, placed: np.ndarray | None = None, steps: int = 1
-) -> np.ndarray:
-    """As `Model.predict`, from arrays of any number type."""
-    places = None if placed is None else _array(placed, 3, "placed")
-    return model.predict(task, _array(balls, 2, "balls"), places, steps)
-
-
-def _array(values: Any, dimensions: int, name: str) -> np.ndarray:
-    values = np.asarray(values)
-    if values.ndim != dimensions or values.dtype.kind not in "fiu":
-        raise ValueError(
-            f"`{name}` is an array of {values.dtype} with the shape {values.shape}, "
-            f"and should hold numbers in {dimensions} dimensions"
-        )
-    return np.ascontiguousarray(values, dtype=np.float32)
+    return Rollouts(**_mge.rollout(task, model, actions, start))

@@ -24,7 +24,7 @@ class PuzzleVecEnv(VecEnv):
         task: a `Task`, the name of a shipped one, or the path of a task file.
         num_envs: number of environments.
         num_threads: threads to step on; all cores without.
-        tools, observation: as of `PuzzleEnv`. With tools an action is three numbers in [-1, 1], since these
+        tools, observation, pictures: as of `PuzzleEnv`. With tools an action is three numbers in [-1, 1], since these
             agents have no actions of two kinds: the first names the tool, by equal parts of its range.
     """
 
@@ -35,9 +35,16 @@ class PuzzleVecEnv(VecEnv):
         num_threads: int | None = None,
         tools: str | None = None,
         observation: str | Sequence[str] = "vector",
+        pictures: str | os.PathLike[str] | None = None,
     ) -> None:
         self.envs = PuzzleVectorEnv(
-            num_envs, task, AutoresetMode.SAME_STEP, num_threads=num_threads, tools=tools, observation=observation
+            num_envs,
+            task,
+            AutoresetMode.SAME_STEP,
+            num_threads=num_threads,
+            tools=tools,
+            observation=observation,
+            pictures=pictures,
         )
         self.render_mode = None
         self._tools = 0 if tools is None else int(self.envs.single_action_space["index"].n)

@@ -35,17 +35,30 @@ def test_a_prediction_is_a_step_of_a_rollout():
     assert rolled.hit.shape == (50,) and rolled.placed.shape == (50, 3) and rolled.balls.shape == (50, 3, 5)
     start = np.repeat(mge.PuzzleEnv(task).get_state().balls, 50, axis=0)
     places = np.where(rolled.placed[:, :1], actions[:, 0], np.nan)[:, None]
-    once = mge.predict(model, task, start, places)
+    once = model.predict(task, start, places)
     np.testing.assert_array_equal(once[:, :2], rolled.path[:, 1])
     ball = start
     for _ in range(8):
-        ball = mge.predict(model, task, ball, places)
+        ball = model.predict(task, ball, places)
     # The library goes on in units, so that a prediction of a prediction differs by rounding.
-    at_once = mge.predict(model, task, start, places, steps=8)
+    at_once = model.predict(task, start, places, steps=8)
     np.testing.assert_allclose(ball, at_once, atol=1e-2)
     whole = rolled.length > 1
     np.testing.assert_array_equal(at_once[whole], rolled.balls[whole, 0])
     assert np.isnan(rolled.path[rolled.length < 3][:, -1]).all()
+    for ours, theirs in zip(model.rollout(task, actions), rolled, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+
+
+def test_rapier_is_a_model_too():
+    task = mge.Task("task1")
+    actions = np.random.default_rng(1).uniform(-1, 1, (200, 6, 2))
+    other, true = (mge.rollout(task, model, actions) for model in ("rapier", "physics"))
+    apart = np.linalg.norm(other.balls[:, :, :2] - true.balls[:, :, :2], axis=2)
+    # Nearly the same laws, another solver: what contacts have touched differs.
+    assert np.nanmedian(apart) < 0.01 and np.nanmax(apart) > 0.05
+    prior = mge.build_prior(task, "rapier", seed=1)
+    assert prior.model == "rapier" and prior.rollouts(0)[1] > 0
 
 
 def test_the_true_physics_is_a_model_too():
@@ -125,16 +138,23 @@ def test_what_is_no_model_or_no_action_is_said():
         mge.rollout(task, "square-floor", np.zeros((1, 1, 2)))
     with pytest.raises(FileNotFoundError):
         mge.Model("nowhere.safetensors")
-    for actions in (np.zeros((1, 2)), np.zeros((1, 1, 3)), np.full((1, 1, 2), np.nan), np.zeros((1, 1, 2), complex)):
-        with pytest.raises(ValueError):
+    for actions, error, message in [
+        (np.zeros((1, 2)), ValueError, r"`actions` has the shape \(1, 2\), and should have \[n, length, 2\]"),
+        (np.zeros((1, 1, 3)), ValueError, "shape"),
+        (np.full((1, 1, 2), np.nan), ValueError, "not finite"),
+        (np.zeros((1, 1, 2), complex), TypeError, "complex128, and should be numbers"),
+        ("left", TypeError, "numbers"),
+        (None, TypeError, "numbers"),
+    ]:
+        with pytest.raises(error, match=message):
             mge.rollout(task, "physics", actions)
     model = mge.Model.shipped_for(task)
     with pytest.raises(ValueError, match=r"\[n, 5\]"):
-        mge.predict(model, task, np.zeros((3, 4)))
+        model.predict(task, np.zeros((3, 4)))
     with pytest.raises(ValueError, match="not finite"):
-        mge.predict(model, task, np.full((3, 5), np.nan))
+        model.predict(task, np.full((3, 5), np.nan))
     with pytest.raises(ValueError, match=r"\[3, m, 2\]"):
-        mge.predict(model, task, np.zeros((3, 5)), np.zeros((2, 1, 2)))
+        model.predict(task, np.zeros((3, 5)), np.zeros((2, 1, 2)))
 
 
 def test_a_prior_has_clusters_and_samples_from_them():
@@ -173,6 +193,7 @@ def test_an_actor_acts_as_the_program_does(program, run):
         observations = np.array(episode["observations"], np.float32)
         np.testing.assert_array_equal(actor.act(observations), np.array(episode["actions"], np.float32))
         assert actor.values(observations, actor.act(observations)).shape == (len(observations),)
+        np.testing.assert_array_equal(actor.act(observations.astype(np.float64)[:, ::1].tolist()), actor.act(observations))
     with pytest.raises(ValueError, match="162"):
         actor.act(np.zeros((1, 3), np.float32))
 

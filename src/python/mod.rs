@@ -5,12 +5,15 @@
 // What Python calls takes arguments by value and answers with tuples.
 #![allow(clippy::needless_pass_by_value, clippy::type_complexity)]
 
+mod arrays;
 mod error;
+mod facts;
 mod figures;
 mod model;
 mod pool;
 mod prior;
 mod runs;
+mod state;
 mod task;
 mod tools;
 mod vector;
@@ -25,7 +28,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<task::Task>()?;
     module.add_class::<vector::VectorCore>()?;
-    module.add_class::<vector::State>()?;
+    module.add_class::<state::State>()?;
     module.add_class::<model::Model>()?;
     module.add_class::<prior::ActionPrior>()?;
     module.add_class::<prior::Actor>()?;
@@ -35,7 +38,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(tools::tool_numbers, module)?)?;
     module.add_function(wrap_pyfunction!(tools::tool_features, module)?)?;
     module.add_function(wrap_pyfunction!(tools::tool_feature_names, module)?)?;
-    module.add_function(wrap_pyfunction!(vector::words, module)?)?;
+    module.add_function(wrap_pyfunction!(facts::words, module)?)?;
     module.add_function(wrap_pyfunction!(model::rollout, module)?)?;
     module.add_function(wrap_pyfunction!(model::model_names, module)?)?;
     module.add_function(wrap_pyfunction!(model::tool_types, module)?)?;

@@ -10,13 +10,14 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use super::arrays::numbers;
 use super::error::exception;
 use super::pool::{pool, work};
+use super::state::State;
 use super::task::Task;
-use super::vector::State;
 use crate::dynamics::{self, DynamicsError, Predictor, Rollout, rollouts};
 use crate::env::{Action, Environment, Snapshot};
-use crate::guidance::{RolloutModel, TruePhysics};
+use crate::guidance::{RapierPhysics, RolloutModel, TruePhysics};
 use crate::physics::{BallState, Tool, to_normalised, to_units};
 use crate::task::{self, ToolSpec};
 
@@ -92,20 +93,21 @@ impl Model {
 
     /// The balls `steps` prediction intervals later, among the tools of a task and those placed.
     ///
-    /// `balls`: float32 of n x 5: x, y (normalised), velocity x, y (units/s), spin (radians/s).
-    /// `placed`: float32 of n x m x 2, normalised places of further tools; rows with NaN are none.
-    /// The same shape as `balls` comes back. Balls outside of the screen are predicted too.
+    /// `balls`: n x 5: x, y (normalised), velocity x, y (units/s), spin (radians/s).
+    /// `placed`: n x m x 2, normalised places of further tools; rows with NaN are none. Float32 in the
+    /// shape of `balls` comes back. Balls outside of the screen are predicted too.
     #[pyo3(signature = (task, balls, placed = None, steps = 1))]
     fn predict<'py>(
         &self,
         py: Python<'py>,
         task: &Task,
-        balls: PyReadonlyArray2<'py, f32>,
-        placed: Option<PyReadonlyArray3<'py, f32>>,
+        balls: &Bound<'py, PyAny>,
+        placed: Option<Bound<'py, PyAny>>,
         steps: u32,
     ) -> PyResult<Bound<'py, PyArray2<f32>>> {
         self.0.check_task(&task.0).map_err(exception)?;
-        let mut states = balls_of(&balls)?;
+        let mut states = balls_of(&numbers(balls, "balls", "[n, 5]")?)?;
+        let placed = placed.map(|placed| numbers(&placed, "placed", "[n, m, 2]")).transpose()?;
         let tools = tools_of(&task.0, states.len(), placed)?;
         let tools: Vec<&[Tool]> = tools.iter().map(Vec::as_slice).collect();
         let predicted = work(py, || -> Result<Vec<BallState>, DynamicsError> {
@@ -115,6 +117,17 @@ impl Model {
             Ok(states)
         })?;
         ball_array(py, &predicted.map_err(exception)?)
+    }
+
+    /// As `mge.rollout` with this model.
+    #[pyo3(signature = (task, actions, start = None))]
+    fn rollout<'py>(
+        slf: Bound<'py, Self>,
+        task: Bound<'py, Task>,
+        actions: Bound<'py, PyAny>,
+        start: Option<Bound<'py, State>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("mge")?.call_method1("rollout", (task, &slf, actions, start))
     }
 
     fn __repr__(&self) -> String {
@@ -161,12 +174,13 @@ fn tools_of(task: &task::Task, count: usize, placed: Option<PyReadonlyArray3<'_,
 pub enum AnyModel {
     Learned(Arc<dynamics::Model>),
     Physics,
+    Rapier,
     Python(PythonModel),
 }
 
 impl AnyModel {
-    /// A [`Model`], `"physics"`, the name or path of a model, or an object with `interval` and
-    /// `advance(balls, tools)`.
+    /// A [`Model`], `"physics"`, `"rapier"`, the name or path of a model, or an object with `interval`
+    /// and `advance(balls, tools)`.
     pub fn of(model: &Bound<'_, PyAny>, task: &task::Task) -> PyResult<Self> {
         if let Ok(model) = model.cast::<Model>() {
             let model = &model.get().0;
@@ -174,12 +188,15 @@ impl AnyModel {
             return Ok(Self::Learned(model.clone()));
         }
         if let Ok(name) = model.extract::<String>() {
-            if name == "physics" {
-                return Ok(Self::Physics);
-            }
-            let model = dynamics::named(&name).map_err(exception)?;
-            model.check_task(task).map_err(exception)?;
-            return Ok(Self::Learned(model));
+            return match name.as_str() {
+                "physics" => Ok(Self::Physics),
+                "rapier" => Ok(Self::Rapier),
+                _ => {
+                    let model = dynamics::named(&name).map_err(exception)?;
+                    model.check_task(task).map_err(exception)?;
+                    Ok(Self::Learned(model))
+                }
+            };
         }
         PythonModel::of(model, task).map(Self::Python)
     }
@@ -189,6 +206,7 @@ impl AnyModel {
         match self {
             Self::Learned(model) => model.name(),
             Self::Physics => "true physics".to_owned(),
+            Self::Rapier => "rapier".to_owned(),
             Self::Python(model) => model.name.clone(),
         }
     }
@@ -203,6 +221,7 @@ impl AnyModel {
         let model: &dyn RolloutModel = match self {
             Self::Learned(model) => &**model,
             Self::Physics => &TruePhysics,
+            Self::Rapier => &RapierPhysics,
             Self::Python(model) => model,
         };
         let pool = pool(None)?;
@@ -238,7 +257,7 @@ impl PythonModel {
         if !object.hasattr("advance")? || !object.hasattr("interval")? {
             let kind = object.get_type().name()?;
             return Err(PyTypeError::new_err(format!(
-                "{kind} is no model: use mge.Model, \"physics\", the name or path of a model, or an object with `interval` and `advance(balls, tools)`"
+                "{kind} is no model: use mge.Model, \"physics\", \"rapier\", the name or path of a model, or an object with `interval` and `advance(balls, tools)`"
             )));
         }
         let interval: u32 = object.getattr("interval")?.extract()?;
@@ -306,7 +325,7 @@ impl RolloutModel for PythonModel {
 
 /// Rolls out sequences of actions in a model, as one batch.
 ///
-/// `actions`: float32 of n x length x 2. `start`: one state for all, or one for each sequence; without
+/// `actions`: n x length x 2. `start`: one state for all, or one for each sequence; without
 /// it, the start of the task. A rollout ends when the next stage of its start is reached, the ball
 /// leaves the screen, or the sequence or the episode ends. What comes after the end is NaN or False.
 #[pyfunction]
@@ -315,9 +334,10 @@ pub fn rollout<'py>(
     py: Python<'py>,
     task: &Task,
     model: &Bound<'py, PyAny>,
-    actions: PyReadonlyArray3<'py, f32>,
+    actions: &Bound<'py, PyAny>,
     start: Option<&State>,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let actions: PyReadonlyArray3<'_, f32> = numbers(actions, "actions", "[n, length, 2]")?;
     let [count, length, columns] = [actions.shape()[0], actions.shape()[1], actions.shape()[2]];
     if columns != 2 {
         return Err(PyValueError::new_err(format!(

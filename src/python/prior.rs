@@ -7,6 +7,7 @@ use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use super::arrays::numbers;
 use super::error::exception;
 use super::model::AnyModel;
 use super::pool::work;
@@ -25,7 +26,7 @@ pub struct ActionPrior(pub guidance::ActionPrior);
 
 /// Builds the action prior of a task from rollouts in a model.
 ///
-/// `model`: a `Model`, "physics", the name or path of a model, or an object of Python with an
+/// `model`: a `Model`, "physics", "rapier", the name or path of a model, or an object of Python with an
 /// `interval` (physics steps of a prediction) and `advance(balls, tools)`: the balls, float32 of n x 5
 /// (x, y, velocity x, y, spin), one interval later, among tools, float32 of n x m x 8 (type, x, y,
 /// size, angle, radius, elasticity, friction; NaN where a scene has fewer).
@@ -154,12 +155,9 @@ impl Actor {
     }
 
     /// The actions for observations: float32 of n x 2 for n x length.
-    fn act<'py>(
-        &self,
-        py: Python<'py>,
-        observations: PyReadonlyArray2<'py, f32>,
-    ) -> PyResult<Bound<'py, PyArray2<f32>>> {
+    fn act<'py>(&self, py: Python<'py>, observations: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let agent = &self.0;
+        let observations: PyReadonlyArray2<'_, f32> = numbers(observations, "observations", "[n, length]")?;
         let [count, length] = [observations.shape()[0], observations.shape()[1]];
         if length != agent.observation_len() {
             let wanted = agent.observation_len();
@@ -167,7 +165,6 @@ impl Actor {
                 "the observations have the shape [{count}, {length}], and should have [n, {wanted}]"
             )));
         }
-        // A copy, because an array need not be contiguous.
         let observations: Vec<f32> = observations.as_array().iter().copied().collect();
         let actions = work(py, || agent.act(&observations))?;
         actions.into_pyarray(py).reshape([count, agent.action_len()])
@@ -177,10 +174,12 @@ impl Actor {
     fn values<'py>(
         &self,
         py: Python<'py>,
-        observations: PyReadonlyArray2<'py, f32>,
-        actions: PyReadonlyArray2<'py, f32>,
+        observations: &Bound<'py, PyAny>,
+        actions: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, numpy::PyArray1<f32>>> {
         let agent = &self.0;
+        let observations: PyReadonlyArray2<'_, f32> = numbers(observations, "observations", "[n, length]")?;
+        let actions: PyReadonlyArray2<'_, f32> = numbers(actions, "actions", "[n, 2]")?;
         let count = observations.shape()[0];
         if observations.shape()[1] != agent.observation_len() || actions.shape() != [count, agent.action_len()] {
             let (s, a) = (observations.shape(), actions.shape());

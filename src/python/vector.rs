@@ -1,114 +1,31 @@
-//! Environments stepped together, and their states.
+//! Environments stepped together.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use numpy::{
-    Element, IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
     PyReadonlyArray3, PyUntypedArrayMethods,
 };
-use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::exceptions::{PyIndexError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::error::{exception, vector_exception};
+use super::facts::{Facts, fill, zeros};
 use super::pool::pool;
+use super::state::{State, scene};
 use super::task::Task;
-use crate::env::{self, Action, ActionSet, Autoreset, Choice, EndReason, Info, Placement, VectorEnvironment};
-use crate::figures::{Animation, Figure, Moment};
-use crate::physics::{PHYSICS_DT, ToolSplit, to_normalised};
+use crate::env::{self, Action, ActionSet, Autoreset, Choice, IMAGE_SIDE, Pictures, VectorEnvironment};
+use crate::figures::Figure;
+use crate::physics::ToolSplit;
 
 /// Fewer environments than these are stepped on the caller's thread: handing over would take longer.
 const FEW: usize = 64;
 
-/// What became of a tool, by its code; 0 is "not known yet".
-const PLACEMENTS: [Placement; 5] =
-    [Placement::Placed, Placement::Overlap, Placement::Collision, Placement::Invalid, Placement::NoOp];
-/// Why an episode is over, by its code; 0 is "it is not".
-const ENDS: [EndReason; 5] =
-    [EndReason::Goal, EndReason::OutOfBounds, EndReason::MarkerOut, EndReason::Standstill, EndReason::MaxActions];
-
-fn code<T: PartialEq>(of: &[T], value: Option<T>) -> u8 {
-    // Fewer than 256 of each.
-    value.and_then(|value| of.iter().position(|known| *known == value)).map_or(0, |place| place as u8 + 1)
-}
-
-/// The words for the codes of `placement` and `end`, as in `mge env serve`; None for code 0.
-#[pyfunction]
-pub fn words() -> [Vec<Option<String>>; 2] {
-    fn names(values: &[impl serde::Serialize]) -> Vec<Option<String>> {
-        let name = |value| serde_json::to_value(value).ok().and_then(|name| name.as_str().map(str::to_owned));
-        std::iter::once(None).chain(values.iter().map(name)).collect()
-    }
-    [names(&PLACEMENTS), names(&ENDS)]
-}
-
-/// Facts about some episodes, as columns.
-struct Facts {
-    success: Py<PyArray1<bool>>,
-    subgoals: Py<PyArray2<bool>>,
-    placed: Py<PyArray1<i64>>,
-    placement: Py<PyArray1<u8>>,
-    end: Py<PyArray1<u8>>,
-    /// Numbers of the tools in the action sets, where agents choose among tools.
-    tools: Option<Py<PyArray2<i64>>>,
-}
-
-fn zeros<T: Element>(py: Python<'_>, count: usize) -> Py<PyArray1<T>> {
-    PyArray1::zeros(py, count, false).unbind()
-}
-
-/// Writes one value for each row.
-fn fill<T: Element>(py: Python<'_>, array: &Py<PyArray1<T>>, values: impl Iterator<Item = T>) -> PyResult<()> {
-    let mut array = array.bind(py).try_readwrite()?;
-    array.as_slice_mut()?.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
-    Ok(())
-}
-
-impl Facts {
-    fn new(py: Python<'_>, count: usize, env: &VectorEnvironment) -> Self {
-        let tools = env.tool_count().map(|tools| PyArray2::zeros(py, [count, tools], false).unbind());
-        Self {
-            tools,
-            success: zeros(py, count),
-            subgoals: PyArray2::zeros(py, [count, env.task().subgoals.len()], false).unbind(),
-            placed: zeros(py, count),
-            placement: zeros(py, count),
-            end: zeros(py, count),
-        }
-    }
-
-    fn note<'a>(&self, py: Python<'_>, infos: impl Iterator<Item = &'a Info> + Clone) -> PyResult<()> {
-        fill(py, &self.success, infos.clone().map(|info| info.goal))?;
-        fill(py, &self.placed, infos.clone().map(|info| info.placed as i64))?;
-        fill(py, &self.placement, infos.clone().map(|info| code(&PLACEMENTS, info.placement)))?;
-        fill(py, &self.end, infos.clone().map(|info| code(&ENDS, info.end)))?;
-        let mut subgoals = self.subgoals.bind(py).try_readwrite()?;
-        let values = infos.flat_map(|info| info.subgoals.iter().copied());
-        subgoals.as_slice_mut()?.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
-        Ok(())
-    }
-
-    /// Notes the numbers of the tools in action sets.
-    fn note_tools(&self, py: Python<'_>, numbers: impl Iterator<Item = usize>) -> PyResult<()> {
-        let Some(tools) = &self.tools else { return Ok(()) };
-        let mut tools = tools.bind(py).try_readwrite()?;
-        tools.as_slice_mut()?.iter_mut().zip(numbers).for_each(|(slot, number)| *slot = number as i64);
-        Ok(())
-    }
-
-    fn dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let dict = PyDict::new(py);
-        dict.set_item("is_success", &self.success)?;
-        dict.set_item("subgoals", &self.subgoals)?;
-        dict.set_item("placed", &self.placed)?;
-        dict.set_item("placement", &self.placement)?;
-        dict.set_item("end", &self.end)?;
-        if let Some(tools) = &self.tools {
-            dict.set_item("tools", tools)?;
-        }
-        Ok(dict)
-    }
-}
+/// Environments, their last observations, their last images, facts.
+type Ended<'py> =
+    (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray2<f32>>, Option<Bound<'py, PyArray4<u8>>>, Bound<'py, PyDict>);
 
 /// Environments of one task, with arrays that every reset and step writes anew.
 #[pyclass(module = "mge._mge")]
@@ -120,12 +37,15 @@ pub struct VectorCore {
     terminated: Py<PyArray1<bool>>,
     truncated: Py<PyArray1<bool>>,
     facts: Facts,
+    /// The scenes as images, if they are wanted.
+    images: Option<Py<PyArray4<u8>>>,
 }
 
 #[pymethods]
 impl VectorCore {
     #[new]
-    #[pyo3(signature = (task, count, autoreset, threads = None, tools = None))]
+    #[pyo3(signature = (task, count, autoreset, threads = None, tools = None, images = false, pictures = None))]
+    #[expect(clippy::too_many_arguments)] // As Python has them by name.
     fn new(
         py: Python<'_>,
         task: &Task,
@@ -133,6 +53,8 @@ impl VectorCore {
         autoreset: &str,
         threads: Option<usize>,
         tools: Option<&str>,
+        images: bool,
+        pictures: Option<PathBuf>,
     ) -> PyResult<Self> {
         let autoreset = match autoreset {
             "NextStep" => Autoreset::NextStep,
@@ -147,11 +69,18 @@ impl VectorCore {
             return Err(PyValueError::new_err("the numbers of environments and of threads are at least 1"));
         }
         let tools: Option<ToolSplit> = tools.map(str::parse).transpose().map_err(PyValueError::new_err)?;
-        let env = match tools {
+        let mut env = match tools {
             None => VectorEnvironment::new(task.0.clone(), count, autoreset),
             Some(tools) => VectorEnvironment::with_tools(task.0.clone(), tools, count, autoreset),
         };
+        if images {
+            env = env.with_images();
+        }
+        if let Some(folder) = pictures {
+            env = env.with_pictures(&Arc::new(Pictures::load(&folder).map_err(exception)?));
+        }
         Ok(Self {
+            images: images.then(|| PyArray4::zeros(py, [count, IMAGE_SIDE, IMAGE_SIDE, 3], false).unbind()),
             threads,
             observations: PyArray2::zeros(py, [count, env.observation_len()], false).unbind(),
             rewards: zeros(py, count),
@@ -164,13 +93,9 @@ impl VectorCore {
 
     /// Begins episodes, in all environments or in those of the mask.
     #[pyo3(signature = (seeds, mask = None))]
-    fn reset(
-        &mut self,
-        py: Python<'_>,
-        seeds: Vec<Option<u64>>,
-        mask: Option<PyReadonlyArray1<'_, bool>>,
-    ) -> PyResult<()> {
-        let count = self.env.count();
+    fn reset(slf: &Bound<'_, Self>, seeds: Vec<Option<u64>>, mask: Option<PyReadonlyArray1<'_, bool>>) -> PyResult<()> {
+        let (py, this) = (slf.py(), &mut *alone(slf)?);
+        let count = this.env.count();
         if seeds.len() != count || mask.as_ref().is_some_and(|mask| mask.len() != count) {
             return Err(PyValueError::new_err(format!(
                 "a seed and a place in the mask for each of {count} environments"
@@ -178,10 +103,10 @@ impl VectorCore {
         }
         // A copy, because a mask need not be contiguous.
         let mask: Option<Vec<bool>> = mask.map(|mask| mask.as_array().to_vec());
-        let mut observations = self.observations.bind(py).try_readwrite()?;
-        self.env.reset(&seeds, mask.as_deref(), observations.as_slice_mut()?);
+        let mut observations = this.observations.bind(py).try_readwrite()?;
+        this.env.reset(&seeds, mask.as_deref(), observations.as_slice_mut()?);
         drop(observations);
-        self.note(py)
+        this.note(py)
     }
 
     /// Tools among which an agent chooses; None if it has the task's own tool.
@@ -200,15 +125,20 @@ impl VectorCore {
         self.env.observation_parts().into_iter().map(|part| (part.name, part.shape)).collect()
     }
 
+    /// The images of the scenes, uint8 of count x 84 x 84 x 3; None if they are not wanted.
+    fn images<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray4<u8>>> {
+        self.images.as_ref().map(|images| images.bind(py).clone())
+    }
+
     /// One action in each environment: a place, and the index of a tool where agents choose.
     #[pyo3(signature = (places, tools = None))]
     fn step(
-        &mut self,
-        py: Python<'_>,
+        slf: &Bound<'_, Self>,
         places: PyReadonlyArray2<'_, f32>,
         tools: Option<PyReadonlyArray1<'_, i64>>,
     ) -> PyResult<()> {
-        let count = self.env.count();
+        let (py, this) = (slf.py(), &mut *alone(slf)?);
+        let count = this.env.count();
         if places.shape() != [count, 2] {
             let found = places.shape();
             return Err(PyValueError::new_err(format!(
@@ -217,16 +147,16 @@ impl VectorCore {
         }
         let (places, _) = places.as_slice()?.as_chunks::<2>();
         match tools {
-            None if self.env.tool_count().is_some() => {
+            None if this.env.tool_count().is_some() => {
                 Err(PyValueError::new_err("an action needs the index of a tool beside the place"))
             }
-            None => self.take(py, places),
-            Some(_) if self.env.tool_count().is_none() => {
+            None => this.take(py, places),
+            Some(_) if this.env.tool_count().is_none() => {
                 Err(PyValueError::new_err("an action is a place alone: the task has one tool"))
             }
             Some(tools) => {
                 let choices = choices(places, &tools.as_array().to_vec())?;
-                self.take(py, &choices)
+                this.take(py, &choices)
             }
         }
     }
@@ -240,8 +170,8 @@ impl VectorCore {
         }
         let (actions, _) = actions.as_slice()?.as_chunks::<2>();
         let mut rows = vec![0.0; count * self.env.observation_len()];
+        let is_alone = self.is_alone();
         let pool = pool(self.threads)?;
-        let is_alone = self.threads == Some(1) || count < FEW;
         let env = &mut self.env;
         let mut play = || {
             let start = std::time::Instant::now();
@@ -275,66 +205,77 @@ impl VectorCore {
     }
 
     /// Of the episodes that the latest step ended and followed by the next: which environments, their
-    /// last observations, the facts about them. None if there are none.
-    fn ended<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<Option<(Bound<'py, PyArray1<i64>>, Bound<'py, PyArray2<f32>>, Bound<'py, PyDict>)>> {
-        let ended = || self.env.outcomes().filter_map(|outcome| outcome.ended.as_ref());
+    /// last observations and images, the facts about them. None if there are none.
+    fn ended<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Ended<'py>>> {
+        let (py, this) = (slf.py(), alone(slf)?);
+        let ended = || this.env.outcomes().filter_map(|outcome| outcome.ended.as_ref());
         let which: Vec<i64> = (0..)
-            .zip(self.env.outcomes())
+            .zip(this.env.outcomes())
             .filter_map(|(index, outcome)| outcome.ended.is_some().then_some(index))
             .collect();
         if which.is_empty() {
             return Ok(None);
         }
         let rows: Vec<f32> = ended().flat_map(|ended| ended.observation.iter().copied()).collect();
-        let rows = rows.into_pyarray(py).reshape([which.len(), self.env.observation_len()])?;
-        let facts = Facts::new(py, which.len(), &self.env);
+        let rows = rows.into_pyarray(py).reshape([which.len(), this.env.observation_len()])?;
+        let facts = Facts::new(py, which.len(), &this.env);
         facts.note(py, ended().map(|ended| &ended.info))?;
         facts.note_tools(py, ended().flat_map(|ended| ended.tools.iter().copied()))?;
-        Ok(Some((which.into_pyarray(py), rows, facts.dict(py)?)))
+        let images = this.images.as_ref().map(|_| {
+            let pixels = this.env.outcomes().filter_map(|outcome| outcome.ended_image.as_ref()).flatten();
+            let pixels: Vec<u8> = pixels.copied().collect();
+            pixels.into_pyarray(py).reshape([which.len(), IMAGE_SIDE, IMAGE_SIDE, 3])
+        });
+        Ok(Some((which.into_pyarray(py), rows, images.transpose()?, facts.dict(py)?)))
     }
 
     /// The states of these environments.
-    fn state(&self, py: Python<'_>, indices: Vec<usize>) -> PyResult<State> {
-        let states: Result<Vec<env::State>, _> = indices.iter().map(|index| self.env.state(*index)).collect();
-        states.map(State).map_err(|error| vector_exception(py, error))
+    fn state(slf: &Bound<'_, Self>, indices: Vec<usize>) -> PyResult<State> {
+        let this = alone(slf)?;
+        let states: Result<Vec<env::State>, _> = indices.iter().map(|index| this.env.state(*index)).collect();
+        states.map(State).map_err(|error| vector_exception(slf.py(), error))
     }
 
     /// Puts these environments into these states, or all into a single one.
-    fn restore(&mut self, py: Python<'_>, indices: Vec<usize>, state: &State) -> PyResult<()> {
+    fn restore(slf: &Bound<'_, Self>, indices: Vec<usize>, state: &State) -> PyResult<()> {
+        let (py, this) = (slf.py(), &mut *alone(slf)?);
         if state.0.len() != 1 && state.0.len() != indices.len() {
             let (states, places) = (state.0.len(), indices.len());
             return Err(PyValueError::new_err(format!("{states} states cannot be those of {places} environments")));
         }
-        if let Some(index) = indices.iter().find(|index| **index >= self.env.count()) {
+        if let Some(index) = indices.iter().find(|index| **index >= this.env.count()) {
             return Err(PyIndexError::new_err(format!("there is no environment {index}")));
         }
-        let mut observations = self.observations.bind(py).try_readwrite()?;
+        let mut observations = this.observations.bind(py).try_readwrite()?;
         let rows = observations.as_slice_mut()?;
-        let length = self.env.observation_len();
+        let length = this.env.observation_len();
         for (index, state) in indices.iter().zip(state.0.iter().cycle()) {
             let row = &mut rows[index * length..][..length];
-            self.env.restore(*index, state, row).map_err(|error| vector_exception(py, error))?;
+            this.env.restore(*index, state, row).map_err(|error| vector_exception(py, error))?;
         }
         drop(observations);
-        self.note(py)
+        this.note(py)
     }
 
     /// The scene of an environment as rows of pixels, uint8 of height x width x 3.
     fn render<'py>(
-        &self,
-        py: Python<'py>,
+        slf: &Bound<'py, Self>,
         index: usize,
         width: u32,
         height: u32,
     ) -> PyResult<Bound<'py, PyArray3<u8>>> {
-        let env = self.env.environment(index).ok_or_else(|| PyIndexError::new_err("there is no such environment"))?;
+        let (py, this) = (slf.py(), alone(slf)?);
+        let env = this.env.environment(index).ok_or_else(|| PyIndexError::new_err("there is no such environment"))?;
         let scene = scene(env);
         let pixels = py.detach(|| scene.to_rgb(width, height)).map_err(exception)?;
         pixels.into_pyarray(py).reshape([height as usize, width as usize, 3])
     }
+}
+
+/// The environments, if no other thread of Python is stepping them.
+fn alone<'py>(core: &Bound<'py, VectorCore>) -> PyResult<PyRefMut<'py, VectorCore>> {
+    let hint = "another thread is using these environments: give each thread its own, or take turns with a lock";
+    core.try_borrow_mut().map_err(|_| PyRuntimeError::new_err(hint))
 }
 
 /// Tools and places together.
@@ -353,11 +294,17 @@ fn choices(places: &[Action], tools: &[i64]) -> PyResult<Vec<Choice>> {
 }
 
 impl VectorCore {
+    /// Whether the caller's thread steps all.
+    fn is_alone(&self) -> bool {
+        self.threads == Some(1) || self.env.count() < FEW
+    }
+
     /// Takes an action in each environment, while other threads of Python go on.
     fn take<A: Into<Choice> + Copy + Sync>(&mut self, py: Python<'_>, actions: &[A]) -> PyResult<()> {
         let mut observations = self.observations.bind(py).try_readwrite()?;
+        let is_alone = self.is_alone();
         let (rows, env) = (observations.as_slice_mut()?, &mut self.env);
-        let stepped = if self.threads == Some(1) || actions.len() < FEW {
+        let stepped = if is_alone {
             py.detach(|| env.step(actions, rows))
         } else {
             let pool = pool(self.threads)?;
@@ -374,67 +321,21 @@ impl VectorCore {
         fill(py, &self.terminated, self.env.outcomes().map(|outcome| outcome.terminated))?;
         fill(py, &self.truncated, self.env.outcomes().map(|outcome| outcome.truncated))?;
         self.facts.note(py, self.env.outcomes().map(|outcome| &outcome.info))?;
-        self.facts.note_tools(py, self.env.action_sets().flat_map(ActionSet::numbers))
-    }
-}
-
-/// The scene as it is now.
-pub fn scene(env: &env::Environment) -> Animation {
-    let (task, now) = (env.task(), env.snapshot());
-    let time = now.actions() as f32 * task.rules.steps_per_action as f32 * PHYSICS_DT;
-    let reached = now.stage() + usize::from(now.goal_reached());
-    let moment = Moment { time, ball: to_normalised(now.ball().position), placed: now.placed().to_vec(), reached };
-    Animation { task: task.as_ref().clone(), moments: vec![moment], frame_ms: 0, trail: 0 }
-}
-
-/// States of one or several environments: episodes and random numbers. Made by `get_state()` of
-/// an environment; can be pickled.
-#[pyclass(module = "mge", frozen)]
-pub struct State(pub Vec<env::State>);
-
-#[pymethods]
-impl State {
-    /// The states that `to_json` wrote.
-    #[staticmethod]
-    fn parse(task: &str, states: Vec<String>) -> PyResult<Self> {
-        let task = Arc::new(crate::task::parse(task, "state").map_err(exception)?);
-        let states: Result<Vec<env::State>, _> = states.iter().map(|text| env::State::parse(text, &task)).collect();
-        states.map(Self).map_err(exception)
+        self.facts.note_tools(py, self.env.action_sets().flat_map(ActionSet::numbers))?;
+        self.draw(py)
     }
 
-    fn __len__(&self) -> usize {
-        self.0.len()
-    }
-
-    fn __getitem__(&self, index: isize) -> PyResult<Self> {
-        let place = if index < 0 { index + self.0.len() as isize } else { index };
-        let state = usize::try_from(place).ok().and_then(|place| self.0.get(place));
-        let state = state.ok_or_else(|| PyIndexError::new_err(format!("there is no state {index}")))?;
-        Ok(Self(vec![state.clone()]))
-    }
-
-    /// The scenes as figures, for `save` and notebooks.
-    fn figure(&self) -> PyResult<super::figures::Figure> {
-        let first = self.0.first().ok_or_else(|| PyIndexError::new_err("there is no state"))?;
-        Ok(super::figures::Figure::new(scene(first.environment()), "State.figure()"))
-    }
-
-    /// Balls, one row a state: x, y (normalised), velocity x, y (units/s), spin (radians/s); float32.
-    #[getter]
-    fn balls<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        let balls: Vec<f32> =
-            self.0.iter().flat_map(|state| super::model::ball_row(&state.environment().snapshot().ball())).collect();
-        balls.into_pyarray(py).reshape([self.0.len(), super::model::BALL])
-    }
-
-    fn __repr__(&self) -> String {
-        let name = self.0.first().map_or("", |state| state.task().name.as_str());
-        format!("<State of {} environments of {name}>", self.0.len())
-    }
-
-    fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (String, Vec<String>))> {
-        let parse = py.get_type::<Self>().getattr("parse")?.unbind();
-        let task = self.0.first().map_or_else(String::new, |state| crate::task::to_json(state.task()));
-        Ok((parse, (task, self.0.iter().map(env::State::to_json).collect())))
+    /// Draws the scenes as they are, if images are wanted.
+    fn draw(&self, py: Python<'_>) -> PyResult<()> {
+        let Some(images) = &self.images else { return Ok(()) };
+        let mut images = images.bind(py).try_readwrite()?;
+        let (pixels, env) = (images.as_slice_mut()?, &self.env);
+        if self.is_alone() {
+            py.detach(|| env.draw(pixels));
+        } else {
+            let pool = pool(self.threads)?;
+            py.detach(|| pool.install(|| env.par_draw(pixels)));
+        }
+        Ok(())
     }
 }

@@ -1,0 +1,101 @@
+//! Facts about episodes, as columns.
+
+use numpy::{Element, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::env::{EndReason, Info, Placement, VectorEnvironment};
+
+/// What became of a tool, by its code; 0 is "not known yet".
+const PLACEMENTS: [Placement; 5] =
+    [Placement::Placed, Placement::Overlap, Placement::Collision, Placement::Invalid, Placement::NoOp];
+/// Why an episode is over, by its code; 0 is "it is not".
+const ENDS: [EndReason; 5] =
+    [EndReason::Goal, EndReason::OutOfBounds, EndReason::MarkerOut, EndReason::Standstill, EndReason::MaxActions];
+
+fn code<T: PartialEq>(of: &[T], value: Option<T>) -> u8 {
+    // Fewer than 256 of each.
+    value.and_then(|value| of.iter().position(|known| *known == value)).map_or(0, |place| place as u8 + 1)
+}
+
+/// The words for the codes of `placement` and `end`, as in `mge env serve`; None for code 0.
+#[pyfunction]
+pub fn words() -> [Vec<Option<String>>; 2] {
+    fn names(values: &[impl serde::Serialize]) -> Vec<Option<String>> {
+        let name = |value| serde_json::to_value(value).ok().and_then(|name| name.as_str().map(str::to_owned));
+        std::iter::once(None).chain(values.iter().map(name)).collect()
+    }
+    [names(&PLACEMENTS), names(&ENDS)]
+}
+
+/// Facts about some episodes, as columns.
+pub struct Facts {
+    success: Py<PyArray1<bool>>,
+    subgoals: Py<PyArray2<bool>>,
+    placed: Py<PyArray1<i64>>,
+    placement: Py<PyArray1<u8>>,
+    end: Py<PyArray1<u8>>,
+    /// Numbers of the tools in the action sets, where agents choose among tools.
+    tools: Option<Py<PyArray2<i64>>>,
+}
+
+/// An array to write into.
+pub fn zeros<T: Element>(py: Python<'_>, count: usize) -> Py<PyArray1<T>> {
+    PyArray1::zeros(py, count, false).unbind()
+}
+
+/// Writes one value for each row.
+pub fn fill<T: Element>(py: Python<'_>, array: &Py<PyArray1<T>>, values: impl Iterator<Item = T>) -> PyResult<()> {
+    let mut array = array.bind(py).try_readwrite()?;
+    array.as_slice_mut()?.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
+    Ok(())
+}
+
+impl Facts {
+    /// Nothing known yet about so many.
+    pub fn new(py: Python<'_>, count: usize, env: &VectorEnvironment) -> Self {
+        let tools = env.tool_count().map(|tools| PyArray2::zeros(py, [count, tools], false).unbind());
+        Self {
+            tools,
+            success: zeros(py, count),
+            subgoals: PyArray2::zeros(py, [count, env.task().subgoals.len()], false).unbind(),
+            placed: zeros(py, count),
+            placement: zeros(py, count),
+            end: zeros(py, count),
+        }
+    }
+
+    /// Notes the facts of each.
+    pub fn note<'a>(&self, py: Python<'_>, infos: impl Iterator<Item = &'a Info> + Clone) -> PyResult<()> {
+        fill(py, &self.success, infos.clone().map(|info| info.goal))?;
+        fill(py, &self.placed, infos.clone().map(|info| info.placed as i64))?;
+        fill(py, &self.placement, infos.clone().map(|info| code(&PLACEMENTS, info.placement)))?;
+        fill(py, &self.end, infos.clone().map(|info| code(&ENDS, info.end)))?;
+        let mut subgoals = self.subgoals.bind(py).try_readwrite()?;
+        let values = infos.flat_map(|info| info.subgoals.iter().copied());
+        subgoals.as_slice_mut()?.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
+        Ok(())
+    }
+
+    /// Notes the numbers of the tools in action sets.
+    pub fn note_tools(&self, py: Python<'_>, numbers: impl Iterator<Item = usize>) -> PyResult<()> {
+        let Some(tools) = &self.tools else { return Ok(()) };
+        let mut tools = tools.bind(py).try_readwrite()?;
+        tools.as_slice_mut()?.iter_mut().zip(numbers).for_each(|(slot, number)| *slot = number as i64);
+        Ok(())
+    }
+
+    /// The arrays by name.
+    pub fn dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        dict.set_item("is_success", &self.success)?;
+        dict.set_item("subgoals", &self.subgoals)?;
+        dict.set_item("placed", &self.placed)?;
+        dict.set_item("placement", &self.placement)?;
+        dict.set_item("end", &self.end)?;
+        if let Some(tools) = &self.tools {
+            dict.set_item("tools", tools)?;
+        }
+        Ok(dict)
+    }
+}

@@ -1,0 +1,75 @@
+//! States of environments, and their scenes.
+
+use std::sync::Arc;
+
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
+use pyo3::exceptions::PyIndexError;
+use pyo3::prelude::*;
+
+use super::error::exception;
+use super::figures::Figure;
+use super::model::{BALL, ball_row};
+use crate::env;
+use crate::figures::{Animation, Moment};
+use crate::physics::{PHYSICS_DT, to_normalised};
+
+/// The scene as it is now.
+pub fn scene(env: &env::Environment) -> Animation {
+    let (task, now) = (env.task(), env.snapshot());
+    let time = now.actions() as f32 * task.rules.steps_per_action as f32 * PHYSICS_DT;
+    let reached = now.stage() + usize::from(now.goal_reached());
+    let moment = Moment { time, ball: to_normalised(now.ball().position), placed: now.placed().to_vec(), reached };
+    Animation { task: task.as_ref().clone(), moments: vec![moment], frame_ms: 0, trail: 0 }
+}
+
+/// States of one or several environments: episodes and random numbers. Made by `get_state()` of
+/// an environment; can be pickled.
+#[pyclass(module = "mge", frozen)]
+pub struct State(pub Vec<env::State>);
+
+#[pymethods]
+impl State {
+    /// The states that `to_json` wrote.
+    #[staticmethod]
+    fn parse(task: &str, states: Vec<String>) -> PyResult<Self> {
+        let task = Arc::new(crate::task::parse(task, "state").map_err(exception)?);
+        let states: Result<Vec<env::State>, _> = states.iter().map(|text| env::State::parse(text, &task)).collect();
+        states.map(Self).map_err(exception)
+    }
+
+    fn __len__(&self) -> usize {
+        self.0.len()
+    }
+
+    fn __getitem__(&self, index: isize) -> PyResult<Self> {
+        let place = if index < 0 { index + self.0.len() as isize } else { index };
+        let state = usize::try_from(place).ok().and_then(|place| self.0.get(place));
+        let state = state.ok_or_else(|| PyIndexError::new_err(format!("there is no state {index}")))?;
+        Ok(Self(vec![state.clone()]))
+    }
+
+    /// The scenes as figures, for `save` and notebooks.
+    fn figure(&self) -> PyResult<Figure> {
+        let first = self.0.first().ok_or_else(|| PyIndexError::new_err("there is no state"))?;
+        Ok(Figure::new(scene(first.environment()), "State.figure()"))
+    }
+
+    /// Balls, one row a state: x, y (normalised), velocity x, y (units/s), spin (radians/s); float32.
+    #[getter]
+    fn balls<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        let balls: Vec<f32> =
+            self.0.iter().flat_map(|state| ball_row(&state.environment().snapshot().ball())).collect();
+        balls.into_pyarray(py).reshape([self.0.len(), BALL])
+    }
+
+    fn __repr__(&self) -> String {
+        let name = self.0.first().map_or("", |state| state.task().name.as_str());
+        format!("<State of {} environments of {name}>", self.0.len())
+    }
+
+    fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (String, Vec<String>))> {
+        let parse = py.get_type::<Self>().getattr("parse")?.unbind();
+        let task = self.0.first().map_or_else(String::new, |state| crate::task::to_json(state.task()));
+        Ok((parse, (task, self.0.iter().map(env::State::to_json).collect())))
+    }
+}
