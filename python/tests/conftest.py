@@ -15,15 +15,24 @@ def program():
     return path
 
 
+def train(program, folder, *arguments):
+    """Trains a small agent on task1 for 40 episodes."""
+    settings = ["ddpg.warmup_steps=50", "ddpg.hidden=16", "evaluation.every=10"]
+    command = [program, "train", "task1", "--episodes", "40", "--quiet", "--out", str(folder), *arguments]
+    for setting in settings:
+        command += ["--set", setting]
+    subprocess.run(command, check=True, capture_output=True)
+    return folder
+
+
 @pytest.fixture(scope="session")
 def run(program, tmp_path_factory):
-    """A short run that learned something, with clusters."""
+    """A short run that learned something, with clusters; its actor acts relative to the ball."""
     folder = tmp_path_factory.mktemp("runs")
-    for seed in (0, 1):
-        settings = ["ddpg.warmup_steps=50", "ddpg.hidden=16", "evaluation.every=10"]
-        command = [program, "train", "task1", "--episodes", "40", "--seed", str(seed), "--quiet"]
-        command += ["--out", str(folder / f"seed{seed}")]
-        for setting in settings:
-            command += ["--set", setting]
-        subprocess.run(command, check=True, capture_output=True)
-    return folder / "seed0"
+    return [train(program, folder / f"seed{seed}", "--seed", str(seed)) for seed in (0, 1)][0]
+
+
+@pytest.fixture(scope="session")
+def plain(program, tmp_path_factory):
+    """A short run of the paper's method."""
+    return train(program, tmp_path_factory.mktemp("plain") / "seed0", "--method", "ddpg-mge")

@@ -184,7 +184,9 @@ def test_clusters_are_those_of_the_program(program, tmp_path):
     assert written["stages"] == ours["stages"]
 
 
-def test_an_actor_acts_as_the_program_does(program, run):
+@pytest.mark.parametrize("which", ["run", "plain"])
+def test_an_actor_acts_as_the_program_does(program, which, request):
+    run = request.getfixturevalue(which)
     actor = mge.Actor(run)
     command = [program, "evaluate", str(run), "--episodes", "3", "--observations"]
     episodes = subprocess.run(command, check=True, capture_output=True, text=True).stdout
@@ -193,7 +195,7 @@ def test_an_actor_acts_as_the_program_does(program, run):
         observations = np.array(episode["observations"], np.float32)
         np.testing.assert_array_equal(actor.act(observations), np.array(episode["actions"], np.float32))
         assert actor.values(observations, actor.act(observations)).shape == (len(observations),)
-        np.testing.assert_array_equal(actor.act(observations.astype(np.float64)[:, ::1].tolist()), actor.act(observations))
+        np.testing.assert_array_equal(actor.act(observations.astype(np.float64).tolist()), actor.act(observations))
     with pytest.raises(ValueError, match="162"):
         actor.act(np.zeros((1, 3), np.float32))
 

@@ -23,5 +23,5 @@ pub fn numbers<'py, D: Dimension>(
         let shape = array.getattr("shape")?;
         return Err(PyValueError::new_err(format!("`{name}` has the shape {shape}, and should have {wanted}")));
     }
-    Ok(numpy.call_method1("ascontiguousarray", (array, "float32"))?.extract()?)
+    numpy.call_method1("ascontiguousarray", (array, "float32"))?.extract()
 }
