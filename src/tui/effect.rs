@@ -32,10 +32,14 @@ pub enum Effect {
     NextEpisode,
     /// List only the runs that a text describes.
     Filter(String),
+    /// Show these columns of the list of runs.
+    Columns(String),
     /// Compare groups of runs with those of a label.
     PinBaseline(String),
     /// Show the curves of the marked runs together.
     Compare,
+    /// Keep a command that was typed, to be typed again.
+    Remember(String),
     /// Carry out several effects, in order.
     All(Vec<Effect>),
     /// Export figures, each in a file format, into the folder for figures.

@@ -113,6 +113,7 @@ pub enum Action {
     Mark,
     Sort,
     Reverse,
+    Columns,
     PinBaseline,
     EditNote,
     EditTags,

@@ -152,6 +152,7 @@ pub(super) const ROWS: &[Row] = &[
     (A::Filter, Runs, "filter-runs", "/", "filter", "show only runs with words or like task:4 epsilon<0.2 tag:paper", Nothing),
     (A::Sort, Runs, "sort-runs", "s", "sort", "sort by age, name, state, episodes or success", Nothing),
     (A::Reverse, Runs, "reverse-runs", "S", "", "turn the order round", Nothing),
+    (A::Columns, Runs, "choose-columns", "|", "", "choose the columns of the list, settings in which runs differ among them", Nothing),
     (A::Compare, Runs, "compare-runs", "V", "compare", "show the curves of the marked runs, or of the selected group, together", Nothing),
     (A::PinBaseline, Runs, "pin-baseline", "B", "", "compare groups with the selected one", Nothing),
     (A::EditNote, Runs, "edit-note", "i", "", "write a note on the run", Like("note")),

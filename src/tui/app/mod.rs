@@ -60,6 +60,8 @@ pub struct App {
     background: Vec<PathBuf>,
     /// The episode of a greedy policy that was shown last.
     greedy: Option<Arc<Episode>>,
+    /// Commands that were typed in the palette, the oldest first.
+    typed: Vec<String>,
     /// Something new is to be seen.
     changed: bool,
     /// Something new is to be seen in the scene, but nowhere else.
@@ -115,6 +117,7 @@ impl App {
             was_busy: false,
             background: Vec::new(),
             greedy: None,
+            typed: Vec::new(),
             changed: true,
             moved: false,
             picture: Buffer::default(),

@@ -6,10 +6,13 @@ use crate::run::RunState;
 use crate::trainer::unusual_settings;
 use crate::tui::actions::{Action, Tab};
 use crate::tui::effect::Effect;
-use crate::tui::layers::{Help, Palette};
+use crate::tui::layers::{Arguments, Help, Palette};
 use crate::tui::screens::{figures, lists, log, models, runs, scene, schedule, training};
 use crate::tui::view::{Beside, Choice, Level};
 use crate::workbench::{Command, FigureKind, command};
+
+/// Commands that were typed and are kept.
+const TYPED: usize = 100;
 
 impl App {
     /// Does what an action asks for.
@@ -59,8 +62,8 @@ impl App {
             Action::Save => self.apply(command::Save(None)),
             Action::SaveAs => self.ask_where_to_save(),
             Action::Copy => self.copy_command(),
-            Action::Palette => self.layers.push(Box::new(Palette::new(&self.contexts()))),
-            Action::Type(words) => self.layers.push(Box::new(Palette::begun(&self.contexts(), words))),
+            Action::Palette => self.layers.push(Box::new(self.palette())),
+            Action::Type(words) => self.layers.push(Box::new(self.palette().begun(words))),
             Action::Help => self.layers.push(Box::new(Help::new(&self.contexts()))),
             Action::Tour => self.show_tour(),
             Action::Screen(tab) => self.show(tab),
@@ -80,6 +83,10 @@ impl App {
             Action::Back => self.back(),
             other => self.perform_on_screen(other),
         }
+    }
+
+    fn palette(&self) -> Palette {
+        Palette::new(&self.contexts(), Arguments::new(self.workspace.view()), self.typed.clone())
     }
 
     fn perform_on_screen(&mut self, action: Action) {
@@ -122,6 +129,7 @@ impl App {
             Effect::Scrub(episode) => self.scrub(episode)?,
             Effect::NextEpisode => self.choose_subject(None, true),
             Effect::Filter(text) => self.screens.runs.filter(&text)?,
+            Effect::Columns(text) => self.screens.runs.show_columns(&text)?,
             Effect::PinBaseline(label) => {
                 let report = self.workspace.pin_baseline(&label);
                 self.say(Level::Info, report);
@@ -129,6 +137,11 @@ impl App {
             Effect::Compare => {
                 let show = runs::compare(&mut self.screens);
                 self.try_effect(show)?;
+            }
+            Effect::Remember(line) => {
+                self.typed.retain(|known| *known != line);
+                self.typed.push(line);
+                self.typed.drain(..self.typed.len().saturating_sub(TYPED));
             }
             Effect::All(effects) => {
                 for effect in effects {

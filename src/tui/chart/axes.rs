@@ -11,7 +11,7 @@ use crate::tui::widgets::raster::Dot;
 use crate::tui::widgets::theme::{Marker, Theme};
 
 /// How values become heights.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub enum Scale {
     /// In proportion.
     #[default]
@@ -68,6 +68,11 @@ impl Axes {
         Some(axes)
     }
 
+    /// Columns of the plot that is drawn into `area`; 0 if it is too small for one.
+    pub fn width_of_plot(area: Rect) -> u16 {
+        area.width.saturating_sub(GUTTER)
+    }
+
     fn draw_y(&self, theme: &Theme, buffer: &mut Buffer) {
         let bar = if theme.marker == Marker::Ascii { "|" } else { "│" };
         let width = GUTTER - 1;
@@ -112,6 +117,11 @@ impl Axes {
         let across = (x - self.x.from) / (self.x.to - self.x.from).max(f32::EPSILON);
         let up = (self.scale.apply(y) - self.y[0]) / (self.y[1] - self.y[0]);
         [across * (size[0] - 1.0) + 0.5, (1.0 - up) * (size[1] - 1.0) + 0.5]
+    }
+
+    /// The height of a value on the scale, in a raster of `size` dots over the plot, from its top.
+    pub fn height(&self, size: [f32; 2], scaled: f32) -> f32 {
+        (1.0 - (scaled - self.y[0]) / (self.y[1] - self.y[0])) * (size[1] - 1.0) + 0.5
     }
 
     /// The x value in the middle of a column.

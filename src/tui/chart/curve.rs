@@ -1,5 +1,7 @@
 //! Curves: any number of episodes in the columns there are.
 
+use std::rc::Rc;
+
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Style};
@@ -7,6 +9,7 @@ use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::Widget;
 
 use super::axes::{Axes, Scale, number};
+use super::decimated::{Column, Decimated, Kept, Look};
 use super::range::Window;
 use crate::tui::widgets::columns;
 use crate::tui::widgets::raster::{self, Dot, Raster};
@@ -20,6 +23,9 @@ pub struct Curve<'a> {
     pub colour: Color,
     /// One value an episode, from episode 1; what is not finite is a gap.
     pub values: &'a [f32],
+    /// Another number whenever the values are others, and which of the curves of this number it is; none if that
+    /// is not known.
+    pub version: Option<(u64, usize)>,
     /// Lower and upper ends of the band around it, as many as values.
     pub band: Option<[&'a [f32]; 2]>,
     /// So many of the first values are means of less than the others, and drawn dotted.
@@ -50,8 +56,9 @@ pub struct Plot<'a> {
     pub empty: &'a str,
 }
 
-/// Draws title, axes and curves. Returns the axes unless the area is too small.
-pub fn draw(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Option<Axes> {
+/// Draws title, axes and curves; curves that were drawn before are taken from what is `kept`. Returns the axes
+/// unless the area is too small.
+pub fn draw(plot: &Plot, kept: &Kept, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Option<Axes> {
     if area.height < 2 || area.width == 0 {
         return None;
     }
@@ -59,7 +66,14 @@ pub fn draw(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Opti
     let height = Constraint::Length(legend.len() as u16);
     let [above, area] = Layout::vertical([height, Constraint::Fill(1)]).areas(area);
     Text::from(legend).render(above, buffer);
-    let lines: Vec<Vec<(f32, f32)>> = plot.curves.iter().map(|curve| visible(curve.values, plot)).collect();
+    let look = Look {
+        x: plot.x,
+        scale: plot.scale,
+        smoothing: plot.smoothing,
+        columns: Axes::width_of_plot(area) * theme.marker.dots()[0],
+    };
+    let line = |curve: &Curve| kept.decimated(curve.version, curve.values, &look);
+    let lines: Vec<Rc<Decimated>> = plot.curves.iter().map(line).collect();
     let found = range(&lines, plot);
     let axes = Axes::draw(area, plot.x, found.unwrap_or([0.0, 1.0]), plot.scale, theme, buffer)?;
     if found.is_none() {
@@ -74,7 +88,7 @@ pub fn draw(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Opti
     }
     raster::draw(axes.plot, theme.marker, buffer, |raster| {
         for curve in &plot.curves {
-            shade(curve, plot, &axes, raster);
+            shade(curve, &look, &axes, raster);
         }
         for (line, curve) in lines.iter().zip(&plot.curves) {
             trace(line, curve, &axes, raster);
@@ -126,47 +140,12 @@ fn legend(plot: &Plot, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
     lines
 }
 
-/// The smoothed values inside of the window, gaps as NaN.
-fn visible(values: &[f32], plot: &Plot) -> Vec<(f32, f32)> {
-    let first = (plot.x.from.floor().max(1.0) as usize) - 1;
-    let end = (plot.x.to.ceil().max(0.0) as usize).min(values.len());
-    if first >= end {
-        return Vec::new();
-    }
-    let width = plot.smoothing.max(1);
-    let mut window: std::collections::VecDeque<f32> = std::collections::VecDeque::with_capacity(width);
-    let (mut sum, mut pushed) = (0.0f64, 0usize);
-    let mut smooth = |value: f32| {
-        if width == 1 || !value.is_finite() {
-            return value;
-        }
-        if window.len() == width {
-            sum -= f64::from(window.pop_front().unwrap_or(0.0));
-        }
-        window.push_back(value);
-        sum += f64::from(value);
-        pushed += 1;
-        if pushed % width == 0 {
-            // What a large value has cost in precision does not stay.
-            sum = window.iter().map(|value| f64::from(*value)).sum();
-        }
-        (sum / window.len() as f64) as f32
-    };
-    // What comes before the window belongs to the means of its first values.
-    for value in &values[first.saturating_sub(width)..first] {
-        smooth(*value);
-    }
-    (first..end).map(|index| ((index + 1) as f32, smooth(values[index]))).collect()
-}
-
 /// Lowest and highest scaled value with a margin. None if no value is finite.
-fn range(lines: &[Vec<(f32, f32)>], plot: &Plot) -> Option<[f32; 2]> {
-    let points = plot.curves.iter().flat_map(|curve| curve.points.iter().map(|(_, value)| *value));
-    let values = lines.iter().flatten().map(|(_, value)| *value).chain(points);
-    let scaled = values.map(|value| plot.scale.apply(value)).filter(|value| value.is_finite());
-    let found = scaled.fold(None, |range: Option<[f32; 2]>, value| {
-        Some(range.map_or([value; 2], |[low, high]| [low.min(value), high.max(value)]))
-    })?;
+fn range(lines: &[Rc<Decimated>], plot: &Plot) -> Option<[f32; 2]> {
+    let points = plot.curves.iter().flat_map(|curve| curve.points.iter().map(|(_, value)| plot.scale.apply(*value)));
+    let points = points.filter(|value| value.is_finite()).map(|value| [value; 2]);
+    let ranges = lines.iter().filter_map(|line| line.range).chain(points);
+    let found = ranges.reduce(|[low, high], [least, greatest]| [low.min(least), high.max(greatest)])?;
     match plot.y.filter(|_| plot.scale == Scale::Linear) {
         Some([low, high]) => Some([found[0].min(low), found[1].max(high)]),
         None => {
@@ -179,74 +158,35 @@ fn range(lines: &[Vec<(f32, f32)>], plot: &Plot) -> Option<[f32; 2]> {
 }
 
 /// Shades the band around a curve, with dots so far apart that what lies over it is seen.
-fn shade(curve: &Curve, plot: &Plot, axes: &Axes, raster: &mut Raster) {
+fn shade(curve: &Curve, look: &Look, axes: &Axes, raster: &mut Raster) {
     let Some(ends) = curve.band else { return };
     let size = raster.size();
-    let [low, high] = ends.map(|values| visible(values, plot));
     let mut dots = Vec::new();
-    let mut column = f32::NEG_INFINITY;
-    for ((x, low), (_, high)) in low.into_iter().zip(high) {
-        let [bottom, top] = [axes.dot(size, x, low), axes.dot(size, x, high)];
-        // One of the episodes in a column of dots stands for it, in every other column.
-        if bottom[0].floor() < column + 2.0 || !(bottom[1].is_finite() && top[1].is_finite()) {
-            continue;
-        }
-        column = bottom[0].floor();
-        let rows = top[1].floor().max(0.0) as usize..=bottom[1].floor().clamp(0.0, size[1]) as usize;
-        let shift = (column as usize / 2) % 2;
-        dots.extend(rows.filter(|row| row % 2 == shift).map(|row| [bottom[0], row as f32]));
+    for (column, [low, high]) in look.samples(ends) {
+        let [bottom, top] = [low, high].map(|value| axes.height(size, value));
+        let rows = top.floor().max(0.0) as usize..=bottom.floor().clamp(0.0, size[1]) as usize;
+        let shift = usize::from(column) / 2 % 2;
+        dots.extend(rows.filter(|row| row % 2 == shift).map(|row| [f32::from(column) + 0.5, row as f32]));
     }
     raster.points(dots, curve.colour);
 }
 
 /// Draws a line: neighbours are connected, and a column of dots with many values shows
 /// all heights between their least and their greatest.
-fn trace(line: &[(f32, f32)], curve: &Curve, axes: &Axes, raster: &mut Raster) {
+fn trace(line: &Decimated, curve: &Curve, axes: &Axes, raster: &mut Raster) {
     let size = raster.size();
-    let mut open: Option<Column> = None;
-    for (x, y) in line {
-        let dot = axes.dot(size, *x, *y);
-        let next = dot[1].is_finite().then(|| Column {
-            x: dot[0].floor(),
-            heights: [dot[1]; 2],
-            last: dot,
-            dotted: *x <= curve.partial as f32,
-        });
-        match (&mut open, &next) {
-            (Some(column), Some(next)) if column.x == next.x => column.add(dot),
-            _ => {
-                let done = std::mem::replace(&mut open, next);
-                done.into_iter().for_each(|done| done.draw(open.as_ref(), curve.colour, raster));
-            }
+    let dot = |column: &Column, value: f32| -> Dot { [f32::from(column.x) + 0.5, axes.height(size, value)] };
+    for (place, column) in line.columns.iter().enumerate() {
+        if column.last <= curve.partial {
+            let last = [dot(column, column.ends[1])];
+            raster.points(last.into_iter().filter(|_| column.x % 3 == 0), curve.colour);
+            continue;
         }
-    }
-    open.into_iter().for_each(|last| last.draw(None, curve.colour, raster));
-}
-
-/// The values in one column of dots.
-struct Column {
-    x: f32,
-    /// Of the highest and of the lowest dot.
-    heights: [f32; 2],
-    last: Dot,
-    dotted: bool,
-}
-
-impl Column {
-    fn add(&mut self, dot: Dot) {
-        self.heights = [self.heights[0].min(dot[1]), self.heights[1].max(dot[1])];
-        self.last = dot;
-    }
-
-    /// Draws it, and the way to the next one, of which only the first dot is known.
-    fn draw(&self, next: Option<&Self>, colour: Color, raster: &mut Raster) {
-        if self.dotted {
-            raster.points([self.last].into_iter().filter(|_| self.x % 3.0 == 0.0), colour);
-            return;
+        let [bottom, top] = column.range.map(|value| dot(column, value));
+        raster.line(top, bottom, curve.colour);
+        if let Some(next) = line.columns.get(place + 1).filter(|next| !next.after_gap) {
+            raster.line(dot(column, column.ends[1]), dot(next, next.ends[0]), curve.colour);
         }
-        let [top, bottom] = self.heights.map(|height| [self.x + 0.5, height]);
-        raster.line(top, bottom, colour);
-        next.into_iter().for_each(|next| raster.line(self.last, next.last, colour));
     }
 }
 
@@ -298,7 +238,15 @@ mod tests {
     fn plot<'a>(values: &'a [f32], points: &'a [(u64, f32)]) -> Plot<'a> {
         Plot {
             title: "loss",
-            curves: vec![Curve { name: "a".into(), colour: Color::Red, values, band: None, partial: 0, points }],
+            curves: vec![Curve {
+                name: "a".into(),
+                colour: Color::Red,
+                values,
+                version: None,
+                band: None,
+                partial: 0,
+                points,
+            }],
             x: Window { from: 1.0, to: values.len().max(10) as f32 },
             y: None,
             scale: Scale::Linear,
@@ -312,7 +260,7 @@ mod tests {
     fn lines(plot: &Plot, marker: Marker) -> Vec<String> {
         let area = Rect::new(0, 0, 26, 6);
         let mut buffer = Buffer::empty(area);
-        draw(plot, area, &Theme::new(Palette::Dark, Depth::True, marker), &mut buffer);
+        draw(plot, &Kept::default(), area, &Theme::new(Palette::Dark, Depth::True, marker), &mut buffer);
         let row = |y: u16| (0..area.width).map(|x| buffer[(x, y)].symbol()).collect::<String>();
         (0..area.height).map(|y| row(y).trim_end().to_owned()).collect()
     }
@@ -348,12 +296,9 @@ mod tests {
     #[test]
     fn smoothing_is_the_mean_of_the_episodes_before() {
         let values = [0.0, 4.0, 2.0, f32::NAN, 6.0];
-        let mut plot = plot(&values, &[]);
-        plot.smoothing = 2;
-        let smooth: Vec<f32> = visible(plot.curves[0].values, &plot).iter().map(|(_, value)| *value).collect();
-        assert_eq!(smooth[..3], [0.0, 2.0, 3.0]);
-        assert!(smooth[3].is_nan());
-        assert_eq!(smooth[4], 4.0);
+        let look = Look { x: Window { from: 1.0, to: 5.0 }, scale: Scale::Linear, smoothing: 2, columns: 50 };
+        let smooth: Vec<f32> = look.decimate(&values).columns.iter().map(|column| column.ends[0]).collect();
+        assert_eq!(smooth, [0.0, 2.0, 3.0, 4.0]);
     }
 
     #[test]
@@ -389,6 +334,7 @@ mod tests {
             name: name.into(),
             colour: Color::Red,
             values: &values,
+            version: None,
             band: None,
             partial: 0,
             points: &[],

@@ -2,8 +2,10 @@
 
 mod axes;
 mod curve;
+mod decimated;
 mod range;
 
 pub use axes::{Axes, Scale, number};
 pub use curve::{Curve, Plot, draw};
+pub use decimated::Kept;
 pub use range::{Range, Window};

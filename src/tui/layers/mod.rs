@@ -7,7 +7,7 @@ mod question;
 mod tour;
 
 pub use help::Help;
-pub use palette::Palette;
+pub use palette::{Arguments, Palette};
 pub use prompt::Prompt;
 pub use question::Question;
 pub use tour::Tour;

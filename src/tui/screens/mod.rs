@@ -1,6 +1,7 @@
 //! The screens: what each remembers, how it is drawn, and what an action does on it. A screen gets
 //! what it draws and answers with effects; it knows neither the session nor the terminal.
 
+mod charts;
 pub mod edit;
 pub mod figures;
 mod frame;

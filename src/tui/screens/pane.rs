@@ -6,8 +6,8 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Text};
 use ratatui::widgets::Widget;
 
-use crate::tui::view::Level;
-use crate::tui::widgets::columns::shortened;
+use crate::tui::view::{Level, ViewModel};
+use crate::tui::widgets::columns::{fitting, shortened};
 use crate::tui::widgets::popup;
 use crate::tui::widgets::theme::Theme;
 
@@ -33,6 +33,17 @@ pub fn pane(title: &str, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Rect
     let inside = block.inner(area);
     block.render(area, buffer);
     inside
+}
+
+/// What is trained here and what it costs, in the lower edge of a pane; nothing while nothing is.
+pub fn system_line(view: &ViewModel, area: Rect, theme: &Theme, buffer: &mut Buffer) {
+    let mut parts = view.queue();
+    if parts.is_empty() {
+        return;
+    }
+    parts.extend(view.system.words());
+    let text = format!(" {} ", fitting(&parts, usize::from(area.width).saturating_sub(6)));
+    buffer.set_string(area.x + 2, area.bottom() - 1, text, theme.faint());
 }
 
 /// A text in lines of at most so many columns, in a style.

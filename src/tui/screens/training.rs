@@ -9,17 +9,17 @@ use ratatui::style::Style;
 use ratatui::text::Text;
 use ratatui::widgets::{Row, Table, Widget};
 
-use super::pane::{WIDE, hint, pane};
+use super::charts::{Charts, Shown};
+use super::pane::{WIDE, hint, pane, system_line};
 use super::runs::Runs;
 use super::workbench::{beside_pane, scene_pane};
-use super::{HitRegions, Region, Screens, Ui};
+use super::{HitRegions, Screens, Ui};
 use crate::run::Metric;
-use crate::stats::rolling::WINDOW;
 use crate::text::printable;
 use crate::tui::actions::Action;
-use crate::tui::chart::{Curve, Plot, Range, Scale, draw as draw_chart};
+use crate::tui::chart::{Kept, Range, Scale};
 use crate::tui::effect::Effect;
-use crate::tui::view::{Choice, Curves, GroupCurves, Mark, RunGroup, RunSummary, ViewModel, span};
+use crate::tui::view::{Choice, RunSummary, span};
 use crate::tui::widgets::columns::{fitting, shortened};
 
 /// Columns from which on there is room for the scene beside the curves.
@@ -45,6 +45,8 @@ pub struct CurvesState {
     /// Each value is the mean of so many episodes.
     smoothing: usize,
     logarithmic: HashSet<Metric>,
+    /// Curves as they were drawn.
+    pub(super) kept: Kept,
 }
 
 const SMOOTHINGS: [usize; 4] = [1, 10, 50, 200];
@@ -61,6 +63,7 @@ impl Default for CurvesState {
             folded: true,
             smoothing: 10,
             logarithmic: HashSet::from([Metric::CriticLoss]),
+            kept: Kept::default(),
         }
     }
 }
@@ -95,67 +98,15 @@ impl CurvesState {
         }
     }
 
-    fn scale(&self, metric: Metric) -> Scale {
+    pub(super) fn scale(&self, metric: Metric) -> Scale {
         if self.logarithmic.contains(&metric) { Scale::Log } else { Scale::Linear }
     }
 
     /// Smoothing of a metric: the success rate is a mean already, schedules are exact.
-    fn smoothing(&self, metric: Metric) -> usize {
+    pub(super) fn smoothing(&self, metric: Metric) -> usize {
         match metric {
             Metric::Success | Metric::Epsilon | Metric::Noise => 1,
             _ => self.smoothing,
-        }
-    }
-}
-
-/// Something with a curve: a run, with its group if that has more, or a group in one.
-#[derive(Clone, Copy)]
-pub enum Shown<'a> {
-    /// A run.
-    Run(&'a RunSummary, Option<&'a RunGroup>),
-    /// A group.
-    Group(&'a RunGroup, &'a GroupCurves),
-}
-
-impl<'a> Shown<'a> {
-    /// A run as it is shown alone.
-    pub fn run(run: &'a RunSummary, view: &'a ViewModel) -> Self {
-        Self::Run(run, view.groups.of(&run.path).filter(|group| group.is_many()))
-    }
-
-    fn label(&self) -> String {
-        match self {
-            Self::Run(run, None) => run.label.clone(),
-            Self::Run(run, Some(group)) => format!("{}, seed {}", group.label, run.seed),
-            Self::Group(group, _) => format!("{}, {} seeds", group.label, group.runs.len()),
-        }
-    }
-
-    fn curves(&self) -> &'a Curves {
-        match self {
-            Self::Run(run, _) => &run.curves,
-            Self::Group(_, curves) => &curves.middle,
-        }
-    }
-
-    fn band(&self, metric: Metric) -> Option<[&'a [f32]; 2]> {
-        match self {
-            Self::Run(..) => None,
-            Self::Group(_, curves) => Some([curves.low.get(metric), curves.high.get(metric)]),
-        }
-    }
-
-    fn marks(&self) -> &'a [Mark] {
-        match self {
-            Self::Run(run, _) => &run.marks,
-            Self::Group(..) => &[],
-        }
-    }
-
-    fn evaluations(&self) -> &'a [(u64, f32)] {
-        match self {
-            Self::Run(run, _) => &run.evaluations,
-            Self::Group(..) => &[],
         }
     }
 }
@@ -230,106 +181,6 @@ pub fn episodes(curves: &CurvesState, runs: &Runs, ui: &Ui) -> usize {
     shown(curves, runs, ui).iter().map(|shown| shown.curves().episodes()).max().unwrap_or(0)
 }
 
-/// Draws one chart of some runs and groups.
-pub struct Charts<'a> {
-    state: &'a CurvesState,
-    shown: Vec<Shown<'a>>,
-    ui: &'a Ui<'a>,
-}
-
-impl<'a> Charts<'a> {
-    /// Charts of these, over the same episodes.
-    pub fn new(state: &'a CurvesState, shown: Vec<Shown<'a>>, ui: &'a Ui<'a>) -> Self {
-        Self { state, shown, ui }
-    }
-
-    /// Draws the chart of a metric.
-    pub fn draw(&self, metric: Metric, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
-        let labels: Vec<String> = self.shown.iter().map(Shown::label).collect();
-        let many = labels.len() > 1;
-        let names = if many { names(&self.shown, &labels) } else { vec![String::new(); labels.len()] };
-        let colours = self.ui.theme.runs(&labels.iter().map(String::as_str).collect::<Vec<_>>());
-        let by_subgoal = match self.shown.as_slice() {
-            [Shown::Run(run, _)] if metric == Metric::SubgoalShare => run.subgoal_hits(),
-            _ => Vec::new(),
-        };
-        let single = by_subgoal.iter().enumerate().map(|(index, values)| Curve {
-            name: (index + 1).to_string(),
-            colour: self.ui.theme.stage(index),
-            values,
-            band: None,
-            partial: 0,
-            points: &[],
-        });
-        let whole = self.shown.iter().filter(|_| by_subgoal.is_empty());
-        let curves = whole.zip(names).zip(colours).map(|((shown, name), colour)| Curve {
-            name,
-            colour,
-            values: shown.curves().get(metric),
-            band: shown.band(metric),
-            // The success rate of the first episodes is that of fewer than the others.
-            partial: if metric == Metric::Success { WINDOW.get() - 1 } else { 0 },
-            points: if metric == Metric::Success { shown.evaluations() } else { &[] },
-        });
-        let empty = match self.shown.first() {
-            Some(Shown::Run(run, _)) if run.queued => "waiting for a free core",
-            Some(Shown::Run(run, _)) if run.active => "the first episode is going on",
-            Some(Shown::Run(run, _)) if run.done > 0 => "its log is being read",
-            Some(_) => "it ended before its first episode",
-            None => "no episodes yet: {train} trains",
-        };
-        let empty = self.ui.text(empty);
-        let smoothing = self.state.smoothing(metric);
-        let title = match (smoothing, self.state.scale(metric)) {
-            (1, Scale::Linear) => metric.title().to_owned(),
-            (1, Scale::Log) => format!("{}, log", metric.title()),
-            (n, Scale::Linear) => format!("{}, mean of {n}", metric.title()),
-            (n, Scale::Log) => format!("{}, mean of {n}, log", metric.title()),
-        };
-        // Of many curves the marks would be a row of signs without a name.
-        let marked = self.shown.iter().zip(self.ui.theme.runs(&labels.iter().map(String::as_str).collect::<Vec<_>>()));
-        let marks = marked.filter(|_| self.shown.len() <= 2).flat_map(|(shown, colour)| {
-            let colour = if many { colour } else { self.ui.theme.warn };
-            shown.marks().iter().map(move |mark| (mark.episode, colour, &*mark.text))
-        });
-        let plot = Plot {
-            marks: marks.collect(),
-            title: &title,
-            curves: single.chain(curves).collect(),
-            x: self.state.range.window(self.episodes()),
-            y: metric.info().range,
-            scale: self.state.scale(metric),
-            smoothing,
-            crosshair: self.state.hovered.or(self.state.crosshair),
-            empty: &empty,
-        };
-        if let Some(axes) = draw_chart(&plot, area, self.ui.theme, buffer) {
-            regions.add(axes.plot, Region::Chart(axes, metric));
-        }
-    }
-
-    fn episodes(&self) -> usize {
-        self.shown.iter().map(|shown| shown.curves().episodes()).max().unwrap_or(0)
-    }
-}
-
-/// What sets each of several curves apart from the others, in words: the parts of their labels that
-/// not all have. Runs of one label have the names of their folders.
-fn names(shown: &[Shown], labels: &[String]) -> Vec<String> {
-    let parts = |label: &String| label.split(", ").map(str::to_owned).collect::<Vec<String>>();
-    let labels: Vec<Vec<String>> = labels.iter().map(parts).collect();
-    let is_common = |part: &String| labels.iter().all(|label| label.contains(part));
-    let own =
-        |label: &Vec<String>| label.iter().filter(|part| !is_common(part)).cloned().collect::<Vec<_>>().join(", ");
-    let names: Vec<String> = labels.iter().map(own).collect();
-    let is_unique = |name: &String| names.iter().filter(|other| *other == name).count() == 1;
-    let named = |(name, shown): (&String, &Shown)| match shown {
-        Shown::Run(run, _) if !is_unique(name) => run.name.clone(),
-        _ => name.clone(),
-    };
-    names.iter().zip(shown).map(named).collect()
-}
-
 /// Draws charts below one another, as many as there is room for.
 pub fn stack(
     curves: &CurvesState,
@@ -387,6 +238,7 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
         }
     };
     let inside = pane(&title, area, ui.theme, buffer);
+    system_line(ui.view, area, ui.theme, buffer);
     if shown.is_empty() {
         return hint(&nothing(curves, ui), inside, ui.theme, buffer);
     }

@@ -36,6 +36,8 @@ pub struct RunGroup {
     pub is_baseline: bool,
     /// The curves of its runs in one, as far as they have been read.
     pub curves: Option<Arc<GroupCurves>>,
+    /// Versions of the curves of its runs.
+    versions: Vec<u64>,
 }
 
 impl RunGroup {
@@ -143,9 +145,11 @@ impl Grouping {
                     improvement: None,
                     is_baseline: Some(&**label) == baseline,
                     curves: None,
+                    versions: Vec::new(),
                 };
                 grouping.of.extend(group.runs.iter().map(|path| (path.clone(), grouping.groups.len())));
-                grouping.groups.push(group.with_statistics(&begun, baseline).with_curves(runs, &places));
+                let group = group.with_statistics(&begun, baseline);
+                grouping.groups.push(group.with_curves(runs, &places, before));
             }
         }
         grouping
@@ -179,9 +183,14 @@ impl RunGroup {
         self
     }
 
-    fn with_curves(mut self, runs: &[Arc<RunSummary>], places: &[usize]) -> Self {
+    /// With the curves of its runs in one; those of a group `before` are taken over if none of them is another.
+    fn with_curves(mut self, runs: &[Arc<RunSummary>], places: &[usize], before: &Grouping) -> Self {
         let curves: Vec<&Curves> = places.iter().map(|place| &*runs[*place].curves).collect();
-        if self.is_many() && curves.iter().any(|curves| curves.episodes() > 0) {
+        self.versions = curves.iter().map(|curves| curves.version()).collect();
+        let known = self.runs.first().and_then(|run| before.of(run));
+        if let Some(known) = known.filter(|known| known.runs == self.runs && known.versions == self.versions) {
+            self.curves.clone_from(&known.curves);
+        } else if self.is_many() && curves.iter().any(|curves| curves.episodes() > 0) {
             self.curves = Some(Arc::new(GroupCurves::new(&curves)));
         }
         self
@@ -313,6 +322,11 @@ mod tests {
         // 1.0 is above both, 0.25 above one and as high as the other.
         assert_eq!(a.improvement.map(|estimate| estimate.value), Some(0.875));
         assert!(Arc::ptr_eq(&pinned.settings, &grouping.settings), "the same runs differ in the same settings");
+        let curves = |grouping: &Grouping| grouping.of(Path::new("runs/c")).unwrap().curves.clone().unwrap();
+        assert!(Arc::ptr_eq(&curves(&pinned), &curves(&grouping)), "the same curves are not put together again");
+        let mut longer = runs.clone();
+        Arc::make_mut(&mut Arc::make_mut(&mut longer[3]).curves).push(Metric::CURVES.map(|_| 1.0));
+        assert!(!Arc::ptr_eq(&curves(&Grouping::new(&longer, &grouping, None)), &curves(&grouping)));
         let fewer = Grouping::new(&runs[..5], &grouping, None);
         assert!(fewer.settings(Path::new("runs/c")).unwrap().is_empty());
         assert!(!grouping.settings(Path::new("runs/c")).unwrap().is_empty());

@@ -12,6 +12,7 @@ pub mod playback;
 mod rate;
 mod run_index;
 mod subject;
+mod system;
 mod workspace;
 
 use std::path::{Path, PathBuf};
@@ -24,6 +25,7 @@ pub use marks::{Mark, marks};
 pub use past::PastAgent;
 pub use rate::span;
 pub use subject::{AgentView, Beside, Choice, Subject, TaskModel};
+pub use system::System;
 pub use workspace::{SessionWorkspace, Workspace};
 
 use crate::agent::Ddpg;
@@ -80,6 +82,8 @@ pub struct ViewModel {
     pub model_outcome: Option<Result<String, String>>,
     /// Figures written in this session.
     pub figures: Vec<PathBuf>,
+    /// What the workbench costs.
+    pub system: System,
     /// What happened, oldest first, as far as it is kept.
     pub log: Vec<LogLine>,
     /// Lines of the log so far, also those no longer kept.
@@ -236,6 +240,21 @@ impl ViewModel {
     /// Runs that keep this program busy, now or later; one that is paused does not.
     pub fn training_runs(&self) -> impl Iterator<Item = &RunSummary> {
         self.active_runs().filter(|run| run.queued || run.state != RunState::Paused)
+    }
+
+    /// How it stands with what is trained here, in a few words each: runs, speed, time left of all of them; none
+    /// if nothing is.
+    pub fn queue(&self) -> Vec<String> {
+        let (mut training, mut queued, mut left, mut rate) = (0, 0, 0, 0.0);
+        for run in self.training_runs() {
+            *(if run.queued { &mut queued } else { &mut training }) += 1;
+            left += run.episodes.saturating_sub(run.done);
+            rate += run.rate.filter(|_| !run.queued).unwrap_or(0.0);
+        }
+        let count = |count: usize, word: &str| Some(format!("{count} {word}")).filter(|_| count > 0);
+        let speed = Some(format!("{rate:.1} episodes/s")).filter(|_| rate > 0.0);
+        let time = Some(format!("{} left", span(left as f64 / rate))).filter(|_| rate > 0.0);
+        [count(training, "training"), count(queued, "queued"), speed, time].into_iter().flatten().collect()
     }
 
     /// Runs this program is training or going to train.

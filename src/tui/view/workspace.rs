@@ -13,6 +13,7 @@ use super::past::{Agents, LastEpisode, episode_of};
 use super::playback::Episode;
 use super::rate::Rate;
 use super::run_index::RunIndex;
+use super::system::{Meter, System};
 use super::{Curves, HandEpisode, Level, Live, LogLine, RunSummary, TaskModel, ViewModel, Watched, marks};
 use crate::run::{Event, RunState};
 use crate::task::Task;
@@ -84,6 +85,7 @@ pub struct SessionWorkspace {
     histories: Histories,
     grouper: Grouper,
     details: Details,
+    meter: Meter,
     /// What other processes train was said.
     others_reported: bool,
     /// When the latest command was carried out.
@@ -115,6 +117,7 @@ impl SessionWorkspace {
             model_work: None,
             model_outcome: None,
             figures: Vec::new(),
+            system: System::default(),
             log: Vec::new(),
             log_total: 0,
             task,
@@ -133,6 +136,7 @@ impl SessionWorkspace {
             histories: Histories::new(),
             grouper: Grouper::default(),
             details: Details::default(),
+            meter: Meter::default(),
             others_reported: false,
             touched: Instant::now(),
         };
@@ -221,6 +225,7 @@ impl SessionWorkspace {
         self.view.groups = self.grouper.known().clone();
         self.grouper.note_change();
         self.view.runs_unread = self.index.unread();
+        self.view.system = self.meter.known();
     }
 
     fn refresh_watched(&mut self) {
@@ -334,6 +339,8 @@ impl Workspace for SessionWorkspace {
         if news {
             self.report_others();
         }
+        // While nothing is trained it is of no interest, and would keep an idle screen busy.
+        let news = news | (self.view.active_runs().next().is_some() && self.meter.look());
         let changed = !notices.is_empty() || news || building != self.session.prior_state() || preparing;
         if changed {
             self.refresh();

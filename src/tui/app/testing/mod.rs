@@ -3,6 +3,7 @@
 mod compared;
 mod details;
 mod golden;
+mod lists;
 #[cfg(unix)]
 #[path = "../../../../tests/terminal/mod.rs"]
 #[allow(dead_code, reason = "shared: each test file needs a part of it")]
@@ -31,8 +32,8 @@ use crate::trainer::{Fork, PriorSource, RunConfig, Trace};
 use crate::tui::input::{Key, Keymap};
 use crate::tui::view::playback::{Episode, Origin};
 use crate::tui::view::{
-    Curves, Grouping, HandEpisode, Level, LogLine, ModelSummary, RunSummary, TaskModel, ViewModel, Watched, Workspace,
-    marks,
+    Curves, Grouping, HandEpisode, Level, LogLine, ModelSummary, RunSummary, System, TaskModel, ViewModel, Watched,
+    Workspace, marks,
 };
 use crate::tui::widgets::preview::Drawing;
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
@@ -132,6 +133,7 @@ pub fn empty() -> ViewModel {
         model_work: None,
         model_outcome: None,
         figures: Vec::new(),
+        system: System::default(),
         log: Vec::new(),
         log_total: 0,
     }

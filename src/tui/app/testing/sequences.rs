@@ -283,7 +283,10 @@ fn the_crosshair_moves_the_scene_and_the_scene_the_crosshair() {
     press(&mut app, "4 left left");
     assert_eq!((app.subject.past_episode(), app.screens.curves.crosshair), (Some(693), Some(693.0)));
     let screen = text(&shot(&mut app, 120, 40));
-    assert!(screen.contains("task1 · episode 693 of a run") && screen.contains("epsilon 0.54"), "{screen}");
+    assert!(
+        screen.contains("task1 · episode 693 of task1-ddpg-mge-seed0") && screen.contains("epsilon 0.54"),
+        "{screen}"
+    );
     app.screens.scene.player.seek(50);
     press(&mut app, "left");
     assert_eq!((app.subject.past_episode(), app.screens.scene.player.step()), (Some(686), 50), "the time stays");

@@ -4,20 +4,21 @@ use std::cmp::Ordering;
 use std::collections::HashMap;
 
 use ratatui::buffer::Buffer;
-use ratatui::layout::{Alignment, Constraint, Layout, Rect};
+use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
 use ratatui::text::Text;
 use ratatui::widgets::{Row, Table, Widget};
 
-use super::super::status::{bar, state_colour};
+use super::super::status::state_colour;
 use super::super::{HitRegions, Ui};
+use super::columns::{self, Column};
 use super::{Key, Runs};
-use crate::run::{Metric, RunState};
+use crate::run::RunState;
 use crate::stats::Estimate;
-use crate::tui::view::{Curves, RunGroup, RunSummary, span};
+use crate::tui::view::{Curves, RunGroup, RunSummary};
 use crate::tui::widgets::columns::shortened;
 use crate::tui::widgets::list;
-use crate::tui::widgets::theme::{Marker, Theme};
+use crate::tui::widgets::theme::Theme;
 
 /// A line of the list.
 #[derive(Clone)]
@@ -80,27 +81,30 @@ impl<'a> Line<'a> {
     }
 
     /// Episodes done and episodes in all.
-    fn progress(&self) -> [u64; 2] {
+    pub fn progress(&self) -> [u64; 2] {
         self.runs().iter().fold([0, 0], |[done, all], run| [done + run.done, all + run.episodes])
     }
 
-    fn success(&self) -> Option<f64> {
+    /// Share of successes: a group's is the interquartile mean.
+    pub fn success(&self) -> Option<f64> {
         match self {
             Self::Run(run, _) => run.success.map(f64::from),
             Self::Group(group, _) => group.success.map(|success| success.value),
         }
     }
 
-    fn improvement(&self) -> Option<Estimate> {
+    /// Probability that a group is above the baseline.
+    pub fn improvement(&self) -> Option<Estimate> {
         if let Self::Group(group, _) = self { group.improvement } else { None }
     }
 
     /// Seconds until all its runs are finished at the present rate, if they are trained side by side.
-    fn seconds_left(&self) -> Option<f64> {
+    pub fn seconds_left(&self) -> Option<f64> {
         self.runs().iter().filter_map(|run| run.seconds_left()).reduce(f64::max)
     }
 
-    fn curves(&self) -> Option<&'a Curves> {
+    /// Its curves, a group's in one.
+    pub fn curves(&self) -> Option<&'a Curves> {
         match self {
             Self::Run(run, _) => Some(&run.curves),
             Self::Group(group, _) => group.curves.as_deref().map(|curves| &curves.middle),
@@ -126,8 +130,18 @@ impl<'a> Line<'a> {
         // A group on the list has runs on it.
         let first = runs.iter().min_by_key(|run| urgency(run)).map_or(self.first(), |run| run);
         let count = runs.iter().filter(|run| run.state_word() == first.state_word()).count();
-        (format!("{count} {}", first.state_word()), style(first))
+        let queued = runs.iter().filter(|run| run.queued).count();
+        // What is trained and what waits are both of interest.
+        match queued {
+            1.. if !first.queued => (format!("{count} {}, {queued} q", short(first.state_word())), style(first)),
+            _ => (format!("{count} {}", first.state_word()), style(first)),
+        }
     }
+}
+
+/// The beginning of a word of a state.
+fn short(word: &str) -> &str {
+    word.get(..3).unwrap_or(word)
 }
 
 /// What the list is sorted by.
@@ -252,72 +266,26 @@ fn tree(lines: Vec<Line>) -> Vec<Line> {
     ordered
 }
 
-/// A column of the list.
-struct Column {
-    heading: &'static str,
-    /// Columns of the terminal; 0 for what the others leave.
-    width: u16,
-    /// Columns of the list from which on there is room for it.
-    from: u16,
-    alignment: Alignment,
-    cell: fn(&Line, &Theme) -> String,
-}
-
 /// Levels of forks that are told apart by how far they are to the right.
 const DEEPEST: usize = 6;
-/// Columns of a name at most.
-const NAME: u16 = 70;
+/// Columns of the mark and of the state.
+const MARK: u16 = 2;
+const STATE: u16 = 11;
+/// Columns of a name at least, if there is room for nothing else, and at most.
+const NAME: [u16; 2] = [16, 70];
 
-/// Columns of the list; mark, name and state are drawn in ways of their own.
-const COLUMNS: [Column; 9] = [
-    column("", 2, 0, Alignment::Left, |_, _| String::new()),
-    column("run", 0, 0, Alignment::Left, |_, _| String::new()),
-    column("state", 11, 0, Alignment::Left, |_, _| String::new()),
-    column("episodes", 18, 60, Alignment::Left, |line, theme| {
-        let [done, all] = line.progress();
-        format!("{} {done}/{all}", bar(done, all, 6, theme))
-    }),
-    column("success", 7, 0, Alignment::Right, |line, _| percent(line.success())),
-    column("interval", 9, 100, Alignment::Right, |line, _| match line {
-        Line::Group(RunGroup { success: Some(Estimate { lower, upper, .. }), .. }, _) => {
-            format!("{:.0}-{:.0} %", 100.0 * lower, 100.0 * upper)
-        }
-        _ => String::new(),
-    }),
-    column("better", 7, 88, Alignment::Right, |line, _| match line {
-        Line::Group(RunGroup { is_baseline: true, .. }, _) => "base".to_owned(),
-        _ => line.improvement().map_or_else(String::new, |improvement| percent(Some(improvement.value))),
-    }),
-    column("left", 10, 110, Alignment::Right, |line, _| line.seconds_left().map_or_else(String::new, span)),
-    column("curve", 12, 76, Alignment::Left, |line, theme| sparkline(line.curves(), 12, theme)),
-];
-
-const fn column(
-    heading: &'static str,
-    width: u16,
-    from: u16,
-    alignment: Alignment,
-    cell: fn(&Line, &Theme) -> String,
-) -> Column {
-    Column { heading, width, from, alignment, cell }
-}
-
-fn percent(share: Option<f64>) -> String {
-    share.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share))
-}
-
-/// The success rate over the episodes so far in a few characters.
-fn sparkline(curves: Option<&Curves>, width: usize, theme: &Theme) -> String {
-    let heights: &[&str] = match theme.marker {
-        Marker::Ascii => &["_", ".", "-", "=", "#"],
-        _ => &["▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"],
+/// The columns there is room for: those that were chosen, as many as fit, or the usual ones.
+fn shown_columns(state: &Runs, width: u16) -> Vec<Column> {
+    let Some(chosen) = &state.columns else {
+        return columns::usual().into_iter().filter(|column| width >= column.from).collect();
     };
-    let Some(values) = curves.map(|curves| curves.get(Metric::Success)).filter(|values| !values.is_empty()) else {
-        return String::new();
+    let mut room = width.saturating_sub(MARK + STATE + NAME[0] + 3);
+    let fits = |column: &&Column| {
+        let left = room.checked_sub(column.width + 1);
+        room = left.unwrap_or(0);
+        left.is_some()
     };
-    let at = |place: usize| values[((place + 1) * values.len() / width).max(1) - 1];
-    let height = |value: f32| ((value.clamp(0.0, 1.0) * heights.len() as f32) as usize).min(heights.len() - 1);
-    (0..width).map(|place| heights[height(at(place))]).collect()
+    chosen.iter().take_while(fits).cloned().collect()
 }
 
 /// Draws headings and lines, the selected one among them.
@@ -332,12 +300,18 @@ pub fn draw(
 ) {
     let theme = ui.theme;
     let [header, rows] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(area);
-    let shown: Vec<&Column> = COLUMNS.iter().filter(|column| area.width >= column.from).collect();
-    let taken: u16 = shown.iter().map(|column| column.width + 1).sum();
-    let name = area.width.saturating_sub(taken).min(NAME);
-    let width = |column: &&Column| Constraint::Length(if column.width == 0 { name } else { column.width });
-    let widths: Vec<Constraint> = shown.iter().map(width).collect();
-    let headings = shown.iter().map(|column| Text::from(column.heading).alignment(column.alignment));
+    let shown = shown_columns(state, area.width);
+    let taken: u16 = MARK + STATE + 3 + shown.iter().map(|column| column.width + 1).sum::<u16>();
+    let name = area.width.saturating_sub(taken).min(NAME[1]);
+    let widths: Vec<Constraint> = [MARK, name, STATE]
+        .into_iter()
+        .chain(shown.iter().map(|column| column.width))
+        .map(Constraint::Length)
+        .collect();
+    let headings = ["", "run", "state"].map(Text::from).into_iter();
+    let headings = headings.chain(
+        shown.iter().map(|it| Text::from(shortened(&it.heading, usize::from(it.width), true)).alignment(it.alignment)),
+    );
     Table::new([Row::new(headings).style(theme.faint())], &widths).render(header, buffer);
     let several_tasks = ui.view.runs.iter().any(|run| run.task != ui.view.runs[0].task);
     let row = |index: usize| {
@@ -346,15 +320,14 @@ pub fn draw(
         let watched = ui.subject.run().is_some_and(|watched| runs.iter().any(|run| run.path == watched.path));
         let marked = runs.iter().all(|run| state.is_marked(run));
         let mark = [if marked { "*" } else { " " }, if watched { ">" } else { " " }].concat();
-        Row::new(shown.iter().map(|column| match column.heading {
-            "" => Text::from(mark.clone()),
-            "run" => Text::from(line.named(usize::from(name), several_tasks)),
-            "state" => {
-                let (text, style) = line.state(theme);
-                Text::styled(text, style)
-            }
-            _ => Text::from((column.cell)(line, theme)).alignment(column.alignment),
-        }))
+        let (text, style) = line.state(theme);
+        let first =
+            [Text::from(mark), Text::from(line.named(usize::from(name), several_tasks)), Text::styled(text, style)];
+        let cell = |column: &Column| {
+            let text = shortened(&column.cell(line, ui), usize::from(column.width), false);
+            Text::from(text).alignment(column.alignment)
+        };
+        Row::new(first.into_iter().chain(shown.iter().map(cell)))
     };
     regions.add_rows(list::draw(lines.len(), Some(selected), row, &widths, rows, theme, buffer));
 }

@@ -1,6 +1,7 @@
 //! The Runs screen: past and running runs, in groups of those that differ in the seed only. What is
 //! done with a run is done with all that are marked, or with the selected run or group.
 
+mod columns;
 mod filter;
 mod list;
 mod preview;
@@ -16,7 +17,7 @@ use ratatui::text::Text;
 use ratatui::widgets::Widget;
 
 use super::lists::select;
-use super::pane::{self, hint, pane};
+use super::pane::{self, hint, pane, system_line};
 use super::{HitRegions, Screens, Ui};
 use crate::run::RunState;
 use crate::tui::actions::{Action, Tab};
@@ -24,6 +25,7 @@ use crate::tui::effect::Effect;
 use crate::tui::layers::{Prompt, Question};
 use crate::tui::view::{Level, RunGroup, RunSummary, ViewModel};
 use crate::workbench::{Command, FigureKind, command};
+use columns::Column;
 use filter::Filter;
 use list::{Line, Sort};
 
@@ -39,6 +41,8 @@ pub struct Runs {
     /// Groups whose runs are shown one by one.
     unfolded: HashSet<Key>,
     marked: HashSet<PathBuf>,
+    /// The columns that were chosen; none for the usual ones.
+    columns: Option<Vec<Column>>,
     since_look: Duration,
 }
 
@@ -76,6 +80,15 @@ impl Runs {
     pub fn filter(&mut self, text: &str) -> Result<(), String> {
         self.filter = Filter::parse(text)?;
         (self.selected, self.row) = (None, 0);
+        Ok(())
+    }
+
+    /// Shows these columns.
+    ///
+    /// # Errors
+    /// What is no column.
+    pub fn show_columns(&mut self, text: &str) -> Result<(), String> {
+        self.columns = columns::parse(text)?;
         Ok(())
     }
 
@@ -159,6 +172,7 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     }
     let is_reading = ui.view.runs_unread > 0 && !ui.view.runs.is_empty();
     let inside = pane(&title(state, ui, is_reading), area, ui.theme, buffer);
+    system_line(ui.view, area, ui.theme, buffer);
     if lines.is_empty() {
         return hint(&ui.text(nothing(state, ui.view)), inside, ui.theme, buffer);
     }
@@ -249,6 +263,16 @@ pub fn perform(state: &mut Runs, ui: &Ui, action: Action) -> Vec<Effect> {
             let read = |text: &str| Ok(Effect::Filter(text.to_owned()));
             let hint = "words, task:4 method:ddpg-mge state:running tag:paper epsilon<0.2 success>=0.5 seed=3";
             return vec![Effect::open(Prompt::new("show runs with", hint, state.filter.text(), read))];
+        }
+        Action::Columns => {
+            let read = |text: &str| Ok(Effect::Columns(text.to_owned()));
+            let now = state.columns.clone().unwrap_or_else(columns::usual);
+            let now: Vec<String> = now.into_iter().map(|column| column.heading).collect();
+            let hint = format!(
+                "{}, or settings in which runs differ, such as ddpg.gamma; none for the usual ones",
+                columns::names()
+            );
+            return vec![Effect::open(Prompt::new("columns", hint, now.join(" "), read))];
         }
         Action::OpenRun => {
             let read = |path: &str| Ok(Effect::apply(command::Open(path.into())));

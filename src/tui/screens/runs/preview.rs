@@ -6,8 +6,8 @@ use ratatui::style::Style;
 use ratatui::text::{Line as TextLine, Text};
 use ratatui::widgets::Widget;
 
+use super::super::charts::{Charts, Shown};
 use super::super::pane::{lines, pane};
-use super::super::training::{Charts, Shown};
 use super::super::{HitRegions, Screens, Ui};
 use super::list::Line;
 use crate::run::Metric;

@@ -1,5 +1,7 @@
 //! Actions and commands by name: a fuzzy list and a command line in one.
 
+mod arguments;
+
 use crossterm::event::{KeyCode, KeyEvent};
 use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher, Utf32Str};
@@ -20,6 +22,8 @@ use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::text_input::TextInput;
 use crate::tui::widgets::theme::Theme;
 use crate::workbench::{Command, Verb, verbs};
+pub use arguments::Arguments;
+use arguments::Value;
 
 /// What can be found.
 #[derive(Clone, Copy)]
@@ -42,6 +46,13 @@ pub struct Palette {
     input: TextInput,
     items: Vec<Item>,
     found: Vec<Item>,
+    /// What can be named in a command.
+    arguments: Arguments,
+    /// What may come next in the command that is being written; below what was found.
+    values: Vec<Value>,
+    /// Commands that were given, the oldest first, and which of them is shown.
+    history: Vec<String>,
+    recalled: Option<usize>,
     selected: usize,
     /// Where what was found is.
     rows: Vec<(Rect, usize)>,
@@ -51,7 +62,7 @@ pub struct Palette {
 
 impl Palette {
     /// A palette of the actions that apply now and of all commands.
-    pub fn new(contexts: &[Context]) -> Self {
+    pub fn new(contexts: &[Context], arguments: Arguments, history: Vec<String>) -> Self {
         let items = entries().iter().map(|entry| {
             let applies = contexts.contains(&entry.context) && entry.context != Context::Typed;
             Item { entry, applies }
@@ -60,14 +71,25 @@ impl Palette {
             .filter(|item| item.applies || item.entry.verb().is_some() || item.entry.context.tab().is_some())
             .collect();
         let (found, rows) = (items.clone(), Vec::new());
-        Self { input: TextInput::default(), items, found, selected: 0, rows, error: None }
+        Self {
+            input: TextInput::default(),
+            items,
+            found,
+            arguments,
+            values: Vec::new(),
+            history,
+            recalled: None,
+            selected: 0,
+            rows,
+            error: None,
+        }
     }
 
     /// A palette in which a command is begun.
-    pub fn begun(contexts: &[Context], words: &str) -> Self {
-        let mut palette = Self::new(contexts);
-        palette.paste(&format!("{words} "));
-        palette
+    #[must_use]
+    pub fn begun(mut self, words: &str) -> Self {
+        self.paste(&format!("{words} "));
+        self
     }
 
     /// A line that begins with a command and has an argument is that command; otherwise
@@ -93,24 +115,62 @@ impl Palette {
     /// What is written, as a command.
     fn command(&mut self) -> Response {
         match Command::parse(self.input.text()) {
-            Ok(Some(command)) => return Response::Try(Effect::Apply(command)),
+            Ok(Some(command)) => {
+                let line = Effect::Remember(self.input.text().trim().to_owned());
+                return Response::Try(Effect::All(vec![line, Effect::Apply(command)]));
+            }
             Ok(None) => {}
             Err(error) => self.error = Some(error.to_string()),
         }
         Response::Stay
     }
 
+    /// Takes over what is selected, or the likeliest.
     fn complete(&mut self) {
-        if let Some(verb) = self.found.get(self.selected).and_then(|item| item.entry.verb()) {
+        if !self.values.is_empty() {
+            let chosen = self.selected.saturating_sub(self.found.len()).min(self.values.len() - 1);
+            let text = self.values[chosen].text.clone();
+            // A folder and `KEY=` are only a beginning.
+            let end = if text.ends_with(['/', '=']) { "" } else { " " };
+            let begun = self.input.text().rfind(' ').map_or(0, |space| space + 1);
+            let before = self.input.text()[..begun].to_owned();
+            self.input = TextInput::new(format!("{before}{}{end}", shell_words::quote(&text)));
+            self.search();
+        } else if let Some(verb) = self.found.get(self.selected).and_then(|item| item.entry.verb()) {
             self.input = TextInput::new(format!("{} ", verb.name));
             self.search();
         }
     }
 
+    /// Shows a command that was given before, an older or a newer one; false if there is none.
+    fn recall(&mut self, older: bool) -> bool {
+        let begins = self.input.text().is_empty() || self.recalled.is_some();
+        let next = match (self.recalled, older) {
+            (None, true) => self.history.len().checked_sub(1),
+            (Some(now), true) => Some(now.saturating_sub(1)),
+            (Some(now), false) => Some(now + 1).filter(|next| *next < self.history.len()),
+            (None, false) => return false,
+        };
+        if !begins || (next.is_none() && older) {
+            return false;
+        }
+        self.input = next.map_or_else(TextInput::default, |next| TextInput::new(self.history[next].clone()));
+        self.search();
+        self.recalled = next;
+        true
+    }
+
     fn search(&mut self) {
-        self.error = None;
-        self.selected = 0;
-        let text = self.input.text().trim();
+        (self.error, self.recalled, self.selected) = (None, None, 0);
+        self.values.clear();
+        let written = self.input.text().trim_start();
+        let verb = verbs().filter(|verb| written.strip_prefix(verb.name).is_some_and(|rest| rest.starts_with(' ')));
+        // `model train` is not `model` with an argument.
+        if let Some(verb) = verb.max_by_key(|verb| verb.name.len()) {
+            let words: Vec<&str> = written[verb.name.len()..].trim_start().split(' ').collect();
+            self.values = self.arguments.of(verb, &words);
+        }
+        let text = written.trim();
         if is_command(text) {
             let begins = |item: &&Item| item.entry.verb().is_some_and(|verb| begins_with(text, verb.name));
             self.found = self.items.iter().filter(begins).copied().collect();
@@ -134,8 +194,13 @@ impl Layer for Palette {
     fn key(&mut self, key: KeyEvent) -> Response {
         match key.code {
             KeyCode::Esc => return Response::Leave,
+            KeyCode::Up if self.selected == 0 && self.recall(true) => {}
+            KeyCode::Down if self.selected == 0 && self.recall(false) => {}
             KeyCode::Up => self.selected = self.selected.saturating_sub(1),
-            KeyCode::Down => self.selected = (self.selected + 1).min(self.found.len().saturating_sub(1)),
+            KeyCode::Down => {
+                let last = (self.found.len() + self.values.len()).saturating_sub(1);
+                self.selected = (self.selected + 1).min(last);
+            }
             KeyCode::Tab => self.complete(),
             KeyCode::Enter => return self.choose(),
             _ if self.input.key(key) => self.search(),
@@ -148,6 +213,10 @@ impl Layer for Palette {
         match self.rows.iter().find(|(area, _)| area.contains(at)) {
             Some((_, index)) if self.error.is_none() => {
                 self.selected = *index;
+                if *index >= self.found.len() {
+                    self.complete();
+                    return Response::Stay;
+                }
                 self.choose()
             }
             _ => Response::Stay,
@@ -181,7 +250,10 @@ impl Layer for Palette {
             Text::from_iter(lines).style(theme.faint()).render(bottom, buffer);
         }
         let row = |index: usize| {
-            let item = self.found[index];
+            let Some(item) = self.found.get(index) else {
+                let Value { text, about } = &self.values[index - self.found.len()];
+                return Row::new([Line::raw(shortened(&format!("  {text:<30} {about}"), width, false))]);
+            };
             let keys = match item.entry.context.tab().filter(|_| item.entry.verb().is_none()) {
                 _ if item.applies => keymap.keys(item.entry).join(" "),
                 Some(tab) => format!("on {}", tab.title()),
@@ -192,7 +264,7 @@ impl Layer for Palette {
             let line = vec![Span::raw(columns::padded(&text, room)), Span::styled(keys, theme.strong())];
             Row::new([Line::from(line)])
         };
-        let (count, all) = (self.found.len(), [Constraint::Fill(1)]);
+        let (count, all) = (self.found.len() + self.values.len(), [Constraint::Fill(1)]);
         self.rows = list::draw(count, Some(self.selected), row, &all, below, theme, buffer);
         Some(cursor)
     }
@@ -217,12 +289,20 @@ mod tests {
     use super::*;
     use crossterm::event::KeyModifiers;
 
+    fn palette(contexts: &[Context], history: &[&str]) -> Palette {
+        let arguments = Arguments::new(&crate::tui::testing::typical());
+        Palette::new(contexts, arguments, history.iter().map(|line| (*line).to_owned()).collect())
+    }
+
     /// What is asked for after a text was typed and given.
     fn given(typed: &str) -> String {
-        let mut palette = Palette::new(&[Context::Scene, Context::Everywhere]);
+        let mut palette = palette(&[Context::Scene, Context::Everywhere], &[]);
         palette.paste(typed);
         match palette.key(KeyEvent::new(KeyCode::Enter, KeyModifiers::NONE)) {
-            Response::Try(Effect::Apply(command)) => format!("command {command}"),
+            Response::Try(Effect::All(effects)) => match effects.as_slice() {
+                [Effect::Remember(line), Effect::Apply(command)] if *line == typed => format!("command {command}"),
+                _ => "something else".to_owned(),
+            },
             Response::Do(Effect::Perform(action)) => format!("action {action:?}"),
             Response::Do(Effect::PerformOn(tab, action)) => format!("perform on {} {action:?}", tab.title()),
             Response::Stay => palette.error.unwrap_or_else(|| palette.input.text().to_owned()),
@@ -251,9 +331,35 @@ mod tests {
 
     #[test]
     fn tab_completes_a_command() {
-        let mut palette = Palette::new(&[Context::Everywhere]);
+        let mut palette = palette(&[Context::Everywhere], &[]);
         palette.paste("subgoal mo");
         palette.key(KeyEvent::new(KeyCode::Tab, KeyModifiers::NONE));
         assert_eq!(palette.input.text(), "subgoal move ");
+    }
+
+    #[test]
+    fn arguments_are_completed_and_given_commands_come_back() {
+        let press = |palette: &mut Palette, code: KeyCode| drop(palette.key(KeyEvent::new(code, KeyModifiers::NONE)));
+        let mut written = palette(&[Context::Everywhere], &[]);
+        written.paste("set ddpg.ga");
+        press(&mut written, KeyCode::Tab);
+        assert_eq!(written.input.text(), "set ddpg.gamma ");
+        press(&mut written, KeyCode::Tab);
+        assert_eq!(written.input.text(), "set ddpg.gamma 0.9 ");
+        let mut chosen = palette(&[Context::Everywhere], &[]);
+        chosen.paste("model ");
+        press(&mut chosen, KeyCode::Down);
+        while chosen.selected < chosen.found.len() + 1 {
+            press(&mut chosen, KeyCode::Down);
+        }
+        press(&mut chosen, KeyCode::Tab);
+        assert_eq!(chosen.input.text(), "model true ");
+        let mut recalled = palette(&[Context::Everywhere], &["seed 1", "seed 2"]);
+        let mut shown = |code: KeyCode| {
+            press(&mut recalled, code);
+            recalled.input.text().to_owned()
+        };
+        use KeyCode::{Down, Up};
+        assert_eq!([Up, Up, Up, Down, Down, Down].map(&mut shown), ["seed 2", "seed 1", "seed 1", "seed 2", "", ""]);
     }
 }

@@ -1,0 +1,67 @@
+//! Columns of the list of runs, the queue in groups, and what the workbench costs.
+
+use super::{app, change_run, grouped, press, shot, text, typical};
+use crate::run::RunState;
+use crate::tui::view::System;
+
+#[test]
+fn columns_are_chosen_settings_among_them_and_the_usual_ones_come_back() {
+    let (mut app, _) = app(grouped());
+    let heading = |app: &mut crate::tui::app::App| {
+        let screen = text(&shot(app, 120, 40));
+        screen
+            .lines()
+            .nth(2)
+            .unwrap()
+            .split_whitespace()
+            .filter(|word| word.bytes().all(|byte| byte.is_ascii_alphabetic()))
+            .collect::<Vec<_>>()
+            .join(" ")
+    };
+    press(&mut app, "5");
+    assert!(heading(&mut app).starts_with("run state episodes success"), "{}", heading(&mut app));
+    press(&mut app, "| ctrl-u s e e d space m e t h o d enter");
+    assert!(heading(&mut app).starts_with("run state seed method"), "{}", heading(&mut app));
+    assert!(text(&shot(&mut app, 120, 40)).contains("ddpg-mge"));
+    press(&mut app, "| ctrl-u s u c e s s enter");
+    assert!(text(&shot(&mut app, 120, 40)).contains("did you mean `success`?"));
+    press(&mut app, "ctrl-u enter");
+    assert!(heading(&mut app).starts_with("run state episodes success"), "{}", heading(&mut app));
+}
+
+#[test]
+fn the_queue_is_counted_in_its_group_and_in_the_edge_of_the_list() {
+    let mut view = grouped();
+    for place in 3..6 {
+        change_run(&mut view, place, |run| {
+            run.state = if place == 3 { RunState::Running } else { RunState::NotStarted };
+            (run.active, run.queued) = (place == 3, place != 3);
+            run.rate = Some(10.0).filter(|_| place == 3);
+        });
+    }
+    view.system = System { cores: Some(1.0), memory: Some(50_000_000) };
+    let (mut app, _) = app(view);
+    press(&mut app, "5");
+    let screen = text(&shot(&mut app, 200, 60));
+    assert!(screen.contains("1 run, 2 q"), "{screen}");
+    // 1500, 1600 and 1700 episodes are left.
+    assert!(screen.contains("1 training · 2 queued · 10.0 episodes/s · 8:00 left · cpu 100 % · 50 MB"), "{screen}");
+    let (mut idle, _) = super::app(grouped());
+    press(&mut idle, "5");
+    assert!(!text(&shot(&mut idle, 200, 60)).contains("training ·"), "nothing is trained");
+    let (mut one, _) = super::app(typical());
+    press(&mut one, "4");
+    assert!(text(&shot(&mut one, 120, 40)).contains("1 training · 12.5 episodes/s"));
+}
+
+#[test]
+fn commands_of_the_palette_come_back_and_their_arguments_are_completed() {
+    let (mut app, asked) = app(typical());
+    press(&mut app, ": s e e d space 7 enter : up enter");
+    assert_eq!(*asked.borrow(), ["seed 7", "seed 7"]);
+    press(&mut app, ": o p e n space o l d tab enter");
+    assert_eq!(asked.borrow().last().unwrap(), "open runs/old");
+    press(&mut app, ": s e t space d d p g . g a");
+    let screen = text(&shot(&mut app, 120, 40));
+    assert!(screen.contains("ddpg.gamma") && screen.contains("a number from 0"), "{screen}");
+}

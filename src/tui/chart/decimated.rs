@@ -1,0 +1,236 @@
+//! Curves of any length in the columns of dots there are, kept from frame to frame: a curve is looked at
+//! again only when it, the window or the size of the chart is another.
+
+use std::cell::RefCell;
+use std::collections::{HashMap, VecDeque};
+use std::rc::Rc;
+
+use super::axes::Scale;
+use super::range::Window;
+
+/// How a curve is seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Look {
+    /// Episodes that are shown.
+    pub x: Window,
+    /// How values become heights.
+    pub scale: Scale,
+    /// Each value is the mean of so many episodes up to it.
+    pub smoothing: usize,
+    /// Columns of dots.
+    pub columns: u16,
+}
+
+/// The values in one column of dots, on the scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Column {
+    /// Place of the column.
+    pub x: u16,
+    /// The first and the last of its values.
+    pub ends: [f32; 2],
+    /// The least and the greatest.
+    pub range: [f32; 2],
+    /// Its last episode, counted from 1.
+    pub last: usize,
+    /// It is not connected with the column before.
+    pub after_gap: bool,
+}
+
+/// A curve in columns.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Decimated {
+    /// Columns with values, from left to right; of gaps in one column each side is one.
+    pub columns: Vec<Column>,
+    /// Least and greatest of all values, if there are any.
+    pub range: Option<[f32; 2]>,
+}
+
+impl Look {
+    /// Dots between two episodes.
+    fn pace(&self) -> f32 {
+        f32::from(self.columns.saturating_sub(1)) / (self.x.to - self.x.from).max(f32::EPSILON)
+    }
+
+    /// The column of an episode, counted from 1.
+    fn column(&self, episode: usize) -> f32 {
+        ((episode as f32 - self.x.from) * self.pace() + 0.5).floor()
+    }
+
+    /// The places of the values that are shown.
+    fn shown(&self, values: &[f32]) -> std::ops::Range<usize> {
+        let first = (self.x.from.floor().max(1.0) as usize) - 1;
+        let end = (self.x.to.ceil().max(0.0) as usize).min(values.len());
+        first.min(end)..end
+    }
+
+    /// A curve in columns.
+    pub fn decimate(&self, values: &[f32]) -> Decimated {
+        let shown = self.shown(values);
+        let mut smooth = Smoothing::new(self.smoothing);
+        // What comes before the window belongs to the means of its first values.
+        for value in &values[shown.start.saturating_sub(self.smoothing)..shown.start] {
+            smooth.next(*value);
+        }
+        let mut found = Decimated::default();
+        let mut after_gap = true;
+        for place in shown {
+            let value = self.scale.apply(smooth.next(values[place]));
+            let column = self.column(place + 1);
+            if !value.is_finite() || !(0.0..f32::from(self.columns)).contains(&column) {
+                after_gap = true;
+                continue;
+            }
+            let column = column as u16;
+            match found.columns.last_mut().filter(|known| known.x == column && !after_gap) {
+                Some(known) => {
+                    known.range = [known.range[0].min(value), known.range[1].max(value)];
+                    (known.ends[1], known.last) = (value, place + 1);
+                }
+                None => found.columns.push(Column {
+                    x: column,
+                    ends: [value; 2],
+                    range: [value; 2],
+                    last: place + 1,
+                    after_gap,
+                }),
+            }
+            after_gap = false;
+        }
+        let ranges = found.columns.iter().map(|column| column.range);
+        found.range = ranges.reduce(|[low, high], [least, greatest]| [low.min(least), high.max(greatest)]);
+        found
+    }
+
+    /// Some episodes with the smoothed values of two curves there, on the scale: one for every other column of
+    /// dots, with the column.
+    pub fn samples(&self, curves: [&[f32]; 2]) -> Vec<(u16, [f32; 2])> {
+        let shown = self.shown(curves[0]);
+        let jump = (2.0 / self.pace()).max(1.0);
+        let mut samples = Vec::new();
+        let mut at = shown.start as f32;
+        while (at as usize) < shown.end {
+            let place = at as usize;
+            let column = self.column(place + 1);
+            let values = curves.map(|values| self.scale.apply(mean_up_to(values, place, self.smoothing)));
+            if (0.0..f32::from(self.columns)).contains(&column) && values.iter().all(|value| value.is_finite()) {
+                samples.push((column as u16, values));
+            }
+            at += jump;
+        }
+        samples
+    }
+}
+
+/// The mean of a value and the finite ones before it, so many together; the value itself if it is not finite.
+fn mean_up_to(values: &[f32], place: usize, width: usize) -> f32 {
+    let Some(value) = values.get(place).copied().filter(|value| value.is_finite()) else { return f32::NAN };
+    if width <= 1 {
+        return value;
+    }
+    let before = values[..=place].iter().rev().take(2 * width).filter(|value| value.is_finite()).take(width);
+    let (sum, count) = before.fold((0.0, 0u32), |(sum, count), value| (sum + f64::from(*value), count + 1));
+    (sum / f64::from(count)) as f32
+}
+
+/// Running means.
+struct Smoothing {
+    width: usize,
+    window: VecDeque<f32>,
+    sum: f64,
+    pushed: usize,
+}
+
+impl Smoothing {
+    fn new(width: usize) -> Self {
+        Self { width: width.max(1), window: VecDeque::new(), sum: 0.0, pushed: 0 }
+    }
+
+    fn next(&mut self, value: f32) -> f32 {
+        if self.width == 1 || !value.is_finite() {
+            return value;
+        }
+        if self.window.len() == self.width {
+            self.sum -= f64::from(self.window.pop_front().unwrap_or(0.0));
+        }
+        self.window.push_back(value);
+        self.sum += f64::from(value);
+        self.pushed += 1;
+        if self.pushed.is_multiple_of(self.width) {
+            // What a large value has cost in precision does not stay.
+            self.sum = self.window.iter().map(|value| f64::from(*value)).sum();
+        }
+        (self.sum / self.window.len() as f64) as f32
+    }
+}
+
+/// Curves that were drawn, as they were.
+#[derive(Debug, Default)]
+pub struct Kept {
+    known: RefCell<HashMap<Key, Rc<Decimated>>>,
+}
+
+/// The version of a curve and how it is seen, its numbers by their bits.
+type Key = (u64, usize, [u32; 2], Scale, usize, u16);
+
+/// Curves that are kept at most.
+const MOST: usize = 4000;
+
+impl Kept {
+    /// A curve in columns. Its version is a number that is another whenever the values are others, and which of the
+    /// curves of that number it is; without one it is looked at again.
+    pub fn decimated(&self, version: Option<(u64, usize)>, values: &[f32], look: &Look) -> Rc<Decimated> {
+        let Some((version, curve)) = version else { return Rc::new(look.decimate(values)) };
+        let window = [look.x.from, look.x.to].map(f32::to_bits);
+        let key = (version, curve, window, look.scale, look.smoothing, look.columns);
+        let mut known = self.known.borrow_mut();
+        if known.len() > MOST {
+            known.clear();
+        }
+        known.entry(key).or_insert_with(|| Rc::new(look.decimate(values))).clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn look(from: f32, to: f32, columns: u16) -> Look {
+        Look { x: Window { from, to }, scale: Scale::Linear, smoothing: 1, columns }
+    }
+
+    #[test]
+    fn a_column_has_its_first_last_least_and_greatest_value_and_gaps_part_columns() {
+        let mut values: Vec<f32> = (0..100).map(|at| at as f32).collect();
+        values[55] = 1000.0;
+        let found = look(1.0, 100.0, 10).decimate(&values);
+        assert_eq!(found.columns.len(), 10);
+        assert_eq!(found.range, Some([0.0, 1000.0]));
+        let spiked = found.columns.iter().find(|column| column.range[1] == 1000.0).unwrap();
+        assert!(spiked.ends[0] < 56.0 && spiked.ends[1] > 55.0 && !spiked.after_gap);
+        values[50] = f32::NAN;
+        let gaps = look(1.0, 100.0, 10).decimate(&values).columns;
+        assert_eq!(gaps.iter().filter(|column| column.after_gap).count(), 2, "the beginning and the gap");
+        assert_eq!(look(200.0, 300.0, 10).decimate(&values), Decimated::default());
+    }
+
+    #[test]
+    fn a_curve_is_looked_at_again_only_when_something_is_another() {
+        let kept = Kept::default();
+        let at = |version: Option<u64>, values: &[f32], look: &Look| {
+            kept.decimated(version.map(|version| (version, 0)), values, look)
+        };
+        let first = at(Some(1), &[1.0, 2.0], &look(1.0, 2.0, 10));
+        assert!(Rc::ptr_eq(&first, &at(Some(1), &[9.0, 9.0], &look(1.0, 2.0, 10))), "the version says it is the same");
+        assert!(!Rc::ptr_eq(&first, &at(Some(2), &[1.0, 2.0], &look(1.0, 2.0, 10))));
+        assert_ne!(first, at(Some(1), &[1.0, 2.0], &look(1.0, 2.0, 20)));
+        assert_ne!(first, at(None, &[9.0, 9.0], &look(1.0, 2.0, 10)));
+    }
+
+    #[test]
+    fn samples_are_at_every_other_column_and_smoothed() {
+        let (low, high) = (vec![0.0; 1000], vec![1.0; 1000]);
+        let samples = Look { smoothing: 10, ..look(1.0, 1000.0, 100) }.samples([&low, &high]);
+        assert!((48..=52).contains(&samples.len()) && samples.iter().all(|(_, ends)| *ends == [0.0, 1.0]));
+        assert_eq!(mean_up_to(&[2.0, f32::NAN, 4.0], 2, 2), 3.0);
+    }
+}

@@ -1,0 +1,208 @@
+//! What can follow the verb of a command: names that are known, settings with their ranges, files.
+
+use std::path::Path;
+
+use crate::spelling::LONGEST;
+use crate::task;
+use crate::trainer::{Method, RunConfig, config_keys, settings};
+use crate::tui::view::ViewModel;
+use crate::workbench::{FigureKind, Verb};
+
+/// An argument, and what it is in a few words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Value {
+    /// As it is written.
+    pub text: String,
+    /// What it is.
+    pub about: String,
+}
+
+fn value(text: impl Into<String>, about: impl Into<String>) -> Value {
+    Value { text: text.into(), about: about.into() }
+}
+
+/// What there is to name.
+#[derive(Debug, Clone, Default)]
+pub struct Arguments {
+    tasks: Vec<Value>,
+    runs: Vec<Value>,
+    models: Vec<Value>,
+    settings: Vec<Value>,
+    /// Values of the settings of the next run, by path.
+    present: Vec<(String, String)>,
+}
+
+/// Files of a folder that are looked at.
+const FILES: usize = 500;
+
+impl Arguments {
+    /// What can be named now.
+    pub fn new(view: &ViewModel) -> Self {
+        let run = |run: &crate::tui::view::RunSummary| value(run.path.display().to_string(), run.label.clone());
+        Self {
+            tasks: task::shipped().into_iter().map(|task| value(task.name, task.description)).collect(),
+            runs: view.runs.iter().rev().map(|known| run(known)).collect(),
+            models: view.models.iter().map(|model| value(model.name.clone(), model.about.clone())).collect(),
+            settings: described(&view.settings),
+            present: present(&view.settings),
+        }
+    }
+
+    /// What may follow a verb and the words after it, of which the last is begun; the likeliest first.
+    pub fn of(&self, verb: &Verb, words: &[&str]) -> Vec<Value> {
+        let (typed, before) = match words.split_last() {
+            Some((typed, before)) => (*typed, before),
+            None => ("", &[][..]),
+        };
+        if typed.len() > 10 * LONGEST {
+            return Vec::new();
+        }
+        let candidates: Vec<Value> = match (verb.name, before) {
+            ("task", []) => self.tasks.iter().cloned().chain(files(typed, "json")).collect(),
+            ("open" | "continue" | "delete" | "note" | "tag", []) => self.runs.clone(),
+            ("method", []) => Method::ALL.map(|method| value(method.name(), method.label())).into(),
+            ("model" | "model evaluate", []) => self.models.clone(),
+            ("set", []) => self.settings.clone(),
+            ("set", [key]) => self.present_value(key),
+            ("fork", [_, ..]) => {
+                let edited = value("task=edited", "the task as it is edited");
+                let key = |known: &Value| value(format!("{}=", known.text), known.about.clone());
+                let own = |known: &&Value| !["method", "seed"].contains(&&*known.text);
+                std::iter::once(edited).chain(self.settings.iter().filter(own).map(key)).collect()
+            }
+            ("figure", []) => FigureKind::ALL.map(|kind| value(kind.name(), "")).into(),
+            ("epsilon", []) => schedules(),
+            _ => Vec::new(),
+        };
+        let lower = typed.to_lowercase();
+        let (mut first, mut others) = (Vec::new(), Vec::new());
+        for candidate in candidates {
+            let text = candidate.text.to_lowercase();
+            match text.find(&lower) {
+                // What is written already needs no completion.
+                _ if candidate.text == typed => {}
+                Some(0) => first.push(candidate),
+                Some(_) => others.push(candidate),
+                None => {}
+            }
+        }
+        first.append(&mut others);
+        first
+    }
+
+    fn present_value(&self, key: &str) -> Vec<Value> {
+        let about = self.settings.iter().find(|known| known.text == key).map(|known| known.about.clone());
+        let known = self.present.iter().filter(|(path, _)| path == key);
+        known.map(|(_, now)| value(now.clone(), about.clone().unwrap_or_default())).collect()
+    }
+}
+
+fn schedules() -> Vec<Value> {
+    [
+        ("0.1", "constant"),
+        ("linear:0.8:0.05:2000", "from 0.8 to 0.05 over 2000 episodes"),
+        ("exp:0.8:0.05:0.999", "from 0.8 towards 0.05"),
+        ("step:0.8:0.5:500", "from 0.8, times 0.5 every 500 episodes"),
+        ("points:0=0.8,1000=0.3", "lines between points"),
+        ("need:0.5:0.25:20", "by the share of the last 20 greedy attempts that failed"),
+    ]
+    .map(|(text, about)| value(text, about))
+    .into()
+}
+
+/// The settings of a run with their ranges and their values for the next one.
+fn described(config: &RunConfig) -> Vec<Value> {
+    let known: Vec<_> = settings().collect();
+    let now = present(config);
+    let about = |path: &str| {
+        let setting = known.iter().find(|(known, _)| known == path);
+        let now = now.iter().find(|(known, _)| known == path).map_or("", |(_, now)| now);
+        match setting {
+            Some((_, setting)) => format!("now {now}; {}: {}", setting.about, setting.range),
+            None => format!("now {now}"),
+        }
+    };
+    config_keys(config)
+        .into_iter()
+        .map(|path| {
+            let about = about(&path);
+            value(path, about)
+        })
+        .collect()
+}
+
+/// The settings of the next run as `set` takes them.
+fn present(config: &RunConfig) -> Vec<(String, String)> {
+    // A configuration is plain data, which always serialises.
+    let text = serde_json::to_string(config).unwrap_or_default();
+    let whole: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    let of = |path: &String| path.split('.').try_fold(&whole, |place, name| place.get(name));
+    let text = |value: &serde_json::Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    config_keys(config)
+        .into_iter()
+        .filter_map(|path| {
+            let now = text(of(&path)?);
+            Some((path, now))
+        })
+        .collect()
+}
+
+/// Files with an ending in the folder that is being written, and its folders.
+fn files(typed: &str, ending: &str) -> Vec<Value> {
+    let folder = match typed.rsplit_once('/') {
+        Some(("", _)) => "/",
+        Some((folder, _)) => folder,
+        None => ".",
+    };
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().take(FILES);
+    let named = entries.filter_map(|entry| {
+        let name = entry.file_name().into_string().ok().filter(|name| !name.starts_with('.'))?;
+        let path = if folder == "." { name } else { Path::new(folder).join(name).display().to_string() };
+        match entry.file_type().ok()?.is_dir() {
+            true => Some(value(format!("{path}/"), "folder")),
+            false => path.ends_with(&format!(".{ending}")).then(|| value(path, "file")),
+        }
+    });
+    let mut found: Vec<Value> = named.collect();
+    found.sort_by(|a, b| a.text.cmp(&b.text));
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tui::testing::{empty, typical};
+    use crate::workbench::verbs;
+
+    fn offered(words: &[&str], verb: &str) -> Vec<String> {
+        let verb = verbs().find(|known| known.name == verb).unwrap();
+        Arguments::new(&typical()).of(verb, words).into_iter().map(|value| value.text).collect()
+    }
+
+    #[test]
+    fn names_settings_and_runs_are_offered_the_begun_ones_first() {
+        assert_eq!(offered(&["ddpg.gam"], "set"), ["ddpg.gamma"]);
+        assert_eq!(offered(&["ddpg.gamma", ""], "set"), ["0.9"]);
+        assert_eq!(offered(&["12", "ddpg.gam"], "fork"), ["ddpg.gamma="]);
+        assert_eq!(offered(&["12", "seed"], "fork"), Vec::<String>::new(), "a fork keeps its seed");
+        assert_eq!(offered(&["old"], "open"), ["runs/old"]);
+        assert_eq!(offered(&["task4"], "task"), Vec::<String>::new(), "it is whole");
+        assert!(offered(&["ddpg-u"], "method").iter().all(|name| name.starts_with("ddpg-uniform")));
+        assert_eq!(offered(&["dash"], "figure"), ["dashboard"]);
+        let gamma = Arguments::new(&empty()).settings.into_iter().find(|value| value.text == "ddpg.gamma").unwrap();
+        assert!(gamma.about.starts_with("now 0.9; ") && gamma.about.contains("a number from 0 to"), "{}", gamma.about);
+    }
+
+    #[test]
+    fn files_of_the_folder_that_is_written_are_offered() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("mine.json"), "").unwrap();
+        std::fs::write(folder.path().join("mine.txt"), "").unwrap();
+        std::fs::create_dir(folder.path().join("more")).unwrap();
+        let typed = format!("{}/m", folder.path().display());
+        let names: Vec<String> = files(&typed, "json").into_iter().map(|value| value.text).collect();
+        let at = |name: &str| folder.path().join(name).display().to_string();
+        assert_eq!(names, [at("mine.json"), format!("{}/", at("more"))]);
+        assert!(files("/no/such/folder/x", "json").is_empty());
+    }
+}

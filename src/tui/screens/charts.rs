@@ -1,0 +1,167 @@
+//! Charts of runs and groups, as the Training screen, the Scene screen and the preview of a run have them.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+
+use super::training::CurvesState;
+use super::{HitRegions, Region, Ui};
+use crate::run::Metric;
+use crate::stats::rolling::WINDOW;
+use crate::tui::chart::{Curve, Plot, Scale, draw as draw_chart};
+use crate::tui::view::{Curves, GroupCurves, Mark, RunGroup, RunSummary, ViewModel};
+
+/// Something with a curve: a run, with its group if that has more, or a group in one.
+#[derive(Clone, Copy)]
+pub enum Shown<'a> {
+    /// A run.
+    Run(&'a RunSummary, Option<&'a RunGroup>),
+    /// A group.
+    Group(&'a RunGroup, &'a GroupCurves),
+}
+
+impl<'a> Shown<'a> {
+    /// A run as it is shown alone.
+    pub fn run(run: &'a RunSummary, view: &'a ViewModel) -> Self {
+        Self::Run(run, view.groups.of(&run.path).filter(|group| group.is_many()))
+    }
+
+    /// What it is in words.
+    pub fn label(&self) -> String {
+        match self {
+            Self::Run(run, None) => run.label.clone(),
+            Self::Run(run, Some(group)) => format!("{}, seed {}", group.label, run.seed),
+            Self::Group(group, _) => format!("{}, {} seeds", group.label, group.runs.len()),
+        }
+    }
+
+    /// Its curves, a group's in one.
+    pub fn curves(&self) -> &'a Curves {
+        match self {
+            Self::Run(run, _) => &run.curves,
+            Self::Group(_, curves) => &curves.middle,
+        }
+    }
+
+    fn band(&self, metric: Metric) -> Option<[&'a [f32]; 2]> {
+        match self {
+            Self::Run(..) => None,
+            Self::Group(_, curves) => Some([curves.low.get(metric), curves.high.get(metric)]),
+        }
+    }
+
+    fn marks(&self) -> &'a [Mark] {
+        match self {
+            Self::Run(run, _) => &run.marks,
+            Self::Group(..) => &[],
+        }
+    }
+
+    fn evaluations(&self) -> &'a [(u64, f32)] {
+        match self {
+            Self::Run(run, _) => &run.evaluations,
+            Self::Group(..) => &[],
+        }
+    }
+}
+
+/// Draws one chart of some runs and groups.
+pub struct Charts<'a> {
+    state: &'a CurvesState,
+    shown: Vec<Shown<'a>>,
+    ui: &'a Ui<'a>,
+}
+
+impl<'a> Charts<'a> {
+    /// Charts of these, over the same episodes.
+    pub fn new(state: &'a CurvesState, shown: Vec<Shown<'a>>, ui: &'a Ui<'a>) -> Self {
+        Self { state, shown, ui }
+    }
+
+    /// Draws the chart of a metric.
+    pub fn draw(&self, metric: Metric, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
+        let labels: Vec<String> = self.shown.iter().map(Shown::label).collect();
+        let many = labels.len() > 1;
+        let names = if many { names(&self.shown, &labels) } else { vec![String::new(); labels.len()] };
+        let colours = self.ui.theme.runs(&labels.iter().map(String::as_str).collect::<Vec<_>>());
+        let by_subgoal = match self.shown.as_slice() {
+            [Shown::Run(run, _)] if metric == Metric::SubgoalShare => run.subgoal_hits(),
+            _ => Vec::new(),
+        };
+        let single = by_subgoal.iter().enumerate().map(|(index, values)| Curve {
+            name: (index + 1).to_string(),
+            colour: self.ui.theme.stage(index),
+            values,
+            version: None,
+            band: None,
+            partial: 0,
+            points: &[],
+        });
+        let whole = self.shown.iter().filter(|_| by_subgoal.is_empty());
+        let curves = whole.zip(names).zip(colours).map(|((shown, name), colour)| Curve {
+            name,
+            colour,
+            values: shown.curves().get(metric),
+            version: Some((shown.curves().version(), metric as usize)),
+            band: shown.band(metric),
+            // The success rate of the first episodes is that of fewer than the others.
+            partial: if metric == Metric::Success { WINDOW.get() - 1 } else { 0 },
+            points: if metric == Metric::Success { shown.evaluations() } else { &[] },
+        });
+        let empty = match self.shown.first() {
+            Some(Shown::Run(run, _)) if run.queued => "waiting for a free core",
+            Some(Shown::Run(run, _)) if run.active => "the first episode is going on",
+            Some(Shown::Run(run, _)) if run.done > 0 => "its log is being read",
+            Some(_) => "it ended before its first episode",
+            None => "no episodes yet: {train} trains",
+        };
+        let empty = self.ui.text(empty);
+        let smoothing = self.state.smoothing(metric);
+        let title = match (smoothing, self.state.scale(metric)) {
+            (1, Scale::Linear) => metric.title().to_owned(),
+            (1, Scale::Log) => format!("{}, log", metric.title()),
+            (n, Scale::Linear) => format!("{}, mean of {n}", metric.title()),
+            (n, Scale::Log) => format!("{}, mean of {n}, log", metric.title()),
+        };
+        // Of many curves the marks would be a row of signs without a name.
+        let marked = self.shown.iter().zip(self.ui.theme.runs(&labels.iter().map(String::as_str).collect::<Vec<_>>()));
+        let marks = marked.filter(|_| self.shown.len() <= 2).flat_map(|(shown, colour)| {
+            let colour = if many { colour } else { self.ui.theme.warn };
+            shown.marks().iter().map(move |mark| (mark.episode, colour, &*mark.text))
+        });
+        let plot = Plot {
+            marks: marks.collect(),
+            title: &title,
+            curves: single.chain(curves).collect(),
+            x: self.state.range.window(self.episodes()),
+            y: metric.info().range,
+            scale: self.state.scale(metric),
+            smoothing,
+            crosshair: self.state.hovered.or(self.state.crosshair),
+            empty: &empty,
+        };
+        if let Some(axes) = draw_chart(&plot, &self.state.kept, area, self.ui.theme, buffer) {
+            regions.add(axes.plot, Region::Chart(axes, metric));
+        }
+    }
+
+    fn episodes(&self) -> usize {
+        self.shown.iter().map(|shown| shown.curves().episodes()).max().unwrap_or(0)
+    }
+}
+
+/// What sets each of several curves apart from the others, in words: the parts of their labels that
+/// not all have. Runs of one label have the names of their folders.
+fn names(shown: &[Shown], labels: &[String]) -> Vec<String> {
+    let parts = |label: &String| label.split(", ").map(str::to_owned).collect::<Vec<String>>();
+    let labels: Vec<Vec<String>> = labels.iter().map(parts).collect();
+    let is_common = |part: &String| labels.iter().all(|label| label.contains(part));
+    let own =
+        |label: &Vec<String>| label.iter().filter(|part| !is_common(part)).cloned().collect::<Vec<_>>().join(", ");
+    let names: Vec<String> = labels.iter().map(own).collect();
+    let is_unique = |name: &String| names.iter().filter(|other| *other == name).count() == 1;
+    let named = |(name, shown): (&String, &Shown)| match shown {
+        Shown::Run(run, _) if !is_unique(name) => run.name.clone(),
+        _ => name.clone(),
+    };
+    names.iter().zip(shown).map(named).collect()
+}

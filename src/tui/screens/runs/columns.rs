@@ -1,0 +1,180 @@
+//! The columns of the list of runs: which there are, and which are shown.
+
+use ratatui::layout::Alignment;
+
+use super::super::Ui;
+use super::super::status::bar;
+use super::list::Line;
+use crate::run::Metric;
+use crate::spelling::did_you_mean;
+use crate::stats::Estimate;
+use crate::text::printable;
+use crate::tui::view::{Curves, RunGroup, span};
+use crate::tui::widgets::theme::{Marker, Theme};
+
+/// A column beside mark, name and state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// Its name, and its heading.
+    pub heading: String,
+    /// Columns of the terminal.
+    pub width: u16,
+    /// Columns of the list from which on there is room for it, if nobody chose the columns.
+    pub from: u16,
+    /// Where its text stands.
+    pub alignment: Alignment,
+    kind: Kind,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Episodes,
+    Success,
+    Interval,
+    Better,
+    Left,
+    Curve,
+    Seed,
+    Task,
+    Method,
+    Epsilon,
+    Tags,
+    Note,
+    /// A setting by its JSON path, which is the heading.
+    Setting,
+}
+
+/// Every column that is no setting: name, width, from where on it is shown, and whether numbers are in it.
+const ALL: [(&str, u16, u16, bool, Kind); 12] = [
+    ("episodes", 18, 60, false, Kind::Episodes),
+    ("success", 7, 0, true, Kind::Success),
+    ("interval", 9, 100, true, Kind::Interval),
+    ("better", 7, 88, true, Kind::Better),
+    ("left", 10, 110, true, Kind::Left),
+    ("curve", 12, 76, false, Kind::Curve),
+    ("seed", 6, u16::MAX, true, Kind::Seed),
+    ("task", 12, u16::MAX, false, Kind::Task),
+    ("method", 14, u16::MAX, false, Kind::Method),
+    ("epsilon", 20, u16::MAX, false, Kind::Epsilon),
+    ("tags", 14, u16::MAX, false, Kind::Tags),
+    ("note", 24, u16::MAX, false, Kind::Note),
+];
+
+/// The columns that are shown if nobody chooses, where there is room.
+pub fn usual() -> Vec<Column> {
+    ALL.iter().filter(|(_, _, from, ..)| *from < u16::MAX).map(column).collect()
+}
+
+fn column((heading, width, from, is_number, kind): &(&str, u16, u16, bool, Kind)) -> Column {
+    let alignment = if *is_number { Alignment::Right } else { Alignment::Left };
+    Column { heading: (*heading).to_owned(), width: *width, from: *from, alignment, kind: *kind }
+}
+
+/// The names of all columns that are no settings.
+pub fn names() -> String {
+    ALL.map(|(name, ..)| name).join(" ")
+}
+
+/// Reads the columns that a person wants: names, and JSON paths of settings, with spaces between them. Without
+/// any, the usual ones.
+///
+/// # Errors
+/// The word that is neither.
+pub fn parse(text: &str) -> Result<Option<Vec<Column>>, String> {
+    let read = |word: &str| {
+        if let Some(known) = ALL.iter().find(|(name, ..)| *name == word) {
+            return Ok(Column { from: 0, ..column(known) });
+        }
+        // Some settings have no dot in their path.
+        if word.contains('.') || ["prior", "granularity", "start_noise"].contains(&word) {
+            let width = (word.len() as u16).clamp(6, 24);
+            let heading = word.to_owned();
+            return Ok(Column { heading, width, from: 0, alignment: Alignment::Right, kind: Kind::Setting });
+        }
+        let known = ALL.map(|(name, ..)| name);
+        Err(format!("`{word}` is not one of {} or a setting{}", known.join(", "), did_you_mean(known, word)))
+    };
+    let columns = text.split([' ', ',']).filter(|word| !word.is_empty()).map(read).collect::<Result<Vec<_>, _>>()?;
+    Ok(Some(columns).filter(|columns| !columns.is_empty()))
+}
+
+impl Column {
+    /// What stands in it for a line of the list.
+    pub fn cell(&self, line: &Line, ui: &Ui) -> String {
+        let runs = line.runs();
+        // A group has one value of everything but the seed.
+        let Some(first) = runs.first() else { return String::new() };
+        match self.kind {
+            Kind::Episodes => {
+                let [done, all] = line.progress();
+                format!("{} {done}/{all}", bar(done, all, 6, ui.theme))
+            }
+            Kind::Success => percent(line.success()),
+            Kind::Interval => match line {
+                Line::Group(RunGroup { success: Some(Estimate { lower, upper, .. }), .. }, _) => {
+                    format!("{:.0}-{:.0} %", 100.0 * lower, 100.0 * upper)
+                }
+                _ => String::new(),
+            },
+            Kind::Better => match line {
+                Line::Group(RunGroup { is_baseline: true, .. }, _) => "base".to_owned(),
+                _ => line.improvement().map_or_else(String::new, |improvement| percent(Some(improvement.value))),
+            },
+            Kind::Left => line.seconds_left().map_or_else(String::new, span),
+            Kind::Curve => sparkline(line.curves(), usize::from(self.width), ui.theme),
+            Kind::Seed => match runs.as_slice() {
+                [run] => run.seed.to_string(),
+                _ => {
+                    let seeds = || runs.iter().map(|run| run.seed);
+                    format!("{}-{}", seeds().min().unwrap_or_default(), seeds().max().unwrap_or_default())
+                }
+            },
+            Kind::Task => first.task.clone(),
+            Kind::Method => first.method.to_owned(),
+            Kind::Epsilon if first.config.method.uses("epsilon") => first.config.epsilon.describe(),
+            Kind::Epsilon => String::new(),
+            Kind::Tags => printable(&first.tags.join(" ")).to_string(),
+            Kind::Note => printable(&first.note).to_string(),
+            // A setting in which no two runs differ needs no column.
+            Kind::Setting => {
+                let found = ui.view.groups.settings(&first.path).and_then(|settings| settings.get(&self.heading));
+                found.map_or_else(String::new, |value| printable(value).to_string())
+            }
+        }
+    }
+}
+
+fn percent(share: Option<f64>) -> String {
+    share.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share))
+}
+
+/// The success rate over the episodes so far in a few characters.
+fn sparkline(curves: Option<&Curves>, width: usize, theme: &Theme) -> String {
+    let heights: &[&str] = match theme.marker {
+        Marker::Ascii => &["_", ".", "-", "=", "#"],
+        _ => &["▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"],
+    };
+    let Some(values) = curves.map(|curves| curves.get(Metric::Success)).filter(|values| !values.is_empty()) else {
+        return String::new();
+    };
+    let at = |place: usize| values[((place + 1) * values.len() / width).max(1) - 1];
+    let height = |value: f32| ((value.clamp(0.0, 1.0) * heights.len() as f32) as usize).min(heights.len() - 1);
+    (0..width).map(|place| heights[height(at(place))]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_are_read_by_name_and_mistakes_explained() {
+        let read = |text: &str| {
+            let columns = parse(text)?;
+            Ok::<_, String>(columns.map(|columns| columns.into_iter().map(|it| it.heading).collect::<Vec<_>>()))
+        };
+        assert_eq!(read("seed, ddpg.gamma prior").unwrap().unwrap(), ["seed", "ddpg.gamma", "prior"]);
+        assert_eq!(read(" "), Ok(None));
+        assert!(read("sucess").unwrap_err().contains("did you mean `success`?"));
+        assert!(usual().iter().all(|column| column.heading != "seed"));
+    }
+}

@@ -1,0 +1,107 @@
+//! What the workbench costs: processor time and memory of its process, where the system says it.
+
+use std::time::{Duration, Instant};
+
+/// Time between two looks.
+const LOOK: Duration = Duration::from_secs(2);
+/// Ticks of a second in `/proc`: the same on every architecture that Linux still has.
+const TICKS: f64 = 100.0;
+
+/// What the process takes.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct System {
+    /// Cores that it kept busy since the look before.
+    pub cores: Option<f64>,
+    /// Bytes of memory.
+    pub memory: Option<u64>,
+}
+
+/// Looks at the process now and then.
+#[derive(Debug, Default)]
+pub struct Meter {
+    known: System,
+    /// When it was looked at, and the processor time then in seconds.
+    before: Option<(Instant, Option<f64>)>,
+}
+
+impl Meter {
+    /// What the process takes, as it was at the latest look.
+    pub fn known(&self) -> System {
+        self.known
+    }
+
+    /// Looks if it is time to; true if anything is to be shown anew.
+    pub fn look(&mut self) -> bool {
+        if self.before.is_some_and(|(at, _)| at.elapsed() < LOOK) {
+            return false;
+        }
+        let now = Instant::now();
+        let read = |path: &str| std::fs::read_to_string(path).unwrap_or_default();
+        let time = processor_time(&read("/proc/self/stat"));
+        let cores = self
+            .before
+            .zip(time)
+            .and_then(|((at, before), time)| Some((time - before?) / now.duration_since(at).as_secs_f64()));
+        let found = System { cores, memory: memory(&read("/proc/self/status")) };
+        self.before = Some((now, time));
+        let shown = |system: &System| (system.cores.map(tenths), system.memory.map(megabytes));
+        let is_news = shown(&found) != shown(&self.known);
+        self.known = found;
+        is_news
+    }
+}
+
+impl System {
+    /// In a few words each: processor and memory, as far as they are known.
+    pub fn words(&self) -> Vec<String> {
+        let cores = self.cores.map(|cores| format!("cpu {} %", 10 * tenths(cores)));
+        let memory = self.memory.map(|bytes| format!("{} MB", megabytes(bytes)));
+        cores.into_iter().chain(memory).collect()
+    }
+}
+
+fn tenths(cores: f64) -> u64 {
+    (10.0 * cores.max(0.0)).round() as u64
+}
+
+fn megabytes(bytes: u64) -> u64 {
+    bytes / 1_000_000
+}
+
+/// Seconds of processor time of all threads, from `/proc/self/stat`.
+fn processor_time(stat: &str) -> Option<f64> {
+    // The name of the program, in parentheses, may hold anything.
+    let mut fields = stat.rsplit_once(')')?.1.split_whitespace().skip(11);
+    let mut ticks = || fields.next()?.parse::<f64>().ok();
+    Some((ticks()? + ticks()?) / TICKS)
+}
+
+/// Bytes in memory, from `/proc/self/status`.
+fn memory(status: &str) -> Option<u64> {
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    Some(line.split_whitespace().next()?.parse::<u64>().ok()? * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_linux_says_is_read_and_anything_else_is_unknown() {
+        let stat = "12 (a) b) S 1 2 3 4 5 6 7 8 9 10 250 50 0 0 20 0 4 0";
+        assert_eq!(processor_time(stat), Some(3.0));
+        assert_eq!(memory("VmPeak:\t 9 kB\nVmRSS:\t  2000 kB\n"), Some(2_048_000));
+        assert_eq!((processor_time(""), memory("")), (None, None));
+        let system = System { cores: Some(1.26), memory: Some(62_900_000) };
+        assert_eq!(system.words(), ["cpu 130 %", "62 MB"]);
+        assert!(System::default().words().is_empty());
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn the_process_itself_is_seen() {
+        let mut meter = Meter::default();
+        assert!(meter.look() && !meter.look(), "not twice within a moment");
+        assert!(meter.known().memory.unwrap() > 1_000_000 && meter.known().cores.is_none());
+    }
+}
