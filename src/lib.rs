@@ -34,6 +34,7 @@ pub mod agent;
 mod atomic;
 mod batch;
 mod bench;
+mod bounded;
 mod cli;
 pub mod dynamics;
 pub mod env;

@@ -10,7 +10,7 @@ use super::arguments::{Env, Play};
 use super::{Outcome, output};
 use crate::env::{Action, Environment, Pictures};
 use crate::protocol::Catalogue;
-use crate::{json, protocol, task};
+use crate::{bounded, json, protocol, task};
 
 pub fn simulate() -> Outcome {
     Ok(protocol::simulate(io::stdin().lock(), output::stream())?)
@@ -55,7 +55,7 @@ fn open(path: &Path) -> Result<(BufReader<File>, String), String> {
 fn play_actions(task: &str, actions: &Path) -> Outcome {
     let task = Arc::new(task::load(task)?);
     let name = actions.display().to_string();
-    let text = std::fs::read(actions).map_err(|error| format!("{name}: {error}"))?;
+    let text = bounded::read(actions, bounded::TEXT).map_err(|error| format!("{name}: {error}"))?;
     let actions: Vec<Action> = json::parse(&text, &name)?;
     let played = protocol::play_actions(task, &actions, output::stream())?;
     if played < actions.len() {

@@ -12,6 +12,7 @@ use super::network::Network;
 use super::normaliser::Normaliser;
 use super::object::ObjectType;
 use super::tool_set::{canonical_tool_set, tool_set_name};
+use crate::bounded;
 use crate::nn::{TensorFile, TensorFileError};
 use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind};
 use crate::task::{GoalShape, Task, ToolSpec};
@@ -184,7 +185,8 @@ impl Model {
     /// As [`from_bytes`](Self::from_bytes), and when the file cannot be read.
     pub fn load(path: &Path) -> Result<Self, DynamicsError> {
         let origin = path.display().to_string();
-        let bytes = std::fs::read(path).map_err(|source| DynamicsError::Io { origin: origin.clone(), source })?;
+        let read = bounded::regular(path).and_then(|()| bounded::read(path, bounded::MODEL));
+        let bytes = read.map_err(|source| DynamicsError::Io { origin: origin.clone(), source })?;
         Self::from_bytes(&bytes, &origin)
     }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::error::PuzzleError;
+use crate::bounded;
 use crate::json;
 use crate::physics::ToolKind;
 
@@ -79,7 +80,7 @@ impl Index {
     /// When it cannot be read, is not an index, or is of another version.
     pub fn load(folder: &Path) -> Result<Option<Self>, PuzzleError> {
         let path = folder.join(FILE);
-        let text = match std::fs::read(&path) {
+        let text = match bounded::regular(&path).and_then(|()| bounded::read(&path, bounded::TEXT)) {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             read => read.map_err(PuzzleError::io(&path))?,
         };

@@ -1,7 +1,7 @@
 //! A file that only grows, one whole piece at a time.
 
 use std::fs::File;
-use std::io::Write;
+use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -55,6 +55,23 @@ impl AppendFile {
             serde_json::to_vec(value).map_err(|source| RunError::Encode { what: "a line".into(), source })?;
         line.push(b'\n');
         self.append(&line)
+    }
+
+    /// Ends a line of which another process has left but half.
+    pub fn end_line(&mut self) -> Result<()> {
+        let last_byte = || -> std::io::Result<[u8; 1]> {
+            let mut last = [b'\n'];
+            let mut file = file::open(&self.path)?;
+            if file.metadata()?.len() > 0 {
+                file.seek(SeekFrom::End(-1))?;
+                file.read_exact(&mut last)?;
+            }
+            Ok(last)
+        };
+        match last_byte().map_err(RunError::io("read", &self.path))? {
+            [b'\n'] => Ok(()),
+            _ => self.append(b"\n"),
+        }
     }
 
     /// Cuts the file to `length` bytes.

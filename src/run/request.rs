@@ -61,7 +61,9 @@ impl RunDirectory {
         }
         let time = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |time| time.as_secs_f64());
         let line = RequestLine { format: FORMAT, time, process: std::process::id(), request: request.clone() };
-        AppendFile::open(&self.requests_path())?.append_json(&line)
+        let mut file = AppendFile::open(&self.requests_path())?;
+        file.end_line()?;
+        file.append_json(&line)
     }
 
     /// A reader of what is asked from now on.
@@ -162,5 +164,19 @@ mod tests {
         assert_eq!((requests, problems.len()), (vec![Request::Stop], 2));
         std::fs::write(run.requests_path(), "").unwrap();
         assert_eq!(reader.poll().unwrap(), (vec![], vec![]));
+    }
+
+    #[test]
+    fn half_a_line_that_is_never_finished_does_not_swallow_the_next_request() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = RunDirectory::create(folder.path(), &1).unwrap();
+        let _lock = run.lock().unwrap();
+        let mut reader = run.requests();
+        std::fs::write(run.requests_path(), b"{\"format\":1,\"time\":0,\"proc").unwrap();
+        assert_eq!(reader.poll().unwrap(), (vec![], vec![]));
+        run.request(&Request::Pause).unwrap();
+        run.request(&Request::Stop).unwrap();
+        let (requests, problems) = reader.poll().unwrap();
+        assert_eq!((requests, problems.len()), (vec![Request::Pause, Request::Stop], 1));
     }
 }

@@ -9,6 +9,7 @@ use super::error::SweepError;
 use super::file::{Axis, Combination, Grid, SweepFile, value_text};
 use super::models::ModelJob;
 use super::training::{Agents, absolute_paths, check_aliases};
+use crate::bounded;
 use crate::json;
 use crate::run::RunError;
 use crate::spelling::did_you_mean;
@@ -49,7 +50,7 @@ impl Sweep {
     /// # Errors
     /// As [`Sweep::parse`], and when the file cannot be read.
     pub fn load(path: &Path) -> Result<Self, SweepError> {
-        let text = std::fs::read(path).map_err(RunError::io("read", path))?;
+        let text = bounded::read(path, bounded::TEXT).map_err(RunError::io("read", path))?;
         Self::parse(&text, &path.display().to_string())
     }
 

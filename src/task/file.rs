@@ -7,6 +7,7 @@ use serde::{Deserialize, Deserializer};
 
 use super::Task;
 use super::create;
+use crate::bounded;
 use crate::json::{self, SyntaxError};
 use crate::spelling::did_you_mean;
 use crate::validation::ValidationError;
@@ -87,7 +88,7 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
         }
     }
     let path = Path::new(name);
-    match std::fs::read_to_string(path) {
+    match bounded::read_text(path) {
         Ok(text) => parse(&text, name),
         Err(source) if source.kind() == std::io::ErrorKind::NotFound => {
             let known = shipped_names().collect::<Vec<_>>().join(", ");

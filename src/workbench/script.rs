@@ -6,6 +6,7 @@ use super::SessionError;
 use super::command::{Awaits, Command};
 use super::dry_run::DryRun;
 use super::session::{Notice, Session};
+use crate::bounded;
 
 /// Variables of a script, replaced where `${NAME}` stands.
 pub type Variables = [(String, String)];
@@ -34,7 +35,7 @@ impl Script {
     /// # Errors
     /// As [`Script::parse`], and when the file cannot be read.
     pub fn load(path: &Path, variables: &Variables) -> Result<Self, ScriptError> {
-        let text = std::fs::read_to_string(path).map_err(|source| ScriptError::Io { path: path.to_owned(), source })?;
+        let text = bounded::read_text(path).map_err(|source| ScriptError::Io { path: path.to_owned(), source })?;
         Self::parse(&text, &path.display().to_string(), variables)
     }
 

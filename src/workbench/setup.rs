@@ -1,11 +1,13 @@
 //! The task being edited and the settings of the next run: all that a session is made of
 //! before any work is done.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::SessionError;
-use crate::task::{Edit, Editor, Region, Task, load, save};
+use crate::bounded;
+use crate::task::{Edit, Editor, Region, Task, TaskError, load, save};
 use crate::trainer::{Method, RunConfig};
 
 /// Task and settings of the next run.
@@ -27,6 +29,14 @@ impl Setup {
     }
 
     pub fn open_task(&mut self, name: &str) -> Result<String, SessionError> {
+        let path = Path::new(name);
+        // The session does not wait for the other end of a pipe.
+        match bounded::regular(path) {
+            Err(source) if source.kind() == ErrorKind::InvalidInput && !path.is_dir() => {
+                return Err(TaskError::Io { path: path.to_owned(), source }.into());
+            }
+            _ => {}
+        }
         self.editor = Editor::new(load(name)?);
         self.file = Path::new(name).is_file().then(|| PathBuf::from(name));
         self.task_changed();

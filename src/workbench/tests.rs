@@ -350,3 +350,22 @@ fn a_finished_run_goes_on_to_the_episodes_that_are_asked_for() {
     let mut other = Session::on_run(&folder.path().join("run")).unwrap();
     play(&mut other, &["continue", "wait", "expect episodes = 5"]);
 }
+
+#[test]
+#[cfg(target_os = "linux")]
+fn what_never_ends_is_neither_a_task_nor_a_model() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path());
+    // Nobody writes into it.
+    let pipe = folder.path().join("pipe");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    for path in [&pipe, Path::new("/dev/zero")] {
+        for line in ["task", "model"] {
+            let line = format!("{line} {}", quoted(path));
+            let outcome = apply(&mut session, &line)
+                .and_then(|_| try_run(&mut session, "clusters\nwait").map(|()| String::new()));
+            let error = outcome.unwrap_err();
+            assert!(error.contains("no regular file"), "{line}: {error}");
+        }
+    }
+}

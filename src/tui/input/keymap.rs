@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::bounded;
 use crate::tui::actions::{Action, Context, Entry, entries, named};
 use crate::tui::input::{Key, KeyError};
 
@@ -52,7 +53,7 @@ impl Keymap {
     /// # Errors
     /// When the file cannot be read or a line of it is wrong, naming file and line.
     pub fn load(path: &Path) -> Result<Self, KeymapError> {
-        let text = std::fs::read_to_string(path).map_err(|source| KeymapError::Io { path: path.to_owned(), source })?;
+        let text = bounded::read_text(path).map_err(|source| KeymapError::Io { path: path.to_owned(), source })?;
         Self::parse(&text, &path.display().to_string())
     }
 
