@@ -8,6 +8,8 @@ use std::sync::{PoisonError, RwLock};
 
 use tempfile::TempPath;
 
+use crate::bounded;
+
 /// Prefix of the name of a file that is being written.
 const TEMPORARY: &str = ".mge-";
 
@@ -24,9 +26,16 @@ pub(crate) fn end_writes() -> impl Sized {
 /// were killed have left in the folder.
 ///
 /// # Errors
-/// When the folder does not exist, is not writable, or the disk is full.
+/// When the folder does not exist, is not writable, or the disk is full, or a pipe or a device is
+/// there, which a file must not replace.
 pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let _writing = WRITING.read().unwrap_or_else(PoisonError::into_inner);
+    if let Err(error) = bounded::regular(path)
+        && error.kind() == io::ErrorKind::InvalidInput
+        && !path.is_dir()
+    {
+        return Err(error);
+    }
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -96,6 +105,20 @@ mod tests {
         let error = write(&folder.path().join("nowhere/file"), b"").unwrap_err();
         assert_eq!(error.to_string(), "its folder does not exist");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left behind");
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn pipes_and_devices_are_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let [pipe, link] = ["pipe", "link"].map(|name| folder.path().join(name));
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        std::os::unix::fs::symlink("/dev/null", &link).unwrap();
+        for path in [&pipe, &link] {
+            let before = path.symlink_metadata().unwrap().file_type();
+            assert_eq!(write(path, b"text").unwrap_err().kind(), io::ErrorKind::InvalidInput);
+            assert_eq!(path.symlink_metadata().unwrap().file_type(), before);
+        }
     }
 
     fn names(folder: &Path) -> Vec<String> {

@@ -2,6 +2,7 @@
 //! `fuzz/`. None may panic, and what a parser accepts must come back from its own output.
 
 use std::io::sink;
+use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
 use crate::agent::{self, Ddpg, Learner, ReplayBuffer};
@@ -9,7 +10,8 @@ use crate::dynamics::Model;
 use crate::env::Environment;
 use crate::guidance::EpsilonSchedule;
 use crate::physics::ToolSplit;
-use crate::run::read_events;
+use crate::puzzles::Index;
+use crate::run::{RunDirectory, read_events};
 use crate::sweep::Sweep;
 use crate::task::{self, Task};
 use crate::tui::{Keymap, interface};
@@ -20,7 +22,7 @@ use crate::{nn, protocol};
 type Target = fn(&[u8]);
 
 /// The targets: the name of each is that of its corpus.
-pub const TARGETS: [(&str, Target); 13] = [
+pub const TARGETS: [(&str, Target); 16] = [
     ("task", task),
     ("level", task),
     ("script", script),
@@ -31,6 +33,9 @@ pub const TARGETS: [(&str, Target); 13] = [
     ("model", model),
     ("checkpoint", checkpoint),
     ("events", events),
+    ("requests", requests),
+    ("index", index),
+    ("catalogue", catalogue),
     ("env_serve", env_serve),
     ("simulate", simulate),
     ("interface", interface),
@@ -115,6 +120,30 @@ fn events(input: &[u8]) {
     let _ = read_events(file.path());
 }
 
+/// What others ask of a training, which is read from a file.
+fn requests(input: &[u8]) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let run = RunDirectory::create(folder.path(), &0).expect("a run");
+    let mut reader = run.requests();
+    std::fs::write(run.requests_path(), input).expect("it can be written");
+    let (requests, problems) = reader.poll().expect("it can be read");
+    let lines = input.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()).count();
+    assert!(requests.len() + problems.len() <= lines);
+}
+
+/// The index of generated puzzles.
+fn index(input: &[u8]) {
+    let Ok(index) = Index::parse(input, Path::new("fuzz")) else { return };
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    index.save(folder.path()).expect("it can be written");
+    assert_eq!(Index::load(folder.path()).expect("a saved index is read"), Some(index));
+}
+
+/// The tools of a recording.
+fn catalogue(input: &[u8]) {
+    let _ = protocol::Catalogue::read(input, "fuzz");
+}
+
 static TASK: LazyLock<Arc<Task>> = LazyLock::new(|| Arc::new(task::load("task2").expect("shipped tasks are valid")));
 
 fn env_serve(input: &[u8]) {
@@ -129,7 +158,6 @@ fn simulate(input: &[u8]) {
 #[cfg(test)]
 mod tests {
     use std::panic::catch_unwind;
-    use std::path::Path;
 
     use rand::{Rng, SeedableRng};
     use rand_chacha::ChaCha8Rng;

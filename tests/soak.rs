@@ -61,12 +61,12 @@ impl Held {
     }
 }
 
-/// Keys that neither leave nor stop anything: what they open is left by Escape.
+/// Keys that neither leave nor stop anything, also in answer to a question: what they open is left by Escape.
 const KEYS: &[&str] = &[
     "1", "2", "3", "4", "5", "6", "7", "8", "[", "]", "\t", "\x1b[Z", "\x1b[A", "\x1b[B", "\x1b[C", "\x1b[D", "h", "j",
-    "k", "l", "H", "J", "K", "L", "\x1b[5~", "\x1b[6~", "\x1b[H", "\x1b[F", "a", "z", "Z", "v", "b", "i", "g", "s",
-    "r", ".", ",", "<", ">", " ", "A", "T", ")", "(", "{", "}", "u", "U", "P", "+", "-", "c", "G", "e", "m", "n", "?",
-    "0", "9", "\x1b[12~", "\x1b[13~", "\x1bOQ", "\x1bOR",
+    "k", "l", "H", "J", "K", "L", "\x1b[5~", "\x1b[6~", "\x1b[H", "\x1b[F", "a", "z", "Z", "v", "i", "g", "s", "r",
+    ".", ",", "<", ">", " ", "A", "T", ")", "(", "{", "}", "u", "U", "P", "+", "-", "c", "G", "e", "m", "n", "?", "0",
+    "9", "\x1b[12~", "\x1b[13~", "\x1bOQ", "\x1bOR",
 ];
 
 /// Commands that a person gives while trainings go on.

@@ -8,6 +8,8 @@ use super::error::PuzzleError;
 use crate::bounded;
 use crate::json;
 use crate::physics::ToolKind;
+use crate::task::{TaskError, check_name};
+use crate::validation::{ValidationError, in_range};
 
 /// The version of the format this program writes.
 const VERSION: u32 = 1;
@@ -84,11 +86,29 @@ impl Index {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             read => read.map_err(PuzzleError::io(&path))?,
         };
-        let index: Self = json::parse(&text, &path.display().to_string())?;
+        Self::parse(&text, &path).map(Some)
+    }
+
+    /// Reads the text of an index; `path` names it in errors.
+    ///
+    /// # Errors
+    /// When it is not an index, is of another version, or names a puzzle that has no file in the folder.
+    pub fn parse(text: &[u8], path: &Path) -> Result<Self, PuzzleError> {
+        let origin = path.display().to_string();
+        let index: Self = json::parse(text, &origin)?;
         if index.version != VERSION {
-            return Err(PuzzleError::Version { path, found: index.version, wanted: VERSION });
+            return Err(PuzzleError::Version { path: path.to_owned(), found: index.version, wanted: VERSION });
         }
-        Ok(Some(index))
+        index.validate().map_err(|error| TaskError::Invalid { origin, error })?;
+        Ok(index)
+    }
+
+    fn validate(&self) -> Result<(), ValidationError> {
+        in_range(self.start_noise, "start_noise", 0.0, 1.0)?;
+        for (number, puzzle) in self.puzzles.iter().enumerate() {
+            check_name(&puzzle.name).map_err(|error| error.within(format_args!("puzzles[{number}]")))?;
+        }
+        Ok(())
     }
 
     /// Writes the index into `folder`, atomically.
@@ -105,5 +125,31 @@ impl Index {
     /// Whether `other` continues the same sequence of puzzles.
     pub(super) fn is_like(&self, other: &Self) -> bool {
         (self.seed, self.split, self.start_noise) == (other.seed, other.split, other.start_noise)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_index_names_files_of_its_folder_only() {
+        let parse = |name: &str, noise: &str| {
+            let puzzle = format!(
+                r#"{{"number": 0, "name": "{name}", "tools": [], "placeable": "box", "subgoals": 0, "actions_needed": 1,
+                "guided_episodes": 1, "guided_goals": 1, "random_episodes": 1, "random_goals": 0}}"#
+            );
+            let text = format!(
+                r#"{{"version": 1, "seed": 0, "split": "test", "start_noise": {noise}, "puzzles": [{puzzle}]}}"#
+            );
+            Index::parse(text.as_bytes(), Path::new("index.json")).map_err(|error| error.to_string())
+        };
+        assert_eq!(parse("test-0-0000", "0.01").unwrap().puzzles.len(), 1);
+        for name in ["../outside", "/etc/passwd", "", ".hidden", "a/b"] {
+            let error = parse(name, "0.01").unwrap_err();
+            assert!(error.starts_with("index.json: puzzles[0].name: "), "{error}");
+        }
+        let error = parse("test-0-0000", "7").unwrap_err();
+        assert!(error.starts_with("index.json: start_noise: "), "{error}");
     }
 }

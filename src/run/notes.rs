@@ -32,6 +32,26 @@ impl Default for Notes {
     }
 }
 
+impl Notes {
+    /// Why they are too long, or their tags no words, if so.
+    fn check(&self) -> std::result::Result<(), String> {
+        let is_tag = |tag: &String| {
+            (1..=MOST_TAGS.1).contains(&tag.chars().count())
+                && tag.chars().all(|character| character.is_alphanumeric() || "-_.".contains(character))
+        };
+        if self.note.chars().count() > LONGEST_NOTE {
+            return Err(format!("a note has at most {LONGEST_NOTE} characters"));
+        }
+        if self.tags.len() > MOST_TAGS.0 || !self.tags.iter().all(is_tag) {
+            let (most, longest) = MOST_TAGS;
+            return Err(format!(
+                "a run has at most {most} tags, words of at most {longest} letters, digits, -, _ and ."
+            ));
+        }
+        Ok(())
+    }
+}
+
 impl RunDirectory {
     /// The notes on the run; empty ones if there are none.
     ///
@@ -44,7 +64,9 @@ impl RunDirectory {
             bytes => bytes?,
         };
         check_format(&path, &bytes, FORMAT)?;
-        parse_json(&path, &bytes)
+        let notes: Notes = parse_json(&path, &bytes)?;
+        notes.check().map_err(|reason| RunError::Malformed { path, line: None, reason })?;
+        Ok(notes)
     }
 
     /// Replaces the notes on the run. The run need not be at rest: nothing else writes them.
@@ -52,19 +74,7 @@ impl RunDirectory {
     /// # Errors
     /// [`RunError::Notes`] if they are too long, [`RunError::Io`] if they cannot be written.
     pub fn write_notes(&self, notes: &Notes) -> Result<()> {
-        let is_tag = |tag: &String| {
-            (1..=MOST_TAGS.1).contains(&tag.chars().count())
-                && tag.chars().all(|character| character.is_alphanumeric() || "-_.".contains(character))
-        };
-        if notes.note.chars().count() > LONGEST_NOTE {
-            return Err(RunError::Notes(format!("a note has at most {LONGEST_NOTE} characters")));
-        }
-        if notes.tags.len() > MOST_TAGS.0 || !notes.tags.iter().all(is_tag) {
-            let (most, longest) = MOST_TAGS;
-            let problem =
-                format!("a run has at most {most} tags, words of at most {longest} letters, digits, -, _ and .");
-            return Err(RunError::Notes(problem));
-        }
+        notes.check().map_err(RunError::Notes)?;
         let mut text =
             serde_json::to_vec_pretty(notes).map_err(|source| RunError::Encode { what: "notes".into(), source })?;
         text.push(b'\n');
@@ -96,8 +106,12 @@ mod tests {
             Notes { tags: vec!["a".into(); 21], ..Notes::default() },
         ] {
             assert!(matches!(run.write_notes(&bad), Err(RunError::Notes(_))), "{bad:?}");
+            assert_eq!(run.notes().unwrap(), notes, "they are as they were");
+            // What another program has written is no better.
+            std::fs::write(run.notes_path(), serde_json::to_vec(&bad).unwrap()).unwrap();
+            assert!(matches!(run.notes(), Err(RunError::Malformed { .. })), "{bad:?}");
+            run.write_notes(&notes).unwrap();
         }
-        assert_eq!(run.notes().unwrap(), notes, "they are as they were");
         std::fs::write(run.notes_path(), r#"{"format": 9}"#).unwrap();
         assert!(matches!(run.notes(), Err(RunError::UnknownFormat { .. })));
     }

@@ -21,4 +21,4 @@ pub use rules::{Rewards, Rules, SubgoalCheck};
 pub use schema::{Task, VERSION};
 pub use shift::{Offset, Part, Shift};
 pub use tools::{Form, Placeable, ToolSpec};
-pub use validate::RULES;
+pub use validate::{RULES, check_name};

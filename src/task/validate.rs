@@ -17,20 +17,24 @@ impl Task {
     }
 }
 
+/// Checks the name of a task: names become parts of the names of files.
+///
+/// # Errors
+/// When it is none.
+pub fn check_name(name: &str) -> Result<(), ValidationError> {
+    let is_allowed = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    if !(1..=LONGEST_NAME).contains(&name.len()) || name.starts_with('.') || !name.chars().all(is_allowed) {
+        return problem("name", "must be up to 100 letters, digits, `-`, `_` or `.`, and not begin with `.`");
+    }
+    Ok(())
+}
+
 fn validate(task: &Task) -> Result<(), ValidationError> {
     if task.version != VERSION {
         let message = format!("is {}, but this program reads version {VERSION}", task.version);
         return problem("version", message);
     }
-    // Names become parts of the names of files.
-    let is_allowed = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-    if !(1..=LONGEST_NAME).contains(&task.name.len())
-        || task.name.starts_with('.')
-        || !task.name.chars().all(is_allowed)
-    {
-        let message = "must be up to 100 letters, digits, `-`, `_` or `.`, and not begin with `.`";
-        return problem("name", message);
-    }
+    check_name(&task.name)?;
     let marker_subgoals = task.marker.as_ref().map_or(0, |marker| marker.subgoals.len());
     for (list, count) in [
         ("tools", task.tools.len()),
