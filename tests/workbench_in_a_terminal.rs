@@ -71,7 +71,7 @@ fn signals_end_it_with_the_terminal_restored_and_the_run_checkpointed() {
         terminal.wait_for("(edited)");
         terminal.type_text("t");
         terminal.wait_for("running");
-        let run = folder.path().join("runs/task3-ddpg-mge-seed0");
+        let run = folder.path().join("runs/task3-ddpg-mge-adaptive-seed0");
         while !run.join("log.txt").exists() {
             std::thread::sleep(std::time::Duration::from_millis(5));
         }

@@ -97,7 +97,8 @@ impl Session {
     pub fn on_task(name: &str, folder: PathBuf) -> Result<Self, SessionError> {
         let mut session = Self::new(task::load(name)?, folder);
         // The file is where the task is saved; and the recorded script says which task it is.
-        session.apply(command::Task(name.to_owned()))?;
+        session.setup.file = Path::new(name).is_file().then(|| PathBuf::from(name));
+        session.journal.note(command::Task(name.to_owned()).into(), None);
         Ok(session)
     }
 
