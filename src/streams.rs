@@ -16,9 +16,16 @@ pub enum Stream {
     PriorStart,
     /// Rollouts and clusters of a stage of an action prior, from 0.
     PriorStage(usize),
-    /// Rollouts for proposed subgoal `n`, from 1: others than those the subgoal's clusters come
-    /// from, so that a place is never proposed for the very rollouts it is then reached in.
-    Proposal(usize),
+    /// Rollouts for a proposed subgoal: others than those the subgoal's clusters come from, so that a
+    /// place is never proposed for the very rollouts it is then reached in.
+    Proposal {
+        /// Which proposal, from 0.
+        attempt: usize,
+        /// Number of the subgoal in it, from 1.
+        number: usize,
+    },
+    /// Episodes in which a proposal is tried.
+    Trial,
     /// Start noise of training episodes.
     TrainingStart,
     /// Epsilon, and actions from the clusters.
@@ -71,7 +78,7 @@ impl Stream {
         match self {
             Self::Episode | Self::PriorStart => 0,
             Self::PriorStage(stage) => 1 + stage as u64,
-            Self::Proposal(number) => PROPOSALS + number as u64,
+            Self::Proposal { attempt, number } => PROPOSALS | (attempt as u64) << 8 | number as u64,
             Self::TrainingStart => TRAINING + 1,
             Self::Guidance => TRAINING + 2,
             Self::Evaluation => TRAINING + 3,
@@ -79,6 +86,7 @@ impl Stream {
             Self::ExplorationNoise => TRAINING + 5,
             Self::Minibatch => TRAINING + 6,
             Self::ModelRollouts => TRAINING + 7,
+            Self::Trial => TRAINING + 8,
             // The first launches have the numbers of a prior's streams. Where both have the same seed
             // they use the same random numbers for different things, which does no harm.
             Self::Launch { split, kind, index } => split << 48 | kind << 40 | index,
@@ -98,9 +106,18 @@ mod tests {
     #[test]
     fn purposes_of_one_training_never_share_a_stream() {
         use Stream::*;
-        let single =
-            [PriorStart, TrainingStart, Guidance, Evaluation, AgentWeights, ExplorationNoise, Minibatch, ModelRollouts];
-        let stages = (0..200).flat_map(|n| [PriorStage(n), Proposal(n + 1)]);
+        let single = [
+            PriorStart,
+            TrainingStart,
+            Guidance,
+            Evaluation,
+            AgentWeights,
+            ExplorationNoise,
+            Minibatch,
+            ModelRollouts,
+            Trial,
+        ];
+        let stages = (0..200).flat_map(|n| [PriorStage(n), Proposal { attempt: n / 20, number: n + 1 }]);
         let all: Vec<u64> = single.into_iter().chain(stages).map(Stream::number).collect();
         assert_eq!(all.iter().collect::<BTreeSet<_>>().len(), all.len());
         let launch = |split, kind, index| Launch { split, kind, index };
@@ -121,7 +138,7 @@ mod tests {
     fn numbers_are_those_of_recorded_results() {
         let numbers = [
             (Stream::PriorStage(2), 3),
-            (Stream::Proposal(1), 65_537),
+            (Stream::Proposal { attempt: 0, number: 1 }, 65_537),
             (Stream::TrainingStart, 4_294_967_297),
             (Stream::ModelRollouts, 4_294_967_303),
             (Stream::Launch { split: 2, kind: 3, index: 4 }, 562_949_953_421_312 + 3_298_534_883_328 + 4),

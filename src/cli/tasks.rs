@@ -11,7 +11,7 @@ use super::progress::Progress;
 use super::{Outcome, output};
 use crate::batch::{Batch, default_threads};
 use crate::env;
-use crate::guidance::{GuidanceConfig, propose_subgoals};
+use crate::guidance::{GuidanceConfig, PROPOSALS, choose_subgoals};
 use crate::study::audit::{AuditRow, audit};
 use crate::task::{self, Task, TaskError};
 use crate::trainer::{PriorSource, rollout_model};
@@ -98,18 +98,19 @@ fn propose(name: &str, subgoals: usize, model: &PriorSource, seed: u64, out: Opt
     let mut task = task::load(name)?;
     let (model, _) =
         rollout_model(model, &task)?.ok_or("`uniform` predicts nothing: use learned, rapier, true, or a model file")?;
-    let mut progress = Progress::new(subgoals as u64, false);
-    task.subgoals = propose_subgoals(&task, &*model, subgoals, &GuidanceConfig::default(), seed, |found| {
-        progress.set(found as u64, subgoals as u64, "subgoals");
+    let mut progress = Progress::new(PROPOSALS as u64, false);
+    let config = GuidanceConfig::default();
+    let chosen = choose_subgoals(&task, &*model, subgoals, &config, seed, |tried| {
+        progress.set(tried as u64, PROPOSALS as u64, "proposals");
     })?;
     drop(progress);
-    match task.subgoals.len() {
-        0 => return Err("no place was found that tools make the ball reach on its way to the goal".into()),
-        found if found < subgoals => {
-            output::message(format_args!("{found} of {subgoals} subgoals: no further place was found"));
-        }
-        _ => {}
-    }
+    output::message(format_args!(
+        "subgoals: {}, the best of {} candidates: each stage was reached by {:.0} % of the guided rollouts or more",
+        chosen.subgoals.len(),
+        chosen.candidates,
+        100.0 * chosen.least_reached,
+    ));
+    task.subgoals = chosen.subgoals;
     match out {
         Some(path) => task::save(&task, path)?,
         None => output::lines(task::to_json(&task))?,

@@ -32,20 +32,21 @@ pub fn build(
     progress: impl FnMut(usize),
 ) -> Result<Option<ActionPrior>, DynamicsError> {
     match build_stages(task, model, model_name, config, seed, progress) {
-        Ok(prior) => Ok(Some(prior)),
+        Ok((prior, _)) => Ok(Some(prior)),
         Err(DynamicsError::Stopped) => Ok(None),
         Err(error) => Err(error),
     }
 }
 
-fn build_stages(
+/// As [`build`], but an error when the model is stopped. Also returns the states that the last stage starts from.
+pub(super) fn build_stages(
     task: &Arc<Task>,
     model: &dyn RolloutModel,
     model_name: &str,
     config: &GuidanceConfig,
     seed: u64,
     mut progress: impl FnMut(usize),
-) -> Result<ActionPrior, DynamicsError> {
+) -> Result<(ActionPrior, Vec<Snapshot>), DynamicsError> {
     let stages = task.stage_count();
     let mut env = Environment::new(task.clone());
     env.reset(&mut Stream::PriorStart.of(seed));
@@ -78,7 +79,7 @@ fn build_stages(
         }
         prior.stages.push(built);
     }
-    Ok(prior)
+    Ok((prior, starts))
 }
 
 /// Step 2: random actions rolled out in the model, the rewarding ones clustered.

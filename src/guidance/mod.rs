@@ -5,6 +5,7 @@
 //! ([`TruePhysics`]), which gives the upper bound of what guidance can do.
 
 mod build;
+mod choice;
 mod clusters;
 mod config;
 mod planner;
@@ -17,6 +18,7 @@ mod schedule;
 mod tests;
 
 pub use build::build;
+pub use choice::{Choice, PROPOSALS, choose_subgoals};
 pub use clusters::{Cluster, ClusterCount};
 pub use config::{GuidanceConfig, GuidanceError, SETTINGS, StartStates};
 pub use planner::{PlannerConfig, SETTINGS as PLANNER_SETTINGS, plan};

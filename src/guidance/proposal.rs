@@ -16,18 +16,23 @@ use crate::task::{Region, Task};
 
 /// Share of the rollouts, those that come nearest to the goal, whose paths are considered.
 const NEAR: f32 = 0.05;
-/// A proposed subgoal is reached by at least and at most these shares of random rollouts:
-/// seldom enough to be worth rewarding, often enough to be found.
-const REACHED: [f32; 2] = [0.01, 0.12];
+/// Least share of random rollouts that reach a proposed subgoal, else it would hardly be found; but
+/// `ENOUGH` of them, of however many, are enough.
+const LEAST_REACHED: f32 = 0.01;
+const ENOUGH: usize = 6;
+/// Greatest share of them: a place that is reached more often needs no reward.
+const MOST_REACHED: f32 = 0.12;
 /// Of the places passed at least this often, relative to the one passed most, the earliest is proposed.
 const OFTEN: f32 = 0.6;
 /// Distance of the candidates from one another, normalised.
 const SPACING: f32 = 0.05;
+/// Least distance between the first subgoals of two proposals, normalised.
+const APART: f32 = 0.15;
 
 /// Proposes up to `count` subgoals for the task, in the order in which they are to be
 /// reached; its present subgoals are ignored. Fewer, if there is no further place
-/// that tools make the ball reach and that it does not reach by itself. `progress` is called
-/// before each with the number of those found.
+/// that tools make the ball reach and that it does not reach by itself. The first is not near one that
+/// an earlier proposal began with: `tried` has those, and nothing for a proposal that found none.
 ///
 /// # Errors
 /// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
@@ -37,21 +42,21 @@ pub fn propose_subgoals(
     count: usize,
     config: &GuidanceConfig,
     seed: u64,
-    mut progress: impl FnMut(usize),
+    tried: &[Option<Region>],
 ) -> Result<Vec<Region>, DynamicsError> {
     let mut task = Task { subgoals: Vec::new(), ..task.clone() };
     // The actions from the start of an episode to each state in which the last subgoal was reached.
     let mut histories: Vec<Vec<Action>> = vec![Vec::new()];
     for number in 1..=count {
-        progress(task.subgoals.len());
-        let mut rng = Stream::Proposal(number).of(seed);
+        let mut rng = Stream::Proposal { attempt: tried.len(), number }.of(seed);
+        let tried = if number == 1 { tried } else { &[] };
         let now = Arc::new(task.clone());
         let states: Vec<Snapshot> = histories.iter().map(|history| replay(&now, history)).collect();
         let chosen: Vec<usize> = (0..config.model_rollouts).map(|_| rng.gen_range(0..states.len())).collect();
         let sequences = random_sequences(config, &mut rng);
         let starts: Vec<&Snapshot> = chosen.iter().map(|&start| &states[start]).collect();
         let rollouts = model.rollouts(&now, &starts, &sequences)?;
-        let Some(region) = best_region(&task, &rollouts) else { break };
+        let Some(region) = best_region(&task, &rollouts, tried) else { break };
         task.subgoals.push(region);
         let passing = (0..rollouts.len()).filter(|&index| passes(&rollouts[index].path, &region));
         histories = real_histories(
@@ -104,7 +109,7 @@ fn real_histories(
 }
 
 /// The earliest of the places that many of the rollouts nearest to the goal pass before they get there.
-fn best_region(task: &Task, rollouts: &[Rollout]) -> Option<Region> {
+fn best_region(task: &Task, rollouts: &[Rollout], tried: &[Option<Region>]) -> Option<Region> {
     let goal = task.goal.position;
     let touched = |rollout: &&Rollout| rollout.actions.iter().any(|action| action.touched);
     let mut near: Vec<(f32, &[[f32; 2]])> =
@@ -115,25 +120,32 @@ fn best_region(task: &Task, rollouts: &[Rollout]) -> Option<Region> {
     let share = |count: usize, of: usize| count as f32 / of.max(1) as f32;
     let free: Vec<&Rollout> = rollouts.iter().filter(|rollout| !touched(rollout)).collect();
     let score = |region: &Region| {
-        let reached = share(rollouts.iter().filter(|r| passes(&r.path, region)).count(), rollouts.len());
+        let count = rollouts.iter().filter(|r| passes(&r.path, region)).count();
+        let reached = share(count, rollouts.len());
         let freely = share(free.iter().filter(|r| passes(&r.path, region)).count(), free.len());
-        ((REACHED[0]..=REACHED[1]).contains(&reached) && freely < reached / 2.0).then_some(())?;
+        ((reached >= LEAST_REACHED || count >= ENOUGH) && reached <= MOST_REACHED && freely < reached / 2.0)
+            .then_some(())?;
         let passed: Vec<usize> = near.iter().filter_map(|(_, path)| first_pass(path, region)).collect();
         Some((passed.len(), share(passed.iter().sum(), passed.len())))
     };
     let regions = candidates(task, near.iter().flat_map(|(_, path)| path.iter()));
+    let is_new =
+        |region: &Region| tried.iter().flatten().all(|other| distance(region.position, other.position) > APART);
     let scored: Vec<((usize, f32), Region)> =
-        regions.into_iter().filter_map(|region| Some((score(&region)?, region))).collect();
+        regions.into_iter().filter(is_new).filter_map(|region| Some((score(&region)?, region))).collect();
     let most = scored.iter().map(|((passed, _), _)| *passed).max()?;
     let often = scored.into_iter().filter(|((passed, _), _)| *passed > 0 && *passed as f32 >= OFTEN * most as f32);
     // The earlier a place is passed, the more height and time is left for what follows.
     often.min_by(|a, b| a.0.1.total_cmp(&b.0.1)).map(|(_, region)| region)
 }
 
+fn distance(a: [f32; 2], b: [f32; 2]) -> f32 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
 /// Least distance to the goal, and the path until then.
 fn path_towards(goal: [f32; 2], path: &[[f32; 2]]) -> (f32, &[[f32; 2]]) {
-    let distance = |point: &[f32; 2]| (point[0] - goal[0]).hypot(point[1] - goal[1]);
-    let nearest = path.iter().map(distance).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+    let nearest = path.iter().map(|point| distance(*point, goal)).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
     nearest.map_or((f32::INFINITY, path), |(index, least)| (least, &path[..=index]))
 }
 
@@ -159,7 +171,7 @@ fn passes(path: &[[f32; 2]], region: &Region) -> bool {
 /// Index of the first point of the path at which a ball touches the region.
 fn first_pass(path: &[[f32; 2]], region: &Region) -> Option<usize> {
     let reach = (region.radius + Ball::default().radius) * 2.0 / SCREEN;
-    path.iter().position(|[x, y]| (x - region.position[0]).hypot(y - region.position[1]) <= reach)
+    path.iter().position(|point| distance(*point, region.position) <= reach)
 }
 
 #[cfg(test)]
@@ -193,7 +205,7 @@ mod tests {
         rollouts.extend(vec![rollout(true, &[HIGH, LOW, GOAL, ELSEWHERE]); near]);
         rollouts.extend(vec![rollout(false, &[HIGH]); free]);
         rollouts.extend(vec![rollout(false, &[ELSEWHERE]); 50 - free]);
-        best_region(&task(), &rollouts).map(|region| region.position)
+        best_region(&task(), &rollouts, &[]).map(|region| region.position)
     }
 
     fn is_near(found: Option<[f32; 2]>, expected: [f32; 2]) -> bool {
@@ -221,7 +233,7 @@ mod tests {
             rollouts.extend(vec![rollout(true, &[[0.0, 0.8], ELSEWHERE]); 8]);
             rollouts.extend(vec![rollout(true, &[detour, LOW, GOAL]); detours]);
             rollouts.extend(vec![rollout(true, &[HIGH, LOW, GOAL]); 5 - detours]);
-            best_region(&task(), &rollouts).map(|region| region.position)
+            best_region(&task(), &rollouts, &[]).map(|region| region.position)
         };
         assert!(is_near(with(3), detour), "three of five are often enough");
         assert!(is_near(with(2), HIGH));

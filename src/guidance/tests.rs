@@ -163,7 +163,7 @@ fn a_model_that_does_not_know_the_tools_is_an_error() {
     let config = GuidanceConfig::default();
     let error = build(&task, &*model, "square-floor", &config, 0, |_| ()).unwrap_err();
     assert!(matches!(error, DynamicsError::UnseenEdge { .. }), "{error}");
-    assert!(propose_subgoals(&task, &*model, 1, &config, 0, |_| ()).is_err());
+    assert!(propose_subgoals(&task, &*model, 1, &config, 0, &[]).is_err());
     let env = Environment::new(task.clone());
     assert!(plan(&*model, &task, env.snapshot(), &PlannerConfig::default(), &mut rng()).is_err());
 }
@@ -373,10 +373,10 @@ fn true_physics_guides_better_than_chance() {
 fn proposed_subgoals_lead_to_a_goal_that_chance_does_not_find() {
     let task = task::load("task6").unwrap();
     let config = GuidanceConfig::default();
-    let subgoals = propose_subgoals(&task, &TruePhysics, 2, &config, 0, |_| ()).unwrap();
+    let subgoals = propose_subgoals(&task, &TruePhysics, 2, &config, 0, &[]).unwrap();
     assert_eq!(subgoals.len(), 2);
     assert_eq!(
-        propose_subgoals(&task, &TruePhysics, 2, &config, 0, |_| ()).unwrap(),
+        propose_subgoals(&task, &TruePhysics, 2, &config, 0, &[]).unwrap(),
         subgoals,
         "the same seed, the same proposal"
     );
@@ -442,7 +442,7 @@ fn rollouts_in_pieces_are_the_same_and_end_when_they_are_asked_to() {
         assert!(build(&task, &stopped, "none", &config, 0, |_| ()).unwrap().is_none());
         let plan = plan(&stopped, &task, env.snapshot(), &PlannerConfig::default(), &mut rng);
         assert!(matches!(plan, Err(DynamicsError::Stopped)));
-        let proposed = propose_subgoals(&task, &stopped, 1, &config, 0, |_| ());
+        let proposed = propose_subgoals(&task, &stopped, 1, &config, 0, &[]);
         assert!(matches!(proposed, Err(DynamicsError::Stopped)));
     }
 }

@@ -6,7 +6,7 @@ use super::clusters::RolloutInputs;
 use super::command::{Command, Propose};
 use super::job::{Progress, Reporter};
 use super::{Session, SessionError};
-use crate::guidance::{Stoppable, propose_subgoals};
+use crate::guidance::{Choice, PROPOSALS, Stoppable, choose_subgoals};
 use crate::task::{Region, Task};
 use crate::trainer::{RunConfig, rollout_model};
 
@@ -41,19 +41,26 @@ impl Session {
         self.cancel_jobs(is_propose);
     }
 
-    fn take_proposals(&mut self, key: &RolloutInputs, count: usize, regions: Vec<Region>) -> Result<String, String> {
+    fn take_proposals(&mut self, key: &RolloutInputs, count: usize, choice: Choice) -> Result<String, String> {
         if *key != inputs(&self.setup.config) {
             return Err("the task or the model was changed while subgoals were looked for: `propose` again".to_owned());
         }
-        if regions.is_empty() {
-            return Err("no place was found that tools make the ball reach on its way to the goal".to_owned());
+        let Choice { subgoals: regions, least_reached, .. } = choice;
+        let (found, percent) = (regions.len(), 100.0 * least_reached);
+        if found == 0 && least_reached > 0.0 {
+            return Ok(format!("no subgoals are needed: {percent:.0} % of the guided rollouts reached the goal"));
         }
-        let found = regions.len();
+        if found == 0 {
+            return Err("no place was found that helps the ball on its way to the goal".to_owned());
+        }
         self.setup.propose(regions);
         // The proposals belong where they arrived: only what is done from now on can refer to them.
         self.journal.note(Propose(Some(count)).into(), self.current);
         let all = if found < count { format!(" of the {count} looked for") } else { String::new() };
-        Ok(format!("{}{all} proposed", subgoals(found)))
+        Ok(format!(
+            "{}{all} proposed: each stage was reached by {percent:.0} % of the guided rollouts or more",
+            subgoals(found)
+        ))
     }
 
     /// Subgoals that are proposed for the task and were neither accepted nor rejected.
@@ -61,18 +68,18 @@ impl Session {
         self.setup.editor.proposed()
     }
 
-    /// Subgoals found so far and looked for, while they are being looked for.
+    /// Proposals tried so far and at most, while subgoals are looked for.
     pub fn proposing(&self) -> Option<Progress> {
         self.job(is_propose).map(|pending| pending.job.progress())
     }
 }
 
-fn search(config: &RunConfig, count: usize, reporter: &Reporter) -> Result<Vec<Region>, String> {
+fn search(config: &RunConfig, count: usize, reporter: &Reporter) -> Result<Choice, String> {
     let model = rollout_model(&config.prior, &config.task).map_err(|error| error.to_string())?;
     let (model, _) = model.ok_or("`uniform` predicts nothing: choose another model, such as learned or true")?;
     let model = Stoppable::new(&*model, reporter.stop());
-    let progress = |found| _ = reporter.progress(found, count);
-    propose_subgoals(&config.task, &model, count, &config.guidance, config.seed, progress)
+    let progress = |tried| _ = reporter.progress(tried, PROPOSALS);
+    choose_subgoals(&config.task, &model, count, &config.guidance, config.seed, progress)
         .map_err(|error| error.to_string())
 }
 

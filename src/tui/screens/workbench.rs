@@ -222,8 +222,8 @@ fn about(ui: &Ui, width: u16) -> Vec<Line<'static>> {
 /// What is proposed, or looked for, and what to press.
 fn proposals(ui: &Ui) -> Option<String> {
     let view = ui.view;
-    if let Some((found, count)) = view.proposing {
-        return Some(format!("looking for subgoal {} of {count}", (found + 1).min(count)));
+    if let Some((tried, count)) = view.proposing {
+        return Some(format!("looking for subgoals: proposal {} of at most {count}", (tried + 1).min(count)));
     }
     let count = view.proposed.len();
     let answers = ui.text("{accept-proposals} accepts, {reject-proposals} rejects the selected one or all");

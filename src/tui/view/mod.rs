@@ -50,7 +50,7 @@ pub struct ViewModel {
     pub dirty: bool,
     /// Subgoals that are proposed for the task.
     pub proposed: Vec<Region>,
-    /// Subgoals found and looked for, while they are being looked for.
+    /// Proposals tried so far and at most, while subgoals are looked for.
     pub proposing: Option<(usize, usize)>,
     /// What the next run will use.
     pub settings: RunConfig,
