@@ -163,7 +163,8 @@ def part_create(options):
 
 class Toy(gymnasium.Env):
     """The least that plays the part of a puzzle in pure Python: spaces as ours, a ball that falls for
-    40 steps an action, no tools, no contacts but the floor."""
+    40 steps an action, no tools, no contacts but the floor. As in ours no number of an observation is
+    always 0, since networks learn faster from zeros."""
 
     def __init__(self):
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (162,), np.float32)
@@ -175,9 +176,7 @@ class Toy(gymnasium.Env):
         return self.observation(), {}
 
     def observation(self):
-        observation = np.zeros(162, np.float32)
-        observation[:4] = self.ball
-        return observation
+        return np.resize(np.array(self.ball, np.float32), 162)
 
     def step(self, action):
         x, y, vx, vy = self.ball

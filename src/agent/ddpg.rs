@@ -185,9 +185,9 @@ impl Ddpg {
         }
     }
 
-    /// Acts with the actor itself.
+    /// Acts with the actor itself, and forgets the proven policy.
     pub fn release_policy(&mut self) {
-        self.held = None;
+        (self.held, self.proven) = (None, None);
     }
 
     /// Whether a held policy acts.

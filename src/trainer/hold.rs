@@ -19,13 +19,15 @@ pub(super) struct Hold {
     proven_age: Option<u64>,
 }
 
-/// A policy has failed too often.
+/// A policy has failed too often: what acts next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Failure {
-    /// It did better than the proven one and takes its place.
-    pub is_proven: bool,
-    /// The proven policy acts next, otherwise a copy of the present one.
-    pub proven_is_next: bool,
+pub(super) enum Failure {
+    /// It did better than the proven one and takes its place. A copy of the present policy acts next.
+    Proven,
+    /// It did worse than the proven one, which acts next.
+    Worse,
+    /// It was the proven one, or there is none. A copy of the present policy acts next.
+    Unproven,
 }
 
 impl Hold {
@@ -43,12 +45,15 @@ impl Hold {
         if self.attempts.failures(stage) <= tolerance {
             return None;
         }
-        let is_proven = !self.proven_acts && self.age >= self.proven_age.map_or(u64::from(kept), |age| age + 1);
-        let failure =
-            Failure { is_proven, proven_is_next: !self.proven_acts && self.proven_age.is_some() && !is_proven };
+        let least = self.proven_age.map_or(u64::from(kept), |age| age + 1);
+        let failure = match self.proven_acts {
+            false if self.age >= least => Failure::Proven,
+            false if self.proven_age.is_some() => Failure::Worse,
+            _ => Failure::Unproven,
+        };
         *self = Self {
-            proven_acts: failure.proven_is_next,
-            proven_age: if is_proven { Some(self.age) } else { self.proven_age },
+            proven_acts: failure == Failure::Worse,
+            proven_age: if failure == Failure::Proven { Some(self.age) } else { self.proven_age },
             ..Self::default()
         };
         Some(failure)
@@ -79,12 +84,11 @@ mod tests {
     #[test]
     fn the_program_returns_to_a_proven_policy_and_tries_new_ones_in_turn() {
         let mut hold = Hold::default();
-        let failed = |is_proven, proven_is_next| Failure { is_proven, proven_is_next };
-        assert_eq!(play(&mut hold, 0), failed(false, false), "nothing is proven yet");
-        assert_eq!(play(&mut hold, 10), failed(true, false));
-        assert_eq!(play(&mut hold, 3), failed(false, true), "worse than the proven one");
-        assert_eq!(play(&mut hold, 5), failed(false, false), "the proven one fails: a new one is tried");
-        assert_eq!(play(&mut hold, 20), failed(true, false), "better than the proven one");
+        assert_eq!(play(&mut hold, 0), Failure::Unproven, "nothing is proven yet");
+        assert_eq!(play(&mut hold, 10), Failure::Proven);
+        assert_eq!(play(&mut hold, 3), Failure::Worse);
+        assert_eq!(play(&mut hold, 5), Failure::Unproven, "the proven one fails: a new one is tried");
+        assert_eq!(play(&mut hold, 20), Failure::Proven, "better than the proven one");
     }
 
     #[test]

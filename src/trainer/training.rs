@@ -1,5 +1,11 @@
 //! The training loop, one episode at a time, without threads or files.
 
+mod error;
+mod means;
+mod saved;
+#[cfg(test)]
+mod tests;
+
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -9,83 +15,24 @@ use serde::{Deserialize, Serialize};
 
 use super::config::{Granularity, RunConfig};
 use super::exploration::{Attempts, Explorer, explorer, needs};
-use super::hold::Hold;
+use super::hold::{Failure, Hold};
 use super::imagination::imagine;
 use super::method::Method;
 use super::prior::{PriorError, consulted_model};
 use super::streams::{self, Streams};
 use super::trace::Trace;
-use crate::agent::{self, Ddpg, Learner, Transition, UpdateMetrics};
-use crate::env::{Action, Environment, EpisodeOver, Placement, Snapshot, Step, observation_len};
+use crate::agent::{Ddpg, Learner, Transition};
+use crate::env::{Action, Environment, Placement, Snapshot, Step, observation_len};
 use crate::guidance::{self, ActionPrior, EpsilonSchedule, Played, RolloutModel, Stoppable};
-use crate::run::{Checkpoint, EpisodeRecord, Event, RunError, Source};
+use crate::run::{EpisodeRecord, Event, Source};
 use crate::stats::rolling::{RollingRate, WINDOW};
 use crate::stop::Stop;
 use crate::streams::Stream;
 use crate::task::Task;
-use crate::validation::ValidationError;
 
-/// The checkpoint section that holds the networks, as a safetensors file.
-pub const NETWORKS_SECTION: &str = "learner.safetensors";
-const REPLAY_SECTION: &str = "replay.bin";
-/// The checkpoint section that holds counters, streams, schedule and action prior, as JSON.
-pub const PROGRESS_SECTION: &str = "progress.json";
-
-/// Why training cannot continue.
-#[derive(Debug, thiserror::Error)]
-pub enum TrainingError {
-    /// A setting is out of range.
-    #[error(transparent)]
-    Config(#[from] ValidationError),
-    /// The model that the method consults.
-    #[error(transparent)]
-    Model(PriorError),
-    /// The environment was not reset.
-    #[error(transparent)]
-    Episode(#[from] EpisodeOver),
-    /// The learner diverged.
-    #[error(transparent)]
-    Update(#[from] agent::UpdateError),
-    /// The replay buffer refused a transition.
-    #[error(transparent)]
-    Replay(#[from] agent::ReplayError),
-    /// A saved learner cannot be used.
-    #[error(transparent)]
-    State(#[from] agent::StateError),
-    /// A checkpoint cannot be read or written.
-    #[error(transparent)]
-    Run(#[from] RunError),
-    /// The settings were changed after the run had begun.
-    #[error("config.json has other settings of `ddpg` than the run began with: put them back, or start a new run")]
-    OtherSettings,
-    /// The checkpoint from which a fork goes on is gone.
-    #[error("the run is a fork, and the checkpoint from which it goes on is gone: fork the other run again")]
-    ForkedFromNothing,
-    /// The task has another number of subgoals.
-    #[error("a fork keeps the number of subgoals: the networks have learned with it")]
-    OtherObservations,
-    /// The episode was abandoned, as was asked for.
-    #[error("stopped in the middle of an episode")]
-    Stopped,
-}
-
-impl From<PriorError> for TrainingError {
-    fn from(error: PriorError) -> Self {
-        if error.is_stopped() { Self::Stopped } else { Self::Model(error) }
-    }
-}
-
-/// The action prior in use when a checkpoint was saved, if there was one.
-///
-/// # Errors
-/// When the checkpoint does not have it in the form in which it is saved.
-pub fn prior_at(checkpoint: &Checkpoint) -> Result<Option<Arc<ActionPrior>>, RunError> {
-    #[derive(Deserialize)]
-    struct WithPrior {
-        prior: Option<Arc<ActionPrior>>,
-    }
-    Ok(checkpoint.json::<WithPrior>(PROGRESS_SECTION)?.prior)
-}
+pub use error::TrainingError;
+use means::UpdateMeans;
+pub use saved::{NETWORKS_SECTION, PROGRESS_SECTION, prior_at};
 
 /// Everything that changes during a run but the learner, which saves itself.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -123,13 +70,6 @@ pub struct Training {
     stop: Stop,
 }
 
-/// Means over the updates of an episode.
-#[derive(Debug, Default)]
-struct UpdateMeans {
-    updates: u32,
-    sum: UpdateMetrics,
-}
-
 impl Training {
     /// A new run. The prior is needed only if the run is guided.
     ///
@@ -163,78 +103,6 @@ impl Training {
             progress,
             stop: Stop::default(),
         })
-    }
-
-    /// A run that continues from a checkpoint exactly as if it had not been interrupted.
-    ///
-    /// # Errors
-    /// When the checkpoint is not one of this configuration.
-    pub fn resume(config: RunConfig, checkpoint: &Checkpoint) -> Result<Self, TrainingError> {
-        config.validate()?;
-        let learner = Learner::load(&agent::Checkpoint {
-            networks: checkpoint.section(NETWORKS_SECTION)?.to_vec(),
-            replay: checkpoint.section(REPLAY_SECTION)?.to_vec(),
-        })?;
-        if learner.ddpg().observation_len() != observation_len(&config.task) {
-            return Err(agent::StateError::Foreign.into());
-        }
-        if *learner.ddpg().config() != config.ddpg {
-            return Err(TrainingError::OtherSettings);
-        }
-        let progress = checkpoint.json(PROGRESS_SECTION)?;
-        let model = consulted_model(&config)?;
-        Ok(Self {
-            env: Environment::new(config.played_task()),
-            config,
-            model,
-            learner,
-            progress,
-            stop: Stop::default(),
-        })
-    }
-
-    /// The training with other settings from here on. What was learned stays, and so does what is in the replay
-    /// buffer; on another task what was found on the old one does not.
-    ///
-    /// # Errors
-    /// When a setting is out of range, or what was learned has another shape with it.
-    pub(super) fn forked(self, config: RunConfig, prior: Option<Arc<ActionPrior>>) -> Result<Self, TrainingError> {
-        config.validate()?;
-        let Self { config: old, mut learner, mut progress, .. } = self;
-        if learner.ddpg().observation_len() != observation_len(&config.task) {
-            return Err(TrainingError::OtherObservations);
-        }
-        learner.change(&config.ddpg).map_err(|error| error.within("ddpg"))?;
-        // A schedule that was changed since the run began holds until another is asked for.
-        if config.epsilon != old.epsilon {
-            progress.epsilon = config.epsilon.clone();
-        }
-        if config.task != old.task {
-            progress.rewarding.clear();
-            progress.first_success = None;
-        }
-        if config.epsilon != old.epsilon || config.task != old.task {
-            // What attempts have shown, and the policies that were held for it.
-            (progress.attempts, progress.hold) = (Attempts::default(), Hold::default());
-            learner.ddpg_mut().release_policy();
-        }
-        progress.prior = prior;
-        let model = consulted_model(&config)?;
-        let env = Environment::new(config.played_task());
-        Ok(Self { config, model, env, learner, progress, stop: Stop::default() })
-    }
-
-    /// The whole state of the run, between two episodes.
-    ///
-    /// # Errors
-    /// When the progress cannot be encoded.
-    pub fn checkpoint(&self) -> Result<Checkpoint, TrainingError> {
-        let saved = self.learner.save();
-        let mut checkpoint = Checkpoint::new(self.progress.episode);
-        checkpoint.insert(NETWORKS_SECTION, saved.networks)?;
-        checkpoint.insert(REPLAY_SECTION, saved.replay)?;
-        checkpoint.insert_json(PROGRESS_SECTION, &self.progress)?;
-        Ok(checkpoint)
     }
 
     /// The configuration.
@@ -485,12 +353,13 @@ impl Training {
         let Some(tolerance) = self.config.hold_tolerance else { return };
         let Some(failure) = progress.hold.note(stage, reached, attempts, tolerance) else { return };
         let ddpg = self.learner.ddpg_mut();
-        if failure.is_proven {
-            ddpg.prove_policy();
-        }
-        match failure.proven_is_next {
-            true => ddpg.return_to_proven_policy(),
-            false => ddpg.hold_policy(),
+        match failure {
+            Failure::Proven => {
+                ddpg.prove_policy();
+                ddpg.hold_policy();
+            }
+            Failure::Worse => ddpg.return_to_proven_policy(),
+            Failure::Unproven => ddpg.hold_policy(),
         }
     }
 
@@ -554,7 +423,7 @@ impl Training {
             noise_sigma: self.config.ddpg.ou.sigma * noise_scale,
             critic_loss: means.mean(|sum| sum.critic_loss),
             mean_q: means.mean(|sum| sum.mean_q),
-            max_q: (means.updates > 0).then_some(means.sum.max_q),
+            max_q: means.max_q(),
             actor_loss: means.mean(|sum| sum.actor_loss),
             action_saturation: means.mean(|sum| sum.action_saturation),
             rolling_success,
@@ -564,22 +433,6 @@ impl Training {
             placed,
             blocked,
         }
-    }
-}
-
-impl UpdateMeans {
-    fn add(&mut self, metrics: &UpdateMetrics) {
-        let first = self.updates == 0;
-        self.updates += 1;
-        self.sum.critic_loss += metrics.critic_loss;
-        self.sum.mean_q += metrics.mean_q;
-        self.sum.max_q = if first { metrics.max_q } else { self.sum.max_q.max(metrics.max_q) };
-        self.sum.actor_loss += metrics.actor_loss;
-        self.sum.action_saturation += metrics.action_saturation;
-    }
-
-    fn mean(&self, of: impl Fn(&UpdateMetrics) -> f32) -> Option<f32> {
-        (self.updates > 0).then(|| (f64::from(of(&self.sum)) / f64::from(self.updates)) as f32)
     }
 }
 
@@ -597,127 +450,4 @@ pub fn greedy_episode(task: &Arc<Task>, ddpg: &Ddpg, rng: &mut ChaCha8Rng) -> Tr
 /// The actor's two numbers as an action.
 pub(super) fn to_action(vector: &[f32]) -> Action {
     [vector[0], vector[1]]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn config(method: Method) -> RunConfig {
-        let mut config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
-        config.method = method;
-        config.ddpg.hidden = 8;
-        config.prior = crate::trainer::PriorSource::TruePhysics;
-        config
-    }
-
-    /// The configuration of a task whose ball falls into the goal by itself.
-    fn easy() -> RunConfig {
-        let mut config = config(Method::Ddpg);
-        let mut task = Task::clone(&config.task);
-        let [x, y] = task.ball.position;
-        task.subgoals.clear();
-        task.goal.position = [x, y - 0.3];
-        config.task = Arc::new(task);
-        config
-    }
-
-    #[test]
-    fn means_are_over_the_updates_and_the_maximum_is_the_greatest() {
-        let mut means = UpdateMeans::default();
-        assert_eq!(means.mean(|sum| sum.mean_q), None);
-        let update = |critic_loss, max_q| UpdateMetrics {
-            critic_loss,
-            mean_q: -critic_loss,
-            max_q,
-            actor_loss: 2.0 * critic_loss,
-            action_saturation: 0.5 * critic_loss,
-            ..UpdateMetrics::default()
-        };
-        for (loss, max_q) in [(0.5, -3.0), (1.0, -1.0), (3.0, -2.0)] {
-            means.add(&update(loss, max_q));
-        }
-        let found = [
-            means.mean(|sum| sum.critic_loss),
-            means.mean(|sum| sum.mean_q),
-            means.mean(|sum| sum.actor_loss),
-            means.mean(|sum| sum.action_saturation),
-        ];
-        assert_eq!(found, [1.5, -1.5, 3.0, 0.75].map(Some));
-        assert_eq!(means.sum.max_q, -1.0);
-    }
-
-    #[test]
-    fn evaluations_are_shares_and_means_over_their_episodes() {
-        let mut training = Training::new(easy(), None).unwrap();
-        let trace = greedy_episode(&training.config().task.clone(), training.ddpg(), &mut Stream::Evaluation.of(0));
-        assert!(trace.reached_goal() && trace.total_reward() > 0.0, "{trace:?}");
-        let expected =
-            Event::Evaluated { episode: 0, episodes: 4, success: 1.0, mean_return: f64::from(trace.total_reward()) };
-        assert_eq!(training.evaluate(4).unwrap(), expected);
-        let mut training = Training::new(config(Method::Ddpg), None).unwrap();
-        let Event::Evaluated { success, .. } = training.evaluate(2).unwrap() else { panic!("an evaluation") };
-        assert_eq!(success, 0.0);
-    }
-
-    #[test]
-    fn before_the_first_update_there_are_no_numbers_of_the_networks() {
-        let mut training = Training::new(easy(), None).unwrap();
-        let (record, _) = training.run_episode().unwrap();
-        assert_eq!((record.max_q, record.mean_q, record.critic_loss), (None, None, None));
-    }
-
-    #[test]
-    fn a_schedule_given_to_an_unguided_run_holds_once_it_has_clusters_too() {
-        let thresholds = |schedule: Option<&str>, prior: bool| {
-            let mut training = Training::new(easy(), None).unwrap();
-            if let Some(schedule) = schedule {
-                training.set_schedule(schedule.parse().unwrap());
-            }
-            if prior {
-                training.set_prior(Arc::new(ActionPrior::uniform(&training.config().task, 0)));
-            }
-            let (record, trace) = training.run_episode().unwrap();
-            (record.epsilon, trace.steps[0].source)
-        };
-        assert_ne!(easy().epsilon.threshold(0), 0.0);
-        assert_eq!(thresholds(None, false), (0.0, Source::Policy));
-        assert_eq!(thresholds(Some("1"), false), (0.0, Source::Policy));
-        assert_eq!(thresholds(None, true), (0.0, Source::Policy));
-        assert_eq!(thresholds(Some("1"), true), (1.0, Source::Clusters));
-    }
-
-    /// First actions of a few episodes of greedy attempts, while the networks learn.
-    fn first_actions(config: &RunConfig, hold_tolerance: Option<f32>, schedule: &str) -> Vec<Action> {
-        let mut config = RunConfig { method: Method::DdpgAdaptive, hold_tolerance, ..config.clone() };
-        config.ddpg.warmup_steps = 0;
-        config.noise_decay.final_scale = 0.0;
-        config.noise_decay.share = 0.0;
-        let mut training = Training::new(config, None).unwrap();
-        training.set_schedule(schedule.parse().unwrap());
-        (0..6).map(|_| training.run_episode().unwrap().1.steps[0].action).collect()
-    }
-
-    #[test]
-    fn a_held_policy_acts_until_it_fails() {
-        let changes = |config: &RunConfig, tolerance, schedule| {
-            let actions = first_actions(config, tolerance, schedule);
-            actions.windows(2).filter(|pair| pair[0] != pair[1]).count()
-        };
-        let (succeeds, fails) = (easy(), config(Method::DdpgAdaptive));
-        assert_eq!(changes(&succeeds, Some(0.15), "need:0:0:20"), 0);
-        assert_eq!(changes(&succeeds, None, "need:0:0:20"), 5);
-        assert_eq!(changes(&fails, Some(0.15), "need:0:0:20"), 5);
-        assert_eq!(changes(&fails, Some(1.0), "need:0:0:20"), 0, "all may fail");
-        assert_eq!(changes(&succeeds, Some(0.15), "0"), 5, "nothing tells how good it is");
-    }
-
-    #[test]
-    fn only_a_planner_acts_by_its_model() {
-        let mut config = config(Method::ModelReplay);
-        config.model_replay.rollouts = 1;
-        config.model_replay.horizon = 1;
-        let (_, trace) = Training::new(config, None).unwrap().run_episode().unwrap();
-        assert!(trace.steps.iter().all(|step| step.source == Source::Policy));
-    }
 }

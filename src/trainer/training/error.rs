@@ -1,0 +1,51 @@
+//! Why training cannot continue.
+
+use crate::agent;
+use crate::env::EpisodeOver;
+use crate::run::RunError;
+use crate::trainer::prior::PriorError;
+use crate::validation::ValidationError;
+
+/// Why training cannot continue.
+#[derive(Debug, thiserror::Error)]
+pub enum TrainingError {
+    /// A setting is out of range.
+    #[error(transparent)]
+    Config(#[from] ValidationError),
+    /// The model that the method consults.
+    #[error(transparent)]
+    Model(PriorError),
+    /// The environment was not reset.
+    #[error(transparent)]
+    Episode(#[from] EpisodeOver),
+    /// The learner diverged.
+    #[error(transparent)]
+    Update(#[from] agent::UpdateError),
+    /// The replay buffer refused a transition.
+    #[error(transparent)]
+    Replay(#[from] agent::ReplayError),
+    /// A saved learner cannot be used.
+    #[error(transparent)]
+    State(#[from] agent::StateError),
+    /// A checkpoint cannot be read or written.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// The settings were changed after the run had begun.
+    #[error("config.json has other settings of `ddpg` than the run began with: put them back, or start a new run")]
+    OtherSettings,
+    /// The checkpoint from which a fork goes on is gone.
+    #[error("the run is a fork, and the checkpoint from which it goes on is gone: fork the other run again")]
+    ForkedFromNothing,
+    /// The task has another number of subgoals.
+    #[error("a fork keeps the number of subgoals: the networks have learned with it")]
+    OtherObservations,
+    /// The episode was abandoned, as was asked for.
+    #[error("stopped in the middle of an episode")]
+    Stopped,
+}
+
+impl From<PriorError> for TrainingError {
+    fn from(error: PriorError) -> Self {
+        if error.is_stopped() { Self::Stopped } else { Self::Model(error) }
+    }
+}

@@ -1,0 +1,112 @@
+//! A training saved in a checkpoint, resumed from one, and continued with other settings.
+
+use std::sync::Arc;
+
+use serde::Deserialize;
+
+use super::{Training, TrainingError};
+use crate::agent::{self, Learner};
+use crate::env::{Environment, observation_len};
+use crate::guidance::ActionPrior;
+use crate::run::{Checkpoint, RunError};
+use crate::stop::Stop;
+use crate::trainer::config::RunConfig;
+use crate::trainer::exploration::Attempts;
+use crate::trainer::hold::Hold;
+use crate::trainer::prior::consulted_model;
+
+/// The checkpoint section that holds the networks, as a safetensors file.
+pub const NETWORKS_SECTION: &str = "learner.safetensors";
+const REPLAY_SECTION: &str = "replay.bin";
+/// The checkpoint section that holds counters, streams, schedule and action prior, as JSON.
+pub const PROGRESS_SECTION: &str = "progress.json";
+
+/// The action prior in use when a checkpoint was saved, if there was one.
+///
+/// # Errors
+/// When the checkpoint does not have it in the form in which it is saved.
+pub fn prior_at(checkpoint: &Checkpoint) -> Result<Option<Arc<ActionPrior>>, RunError> {
+    #[derive(Deserialize)]
+    struct WithPrior {
+        prior: Option<Arc<ActionPrior>>,
+    }
+    Ok(checkpoint.json::<WithPrior>(PROGRESS_SECTION)?.prior)
+}
+
+impl Training {
+    /// A run that continues from a checkpoint exactly as if it had not been interrupted.
+    ///
+    /// # Errors
+    /// When the checkpoint is not one of this configuration.
+    pub fn resume(config: RunConfig, checkpoint: &Checkpoint) -> Result<Self, TrainingError> {
+        config.validate()?;
+        let learner = Learner::load(&agent::Checkpoint {
+            networks: checkpoint.section(NETWORKS_SECTION)?.to_vec(),
+            replay: checkpoint.section(REPLAY_SECTION)?.to_vec(),
+        })?;
+        if learner.ddpg().observation_len() != observation_len(&config.task) {
+            return Err(agent::StateError::Foreign.into());
+        }
+        if *learner.ddpg().config() != config.ddpg {
+            return Err(TrainingError::OtherSettings);
+        }
+        let progress = checkpoint.json(PROGRESS_SECTION)?;
+        let model = consulted_model(&config)?;
+        Ok(Self {
+            env: Environment::new(config.played_task()),
+            config,
+            model,
+            learner,
+            progress,
+            stop: Stop::default(),
+        })
+    }
+
+    /// The training with other settings from here on. What was learned stays, and so does what is in the replay
+    /// buffer; on another task what was found on the old one does not.
+    ///
+    /// # Errors
+    /// When a setting is out of range, or what was learned has another shape with it.
+    pub(in crate::trainer) fn forked(
+        self,
+        config: RunConfig,
+        prior: Option<Arc<ActionPrior>>,
+    ) -> Result<Self, TrainingError> {
+        config.validate()?;
+        let Self { config: old, mut learner, mut progress, .. } = self;
+        if learner.ddpg().observation_len() != observation_len(&config.task) {
+            return Err(TrainingError::OtherObservations);
+        }
+        learner.change(&config.ddpg).map_err(|error| error.within("ddpg"))?;
+        // A schedule that was changed since the run began holds until another is asked for.
+        if config.epsilon != old.epsilon {
+            progress.epsilon = config.epsilon.clone();
+        }
+        if config.task != old.task {
+            progress.rewarding.clear();
+            progress.first_success = None;
+        }
+        if config.epsilon != old.epsilon || config.task != old.task {
+            // What attempts have shown, and the policies that were held for it.
+            (progress.attempts, progress.hold) = (Attempts::default(), Hold::default());
+            learner.ddpg_mut().release_policy();
+        }
+        progress.prior = prior;
+        let model = consulted_model(&config)?;
+        let env = Environment::new(config.played_task());
+        Ok(Self { config, model, env, learner, progress, stop: Stop::default() })
+    }
+
+    /// The whole state of the run, between two episodes.
+    ///
+    /// # Errors
+    /// When the progress cannot be encoded.
+    pub fn checkpoint(&self) -> Result<Checkpoint, TrainingError> {
+        let saved = self.learner.save();
+        let mut checkpoint = Checkpoint::new(self.progress.episode);
+        checkpoint.insert(NETWORKS_SECTION, saved.networks)?;
+        checkpoint.insert(REPLAY_SECTION, saved.replay)?;
+        checkpoint.insert_json(PROGRESS_SECTION, &self.progress)?;
+        Ok(checkpoint)
+    }
+}

@@ -1,0 +1,96 @@
+//! One episode at a time.
+
+use super::*;
+
+fn config(method: Method) -> RunConfig {
+    let mut config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+    config.method = method;
+    config.ddpg.hidden = 8;
+    config.prior = crate::trainer::PriorSource::TruePhysics;
+    config
+}
+
+/// The configuration of a task whose ball falls into the goal by itself.
+fn easy() -> RunConfig {
+    let mut config = config(Method::Ddpg);
+    let mut task = Task::clone(&config.task);
+    let [x, y] = task.ball.position;
+    task.subgoals.clear();
+    task.goal.position = [x, y - 0.3];
+    config.task = Arc::new(task);
+    config
+}
+
+#[test]
+fn evaluations_are_shares_and_means_over_their_episodes() {
+    let mut training = Training::new(easy(), None).unwrap();
+    let trace = greedy_episode(&training.config().task.clone(), training.ddpg(), &mut Stream::Evaluation.of(0));
+    assert!(trace.reached_goal() && trace.total_reward() > 0.0, "{trace:?}");
+    let expected =
+        Event::Evaluated { episode: 0, episodes: 4, success: 1.0, mean_return: f64::from(trace.total_reward()) };
+    assert_eq!(training.evaluate(4).unwrap(), expected);
+    let mut training = Training::new(config(Method::Ddpg), None).unwrap();
+    let Event::Evaluated { success, .. } = training.evaluate(2).unwrap() else { panic!("an evaluation") };
+    assert_eq!(success, 0.0);
+}
+
+#[test]
+fn before_the_first_update_there_are_no_numbers_of_the_networks() {
+    let mut training = Training::new(easy(), None).unwrap();
+    let (record, _) = training.run_episode().unwrap();
+    assert_eq!((record.max_q, record.mean_q, record.critic_loss), (None, None, None));
+}
+
+#[test]
+fn a_schedule_given_to_an_unguided_run_holds_once_it_has_clusters_too() {
+    let thresholds = |schedule: Option<&str>, prior: bool| {
+        let mut training = Training::new(easy(), None).unwrap();
+        if let Some(schedule) = schedule {
+            training.set_schedule(schedule.parse().unwrap());
+        }
+        if prior {
+            training.set_prior(Arc::new(ActionPrior::uniform(&training.config().task, 0)));
+        }
+        let (record, trace) = training.run_episode().unwrap();
+        (record.epsilon, trace.steps[0].source)
+    };
+    assert_ne!(easy().epsilon.threshold(0), 0.0);
+    assert_eq!(thresholds(None, false), (0.0, Source::Policy));
+    assert_eq!(thresholds(Some("1"), false), (0.0, Source::Policy));
+    assert_eq!(thresholds(None, true), (0.0, Source::Policy));
+    assert_eq!(thresholds(Some("1"), true), (1.0, Source::Clusters));
+}
+
+/// First actions of a few episodes of greedy attempts, while the networks learn.
+fn first_actions(config: &RunConfig, hold_tolerance: Option<f32>, schedule: &str) -> Vec<Action> {
+    let mut config = RunConfig { method: Method::DdpgAdaptive, hold_tolerance, ..config.clone() };
+    config.ddpg.warmup_steps = 0;
+    config.noise_decay.final_scale = 0.0;
+    config.noise_decay.share = 0.0;
+    let mut training = Training::new(config, None).unwrap();
+    training.set_schedule(schedule.parse().unwrap());
+    (0..6).map(|_| training.run_episode().unwrap().1.steps[0].action).collect()
+}
+
+#[test]
+fn a_held_policy_acts_until_it_fails() {
+    let changes = |config: &RunConfig, tolerance, schedule| {
+        let actions = first_actions(config, tolerance, schedule);
+        actions.windows(2).filter(|pair| pair[0] != pair[1]).count()
+    };
+    let (succeeds, fails) = (easy(), config(Method::DdpgAdaptive));
+    assert_eq!(changes(&succeeds, Some(0.15), "need:0:0:20"), 0);
+    assert_eq!(changes(&succeeds, None, "need:0:0:20"), 5);
+    assert_eq!(changes(&fails, Some(0.15), "need:0:0:20"), 5);
+    assert_eq!(changes(&fails, Some(1.0), "need:0:0:20"), 0, "all may fail");
+    assert_eq!(changes(&succeeds, Some(0.15), "0"), 5, "nothing tells how good it is");
+}
+
+#[test]
+fn only_a_planner_acts_by_its_model() {
+    let mut config = config(Method::ModelReplay);
+    config.model_replay.rollouts = 1;
+    config.model_replay.horizon = 1;
+    let (_, trace) = Training::new(config, None).unwrap().run_episode().unwrap();
+    assert!(trace.steps.iter().all(|step| step.source == Source::Policy));
+}
