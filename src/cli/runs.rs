@@ -124,14 +124,14 @@ fn result(run: &RunView, stopping: bool, interrupt: &Interrupt) -> Outcome {
     if stopping && run.state() != RunState::Finished {
         let folder = run.directory().path().display().to_string();
         let resume = shell_words::join(["mge", "resume", &folder]);
-        let done = run.records().len();
+        let done = run.episodes();
         let message = format!("stopped after {done} of {episodes} episodes: continue with `{resume}`");
         return Err(interrupt.ended(message).into());
     }
     let last = run.records().last();
     let result = json!({
         "run": run.directory().path(),
-        "episodes": run.records().len(),
+        "episodes": run.episodes(),
         "rolling_success": last.map(|record| record.rolling_success),
         "greedy_success": run.evaluations().last().map(|evaluation| evaluation.success),
     });

@@ -62,6 +62,8 @@ pub struct App {
     greedy: Option<Arc<Episode>>,
     /// Commands that were typed in the palette, the oldest first.
     typed: Vec<String>,
+    /// Time since the curves that are to be seen were asked for.
+    unasked: Duration,
     /// Something new is to be seen.
     changed: bool,
     /// Something new is to be seen in the scene, but nowhere else.
@@ -80,6 +82,8 @@ enum Leaving {
 
 /// How long a message stays that is no error.
 const NOTICE: Duration = Duration::from_secs(6);
+/// Time between two looks at what is to be seen of runs that others train, while nothing else happens.
+const LOOK: Duration = Duration::from_secs(1);
 /// Time that can pass for a message between two looks at it.
 const BLINK: Duration = Duration::from_millis(100);
 
@@ -118,6 +122,7 @@ impl App {
             background: Vec::new(),
             greedy: None,
             typed: Vec::new(),
+            unasked: Duration::ZERO,
             changed: true,
             moved: false,
             picture: Buffer::default(),
@@ -244,7 +249,9 @@ impl App {
         if self.shows_scene() {
             self.tick_scene(elapsed);
         }
-        self.want_curves();
+        if self.is_time_to_ask(elapsed) {
+            self.want_curves();
+        }
         if self.tab == Tab::Runs && self.screens.runs.is_time_to_look(elapsed) {
             self.workspace.look_for_runs();
         }
@@ -257,6 +264,17 @@ impl App {
     fn is_busy(&self) -> bool {
         let view = self.workspace.view();
         view.model_work.is_some() || view.training_runs().next().is_some()
+    }
+
+    /// Whether other curves may be to be seen, or there may be more of them: to find out which takes
+    /// milliseconds beside thousands of runs.
+    fn is_time_to_ask(&mut self, elapsed: Duration) -> bool {
+        self.unasked += elapsed;
+        let is_time = self.changed || self.unasked >= LOOK;
+        if is_time {
+            self.unasked = Duration::ZERO;
+        }
+        is_time
     }
 
     /// Asks for the curves of the runs that are to be seen, and for the files of the one that is previewed.
