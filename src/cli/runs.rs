@@ -14,7 +14,6 @@ use super::progress::Progress;
 use super::{Outcome, control, output};
 use crate::env::{Action, Environment};
 use crate::figures::DEFAULT_DPI;
-use crate::memory;
 use crate::run::{Event, RunState};
 use crate::streams::Stream;
 use crate::task;
@@ -24,7 +23,6 @@ use crate::workbench::{self, Command, FigureKind, Notice, Output, RunView, Sessi
 
 /// Opens the workbench; the status is that of the signal that ended it, if one did.
 pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::Error>> {
-    memory::share_heaps();
     let session = Session::on_task(&arguments.task, arguments.runs.clone())?;
     let first_start = !arguments.runs.exists();
     let options = tui::Options {
