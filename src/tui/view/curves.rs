@@ -29,6 +29,11 @@ impl Curves {
         place.map_or(&[], |place| &self.values[place])
     }
 
+    /// The value of a metric at an episode, or at the next one that is here.
+    pub fn at(&self, metric: Metric, episode: u64) -> Option<f32> {
+        self.get(metric).get(self.episodes.partition_point(|known| *known < episode)).copied()
+    }
+
     /// Another number whenever the values are others; that of a copy is the same.
     pub fn version(&self) -> u64 {
         self.version
@@ -103,6 +108,7 @@ mod tests {
             let returns: Vec<f32> = records.iter().map(|record| record.return_).collect();
             assert_eq!((curves.episodes(), curves.get(Metric::Return)), (&episodes[..], &returns[..]));
             assert_eq!(curves.last_episode() as u64, episodes.last().copied().unwrap_or(0));
+            assert_eq!(curves.at(Metric::Return, 1), returns.first().copied(), "or that of the next one");
         };
         for episode in 1..=100 {
             records.push(EpisodeRecord { episode, return_: episode as f32, ..EpisodeRecord::default() });
