@@ -342,7 +342,8 @@ impl Workspace for SessionWorkspace {
             self.report_others();
         }
         // While nothing is trained it is of no interest, and would keep an idle screen busy.
-        let news = news | (self.view.active_runs().next().is_some() && self.meter.look());
+        let is_training = self.session.runs().iter().any(|run| run.is_active() || run.is_queued());
+        let news = news | (is_training && self.meter.look());
         let changed = !notices.is_empty() || news || building != self.session.prior_state() || preparing;
         if changed {
             self.refresh();

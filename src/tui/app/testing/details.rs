@@ -276,11 +276,11 @@ fn a_run_says_how_long_it_takes_and_which_subgoals_its_episodes_reached() {
 }
 
 #[test]
-fn while_nothing_happens_curves_are_asked_for_once_a_second() {
+fn while_nothing_happens_curves_are_asked_for_every_other_second() {
     let (mut app, _) = app(empty());
     screen(&mut app);
     app.unasked = Duration::ZERO;
-    let ticks = |app: &mut App| (0..150).filter(|_| app.is_time_to_ask(Duration::from_millis(20))).count();
+    let ticks = |app: &mut App| (0..300).filter(|_| app.is_time_to_ask(Duration::from_millis(20))).count();
     assert_eq!(ticks(&mut app), 3);
     press(&mut app, "5");
     assert!(app.is_time_to_ask(Duration::ZERO));
