@@ -27,7 +27,7 @@
 //!
 //! [`ARCHITECTURE.md`]: https://docs.rs/crate/mge/latest/source/ARCHITECTURE.md
 
-// `nn::kernel` and `memory` have reasons for it, and arguments.
+// `nn::kernel` has reasons for it, and arguments.
 #![deny(unsafe_code)]
 
 pub mod agent;
@@ -46,7 +46,6 @@ pub mod fuzz;
 pub mod guidance;
 mod json;
 mod markdown;
-mod memory;
 pub mod nn;
 pub mod physics;
 pub mod protocol;

@@ -45,17 +45,18 @@ fn ask(run: &Path, request: &Request, is_effect: fn(&Event) -> bool) -> Outcome 
     let directory = RunDirectory::open(run)?;
     let mut log = directory.events();
     // What happened before is no effect.
-    log.poll()?;
+    while log.poll()?.more {}
     directory.request(request)?;
     loop {
         // Asked first, so that what happened before is read afterwards.
         let is_over = !directory.is_locked()?;
-        for logged in log.poll()?.events {
+        let news = log.poll()?;
+        for logged in news.events {
             if is_effect(&logged.event) {
                 return Ok(output::line(logged.event)?);
             }
         }
-        if is_over {
+        if is_over && !news.more {
             return Err(format!("{} ended before it could do what was asked", run.display()).into());
         }
         std::thread::sleep(LOOK);

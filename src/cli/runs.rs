@@ -14,7 +14,6 @@ use super::progress::Progress;
 use super::{Outcome, control, output};
 use crate::env::{Action, Environment};
 use crate::figures::DEFAULT_DPI;
-use crate::memory;
 use crate::run::{Event, RunState};
 use crate::streams::Stream;
 use crate::task;
@@ -24,7 +23,6 @@ use crate::workbench::{self, Command, FigureKind, Notice, Output, RunView, Sessi
 
 /// Opens the workbench; the status is that of the signal that ended it, if one did.
 pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::Error>> {
-    memory::share_heaps();
     let session = Session::on_task(&arguments.task, arguments.runs.clone())?;
     let first_start = !arguments.runs.exists();
     let options = tui::Options {
@@ -124,14 +122,14 @@ fn result(run: &RunView, stopping: bool, interrupt: &Interrupt) -> Outcome {
     if stopping && run.state() != RunState::Finished {
         let folder = run.directory().path().display().to_string();
         let resume = shell_words::join(["mge", "resume", &folder]);
-        let done = run.records().len();
+        let done = run.episodes();
         let message = format!("stopped after {done} of {episodes} episodes: continue with `{resume}`");
         return Err(interrupt.ended(message).into());
     }
     let last = run.records().last();
     let result = json!({
         "run": run.directory().path(),
-        "episodes": run.records().len(),
+        "episodes": run.episodes(),
         "rolling_success": last.map(|record| record.rolling_success),
         "greedy_success": run.evaluations().last().map(|evaluation| evaluation.success),
     });

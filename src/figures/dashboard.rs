@@ -48,13 +48,20 @@ impl Dashboard {
         self.metrics.get(&metric).map_or(&[], Vec::as_slice)
     }
 
+    /// Values that the window spans: of a long run not every episode may be here.
+    fn window_of_values(&self) -> usize {
+        let span = self.episode.last().zip(self.episode.first()).map_or(0.0, |(last, first)| last - first);
+        let steps = self.episode.len().saturating_sub(1);
+        if span > 0.0 { (self.window as f64 * steps as f64 / span).round() as usize } else { self.window }
+    }
+
     /// The panels in order.
     fn panels(&self) -> [RunPanel<'_>; 6] {
         let percent = |values: &[f64]| values.iter().map(|value| 100.0 * value).collect::<Vec<_>>();
-        let window = NonZeroUsize::new(self.window).unwrap_or(NonZeroUsize::MIN);
+        let window = NonZeroUsize::new(self.window_of_values()).unwrap_or(NonZeroUsize::MIN);
         let around = |metric| Axis::around("", self.of(metric).iter().copied(), 5);
         let panel = |title: &str, y, lines| RunPanel { title: capitalised(title), y, lines, partial: 0, dots: &[] };
-        let partial = window.get() - 1;
+        let partial = self.episode.iter().take_while(|episode| **episode < self.window as f64).count();
         let alone = |metric: Metric, y| panel(metric.title(), y, vec![("", self.of(metric).to_vec())]);
         let success = vec![("training", percent(self.of(Metric::Success))), ("greedy", percent(&self.greedy_success))];
         let exploration = vec![

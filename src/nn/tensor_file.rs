@@ -115,6 +115,10 @@ impl View for &Entry {
     }
 
     fn data(&self) -> Cow<'_, [u8]> {
+        if cfg!(target_endian = "little") {
+            // As they are: of large networks a copy takes a while, and whoever ends a training waits for it.
+            return bytemuck::cast_slice(&self.values).into();
+        }
         self.values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>().into()
     }
 

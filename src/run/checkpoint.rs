@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::thread;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -125,8 +126,8 @@ impl Checkpoint {
         let new = folder::new_beside(path)?;
         let mut sections = Vec::new();
         for (name, bytes) in &self.sections {
-            write_new(&new.path().join(name), bytes)?;
-            sections.push(Section { name: name.clone(), bytes: bytes.len() as u64, sha256: sha256(bytes) });
+            let sha256 = write_section(&new.path().join(name), bytes)?;
+            sections.push(Section { name: name.clone(), bytes: bytes.len() as u64, sha256 });
         }
         let manifest = Manifest {
             format: FORMAT,
@@ -191,6 +192,17 @@ impl Manifest {
         check_format(&file, &bytes, FORMAT)?;
         parse_json(&file, &bytes)
     }
+}
+
+/// Writes and syncs the file of a section. Returns its checksum, which is computed meanwhile: of large networks
+/// either takes a while, and whoever ends a training waits for both.
+fn write_section(path: &Path, bytes: &[u8]) -> Result<String> {
+    thread::scope(|scope| {
+        let checksum = thread::Builder::new().spawn_scoped(scope, || sha256(bytes));
+        write_new(path, bytes)?;
+        // Without a thread it is computed here.
+        Ok(checksum.ok().and_then(|checksum| checksum.join().ok()).unwrap_or_else(|| sha256(bytes)))
+    })
 }
 
 /// Copies a saved checkpoint to another name in the same folder. The files are shared where the

@@ -1,7 +1,10 @@
 //! The history of a run, read from its log: episodes, evaluations, the latest event.
 
+use std::num::NonZeroUsize;
+
 use super::event::{EpisodeRecord, Event};
-use super::log::read_events;
+use super::log::for_each_event;
+use super::series::{Numbered, Series};
 use super::{Result, RunDirectory};
 
 /// A greedy evaluation.
@@ -15,13 +18,25 @@ pub struct EvaluationRecord {
     pub mean_return: f64,
 }
 
+impl Numbered for EpisodeRecord {
+    fn episode(&self) -> u64 {
+        self.episode
+    }
+}
+
+impl Numbered for EvaluationRecord {
+    fn episode(&self) -> u64 {
+        self.episode
+    }
+}
+
 /// Everything a reader of the log needs to show of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RunHistory {
     /// The finished episodes, in order.
-    pub records: Vec<EpisodeRecord>,
+    pub records: Series<EpisodeRecord>,
     /// The greedy evaluations, in order.
-    pub evaluations: Vec<EvaluationRecord>,
+    pub evaluations: Series<EvaluationRecord>,
     /// The need for exploration of each stage, the goal last; empty if epsilon does not go by need.
     pub needs: Vec<f32>,
     /// What people and processes did to it, in order: see [`Event::is_intervention`].
@@ -31,15 +46,19 @@ pub struct RunHistory {
 }
 
 impl RunHistory {
+    /// A history that takes up a bounded amount of memory, for a run that is followed however long it
+    /// is: at most `most` episodes and as many evaluations, see [`Series::bounded`].
+    pub fn bounded(most: NonZeroUsize) -> Self {
+        Self { records: Series::bounded(most), evaluations: Series::bounded(most), ..Self::default() }
+    }
+
     /// The whole history of a run on disk.
     ///
     /// # Errors
-    /// As [`read_events`].
+    /// As [`read_events`](super::read_events).
     pub fn read(directory: &RunDirectory) -> Result<Self> {
         let mut history = Self::default();
-        for logged in read_events(&directory.events_path())? {
-            history.note(&logged.event);
-        }
+        for_each_event(&directory.events_path(), |logged| history.note(&logged.event))?;
         Ok(history)
     }
 
@@ -48,8 +67,8 @@ impl RunHistory {
         match event {
             // A run that is continued after an interruption repeats the episodes after its checkpoint.
             Event::Started { episode, .. } => {
-                self.records.truncate(usize::try_from(*episode).unwrap_or(usize::MAX));
-                self.evaluations.retain(|evaluation| evaluation.episode <= *episode);
+                self.records.cut(*episode);
+                self.evaluations.cut(*episode);
                 self.interventions.retain(|known| known.episode() <= *episode);
             }
             Event::EpisodeFinished(record) => self.records.push(record.clone()),
@@ -95,7 +114,7 @@ mod tests {
             history.note(&event);
         }
         let kept = EvaluationRecord { episode: 4, success: 0.5, mean_return: 4.0 };
-        assert_eq!(history.evaluations, [kept], "that of a repeated episode is made again");
+        assert_eq!(*history.evaluations, [kept], "that of a repeated episode is made again");
         assert_eq!(history.records.len(), 4);
         let changed = |episode| Event::ScheduleChanged { episode, schedule: "0.1".into() };
         for event in [changed(4), finished(5), changed(5), Event::Resumed { episode: 5 }, started(4)] {

@@ -1,7 +1,7 @@
 //! The event log: `events.jsonl`, written by one process and read by any, also while it grows.
 
 use std::fs::File;
-use std::io::{ErrorKind, Read, Seek, SeekFrom};
+use std::io::{BufRead, BufReader, ErrorKind, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use super::append::AppendFile;
@@ -100,6 +100,9 @@ fn parse(path: &Path, number: u64, line: &[u8]) -> Result<LoggedEvent> {
     })
 }
 
+/// Bytes of a log that are read at once: however long it is, a reader needs no more memory.
+const PIECE: u64 = 4 << 20;
+
 /// What a reader finds when it looks again.
 #[derive(Debug, Default)]
 pub struct Poll {
@@ -109,6 +112,8 @@ pub struct Poll {
     pub problems: Vec<RunError>,
     /// The run was taken back to a checkpoint: what was read before is void, `events` starts from the beginning.
     pub restarted: bool,
+    /// There is more: the next call reads on.
+    pub more: bool,
 }
 
 /// Follows an `events.jsonl` that another process may still be writing.
@@ -128,8 +133,8 @@ impl EventReader {
         Self { path: path.into(), offset: 0, line: 0, last: Vec::new() }
     }
 
-    /// Reads what came since the last call: nothing, if the log does not exist, has not grown or
-    /// ends in a half-written line.
+    /// Reads what came since the last call, or of much the first piece: nothing, if the log does not exist,
+    /// has not grown or ends in a half-written line.
     ///
     /// # Errors
     /// [`RunError::Io`] if the file cannot be read. Lines that make no sense are in
@@ -154,7 +159,13 @@ impl EventReader {
         }
         let mut bytes = Vec::new();
         file.seek(SeekFrom::Start(self.offset))?;
-        file.read_to_end(&mut bytes)?;
+        // A line may be longer than a piece.
+        loop {
+            poll.more = file.by_ref().take(PIECE).read_to_end(&mut bytes)? as u64 == PIECE;
+            if !poll.more || bytes.contains(&b'\n') {
+                break;
+            }
+        }
         let first = self.line;
         for (number, line) in complete_lines(&bytes) {
             match parse(&self.path, first + number, line) {
@@ -187,8 +198,24 @@ impl EventReader {
 /// [`RunError::Io`] if there is no such file, [`RunError::Malformed`] with the number of the first
 /// line that is not an event. A half-written last line is left out and is no error.
 pub fn read_events(path: &Path) -> Result<Vec<LoggedEvent>> {
-    let bytes = file::read(path)?;
-    complete_lines(&bytes).map(|(number, line)| parse(path, number, line)).collect()
+    let mut events = Vec::new();
+    for_each_event(path, |logged| events.push(logged))?;
+    Ok(events)
+}
+
+/// Gives all events of a log away, one after the other; errors are those of [`read_events`].
+pub(super) fn for_each_event(path: &Path, mut note: impl FnMut(LoggedEvent)) -> Result<()> {
+    let mut file = BufReader::new(file::open(path).map_err(RunError::io("read", path))?);
+    let mut line = Vec::new();
+    for number in 1.. {
+        line.clear();
+        file.read_until(b'\n', &mut line).map_err(RunError::io("read", path))?;
+        if line.pop() != Some(b'\n') {
+            break;
+        }
+        note(parse(path, number, &line)?);
+    }
+    Ok(())
 }
 
 /// The events in the last `bytes` bytes of a log, oldest first, without what cannot be read.
@@ -214,6 +241,35 @@ mod tests {
 
     use super::*;
     use crate::run::event::EpisodeRecord;
+
+    #[test]
+    fn a_long_log_is_read_in_pieces_and_a_line_longer_than_one_as_a_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("events.jsonl");
+        let line = |episode| {
+            let event = Event::EpisodeFinished(EpisodeRecord { episode, ..EpisodeRecord::default() });
+            serde_json::to_string(&LoggedEvent { time: episode as f64, event }).unwrap() + "\n"
+        };
+        let mut text: String = (1..=2).map(line).collect();
+        text += &("x".repeat(2 * PIECE as usize) + "\n");
+        let count = 2 * PIECE / line(3).len() as u64;
+        text.extend((3..=count).map(line));
+        std::fs::write(&path, text).unwrap();
+        let mut reader = EventReader::new(&path);
+        let (mut episodes, mut problems, mut pieces) = (Vec::new(), 0, 0);
+        loop {
+            let poll = reader.poll().unwrap();
+            episodes.extend(poll.events.iter().map(|logged| logged.event.episode()));
+            problems += poll.problems.len();
+            pieces += 1;
+            if !poll.more {
+                break;
+            }
+        }
+        assert_eq!((episodes, problems), ((1..=count).collect(), 1));
+        assert!(pieces > 3, "{pieces}");
+        assert!(matches!(read_events(&path), Err(RunError::Malformed { line: Some(3), .. })));
+    }
 
     #[test]
     fn a_log_that_is_not_there_has_no_end_but_one_that_cannot_be_read_is_an_error() {

@@ -114,7 +114,7 @@ fn learning_curves(runs: &[RunView]) -> LearningCurves {
             label: run_label(config),
             x: run.records().iter().map(|record| record.episode as f64).collect(),
             y: run.records().iter().map(|record| record.rolling_success).collect(),
-            partial: run.records().len().min(WINDOW.get() - 1),
+            partial: run.records().iter().take_while(|record| record.episode < WINDOW.get() as u64).count(),
             ..Curve::default()
         };
         match panels.iter_mut().find(|panel| panel.task == config.task.name) {
@@ -139,15 +139,19 @@ pub fn run_label(config: &RunConfig) -> String {
 fn dashboard(run: &RunView) -> Dashboard {
     let config = run.config();
     let column = |of: &dyn Fn(&EpisodeRecord) -> f64| run.records().iter().map(of).collect::<Vec<f64>>();
-    let greedy = |record: &EpisodeRecord| {
-        let evaluation = run.evaluations().iter().find(|evaluation| evaluation.episode == record.episode);
-        evaluation.map_or(f64::NAN, |evaluation| evaluation.success)
-    };
+    // An evaluation whose episode is not among those kept goes to the next one.
+    let mut greedy = vec![f64::NAN; run.records().len()];
+    for evaluation in run.evaluations() {
+        let place = run.records().partition_point(|record| record.episode < evaluation.episode);
+        if let Some(success) = greedy.get_mut(place) {
+            *success = evaluation.success;
+        }
+    }
     Dashboard {
         title: format!("{} on {}", run_label(config), config.task.name),
         window: WINDOW.get(),
         episode: column(&|record| record.episode as f64),
-        greedy_success: column(&greedy),
+        greedy_success: greedy,
         metrics: Dashboard::metrics().map(|metric| (metric, column(&|record| metric.of(record)))).collect(),
     }
 }

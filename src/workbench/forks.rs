@@ -3,7 +3,7 @@
 use super::SessionError;
 use super::command::Fork;
 use super::job::Reporter;
-use super::run::{RunView, read_prior};
+use super::run::{Past, RunView};
 use super::session::Session;
 use crate::trainer::{self, RunConfig, SettingError};
 use crate::validation::ValidationError;
@@ -26,11 +26,9 @@ impl Session {
             let progress = |done: u64, all: u64| _ = reporter.progress(done as usize, all as usize);
             let fork = trainer::fork(&source, &place, config, progress, reporter.stop());
             let directory = fork.map_err(|error| error.to_string())?;
-            let mut log = directory.events();
-            let past = log.poll().map_err(|error| error.to_string())?;
             let run = RunView::new(directory).map_err(|error| error.to_string())?.with_past_unread();
-            let prior = read_prior(run.directory(), &run.config().task);
-            Ok((run, (log, past, prior)))
+            let past = Past::read(run.directory(), &run.config().task, reporter.stop())?;
+            Ok((run, past))
         };
         let asked = command.clone();
         self.begin_job(command.clone(), work, move |session, made| {

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::JoinHandle;
 
-use crate::memory;
 use crate::stop::Stop;
 use crate::trainer::panic_message;
 
@@ -78,11 +77,7 @@ impl<T: Send + 'static> Job<T> {
     pub fn spawn(work: impl FnOnce(&Reporter) -> Result<T, String> + Send + 'static) -> io::Result<Self> {
         let shared = Arc::<Shared>::default();
         let reporter = Reporter(shared.clone());
-        let body = move || {
-            let result = caught(|| work(&reporter));
-            memory::give_back();
-            result
-        };
+        let body = move || caught(|| work(&reporter));
         let thread = std::thread::Builder::new().name("mge-job".to_owned()).spawn(body)?;
         Ok(Self { shared, thread })
     }

@@ -1,20 +1,25 @@
 //! A run as the workbench shows it: its log so far, and the trainer if it is ours.
 
 use std::cell::Cell;
+use std::num::NonZeroUsize;
 use std::path::Path;
 use std::sync::Arc;
 
 use crate::guidance::ActionPrior;
 use crate::run::{
-    EpisodeRecord, EvaluationRecord, Event, EventReader, LoggedEvent, Poll, Request, RunDirectory, RunError,
-    RunHistory, RunState,
+    EpisodeRecord, EvaluationRecord, Event, EventReader, LoggedEvent, Request, RunDirectory, RunError, RunHistory,
+    RunState,
 };
+use crate::stop::Stop;
 use crate::task::Task;
 use crate::trainer::{Control, LiveView, Phase, RunConfig, Trace, Trainer, saved_prior};
 
 use super::SessionError;
 use super::job::Job;
 use super::saved::SavedRun;
+
+/// Episodes, and evaluations, of a run that are kept at most: of a longer run they are evenly spread ones.
+const KEPT: NonZeroUsize = NonZeroUsize::new(16_384).unwrap();
 
 /// A run, live or finished, ours or another process's: a reader of its log.
 #[derive(Debug)]
@@ -77,8 +82,49 @@ impl SavedPrior {
     }
 }
 
+/// What a run's files say so far, to be read beside other work.
+pub(super) struct Past {
+    reader: EventReader,
+    history: RunHistory,
+    /// Time of the latest event.
+    latest: f64,
+    /// The first line of the log that cannot be read.
+    problem: Option<String>,
+    prior: PriorOutcome,
+}
+
+impl Past {
+    /// Reads the log and the prior of a run on a task.
+    ///
+    /// # Errors
+    /// When the log cannot be read, or it is asked to stop.
+    pub fn read(directory: &RunDirectory, task: &Task, stop: &Stop) -> Result<Self, String> {
+        let mut reader = directory.events();
+        let (mut history, mut latest, mut problem) = (RunHistory::bounded(KEPT), f64::NEG_INFINITY, None);
+        loop {
+            let news = reader.poll().map_err(|error| error.to_string())?;
+            if news.restarted {
+                history = RunHistory::bounded(KEPT);
+            }
+            problem = problem.or(news.problems.first().map(ToString::to_string));
+            for logged in news.events {
+                history.note(&logged.event);
+                latest = latest.max(logged.time);
+            }
+            if !news.more {
+                break;
+            }
+            if stop.is_requested() {
+                return Err("the computation was cancelled".to_owned());
+            }
+        }
+        let prior = read_prior(directory, task);
+        Ok(Self { reader, history, latest, problem, prior })
+    }
+}
+
 /// Reads the prior in the folder of a run on a task.
-pub(super) fn read_prior(directory: &RunDirectory, task: &Task) -> PriorOutcome {
+fn read_prior(directory: &RunDirectory, task: &Task) -> PriorOutcome {
     let prior = saved_prior(directory, task).map_err(|error| error.to_string())?;
     Ok(prior.map(Arc::new))
 }
@@ -107,7 +153,10 @@ impl RunView {
     /// As [`RunView::open`].
     pub fn read(path: &Path) -> Result<Self, RunError> {
         let mut view = Self::open(path)?;
-        view.poll();
+        let (mut events, mut restarted) = (Vec::new(), false);
+        while view.read_on(&mut restarted, &mut events) {
+            events.clear();
+        }
         Ok(view)
     }
 
@@ -119,7 +168,7 @@ impl RunView {
             directory,
             config,
             reader,
-            history: RunHistory::default(),
+            history: RunHistory::bounded(KEPT),
             latest: f64::NEG_INFINITY,
             trainer: None,
             live: None,
@@ -147,12 +196,12 @@ impl RunView {
     ///
     /// # Errors
     /// When it could not be read; the run then is not trained either.
-    pub(super) fn take_past(&mut self, past: Result<(EventReader, Poll, PriorOutcome), String>) -> Result<(), String> {
+    pub(super) fn take_past(&mut self, past: Result<Past, String>) -> Result<(), String> {
         self.unread = false;
         match past {
-            Ok((reader, past, prior)) => {
-                self.reader = reader;
-                self.take_in(Ok(past));
+            Ok(Past { reader, history, latest, problem, prior }) => {
+                (self.reader, self.history, self.latest) = (reader, history, latest);
+                self.failure = problem.or(self.failure.take());
                 self.saved_prior = SavedPrior { known: Some(prior), ..SavedPrior::default() };
                 if self.is_queued() {
                     self.failure = None;
@@ -224,8 +273,8 @@ impl RunView {
         if self.unread {
             return (Vec::new(), false);
         }
-        let news = self.reader.poll();
-        let (events, mut changed) = self.take_in(news);
+        let (mut events, mut changed) = (Vec::new(), false);
+        while self.read_on(&mut changed, &mut events) {}
         if let Some(trainer) = &mut self.trainer {
             if let Some(view) = trainer.watch().take() {
                 self.live = Some(view);
@@ -243,35 +292,35 @@ impl RunView {
         (events, changed)
     }
 
-    /// Takes in what was read from the log. Returns the events that are new, and whether the
-    /// log was read from its start again because the run was taken back to a checkpoint.
-    fn take_in(&mut self, news: Result<Poll, RunError>) -> (Vec<Event>, bool) {
-        let news = match news {
+    /// Reads a piece of the log and adds the events that are new; true if there is more. It becomes `restarted`
+    /// when the log is read from its start again because the run was taken back to a checkpoint: what is
+    /// left of it then is no news.
+    fn read_on(&mut self, restarted: &mut bool, events: &mut Vec<Event>) -> bool {
+        let news = match self.reader.poll() {
             Ok(news) => news,
             Err(error) => {
                 // How the training ended says more than that its log is gone since.
                 self.failure.get_or_insert_with(|| error.to_string());
-                return (Vec::new(), false);
+                return false;
             }
         };
         if news.restarted {
-            self.history = RunHistory::default();
+            self.history = RunHistory::bounded(KEPT);
+            *restarted = true;
         }
         self.failure = news.problems.first().map(ToString::to_string).or(self.failure.take());
-        let mut events = Vec::new();
         for LoggedEvent { time, event } in news.events {
             self.history.note(&event);
             self.leaving_pause &= !matches!(event, Event::Resumed { .. });
             if matches!(event, Event::ClustersChanged { .. } | Event::Started { .. }) {
                 self.saved_prior.wanted.set(self.saved_prior.known.is_some());
             }
-            // What is left of a log that was cut is no news.
-            if !news.restarted || time > self.latest {
+            if !*restarted || time > self.latest {
                 events.push(event);
             }
             self.latest = self.latest.max(time);
         }
-        (events, news.restarted)
+        news.more
     }
 
     /// Asks the trainer for something, if the run is ours and active.
@@ -329,12 +378,17 @@ impl RunView {
         &self.config
     }
 
-    /// The finished episodes, in order.
+    /// Episodes that are finished.
+    pub fn episodes(&self) -> u64 {
+        self.records().last().map_or(0, |record| record.episode)
+    }
+
+    /// The finished episodes, in order; of many, evenly spread ones and the latest.
     pub fn records(&self) -> &[EpisodeRecord] {
         &self.history.records
     }
 
-    /// The greedy evaluations, in order.
+    /// The greedy evaluations, in order; of many, evenly spread ones and the latest.
     pub fn evaluations(&self) -> &[EvaluationRecord] {
         &self.history.evaluations
     }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use super::SessionError;
 use super::command::{Command, Continue, Delete, Evaluate, Open};
 use super::job::Reporter;
-use super::run::{RunView, read_prior};
+use super::run::{Past, RunView};
 use super::session::Session;
 use crate::run::{RunDirectory, RunError, RunState};
 use crate::trainer::{Control, RunConfig};
@@ -59,14 +59,9 @@ impl Session {
         }
         let run = RunView::open(folder)?;
         let (directory, task) = (run.directory().clone(), run.config().task.clone());
-        let mut log = directory.events();
         let number = self.add(run.with_past_unread());
         let report = format!("opened {}", folder.display());
-        let work = move |_: &Reporter| {
-            let past = log.poll().map_err(|error| error.to_string())?;
-            let prior = read_prior(&directory, &task);
-            Ok((log, past, prior))
-        };
+        let work = move |reporter: &Reporter| Past::read(&directory, &task, reporter.stop());
         self.begin_job(command, work, move |session, past| {
             // It may have been deleted meanwhile.
             let Some(run) = session.runs.iter_mut().find(|run| run.number() == number) else { return Ok(report) };

@@ -121,7 +121,7 @@ impl Session {
     pub fn apply(&mut self, command: impl Into<Command>) -> Result<String, SessionError> {
         let command = command.into();
         let training = self.run().filter(|run| run.is_active());
-        let training = training.map(|run| (run.number(), run.records().len() as u32));
+        let training = training.map(|run| (run.number(), episode_number(run.episodes())));
         // A run of the session may be in another folder when the script is played.
         let recorded = match &command {
             Command::Open(Open(folder)) => self.number_of(folder).map(|number| Watch(number).into()),
@@ -168,7 +168,7 @@ impl Session {
             Event::Stopped { .. } => Stop.into(),
             _ => return,
         };
-        self.journal.note_at(command, run, u32::try_from(event.episode()).unwrap_or(u32::MAX));
+        self.journal.note_at(command, run, episode_number(event.episode()));
     }
 
     /// Takes in what happened in the background since the last call.
@@ -211,7 +211,7 @@ impl Session {
         self.advance();
         let run = || self.run().ok_or(SessionError::NoRun);
         let found = match expected.quantity {
-            Quantity::Episodes => run()?.records().len() as f64,
+            Quantity::Episodes => run()?.episodes() as f64,
             Quantity::Success => run()?.records().last().map_or(0.0, |record| record.rolling_success),
             Quantity::Greedy => run()?.evaluations().last().map_or(0.0, |evaluation| evaluation.success),
             Quantity::Clusters => {
@@ -282,7 +282,7 @@ impl Session {
     pub fn to_script(&self) -> String {
         let mut journal = self.journal.clone();
         for run in self.runs.iter().filter(|run| run.is_active() && run.state() == RunState::Paused) {
-            journal.note_at(Pause.into(), run.number(), run.records().len() as u32);
+            journal.note_at(Pause.into(), run.number(), episode_number(run.episodes()));
         }
         journal.to_script()
     }
@@ -300,6 +300,11 @@ impl Session {
     pub fn has_quit(&self) -> bool {
         self.quit
     }
+}
+
+/// Episodes as the journal counts them: no run is asked for more.
+fn episode_number(episodes: u64) -> u32 {
+    u32::try_from(episodes).unwrap_or(u32::MAX)
 }
 
 impl Drop for Session {

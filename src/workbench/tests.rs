@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::*;
-use crate::run::{Event, RunState};
+use crate::run::{EpisodeRecord, Event, LoggedEvent, RunState};
 use crate::task::Region;
 use crate::trainer::Phase;
 
@@ -177,6 +177,27 @@ fn the_past_of_an_opened_run_is_read_and_is_no_news() {
     let session = Session::on_run(&path).unwrap();
     assert_eq!((session.runs().len(), session.run().unwrap().records().len()), (1, 3));
     assert!(session.to_script().contains("open "), "{}", session.to_script());
+}
+
+#[test]
+fn of_a_run_with_many_episodes_evenly_spread_ones_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a");
+    run(&mut session(folder.path()), &format!("train {}\nwait", quoted(&path)));
+    let log = path.join("events.jsonl");
+    let finished = |episode| Event::EpisodeFinished(EpisodeRecord { episode, ..EpisodeRecord::default() });
+    let line = |episode| serde_json::to_string(&LoggedEvent { time: 0.0, event: finished(episode) }).unwrap() + "\n";
+    let text: String = (4..=40_000).map(line).collect();
+    std::fs::write(&log, std::fs::read_to_string(&log).unwrap() + &text).unwrap();
+    let mut session = session(folder.path());
+    apply(&mut session, &format!("open {}", quoted(&path))).unwrap();
+    session.wait(|_| ()).unwrap();
+    for session in [session, Session::on_run(&path).unwrap()] {
+        let run = session.run().unwrap();
+        assert_eq!((run.episodes(), run.records().last().unwrap().episode), (40_000, 40_000));
+        assert!((8_000..=16_384).contains(&run.records().len()), "{}", run.records().len());
+        assert!(run.records().iter().all(|record| record.episode.is_multiple_of(4)));
+    }
 }
 
 #[test]

@@ -62,6 +62,8 @@ pub struct App {
     greedy: Option<Arc<Episode>>,
     /// Commands that were typed in the palette, the oldest first.
     typed: Vec<String>,
+    /// Time since the curves that are to be seen were asked for.
+    unasked: Duration,
     /// Something new is to be seen.
     changed: bool,
     /// Something new is to be seen in the scene, but nowhere else.
@@ -80,6 +82,8 @@ enum Leaving {
 
 /// How long a message stays that is no error.
 const NOTICE: Duration = Duration::from_secs(6);
+/// Time between two looks at what is to be seen of runs that others train, while nothing else happens.
+const LOOK: Duration = Duration::from_secs(2);
 /// Time that can pass for a message between two looks at it.
 const BLINK: Duration = Duration::from_millis(100);
 
@@ -118,6 +122,7 @@ impl App {
             background: Vec::new(),
             greedy: None,
             typed: Vec::new(),
+            unasked: Duration::ZERO,
             changed: true,
             moved: false,
             picture: Buffer::default(),
@@ -176,7 +181,10 @@ impl App {
     pub fn receive(&mut self, received: Received) {
         let graphics = self.screens.preview.graphics();
         match received {
-            Received::Event(event) => self.event(event),
+            Received::Event(event) => {
+                self.event(event);
+                self.screens.scene.player.wake();
+            }
             Received::CellSize(cell) => self.set_graphics(Graphics { cell, ..graphics }),
             Received::Attributes { sixel: true } => {
                 self.set_graphics(Graphics { protocol: Protocol::Sixel, ..graphics });
@@ -220,9 +228,8 @@ impl App {
     pub fn tick(&mut self, elapsed: Duration) {
         let lines = self.workspace.view().log_total;
         let is_changed = self.workspace.poll();
-        let is_busy = self.is_busy();
-        if std::mem::replace(&mut self.was_busy, is_busy) && !is_busy {
-            self.request = Some(TerminalRequest::Notify("mge: nothing is being trained any more".to_owned()));
+        if is_changed {
+            self.note_busy();
         }
         self.changed |= is_changed;
         let view = self.workspace.view();
@@ -244,7 +251,9 @@ impl App {
         if self.shows_scene() {
             self.tick_scene(elapsed);
         }
-        self.want_curves();
+        if self.is_time_to_ask(elapsed) {
+            self.want_curves();
+        }
         if self.tab == Tab::Runs && self.screens.runs.is_time_to_look(elapsed) {
             self.workspace.look_for_runs();
         }
@@ -253,10 +262,24 @@ impl App {
         }
     }
 
-    /// Whether runs or models are being trained here.
-    fn is_busy(&self) -> bool {
+    /// Says so once no runs or models are trained here any more.
+    fn note_busy(&mut self) {
         let view = self.workspace.view();
-        view.model_work.is_some() || view.training_runs().next().is_some()
+        let is_busy = view.model_work.is_some() || view.training_runs().next().is_some();
+        if std::mem::replace(&mut self.was_busy, is_busy) && !is_busy {
+            self.request = Some(TerminalRequest::Notify("mge: nothing is being trained any more".to_owned()));
+        }
+    }
+
+    /// Whether other curves may be to be seen, or there may be more of them: to find out which takes
+    /// milliseconds beside thousands of runs.
+    fn is_time_to_ask(&mut self, elapsed: Duration) -> bool {
+        self.unasked += elapsed;
+        let is_time = self.changed || self.unasked >= LOOK;
+        if is_time {
+            self.unasked = Duration::ZERO;
+        }
+        is_time
     }
 
     /// Asks for the curves of the runs that are to be seen, and for the files of the one that is previewed.
@@ -302,9 +325,8 @@ impl App {
         self.moved |= moved;
         self.carry_out(effects);
         // Until there is a training episode to show, the next one is asked for.
-        let view = self.workspace.view();
-        let without_live = view.watched.as_ref().is_none_or(|watched| watched.live.is_none());
-        if without_live && view.active_runs().next().is_some() {
+        let watched = self.workspace.view().watched.as_ref();
+        if watched.is_some_and(|watched| watched.run.active && watched.live.is_none()) {
             self.workspace.request_live();
         }
     }
@@ -312,6 +334,8 @@ impl App {
     /// Puts together anew what the scene shows, of what there is now.
     fn choose_subject(&mut self, choice: Option<Choice>, next: bool) {
         let choice = choice.unwrap_or_else(|| self.subject.choice().clone());
+        // What is over gives way to what is new as soon as there is anything.
+        let next = next || self.screens.scene.player.is_resting();
         let subject = Subject::choose(self.workspace.view(), &choice, Some(&self.subject), next);
         let is_other = !Arc::ptr_eq(subject.episode(), self.subject.episode());
         if subject.run().map(|run| &run.path) != self.subject.run().map(|run| &run.path) {
@@ -321,7 +345,7 @@ impl App {
         self.subject = subject;
         self.show_beside();
         if is_other || next {
-            self.screens.scene.begin(&self.subject);
+            self.screens.scene.begin(&self.subject, is_other);
             self.changed = true;
             if self.subject.is_of_run() {
                 // The one after it, for when it is over.

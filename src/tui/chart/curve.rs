@@ -9,7 +9,7 @@ use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::Widget;
 
 use super::axes::{Axes, Scale, number};
-use super::decimated::{Column, Decimated, Kept, Look};
+use super::decimated::{Column, Decimated, Kept, Look, place};
 use super::range::Window;
 use crate::tui::widgets::columns;
 use crate::tui::widgets::raster::{self, Dot, Raster};
@@ -21,15 +21,17 @@ pub struct Curve<'a> {
     pub name: String,
     /// Its colour.
     pub colour: Color,
-    /// One value an episode, from episode 1; what is not finite is a gap.
+    /// Episodes, in order.
+    pub episodes: &'a [u64],
+    /// One value for each of them; what is not finite is a gap.
     pub values: &'a [f32],
     /// Another number whenever the values are others, and which of the curves of this number it is; none if that
     /// is not known.
     pub version: Option<(u64, usize)>,
     /// Lower and upper ends of the band around it, as many as values.
     pub band: Option<[&'a [f32]; 2]>,
-    /// So many of the first values are means of less than the others, and drawn dotted.
-    pub partial: usize,
+    /// The values up to this episode are means of less than the others, and drawn dotted.
+    pub partial: u64,
     /// Separate points: episode and value, such as evaluations.
     pub points: &'a [(u64, f32)],
 }
@@ -72,7 +74,7 @@ pub fn draw(plot: &Plot, kept: &Kept, area: Rect, theme: &Theme, buffer: &mut Bu
         smoothing: plot.smoothing,
         columns: Axes::width_of_plot(area) * theme.marker.dots()[0],
     };
-    let line = |curve: &Curve| kept.decimated(curve.version, curve.values, &look);
+    let line = |curve: &Curve| kept.decimated(curve.version, curve.episodes, curve.values, &look);
     let lines: Vec<Rc<Decimated>> = plot.curves.iter().map(line).collect();
     let found = range(&lines, plot);
     let axes = Axes::draw(area, plot.x, found.unwrap_or([0.0, 1.0]), plot.scale, theme, buffer)?;
@@ -111,7 +113,7 @@ fn legend(plot: &Plot, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
     for curve in named {
         let value = plot.crosshair.map_or_else(
             || curve.values.iter().rev().copied().find(|value| value.is_finite()),
-            |at| curve.values.get((at.round() as usize).saturating_sub(1)).copied(),
+            |at| curve.values.get(place(curve.episodes, at.round() as u64)).copied(),
         );
         let text = format!("  {} {}", curve.name, value.map_or_else(|| "-".to_owned(), number));
         let room = |lines: &[Line]| {
@@ -162,7 +164,7 @@ fn shade(curve: &Curve, look: &Look, axes: &Axes, raster: &mut Raster) {
     let Some(ends) = curve.band else { return };
     let size = raster.size();
     let mut dots = Vec::new();
-    for (column, [low, high]) in look.samples(ends) {
+    for (column, [low, high]) in look.samples(curve.episodes, ends) {
         let [bottom, top] = [low, high].map(|value| axes.height(size, value));
         let rows = top.floor().max(0.0) as usize..=bottom.floor().clamp(0.0, size[1]) as usize;
         let shift = usize::from(column) / 2 % 2;
@@ -235,18 +237,17 @@ mod tests {
     use super::*;
     use crate::tui::widgets::theme::{Depth, Palette};
 
+    static EPISODES: std::sync::LazyLock<Vec<u64>> = std::sync::LazyLock::new(|| (1..=100_000).collect());
+
+    fn curve<'a>(name: &str, values: &'a [f32], points: &'a [(u64, f32)]) -> Curve<'a> {
+        let (name, episodes) = (name.to_owned(), &EPISODES[..values.len()]);
+        Curve { name, colour: Color::Red, episodes, values, version: None, band: None, partial: 0, points }
+    }
+
     fn plot<'a>(values: &'a [f32], points: &'a [(u64, f32)]) -> Plot<'a> {
         Plot {
             title: "loss",
-            curves: vec![Curve {
-                name: "a".into(),
-                colour: Color::Red,
-                values,
-                version: None,
-                band: None,
-                partial: 0,
-                points,
-            }],
+            curves: vec![curve("a", values, points)],
             x: Window { from: 1.0, to: values.len().max(10) as f32 },
             y: None,
             scale: Scale::Linear,
@@ -297,7 +298,8 @@ mod tests {
     fn smoothing_is_the_mean_of_the_episodes_before() {
         let values = [0.0, 4.0, 2.0, f32::NAN, 6.0];
         let look = Look { x: Window { from: 1.0, to: 5.0 }, scale: Scale::Linear, smoothing: 2, columns: 50 };
-        let smooth: Vec<f32> = look.decimate(&values).columns.iter().map(|column| column.ends[0]).collect();
+        let smooth: Vec<f32> =
+            look.decimate(&EPISODES[..5], &values).columns.iter().map(|column| column.ends[0]).collect();
         assert_eq!(smooth, [0.0, 2.0, 3.0, 4.0]);
     }
 
@@ -330,16 +332,7 @@ mod tests {
     fn curves_without_room_in_the_legend_are_counted() {
         let values = [1.0; 20];
         let mut plot = plot(&values, &[]);
-        let curve = |name: &str| Curve {
-            name: name.into(),
-            colour: Color::Red,
-            values: &values,
-            version: None,
-            band: None,
-            partial: 0,
-            points: &[],
-        };
-        plot.curves = ["one", "two", "three", "four"].map(curve).into();
+        plot.curves = ["one", "two", "three", "four"].map(|name| curve(name, &values, &[])).into();
         assert_eq!(lines(&plot, Marker::Ascii)[0], "loss  one 1  +3 more");
     }
 

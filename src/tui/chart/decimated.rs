@@ -30,8 +30,8 @@ pub struct Column {
     pub ends: [f32; 2],
     /// The least and the greatest.
     pub range: [f32; 2],
-    /// Its last episode, counted from 1.
-    pub last: usize,
+    /// Its last episode.
+    pub last: u64,
     /// It is not connected with the column before.
     pub after_gap: bool,
 }
@@ -51,31 +51,39 @@ impl Look {
         f32::from(self.columns.saturating_sub(1)) / (self.x.to - self.x.from).max(f32::EPSILON)
     }
 
-    /// The column of an episode, counted from 1.
-    fn column(&self, episode: usize) -> f32 {
+    /// The column of an episode.
+    fn column(&self, episode: u64) -> f32 {
         ((episode as f32 - self.x.from) * self.pace() + 0.5).floor()
     }
 
-    /// The places of the values that are shown.
-    fn shown(&self, values: &[f32]) -> std::ops::Range<usize> {
-        let first = (self.x.from.floor().max(1.0) as usize) - 1;
-        let end = (self.x.to.ceil().max(0.0) as usize).min(values.len());
+    /// The places of the episodes that are shown.
+    fn shown(&self, episodes: &[u64]) -> std::ops::Range<usize> {
+        let first = place(episodes, self.x.from.floor().max(1.0) as u64);
+        let end = place(episodes, self.x.to.ceil().max(0.0) as u64 + 1);
         first.min(end)..end
     }
 
-    /// A curve in columns.
-    pub fn decimate(&self, values: &[f32]) -> Decimated {
-        let shown = self.shown(values);
-        let mut smooth = Smoothing::new(self.smoothing);
+    /// Values whose mean each value is: of a long run not every episode is here.
+    fn width(&self, episodes: &[u64]) -> usize {
+        let last = episodes.last().map_or(0, |last| *last as usize);
+        (self.smoothing * episodes.len()).checked_div(last).unwrap_or(self.smoothing).max(1)
+    }
+
+    /// A curve in columns: one value for each of some episodes.
+    pub fn decimate(&self, episodes: &[u64], values: &[f32]) -> Decimated {
+        let shown = self.shown(episodes);
+        let width = self.width(episodes);
+        let mut smooth = Smoothing::new(width);
         // What comes before the window belongs to the means of its first values.
-        for value in &values[shown.start.saturating_sub(self.smoothing)..shown.start] {
+        for value in &values[shown.start.saturating_sub(width)..shown.start] {
             smooth.next(*value);
         }
         let mut found = Decimated::default();
         let mut after_gap = true;
         for place in shown {
             let value = self.scale.apply(smooth.next(values[place]));
-            let column = self.column(place + 1);
+            let episode = episodes[place];
+            let column = self.column(episode);
             if !value.is_finite() || !(0.0..f32::from(self.columns)).contains(&column) {
                 after_gap = true;
                 continue;
@@ -84,13 +92,13 @@ impl Look {
             match found.columns.last_mut().filter(|known| known.x == column && !after_gap) {
                 Some(known) => {
                     known.range = [known.range[0].min(value), known.range[1].max(value)];
-                    (known.ends[1], known.last) = (value, place + 1);
+                    (known.ends[1], known.last) = (value, episode);
                 }
                 None => found.columns.push(Column {
                     x: column,
                     ends: [value; 2],
                     range: [value; 2],
-                    last: place + 1,
+                    last: episode,
                     after_gap,
                 }),
             }
@@ -103,22 +111,27 @@ impl Look {
 
     /// Some episodes with the smoothed values of two curves there, on the scale: one for every other column of
     /// dots, with the column.
-    pub fn samples(&self, curves: [&[f32]; 2]) -> Vec<(u16, [f32; 2])> {
-        let shown = self.shown(curves[0]);
-        let jump = (2.0 / self.pace()).max(1.0);
-        let mut samples = Vec::new();
-        let mut at = shown.start as f32;
-        while (at as usize) < shown.end {
-            let place = at as usize;
-            let column = self.column(place + 1);
-            let values = curves.map(|values| self.scale.apply(mean_up_to(values, place, self.smoothing)));
-            if (0.0..f32::from(self.columns)).contains(&column) && values.iter().all(|value| value.is_finite()) {
+    pub fn samples(&self, episodes: &[u64], curves: [&[f32]; 2]) -> Vec<(u16, [f32; 2])> {
+        let width = self.width(episodes);
+        let mut samples: Vec<(u16, [f32; 2])> = Vec::new();
+        for place in self.shown(episodes) {
+            let column = self.column(episodes[place]);
+            let is_near = samples.last().is_some_and(|(last, _)| column < f32::from(*last) + 2.0);
+            if is_near || !(0.0..f32::from(self.columns)).contains(&column) {
+                continue;
+            }
+            let values = curves.map(|values| self.scale.apply(mean_up_to(values, place, width)));
+            if values.iter().all(|value| value.is_finite()) {
                 samples.push((column as u16, values));
             }
-            at += jump;
         }
         samples
     }
+}
+
+/// The place of an episode among some, or of the next one that is there.
+pub fn place(episodes: &[u64], episode: u64) -> usize {
+    episodes.partition_point(|known| *known < episode)
 }
 
 /// The mean of a value and the finite ones before it, so many together; the value itself if it is not finite.
@@ -178,21 +191,31 @@ const MOST: usize = 4000;
 impl Kept {
     /// A curve in columns. Its version is a number that is another whenever the values are others, and which of the
     /// curves of that number it is; without one it is looked at again.
-    pub fn decimated(&self, version: Option<(u64, usize)>, values: &[f32], look: &Look) -> Rc<Decimated> {
-        let Some((version, curve)) = version else { return Rc::new(look.decimate(values)) };
+    pub fn decimated(
+        &self,
+        version: Option<(u64, usize)>,
+        episodes: &[u64],
+        values: &[f32],
+        look: &Look,
+    ) -> Rc<Decimated> {
+        let Some((version, curve)) = version else { return Rc::new(look.decimate(episodes, values)) };
         let window = [look.x.from, look.x.to].map(f32::to_bits);
         let key = (version, curve, window, look.scale, look.smoothing, look.columns);
         let mut known = self.known.borrow_mut();
         if known.len() > MOST {
             known.clear();
         }
-        known.entry(key).or_insert_with(|| Rc::new(look.decimate(values))).clone()
+        known.entry(key).or_insert_with(|| Rc::new(look.decimate(episodes, values))).clone()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn all(values: &[f32]) -> Vec<u64> {
+        (1..=values.len() as u64).collect()
+    }
 
     fn look(from: f32, to: f32, columns: u16) -> Look {
         Look { x: Window { from, to }, scale: Scale::Linear, smoothing: 1, columns }
@@ -202,22 +225,22 @@ mod tests {
     fn a_column_has_its_first_last_least_and_greatest_value_and_gaps_part_columns() {
         let mut values: Vec<f32> = (0..100).map(|at| at as f32).collect();
         values[55] = 1000.0;
-        let found = look(1.0, 100.0, 10).decimate(&values);
+        let found = look(1.0, 100.0, 10).decimate(&all(&values), &values);
         assert_eq!(found.columns.len(), 10);
         assert_eq!(found.range, Some([0.0, 1000.0]));
         let spiked = found.columns.iter().find(|column| column.range[1] == 1000.0).unwrap();
         assert!(spiked.ends[0] < 56.0 && spiked.ends[1] > 55.0 && !spiked.after_gap);
         values[50] = f32::NAN;
-        let gaps = look(1.0, 100.0, 10).decimate(&values).columns;
+        let gaps = look(1.0, 100.0, 10).decimate(&all(&values), &values).columns;
         assert_eq!(gaps.iter().filter(|column| column.after_gap).count(), 2, "the beginning and the gap");
-        assert_eq!(look(200.0, 300.0, 10).decimate(&values), Decimated::default());
+        assert_eq!(look(200.0, 300.0, 10).decimate(&all(&values), &values), Decimated::default());
     }
 
     #[test]
     fn a_curve_is_looked_at_again_only_when_something_is_another() {
         let kept = Kept::default();
         let at = |version: Option<u64>, values: &[f32], look: &Look| {
-            kept.decimated(version.map(|version| (version, 0)), values, look)
+            kept.decimated(version.map(|version| (version, 0)), &all(values), values, look)
         };
         let first = at(Some(1), &[1.0, 2.0], &look(1.0, 2.0, 10));
         assert!(Rc::ptr_eq(&first, &at(Some(1), &[9.0, 9.0], &look(1.0, 2.0, 10))), "the version says it is the same");
@@ -229,8 +252,22 @@ mod tests {
     #[test]
     fn samples_are_at_every_other_column_and_smoothed() {
         let (low, high) = (vec![0.0; 1000], vec![1.0; 1000]);
-        let samples = Look { smoothing: 10, ..look(1.0, 1000.0, 100) }.samples([&low, &high]);
+        let samples = Look { smoothing: 10, ..look(1.0, 1000.0, 100) }.samples(&all(&low), [&low, &high]);
         assert!((48..=52).contains(&samples.len()) && samples.iter().all(|(_, ends)| *ends == [0.0, 1.0]));
         assert_eq!(mean_up_to(&[2.0, f32::NAN, 4.0], 2, 2), 3.0);
+    }
+
+    #[test]
+    fn of_a_thinned_run_each_value_stands_at_its_episode() {
+        let episodes: Vec<u64> = (1..=20).map(|number| 100 * number).collect();
+        let values: Vec<f32> = (1..=20).map(|number| number as f32).collect();
+        let part = look(401.0, 700.0, 300);
+        let of = |look: &Look| -> Vec<(u64, f32)> {
+            look.decimate(&episodes, &values).columns.iter().map(|column| (column.last, column.ends[0])).collect()
+        };
+        assert_eq!(of(&part), [(500, 5.0), (600, 6.0), (700, 7.0)]);
+        let smooth = Look { smoothing: 200, ..part };
+        assert_eq!(of(&smooth), [(500, 4.5), (600, 5.5), (700, 6.5)], "200 episodes are two values");
+        assert_eq!(smooth.samples(&episodes, [&values, &values]).len(), 3);
     }
 }

@@ -90,6 +90,7 @@ impl<'a> Charts<'a> {
         let single = by_subgoal.iter().enumerate().map(|(index, values)| Curve {
             name: (index + 1).to_string(),
             colour: self.ui.theme.stage(index),
+            episodes: self.shown.first().map_or(&[], |shown| shown.curves().episodes()),
             values,
             version: None,
             band: None,
@@ -100,11 +101,12 @@ impl<'a> Charts<'a> {
         let curves = whole.zip(names).zip(colours).map(|((shown, name), colour)| Curve {
             name,
             colour,
+            episodes: shown.curves().episodes(),
             values: shown.curves().get(metric),
             version: Some((shown.curves().version(), metric as usize)),
             band: shown.band(metric),
             // The success rate of the first episodes is that of fewer than the others.
-            partial: if metric == Metric::Success { WINDOW.get() - 1 } else { 0 },
+            partial: if metric == Metric::Success { WINDOW.get() as u64 - 1 } else { 0 },
             points: if metric == Metric::Success { shown.evaluations() } else { &[] },
         });
         let empty = match self.shown.first() {
@@ -145,7 +147,7 @@ impl<'a> Charts<'a> {
     }
 
     fn episodes(&self) -> usize {
-        self.shown.iter().map(|shown| shown.curves().episodes()).max().unwrap_or(0)
+        self.shown.iter().map(|shown| shown.curves().last_episode()).max().unwrap_or(0)
     }
 }
 

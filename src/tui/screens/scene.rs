@@ -161,8 +161,8 @@ impl Scene {
         self.hand.is_some() || (self.overlays().model && subject.is_of_run())
     }
 
-    /// Begins to show another episode, or the same again.
-    pub fn begin(&mut self, subject: &Subject) {
+    /// Begins to show an episode: another one, or the same again.
+    pub fn begin(&mut self, subject: &Subject, is_other: bool) {
         if matches!(subject.choice(), Choice::Hand) {
             // The latest action is played; those before it were seen.
             let steps = &subject.episode().trace.steps;
@@ -170,7 +170,7 @@ impl Scene {
             self.player.play_from(before);
         } else {
             self.hand = None;
-            self.player.restart();
+            if is_other { self.player.restart() } else { self.player.repeat() }
         }
         if let Some(hand) = &mut self.hand {
             hand.ghost = None;

@@ -178,7 +178,7 @@ pub fn wanted(curves: &CurvesState, runs: &Runs, ui: &Ui) -> Vec<PathBuf> {
 
 /// Episodes of the longest curve that is shown.
 pub fn episodes(curves: &CurvesState, runs: &Runs, ui: &Ui) -> usize {
-    shown(curves, runs, ui).iter().map(|shown| shown.curves().episodes()).max().unwrap_or(0)
+    shown(curves, runs, ui).iter().map(|shown| shown.curves().last_episode()).max().unwrap_or(0)
 }
 
 /// Draws charts below one another, as many as there is room for.
@@ -357,7 +357,7 @@ pub fn perform(curves: &mut CurvesState, runs: &Runs, ui: &Ui, action: Action) -
 /// Moves the crosshair to an episode; the scene follows as far as the watched run has it.
 pub fn move_crosshair(curves: &mut CurvesState, runs: &Runs, ui: &Ui, to: f32) -> Vec<Effect> {
     // The scene shows the watched run: the crosshair goes as far as that does.
-    let done = ui.subject.run().map_or(0, |run| run.curves.episodes());
+    let done = ui.subject.run().map_or(0, |run| run.curves.last_episode());
     let last = if done > 0 { done } else { episodes(curves, runs, ui) };
     if last == 0 {
         return Vec::new();

@@ -4,9 +4,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::run::{EpisodeRecord, Metric};
 
-/// One value an episode for every metric; NaN where there is none.
+/// One value an episode for every metric; NaN where there is none. Of a long run not every episode
+/// need be here.
 #[derive(Debug, Clone, Default)]
 pub struct Curves {
+    episodes: Vec<u64>,
     values: [Vec<f32>; Metric::CURVES.len()],
     version: u64,
 }
@@ -16,15 +18,20 @@ static LATEST: AtomicU64 = AtomicU64::new(0);
 
 impl PartialEq for Curves {
     fn eq(&self, other: &Self) -> bool {
-        self.values == other.values
+        self.episodes == other.episodes && self.values == other.values
     }
 }
 
 impl Curves {
-    /// The values of a metric, the first episode first; none for one without a curve.
+    /// The values of a metric, one for each of [`Curves::episodes`]; none for one without a curve.
     pub fn get(&self, metric: Metric) -> &[f32] {
         let place = Metric::CURVES.iter().position(|drawn| *drawn == metric);
         place.map_or(&[], |place| &self.values[place])
+    }
+
+    /// The value of a metric at an episode, or at the next one that is here.
+    pub fn at(&self, metric: Metric, episode: u64) -> Option<f32> {
+        self.get(metric).get(self.episodes.partition_point(|known| *known < episode)).copied()
     }
 
     /// Another number whenever the values are others; that of a copy is the same.
@@ -36,27 +43,81 @@ impl Curves {
         self.version = LATEST.fetch_add(1, Ordering::Relaxed) + 1;
     }
 
+    /// The numbers of the episodes, in order.
+    pub fn episodes(&self) -> &[u64] {
+        &self.episodes
+    }
+
+    /// The number of the last episode; 0 if there is none.
+    pub fn last_episode(&self) -> usize {
+        self.episodes.last().map_or(0, |episode| *episode as usize)
+    }
+
     /// Adds an episode: a value for each metric, in the order of [`Metric::CURVES`].
-    pub fn push(&mut self, values: [f32; Metric::CURVES.len()]) {
+    pub fn push(&mut self, episode: u64, values: [f32; Metric::CURVES.len()]) {
+        self.episodes.push(episode);
         for (curve, value) in self.values.iter_mut().zip(values) {
             curve.push(value);
         }
         self.renew();
     }
 
-    /// Adds a finished episode.
-    pub fn push_record(&mut self, record: &EpisodeRecord) {
-        self.push(Metric::CURVES.map(|metric| metric.of(record) as f32));
+    /// Whether it has all of these episodes and no other: those of a run only come, go from the end, or
+    /// are thinned.
+    pub fn is_of(&self, records: &[EpisodeRecord]) -> bool {
+        self.episodes.len() == records.len() && self.episodes.last().copied() == records.last().map(|last| last.episode)
     }
 
-    /// Forgets all but the first `episodes` episodes.
-    pub fn truncate(&mut self, episodes: usize) {
-        self.values.iter_mut().for_each(|curve| curve.truncate(episodes));
-        self.renew();
+    /// Takes in what was added to the finished episodes of a run, or all of them if others went.
+    pub fn follow(&mut self, records: &[EpisodeRecord]) {
+        // The latest one may have given way to a later one.
+        let kept = self.episodes.len().min(records.len());
+        let kept = (kept.saturating_sub(1)..=kept).rev().find(|&count| {
+            let last = count.checked_sub(1);
+            last.is_none_or(|last| self.episodes[last] == records[last].episode)
+        });
+        self.truncate(kept.unwrap_or(0));
+        for record in &records[self.episodes.len()..] {
+            self.push(record.episode, Metric::CURVES.map(|metric| metric.of(record) as f32));
+        }
     }
 
-    /// Episodes.
-    pub fn episodes(&self) -> usize {
-        self.values[0].len()
+    fn truncate(&mut self, count: usize) {
+        if count < self.episodes.len() {
+            self.episodes.truncate(count);
+            self.values.iter_mut().for_each(|curve| curve.truncate(count));
+            self.renew();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::num::NonZeroUsize;
+
+    use super::*;
+    use crate::run::Series;
+
+    #[test]
+    fn curves_follow_a_run_that_is_thinned_cut_and_begun_anew() {
+        let mut records = Series::bounded(NonZeroUsize::new(8).unwrap());
+        let mut curves = Curves::default();
+        let mut follow = |records: &[EpisodeRecord]| {
+            curves.follow(records);
+            let episodes: Vec<u64> = records.iter().map(|record| record.episode).collect();
+            let returns: Vec<f32> = records.iter().map(|record| record.return_).collect();
+            assert_eq!((curves.episodes(), curves.get(Metric::Return)), (&episodes[..], &returns[..]));
+            assert_eq!(curves.last_episode() as u64, episodes.last().copied().unwrap_or(0));
+            assert_eq!(curves.at(Metric::Return, 1), returns.first().copied(), "or that of the next one");
+        };
+        for episode in 1..=100 {
+            records.push(EpisodeRecord { episode, return_: episode as f32, ..EpisodeRecord::default() });
+            if episode % 3 != 0 {
+                follow(&records);
+            }
+        }
+        records.cut(50);
+        follow(&records);
+        follow(&[]);
     }
 }

@@ -68,14 +68,21 @@ impl GroupCurves {
     pub fn new(runs: &[&Curves]) -> Self {
         let mut group = Self::default();
         let mut values = Vec::with_capacity(runs.len());
-        for episode in 0.. {
-            let there = runs.iter().filter(|run| run.episodes() > episode).count();
-            if there == 0 || 2 * there < runs.len() {
+        let longest = runs.iter().max_by_key(|run| run.last_episode());
+        for episode in longest.map_or(&[][..], |run| run.episodes()) {
+            let there = runs.iter().filter(|run| run.last_episode() as u64 >= *episode).count();
+            if 2 * there < runs.len() {
                 break;
+            }
+            // Of long runs not every episode is here.
+            let places: Vec<_> =
+                runs.iter().filter_map(|run| Some((run, run.episodes().binary_search(episode).ok()?))).collect();
+            if places.len() < there {
+                continue;
             }
             let found = Metric::CURVES.map(|metric| {
                 values.clear();
-                let of_episode = runs.iter().filter_map(|run| run.get(metric).get(episode));
+                let of_episode = places.iter().filter_map(|(run, place)| run.get(metric).get(*place));
                 values.extend(of_episode.filter(|value| value.is_finite()).map(|value| f64::from(*value)));
                 values.sort_unstable_by(f64::total_cmp);
                 match values.is_empty() {
@@ -85,9 +92,9 @@ impl GroupCurves {
                     }
                 }
             });
-            group.middle.push(found.map(|[middle, ..]| middle));
-            group.low.push(found.map(|[_, low, _]| low));
-            group.high.push(found.map(|[.., high]| high));
+            group.middle.push(*episode, found.map(|[middle, ..]| middle));
+            group.low.push(*episode, found.map(|[_, low, _]| low));
+            group.high.push(*episode, found.map(|[.., high]| high));
         }
         group
     }
@@ -190,7 +197,7 @@ impl RunGroup {
         let known = self.runs.first().and_then(|run| before.of(run));
         if let Some(known) = known.filter(|known| known.runs == self.runs && known.versions == self.versions) {
             self.curves.clone_from(&known.curves);
-        } else if self.is_many() && curves.iter().any(|curves| curves.episodes() > 0) {
+        } else if self.is_many() && curves.iter().any(|curves| !curves.episodes().is_empty()) {
             self.curves = Some(Arc::new(GroupCurves::new(&curves)));
         }
         self
@@ -265,7 +272,7 @@ impl Grouper {
         let mut hasher = DefaultHasher::new();
         self.baseline.hash(&mut hasher);
         for run in runs {
-            (&run.path, run.done, run.curves.episodes()).hash(&mut hasher);
+            (&run.path, run.done, run.curves.last_episode()).hash(&mut hasher);
         }
         hasher.finish()
     }
@@ -283,7 +290,7 @@ mod tests {
             config = config.with_setting(key, value).unwrap();
         }
         let mut curves = Curves::default();
-        successes.iter().for_each(|success| curves.push(Metric::CURVES.map(|_| *success)));
+        (1..).zip(successes).for_each(|(episode, success)| curves.push(episode, Metric::CURVES.map(|_| *success)));
         let done = successes.len() as u64;
         let success = successes.last().copied();
         let of_config = RunSummary::new(&summary.path, Arc::new(config), summary.state.clone());
@@ -325,7 +332,7 @@ mod tests {
         let curves = |grouping: &Grouping| grouping.of(Path::new("runs/c")).unwrap().curves.clone().unwrap();
         assert!(Arc::ptr_eq(&curves(&pinned), &curves(&grouping)), "the same curves are not put together again");
         let mut longer = runs.clone();
-        Arc::make_mut(&mut Arc::make_mut(&mut longer[3]).curves).push(Metric::CURVES.map(|_| 1.0));
+        Arc::make_mut(&mut Arc::make_mut(&mut longer[3]).curves).push(2, Metric::CURVES.map(|_| 1.0));
         assert!(!Arc::ptr_eq(&curves(&Grouping::new(&longer, &grouping, None)), &curves(&grouping)));
         let fewer = Grouping::new(&runs[..5], &grouping, None);
         assert!(fewer.settings(Path::new("runs/c")).unwrap().is_empty());

@@ -2,23 +2,27 @@
 //! first time, and then what is new.
 
 use std::collections::HashMap;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use super::Curves;
-use crate::run::{Event, EventReader, RunDirectory};
+use crate::run::{Event, EventReader, RunDirectory, RunHistory};
 
 /// Time between two looks at the same runs.
 const LOOK: Duration = Duration::from_secs(1);
 /// Runs whose curves are kept at most.
 const KEPT: usize = 300;
 
+/// Episodes of each that are kept at most.
+const EPISODES: NonZeroUsize = NonZeroUsize::new(2048).unwrap();
+
 /// What is drawn of a run.
 #[derive(Debug, Clone, Default)]
 pub struct History {
-    /// One value an episode for every metric.
+    /// Its curves; of many episodes, evenly spread ones.
     pub curves: Arc<Curves>,
     /// Greedy evaluations: episodes finished, share of successes.
     pub evaluations: Vec<(u64, f32)>,
@@ -88,10 +92,17 @@ impl Histories {
     }
 }
 
+/// A run whose log is read on.
+struct Followed {
+    reader: EventReader,
+    history: RunHistory,
+    curves: Arc<Curves>,
+}
+
 /// Reads logs on its thread.
 #[derive(Default)]
 struct Reader {
-    followed: HashMap<PathBuf, (EventReader, History)>,
+    followed: HashMap<PathBuf, Followed>,
 }
 
 impl Reader {
@@ -114,45 +125,38 @@ impl Reader {
 
     /// The history of a run if there is more of it than before.
     fn read(&mut self, path: &Path) -> Option<History> {
-        let follow = || Some((RunDirectory::open(path).ok()?.events(), History::default()));
         if !self.followed.contains_key(path) {
-            self.followed.insert(path.to_owned(), follow()?);
+            let reader = RunDirectory::open(path).ok()?.events();
+            let history = RunHistory::bounded(EPISODES);
+            self.followed.insert(path.to_owned(), Followed { reader, history, curves: Arc::default() });
         }
-        let (reader, history) = self.followed.get_mut(path)?;
+        let Followed { reader, history, curves } = self.followed.get_mut(path)?;
         // A run that is gone, or cannot be read, has no curves; the list says what is wrong with it.
-        let news = reader.poll().ok()?;
-        if news.events.is_empty() && !news.restarted {
+        let mut is_new = false;
+        loop {
+            let news = reader.poll().ok()?;
+            is_new |= news.restarted || !news.events.is_empty();
+            if news.restarted {
+                *history = RunHistory::bounded(EPISODES);
+            }
+            news.events.iter().for_each(|logged| history.note(&logged.event));
+            if !news.more {
+                break;
+            }
+        }
+        if !is_new {
             return None;
         }
-        if news.restarted {
-            *history = History::default();
-        }
-        let curves = Arc::make_mut(&mut history.curves);
-        for logged in news.events {
-            if let Event::Started { episode, .. } = logged.event {
-                history.interventions.retain(|known| known.episode() <= episode);
-            }
-            if logged.event.is_intervention() {
-                history.interventions.push(logged.event.clone());
-            }
-            match logged.event {
-                Event::Started { episode, .. } => {
-                    curves.truncate(usize::try_from(episode).unwrap_or(usize::MAX));
-                    history.evaluations.retain(|(at, _)| *at <= episode);
-                }
-                Event::EpisodeFinished(record) => curves.push_record(&record),
-                Event::Evaluated { episode, success, .. } => history.evaluations.push((episode, success as f32)),
-                _ => {}
-            }
-        }
-        Some(history.clone())
+        Arc::make_mut(curves).follow(&history.records);
+        let evaluations = history.evaluations.iter().map(|e| (e.episode, e.success as f32)).collect();
+        Some(History { curves: curves.clone(), evaluations, interventions: history.interventions.clone() })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::{EpisodeRecord, Metric, RunWriter};
+    use crate::run::{EpisodeRecord, Event, Metric, RunWriter};
     use crate::trainer::RunConfig;
 
     #[test]
@@ -179,6 +183,6 @@ mod tests {
         while !histories.collect() {
             std::thread::yield_now();
         }
-        assert_eq!(histories.of(run.path()).unwrap().curves.episodes(), 3);
+        assert_eq!(histories.of(run.path()).unwrap().curves.last_episode(), 3);
     }
 }

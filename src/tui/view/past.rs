@@ -28,7 +28,7 @@ pub struct LastEpisode {
 impl LastEpisode {
     /// The last episode of a run as far as it is known; it is read if it is another.
     pub fn of(&mut self, run: &RunView) -> Option<Arc<Episode>> {
-        let last = run.records().last().map(|record| record.episode)?;
+        let last = Some(run.episodes()).filter(|episodes| *episodes > 0)?;
         let origin = Origin::Run(run.directory().path().to_owned());
         let known = self.known.clone().filter(|known| known.origin == origin);
         let is_last = known.as_ref().is_some_and(|known| known.trace.episode == last);
@@ -62,15 +62,15 @@ pub struct Agents {
 }
 
 /// Episodes of a running training after which there may be newer checkpoints.
-const LOOK_AGAIN: usize = 50;
+const LOOK_AGAIN: u64 = 50;
 
 /// The folder of a run, an episode of it, and how far it was when this was asked for.
-type Wanted = (PathBuf, u64, usize);
+type Wanted = (PathBuf, u64, u64);
 
 impl Agents {
     /// Reads the agent that played an episode of a run, unless it is known or another is being read.
     pub fn want(&mut self, run: &RunView, episode: u64) {
-        let wanted = (run.directory().path().to_owned(), episode, run.records().len() / LOOK_AGAIN);
+        let wanted = (run.directory().path().to_owned(), episode, run.episodes() / LOOK_AGAIN);
         if self.reading.is_some() || self.known.as_ref().is_some_and(|(known, _)| *known == wanted) {
             return;
         }

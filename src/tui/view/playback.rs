@@ -124,6 +124,8 @@ pub struct Player {
     pub playing: bool,
     /// It stays at the start, whether it is playing or not.
     held: bool,
+    /// Times that the same episode was over since anybody did anything.
+    rounds: u32,
     /// Times the speed of the physics.
     pub speed: f32,
     step: f32,
@@ -131,11 +133,13 @@ pub struct Player {
 
 /// Pause at the end of an episode before it is shown again.
 const REST: f32 = 1.0;
+/// Times that an episode is shown to nobody: then it stays at its end, and the processor is left alone.
+const ROUNDS: u32 = 10;
 const SPEEDS: [f32; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
 
 impl Default for Player {
     fn default() -> Self {
-        Self { playing: true, held: false, speed: 4.0, step: 0.0 }
+        Self { playing: true, held: false, rounds: 0, speed: 4.0, step: 0.0 }
     }
 }
 
@@ -147,7 +151,25 @@ impl Player {
 
     /// Back to the start.
     pub fn restart(&mut self) {
-        self.step = 0.0;
+        (self.step, self.rounds) = (0.0, 0);
+    }
+
+    /// Shows the same episode again, unless that was done often enough with nobody there.
+    pub fn repeat(&mut self) {
+        self.rounds = self.rounds.saturating_add(1);
+        if !self.is_resting() {
+            self.step = 0.0;
+        }
+    }
+
+    /// Whether it waits for somebody to do anything.
+    pub fn is_resting(&self) -> bool {
+        self.rounds >= ROUNDS
+    }
+
+    /// Says that somebody did something.
+    pub fn wake(&mut self) {
+        self.rounds = 0;
     }
 
     /// Goes to a physics step; time goes on there if it did before.
@@ -165,18 +187,18 @@ impl Player {
 
     /// Whether time goes on.
     pub fn is_moving(&self) -> bool {
-        self.playing && !self.held
+        self.playing && !self.held && !self.is_resting()
     }
 
     /// Stops, or goes on.
     pub fn toggle(&mut self) {
         self.playing = !self.is_moving();
-        self.held = false;
+        (self.held, self.rounds) = (false, 0);
     }
 
     /// Goes on from a physics step.
     pub fn play_from(&mut self, step: usize) {
-        (self.step, self.playing, self.held) = (step as f32, true, false);
+        (self.step, self.playing, self.held, self.rounds) = (step as f32, true, false, 0);
     }
 
     /// Lets time pass; true once the episode and its rest are over.
@@ -250,5 +272,22 @@ mod tests {
             player.change_speed(true);
         }
         assert_eq!(player.speed, 16.0);
+    }
+
+    #[test]
+    fn an_episode_that_nobody_looks_at_is_not_repeated_for_ever() {
+        let mut player = Player::default();
+        let mut repeated = 0;
+        while player.advance(Duration::from_secs(20), 1000) {
+            player.repeat();
+            repeated += 1;
+        }
+        assert_eq!(repeated, ROUNDS);
+        assert!(player.step() > 1000 && !player.is_moving(), "it stays at its end");
+        player.wake();
+        assert!(player.is_moving() && player.advance(Duration::ZERO, 1000), "it is repeated at once");
+        (0..ROUNDS).for_each(|_| player.repeat());
+        player.toggle();
+        assert!(player.is_moving(), "the key that plays lets it go on");
     }
 }

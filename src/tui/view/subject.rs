@@ -149,9 +149,7 @@ impl Subject {
             Err(_) => true,
         });
         let of_checkpoint = agent.as_ref().and_then(|agent| agent.as_ref().ok());
-        let number = (episode.trace.episode as usize).checked_sub(1);
-        let epsilon =
-            own.zip(number).and_then(|(watched, number)| watched.run.curves.get(Metric::Epsilon).get(number).copied());
+        let epsilon = own.and_then(|watched| watched.run.curves.at(Metric::Epsilon, episode.trace.episode));
         let model = before.and_then(|before| before.model.clone());
         let clusters = match &choice {
             Choice::Past(_) => past_clusters(of_checkpoint, of_run),

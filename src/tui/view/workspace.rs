@@ -166,8 +166,10 @@ impl SessionWorkspace {
             view.hand = hand_episode(session, &view.task, Some(&view.hand));
         }
         view.model_work = session.model_work().map(|(name, progress)| (name, progress.share()));
+        // Whoever holds a summary too would have its curves copied.
+        let greedy = self.view.watched.take().and_then(|watched| watched.greedy);
         self.refresh_runs();
-        self.refresh_watched();
+        self.refresh_watched(greedy);
     }
 
     /// Computes clusters anew once an edit has made them out of date and the person has
@@ -188,7 +190,7 @@ impl SessionWorkspace {
             let path = run.directory().path();
             let rate = self.rates.entry(path.to_owned()).or_default();
             if run.state() == RunState::Running {
-                rate.note(now, run.records().len() as u64);
+                rate.note(now, run.episodes());
             } else {
                 rate.forget();
             }
@@ -197,8 +199,8 @@ impl SessionWorkspace {
                 // Until its log is read, what is known of it without.
                 return (path.to_owned(), Arc::new(RunSummary { opened: true, ..RunSummary::clone(known) }));
             }
-            let known = old.remove(path).map(|run| run.curves.clone());
-            let summary = summary_of(run, known.unwrap_or_default(), rate.per_second());
+            let known = old.remove(path).map(|run| run.curves.clone()).unwrap_or_default();
+            let summary = summary_of(run, known, rate.per_second());
             let noted = self.index.runs().iter().find(|known| known.path == path);
             let (tags, note) = noted.map(|known| (known.tags.clone(), known.note.clone())).unwrap_or_default();
             (path.to_owned(), Arc::new(RunSummary { tags, note, ..summary }))
@@ -228,7 +230,8 @@ impl SessionWorkspace {
         self.view.system = self.meter.known();
     }
 
-    fn refresh_watched(&mut self) {
+    /// The watched run. Its `known` greedy episode stays the same value as long as it is shown.
+    fn refresh_watched(&mut self, known: Option<Arc<Episode>>) {
         let watched = self.session.run().and_then(|run| {
             let path = run.directory().path();
             let summary = self.view.runs.iter().rev().find(|known| known.path == path)?.clone();
@@ -240,9 +243,8 @@ impl SessionWorkspace {
             // What a training that is over has last shown need not be its last episode.
             let last = self.last.of(run).map(|episode| Live { episode, networks: None });
             let live = if run.is_active() { live } else { last.or(live) };
-            let known = self.view.watched.as_ref().and_then(|watched| watched.greedy.as_ref());
             let greedy = run.greedy().map(|trace| match known.filter(|known| Arc::ptr_eq(&known.trace, trace)) {
-                Some(known) => known.clone(),
+                Some(known) => known,
                 None => Arc::new(episode_of(path, &task, trace.clone())),
             });
             let agent = self.agents.of(path);
@@ -340,7 +342,8 @@ impl Workspace for SessionWorkspace {
             self.report_others();
         }
         // While nothing is trained it is of no interest, and would keep an idle screen busy.
-        let news = news | (self.view.active_runs().next().is_some() && self.meter.look());
+        let is_training = self.session.runs().iter().any(|run| run.is_active() || run.is_queued());
+        let news = news | (is_training && self.meter.look());
         let changed = !notices.is_empty() || news || building != self.session.prior_state() || preparing;
         if changed {
             self.refresh();
@@ -451,12 +454,8 @@ fn preparing(run: &RunView) -> Option<(usize, usize)> {
 
 fn summary_of(run: &RunView, mut curves: Arc<Curves>, rate: Option<f64>) -> RunSummary {
     let records = run.records();
-    if curves.episodes() != records.len() {
-        let curves = Arc::make_mut(&mut curves);
-        curves.truncate(records.len());
-        for record in &records[curves.episodes()..] {
-            curves.push_record(record);
-        }
+    if !curves.is_of(records) {
+        Arc::make_mut(&mut curves).follow(records);
     }
     RunSummary {
         name: run.name(),
@@ -464,7 +463,7 @@ fn summary_of(run: &RunView, mut curves: Arc<Curves>, rate: Option<f64>) -> RunS
         active: run.is_active(),
         queued: run.is_queued(),
         preparing: preparing(run),
-        done: records.len() as u64,
+        done: run.episodes(),
         success: records.last().map(|record| record.rolling_success as f32),
         curves,
         evaluations: run.evaluations().iter().map(|e| (e.episode, e.success as f32)).collect(),

@@ -75,9 +75,10 @@ impl Execute for Resume {
     syntax! { "resume" "[until N]" "go on with the paused run" => Resume { until: Until }; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        let done = session.run().ok_or(SessionError::NoRun)?.records().len() as u32;
+        let done = session.run().ok_or(SessionError::NoRun)?.episodes();
         let control = match self.until {
-            Some(episode) => Control::Advance(episode.saturating_sub(done)),
+            // What is left of a number of 32 bits has as many.
+            Some(episode) => Control::Advance(u64::from(episode).saturating_sub(done) as u32),
             None => Control::Resume,
         };
         session.send(control, "going on")

@@ -267,10 +267,21 @@ fn a_run_says_how_long_it_takes_and_which_subgoals_its_episodes_reached() {
     assert_eq!(run.seconds_left(), None);
 
     let mut curves = Curves::default();
-    for share in [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0] {
-        curves.push(Metric::CURVES.map(|metric| if metric == Metric::SubgoalShare { share } else { 0.0 }));
+    for (episode, share) in (1..).zip([0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0]) {
+        curves.push(episode, Metric::CURVES.map(|metric| if metric == Metric::SubgoalShare { share } else { 0.0 }));
     }
     let run = RunSummary { subgoals: 3, curves: Arc::new(curves), ..run };
     assert_eq!(run.subgoal_hits(), [[0.0, 1.0, 1.0, 1.0], [0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 0.0, 1.0]]);
     assert_eq!(Arc::new(run).latest(Metric::SubgoalShare), Some(1.0));
+}
+
+#[test]
+fn while_nothing_happens_curves_are_asked_for_every_other_second() {
+    let (mut app, _) = app(empty());
+    screen(&mut app);
+    app.unasked = Duration::ZERO;
+    let ticks = |app: &mut App| (0..300).filter(|_| app.is_time_to_ask(Duration::from_millis(20))).count();
+    assert_eq!(ticks(&mut app), 3);
+    press(&mut app, "5");
+    assert!(app.is_time_to_ask(Duration::ZERO));
 }

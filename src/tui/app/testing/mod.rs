@@ -258,16 +258,20 @@ fn prior() -> ActionPrior {
 fn run(name: &str, state: RunState, done: u64) -> RunSummary {
     let mut curves = Curves::default();
     for episode in 0..done {
+        // The numbers of episodes begin at 1.
         let share = episode as f32 / 2000.0;
         let wave = (episode as f32 / 40.0).sin();
-        curves.push(Metric::CURVES.map(|metric| match metric {
-            Metric::Success => share,
-            Metric::CriticLoss if (200..300).contains(&episode) => f32::NAN,
-            Metric::CriticLoss => 10f32.powf(-2.0 * share),
-            Metric::Epsilon => 0.8 - 0.75 * share,
-            Metric::Actions => 10.0,
-            _ => share + 0.3 * wave,
-        }));
+        curves.push(
+            episode + 1,
+            Metric::CURVES.map(|metric| match metric {
+                Metric::Success => share,
+                Metric::CriticLoss if (200..300).contains(&episode) => f32::NAN,
+                Metric::CriticLoss => 10f32.powf(-2.0 * share),
+                Metric::Epsilon => 0.8 - 0.75 * share,
+                Metric::Actions => 10.0,
+                _ => share + 0.3 * wave,
+            }),
+        );
     }
     RunSummary {
         opened: true,

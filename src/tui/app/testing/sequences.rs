@@ -827,13 +827,13 @@ fn the_end_of_the_last_training_is_announced() {
     let (mut app, asked) = app(typical());
     let mut view = typical();
     change_run(&mut view, 1, |run| (run.state, run.active) = (RunState::Finished, false));
-    app.tick(std::time::Duration::ZERO);
+    app.note_busy();
     assert_eq!(app.take_request(), None);
     app.workspace = Box::new(RecordingWorkspace { view, asked });
     app.was_busy = true;
-    app.tick(std::time::Duration::ZERO);
+    app.note_busy();
     assert!(matches!(app.take_request(), Some(TerminalRequest::Notify(_))));
-    app.tick(std::time::Duration::ZERO);
+    app.note_busy();
     assert_eq!(app.take_request(), None, "once");
 }
 
