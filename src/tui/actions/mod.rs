@@ -18,7 +18,6 @@ use crate::workbench::{Verb, verbs};
 pub enum Action {
     // Everywhere.
     Train,
-    TrainSeeds,
     Fork,
     Pause,
     Stop,

@@ -13,7 +13,6 @@ type Row = (Action, Context, &'static str, &'static str, &'static str, &'static 
 #[rustfmt::skip]
 pub(super) const ROWS: &[Row] = &[
     (A::Train, Everywhere, "train", "t", "train", "", Verb("train")),
-    (A::TrainSeeds, Everywhere, "train-seeds", "M", "", "train a run for each of several seeds", Like("train")),
     (A::Pause, Everywhere, "pause", "p", "pause", "", Verb("pause")),
     (A::Stop, Everywhere, "stop", "x", "stop", "", Verb("stop")),
     (A::Fork, Everywhere, "fork", "F", "", "", Verb("fork")),

@@ -22,8 +22,9 @@ impl App {
             Action::Pause | Action::Stop | Action::Export | Action::Fork if self.tab == Tab::Runs => {
                 self.perform_on_screen(action)
             }
+            // Beside the curves of groups, it is asked how many seeds.
+            Action::Train if self.tab == Tab::Training => self.ask_for_seeds(),
             Action::Train => self.apply(command::Train::default()),
-            Action::TrainSeeds => self.ask_for_seeds(),
             Action::Pause => match self.subject.run() {
                 Some(run) if run.state == RunState::Paused => self.apply(command::Resume { until: None }),
                 _ => self.apply(command::Pause),
