@@ -13,6 +13,7 @@ mod rate;
 mod run_index;
 mod subject;
 mod system;
+mod task_model;
 mod workspace;
 
 use std::collections::HashSet;
@@ -25,11 +26,13 @@ pub use groups::{GroupCurves, Grouping, RunGroup};
 pub use marks::{Mark, marks};
 pub use past::PastAgent;
 pub use rate::span;
-pub use subject::{AgentView, Beside, Choice, Subject, TaskModel};
+pub use subject::{AgentView, Beside, Choice, Subject};
 pub use system::System;
+pub use task_model::TaskModel;
 pub use workspace::{SessionWorkspace, Workspace};
 
 use crate::agent::Ddpg;
+use crate::dynamics::Evaluation;
 use crate::env::{EndReason, Snapshot};
 use crate::guidance::ActionPrior;
 use crate::run::{Metric, RunState};
@@ -79,6 +82,8 @@ pub struct ViewModel {
     pub hand: HandEpisode,
     /// What is being done about a dynamics model, and how much of it is done.
     pub model_work: Option<(String, Option<f32>)>,
+    /// Losses of the model that is or was trained last, one an epoch.
+    pub model_losses: Arc<Vec<f32>>,
     /// The result of the latest work on a dynamics model.
     pub model_outcome: Option<Result<String, String>>,
     /// Figures written in this session.
@@ -142,6 +147,8 @@ pub struct ModelSummary {
     pub name: String,
     /// What it is, in a few words.
     pub about: String,
+    /// What was found when it was measured.
+    pub evaluation: Option<Arc<Evaluation>>,
 }
 
 /// A run and its curves.
