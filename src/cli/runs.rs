@@ -64,7 +64,7 @@ pub fn train(arguments: &Train) -> Outcome {
     for command in commands {
         session.apply(command)?;
     }
-    follow(&mut session, arguments.quiet, &interrupt)
+    follow(&mut session, 0, arguments.quiet, &interrupt)
 }
 
 pub fn resume(arguments: &Resume) -> Outcome {
@@ -85,7 +85,7 @@ pub fn resume(arguments: &Resume) -> Outcome {
     for run in &arguments.runs {
         session.apply(command::Continue(Some(run.clone())))?;
     }
-    follow(&mut session, arguments.quiet, &interrupt)
+    follow(&mut session, 0, arguments.quiet, &interrupt)
 }
 
 pub fn fork(arguments: &Fork) -> Outcome {
@@ -101,7 +101,8 @@ pub fn fork(arguments: &Fork) -> Outcome {
     let fork = Command::from(command::Fork { episode: arguments.at, changes, folder, until: None });
     session.apply(fork.clone())?;
     interrupt.result(repeat(&mut session, &fork, arguments.quiet, &interrupt), |_| interrupt.is_requested())?;
-    follow(&mut session, arguments.quiet, &interrupt)
+    // The run that was forked is the first of the session.
+    follow(&mut session, 1, arguments.quiet, &interrupt)
 }
 
 /// Shows on stderr how a fork learns again what the run had learned, until it is trained itself.
@@ -126,10 +127,10 @@ fn repeat(session: &mut Session, fork: &Command, quiet: bool, interrupt: &Interr
     }
 }
 
-/// Shows the runs on stderr until they end, then their results on stdout.
-fn follow(session: &mut Session, quiet: bool, interrupt: &Interrupt) -> Outcome {
-    let trained = |run: &&RunView| run.is_active() || run.is_queued() || run.was_trained_here();
-    let episodes = session.runs().iter().filter(trained).map(|run| u64::from(run.config().episodes)).sum();
+/// Shows the runs of the session, from the one of a number on, on stderr until they end, then their results on stdout.
+fn follow(session: &mut Session, first: usize, quiet: bool, interrupt: &Interrupt) -> Outcome {
+    let followed = |run: &&RunView| run.number() >= first;
+    let episodes = session.runs().iter().filter(followed).map(|run| u64::from(run.config().episodes)).sum();
     let mut viewer = Viewer { progress: Progress::new(episodes, quiet), episodes: BTreeMap::new() };
     let mut stopping = false;
     loop {
@@ -142,7 +143,7 @@ fn follow(session: &mut Session, quiet: bool, interrupt: &Interrupt) -> Outcome 
         }
         if interrupt.is_requested() && !stopping {
             stopping = true;
-            let runs: Vec<usize> = session.runs().iter().filter(trained).map(RunView::number).collect();
+            let runs: Vec<usize> = session.runs().iter().filter(followed).map(RunView::number).collect();
             for run in runs {
                 // A run that has just ended cannot be stopped any more.
                 let _ = session.apply(command::Watch(run)).and_then(|_| session.apply(command::Stop));
@@ -152,7 +153,7 @@ fn follow(session: &mut Session, quiet: bool, interrupt: &Interrupt) -> Outcome 
     }
     drop(viewer);
     let results: Vec<Outcome> =
-        session.runs().iter().filter(trained).map(|run| result(run, stopping, interrupt)).collect();
+        session.runs().iter().filter(followed).map(|run| result(run, stopping, interrupt)).collect();
     results.into_iter().collect()
 }
 

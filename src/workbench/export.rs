@@ -110,6 +110,9 @@ impl Session {
                 Box::new(ActionSamples { tasks: vec![TaskActions::sample(self.task(), prior, self.config().seed)] })
             }
             FigureKind::Learning => {
+                if composition.runs.is_empty() && self.runs().is_empty() && !self.folder.is_dir() {
+                    return Err(SessionError::NoRun);
+                }
                 let composition = Composition { runs: self.evidence(composition), ..composition.clone() };
                 return Ok(Box::new(move |on_progress| {
                     let composed = composition.figure(&Bootstrap::default(), on_progress);
@@ -241,7 +244,7 @@ mod tests {
         let provenance = crate::figures::Provenance::read(&picture).unwrap();
         assert_eq!(provenance.seeds, [0, 4, 5]);
         assert!(provenance.command.contains(&format!("runs={}", folder.path().display())), "{}", provenance.command);
-        assert!(all.contains("1 DDPG<") && all.contains("2 DDPG, uniform exploration, epsilon 0.1"), "{all}");
+        assert!(all.contains("1 DDPG\n") && all.contains("2 DDPG, uniform exploration, epsilon 0.1"), "{all}");
         // The line in the figure makes it again.
         let before = std::fs::read(&picture).unwrap();
         std::fs::remove_file(&picture).unwrap();
@@ -252,7 +255,7 @@ mod tests {
             &mut session,
             &format!("width=single font=9 axis=log curve='{label}' name=ours curve=DDPG reference=DDPG"),
         );
-        assert!(own.contains("1 ours") && own.contains("2 DDPG<") && own.contains("width=\"252pt\""), "{own}");
+        assert!(own.contains("1 ours") && own.contains("2 DDPG\n") && own.contains("width=\"252pt\""), "{own}");
         let alone = text(&mut session, "curve=DDPG");
         assert!(!alone.contains("uniform"), "{alone}");
         let named = drawn(&session, &options(&["runs=nowhere"])).err().unwrap();

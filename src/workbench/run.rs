@@ -375,7 +375,7 @@ impl RunView {
     }
 
     /// Whether this process has trained it at any time.
-    pub fn was_trained_here(&self) -> bool {
+    pub(super) fn was_trained_here(&self) -> bool {
         self.trained_here
     }
 

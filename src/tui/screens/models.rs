@@ -58,6 +58,7 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
     match &view.model_outcome {
         Some(Ok(outcome)) => text.extend(paragraph(outcome, Style::new())),
         Some(Err(reason)) => text.extend(paragraph(reason, Style::new().fg(theme.bad))),
+        None if !view.model_losses.is_empty() => {}
         None => {
             let height = Constraint::Length(text.height() as u16);
             let [_, rest] = Layout::vertical([height, Constraint::Fill(1)]).areas(below);

@@ -28,7 +28,7 @@ fn about(kind: FigureKind) -> &'static str {
     match kind {
         FigureKind::Scene => "the task's scene",
         FigureKind::Clusters => "the action clusters over the scene",
-        FigureKind::Learning => "success of the runs in the folder, or the marked",
+        FigureKind::Learning => "success of all runs, or the marked ones",
         FigureKind::Dashboard => "all that is logged of the watched run",
         FigureKind::Episode => "the greedy episode, or that of your hand",
     }
