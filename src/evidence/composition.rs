@@ -99,6 +99,9 @@ impl Composition {
     pub fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
         match key {
             "runs" => self.runs.push(value.into()),
+            "curve" if self.curves.iter().any(|(label, _)| label == value) => {
+                return Err(format!("the curve `{value}` is named twice"));
+            }
             "curve" => self.curves.push((value.to_owned(), None)),
             "name" => match self.curves.last_mut() {
                 Some((_, name)) => *name = Some(value.to_owned()),

@@ -307,6 +307,7 @@ mod tests {
             ("widht", "single", "did you mean `width`?"),
             ("axis", "square", "`linear` or `log`"),
             ("success", "greedy", "against episodes"),
+            ("curve", "z", "named twice"),
         ] {
             let error = composition.clone().set(key, value).unwrap_err();
             assert!(error.contains(reason), "{key}={value}: {error}");
