@@ -3,7 +3,10 @@
 //! The session watches a finished run of 5000 episodes and has action clusters. A frame is
 //! what a 60th of a second brings: time passes, the whole screen is drawn, and the cells
 //! that differ are found. The heaviest screens are those of 10 groups of 10 runs of 10,000 episodes.
+//! `cargo bench --bench tui -- training` says what the screen costs while a run is trained: at most 3 % of it.
 //! A frame should take at most 4 ms, and an answer to a key that moves the scene 100 ms.
+
+#![allow(clippy::print_stdout, reason = "the report of a benchmark")]
 
 use std::path::Path;
 use std::sync::Arc;
@@ -11,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use divan::Bencher;
 use mge::Still;
-use mge::run::{EpisodeRecord, Event, PlayedAction, PlayedEpisode, RunDirectory, RunWriter, Source};
+use mge::run::{EpisodeRecord, Event, PlayedAction, PlayedEpisode, RunDirectory, RunState, RunWriter, Source};
 use mge::task;
 use mge::trainer::RunConfig;
 use mge::workbench::{Command, Session};
@@ -25,6 +28,52 @@ const FRAME: Duration = Duration::from_micros(16_667);
 
 fn main() {
     divan::main();
+    if std::env::args().any(|argument| argument == "training") {
+        cost_of_the_screen();
+    }
+}
+
+/// Processor seconds of a process or thread, as a file in `/proc` says.
+fn processor_seconds(path: &str) -> f64 {
+    let text = std::fs::read_to_string(path).expect("a system with /proc");
+    let fields: Vec<&str> = text.rsplit(')').next().expect("fields").split_whitespace().collect();
+    let ticks = |field: &str| field.parse::<f64>().expect("a number");
+    // User and system time, of which a second has 100 ticks.
+    (ticks(fields[11]) + ticks(fields[12])) / 100.0
+}
+
+/// Trains with the screen open, drawn anew at most 60 times a second as in a terminal of 200 x 60 cells: how much of
+/// the processor's time the screen takes of what the training takes.
+fn cost_of_the_screen() {
+    for keys in ["1", "4", "5"] {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let mut session = Session::new(task::load("task1").expect("a shipped task"), folder.path().to_owned());
+        let run = folder.path().join("run");
+        for line in ["method ddpg-uniform".to_owned(), "episodes 1500".to_owned(), format!("train {}", run.display())] {
+            session.apply(Command::parse(&line).expect("a command").expect("no comment")).expect("a run");
+        }
+        let mut still = Still::new(session);
+        still.press(keys).expect("keys");
+        let mut terminal = Terminal::new(TestBackend::new(200, 60)).expect("a backend that cannot fail");
+        let now = || ["/proc/thread-self/stat", "/proc/self/stat"].map(processor_seconds);
+        let begun = now();
+        let directory = RunDirectory::open(&run).expect("a run");
+        let mut frames = 0;
+        loop {
+            still.pass(FRAME);
+            if still.is_changed() {
+                still.draw(&mut terminal).expect("a backend that cannot fail");
+                frames += 1;
+            } else if directory.status().is_ok_and(|status| status.state == RunState::Finished) {
+                break;
+            }
+            std::thread::sleep(FRAME);
+        }
+        let end = now();
+        let [screen, all] = [end[0] - begun[0], end[1] - begun[1]];
+        let share = 100.0 * screen / (all - screen);
+        println!("screen {keys}: {frames} frames, {screen:.2} s of {all:.2} s, {share:.1} % of the training");
+    }
 }
 
 /// A finished run in `folder`.

@@ -52,3 +52,39 @@ fn wrong_usage_is_status_2() {
     assert_eq!(mge(&["train"]).status.code(), Some(2));
     assert_eq!(mge(&["train", "task1", "--epsilon", "2"]).status.code(), Some(2));
 }
+
+#[test]
+fn a_run_is_forked_from_the_command_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let rows = |name: &str| -> Vec<String> {
+        let text = std::fs::read_to_string(folder.path().join(name).join("metrics.csv")).unwrap();
+        text.lines().skip(1).map(str::to_owned).collect()
+    };
+    let small = ["--set", "ddpg.hidden=4", "--set", "ddpg.warmup_steps=8", "--set", "checkpoints.last_every=5"];
+    let train = ["train", "task1", "--method", "ddpg-uniform", "--episodes", "12", "--out", &path("run"), "--quiet"];
+    let output = mge(&[&train[..], &small].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let changed = ["fork", &path("run"), "--at", "7", "--set", "epsilon=0.9", "--set", "episodes=14", "--quiet"];
+    for out in [vec![], vec!["--out".to_owned(), path("other")]] {
+        let out: Vec<&str> = out.iter().map(String::as_str).collect();
+        let output = mge(&[&changed[..], &out].concat());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        assert_eq!(text(&output.stdout).lines().count(), 1, "the result of the new run alone");
+    }
+    let [source, fork] = ["run", "run-at7"].map(rows);
+    assert_eq!((&fork[..7], fork.len()), (&source[..7], 14));
+    assert_ne!(fork[7..12], source[7..]);
+    assert_eq!(rows("other"), fork, "the same settings make the same run");
+    for (arguments, reason) in [
+        (&["--at", "13", "--set", "episodes=20"][..], "the run has 12 episodes, not 13"),
+        (&["--at", "5", "--set", "ddpg.gama=0.5"], "did you mean `ddpg.gamma`?"),
+        (&["--at", "5", "--out", &path("other")], "other"),
+    ] {
+        let output = mge(&[&["fork", &path("run")], arguments].concat());
+        let message = text(&output.stderr);
+        assert_eq!((output.status.code(), message.lines().count()), (Some(1), 1), "{message}");
+        assert!(message.contains(reason), "{message}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3, "nothing is left of what failed");
+}

@@ -112,6 +112,8 @@ pub enum Command {
     Train(Train),
     /// Continue runs from their newest checkpoints, or one that another process has paused
     Resume(Resume),
+    /// Train a new run that goes on from an episode of another with other settings
+    Fork(Fork),
     /// Pause a run that another process trains, after its present episode
     Pause(OnRun),
     /// End a run that another process trains, with a checkpoint
@@ -456,6 +458,27 @@ pub struct Resume {
     pub episodes: Option<u32>,
 }
 
+#[derive(Debug, Args)]
+pub struct Fork {
+    /// Folder of the run that is forked
+    pub run: PathBuf,
+    /// Episodes of it that are the new run's, too
+    #[arg(long, value_name = "EPISODE")]
+    pub at: u32,
+    /// A setting that changes there, such as epsilon=0.1, ddpg.gamma=0.95 or episodes=4000
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub settings: Vec<String>,
+    /// Another task with as many subgoals: the name of a shipped task, or a file
+    #[arg(long)]
+    pub task: Option<String>,
+    /// The new run's folder [default: a new one beside the run's]
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// No progress on stderr
+    #[arg(long)]
+    pub quiet: bool,
+}
+
 /// A run that another process trains.
 #[derive(Debug, Args)]
 pub struct OnRun {
@@ -510,6 +533,10 @@ pub struct Figures {
     /// PDF instead of PNG
     #[arg(long, conflicts_with_all = ["dpi", "svg"])]
     pub pdf: bool,
+    /// Option of the learning curves, as of the script command `figure`: curve, name, reference, success
+    /// (training or greedy), against (episodes or steps), width (single or double), font (points), axis (linear or log)
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub options: Vec<String>,
     #[command(flatten)]
     pub print: Print,
 }

@@ -79,6 +79,7 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
         Command::Clusters(clusters) => brief(|| guidance::clusters(&clusters)),
         Command::Train(train) => runs::train(&train),
         Command::Resume(resume) => runs::resume(&resume),
+        Command::Fork(fork) => runs::fork(&fork),
         Command::Pause(on) => brief(|| control::pause(&on.run)),
         Command::Stop(on) => brief(|| control::stop(&on.run)),
         Command::Epsilon(epsilon) => brief(|| control::epsilon(&epsilon.run, &epsilon.schedule)),

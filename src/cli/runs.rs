@@ -8,18 +8,19 @@ use std::time::Duration;
 
 use serde_json::json;
 
-use super::arguments::{Evaluate, Export, Figures, Resume, Script, Train, Workbench};
+use super::arguments::{Evaluate, Export, Figures, Fork, Resume, Script, Train, Workbench};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::{Outcome, control, output};
 use crate::env::{Action, Environment};
+use crate::evidence::Composition;
 use crate::figures::DEFAULT_DPI;
 use crate::run::{Event, RunState};
 use crate::streams::Stream;
 use crate::task;
 use crate::text::printable;
 use crate::tui;
-use crate::workbench::{self, Command, FigureKind, Notice, Output, RunView, Session, command};
+use crate::workbench::{self, Command, FigureKind, Notice, Output, RunView, Session, SessionError, command};
 
 /// Opens the workbench; the status is that of the signal that ended it, if one did.
 pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::Error>> {
@@ -61,7 +62,7 @@ pub fn train(arguments: &Train) -> Outcome {
     for command in commands {
         session.apply(command)?;
     }
-    follow(&mut session, arguments.quiet, &interrupt)
+    follow(&mut session, 0, arguments.quiet, &interrupt)
 }
 
 pub fn resume(arguments: &Resume) -> Outcome {
@@ -82,12 +83,52 @@ pub fn resume(arguments: &Resume) -> Outcome {
     for run in &arguments.runs {
         session.apply(command::Continue(Some(run.clone())))?;
     }
-    follow(&mut session, arguments.quiet, &interrupt)
+    follow(&mut session, 0, arguments.quiet, &interrupt)
 }
 
-/// Shows the runs on stderr until they end, then their results on stdout.
-fn follow(session: &mut Session, quiet: bool, interrupt: &Interrupt) -> Outcome {
-    let episodes = session.runs().iter().map(|run| u64::from(run.config().episodes)).sum();
+pub fn fork(arguments: &Fork) -> Outcome {
+    let interrupt = Interrupt::listen()?;
+    let mut session = Session::on_run(&arguments.run)?;
+    let mut changes: Vec<(String, String)> =
+        arguments.settings.iter().map(|setting| split_definition(setting, "--set")).collect::<Result<_, _>>()?;
+    if let Some(task) = &arguments.task {
+        session.apply(command::Task(task.clone()))?;
+        changes.push(("task".to_owned(), "edited".to_owned()));
+    }
+    let folder = arguments.out.clone();
+    let fork = Command::from(command::Fork { episode: arguments.at, changes, folder, until: None });
+    session.apply(fork.clone())?;
+    interrupt.result(repeat(&mut session, &fork, arguments.quiet, &interrupt), |_| interrupt.is_requested())?;
+    // The run that was forked is the first of the session.
+    follow(&mut session, 1, arguments.quiet, &interrupt)
+}
+
+/// Shows on stderr how a fork learns again what the run had learned, until it is trained itself.
+fn repeat(session: &mut Session, fork: &Command, quiet: bool, interrupt: &Interrupt) -> Result<(), SessionError> {
+    let mut progress = Progress::new(1, quiet);
+    loop {
+        for notice in session.poll() {
+            match notice {
+                Notice::Progress { progress: now, .. } => {
+                    progress.set(now.done as u64, now.total as u64, "repeating episodes");
+                }
+                Notice::Finished { command, outcome } if command == *fork => {
+                    return outcome.map(drop).map_err(SessionError::Failed);
+                }
+                _ => {}
+            }
+        }
+        if interrupt.is_requested() {
+            session.cancel(fork);
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// Shows the runs of the session, from the one of a number on, on stderr until they end, then their results on stdout.
+fn follow(session: &mut Session, first: usize, quiet: bool, interrupt: &Interrupt) -> Outcome {
+    let followed = |run: &&RunView| run.number() >= first;
+    let episodes = session.runs().iter().filter(followed).map(|run| u64::from(run.config().episodes)).sum();
     let mut viewer = Viewer { progress: Progress::new(episodes, quiet), episodes: BTreeMap::new() };
     let mut stopping = false;
     loop {
@@ -100,7 +141,7 @@ fn follow(session: &mut Session, quiet: bool, interrupt: &Interrupt) -> Outcome 
         }
         if interrupt.is_requested() && !stopping {
             stopping = true;
-            let runs: Vec<usize> = session.runs().iter().map(RunView::number).collect();
+            let runs: Vec<usize> = session.runs().iter().filter(followed).map(RunView::number).collect();
             for run in runs {
                 // A run that has just ended cannot be stopped any more.
                 let _ = session.apply(command::Watch(run)).and_then(|_| session.apply(command::Stop));
@@ -109,7 +150,8 @@ fn follow(session: &mut Session, quiet: bool, interrupt: &Interrupt) -> Outcome 
         std::thread::sleep(Duration::from_millis(10));
     }
     drop(viewer);
-    let results: Vec<Outcome> = session.runs().iter().map(|run| result(run, stopping, interrupt)).collect();
+    let results: Vec<Outcome> =
+        session.runs().iter().filter(followed).map(|run| result(run, stopping, interrupt)).collect();
     results.into_iter().collect()
 }
 
@@ -228,17 +270,24 @@ pub fn figures(arguments: &Figures) -> Outcome {
     }
     let dpi = Some(arguments.print.dpi).filter(|dpi| ending == "png" && *dpi != DEFAULT_DPI);
     let shared = arguments.out.clone().unwrap_or_else(|| arguments.runs[0].join("figures"));
-    export(&mut session, FigureKind::Learning, shared.join(format!("learning.{ending}")), dpi)?;
+    let mut composition = Composition { runs: arguments.runs.clone(), ..Composition::default() };
+    for option in &arguments.options {
+        let (key, value) = split_definition(option, "--set")?;
+        composition.set(&key, &value).map_err(|reason| format!("--set {option}: {reason}"))?;
+    }
+    let learning = command::Figure::usual(FigureKind::Learning, shared.join(format!("learning.{ending}")));
+    export(&mut session, command::Figure { dpi, composition, ..learning })?;
     for run in &arguments.runs {
         session.apply(command::Open(run.clone()))?;
-        export(&mut session, FigureKind::Dashboard, dashboard(run), dpi)?;
+        export(&mut session, command::Figure { dpi, ..command::Figure::usual(FigureKind::Dashboard, dashboard(run)) })?;
     }
     Ok(())
 }
 
 /// Writes a figure, and the name of its file to stdout.
-fn export(session: &mut Session, kind: FigureKind, path: PathBuf, dpi: Option<u32>) -> Outcome {
-    let figure = Command::from(command::Figure { kind, path: path.clone(), dpi });
+fn export(session: &mut Session, figure: command::Figure) -> Outcome {
+    let path = figure.path.clone();
+    let figure = Command::from(figure);
     session.apply(figure.clone())?;
     session.wait_for(&figure)?;
     Ok(output::line(path.display())?)

@@ -174,6 +174,12 @@ impl Snapshot {
         }
     }
 
+    /// The first object that the task's tool would overlap at `action`.
+    pub(super) fn obstruction(&self, task: &Task, action: Action) -> Option<ObjectId> {
+        let action = action.map(|value| value.clamp(-1.0, 1.0));
+        self.world.obstruction(&task.placeable.tool([0.0; 2]).at(to_units(action.map(f64::from))))
+    }
+
     /// Puts the target ball into another state of motion, as a model predicts it.
     pub fn set_ball(&mut self, state: BallState) {
         self.world.set_ball(TARGET, state);

@@ -14,6 +14,7 @@ mod environment;
 mod episode;
 mod image;
 mod observation;
+mod refusal;
 #[cfg(test)]
 mod tests;
 mod vector;

@@ -13,6 +13,19 @@ pub enum EvidenceError {
         /// Runs that were found.
         runs: usize,
     },
+    /// No run has learned anything yet.
+    #[error("none of the runs has finished enough episodes for a curve")]
+    NothingBegun,
+    /// A curve that was asked for does not exist.
+    #[error("there is no curve `{label}`{hint}: there are {known}")]
+    NoCurve {
+        /// What was asked for.
+        label: String,
+        /// The labels there are.
+        known: String,
+        /// The nearest of them.
+        hint: String,
+    },
     /// A run's files, and those of the report.
     #[error(transparent)]
     Run(#[from] RunError),

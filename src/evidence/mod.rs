@@ -11,6 +11,7 @@
 
 mod charges;
 mod comparison;
+mod composition;
 mod error;
 pub mod figures;
 mod found;
@@ -20,6 +21,7 @@ mod row;
 mod settings;
 mod table;
 
+pub use composition::{Against, Composed, Composition, OPTIONS, Success};
 pub use found::{FoundRun, find_runs, read_runs};
 pub use groups::{FINAL, Groups};
 pub use report::report;

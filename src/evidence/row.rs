@@ -59,7 +59,8 @@ pub(super) const EVALUATIONS: NonZeroUsize = NonZeroUsize::new(10).unwrap();
 impl TrainedRun {
     /// The run with this configuration and history, and nothing charged.
     pub fn new(config: &RunConfig, history: &RunHistory) -> Self {
-        let every = history.records.len().div_ceil(CURVE_POINTS).max(1);
+        // The runs of a group have points at the same episodes, also those that are not finished.
+        let every = history.records.len().max(config.episodes as usize).div_ceil(CURVE_POINTS).max(1);
         let records = || history.records.iter().skip(every - 1).step_by(every);
         let successes: Vec<f64> = history.evaluations.iter().map(|evaluation| evaluation.success).collect();
         let greedy = history.evaluations.iter().zip(rolling_mean(&successes, EVALUATIONS));

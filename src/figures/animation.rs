@@ -88,7 +88,7 @@ impl Animation {
             .write_raw_extension(gif::Extension::Comment.into(), &blocks)
             .map_err(|error| FigureError::Encoding(error.to_string()))?;
         for index in 0..self.moments.len().max(1) {
-            let page = svg(self.size(), "", |canvas| self.draw_moment(canvas, index, self.trail));
+            let page = svg(self.size(), 1.0, "", |canvas| self.draw_moment(canvas, index, self.trail));
             let (palette, indices) = commonest_colors(&rgb(&page, wide, high)?);
             let mut frame = gif::Frame::from_palette_pixels(width, height, indices, palette, None);
             // GIF counts hundredths of a second.

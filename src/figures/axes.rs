@@ -77,6 +77,24 @@ impl Axis {
         Self { label: label.to_owned(), low, high, ticks, logarithmic: true }
     }
 
+    /// A logarithmic axis between two positive values, with ticks at powers of ten, and at twice and five times
+    /// these where they are few.
+    pub fn decades(label: &str, low: f64, high: f64) -> Self {
+        let low = if low.is_finite() && low > 0.0 { low } else { 1.0 };
+        let high = if high.is_finite() && high > low { high } else { 10.0 * low };
+        let powers = low.log10().floor() as i32..=high.log10().ceil() as i32;
+        let factors: &[f64] = if (high / low).log10() > 2.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+        let every = (((high / low).log10() / 6.0) as usize + 1).max(1);
+        let places =
+            powers.step_by(every).flat_map(|power| factors.iter().map(move |factor| factor * 10f64.powi(power)));
+        let text = |value: f64| match value {
+            0.01..1e5 => number(value, (-(value.log10() + 1e-9).floor()).max(0.0) as usize),
+            _ => power_of_ten(value.log10().round() as i32),
+        };
+        let ticks = places.filter(|value| (low..=high).contains(value)).map(|value| (value, text(value))).collect();
+        Self { label: label.to_owned(), low, high, ticks, logarithmic: true }
+    }
+
     /// The same axis, without its label if it is not to be labelled (inner panels of a grid).
     pub fn labelled(self, is_labelled: bool) -> Self {
         if is_labelled { self } else { Self { label: String::new(), ..self } }

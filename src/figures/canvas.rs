@@ -97,9 +97,11 @@ pub struct Canvas<'t> {
     page: Rect,
 }
 
-/// The SVG of a page of `size` points; `head` is put behind the opening tag.
-pub fn svg(size: [f64; 2], head: &str, draw: impl FnOnce(&Canvas<'_>)) -> String {
-    let [width, height] = size;
+/// The SVG of a page of `size` points, on which a point is drawn as `scale` points; `head` is put behind the
+/// opening tag.
+pub fn svg(size: [f64; 2], scale: f64, head: &str, draw: impl FnOnce(&Canvas<'_>)) -> String {
+    let [paper_width, paper_height] = size;
+    let [width, height] = size.map(|side| side / scale);
     let (columns, rows) = ((width * SCALE).round() as u32, (height * SCALE).round() as u32);
     let mut text = String::new();
     let backend = RefCell::new(SVGBackend::with_string(&mut text, (columns, rows)));
@@ -110,7 +112,9 @@ pub fn svg(size: [f64; 2], head: &str, draw: impl FnOnce(&Canvas<'_>)) -> String
     // The backend counts its coordinates as pixels and mitres every corner: say the size on
     // paper, and round the joins.
     let plain = format!("width=\"{columns}\" height=\"{rows}\"");
-    let ours = format!("width=\"{width}pt\" height=\"{height}pt\" stroke-linejoin=\"round\" stroke-linecap=\"round\"");
+    let ours = format!(
+        "width=\"{paper_width}pt\" height=\"{paper_height}pt\" stroke-linejoin=\"round\" stroke-linecap=\"round\""
+    );
     text.replacen(&plain, &ours, 1).replacen(">\n", &format!(">\n{head}"), 1)
 }
 

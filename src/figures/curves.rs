@@ -4,7 +4,8 @@ use super::Figure;
 use super::axes::{Axis, Frame, Plot};
 use super::canvas::{Canvas, Type};
 use super::data::{Curve, Statistics, labels};
-use super::layout::{LEGEND, Mark, legend, legend_height, note, panels};
+use super::layout::{LEGEND, Mark, NOTE, legend, legend_height, note, note_height, panels};
+use super::look::Look;
 use super::style::{DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, SINGLE_COLUMN, Series, series};
 use super::table::Table;
 use super::tasks::{COLUMNS, heading};
@@ -22,6 +23,13 @@ pub struct LearningCurves {
     pub statistics: Statistics,
     /// The panels in order.
     pub panels: Vec<CurvePanel>,
+    /// Labels of the curves in the order of the legend, with what it says of each; none for all of them as they
+    /// appear.
+    pub legend: Vec<(String, String)>,
+    /// Label of the curve that the others are seen against: it is grey, and none of their colours is its own.
+    pub reference: Option<String>,
+    /// How it is set.
+    pub look: Look,
 }
 
 /// What the success of a run is drawn against.
@@ -73,6 +81,12 @@ pub struct PerformanceProfile {
 /// Room right of the panels, in points, for half the label of the last tick.
 pub(super) const LAST_TICK: f64 = 6.0;
 
+/// Dashes of the curve that others are seen against.
+const REFERENCE: &[f64] = &[3.0, 2.0];
+
+/// Height of a note of two lines.
+const USUAL_NOTE: f64 = 2.0 * NOTE;
+
 /// More bands than these, one over the other, hide each other and the lines.
 const MOST_BANDS: usize = 5;
 
@@ -81,60 +95,150 @@ fn band_mark(labels: usize) -> &'static str {
     if labels <= MOST_BANDS { "band" } else { "in the CSV only" }
 }
 
-/// Draws curves as percentages, each in the look of its label.
-fn draw_curves(canvas: &Canvas<'_>, plot: &Plot<'_, '_>, curves: &[Curve], order: &[&str]) {
-    let percent = |values: &[f64]| values.iter().map(|value| 100.0 * value).collect::<Vec<_>>();
-    let looks = series(order);
-    let look = |curve: &Curve| looks[order.iter().position(|label| *label == curve.label).unwrap_or(0)];
-    for curve in curves.iter().filter(|_| order.len() <= MOST_BANDS) {
-        let from = curve.partial.min(curve.x.len());
-        let [x, y, low, high] = [&curve.x, &curve.y, &curve.low, &curve.high].map(|values| values.get(from..));
-        let [x, y, low, high] = [x, y, low, high].map(Option::unwrap_or_default);
-        plot.band(x, [&percent(y), &percent(low), &percent(high)], look(curve).color);
+/// The curves of a figure by label: what each looks like and what the legend says of it.
+struct Legend<'f> {
+    entries: Vec<(&'f str, &'f str, Series)>,
+    /// Whether curves have bands.
+    banded: bool,
+}
+
+impl<'f> Legend<'f> {
+    /// In order of appearance.
+    fn of(curves: impl IntoIterator<Item = &'f Curve>) -> Self {
+        let curves: Vec<&Curve> = curves.into_iter().collect();
+        let order = labels(curves.iter().map(|curve| curve.label.as_str()));
+        Self::new(&curves, order.into_iter().map(|label| (label, label)), None)
     }
-    for curve in curves {
-        plot.rolling(&curve.x, &percent(&curve.y), curve.partial, look(curve).pen(LINE_WIDTH));
-    }
-    if order.len() > 1 {
-        let end = |curve: &Curve| {
-            let (x, y) = curve.x.iter().zip(&curve.y).rfind(|(x, y)| x.is_finite() && y.is_finite())?;
-            Some((plot.at(*x, 100.0 * y), look(curve)))
+
+    /// In this order, with these words.
+    fn new(curves: &[&'f Curve], order: impl IntoIterator<Item = (&'f str, &'f str)>, reference: Option<&str>) -> Self {
+        let order: Vec<(&str, &str)> = order.into_iter().collect();
+        let is_reference = |label: &str| Some(label) == reference;
+        let others: Vec<&str> = order.iter().map(|(label, _)| *label).filter(|label| !is_reference(label)).collect();
+        let mut colours = series(&others).into_iter();
+        let grey = || Series { color: GREY, dash: REFERENCE, place: 0 };
+        let look = |(place, (label, text)): (usize, (&'f str, &'f str))| {
+            let look = Some(()).filter(|()| !is_reference(label)).and_then(|()| colours.next());
+            (label, text, Series { place, ..look.unwrap_or_else(grey) })
         };
-        plot.end_numbers(curves.iter().filter_map(end));
+        let entries: Vec<_> = order.into_iter().enumerate().map(look).collect();
+        let banded = entries.len() <= MOST_BANDS && curves.iter().any(|curve| !curve.low.is_empty());
+        Self { entries, banded }
     }
-    if curves.iter().all(Curve::is_empty) {
-        let look = Type::SMALL.centered().color(GREY);
-        canvas.text(plot.rect.center(), "no finished episodes", look);
+
+    fn look(&self, curve: &Curve) -> Option<Series> {
+        self.entries.iter().find(|(label, ..)| *label == curve.label).map(|(.., look)| *look)
     }
-}
 
-/// The legend of curves: lines with bands, or lines alone where no curve has an interval.
-fn marks<'c>(curves: impl IntoIterator<Item = &'c Curve>) -> Vec<(Mark, String)> {
-    let curves: Vec<&Curve> = curves.into_iter().collect();
-    let order = labels(curves.iter().map(|curve| curve.label.as_str()));
-    let banded = order.len() <= MOST_BANDS && curves.iter().any(|curve| !curve.low.is_empty());
-    let entry = |(look, label): (Series, &&str)| {
-        let pen = look.pen(1.2 * LINE_WIDTH);
-        let text = if order.len() > 1 { look.numbered(label) } else { (*label).to_owned() };
-        (if banded { Mark::Band(pen) } else { Mark::Line(pen) }, text)
-    };
-    series(&order).into_iter().zip(&order).map(entry).collect()
-}
+    /// Lines with bands, or lines alone where no curve has an interval.
+    fn marks(&self) -> Vec<(Mark, String)> {
+        let entry = |(_, text, look): &(&str, &str, Series)| {
+            let pen = look.pen(1.2 * LINE_WIDTH);
+            let text = if self.entries.len() > 1 { look.numbered(text) } else { (*text).to_owned() };
+            (if self.banded { Mark::Band(pen) } else { Mark::Line(pen) }, text)
+        };
+        self.entries.iter().map(entry).collect()
+    }
 
-/// What a legend of these curves needs beyond one row, so that it takes nothing from the plots.
-fn further_legend<'c>(width: f64, curves: impl IntoIterator<Item = &'c Curve>) -> f64 {
-    (legend_height(width, &marks(curves)) - LEGEND).max(0.0)
+    /// What it needs beyond one row, so that it takes nothing from the plots.
+    fn further(&self, width: f64) -> f64 {
+        (legend_height(width, &self.marks()) - LEGEND).max(0.0)
+    }
+
+    /// Draws curves as percentages, each in the look of its label.
+    fn draw_curves(&self, canvas: &Canvas<'_>, plot: &Plot<'_, '_>, curves: &[Curve]) {
+        let percent = |values: &[f64]| values.iter().map(|value| 100.0 * value).collect::<Vec<_>>();
+        let shown = || curves.iter().filter_map(|curve| Some((curve, self.look(curve)?)));
+        for (curve, look) in shown().filter(|_| self.banded) {
+            let from = curve.partial.min(curve.x.len());
+            let [x, y, low, high] = [&curve.x, &curve.y, &curve.low, &curve.high].map(|values| values.get(from..));
+            let [x, y, low, high] = [x, y, low, high].map(Option::unwrap_or_default);
+            plot.band(x, [&percent(y), &percent(low), &percent(high)], look.color);
+        }
+        for (curve, look) in shown() {
+            plot.rolling(&curve.x, &percent(&curve.y), curve.partial, look.pen(LINE_WIDTH));
+        }
+        if self.entries.len() > 1 {
+            let end = |(curve, look): (&Curve, Series)| {
+                let (x, y) = curve.x.iter().zip(&curve.y).rfind(|(x, y)| x.is_finite() && y.is_finite())?;
+                Some((plot.at(*x, 100.0 * y), look))
+            };
+            plot.end_numbers(shown().filter_map(end));
+        }
+        if shown().all(|(curve, _)| curve.is_empty()) {
+            let look = Type::SMALL.centered().color(GREY);
+            canvas.text(plot.rect.center(), "no finished episodes", look);
+        }
+    }
 }
 
 fn rate_axis(label: &str) -> Axis {
     Axis::linear(label, 0.0, 103.0, 6)
 }
 
+impl LearningCurves {
+    fn legend(&self) -> Legend<'_> {
+        let curves: Vec<&Curve> = self.panels.iter().flat_map(|panel| &panel.curves).collect();
+        let there = labels(curves.iter().map(|curve| curve.label.as_str()));
+        let named = self.legend.iter().map(|(label, text)| (label.as_str(), text.as_str()));
+        let mut order: Vec<(&str, &str)> = named.filter(|(label, _)| there.contains(label)).collect();
+        // A reference that is not named in the legend comes last.
+        let is_shown = |label: &&str| self.legend.is_empty() || self.reference.as_deref() == Some(label);
+        let others =
+            there.into_iter().filter(is_shown).filter(|label| self.legend.iter().all(|(known, _)| known != label));
+        order.extend(others.map(|label| (label, label)).collect::<Vec<_>>());
+        Legend::new(&curves, order, self.reference.as_deref())
+    }
+
+    /// Width of its page, in points as they are drawn.
+    fn width(&self) -> f64 {
+        self.look.width() / self.look.scale()
+    }
+
+    /// Panels side by side: as many as are about as wide as those of other figures.
+    fn columns(&self) -> usize {
+        let fitting = (COLUMNS as f64 * self.width() / DOUBLE_COLUMN).round() as usize;
+        fitting.clamp(1, COLUMNS).min(self.panels.len().max(1))
+    }
+
+    /// The note below the panels.
+    fn caption(&self, legend: &Legend<'_>) -> String {
+        let what = if self.greedy {
+            format!("Success of the actor without noise, mean of the last {} evaluations.", self.window)
+        } else {
+            format!("Share of the last {} training episodes that reached the goal.", self.window)
+        };
+        let what = what + self.progress.words()[2];
+        let partial = self.panels.iter().flat_map(|panel| &panel.curves).any(|curve| curve.partial > 0);
+        let faint = if partial { " Faint: the mean of fewer, at the start." } else { "" };
+        format!("{what}{faint} {}.", self.statistics.caption(band_mark(legend.entries.len())))
+    }
+
+    fn x_axis(&self, curves: &[Curve]) -> Axis {
+        let label = self.progress.words()[0];
+        let values = || curves.iter().flat_map(|curve| &curve.x).copied().filter(|x| x.is_finite());
+        let last = values().fold(1.0, f64::max);
+        match self.look.logarithmic {
+            false => Axis::linear(label, 0.0, last, 5),
+            true => Axis::decades(label, values().filter(|x| *x > 0.0).fold(last, f64::min), last),
+        }
+    }
+}
+
 impl Figure for LearningCurves {
     fn size(&self) -> [f64; 2] {
-        let curves = self.panels.iter().flat_map(|panel| &panel.curves);
-        let legend = further_legend(DOUBLE_COLUMN - 2.0 * MARGIN - LAST_TICK, curves);
-        [DOUBLE_COLUMN, self.panels.len().div_ceil(COLUMNS).max(1) as f64 * 138.0 + 36.0 + legend]
+        let width = self.width();
+        let legend = self.legend();
+        let rows = self.panels.len().div_ceil(self.columns()).max(1);
+        // The usual page has room for a note of two lines.
+        let note = (note_height(width, &self.caption(&legend)) - USUAL_NOTE).max(0.0);
+        let further =
+            legend.further(width - 2.0 * MARGIN - LAST_TICK) + if self.look == Look::default() { 0.0 } else { note };
+        [width, rows as f64 * 138.0 + 36.0 + further].map(|side| side * self.look.scale())
+    }
+
+    fn scale(&self) -> f64 {
+        self.look.scale()
     }
 
     fn draw(&self, canvas: &Canvas<'_>) {
@@ -142,27 +246,15 @@ impl Figure for LearningCurves {
         if self.panels.is_empty() {
             return canvas.nothing(page, "no learning curves");
         }
-        let what = if self.greedy {
-            format!("Success of the actor without noise, mean of the last {} evaluations.", self.window)
-        } else {
-            format!("Share of the last {} training episodes that reached the goal.", self.window)
-        };
-        let what = what + self.progress.words()[2];
-        let order = labels(self.panels.iter().flat_map(|panel| &panel.curves).map(|curve| curve.label.as_str()));
-        let partial = self.panels.iter().flat_map(|panel| &panel.curves).any(|curve| curve.partial > 0);
-        let faint = if partial { " Faint: the mean of fewer, at the start." } else { "" };
-        let text = format!("{what}{faint} {}.", self.statistics.caption(band_mark(order.len())));
-        let rect = note(canvas, page, &text);
-        let rect = legend(canvas, rect, &marks(self.panels.iter().flat_map(|panel| &panel.curves)));
-        let columns = COLUMNS.min(self.panels.len());
-        for (panel, place) in self.panels.iter().zip(panels(rect, self.panels.len(), columns)) {
-            let last =
-                panel.curves.iter().flat_map(|curve| &curve.x).copied().filter(|x| x.is_finite()).fold(1.0, f64::max);
-            let x = Axis::linear(self.progress.words()[0], 0.0, last, 5).labelled(place.x_label);
+        let curves = self.legend();
+        let rect = note(canvas, page, &self.caption(&curves));
+        let rect = legend(canvas, rect, &curves.marks());
+        for (panel, place) in self.panels.iter().zip(panels(rect, self.panels.len(), self.columns())) {
+            let x = self.x_axis(&panel.curves).labelled(place.x_label);
             let y = rate_axis("success rate (%)").labelled(place.y_label);
             let frame = Frame { title: &heading(&panel.task), grid: true, square: false };
             let plot = Plot::new(canvas, place.cell, &frame, x, y);
-            draw_curves(canvas, &plot, &panel.curves, &order);
+            curves.draw_curves(canvas, &plot, &panel.curves);
         }
     }
 
@@ -170,7 +262,8 @@ impl Figure for LearningCurves {
         let mut table = Table::new(["task", "method", self.progress.words()[1], "success", "low", "high"]);
         for panel in &self.panels {
             for curve in &panel.curves {
-                push_curve(&mut table, &panel.task, curve);
+                let named = self.legend.iter().find(|(label, _)| *label == curve.label).map(|(_, name)| name);
+                push_curve(&mut table, &panel.task, named.unwrap_or(&curve.label), curve);
             }
         }
         table
@@ -179,7 +272,7 @@ impl Figure for LearningCurves {
 
 impl Figure for PerformanceProfile {
     fn size(&self) -> [f64; 2] {
-        [SINGLE_COLUMN, 190.0 + further_legend(SINGLE_COLUMN - 2.0 * MARGIN, &self.curves)]
+        [SINGLE_COLUMN, 190.0 + Legend::of(&self.curves).further(SINGLE_COLUMN - 2.0 * MARGIN)]
     }
 
     fn draw(&self, canvas: &Canvas<'_>) {
@@ -187,29 +280,29 @@ impl Figure for PerformanceProfile {
         if self.curves.iter().all(Curve::is_empty) {
             return canvas.nothing(page, "no scores");
         }
-        let order = labels(self.curves.iter().map(|curve| curve.label.as_str()));
-        let rect = note(canvas, page, &format!("{}.", self.statistics.caption(band_mark(order.len()))));
-        let rect = legend(canvas, rect, &marks(&self.curves));
+        let curves = Legend::of(&self.curves);
+        let rect = note(canvas, page, &format!("{}.", self.statistics.caption(band_mark(curves.entries.len()))));
+        let rect = legend(canvas, rect, &curves.marks());
         let thresholds = || self.curves.iter().flat_map(|curve| curve.x.iter().copied()).filter(|x| x.is_finite());
         let (low, high) = (thresholds().fold(f64::INFINITY, f64::min), thresholds().fold(f64::NEG_INFINITY, f64::max));
         let x = Axis::linear(&format!("threshold \u{3c4}: {}", self.measure), low, high.max(low + 1e-9), 6);
         let frame = Frame { title: "", grid: true, square: false };
         let plot = Plot::new(canvas, rect, &frame, x, rate_axis("runs above \u{3c4} (%)"));
-        draw_curves(canvas, &plot, &self.curves, &order)
+        curves.draw_curves(canvas, &plot, &self.curves)
     }
 
     fn table(&self) -> Table {
         let mut table = Table::new(["measure", "method", "threshold", "fraction", "low", "high"]);
         for curve in &self.curves {
-            push_curve(&mut table, &self.measure, curve);
+            push_curve(&mut table, &self.measure, &curve.label, curve);
         }
         table
     }
 }
 
 /// A row for each point of a curve.
-fn push_curve(table: &mut Table, name: &str, curve: &Curve) {
+fn push_curve(table: &mut Table, name: &str, label: &str, curve: &Curve) {
     for (n, (x, y)) in curve.x.iter().zip(&curve.y).enumerate() {
-        table.push(&[&name, &curve.label, x, y, &curve.low.get(n).copied(), &curve.high.get(n).copied()]);
+        table.push(&[&name, &label, x, y, &curve.low.get(n).copied(), &curve.high.get(n).copied()]);
     }
 }

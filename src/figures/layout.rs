@@ -107,7 +107,8 @@ const ROW: f64 = 1.5 * LABEL_SIZE;
 
 /// The entries of a legend of this width, row by row, and the width of each.
 fn legend_rows(width: f64, entries: &[(Mark, String)]) -> (Vec<Vec<usize>>, Vec<f64>) {
-    let widths: Vec<f64> = entries.iter().map(|(_, label)| MARK + SPACE + Type::LABEL.width(label)).collect();
+    let widths: Vec<f64> =
+        entries.iter().map(|(_, label)| (MARK + SPACE + Type::LABEL.width(label)).min(width)).collect();
     let mut rows: Vec<Vec<usize>> = Vec::new();
     let mut used = f64::INFINITY;
     for (n, own) in widths.iter().enumerate() {
@@ -141,11 +142,21 @@ pub fn legend(canvas: &Canvas<'_>, rect: Rect, entries: &[(Mark, String)]) -> Re
         for &n in members {
             let (mark, label) = &entries[n];
             draw_mark(canvas, *mark, x, y);
-            canvas.text([x + MARK + SPACE, y], label, Type::LABEL);
+            canvas.text([x + MARK + SPACE, y], &fitted(label, widths[n] - MARK - SPACE), Type::LABEL);
             x += widths[n] + BETWEEN;
         }
     }
     rect.split_top(legend_height(rect.width(), entries)).1
+}
+
+/// A label, cut off where it has no room.
+fn fitted(label: &str, width: f64) -> String {
+    let fits = |text: &str| Type::LABEL.width(text) <= width + 1e-9;
+    if fits(label) {
+        return label.to_owned();
+    }
+    let ends = label.char_indices().rev().map(|(end, _)| format!("{}\u{2026}", label[..end].trim_end()));
+    ends.into_iter().find(|text| fits(text)).unwrap_or_default()
 }
 
 fn draw_mark(canvas: &Canvas<'_>, mark: Mark, x: f64, y: f64) {

@@ -45,6 +45,11 @@ pub trait Figure {
     /// Width and height on paper, in points.
     fn size(&self) -> [f64; 2];
 
+    /// How much larger everything in it is than in other figures.
+    fn scale(&self) -> f64 {
+        1.0
+    }
+
     /// Draws the figure on the whole page of `canvas`.
     fn draw(&self, canvas: &Canvas<'_>);
 
@@ -59,13 +64,14 @@ pub trait Figure {
     fn to_rgb(&self, width: u32, height: u32) -> Result<Vec<u8>, FigureError> {
         render::check_size(width, height)?;
         let (size, pixels) = (self.size(), [f64::from(width), f64::from(height)]);
-        let scale = (pixels[0] / size[0]).min(pixels[1] / size[1]);
-        render::rgb(&svg(pixels.map(|side| side / scale), "", |canvas| self.draw(canvas)), width, height)
+        let points = (pixels[0] / size[0]).min(pixels[1] / size[1]);
+        let page = svg(pixels.map(|side| side / points), self.scale(), "", |canvas| self.draw(canvas));
+        render::rgb(&page, width, height)
     }
 
     /// The figure as SVG that carries its provenance.
     fn to_svg(&self, provenance: &Provenance) -> String {
-        svg(self.size(), &provenance.to_svg(), |canvas| self.draw(canvas))
+        svg(self.size(), self.scale(), &provenance.to_svg(), |canvas| self.draw(canvas))
     }
 
     /// Writes the figure to `path` in the format of its ending (see [`ENDINGS`]), and its

@@ -36,6 +36,8 @@ pub enum Effect {
     Columns(String),
     /// Compare groups of runs with those of a label.
     PinBaseline(String),
+    /// Give a curve of the learning figure another name; an empty one takes it away.
+    NameCurve { label: String, name: String },
     /// Show the curves of the marked runs together.
     Compare,
     /// Keep a command that was typed, to be typed again.

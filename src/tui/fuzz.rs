@@ -16,6 +16,7 @@ use super::view::playback::Episode;
 use super::view::{Level, SessionWorkspace, TaskModel, ViewModel, Workspace};
 use super::widgets::preview::Drawing;
 use super::widgets::theme::{Depth, Marker, Palette, Theme};
+use crate::evidence::Composition;
 use crate::task::Task;
 use crate::workbench::{Command, FigureKind, Session};
 
@@ -152,8 +153,8 @@ impl Workspace for Contained {
         self.0.want_agent(episode);
     }
 
-    fn figure(&self, kind: FigureKind) -> Result<Drawing, String> {
-        self.0.figure(kind)
+    fn figure(&self, kind: FigureKind, composition: &Composition) -> Result<Drawing, String> {
+        self.0.figure(kind, composition)
     }
 
     fn look_for_runs(&mut self) {

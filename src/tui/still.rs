@@ -64,6 +64,11 @@ impl Still {
         self.app.is_reading_runs()
     }
 
+    /// Whether there is something new to draw.
+    pub fn is_changed(&self) -> bool {
+        self.app.is_changed()
+    }
+
     /// Has everything drawn anew with the next frame.
     pub fn redraw(&mut self) {
         self.app.redraw();

@@ -73,8 +73,13 @@ impl DryRun {
     }
 }
 
-/// Whether a figure of this kind can be written to a file of this name.
-pub(super) fn check_figure(kind: FigureKind, path: &Path) -> Result<(), SessionError> {
+/// Whether a figure of this kind has such options and can be written to a file of this name.
+pub(super) fn check_figure(figure: &command::Figure) -> Result<(), SessionError> {
+    let command::Figure { kind, ref path, ref composition, .. } = *figure;
+    if let Some((key, _)) = composition.options().first().filter(|_| kind != FigureKind::Learning) {
+        let reason = format!("{key}: only the figure `learning` is composed, not `{}`", kind.name());
+        return Err(SessionError::Failed(reason));
+    }
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("");
     let (known, expected): (&[&str], _) =
         if kind == FigureKind::Episode { (&["gif"], "`.gif`") } else { (&ENDINGS, "`.png`, `.svg` or `.pdf`") };
@@ -105,6 +110,7 @@ mod tests {
             ("undo", "nothing to undo"),
             ("figure dashboard a.jpeg", "`.png`, `.svg` or `.pdf`"),
             ("figure episode a.png", "`.gif`"),
+            ("figure scene a.png width=single", "only the figure `learning`"),
             ("model nowhere.safetensors\ntrain b", "nowhere.safetensors"),
         ] {
             let error = dry_run(&format!("episodes 9\ntrain a\nwait\n{line}")).unwrap_err();

@@ -1,7 +1,6 @@
 //! The session's figures: what it holds, as the data of a figure, into a file.
 
-use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::command::{self, Command, FigureKind};
@@ -10,12 +9,13 @@ use super::job::Reporter;
 use super::run::RunView;
 use super::{Session, SessionError, create_parent};
 use crate::env::Placement;
+use crate::evidence::{Composed, Composition, find_runs};
 use crate::figures::{
-    ActionSamples, Animation, Curve, CurvePanel, DEFAULT_DPI, Dashboard, Figure, LearningCurves, Moment, Provenance,
-    Statistics, TaskActions, TaskGrid,
+    ActionSamples, Animation, DEFAULT_DPI, Dashboard, Figure, Moment, Provenance, TaskActions, TaskGrid,
 };
 use crate::physics::PHYSICS_DT;
 use crate::run::{EpisodeRecord, config_hash};
+use crate::stats::Bootstrap;
 use crate::stats::rolling::WINDOW;
 use crate::task::Task;
 use crate::trainer::{RunConfig, Trace};
@@ -25,24 +25,45 @@ const STEPS_PER_FRAME: usize = 3;
 /// Resolution of an animation unless another is asked for: 480 pixels wide.
 const ANIMATION_DPI: u32 = 137;
 
+/// A figure that is yet to be drawn, and what it is made from.
+pub type Drawing = Box<dyn FnOnce(&mut dyn FnMut(usize, usize)) -> Result<Drawn, String> + Send>;
+
+/// A figure and what it is made from.
+pub struct Drawn {
+    /// The figure.
+    pub figure: Box<dyn Figure + Send>,
+    seeds: Vec<u64>,
+    config_hash: String,
+}
+
 impl Session {
     /// Begins to write a figure of what the session holds, with its numbers as CSV beside it.
     pub(super) fn export(&mut self, command: &command::Figure) -> Result<String, SessionError> {
-        let command::Figure { kind, ref path, dpi } = *command;
-        check_figure(kind, path)?;
-        let provenance = self.provenance(kind, Command::from(command.clone()).to_string())?;
-        let figure = match self.figure(kind)? {
-            Some(figure) => Ok(figure),
-            None => Err(self.episode_to_show()?),
+        check_figure(command)?;
+        let mut made_by = command.clone();
+        if command.kind == FigureKind::Learning {
+            made_by.composition.runs = self.evidence(&command.composition);
+        }
+        let made_by = Command::from(made_by).to_string();
+        let drawing = match command.kind {
+            FigureKind::Episode => Err(self.episode_to_show()?),
+            kind => Ok(self.figure(kind, &command.composition)?),
         };
-        let report = format!("drawing {}", path.display());
-        let path = path.clone();
-        let work = move |_: &Reporter| -> Result<PathBuf, String> {
+        let by_hand = self.settings_of(command.kind);
+        let (seed, config_hash) = (by_hand.seed, config_hash(by_hand)?);
+        let report = format!("drawing {}", command.path.display());
+        let (path, dpi) = (command.path.clone(), command.dpi);
+        let work = move |reporter: &Reporter| -> Result<PathBuf, String> {
             create_parent(&path).map_err(|error| error.to_string())?;
-            let written = match figure {
-                Ok(figure) => figure.write(&path, &provenance, dpi.unwrap_or(DEFAULT_DPI)),
+            let written = match drawing {
+                Ok(drawing) => {
+                    let Drawn { figure, seeds, config_hash } =
+                        drawing(&mut |done, all| _ = reporter.progress(done, all))?;
+                    figure.write(&path, &Provenance::new(made_by, &seeds, config_hash), dpi.unwrap_or(DEFAULT_DPI))
+                }
                 Err(play) => {
                     let (task, trace) = play().map_err(|error| error.to_string())?;
+                    let provenance = Provenance::new(made_by, &[seed], config_hash);
                     animation(&task, &trace).write_gif(&path, &provenance, dpi.unwrap_or(ANIMATION_DPI))
                 }
             };
@@ -52,41 +73,61 @@ impl Session {
         Ok(report)
     }
 
-    /// The settings behind a figure: those of the runs it shows, or of the session.
-    fn provenance(&self, kind: FigureKind, command: String) -> Result<Provenance, SessionError> {
+    /// The settings behind a figure of one run or task.
+    fn settings_of(&self, kind: FigureKind) -> &RunConfig {
         let by_hand = kind == FigureKind::Episode && !self.hand_play().trace().steps.is_empty();
-        let settings = match kind {
-            FigureKind::Learning => {
-                let configs: Vec<&RunConfig> = self.runs().iter().map(RunView::config).collect();
-                let seeds: BTreeSet<u64> = configs.iter().map(|config| config.seed).collect();
-                return Ok(Provenance::new(command, &Vec::from_iter(seeds), config_hash(&configs)?));
-            }
+        match kind {
             FigureKind::Dashboard | FigureKind::Episode if !by_hand => {
                 self.run().map_or(self.config(), RunView::config)
             }
             _ => self.config(),
-        };
-        Ok(Provenance::new(command, &[settings.seed], config_hash(settings)?))
+        }
     }
 
-    /// A figure of what the session holds; None for the animation, which is no figure.
+    /// The folders of the runs that a composition shows: those that it names, or else that of the session and the
+    /// runs that were opened elsewhere.
+    fn evidence(&self, composition: &Composition) -> Vec<PathBuf> {
+        if !composition.runs.is_empty() {
+            return composition.runs.clone();
+        }
+        let elsewhere =
+            self.runs().iter().map(|run| run.directory().path()).filter(|path| !path.starts_with(&self.folder));
+        let elsewhere: Vec<PathBuf> = elsewhere.map(Path::to_owned).collect();
+        // A folder without runs is no mistake where others are named.
+        let holds_runs = elsewhere.is_empty() || find_runs(std::slice::from_ref(&self.folder)).is_ok();
+        Some(self.folder.clone()).filter(|_| holds_runs).into_iter().chain(elsewhere).collect()
+    }
+
+    /// A figure of what the session holds, yet to be drawn.
     ///
     /// # Errors
-    /// When there is nothing to show of that kind yet.
-    pub fn figure(&self, kind: FigureKind) -> Result<Option<Box<dyn Figure + Send>>, SessionError> {
-        Ok(Some(match kind {
+    /// When there is nothing to show of that kind yet, or it is the animation, which is no figure.
+    pub fn figure(&self, kind: FigureKind, composition: &Composition) -> Result<Drawing, SessionError> {
+        let figure: Box<dyn Figure + Send> = match kind {
             FigureKind::Scene => Box::new(TaskGrid { tasks: vec![self.task().clone()] }),
             FigureKind::Clusters => {
                 let prior = self.prior().ok_or(SessionError::NoClusters)?;
                 Box::new(ActionSamples { tasks: vec![TaskActions::sample(self.task(), prior, self.config().seed)] })
             }
-            FigureKind::Learning if self.runs().iter().all(|run| run.records().is_empty()) => {
-                return Err(SessionError::NoRun);
+            FigureKind::Learning => {
+                if composition.runs.is_empty() && self.runs().is_empty() && !self.folder.is_dir() {
+                    return Err(SessionError::NoRun);
+                }
+                let composition = Composition { runs: self.evidence(composition), ..composition.clone() };
+                return Ok(Box::new(move |on_progress| {
+                    let composed = composition.figure(&Bootstrap::default(), on_progress);
+                    let Composed { figure, seeds, config_hash } = composed.map_err(|error| error.to_string())?;
+                    Ok(Drawn { figure: Box::new(figure), seeds, config_hash })
+                }));
             }
-            FigureKind::Learning => Box::new(learning_curves(self.runs())),
             FigureKind::Dashboard => Box::new(dashboard(self.run().ok_or(SessionError::NoRun)?)),
-            FigureKind::Episode => return Ok(None),
-        }))
+            FigureKind::Episode => {
+                return Err(SessionError::Failed("An animation: the Scene screen plays it.".to_owned()));
+            }
+        };
+        let settings = self.settings_of(kind);
+        let (seeds, config_hash) = (vec![settings.seed], config_hash(settings)?);
+        Ok(Box::new(move |_| Ok(Drawn { figure, seeds, config_hash })))
     }
 
     /// The greedy episode of the current run, or the one played by hand.
@@ -104,28 +145,6 @@ impl Session {
 
 /// Plays the episode of an animation, if it is yet to be played.
 type Play = Box<dyn FnOnce() -> Result<(Arc<Task>, Trace), SessionError> + Send>;
-
-/// Rolling success of each run, one panel a task.
-fn learning_curves(runs: &[RunView]) -> LearningCurves {
-    let mut panels: Vec<CurvePanel> = Vec::new();
-    for run in runs {
-        let config = run.config();
-        let curve = Curve {
-            label: run_label(config),
-            x: run.records().iter().map(|record| record.episode as f64).collect(),
-            y: run.records().iter().map(|record| record.rolling_success).collect(),
-            partial: run.records().iter().take_while(|record| record.episode < WINDOW.get() as u64).count(),
-            ..Curve::default()
-        };
-        match panels.iter_mut().find(|panel| panel.task == config.task.name) {
-            Some(panel) => panel.curves.push(curve),
-            None => panels.push(CurvePanel { task: config.task.name.clone(), curves: vec![curve] }),
-        }
-    }
-    let seeds: BTreeSet<u64> = runs.iter().map(|run| run.config().seed).collect();
-    let statistics = Statistics { centre: "Single runs".to_owned(), seeds: seeds.len(), ..Statistics::default() };
-    LearningCurves { window: WINDOW.get(), statistics, panels, ..LearningCurves::default() }
-}
 
 /// A run among others, in words: method, threshold and seed.
 pub fn run_label(config: &RunConfig) -> String {
@@ -197,39 +216,107 @@ mod tests {
         session
     }
 
-    #[test]
-    fn curves_and_dashboard_are_those_of_the_runs() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut session = session(folder.path());
-        run(&mut session, "train\nwait\nseed 4\nmethod ddpg-uniform\nepsilon 0.1\ntrain\nwait");
-        run(&mut session, "task task2\nepisodes 1\ntrain\nwait\nwatch 1");
-        let curves = learning_curves(session.runs());
-        assert_eq!((curves.window, curves.statistics.seeds), (WINDOW.get(), 2));
-        assert_eq!(curves.statistics.centre, "Single runs");
-        let tasks: Vec<(&str, usize)> =
-            curves.panels.iter().map(|panel| (panel.task.as_str(), panel.curves.len())).collect();
-        assert_eq!(tasks, [("task1", 2), ("task2", 1)]);
-        let [first, second] = &curves.panels[0].curves[..] else { panic!("two curves") };
-        assert_eq!(
-            (first.label.as_str(), second.label.as_str()),
-            ("DDPG, seed 0", "DDPG, uniform exploration, epsilon 0.1, seed 4")
-        );
-        let run = session.run().unwrap();
-        let successes: Vec<f64> = run.records().iter().map(|record| record.rolling_success).collect();
-        assert_eq!((&first.x[..], &first.y, first.partial), (&[1.0, 2.0, 3.0][..], &successes, 3));
+    fn drawn(session: &Session, composition: &Composition) -> Result<Drawn, String> {
+        let drawing = session.figure(FigureKind::Learning, composition).map_err(|error| error.to_string())?;
+        drawing(&mut |_, _| ())
+    }
 
-        let shown = dashboard(run);
-        assert_eq!((shown.title.as_str(), shown.window), ("DDPG, seed 0 on task1", WINDOW.get()));
-        assert_eq!((&shown.episode, &shown.metrics[&crate::run::Metric::Success]), (&first.x, &first.y));
-        let [none, greedy, last] = shown.greedy_success[..] else { panic!("three episodes") };
-        assert!(none.is_nan() && last.is_nan() && greedy == run.evaluations()[0].success);
-        assert!(session.figure(FigureKind::Episode).unwrap().is_none());
+    fn options(words: &[&str]) -> Composition {
+        let mut composition = Composition::default();
+        words.iter().for_each(|word| {
+            let (key, value) = word.split_once('=').unwrap();
+            composition.set(key, value).unwrap();
+        });
+        composition
     }
 
     #[test]
-    fn runs_without_episodes_have_no_curves() {
+    fn learning_curves_are_those_of_the_folder_and_the_dashboard_that_of_the_run() {
         let folder = tempfile::tempdir().unwrap();
-        assert!(matches!(session(folder.path()).figure(FigureKind::Learning), Err(SessionError::NoRun)));
+        let mut first = session(folder.path());
+        run(&mut first, "train\nwait\nseed 4\nmethod ddpg-uniform\nepsilon 0.1\ntrain seeds 2\nwait");
+        // Another session, in which no run is opened.
+        let mut session = session(folder.path());
+        let path = folder.path().join("a.svg");
+        let text = |session: &mut Session, words: &str| {
+            run(session, &format!("figure learning {} {words}", path.display()));
+            std::fs::read_to_string(&path).unwrap()
+        };
+        let all = text(&mut session, "");
+        let picture = folder.path().join("a.png");
+        run(&mut session, &format!("figure learning {} 72", picture.display()));
+        let provenance = crate::figures::Provenance::read(&picture).unwrap();
+        assert_eq!(provenance.seeds, [0, 4, 5]);
+        assert!(provenance.command.contains(&format!("runs={}", folder.path().display())), "{}", provenance.command);
+        assert!(all.contains("1 DDPG\n") && all.contains("2 DDPG, uniform exploration, epsilon 0.1"), "{all}");
+        // The line in the figure makes it again.
+        let before = std::fs::read(&picture).unwrap();
+        std::fs::remove_file(&picture).unwrap();
+        run(&mut session, &provenance.command);
+        assert!(std::fs::read(&picture).unwrap() == before);
+        let label = "DDPG, uniform exploration, epsilon 0.1";
+        let own = text(
+            &mut session,
+            &format!("width=single font=9 axis=log curve='{label}' name=ours curve=DDPG reference=DDPG"),
+        );
+        assert!(own.contains("1 ours") && own.contains("2 DDPG\n") && own.contains("width=\"252pt\""), "{own}");
+        let alone = text(&mut session, "curve=DDPG");
+        assert!(!alone.contains("uniform"), "{alone}");
+        let named = drawn(&session, &options(&["runs=nowhere"])).err().unwrap();
+        assert!(named.contains("nowhere"), "{named}");
+        let error = drawn(&session, &options(&["curve=DPDG"])).err().unwrap();
+        assert!(error.contains("did you mean `DDPG`?") && error.contains(label), "{error}");
+
+        run(
+            &mut session,
+            "open NAME".replace("NAME", &format!("{}/task1-ddpg-seed0", folder.path().display())).as_str(),
+        );
+        let run = session.run().unwrap();
+        let shown = dashboard(run);
+        assert_eq!((shown.title.as_str(), shown.window), ("DDPG, seed 0 on task1", WINDOW.get()));
+        let successes: Vec<f64> = run.records().iter().map(|record| record.rolling_success).collect();
+        assert_eq!(
+            (&shown.episode[..], &shown.metrics[&crate::run::Metric::Success]),
+            (&[1.0, 2.0, 3.0][..], &successes)
+        );
+        let [none, greedy, last] = shown.greedy_success[..] else { panic!("three episodes") };
+        assert!(none.is_nan() && last.is_nan() && greedy == run.evaluations()[0].success);
+        assert!(session.figure(FigureKind::Episode, &Composition::default()).is_err());
+    }
+
+    #[test]
+    fn runs_that_are_not_finished_are_shown_where_no_other_of_their_group_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = session(folder.path());
+        assert!(drawn(&session, &Composition::default()).is_err());
+        run(&mut session, "train until 2\nwait");
+        assert_eq!(drawn(&session, &Composition::default()).unwrap().seeds, [0]);
+        run(&mut session, "seed 1\ntrain\nwait");
+        assert_eq!(drawn(&session, &Composition::default()).unwrap().seeds, [1]);
+        run(&mut session, "watch 1\nresume\nwait");
+        assert_eq!(drawn(&session, &Composition::default()).unwrap().seeds, [0, 1]);
+    }
+
+    #[test]
+    fn options_of_a_composition_are_read_as_they_are_written() {
+        let words =
+            ["runs=a b", "runs=c", "curve=x=1", "name=y", "curve=z", "reference=z", "against=steps", "font=9.5"];
+        let composition = options(&words);
+        let written: Vec<String> =
+            composition.options().into_iter().map(|(key, value)| format!("{key}={value}")).collect();
+        assert_eq!(written, words);
+        for (key, value, reason) in [
+            ("font", "99", "4 to 16"),
+            ("font", "NaN", "4 to 16"),
+            ("widht", "single", "did you mean `width`?"),
+            ("axis", "square", "`linear` or `log`"),
+            ("success", "greedy", "against episodes"),
+            ("curve", "z", "named twice"),
+        ] {
+            let error = composition.clone().set(key, value).unwrap_err();
+            assert!(error.contains(reason), "{key}={value}: {error}");
+        }
+        assert!(Composition::default().set("name", "x").unwrap_err().contains("behind the curve="));
     }
 
     #[test]
@@ -237,10 +324,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let mut session = session(folder.path());
         run(&mut session, "seed 4\ntrain\nwait\nseed 5");
-        let seed = |session: &Session, kind| session.provenance(kind, String::new()).unwrap().seeds;
-        assert_eq!(seed(&session, FigureKind::Episode), [4]);
+        let seed = |session: &Session, kind| session.settings_of(kind).seed;
+        assert_eq!(seed(&session, FigureKind::Episode), 4);
         run(&mut session, "place -0.9 0.9");
-        assert_eq!((seed(&session, FigureKind::Episode), seed(&session, FigureKind::Dashboard)), (vec![5], vec![4]));
+        assert_eq!((seed(&session, FigureKind::Episode), seed(&session, FigureKind::Dashboard)), (5, 4));
         let (_, trace) = session.episode_to_show().unwrap()().unwrap();
         assert_eq!(trace.steps.len(), 1);
     }

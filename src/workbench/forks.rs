@@ -17,14 +17,16 @@ impl Session {
         let run = self.run().ok_or(SessionError::NoRun)?;
         let (source, name, number) = (run.directory().clone(), run.name(), run.number());
         let config = self.forked(run, &name, command)?;
-        let path = self.free_folder_named(&format!("{name}-at{}", command.episode));
+        let free = || self.free_folder_named(&format!("{name}-at{}", command.episode));
+        let path = command.folder.clone().unwrap_or_else(free);
         // Two forks that are made at the same time have two folders.
         std::fs::create_dir_all(&path).map_err(crate::run::RunError::io("create", &path))?;
         let report = format!("forking {name} at episode {} into {}", command.episode, path.display());
-        let place = path.clone();
         let work = move |reporter: &Reporter| {
             let progress = |done: u64, all: u64| _ = reporter.progress(done as usize, all as usize);
-            let fork = trainer::fork(&source, &place, config, progress, reporter.stop());
+            let fork = trainer::fork(&source, &path, config, progress, reporter.stop());
+            // What was reserved and is still empty; else there is something that is not ours.
+            let fork = fork.inspect_err(|_| _ = std::fs::remove_dir(&path));
             let directory = fork.map_err(|error| error.to_string())?;
             let run = RunView::new(directory).map_err(|error| error.to_string())?.with_past_unread();
             let past = Past::read(run.directory(), &run.config().task, reporter.stop())?;
@@ -32,10 +34,7 @@ impl Session {
         };
         let asked = command.clone();
         self.begin_job(command.clone(), work, move |session, made| {
-            let (run, past) = made.inspect_err(|_| {
-                // What was reserved and is still empty; else there is something that is not ours.
-                let _ = std::fs::remove_dir(&path);
-            })?;
+            let (run, past) = made?;
             let added = session.add(run);
             if let Some(run) = session.runs.iter_mut().find(|run| run.number() == added) {
                 run.take_past(Ok(past))?;

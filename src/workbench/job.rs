@@ -2,8 +2,8 @@
 
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
 use crate::stop::Stop;
@@ -21,6 +21,7 @@ pub(crate) struct Job<T> {
 struct Shared {
     done: AtomicUsize,
     total: AtomicUsize,
+    curve: Mutex<Vec<f32>>,
     cancelled: Stop,
 }
 
@@ -50,6 +51,11 @@ impl Reporter {
         self.0.done.store(done, Ordering::Relaxed);
         self.0.total.store(total, Ordering::Relaxed);
         !self.is_cancelled()
+    }
+
+    /// Reports the next value of what the computation makes smaller, such as a loss.
+    pub fn note(&self, value: f32) {
+        self.0.curve.lock().unwrap_or_else(PoisonError::into_inner).push(value);
     }
 
     /// Whether the computation is to end.
@@ -86,6 +92,12 @@ impl<T: Send + 'static> Job<T> {
     pub fn progress(&self) -> Progress {
         let [done, total] = [&self.shared.done, &self.shared.total].map(|count| count.load(Ordering::Relaxed));
         Progress { done, total }
+    }
+
+    /// The values that it has reported from the one of this number on.
+    pub fn values(&self, from: usize) -> Vec<f32> {
+        let values = self.shared.curve.lock().unwrap_or_else(PoisonError::into_inner);
+        values.get(from..).unwrap_or_default().to_vec()
     }
 
     /// Whether the result is there.

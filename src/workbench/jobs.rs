@@ -103,6 +103,13 @@ impl Session {
         self.jobs.iter().rev().find(|job| which(&job.command))
     }
 
+    /// Asks the computation that a command began to end; its end is reported as ever.
+    pub fn cancel(&self, command: &Command) {
+        if let Some(pending) = self.job(|pending| pending == command) {
+            pending.job.cancel();
+        }
+    }
+
     /// Cancels the computations begun by such commands.
     pub(super) fn cancel_jobs(&mut self, which: impl Fn(&Command) -> bool) {
         let cancelled: Vec<Pending> = self.jobs.extract_if(.., |pending| which(&pending.command)).collect();

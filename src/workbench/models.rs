@@ -1,12 +1,18 @@
 //! Dynamics models, trained and measured.
 
+use std::path::{Path, PathBuf};
+
 use super::command::{Command, ModelEvaluate, ModelTrain};
 use super::job::{Progress, Reporter};
-use super::{Session, SessionError, create_parent};
+use super::{Session, SessionError, create_parent, write_file};
 use crate::dynamics::{
-    self, Ended, EvaluationConfig, EvaluationProgress, ModelConfig, TrainConfig, evaluate_with_progress, train_to_file,
+    self, Ended, Evaluation, EvaluationConfig, EvaluationProgress, Model, ModelConfig, TrainConfig,
+    evaluate_with_progress, train_to_file,
 };
 use crate::task;
+
+/// The folder for models that are trained here.
+pub const MODELS: &str = "models";
 
 fn is_model_work(command: &Command) -> bool {
     matches!(command, Command::ModelTrain(_) | Command::ModelEvaluate(_))
@@ -60,6 +66,25 @@ impl Session {
     pub fn model_work(&self) -> Option<(String, Progress)> {
         self.job(is_model_work).map(|pending| (name(&pending.command), pending.job.progress()))
     }
+
+    /// Losses of the model that is being trained, one an epoch, from the epoch of this number on; none of one that is
+    /// measured.
+    pub fn model_losses(&self, from: usize) -> Vec<f32> {
+        self.job(is_model_work).map_or_else(Vec::new, |pending| pending.job.values(from))
+    }
+}
+
+/// The evaluation of a model that is kept in a file, if it is one of this model.
+pub fn kept_evaluation(name: &str, model: &Model) -> Option<Evaluation> {
+    let text = crate::bounded::read_text(&evaluation_of(name)).ok()?;
+    let evaluation: Evaluation = serde_json::from_str(&text).ok()?;
+    (evaluation.data_hash == model.provenance().data_hash).then_some(evaluation)
+}
+
+/// Where the evaluation of a model is kept: beside its file, or in the folder of models if it is a shipped one.
+fn evaluation_of(name: &str) -> PathBuf {
+    let beside = format!("{name}.evaluation.json");
+    if dynamics::shipped(name).is_some() { Path::new(MODELS).join(beside) } else { beside.into() }
 }
 
 fn train_into_file(train: &ModelTrain, seed: u64, reporter: &Reporter) -> Result<String, String> {
@@ -71,7 +96,10 @@ fn train_into_file(train: &ModelTrain, seed: u64, reporter: &Reporter) -> Result
     let command = format!("mge dynamics train --tools {names} --seed {seed} --epochs {} --out {file}", settings.epochs);
     let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     create_parent(path).map_err(|error| error.to_string())?;
-    let on_progress = |now: &dynamics::Progress| reporter.progress(now.epoch as usize, now.epochs as usize);
+    let on_progress = |now: &dynamics::Progress| {
+        reporter.note(now.loss);
+        reporter.progress(now.epoch as usize, now.epochs as usize)
+    };
     let trained = train_to_file(path, ModelConfig::default(), settings, tools, &command, on_progress)
         .map_err(|error| failed(&error))?;
     if trained.ended == Ended::Stopped {
@@ -96,14 +124,19 @@ fn evaluate(name: &str, seed: u64, reporter: &Reporter) -> Result<String, String
         let (ours, still) = (&launches.errors.model.one_step, &launches.errors.constant_velocity.one_step);
         format!("{} {:.4} ({:.4})", launches.tool, ours.mean, still.mean)
     });
+    // Plain data always serialises.
+    let json = serde_json::to_string_pretty(&evaluation).expect("an evaluation is plain data") + "\n";
+    let path = evaluation_of(name);
+    write_file(&path, json.as_bytes()).map_err(|error| error.to_string())?;
     let scenes = evaluation.scenes.iter().filter_map(|scene| {
         let hits = &scene.rollout.model.first()?;
         Some(format!("{} {:.4}", scene.task, hits.mean))
     });
     Ok(format!(
-        "{name}: error after one prediction (constant velocity): {}; after one action: {}",
+        "{name}: error after one prediction (constant velocity): {}; after one action: {}; kept in {}",
         launches.collect::<Vec<_>>().join(", "),
-        scenes.collect::<Vec<_>>().join(", ")
+        scenes.collect::<Vec<_>>().join(", "),
+        path.display()
     ))
 }
 

@@ -16,13 +16,14 @@ impl Session {
     ) -> Result<String, SessionError> {
         let first = self.config().seed;
         let last = first.saturating_add(u64::from(seeds).saturating_sub(1));
+        let mut report = String::new();
         for seed in first..=last {
             self.apply(Seed(seed))?;
             let folder = folder.map(|folder| folder.join(format!("seed{seed}")));
-            self.apply(Train { folder, seeds: None, until })?;
+            report = self.apply(Train { folder, seeds: None, until })?;
         }
         self.apply(Seed(first))?;
-        Ok(format!("training with seeds {first} to {last}"))
+        Ok(if first == last { report } else { format!("training with seeds {first} to {last}") })
     }
 }
 

@@ -93,8 +93,11 @@ fn clusters_are_given_to_a_training_of_as_many_subgoals() {
 fn hand_play_reports_each_placement_and_starts_again() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path());
-    assert_eq!(apply(&mut session, "place -0.9 0.9").unwrap(), "placed, reward 0.01");
-    assert_eq!(apply(&mut session, "place -0.9 0.9").unwrap(), "overlap, reward 0.00");
+    assert_eq!(apply(&mut session, "place -0.9 0.9").unwrap(), "placed; reward 0.01");
+    assert_eq!(
+        apply(&mut session, "place -0.9 0.9").unwrap(),
+        "not placed: box here would be too near one placed before; reward 0.00"
+    );
     assert_eq!(session.hand_play().trace().steps.len(), 2);
     assert_eq!(session.hand_play().snapshot().placed().len(), 1);
     assert_eq!(apply(&mut session, "reset").unwrap(), "a new episode");

@@ -404,7 +404,7 @@ fn names_with_control_characters_make_xml() {
 fn a_note_ends_in_no_lone_word() {
     let text = "Interquartile mean of 10 seeds; lines: 95 % bootstrap interval over seeds, stratified by task.";
     for cut in 0..60 {
-        let svg = super::canvas::svg([120.0 + 3.0 * f64::from(cut), 200.0], "", |canvas| {
+        let svg = super::canvas::svg([120.0 + 3.0 * f64::from(cut), 200.0], 1.0, "", |canvas| {
             super::layout::note(canvas, canvas.page(), text);
         });
         let lines: Vec<&str> = svg.lines().filter(|line| !line.starts_with('<')).collect();
@@ -426,7 +426,7 @@ fn the_pdf_holds_the_page_and_its_provenance() {
     let bounds = text.split_once("/MediaBox [").unwrap().1.split_once(']').unwrap().0;
     let bounds: Vec<f64> = bounds.split(' ').map(|number| number.parse().unwrap()).collect();
     assert!((bounds[2] - width).abs() < 0.1 && (bounds[3] - height).abs() < 0.1, "{bounds:?}");
-    let empty = super::pdf::pdf(&super::canvas::svg(figure.size(), "", |_| {}), &provenance()).unwrap();
+    let empty = super::pdf::pdf(&super::canvas::svg(figure.size(), 1.0, "", |_| {}), &provenance()).unwrap();
     assert!(bytes.len() > 10 * empty.len(), "the shapes are in it");
     assert!(path.with_extension("csv").exists());
 }

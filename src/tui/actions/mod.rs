@@ -18,7 +18,6 @@ use crate::workbench::{Verb, verbs};
 pub enum Action {
     // Everywhere.
     Train,
-    TrainSeeds,
     Fork,
     Pause,
     Stop,
@@ -128,6 +127,8 @@ pub enum Action {
     StopModel,
     Vector,
     Pdf,
+    Compose,
+    Rename,
     /// Begins a command in the palette, to be gone on with by typing.
     Type(&'static str),
 }
@@ -151,6 +152,8 @@ pub enum Context {
     Models,
     /// The Figures screen.
     Figures,
+    /// The Figures screen while the figure of learning curves is composed.
+    Compose,
     /// The Models, Figures and Log screens.
     List,
     /// Typed into the palette or a script; has no key of its own.
@@ -159,7 +162,7 @@ pub enum Context {
 
 impl Context {
     /// All of them, in the order of the help.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Everywhere,
         Self::Scene,
         Self::Hand,
@@ -168,6 +171,7 @@ impl Context {
         Self::Runs,
         Self::Models,
         Self::Figures,
+        Self::Compose,
         Self::List,
         Self::Typed,
     ];
@@ -180,7 +184,7 @@ impl Context {
             Self::Curves => Some(Tab::Training),
             Self::Runs => Some(Tab::Runs),
             Self::Models => Some(Tab::Models),
-            Self::Figures => Some(Tab::Figures),
+            Self::Figures | Self::Compose => Some(Tab::Figures),
             Self::Everywhere | Self::Hand | Self::List | Self::Typed => None,
         }
     }
@@ -196,6 +200,7 @@ impl Context {
             Self::Runs => "runs",
             Self::Models => "models",
             Self::Figures => "figures",
+            Self::Compose => "compose",
             Self::List => "list",
             Self::Typed => "typed",
         }

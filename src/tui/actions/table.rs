@@ -1,7 +1,7 @@
 //! The table of actions with keys.
 
 use super::Action::{self, self as A};
-use super::Context::{self, Curves, Everywhere, Figures, Hand, List, Models, Runs, Scene, Schedule};
+use super::Context::{self, Compose, Curves, Everywhere, Figures, Hand, List, Models, Runs, Scene, Schedule};
 use super::Script::{self, Like, Nothing, Verb};
 use super::Tab;
 
@@ -13,7 +13,6 @@ type Row = (Action, Context, &'static str, &'static str, &'static str, &'static 
 #[rustfmt::skip]
 pub(super) const ROWS: &[Row] = &[
     (A::Train, Everywhere, "train", "t", "train", "", Verb("train")),
-    (A::TrainSeeds, Everywhere, "train-seeds", "M", "", "train a run for each of several seeds", Like("train")),
     (A::Pause, Everywhere, "pause", "p", "pause", "", Verb("pause")),
     (A::Stop, Everywhere, "stop", "x", "stop", "", Verb("stop")),
     (A::Fork, Everywhere, "fork", "F", "", "", Verb("fork")),
@@ -169,6 +168,14 @@ pub(super) const ROWS: &[Row] = &[
     (A::Confirm, Figures, "export-figure", "enter", "as PNG", "export the selected figure as PNG, the episode as GIF", Like("figure")),
     (A::Vector, Figures, "export-svg", "s", "as SVG", "export the selected figure as SVG", Like("figure")),
     (A::Pdf, Figures, "export-pdf", "D", "as PDF", "export the selected figure as PDF", Like("figure")),
+    (A::Compose, Figures, "compose", "tab", "compose", "compose the learning figure from the marked runs, or stop doing so", Like("figure")),
+
+    (A::Left, Compose, "option-before", "left h", "", "the value before of the selected option", Like("figure")),
+    (A::Right, Compose, "option-next", "right l", "change", "the next value of the selected option", Like("figure")),
+    (A::Mark, Compose, "show-curve", "space", "show", "show the selected curve, or leave it out", Like("figure")),
+    (A::Rename, Compose, "name-curve", "i", "name", "give the selected curve another name in the legend", Like("figure")),
+    (A::Earlier, Compose, "curve-earlier", "{", "", "the selected curve comes one earlier in the legend", Like("figure")),
+    (A::Later, Compose, "curve-later", "}", "later", "the selected curve comes one later in the legend", Like("figure")),
 
     (A::Up, List, "above", "up k", "", "select the line above", Nothing),
     (A::Down, List, "below", "down j", "", "select the line below", Nothing),

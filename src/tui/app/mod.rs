@@ -218,6 +218,9 @@ impl App {
             Tab::Training => vec![Context::Curves],
             Tab::Runs => vec![Context::Runs],
             Tab::Models => vec![Context::Models, Context::List],
+            Tab::Figures if self.screens.lists.composer.is_open() => {
+                vec![Context::Compose, Context::Figures, Context::List]
+            }
             Tab::Figures => vec![Context::Figures, Context::List],
             Tab::Log => vec![Context::List],
         };

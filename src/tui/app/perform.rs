@@ -1,6 +1,7 @@
 //! What actions and effects do.
 
 use super::{App, Leaving, TerminalRequest};
+use crate::env::Placement;
 use crate::guidance::EpsilonSchedule;
 use crate::run::RunState;
 use crate::trainer::unusual_settings;
@@ -22,8 +23,9 @@ impl App {
             Action::Pause | Action::Stop | Action::Export | Action::Fork if self.tab == Tab::Runs => {
                 self.perform_on_screen(action)
             }
+            // Beside the curves of groups, it is asked how many seeds.
+            Action::Train if self.tab == Tab::Training => self.ask_for_seeds(),
             Action::Train => self.apply(command::Train::default()),
-            Action::TrainSeeds => self.ask_for_seeds(),
             Action::Pause => match self.subject.run() {
                 Some(run) if run.state == RunState::Paused => self.apply(command::Resume { until: None }),
                 _ => self.apply(command::Pause),
@@ -35,7 +37,7 @@ impl App {
                     let prompt = runs::ask_to_fork(run, episode);
                     self.carry_out(vec![prompt]);
                 }
-                None => self.apply(command::Fork { episode: 0, changes: Vec::new(), until: None }),
+                None => self.apply(command::Fork { episode: 0, changes: Vec::new(), folder: None, until: None }),
             },
             Action::Epsilon => self.ask_for_epsilon(),
             Action::EpsilonUp => self.change_epsilon(0.05),
@@ -99,7 +101,7 @@ impl App {
             Tab::Training => training::perform(&mut screens.curves, &screens.runs, &ui, action),
             Tab::Runs => runs::perform(&mut screens.runs, &ui, action),
             Tab::Models => models::perform(&mut screens.lists, &ui, action),
-            Tab::Figures => figures::perform(&mut screens.lists, action),
+            Tab::Figures => figures::perform(&mut screens.lists, &screens.runs, &ui, action),
             Tab::Log => log::perform(&mut screens.lists, &ui, action),
         };
         self.carry_out(effects);
@@ -134,6 +136,7 @@ impl App {
                 let report = self.workspace.pin_baseline(&label);
                 self.say(Level::Info, report);
             }
+            Effect::NameCurve { label, name } => self.screens.lists.composer.name(&label, &name),
             Effect::Compare => {
                 let show = runs::compare(&mut self.screens);
                 self.try_effect(show)?;
@@ -168,8 +171,12 @@ impl App {
 
     /// Carries out a command and shows its result.
     fn report(&mut self, command: Command) -> Result<(), String> {
+        let places = matches!(command, Command::Place(_));
         let report = self.workspace.apply(command)?;
-        self.say(Level::Good, report);
+        let latest = self.workspace.view().hand.trace.steps.last().map(|step| step.placement);
+        // An action that places nothing is carried out, but not as it was meant.
+        let is_refused = places && latest.is_some_and(|placement| placement != Placement::Placed);
+        self.say(if is_refused { Level::Error } else { Level::Good }, report);
         // What is shown follows at once: the next effect may refer to it.
         self.choose_subject(None, false);
         Ok(())
@@ -215,7 +222,7 @@ impl App {
         if view.prior.is_some() {
             kinds.push(FigureKind::Clusters);
         }
-        if view.runs.iter().any(|run| run.opened && run.done > 0) {
+        if view.runs.iter().any(|run| run.done > 0) {
             kinds.push(FigureKind::Learning);
         }
         if view.watched_run().is_some_and(|run| run.done > 0) {
@@ -228,17 +235,8 @@ impl App {
     }
 
     fn export(&mut self, kind: FigureKind, format: &str) -> Result<(), String> {
-        let view = self.workspace.view();
-        // What is of a run has its name: those of several runs on one task do not replace one another.
-        let of_run = match kind {
-            FigureKind::Dashboard => true,
-            FigureKind::Episode => view.hand.trace.steps.is_empty(),
-            FigureKind::Scene | FigureKind::Clusters | FigureKind::Learning => false,
-        };
-        let name = view.watched_run().filter(|_| of_run).map_or(&view.task.name, |run| &run.name);
-        let path = format!("figures/{name}-{}.{format}", kind.name());
-        let figure = command::Figure { kind, path: path.into(), dpi: None };
-        self.report(figure.into()).map_err(|error| format!("{}: {error}", kind.name()))
+        let figure = figures::export(kind, format, &self.screens.lists, &self.screens.runs, &self.ui());
+        self.report(figure).map_err(|error| format!("{}: {error}", kind.name()))
     }
 
     /// Moves the scene to an episode of the watched run's past. The time in it stays where it was, so
@@ -300,6 +298,7 @@ impl App {
             Tab::Training if self.screens.curves.leave() => Vec::new(),
             Tab::Training if matches!(self.subject.choice(), Choice::Past(_)) => vec![Effect::Show(Choice::Latest)],
             Tab::Runs if self.screens.runs.leave() => Vec::new(),
+            Tab::Figures if self.screens.lists.composer.leave() => Vec::new(),
             _ => vec![Effect::Perform(Action::Screen(Tab::Scene))],
         };
         self.carry_out(effects);
@@ -307,10 +306,10 @@ impl App {
 
     /// Keeps the picture of the selected figure up to date.
     pub(super) fn update_preview(&mut self) {
-        let wanted = figures::wanted(&self.screens.lists, &self.ui(), &self.regions);
-        if let Some((kind, wanted)) = wanted {
+        let wanted = figures::wanted(&self.screens.lists, &self.screens.runs, &self.ui(), &self.regions);
+        if let Some((kind, composition, wanted)) = wanted {
             let workspace = &self.workspace;
-            self.changed |= self.screens.preview.update(&wanted, || workspace.figure(kind));
+            self.changed |= self.screens.preview.update(&wanted, || workspace.figure(kind, &composition));
         }
     }
 

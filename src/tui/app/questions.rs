@@ -64,8 +64,8 @@ impl App {
 
     pub(super) fn ask_for_seeds(&mut self) {
         let first = self.workspace.view().settings.seed;
-        let hint = format!("a number; a run is trained for each seed from {first} on");
-        self.open(Prompt::arguments("train seeds", "train several seeds", hint, "10"));
+        let hint = format!("a number of seeds, from {first} on: a run is trained for each, and they are one group");
+        self.open(Prompt::arguments("train seeds", "train: how many seeds?", hint, "1"));
     }
 
     pub(super) fn ask_for_episodes(&mut self) {

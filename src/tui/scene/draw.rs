@@ -9,7 +9,7 @@ use ratatui::widgets::{Clear, Widget};
 use super::legend;
 use super::object::{Object, Objects};
 use super::view::View;
-use crate::env::{Action, Placement};
+use crate::env::Action;
 use crate::figures::tool_outline;
 use crate::guidance::ActionPrior;
 use crate::trainer::Source;
@@ -64,8 +64,8 @@ impl Heat {
 pub struct Ghost {
     /// Where, normalised.
     pub action: Action,
-    /// Whether it can be placed there.
-    pub placement: Placement,
+    /// Why it cannot be placed there, if it cannot.
+    pub refusal: Option<String>,
     /// What the chosen model predicts for the ball, normalised.
     pub predicted: Vec<[f32; 2]>,
 }
@@ -110,8 +110,10 @@ pub fn draw(content: &Content, area: Rect, theme: &Theme, buffer: &mut Buffer) -
         painter.clusters(content);
         painter.tools(content);
         painter.regions(content);
-        painter.ball(content);
         painter.ghost(content);
+        // Alone in its cells: what it lies on or in does not hide it.
+        painter.raster.layer();
+        painter.ball(content);
     });
     if let Some(heat) = content.heat.filter(|_| content.overlays.critic) {
         shade(heat, view, theme, buffer);
@@ -230,8 +232,7 @@ impl Painter<'_, '_, '_> {
         }
         let Some(ghost) = content.ghost else { return };
         self.way(&ghost.predicted, content.objects.task.ball.radius);
-        let free = ghost.placement == Placement::Placed;
-        let colour = if free { self.theme.good } else { self.theme.bad };
+        let colour = if ghost.refusal.is_none() { self.theme.good } else { self.theme.bad };
         self.tool(&content.objects.task.placeable.tool(ghost.action), colour, false);
     }
 }
@@ -445,8 +446,8 @@ mod tests {
 
     #[test]
     fn a_tool_in_hand_says_whether_it_fits() {
-        for (placement, colour) in [(Placement::Placed, theme().good), (Placement::Collision, theme().bad)] {
-            let ghost = Ghost { action: [0.6, 0.0], placement, predicted: vec![] };
+        for (refusal, colour) in [(None, theme().good), (Some("in the way".to_owned()), theme().bad)] {
+            let ghost = Ghost { action: [0.6, 0.0], refusal, predicted: vec![] };
             let (buffer, view) = drawn(|content| content.ghost = Some(&ghost));
             assert_eq!(colour_at(&buffer, view, [0.6 - 4.0 / 42.0 + 0.01, 0.0]), colour);
         }

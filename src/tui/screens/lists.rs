@@ -1,6 +1,7 @@
 //! What the Models, Figures and Log screens have in common: lines of which one is
 //! selected.
 
+use super::figures::Composer;
 use crate::tui::actions::{Action, Tab};
 
 /// The selected line of each screen; the Log counts from its end.
@@ -10,6 +11,8 @@ pub struct Lists {
     pub model: usize,
     /// Of the Figures screen.
     pub figure: usize,
+    /// The figure of learning curves as it is composed.
+    pub composer: Composer,
     /// Of the Log screen, 0 for the latest line.
     pub log: usize,
 }
@@ -35,6 +38,7 @@ pub fn select(action: Action, now: usize, last: usize) -> Option<usize> {
 pub fn select_row(lists: &mut Lists, tab: Tab, row: usize) {
     match tab {
         Tab::Models => lists.model = row,
+        Tab::Figures if lists.composer.is_open() => lists.composer.select(row),
         Tab::Figures => lists.figure = row,
         _ => {}
     }

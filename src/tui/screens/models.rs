@@ -3,20 +3,23 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Margin, Rect};
 use ratatui::style::Style;
-use ratatui::text::Text;
+use ratatui::text::{Line, Text};
 use ratatui::widgets::{Row, Widget};
 
 use super::lists::{Lists, select};
 use super::pane::{hint, lines, pane};
 use super::status::bar;
 use super::{HitRegions, Ui};
+use crate::dynamics::{Compared, Evaluation, OneTool};
 use crate::trainer::PriorSource;
 use crate::tui::actions::Action;
+use crate::tui::chart::{Curve, Kept, Plot, Range, Scale, draw as draw_chart};
 use crate::tui::effect::Effect;
 use crate::tui::layers::Prompt;
 use crate::tui::view::ModelSummary;
 use crate::tui::widgets::columns::{self, shortened};
 use crate::tui::widgets::list;
+use crate::tui::widgets::theme::Theme;
 use crate::workbench::command;
 
 /// Draws the screen.
@@ -41,6 +44,9 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
     let mut text = Text::default();
     if let Some(model) = view.models.get(lists.model) {
         text.extend(paragraph(&format!("{}: {}", model.name, model.about), Style::new()));
+        if let Some(evaluation) = &model.evaluation {
+            text.extend(errors(evaluation, below.width, theme));
+        }
     }
     if let Some((name, done)) = &view.model_work {
         let progress = match done {
@@ -52,13 +58,87 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
     match &view.model_outcome {
         Some(Ok(outcome)) => text.extend(paragraph(outcome, Style::new())),
         Some(Err(reason)) => text.extend(paragraph(reason, Style::new().fg(theme.bad))),
+        None if !view.model_losses.is_empty() => {}
         None => {
             let height = Constraint::Length(text.height() as u16);
             let [_, rest] = Layout::vertical([height, Constraint::Fill(1)]).areas(below);
             hint(&ui.text(EXPLANATION), rest, theme, buffer);
         }
     }
-    text.render(below, buffer);
+    let [above, rest] = Layout::vertical([Constraint::Length(text.height() as u16), Constraint::Fill(1)]).areas(below);
+    text.render(above, buffer);
+    losses(ui, Rect { height: rest.height.min(LOSSES), ..rest }, buffer);
+}
+
+/// Rows of the curve of losses, at most.
+const LOSSES: u16 = 14;
+
+/// Draws the losses of the model that is or was trained.
+fn losses(ui: &Ui, area: Rect, buffer: &mut Buffer) {
+    let losses = &ui.view.model_losses;
+    if losses.is_empty() || area.height < 4 {
+        return;
+    }
+    let epochs: Vec<u64> = (1..=losses.len() as u64).collect();
+    let curve = Curve {
+        name: String::new(),
+        colour: ui.theme.accent,
+        episodes: &epochs,
+        values: losses,
+        version: None,
+        band: None,
+        partial: 0,
+        points: &[],
+    };
+    let plot = Plot {
+        title: "loss by epoch, log",
+        curves: vec![curve],
+        x: Range::Whole.window(losses.len()),
+        y: None,
+        scale: Scale::Log,
+        smoothing: 1,
+        crosshair: None,
+        marks: Vec::new(),
+        empty: "",
+    };
+    draw_chart(&plot, &Kept::default(), area, ui.theme, buffer);
+}
+
+/// What was found when a model was measured: its errors by tool type, beside those of what learns nothing.
+fn errors(evaluation: &Evaluation, width: u16, theme: &Theme) -> Vec<Line<'static>> {
+    let heads = ["", "1 prediction", "1 action", "after contact", "constant velocity", "rapier"];
+    let row = |cells: [String; 6]| {
+        let padded = cells.iter().zip(heads).map(|(cell, head)| match head {
+            "" => format!("{cell:<18}"),
+            _ => format!("{cell:>0$}", head.len() + 2),
+        });
+        // What has no room is left out, from the right.
+        let mut line = String::new();
+        for cell in padded {
+            if columns::width(&line) + columns::width(&cell) > usize::from(width) {
+                break;
+            }
+            line += &cell;
+        }
+        line
+    };
+    let number = |value: f64| format!("{value:.4}");
+    let action = |of: &OneTool| of.rollout.last().map_or_else(String::new, |errors| number(errors.mean));
+    let rows = evaluation.launches.iter().map(|launches| {
+        let Compared { model, constant_velocity, rapier, .. } = &launches.errors;
+        row([
+            launches.tool.to_string(),
+            number(model.one_step.mean),
+            action(model),
+            number(model.action_contact.mean),
+            action(constant_velocity),
+            rapier.as_ref().map_or_else(String::new, action),
+        ])
+    });
+    let head = "mean error on fresh launches, normalised; constant velocity and rapier after one action".to_owned();
+    let faint = |text: String| Line::styled(text, theme.faint());
+    let head = lines(&head, width, theme.faint()).chain([faint(row(heads.map(str::to_owned)))]);
+    head.chain(rows.map(Line::from)).chain([Line::default()]).collect()
 }
 
 const EXPLANATION: &str = "{choose-model} chooses a model for the next clusters, {evaluate-model} measures it, {train-model} trains another one; models in the folder models/ are listed here.";
@@ -84,6 +164,7 @@ pub fn perform(lists: &mut Lists, ui: &Ui, action: Action) -> Vec<Effect> {
 
 fn evaluate(model: &ModelSummary) -> Effect {
     match model.name.as_str() {
+        "rapier" => Effect::info("its errors stand beside those of every model that is measured"),
         "true" | "uniform" => Effect::info("there is nothing to measure: it is no model"),
         "learned" => Effect::info("select the shipped model itself: this is the one of the task's tool set"),
         name => Effect::apply(command::ModelEvaluate(name.to_owned())),

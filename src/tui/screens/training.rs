@@ -226,10 +226,13 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
             let left = run.seconds_left().map(|seconds| format!("{} left", span(seconds)));
             let (name, state) = (run.name.clone(), run.state_word().to_owned());
             let done = format!("{}/{}", run.done, run.episodes);
-            let parts = ["training".to_owned(), name, state, done, left.unwrap_or_default(), speed.unwrap_or_default()];
+            let group = ui.view.groups.of(&run.path).filter(|group| group.is_many());
+            let seeds = group.map_or_else(String::new, |group| group.progress(ui.view));
+            let parts =
+                ["training".to_owned(), name, state, done, seeds, left.unwrap_or_default(), speed.unwrap_or_default()];
             fitting(&parts, usize::from(area.width).saturating_sub(4))
         }
-        [Shown::Group(group, _)] => format!("training · {}", group.title()),
+        [Shown::Group(group, _)] => format!("training · {} · {}", group.title(), group.progress(ui.view)),
         shown => {
             let groups = shown.iter().filter(|shown| matches!(shown, Shown::Group(..))).count();
             let count = |count: usize, word: &str| if count > 0 { format!("{count} {word}") } else { String::new() };

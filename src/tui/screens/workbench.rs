@@ -11,7 +11,6 @@ use ratatui::widgets::{Clear, Row, Widget};
 use super::pane::{WIDE, hint, lines, pane};
 use super::scene::{self, Scene};
 use super::{HitRegions, Region as Place, Screens, Ui, status, training};
-use crate::env::Placement;
 use crate::run::Metric;
 use crate::task::{Region, Task};
 use crate::tui::scene::{Content, Object, Objects, Overlays, draw as draw_scene};
@@ -148,17 +147,12 @@ fn caption(ui: &Ui, scene: &Scene, moment: &Moment, area: Rect, buffer: &mut Buf
     if let Some((_, [x, y])) = scene.dragged() {
         text = format!(" {x:.2} {y:.2} ");
     } else if let Some(hand) = &scene.hand {
-        let placement = match hand.ghost.as_ref().map(|ghost| ghost.placement) {
-            Some(Placement::Overlap) => "too near a tool placed before",
-            Some(Placement::Collision) => "it would touch something",
-            Some(Placement::Invalid) => "outside of the scene",
-            Some(Placement::Placed | Placement::NoOp) => "free",
-            None => "",
-        };
-        if !["", "free"].contains(&placement) {
+        let refusal = hand.ghost.as_ref().and_then(|ghost| ghost.refusal.as_deref());
+        if refusal.is_some() {
             style = Style::new().fg(ui.theme.bad);
         }
-        text = format!(" {:.2} {:.2} {placement} ", hand.cursor[0], hand.cursor[1]);
+        let [x, y] = hand.cursor;
+        text = format!(" {x:.2} {y:.2} {} ", refusal.unwrap_or(if hand.ghost.is_some() { "free" } else { "" }));
         if let Some(end) = ui.view.hand.end() {
             text = format!(" the episode is over: {end} ");
         }

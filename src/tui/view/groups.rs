@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::{Curves, RunSummary};
+use super::{Curves, RunSummary, ViewModel};
 use crate::evidence::{FINAL, Groups, LearningRow, distinguish};
-use crate::run::Metric;
+use crate::run::{Metric, RunState};
 use crate::stats::aggregate::trimmed_mean;
 use crate::stats::bootstrap::quantile;
 use crate::stats::{Bootstrap, Estimate};
@@ -44,6 +44,12 @@ impl RunGroup {
     /// Whether there is anything to fold.
     pub fn is_many(&self) -> bool {
         self.runs.len() > 1
+    }
+
+    /// How many of its runs are finished.
+    pub fn progress(&self, view: &ViewModel) -> String {
+        let is_finished = |path: &&PathBuf| view.run(path).is_some_and(|run| run.state == RunState::Finished);
+        format!("{} of {} seeds finished", self.runs.iter().filter(is_finished).count(), self.runs.len())
     }
 
     /// Its label and how many runs it has.

@@ -13,8 +13,10 @@ mod rate;
 mod run_index;
 mod subject;
 mod system;
+mod task_model;
 mod workspace;
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -24,11 +26,13 @@ pub use groups::{GroupCurves, Grouping, RunGroup};
 pub use marks::{Mark, marks};
 pub use past::PastAgent;
 pub use rate::span;
-pub use subject::{AgentView, Beside, Choice, Subject, TaskModel};
+pub use subject::{AgentView, Beside, Choice, Subject};
 pub use system::System;
+pub use task_model::TaskModel;
 pub use workspace::{SessionWorkspace, Workspace};
 
 use crate::agent::Ddpg;
+use crate::dynamics::Evaluation;
 use crate::env::{EndReason, Snapshot};
 use crate::guidance::ActionPrior;
 use crate::run::{Metric, RunState};
@@ -78,6 +82,8 @@ pub struct ViewModel {
     pub hand: HandEpisode,
     /// What is being done about a dynamics model, and how much of it is done.
     pub model_work: Option<(String, Option<f32>)>,
+    /// Losses of the model that is or was trained last, one an epoch.
+    pub model_losses: Arc<Vec<f32>>,
     /// The result of the latest work on a dynamics model.
     pub model_outcome: Option<Result<String, String>>,
     /// Figures written in this session.
@@ -141,6 +147,8 @@ pub struct ModelSummary {
     pub name: String,
     /// What it is, in a few words.
     pub about: String,
+    /// What was found when it was measured.
+    pub evaluation: Option<Arc<Evaluation>>,
 }
 
 /// A run and its curves.
@@ -242,11 +250,17 @@ impl ViewModel {
         self.active_runs().filter(|run| run.queued || run.state != RunState::Paused)
     }
 
-    /// How it stands with what is trained here, in a few words each: runs, speed, time left of all of them; none
-    /// if nothing is.
+    /// How it stands with what is trained here, in a few words each: runs, the groups they belong to where that
+    /// says more, speed, time left of all of them; none if nothing is.
     pub fn queue(&self) -> Vec<String> {
         let (mut training, mut queued, mut left, mut rate) = (0, 0, 0, 0.0);
+        // A run that is not grouped yet counts alone.
+        let (mut groups, mut single) = (HashSet::new(), 0);
         for run in self.training_runs() {
+            match self.groups.of(&run.path).filter(|group| group.is_many()) {
+                Some(group) => _ = groups.insert(std::ptr::from_ref(group)),
+                None => single += 1,
+            }
             *(if run.queued { &mut queued } else { &mut training }) += 1;
             left += run.episodes.saturating_sub(run.done);
             rate += run.rate.filter(|_| !run.queued).unwrap_or(0.0);
@@ -254,7 +268,12 @@ impl ViewModel {
         let count = |count: usize, word: &str| Some(format!("{count} {word}")).filter(|_| count > 0);
         let speed = Some(format!("{rate:.1} episodes/s")).filter(|_| rate > 0.0);
         let time = Some(format!("{} left", span(left as f64 / rate))).filter(|_| rate > 0.0);
-        [count(training, "training"), count(queued, "queued"), speed, time].into_iter().flatten().collect()
+        let of_groups = match groups.len() + single {
+            1 => "in 1 group".to_owned(),
+            several => format!("in {several} groups"),
+        };
+        let of_groups = Some(of_groups).filter(|_| !groups.is_empty());
+        [count(training, "training"), count(queued, "queued"), of_groups, speed, time].into_iter().flatten().collect()
     }
 
     /// Runs this program is training or going to train.

@@ -2,14 +2,13 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::SystemTime;
 
 use super::ModelSummary;
 use crate::dynamics::{Model, shipped_models};
 use crate::task::Task;
-
-/// Where models that were trained here are looked for.
-const FOLDER: &str = "models";
+use crate::workbench::{MODELS, kept_evaluation};
 
 /// The models in the folder as far as they were read: when the file was changed, and the model or
 /// why it cannot be read.
@@ -23,20 +22,23 @@ impl Models {
     pub fn summaries(&mut self, task: &Task) -> Vec<ModelSummary> {
         let mut models = vec![
             summary("learned", "the shipped dynamics model of the task's tool set"),
+            summary("rapier", "rapier's own solver: an approximation that learns nothing"),
             summary("true", "the environment's own physics: the upper bound of guidance"),
             summary("uniform", "no model: uniform random actions in place of clusters"),
         ];
         let shipped = shipped_models().iter();
-        models.extend(shipped.map(|(name, model)| summary(name, &about(model, task, || "shipped".to_owned()))));
-        self.read(Path::new(FOLDER));
+        models.extend(shipped.map(|(name, model)| measured(name, model, &about(model, task, || "shipped".to_owned()))));
+        self.read(Path::new(MODELS));
         let mut files: Vec<_> = self.files.iter().collect();
         files.sort_by_key(|(path, _)| *path);
         models.extend(files.into_iter().map(|(path, (_, model))| {
-            let about = match model {
-                Ok(model) => about(model, task, || format!("trained by you: {}", model.name())),
-                Err(error) => error.clone(),
-            };
-            summary(&path.display().to_string(), &about)
+            let name = path.display().to_string();
+            match model {
+                Ok(model) => {
+                    measured(&name, model, &about(model, task, || format!("trained by you: {}", model.name())))
+                }
+                Err(error) => summary(&name, error),
+            }
         }));
         models
     }
@@ -63,7 +65,12 @@ fn about(model: &Model, task: &Task, fitting: impl FnOnce() -> String) -> String
 }
 
 fn summary(name: &str, about: &str) -> ModelSummary {
-    ModelSummary { name: name.to_owned(), about: about.to_owned() }
+    ModelSummary { name: name.to_owned(), about: about.to_owned(), evaluation: None }
+}
+
+/// A model with what was found when it was measured.
+fn measured(name: &str, model: &Model, about: &str) -> ModelSummary {
+    ModelSummary { evaluation: kept_evaluation(name, model).map(Arc::new), ..summary(name, about) }
 }
 
 #[cfg(test)]

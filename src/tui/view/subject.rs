@@ -6,13 +6,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::playback::{Episode, Origin};
-use super::{PastAgent, RunSummary, ViewModel, Watched};
+use super::{PastAgent, RunSummary, TaskModel, ViewModel, Watched};
 use crate::agent::Ddpg;
-use crate::env::{Action, Environment, Placement, Snapshot};
-use crate::guidance::{ActionPrior, RolloutModel};
+use crate::env::{Action, Environment, Snapshot};
+use crate::guidance::ActionPrior;
 use crate::run::Metric;
 use crate::task::Task;
-use crate::trainer::{PriorSource, rollout_model};
 use crate::tui::scene::{Ghost, Heat};
 use crate::workbench::{PriorState, SavedAgent};
 
@@ -44,32 +43,6 @@ pub struct Clusters {
     pub stale: bool,
     /// They are those of the run.
     pub of_run: bool,
-}
-
-/// A model together with the task it was found to fit: it predicts nothing else.
-#[derive(Debug, Clone)]
-pub struct TaskModel {
-    task: Arc<Task>,
-    model: Arc<dyn RolloutModel>,
-}
-
-impl TaskModel {
-    /// The model of a source for a task.
-    ///
-    /// # Errors
-    /// When the source predicts nothing, cannot be loaded or does not fit the task.
-    pub fn new(source: &PriorSource, task: &Arc<Task>) -> Result<Self, String> {
-        let model = rollout_model(source, task).map_err(|error| error.to_string())?;
-        let (model, _) = model.ok_or("`uniform` predicts nothing: choose another model")?;
-        Ok(Self { task: task.clone(), model })
-    }
-
-    /// Predicted normalised positions of the ball when `actions` are taken from a state.
-    fn path(&self, start: &Snapshot, actions: Vec<Action>) -> Vec<[f32; 2]> {
-        // A model that cannot predict the state shows no path.
-        let rollouts = self.model.rollouts(&self.task, &[start], &[actions]).unwrap_or_default();
-        rollouts.into_iter().next().map_or_else(Vec::new, |rollout| rollout.path)
-    }
 }
 
 /// What an agent thinks of a situation.
@@ -306,10 +279,10 @@ impl Subject {
     /// episode is played by hand.
     pub fn ghost(&self, action: Action) -> Option<Ghost> {
         let snapshot = self.hand.as_ref()?;
-        let placement = snapshot.check_placement(&self.task, action);
-        let mut ghost = Ghost { action, placement, predicted: Vec::new() };
+        let refusal = snapshot.refusal(&self.task, action);
+        let mut ghost = Ghost { action, refusal, predicted: Vec::new() };
         if snapshot.end().is_none()
-            && placement == Placement::Placed
+            && ghost.refusal.is_none()
             && let Some(Ok(model)) = &self.model
         {
             // After the placement the tool in hand would only overlap itself: the ball goes its way.
@@ -401,7 +374,7 @@ mod tests {
 
     use super::*;
     use crate::agent::DdpgConfig;
-    use crate::trainer::Trace;
+    use crate::trainer::{PriorSource, Trace};
     use crate::tui::testing::{empty, run_summary, typical};
     use crate::tui::view::Live;
 

@@ -15,6 +15,7 @@ use super::rate::Rate;
 use super::run_index::RunIndex;
 use super::system::{Meter, System};
 use super::{Curves, HandEpisode, Level, Live, LogLine, RunSummary, TaskModel, ViewModel, Watched, marks};
+use crate::evidence::Composition;
 use crate::run::{Event, RunState};
 use crate::task::Task;
 use crate::trainer::{Phase, PriorSource};
@@ -57,7 +58,7 @@ pub trait Workspace {
     ///
     /// # Errors
     /// Why there is none, in one line.
-    fn figure(&self, kind: FigureKind) -> Result<Drawing, String>;
+    fn figure(&self, kind: FigureKind, composition: &Composition) -> Result<Drawing, String>;
     /// Looks for what is new in the folder of runs, in the background.
     fn look_for_runs(&mut self);
     /// Adds a line to the log.
@@ -115,6 +116,7 @@ impl SessionWorkspace {
             watched: None,
             hand: hand_episode(&session, &task, None),
             model_work: None,
+            model_losses: Arc::default(),
             model_outcome: None,
             figures: Vec::new(),
             system: System::default(),
@@ -165,7 +167,16 @@ impl SessionWorkspace {
         if actions == 0 || view.hand.trace.steps.len() != actions || *view.hand.task != **hand.task() {
             view.hand = hand_episode(session, &view.task, Some(&view.hand));
         }
-        view.model_work = session.model_work().map(|(name, progress)| (name, progress.share()));
+        let work = session.model_work().map(|(name, progress)| (name, progress.share()));
+        let name = |work: &Option<(String, _)>| work.as_ref().map(|(name, _)| name.clone());
+        if work.is_some() && name(&work) != name(&view.model_work) {
+            view.model_losses = Arc::default();
+        }
+        let losses = session.model_losses(view.model_losses.len());
+        if !losses.is_empty() {
+            Arc::make_mut(&mut view.model_losses).extend(losses);
+        }
+        view.model_work = work;
         // Whoever holds a summary too would have its curves copied.
         let greedy = self.view.watched.take().and_then(|watched| watched.greedy);
         self.refresh_runs();
@@ -414,9 +425,9 @@ impl Workspace for SessionWorkspace {
         }
     }
 
-    fn figure(&self, kind: FigureKind) -> Result<Drawing, String> {
-        let figure = self.session.figure(kind).map_err(|error| error.to_string())?;
-        figure.ok_or_else(|| "An animation: the Scene screen plays it.".to_owned())
+    fn figure(&self, kind: FigureKind, composition: &Composition) -> Result<Drawing, String> {
+        let figure = self.session.figure(kind, composition).map_err(|error| error.to_string())?;
+        Ok(Box::new(move || figure(&mut |_, _| ()).map(|drawn| drawn.figure)))
     }
 
     fn look_for_runs(&mut self) {

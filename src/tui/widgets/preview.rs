@@ -19,14 +19,16 @@ use crate::tui::terminal::{Graphics, Protocol};
 use crate::tui::widgets::theme::{Depth, Marker, Theme};
 use crate::workbench::Job;
 
-/// A figure that may change hands.
-pub type Drawing = Box<dyn Figure + Send>;
+/// A figure that is yet to be drawn, on another thread.
+pub type Drawing = Box<dyn FnOnce() -> Result<Box<dyn Figure + Send>, String> + Send>;
 
 /// Which picture is wanted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wanted {
     /// The kind of figure.
     pub kind: &'static str,
+    /// What is said of it.
+    pub options: Vec<(&'static str, String)>,
     /// Another number for other contents.
     pub stamp: u64,
     /// Columns and rows there are.
@@ -43,10 +45,14 @@ pub struct Preview {
     shown: Option<(Wanted, Result<Encoded, String>)>,
     job: Option<(Wanted, Job<Encoded>)>,
     begun: Option<Instant>,
+    /// How long the latest picture took.
+    took: Duration,
 }
 
-/// Time between two pictures of a figure whose contents change.
+/// Time between two pictures of a figure whose contents change, at least.
 const PAUSE: Duration = Duration::from_secs(2);
+/// The same as a multiple of the time that a picture takes: it must not keep trainings from their work.
+const PAUSES: u32 = 40;
 /// Pixels a cell of half blocks, before they are averaged.
 const FINE: [u16; 2] = [6, 12];
 
@@ -66,9 +72,9 @@ impl Preview {
     pub fn update(&mut self, wanted: &Wanted, figure: impl FnOnce() -> Result<Drawing, String>) -> bool {
         let news = self.collect();
         let known = self.shown.as_ref().map(|(wanted, _)| wanted).into_iter().chain(self.job.as_ref().map(|(w, _)| w));
-        let mut same_kind =
-            known.filter(|known| (known.kind, known.room, known.grey) == (wanted.kind, wanted.room, wanted.grey));
-        let recently = self.begun.is_some_and(|begun| begun.elapsed() < PAUSE);
+        let what = |wanted: &Wanted| (wanted.kind, wanted.options.clone(), wanted.room, wanted.grey);
+        let mut same_kind = known.filter(|known| what(known) == what(wanted));
+        let recently = self.begun.is_some_and(|begun| begun.elapsed() < PAUSE.max(self.took * PAUSES));
         if same_kind.any(|known| known == wanted || recently) {
             return news;
         }
@@ -76,7 +82,7 @@ impl Preview {
         match figure() {
             Ok(figure) => {
                 let (graphics, room, grey) = (self.graphics, wanted.room, wanted.grey);
-                match Job::spawn(move |_| picture(&*figure, graphics, room, grey)) {
+                match Job::spawn(move |_| picture(&*figure()?, graphics, room, grey)) {
                     Ok(job) => self.job = Some((wanted.clone(), job)),
                     Err(error) => self.shown = Some((wanted.clone(), Err(error.to_string()))),
                 }
@@ -93,6 +99,7 @@ impl Preview {
     fn collect(&mut self) -> bool {
         let Some((wanted, job)) = self.job.take_if(|(_, job)| job.is_finished()) else { return false };
         self.shown = Some((wanted, job.result()));
+        self.took = self.begun.map_or(Duration::ZERO, |begun| begun.elapsed());
         true
     }
 
@@ -196,12 +203,12 @@ mod tests {
     use crate::tui::widgets::theme::Palette;
 
     fn figure() -> Result<Drawing, String> {
-        Ok(Box::new(TaskGrid { tasks: vec![crate::task::load("task1").unwrap()] }))
+        Ok(Box::new(|| Ok(Box::new(TaskGrid { tasks: vec![crate::task::load("task1").unwrap()] }))))
     }
 
     fn shown(protocol: Protocol) -> Preview {
         let mut preview = Preview { graphics: Graphics { protocol, cell: [8, 16] }, ..Preview::default() };
-        let wanted = Wanted { kind: "scene", stamp: 0, room: [40, 20], grey: false };
+        let wanted = Wanted { kind: "scene", options: Vec::new(), stamp: 0, room: [40, 20], grey: false };
         assert!(!preview.update(&wanted, figure));
         while !preview.update(&wanted, || panic!("it is being drawn already")) {
             std::thread::yield_now();
@@ -244,7 +251,7 @@ mod tests {
     #[test]
     fn why_there_is_no_picture_is_said() {
         let mut preview = Preview::default();
-        let wanted = Wanted { kind: "clusters", stamp: 0, room: [40, 20], grey: false };
+        let wanted = Wanted { kind: "clusters", options: Vec::new(), stamp: 0, room: [40, 20], grey: false };
         assert!(preview.update(&wanted, || Err("no clusters".into())));
         let mut buffer = Buffer::empty(Rect::new(0, 0, 40, 20));
         let shown = preview.draw("clusters", false, buffer.area, &theme(Depth::True), &mut buffer);

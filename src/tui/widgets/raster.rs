@@ -40,6 +40,11 @@ impl Raster<'_, '_> {
         (x.is_finite() && y.is_finite()).then(|| (x, f64::from(self.size[1]) - y))
     }
 
+    /// What is painted from now on has its cells for itself: dots before are gone from them.
+    pub fn layer(&mut self) {
+        self.context.layer();
+    }
+
     /// Sets the dots that contain these points; outside of the area nothing happens.
     pub fn points(&mut self, points: impl IntoIterator<Item = Dot>, colour: Color) {
         let coords: Vec<(f64, f64)> = points.into_iter().filter_map(|point| self.place(point)).collect();

@@ -18,7 +18,7 @@ const OWN: [Color; 2] = [Color::Rgb(0xc8, 0xcc, 0xd8), Color::Rgb(0x16, 0x18, 0x
 /// The screen as SVG; `head` is put behind the opening tag.
 pub fn svg(screen: &Buffer, head: &str) -> String {
     let size = [f64::from(screen.area.width) * CELL[0], f64::from(screen.area.height) * CELL[1]];
-    figures::svg(size, head, |canvas| {
+    figures::svg(size, 1.0, head, |canvas| {
         canvas.fill(&canvas.page().corners(), colour(OWN[1], OWN[1]));
         for y in 0..screen.area.height {
             let row: Vec<&Cell> =

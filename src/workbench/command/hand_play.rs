@@ -13,9 +13,11 @@ impl Execute for Place {
     syntax! { "place" "X Y" "place the tool and let the world run for one action" => Place { 0: Position }; }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
+        let refusal = session.hand_play.snapshot().refusal(session.hand_play.task(), self.0);
         let step = session.hand_play.place(self.0)?;
         let end = step.end.map(|end| format!("; the episode is over: {end}")).unwrap_or_default();
-        Ok(format!("{:?}, reward {:.2}{end}", step.placement, step.reward).to_lowercase())
+        let placed = refusal.map_or_else(|| "placed".to_owned(), |reason| format!("not placed: {reason}"));
+        Ok(format!("{placed}; reward {:.2}{end}", step.reward))
     }
 }
 

@@ -365,7 +365,7 @@ mod tests {
             ("seed x", "`x` is not a seed"),
             ("epsilon 2", "not within 0 and 1"),
             ("figure pie a.png", "`pie` is not one of scene, clusters"),
-            ("fork 5 gamma", "`gamma` is not KEY=VALUE; usage: fork EPISODE [KEY=VALUE]... [until N]"),
+            ("fork 5 gamma", "`gamma` is not KEY=VALUE; usage: fork EPISODE [KEY=VALUE]... [in FOLDER] [until N]"),
             ("undo now", "`now` was not expected"),
             ("task 'a", "a quote is not closed"),
         ] {

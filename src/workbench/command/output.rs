@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::words::{Maybe, Number, OneOf, Place, Word};
+use super::words::{BeforeOptions, Composed, Number, OneOf, Place, Word};
 use super::{Awaits, Execute, InScripts, Recording, Verb, syntax};
+use crate::evidence::Composition;
 use crate::workbench::dry_run::{DryRun, check_figure};
 use crate::workbench::{Session, SessionError, write_file};
 
@@ -16,15 +17,18 @@ pub struct Figure {
     pub path: PathBuf,
     /// Its resolution, if not the usual one.
     pub dpi: Option<u32>,
+    /// What the figure of learning curves shows, and how.
+    pub composition: Composition,
 }
 
 impl Execute for Figure {
     syntax! {
-        "figure" "KIND FILE [DPI]" "export a figure: scene, clusters, learning, dashboard or episode"
+        "figure" "KIND FILE [DPI] [KEY=VALUE]..." "export a figure: scene, clusters, learning, dashboard or episode"
             => Figure {
                 kind: OneOf("a kind", &FigureKind::ALL, FigureKind::name),
                 path: Place("a file"),
-                dpi: Maybe(Number("resolution")),
+                dpi: BeforeOptions(Number("resolution")),
+                composition: Composed,
             };
     }
 
@@ -33,12 +37,19 @@ impl Execute for Figure {
     }
 
     fn check(&self, _dry_run: &mut DryRun) -> Result<(), SessionError> {
-        check_figure(self.kind, &self.path)
+        check_figure(self)
     }
 
     fn in_scripts(&self) -> InScripts {
         let acts_on_run = matches!(self.kind, FigureKind::Dashboard | FigureKind::Episode);
         InScripts { recording: Recording::AtEpisode, acts_on_run, awaits: Awaits::Result, ..InScripts::default() }
+    }
+}
+
+impl Figure {
+    /// A figure as it usually is.
+    pub fn usual(kind: FigureKind, path: PathBuf) -> Self {
+        Self { kind, path, dpi: None, composition: Composition::default() }
     }
 }
 
@@ -49,7 +60,7 @@ pub enum FigureKind {
     Scene,
     /// The action clusters over the scene.
     Clusters,
-    /// Rolling success of the session's runs.
+    /// Success of the runs in the folder, or of those that are named, as in reports.
     Learning,
     /// Everything logged of the current run.
     Dashboard,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::words::{BeforeUntil, Changes, Index, List, Maybe, Number, Or, Place, Seeds, Text, Until, Word};
+use super::words::{BeforeUntil, Changes, InFolder, Index, List, Maybe, Number, Or, Place, Seeds, Text, Until, Word};
 use super::{Awaits, Execute, InScripts, Recording, Verb, syntax};
 use crate::run::{Notes, RunDirectory};
 use crate::trainer::Control;
@@ -159,14 +159,16 @@ pub struct Fork {
     pub episode: u32,
     /// Settings to change, and their values.
     pub changes: Vec<(String, String)>,
+    /// The new run's folder; without one, a new one in the folder for runs.
+    pub folder: Option<PathBuf>,
     /// Pause after so many episodes.
     pub until: Option<u32>,
 }
 
 impl Execute for Fork {
     syntax! {
-        "fork" "EPISODE [KEY=VALUE]... [until N]" "train a new run from an episode of the watched one, with other settings"
-            => Fork { episode: Number("number of episodes"), changes: Changes, until: Until };
+        "fork" "EPISODE [KEY=VALUE]... [in FOLDER] [until N]" "train a new run from an episode of the watched one, with other settings"
+            => Fork { episode: Number("number of episodes"), changes: Changes, folder: InFolder, until: Until };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {

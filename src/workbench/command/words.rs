@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use crate::evidence::Composition;
 use crate::spelling::did_you_mean;
 
 /// The words after a verb, taken one by one.
@@ -188,6 +189,41 @@ impl<T, W: Word<T>> Word<Option<T>> for Maybe<W> {
     }
 }
 
+/// Before options as KEY=VALUE: a word that may be left out.
+pub(super) struct BeforeOptions<W>(pub W);
+
+impl<T, W: Word<T>> Word<Option<T>> for BeforeOptions<W> {
+    fn read(&self, words: &mut Words<'_>) -> Result<Option<T>, String> {
+        words.peek().filter(|word| !word.contains('=')).map(|_| self.0.read(words)).transpose()
+    }
+
+    fn write(&self, value: &Option<T>) -> String {
+        value.as_ref().map(|value| self.0.write(value)).unwrap_or_default()
+    }
+}
+
+/// What a figure of learning curves shows, as KEY=VALUE.
+pub(super) struct Composed;
+
+impl Word<Composition> for Composed {
+    fn read(&self, words: &mut Words<'_>) -> Result<Composition, String> {
+        let mut composition = Composition::default();
+        while words.peek().is_some() {
+            let (key, value) = key_value(words.next("KEY=VALUE")?)?;
+            composition.set(key, value)?;
+        }
+        Ok(composition)
+    }
+
+    fn write(&self, value: &Composition) -> String {
+        value.options().iter().map(|(key, value)| format!(" {key}={}", shell_words::quote(value))).collect()
+    }
+}
+
+fn key_value(word: &str) -> Result<(&str, &str), String> {
+    word.split_once('=').ok_or_else(|| format!("`{word}` is not KEY=VALUE"))
+}
+
 /// A word that has a value if it is left out.
 pub(super) struct Or<W, T>(pub W, pub T);
 
@@ -233,15 +269,31 @@ impl Word<Option<u32>> for Seeds {
     }
 }
 
-/// Settings as `KEY=VALUE`, up to [`Until`].
+/// `in FOLDER`, if that follows.
+pub(super) struct InFolder;
+
+impl Word<Option<PathBuf>> for InFolder {
+    fn read(&self, words: &mut Words<'_>) -> Result<Option<PathBuf>, String> {
+        if words.peek() != Some("in") {
+            return Ok(None);
+        }
+        words.next("`in`")?;
+        Place("a folder").read(words).map(Some)
+    }
+
+    fn write(&self, value: &Option<PathBuf>) -> String {
+        value.as_ref().map(|folder| format!(" in{}", Place("a folder").write(folder))).unwrap_or_default()
+    }
+}
+
+/// Settings as `KEY=VALUE`, up to [`InFolder`] and [`Until`].
 pub(super) struct Changes;
 
 impl Word<Vec<(String, String)>> for Changes {
     fn read(&self, words: &mut Words<'_>) -> Result<Vec<(String, String)>, String> {
         let mut changes = Vec::new();
-        while words.peek().is_some_and(|word| word != "until") {
-            let word = words.next("KEY=VALUE")?;
-            let (key, value) = word.split_once('=').ok_or_else(|| format!("`{word}` is not KEY=VALUE"))?;
+        while words.peek().is_some_and(|word| !["in", "until"].contains(&word)) {
+            let (key, value) = key_value(words.next("KEY=VALUE")?)?;
             changes.push((key.to_owned(), value.to_owned()));
         }
         Ok(changes)

@@ -2,9 +2,10 @@
 //! `MGE_UPDATE_GOLDEN=1 cargo test tui` writes them anew; look at the difference.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
-use super::{app, empty, failed, forked, grouped, press, shot, text, typical};
+use super::{app, empty, evaluation, failed, forked, grouped, press, shot, text, typical};
 use crate::tui::actions::{Action, Tab};
 use crate::tui::view::ViewModel;
 
@@ -63,11 +64,12 @@ fn failed_screens_say_why() {
 #[test]
 fn screens_of_groups() {
     check("grouped", |width, height| {
-        let shots = ["4", "4 tab", "4 v", "4 left left", "5", "5 tab", "5 tab down"].map(|keys| {
-            let (mut app, _) = app(grouped());
-            press(&mut app, keys);
-            format!("=== {keys}\n{}", text(&shot(&mut app, width, height)))
-        });
+        let shots =
+            ["4", "4 tab", "4 v", "4 left left", "4 t", "5", "5 tab", "5 tab down", "7 tab end space"].map(|keys| {
+                let (mut app, _) = app(grouped());
+                press(&mut app, keys);
+                format!("=== {keys}\n{}", text(&shot(&mut app, width, height)))
+            });
         shots.concat()
     });
 }
@@ -82,6 +84,19 @@ fn screens_of_forks_and_of_two_runs_side_by_side() {
             format!("=== {keys}\n{}", text(&shot(&mut app, width, height)))
         });
         shots.concat()
+    });
+}
+
+#[test]
+fn screens_of_models_that_are_trained_and_measured() {
+    check("models", |width, height| {
+        let mut view = typical();
+        view.models[0].evaluation = Some(Arc::new(evaluation()));
+        view.model_work = Some(("training models/mine.safetensors".into(), Some(0.4)));
+        view.model_losses = Arc::new((1..2000).map(|epoch| (epoch as f32).powf(-0.7)).collect());
+        let (mut app, _) = app(view);
+        press(&mut app, "6");
+        text(&shot(&mut app, width, height))
     });
 }
 

@@ -45,7 +45,12 @@ fn the_queue_is_counted_in_its_group_and_in_the_edge_of_the_list() {
     let screen = text(&shot(&mut app, 200, 60));
     assert!(screen.contains("1 run, 2 q"), "{screen}");
     // 1500, 1600 and 1700 episodes are left.
-    assert!(screen.contains("1 training · 2 queued · 10.0 episodes/s · 8:00 left · cpu 100 % · 50 MB"), "{screen}");
+    assert!(
+        screen.contains("1 training · 2 queued · in 1 group · 10.0 episodes/s · 8:00 left · cpu 100 % · 50 MB"),
+        "{screen}"
+    );
+    press(&mut app, "4");
+    assert!(text(&shot(&mut app, 200, 60)).contains("3 of 3 seeds finished"));
     let (mut idle, _) = super::app(grouped());
     press(&mut idle, "5");
     assert!(!text(&shot(&mut idle, 200, 60)).contains("training ·"), "nothing is trained");

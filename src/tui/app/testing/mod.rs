@@ -1,6 +1,7 @@
 //! A workspace without a session, sessions' states as view, and the tests of whole screens.
 
 mod compared;
+mod composer;
 mod details;
 mod golden;
 mod lists;
@@ -24,8 +25,11 @@ use ratatui::buffer::Buffer;
 
 use super::App;
 use crate::agent::DdpgConfig;
+use crate::dynamics::{Compared, Errors, Evaluation, EvaluationConfig, Hits, LaunchErrors, OneTool};
+use crate::evidence::Composition;
 use crate::figures::TaskGrid;
 use crate::guidance::{ActionPrior, Cluster, GuidanceConfig, StagePrior};
+use crate::physics::ToolKind;
 use crate::run::{Event, Metric, RunState};
 use crate::task::{Region, Task};
 use crate::trainer::{Fork, PriorSource, RunConfig, Trace};
@@ -87,9 +91,12 @@ impl Workspace for RecordingWorkspace {
 
     fn want_agent(&mut self, _: u64) {}
 
-    fn figure(&self, kind: FigureKind) -> Result<Drawing, String> {
+    fn figure(&self, kind: FigureKind, _: &Composition) -> Result<Drawing, String> {
         match kind {
-            FigureKind::Scene => Ok(Box::new(TaskGrid { tasks: vec![Task::clone(&self.view.task)] })),
+            FigureKind::Scene => {
+                let task = Task::clone(&self.view.task);
+                Ok(Box::new(|| Ok(Box::new(TaskGrid { tasks: vec![task] }))))
+            }
             _ => Err(format!("there is nothing for the {} figure in tests", kind.name())),
         }
     }
@@ -106,7 +113,7 @@ pub fn empty() -> ViewModel {
     let task = Arc::new(crate::task::load("task1").unwrap());
     let play = HandPlay::new(task.clone(), 0);
     let hand = HandEpisode { task: task.clone(), trace: Arc::default(), snapshot: Arc::new(play.snapshot().clone()) };
-    let model = |name: &str, about: &str| ModelSummary { name: name.into(), about: about.into() };
+    let model = |name: &str, about: &str| ModelSummary { name: name.into(), about: about.into(), evaluation: None };
     ViewModel {
         task,
         file: None,
@@ -131,6 +138,7 @@ pub fn empty() -> ViewModel {
         watched: None,
         hand,
         model_work: None,
+        model_losses: Arc::default(),
         model_outcome: None,
         figures: Vec::new(),
         system: System::default(),
@@ -234,6 +242,34 @@ pub fn run_summary(name: &str) -> RunSummary {
 /// A line of the log.
 fn at_noon(level: Level, text: &str) -> LogLine {
     LogLine { time: jiff::civil::time(12, 0, 0, 0), level, text: text.to_owned() }
+}
+
+/// What was found of a model of two tools.
+fn evaluation() -> Evaluation {
+    let errors = |mean: f64| Errors { count: 300, mean, median: mean };
+    let of = |mean: f64| OneTool {
+        one_step: errors(mean),
+        one_step_contact: errors(mean),
+        rollout: vec![errors(mean), errors(3.0 * mean)],
+        action_contact: errors(5.0 * mean),
+        hits: Hits::default(),
+    };
+    let launches = |tool: ToolKind, mean: f64| LaunchErrors {
+        tool,
+        errors: Compared {
+            model: of(mean),
+            constant_velocity: of(4.0 * mean),
+            nearest_sample: of(2.0 * mean),
+            rapier: Some(of(0.5 * mean)),
+        },
+    };
+    Evaluation {
+        model: "bucket-box".into(),
+        data_hash: String::new(),
+        config: EvaluationConfig::default(),
+        launches: vec![launches(ToolKind::Bucket, 0.0021), launches(ToolKind::Box, 0.0043)],
+        scenes: Vec::new(),
+    }
 }
 
 /// Clusters of both stages of the task.

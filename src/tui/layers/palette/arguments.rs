@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::evidence::OPTIONS;
 use crate::spelling::LONGEST;
 use crate::task;
 use crate::trainer::{Method, RunConfig, config_keys, settings};
@@ -71,6 +72,7 @@ impl Arguments {
                 std::iter::once(edited).chain(self.settings.iter().filter(own).map(key)).collect()
             }
             ("figure", []) => FigureKind::ALL.map(|kind| value(kind.name(), "")).into(),
+            ("figure", ["learning", _, ..]) => OPTIONS.map(|(name, about)| value(format!("{name}="), about)).into(),
             ("epsilon", []) => schedules(),
             _ => Vec::new(),
         };

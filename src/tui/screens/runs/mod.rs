@@ -376,7 +376,7 @@ fn act_on_all(runs: &[&RunSummary], ui: &Ui, action: Action) -> Vec<Effect> {
         Action::Export => {
             let dashboard = |run: &&RunSummary| {
                 let path = format!("figures/{}-{}.png", run.name, FigureKind::Dashboard.name()).into();
-                let figure = command::Figure { kind: FigureKind::Dashboard, path, dpi: None };
+                let figure = command::Figure::usual(FigureKind::Dashboard, path);
                 [Effect::apply(command::Open(run.path.clone())), Effect::apply(figure)]
             };
             let mut effects: Vec<Effect> = runs.iter().flat_map(dashboard).collect();

@@ -1,0 +1,81 @@
+//! Why a tool cannot be placed, in words.
+
+use super::action::{Action, Placement};
+use super::episode::{Snapshot, ball_names, goal_object};
+use crate::physics::ObjectId;
+use crate::task::Task;
+
+impl Snapshot {
+    /// Why the task's tool cannot be placed at `action`, such as "box here would overlap the bucket". None if it
+    /// can.
+    pub fn refusal(&self, task: &Task, action: Action) -> Option<String> {
+        let tool = task.placeable.kind;
+        match self.check_placement(task, action) {
+            Placement::Placed | Placement::NoOp => None,
+            Placement::Invalid => Some(format!("{tool} here would be outside of the scene")),
+            Placement::Overlap => Some(format!("{tool} here would be too near one placed before")),
+            Placement::Collision => {
+                let object = self.obstruction(task, action);
+                let what = object.map_or_else(|| "something".to_owned(), |object| name(task, object));
+                Some(format!("{tool} here would overlap {what}"))
+            }
+        }
+    }
+}
+
+/// An object of the world of a task, in words.
+fn name(task: &Task, object: ObjectId) -> String {
+    match object {
+        _ if object == goal_object(task) => "the goal".to_owned(),
+        ObjectId::Ball(0) => "the ball".to_owned(),
+        ObjectId::Ball(index) => {
+            format!("the {}", ball_names(task).get(index).map_or("ball", String::as_str).replace('_', " "))
+        }
+        ObjectId::Sensor(index) => {
+            let first = usize::from(matches!(goal_object(task), ObjectId::Sensor(_)));
+            let place = index.saturating_sub(first);
+            match place.checked_sub(task.subgoals.len()) {
+                None => format!("subgoal {}", place + 1),
+                Some(of_marker) => format!("subgoal {} of the marker", of_marker + 1),
+            }
+        }
+        ObjectId::Tool(index) => match task.tools.get(index) {
+            Some(tool) if task.tools.iter().filter(|other| other.kind == tool.kind).count() > 1 => {
+                format!("the {} (tool {})", tool.kind, index + 1)
+            }
+            Some(tool) => format!("the {}", tool.kind),
+            None => format!("the {} placed before", task.placeable.kind),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::env::Environment;
+
+    #[test]
+    fn what_is_in_the_way_is_named() {
+        let task = Arc::new(crate::task::load("task1").unwrap());
+        let mut env = Environment::new(task.clone());
+        let refusal = |env: &Environment, at: Action| env.snapshot().refusal(&task, at);
+        for (index, tool) in task.tools.iter().enumerate() {
+            let said = refusal(&env, tool.position).unwrap();
+            let own = format!("{} here would overlap the {}", task.placeable.kind, tool.kind);
+            assert!(said.starts_with(&own), "tool {index}: {said}");
+        }
+        assert!(refusal(&env, task.ball.position).unwrap().ends_with("overlap the ball"));
+        assert!(refusal(&env, task.goal.position).unwrap().ends_with("overlap the goal"));
+        assert!(refusal(&env, task.subgoals[0].position).unwrap().ends_with("overlap subgoal 1"));
+        assert!(refusal(&env, [f32::NAN, 0.0]).unwrap().contains("outside of the scene"));
+        let free = [-0.9, 0.9];
+        assert_eq!(refusal(&env, free), None);
+        env.step(free).unwrap();
+        assert!(refusal(&env, free).unwrap().ends_with("too near one placed before"));
+        let beside = [free[0] + task.rules.overlap_threshold + 0.01, free[1]];
+        let said = refusal(&env, beside);
+        assert!(said.is_none_or(|said| said.ends_with("placed before")));
+    }
+}

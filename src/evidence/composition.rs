@@ -1,0 +1,201 @@
+//! A figure of learning curves as a person wants it: which runs and curves, under which names, in which
+//! order and look. The same options are words of the command `figure` and of `mge figures --set`.
+
+use std::path::PathBuf;
+
+use super::comparison::without_copies;
+use super::error::EvidenceError;
+use super::figures::{learning_curves, step_curves};
+use super::found::{FoundRun, find_runs, read_runs_with_progress};
+use super::row::TrainedRun;
+use crate::figures::{LearningCurves, Look};
+use crate::run::{RunState, config_hash};
+use crate::spelling::did_you_mean;
+use crate::stats::Bootstrap;
+
+/// What a figure of learning curves shows, and how. Without anything said: all curves, as in reports.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Composition {
+    /// Folders of runs: each a run, or one that holds runs.
+    pub runs: Vec<PathBuf>,
+    /// Labels of the curves that are shown, in the order of the legend, and other names for them; none for all.
+    pub curves: Vec<(String, Option<String>)>,
+    /// Label of the curve that the others are to be seen against.
+    pub reference: Option<String>,
+    /// What is counted as success.
+    pub success: Success,
+    /// What it is drawn against.
+    pub against: Against,
+    /// Its width, font and axis.
+    pub look: Look,
+}
+
+/// Successes of which episodes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Success {
+    /// Of training.
+    #[default]
+    Training,
+    /// Of the greedy evaluations.
+    Greedy,
+}
+
+/// What success is drawn against.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Against {
+    /// Episodes of training.
+    #[default]
+    Episodes,
+    /// All actions in the real environment.
+    Steps,
+}
+
+/// A composed figure, and the settings behind it.
+#[derive(Debug)]
+pub struct Composed {
+    /// The figure.
+    pub figure: LearningCurves,
+    /// Seeds of the runs that it shows.
+    pub seeds: Vec<u64>,
+    /// Hash of their configurations.
+    pub config_hash: String,
+}
+
+/// The options by name, each with what it takes.
+pub const OPTIONS: [(&str, &str); 9] = [
+    ("runs", "a run's folder, or one that holds runs; may be given again"),
+    ("curve", "the label of a curve that is shown, in the order of the legend; may be given again"),
+    ("name", "another name for the curve before"),
+    ("reference", "the label of the curve that the others are seen against"),
+    ("success", "training or greedy"),
+    ("against", "episodes or steps"),
+    ("width", "single or double: the columns of the page"),
+    ("font", "size of the labels in points, from 4 to 16"),
+    ("axis", "linear or log"),
+];
+
+/// Values that are one of two words, the usual one first.
+const SUCCESS: [(&str, Success); 2] = [("training", Success::Training), ("greedy", Success::Greedy)];
+const AGAINST: [(&str, Against); 2] = [("episodes", Against::Episodes), ("steps", Against::Steps)];
+const WIDTH: [(&str, bool); 2] = [("double", false), ("single", true)];
+const AXIS: [(&str, bool); 2] = [("linear", false), ("log", true)];
+
+fn read<T: Copy>(values: &[(&'static str, T); 2], key: &str, word: &str) -> Result<T, String> {
+    let [(first, _), (second, _)] = values;
+    let known = values.iter().find(|(name, _)| *name == word);
+    known.map(|(_, value)| *value).ok_or_else(|| format!("{key} is `{first}` or `{second}`, not `{word}`"))
+}
+
+/// The word of a value that is not the usual one.
+fn unusual<T: PartialEq>(values: &[(&'static str, T); 2], value: &T) -> Option<String> {
+    (values[0].1 != *value).then(|| values[1].0.to_owned())
+}
+
+impl Composition {
+    /// Takes in an option.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
+        match key {
+            "runs" => self.runs.push(value.into()),
+            "curve" if self.curves.iter().any(|(label, _)| label == value) => {
+                return Err(format!("the curve `{value}` is named twice"));
+            }
+            "curve" => self.curves.push((value.to_owned(), None)),
+            "name" => match self.curves.last_mut() {
+                Some((_, name)) => *name = Some(value.to_owned()),
+                None => return Err("name= stands behind the curve= that it is for".to_owned()),
+            },
+            "reference" => self.reference = Some(value.to_owned()),
+            "success" => self.success = read(&SUCCESS, key, value)?,
+            "against" => self.against = read(&AGAINST, key, value)?,
+            "width" => self.look.single = read(&WIDTH, key, value)?,
+            "font" => self.look = self.look.with_font(value.parse().map_err(|_| format!("`{value}` is no size"))?)?,
+            "axis" => self.look.logarithmic = read(&AXIS, key, value)?,
+            _ => {
+                let names = OPTIONS.map(|(name, _)| name);
+                return Err(format!("`{key}` is none of {}{}", names.join(", "), did_you_mean(names, key)));
+            }
+        }
+        if self.success == Success::Greedy && self.against == Against::Steps {
+            return Err("greedy evaluations are drawn against episodes".to_owned());
+        }
+        Ok(())
+    }
+
+    /// The options that are not the usual ones, as [`Self::set`] takes them.
+    pub fn options(&self) -> Vec<(&'static str, String)> {
+        let runs = self.runs.iter().map(|path| ("runs", path.display().to_string()));
+        let curves = self.curves.iter().flat_map(|(label, name)| {
+            std::iter::once(("curve", label.clone())).chain(name.clone().map(|name| ("name", name)))
+        });
+        let others = [
+            ("reference", self.reference.clone()),
+            ("success", unusual(&SUCCESS, &self.success)),
+            ("against", unusual(&AGAINST, &self.against)),
+            ("width", unusual(&WIDTH, &self.look.single)),
+            ("font", Some(self.look.font()).filter(|size| *size != Look::FONT).map(|size| size.to_string())),
+            ("axis", unusual(&AXIS, &self.look.logarithmic)),
+        ];
+        let others = others.into_iter().filter_map(|(key, value)| Some((key, value?)));
+        runs.chain(curves).chain(others).collect()
+    }
+
+    /// Reads the runs and draws their curves. Of a group, the finished runs are shown, or where there is none
+    /// those that have begun, as far as the shortest. `on_progress` sees the runs that were read and all of them.
+    ///
+    /// # Errors
+    /// When there is nothing to show, a curve does not exist, or a run cannot be read.
+    pub fn figure(
+        &self,
+        bootstrap: &Bootstrap,
+        on_progress: &mut dyn FnMut(usize, usize),
+    ) -> Result<Composed, EvidenceError> {
+        let paths = find_runs(&self.runs)?;
+        let found = read_runs_with_progress(&paths, &mut |read| on_progress(read, paths.len()))?;
+        let runs = self.chosen(without_copies(shown(found)).0)?;
+        let mut configs: Vec<_> = runs.iter().map(|run| &run.config).collect();
+        configs.sort_by_key(|config| config.seed);
+        let config_hash = config_hash(&configs)?;
+        let mut seeds: Vec<u64> = configs.iter().map(|config| config.seed).collect();
+        seeds.dedup();
+        let runs: Vec<TrainedRun> = runs.into_iter().map(|run| run.trained).collect();
+        let curves = match self.against {
+            Against::Episodes => learning_curves(&runs, bootstrap, self.success == Success::Greedy)?,
+            Against::Steps => step_curves(&runs, bootstrap)?,
+        };
+        let legend = self.curves.iter().map(|(label, name)| (label.clone(), name.as_ref().unwrap_or(label).clone()));
+        let (legend, reference, look) = (legend.collect(), self.reference.clone(), self.look);
+        Ok(Composed { figure: LearningCurves { legend, reference, look, ..curves }, seeds, config_hash })
+    }
+
+    /// The runs of the curves that were asked for.
+    fn chosen(&self, mut runs: Vec<FoundRun>) -> Result<Vec<FoundRun>, EvidenceError> {
+        let labels: Vec<String> = runs.iter().map(|run| run.trained.row.label()).collect();
+        let asked = || self.curves.iter().map(|(label, _)| label);
+        if let Some(missing) = asked().chain(&self.reference).find(|label| !labels.contains(label)) {
+            let mut known = labels;
+            known.sort();
+            known.dedup();
+            let hint = did_you_mean(known.iter().map(String::as_str), missing);
+            return Err(EvidenceError::NoCurve { label: missing.clone(), known: known.join("; "), hint });
+        }
+        if !self.curves.is_empty() {
+            let mut kept = labels
+                .iter()
+                .map(|label| asked().any(|asked| asked == label) || self.reference.as_ref() == Some(label));
+            runs.retain(|_| kept.next().unwrap_or(false));
+        }
+        if runs.is_empty() { Err(EvidenceError::NothingBegun) } else { Ok(runs) }
+    }
+}
+
+/// The finished runs of every group, or those that have begun where none is finished.
+fn shown(found: Vec<FoundRun>) -> Vec<FoundRun> {
+    let group = |run: &FoundRun| (run.trained.row.task.clone(), run.trained.row.label());
+    let is_finished = |run: &FoundRun| run.state == RunState::Finished;
+    let finished: std::collections::BTreeSet<_> = found.iter().filter(|run| is_finished(run)).map(group).collect();
+    let has_points = |run: &FoundRun| !run.trained.training.is_empty();
+    found.into_iter().filter(|run| has_points(run) && (is_finished(run) || !finished.contains(&group(run)))).collect()
+}

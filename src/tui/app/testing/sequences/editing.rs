@@ -1,0 +1,212 @@
+//! The scene and the editor of the task, by keys and mouse.
+
+use super::*;
+
+#[test]
+fn a_subgoal_is_moved_with_keys() {
+    check(empty(), "tab right", &["subgoal move 1 0.01 0.2"], "subgoal 1");
+    check(empty(), "tab K", &["subgoal move 1 0 0.3"], "subgoal 1");
+    check(empty(), "tab tab L", &["goal move -0.5 -0.2"], "goal");
+    check(empty(), "tab enter ctrl-u 0 . 1 space 0 . 2 enter", &["subgoal move 1 0.1 0.2"], "");
+    check(empty(), "tab enter ctrl-u x enter", &[], "not a coordinate");
+    check(empty(), "right", &[], "nothing is selected");
+    check(empty(), "A", &["subgoal add -0.3 0 4"], "");
+    check(empty(), "tab )", &["subgoal size 1 4.5"], "");
+    check(empty(), "tab delete", &["subgoal delete 1"], "");
+    check(empty(), "tab tab delete", &[], "needs its ball and its goal");
+    check(empty(), "tab }", &[], "it is the last one");
+    check(typical(), "u U", &["undo", "redo"], "");
+}
+
+#[test]
+fn subgoals_are_proposed_moved_accepted_and_rejected() {
+    check(empty(), "2 S enter", &["propose 1"], "");
+    check(empty(), "2 S ctrl-u 3 enter", &["propose 3"], "");
+    check(empty(), "2 S ctrl-u x enter", &[], "is not a number of subgoals");
+    check(empty(), "2 Y", &[], "nothing is proposed: S lets");
+    check(typical(), "2", &[], "proposed: 1; Y accepts, D rejects");
+    check(typical(), "2 tab tab right", &["proposal move 1 -0.19 0.5"], "proposal 1");
+    check(typical(), "2 tab tab )", &["proposal size 1 4.5"], "");
+    check(typical(), "2 tab tab Y", &["proposal accept 1"], "");
+    check(typical(), "2 tab tab delete", &["proposal delete 1"], "");
+    check(typical(), "2 Y", &["proposal accept"], "");
+    check(typical(), "2 D", &["proposal delete"], "");
+    let mut view = typical();
+    view.proposing = Some((1, 3));
+    check(view, "2", &[], "looking for subgoal 2 of 3");
+    let (mut app, _) = app(typical());
+    let at = cell(&mut app, [-0.2, 0.5]);
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
+    assert_eq!(app.screens.scene.selected(), Some(Object::Proposal(0)));
+}
+
+#[test]
+fn a_subgoal_is_dragged_with_the_mouse() {
+    let (mut app, asked) = app(empty());
+    let from = cell(&mut app, [0.0, 0.2]);
+    let to = cell(&mut app, [0.5, -0.5]);
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), from);
+    assert_eq!(app.screens.scene.selected(), Some(Object::Subgoal(0)));
+    mouse(&mut app, MouseEventKind::Drag(MouseButton::Left), to);
+    let screen = shot(&mut app, 120, 40);
+    assert_eq!(screen[to].symbol(), "1", "the subgoal is shown where the mouse is");
+    assert!(asked.borrow().is_empty());
+    mouse(&mut app, MouseEventKind::Up(MouseButton::Left), to);
+    let [x, y] = scene(&app).nearest(to.0, to.1);
+    let line = asked.borrow()[0].clone();
+    let numbers: Vec<f32> = line.trim_start_matches("subgoal move 1 ").split(' ').map(|n| n.parse().unwrap()).collect();
+    assert!((numbers[0] - x).abs() < 0.001 && (numbers[1] - y).abs() < 0.001, "{line}");
+}
+
+#[test]
+fn only_what_was_taken_hold_of_is_dragged() {
+    let (down, drag, up) = (
+        MouseEventKind::Down(MouseButton::Left),
+        MouseEventKind::Drag(MouseButton::Left),
+        MouseEventKind::Up(MouseButton::Left),
+    );
+    let jitter = |app: &mut App, at: (u16, u16)| {
+        for (kind, at) in [(down, at), (drag, (at.0 + 1, at.1)), (up, (at.0 + 1, at.1))] {
+            mouse(app, kind, at);
+        }
+    };
+    let (mut app, asked) = app(empty());
+    press(&mut app, "2 tab");
+    shot(&mut app, 120, 40);
+    let rows = region(&app, |area, region| matches!(region, Region::Row(0)).then_some(area));
+    jitter(&mut app, (rows.x, rows.y));
+    assert_eq!(app.screens.scene.selected(), Some(Object::Subgoal(0)));
+    press(&mut app, "3");
+    shot(&mut app, 120, 40);
+    let tab = tab(&app, Tab::Schedule);
+    jitter(&mut app, (tab.x, tab.y));
+    assert!(!app.screens.schedule.is_edited());
+    assert!(asked.borrow().is_empty(), "{:?}", asked.borrow());
+}
+
+#[test]
+fn tools_are_placed_by_hand() {
+    check(empty(), "P", &[], "free");
+    check(empty(), "P right enter", &["place 0.27 0.4"], "");
+    check(empty(), "P space r", &["place 0.25 0.4", "reset"], "");
+    check(empty(), "P esc space", &[], "no tool placed");
+    check(empty(), "P", &[], "hand play: move the tool, enter or a click places it");
+    check(empty(), "P P", &[], "no tool placed");
+    let (mut app, asked) = app(empty());
+    press(&mut app, "P");
+    let at = cell(&mut app, [0.5, 0.5]);
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
+    assert!(asked.borrow()[0].starts_with("place 0.5"), "{:?}", asked.borrow());
+}
+
+#[test]
+fn saving_asks_before_another_file_is_overwritten() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("there.json");
+    std::fs::write(&path, "precious").unwrap();
+    let (mut app, asked) = app(typical());
+    press(&mut app, "w ctrl-u");
+    app.event(Event::Paste(path.display().to_string()));
+    press(&mut app, "enter");
+    assert!(asked.borrow().is_empty());
+    assert!(text(&shot(&mut app, 120, 40)).contains("overwrite the file?"));
+    press(&mut app, "esc");
+    assert!(asked.borrow().is_empty() && app.layers.is_empty());
+    press(&mut app, "w ctrl-u");
+    app.event(Event::Paste(path.display().to_string()));
+    press(&mut app, "enter y");
+    assert_eq!(asked.borrow().len(), 1);
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), "precious", "the session writes, not the screen");
+    press(&mut app, ":");
+    app.event(Event::Paste(format!("record {}", path.display())));
+    press(&mut app, "enter");
+    assert!(text(&shot(&mut app, 120, 40)).contains("overwrite the file?"), "typed commands ask, too");
+}
+
+#[test]
+fn another_task_is_not_opened_over_unsaved_edits_without_a_question() {
+    check(typical(), "o down enter", &[], "lose the edits?");
+    check(typical(), "o down enter y", &["task task2"], "");
+    check(typical(), ": t a s k space t a s k 2 enter esc", &[], "(edited)");
+}
+
+#[test]
+fn the_selection_goes_to_the_neighbour_and_round() {
+    check(empty(), "tab tab tab backtab right", &["goal move -0.59 -0.2"], "");
+    check(empty(), "tab backtab backtab tab tab right", &["subgoal move 1 0.01 0.2"], "");
+    let last = empty().task.tools.len();
+    check(empty(), "backtab delete", &[&format!("tool delete {last}")], "");
+    let mut models = empty();
+    models.models.push(crate::tui::view::ModelSummary {
+        name: "box".into(),
+        about: "another".into(),
+        evaluation: None,
+    });
+    check(models.clone(), "6 down enter", &["model true"], "");
+    check(models.clone(), "6 down down up enter", &["model true"], "");
+    check(models, "6 end enter", &["model box"], "");
+    let mut runs = typical();
+    runs.runs.insert(0, std::sync::Arc::new(crate::tui::testing::run_summary("oldest")));
+    check(runs.clone(), "5 down enter", &["open runs/old"], "");
+    check(runs.clone(), "5 end up enter", &["open runs/old"], "");
+    check(runs, "5 end enter", &["open runs/oldest"], "");
+    check(empty(), "o down enter", &["task task2"], "");
+    check(empty(), "d down up enter", &["model learned"], "");
+}
+
+#[test]
+fn a_subgoal_that_changes_places_stays_selected() {
+    let mut view = empty();
+    let mut task = crate::task::Task::clone(&view.task);
+    task.subgoals.push(task::Region { position: [0.4, 0.4], radius: 4.0 });
+    view.task = std::sync::Arc::new(task);
+    check(view.clone(), "tab } right", &["subgoal swap 1 2", "subgoal move 2 0.41 0.4"], "");
+    check(view, "tab tab { right", &["subgoal swap 2 1", "subgoal move 1 0.01 0.2"], "");
+    check(empty(), "tab {", &[], "it is the first one");
+}
+
+#[test]
+fn while_an_episode_is_played_only_the_scene_is_drawn_anew() {
+    let (mut app, _) = app(typical());
+    app.screens.scene.player.playing = true;
+    let first = shot(&mut app, 120, 40);
+    assert!(!app.is_changed(), "nothing has moved");
+    app.tick(std::time::Duration::from_millis(40));
+    assert!(app.is_changed() && !app.changed);
+    let moved = shot(&mut app, 120, 40);
+    app.changed = true;
+    assert_eq!(moved, shot(&mut app, 120, 40), "the whole picture is the same");
+    assert_ne!(first, moved);
+    // Another size needs a whole picture.
+    app.tick(std::time::Duration::from_millis(40));
+    assert!(text(&shot(&mut app, 80, 24)).contains("? help"));
+}
+
+#[test]
+fn the_scene_is_held_at_its_start_while_it_is_edited() {
+    let (mut app, _) = app(typical());
+    app.screens.scene.player.playing = true;
+    app.tick(std::time::Duration::from_millis(400));
+    assert!(app.screens.scene.player.step() > 0);
+    press(&mut app, "2");
+    app.tick(std::time::Duration::from_millis(400));
+    assert_eq!(app.screens.scene.player.step(), 0);
+    press(&mut app, "space");
+    app.tick(std::time::Duration::from_millis(400));
+    assert!(app.screens.scene.player.step() > 0, "unless one lets it go");
+}
+
+#[test]
+fn the_legend_is_switched() {
+    check(typical(), "I", &[], "proposed subgoals");
+    let (mut app, _) = app(typical());
+    press(&mut app, "I I");
+    assert!(!text(&shot(&mut app, 120, 40)).contains("proposed subgoals"));
+}
+
+#[test]
+fn a_tool_in_hand_says_why_it_cannot_be_placed() {
+    let mut view = empty();
+    view.task = view.hand.task.clone();
+    check(view, "P J J J J J J J J J J J J", &[], "box here would overlap");
+}

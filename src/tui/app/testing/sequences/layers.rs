@@ -1,0 +1,134 @@
+//! Screens, palette, help, questions and the terminal around them.
+
+use super::*;
+
+#[test]
+fn screens_are_changed_by_number_bracket_and_mouse() {
+    let (mut app, _) = app(typical());
+    for (keys, tab) in [
+        ("4", Tab::Training),
+        ("]", Tab::Runs),
+        ("[ [", Tab::Schedule),
+        ("1", Tab::Scene),
+        ("[", Tab::Log),
+        ("esc", Tab::Scene),
+    ] {
+        press(&mut app, keys);
+        assert_eq!(app.tab, tab, "after {keys}");
+    }
+    shot(&mut app, 120, 40);
+    let area = tab(&app, Tab::Figures);
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), (area.x + 1, area.y));
+    assert_eq!(app.tab, Tab::Figures);
+}
+
+#[test]
+fn the_palette_finds_actions_and_layers_are_left_one_by_one() {
+    check(empty(), ": c l u s t e r s enter", &["clusters"], "");
+    check(empty(), ": ? esc", &[], "status");
+    check(empty(), "?", &[], "SCENE");
+    check(empty(), "? esc", &[], "status");
+    check(empty(), "f5", &[], "welcome, 1/4");
+    check(empty(), "f5 enter enter enter enter", &[], "status");
+    check(empty(), ": q u a r r e l space 7 enter", &[], "unknown command `quarrel 7`");
+}
+
+#[test]
+fn the_terminal_is_asked_for_what_only_it_can_do() {
+    let (mut app, _) = app(empty());
+    press(&mut app, "y");
+    let Some(TerminalRequest::Copy(text)) = app.take_request() else { panic!("nothing is asked for") };
+    assert_eq!(text, "mge train task1 --out runs/copy --epsilon linear:0.8:0.05:1500 --set 'ddpg.gamma=0.9'");
+    press(&mut app, "f4");
+    assert_eq!(app.take_request(), Some(TerminalRequest::Mouse(false)));
+    press(&mut app, "ctrl-z");
+    assert_eq!(app.take_request(), Some(TerminalRequest::Suspend));
+}
+
+#[test]
+fn without_colour_and_braille_everything_is_still_there() {
+    let (mut app, _) = app(typical());
+    app.theme = Theme::new(Palette::Dark, Depth::None, Marker::Ascii);
+    for tab in Tab::ALL {
+        app.tab = tab;
+        let screen = shot(&mut app, 120, 40);
+        let odd: String = screen.content.iter().map(|cell| cell.symbol()).filter(|s| !s.is_ascii()).collect();
+        assert_eq!(odd, "", "{tab:?}");
+        let colours = screen.content.iter().any(|cell| cell.fg != ratatui::style::Color::Reset);
+        assert!(!colours, "{tab:?} has colours");
+    }
+}
+
+#[test]
+fn layers_and_hints_take_the_mouse() {
+    let click = MouseEventKind::Down(MouseButton::Left);
+    let (mut app, asked) = app(empty());
+    press(&mut app, "o");
+    let find = |app: &mut App, what: &str| {
+        let screen = text(&shot(app, 120, 40));
+        let row = screen.lines().count() - 1 - screen.lines().rev().position(|line| line.contains(what)).unwrap();
+        let line = screen.lines().nth(row).unwrap();
+        (line[..line.find(what).unwrap()].chars().count() as u16, row as u16)
+    };
+    let at = find(&mut app, "task3");
+    mouse(&mut app, click, at);
+    assert_eq!(*asked.borrow(), ["task task3"]);
+    let at = find(&mut app, "t train");
+    mouse(&mut app, click, at);
+    assert_eq!(asked.borrow().last().unwrap(), "train");
+    press(&mut app, ":");
+    mouse(&mut app, MouseEventKind::ScrollDown, (60, 20));
+    let at = find(&mut app, "epsilon-up");
+    mouse(&mut app, click, at);
+    assert!(app.layers.is_empty());
+    assert_eq!(asked.borrow().last().unwrap(), "epsilon 0.85");
+}
+
+#[test]
+fn a_question_is_answered_with_the_mouse() {
+    let click = MouseEventKind::Down(MouseButton::Left);
+    let (mut app, asked) = app(typical());
+    press(&mut app, "x");
+    let screen = text(&shot(&mut app, 120, 40));
+    let row = screen.lines().position(|line| line.contains("stop it")).unwrap() as u16;
+    mouse(&mut app, click, (60, row + 1));
+    assert!(asked.borrow().is_empty() && app.layers.is_empty(), "the way back");
+    press(&mut app, "x");
+    shot(&mut app, 120, 40);
+    mouse(&mut app, click, (60, row));
+    assert_eq!(*asked.borrow(), ["stop"]);
+}
+
+#[test]
+fn a_long_message_is_whole_and_leaves_the_keys_in_sight() {
+    let (mut app, _) = app(typical());
+    app.say(Level::Error, format!("{}conclusion", "a long reason ".repeat(10)));
+    let screen = text(&shot(&mut app, 80, 24));
+    assert!(screen.contains("conclusion") && screen.contains("? help"), "{screen}");
+    app.screens.scene.player.playing = true;
+    app.tick(std::time::Duration::from_millis(40));
+    assert!(text(&shot(&mut app, 80, 24)).contains("conclusion"), "also while an episode is played");
+}
+
+#[test]
+fn names_of_screens_are_whole_from_eighty_columns_on_and_stay_where_they_are() {
+    let (mut app, _) = app(typical());
+    let first = text(&shot(&mut app, 80, 24));
+    press(&mut app, "7");
+    let other = text(&shot(&mut app, 80, 24));
+    let tabs = |screen: &str| screen.lines().next().unwrap().to_owned();
+    assert!(tabs(&first).contains("3 Schedule  4 Training") && tabs(&first).ends_with('*'), "{first}");
+    assert_eq!(tabs(&first), tabs(&other));
+}
+
+#[test]
+fn the_help_finds_what_one_types() {
+    check(empty(), "? z o o m", &[], "show fewer episodes, larger");
+    let (mut app, _) = app(empty());
+    press(&mut app, "? z o o m");
+    assert!(!text(&shot(&mut app, 120, 40)).contains("SCENE"));
+    press(&mut app, "backspace backspace backspace backspace");
+    assert!(text(&shot(&mut app, 120, 40)).contains("SCENE"));
+    press(&mut app, "?");
+    assert!(app.layers.is_empty());
+}

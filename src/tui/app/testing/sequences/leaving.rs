@@ -1,0 +1,64 @@
+//! Ways to leave the workbench.
+
+use super::*;
+
+#[test]
+fn leaving_asks_only_if_something_would_be_lost() {
+    let leaving = |view: ViewModel, keys: &str| {
+        let (mut app, _) = app(view);
+        press(&mut app, keys);
+        app.is_leaving()
+    };
+    assert!(leaving(empty(), "q"));
+    assert!(leaving(failed(), "q"));
+    assert!(!leaving(typical(), "q"));
+    assert!(!leaving(typical(), "q esc"));
+    assert!(leaving(typical(), "q y"));
+    assert!(leaving(empty(), "e ctrl-c"), "from within a layer, too");
+    check(typical(), "q", &[], "y   keep a checkpoint, stop and leave");
+    check(empty(), "3 up q", &[], "The schedule you have drawn is not in use");
+}
+
+#[test]
+fn leaving_can_wait_until_all_runs_are_done() {
+    let mut view = typical();
+    view.dirty = false;
+    check(view.clone(), "q w", &[], "leaving when all runs are done");
+    let (mut busy, _) = app(view.clone());
+    press(&mut busy, "q w");
+    assert_eq!(busy.leaving, Leaving::WhenIdle);
+    press(&mut busy, "q esc");
+    assert_eq!(busy.leaving, Leaving::No, "the latest answer counts");
+    change_run(&mut view, 1, |run| (run.active, run.state) = (false, RunState::Finished));
+    let (mut idle, _) = app(view);
+    idle.leaving = Leaving::WhenIdle;
+    idle.tick(std::time::Duration::ZERO);
+    assert!(idle.is_leaving());
+    let (mut edited, _) = app(failed());
+    press(&mut edited, "3 up");
+    edited.leaving = Leaving::WhenIdle;
+    edited.tick(std::time::Duration::ZERO);
+    assert!(!edited.is_leaving() && !edited.layers.is_empty(), "what is not saved is asked about");
+}
+
+#[test]
+fn a_queued_run_says_so_and_leaving_tells_of_all_runs() {
+    let mut view = typical();
+    change_run(&mut view, 0, |run| run.queued = true);
+    check(view.clone(), "5", &[], "queued");
+    check(view.clone(), "q", &[], "old waits for a core");
+    check(view, "q", &[], "task1-ddpg-mge-seed0 is being trained, 700 of 2000");
+}
+
+#[test]
+fn what_is_trained_can_go_on_in_the_background() {
+    let (mut app, _) = app(typical());
+    press(&mut app, "q");
+    assert!(text(&shot(&mut app, 120, 40)).contains("leave it training in the background"));
+    press(&mut app, "b");
+    assert!(app.is_leaving());
+    assert_eq!(app.left_in_background(), [std::path::PathBuf::from("runs/task1-ddpg-mge-seed0")]);
+    let (mut app, _) = super::app(typical());
+    press(&mut app, "q y");
+    assert!(app.is_leaving() && app.left_in_background().is_empty());
+}

@@ -1,0 +1,59 @@
+//! This state, these keys, that state.
+
+mod curves;
+mod editing;
+mod layers;
+mod leaving;
+mod runs;
+mod schedule;
+mod training;
+mod walk;
+
+use crossterm::event::{Event, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
+use ratatui::layout::Rect;
+
+use super::{RecordingWorkspace, app, change_run, empty, failed, grouped, press, shot, text, typical, watch};
+use crate::run::RunState;
+use crate::task;
+use crate::tui::actions::Tab;
+use crate::tui::app::{App, Leaving, TerminalRequest};
+use crate::tui::chart::Range;
+use crate::tui::scene::{Object, View};
+use crate::tui::screens::Region;
+use crate::tui::view::{Level, ViewModel};
+use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
+
+/// From a state, after these keys, the workspace was asked this and the screen shows that.
+fn check(view: ViewModel, keys: &str, asked: &[&str], shown: &str) {
+    let (mut app, log) = app(view);
+    shot(&mut app, 120, 40);
+    press(&mut app, keys);
+    assert_eq!(*log.borrow(), asked, "after {keys}");
+    // What depends on where things are drawn is known after the first picture.
+    shot(&mut app, 120, 40);
+    app.tick(std::time::Duration::ZERO);
+    let screen = text(&shot(&mut app, 120, 40));
+    assert!(screen.contains(shown), "after {keys}, `{shown}` is not on\n{screen}");
+}
+
+pub(super) fn mouse(app: &mut App, kind: MouseEventKind, (column, row): (u16, u16)) {
+    app.event(Event::Mouse(MouseEvent { kind, column, row, modifiers: KeyModifiers::NONE }));
+}
+
+/// The first region for which there is something.
+pub(super) fn region<T>(app: &App, find: impl Fn(Rect, Region) -> Option<T>) -> T {
+    app.regions.all().iter().find_map(|(area, region)| find(*area, *region)).unwrap()
+}
+
+pub(super) fn scene(app: &App) -> View {
+    region(app, |_, region| if let Region::Scene(view) = region { Some(view) } else { None })
+}
+
+fn tab(app: &App, wanted: Tab) -> Rect {
+    region(app, |area, region| matches!(region, Region::Tab(tab) if tab == wanted).then_some(area))
+}
+
+fn cell(app: &mut App, position: [f32; 2]) -> (u16, u16) {
+    shot(app, 120, 40);
+    scene(app).cell(position).unwrap()
+}

@@ -1,0 +1,119 @@
+//! The list of runs, by keys and mouse.
+
+use super::*;
+
+#[test]
+fn the_selected_run_stays_selected_when_others_come() {
+    let (mut app, _) = app(typical());
+    press(&mut app, "5 down");
+    let (mut other, asked) = super::app({
+        let mut view = typical();
+        view.runs.push(std::sync::Arc::new(crate::tui::testing::run_summary("new")));
+        view
+    });
+    other.screens.runs = std::mem::take(&mut app.screens.runs);
+    other.tab = Tab::Runs;
+    press(&mut other, "C");
+    assert_eq!(*asked.borrow(), ["continue runs/old"]);
+}
+
+#[test]
+fn runs_are_watched_filtered_continued_and_evaluated() {
+    check(typical(), "5 down enter", &["open runs/old"], "");
+    check(typical(), "5 down C", &["continue runs/old"], "");
+    check(typical(), "5 v", &["open runs/task1-ddpg-mge-seed0", "evaluate"], "");
+    check(typical(), "5 / o l d enter", &[], "with `old`");
+    check(typical(), "5 / n o p e enter", &[], "No run has this text");
+    check(typical(), "5 / n o p e enter esc", &[], "running");
+    check(empty(), "5", &[], "There are no runs in this folder yet");
+}
+
+#[test]
+fn a_run_is_deleted_after_a_question() {
+    check(typical(), "5 down X", &[], "runs/old and everything in it is deleted");
+    check(typical(), "5 down X esc", &[], "running");
+    check(typical(), "5 down delete y", &["delete runs/old"], "");
+}
+
+#[test]
+fn what_is_done_is_done_with_all_that_are_marked_after_one_question() {
+    check(typical(), "5 down space", &[], "1 marked");
+    check(typical(), "5 down space up space", &[], "2 marked");
+    check(typical(), "5 down space space", &[], "runs in runs");
+    check(typical(), "5 down space space 4 v", &[], "training · 2 runs");
+    check(typical(), "5 down space up space 4 v", &[], "training · 2 runs");
+    let both = ["task1-ddpg-mge-seed0", "old"];
+    check(typical(), "5 space down space X", &[], "2 runs and everything in it is deleted");
+    let delete = ["delete runs/old", "delete runs/task1-ddpg-mge-seed0"];
+    check(typical(), "5 space down space X y", &delete, "");
+    let go_on = ["continue runs/old", "continue runs/task1-ddpg-mge-seed0"];
+    check(typical(), "5 space down space C", &go_on, "");
+    check(typical(), "5 space down space p", &["pause"], "");
+    check(typical(), "5 space down space x", &[], "stop the training?");
+    check(typical(), "5 space down space x y", &["stop"], "");
+    let mut view = typical();
+    change_run(&mut view, 0, |run| run.state = RunState::Paused);
+    let stop = ["open runs/old", "stop", "open runs/task1-ddpg-mge-seed0", "stop"];
+    check(view.clone(), "5 space down space x y", &stop, "");
+    change_run(&mut view, 1, |run| run.state = RunState::Paused);
+    let resume = ["open runs/old", "resume", "open runs/task1-ddpg-mge-seed0", "resume"];
+    check(view, "5 space down space p", &resume, "");
+    let drawn = both.map(|run| [format!("open runs/{run}"), format!("figure dashboard figures/{run}-dashboard.png")]);
+    let mut asked: Vec<&str> = drawn.iter().rev().flatten().map(String::as_str).collect();
+    asked.push("open runs/task1-ddpg-mge-seed0");
+    check(typical(), "5 space down space f", &asked, "drawing the dashboards of 2 runs");
+    check(typical(), "5 space V", &[], "training · task1-ddpg-mge-seed0");
+}
+
+#[test]
+fn runs_that_differ_in_the_seed_only_are_one_line_that_unfolds() {
+    check(grouped(), "5", &[], "DDPG-MGE, eps.. (3 seeds)");
+    check(grouped(), "5 down", &[], " DDPG-MGE, epsilon 0.8 to 0.05 (3 seeds) ");
+    check(grouped(), "5", &[], "3 finished");
+    check(grouped(), "5 down tab", &[], "guided-1");
+    check(grouped(), "5 tab tab / n o p e enter", &[], "No run has this text");
+    check(grouped(), "5 enter", &["open runs/plain-0"], "");
+    check(grouped(), "5 down enter", &["open runs/guided-0"], "");
+    check(grouped(), "5 down B", &["pin DDPG-MGE, epsilon 0.8 to 0.05"], "");
+    let delete = ["delete runs/guided-0", "delete runs/guided-1", "delete runs/guided-2"];
+    check(grouped(), "5 down X y", &delete, "");
+    check(grouped(), "5 / s e e d = 1 enter enter", &["open runs/plain-1"], "with `seed=1`");
+    check(grouped(), "5 / m e t h o d : d d p g - m g e enter enter", &["open runs/guided-0"], "");
+    check(grouped(), "5 / e p s i l o < 1 enter", &[], "did you mean `epsilon`?");
+    check(grouped(), "5 s s s s enter", &["open runs/guided-0"], "by success");
+    check(grouped(), "5 s s s s S enter", &["open runs/plain-0"], "by success, reversed");
+    check(grouped(), "4", &[], "3 seeds");
+    check(grouped(), "4 tab", &[], "training · 3 runs");
+    check(grouped(), "4 v", &[], "training · 2 groups");
+    check(grouped(), "5 down V", &[], "training · DDPG-MGE, epsilon 0.8 to 0.05 (3 seeds)");
+}
+
+#[test]
+fn notes_and_tags_are_written_where_the_run_is() {
+    check(grouped(), "5 tab down i f i n e enter", &["note runs/plain-0 fine"], "");
+    let tag = ["tag runs/plain-0 a,b", "tag runs/plain-1 a,b", "tag runs/plain-2 a,b"];
+    check(grouped(), "5 I a , b enter", &tag, "");
+    let mut view = grouped();
+    change_run(&mut view, 0, |run| (run.tags, run.note) = (vec!["paper".into()], "holds".into()));
+    check(view, "5 / t a g : p a p e r enter enter", &["open runs/guided-0"], "");
+}
+
+#[test]
+fn a_list_of_ten_thousand_runs_is_drawn_where_it_is_looked_at() {
+    let mut view = empty();
+    let names = (0..10_000).map(|number| format!("run-{number:05}"));
+    view.runs = names.map(|name| std::sync::Arc::new(crate::tui::testing::run_summary(&name))).collect();
+    view.runs_unread = 12;
+    check(view.clone(), "5", &[], "12 more are being read");
+    check(view.clone(), "5 down down enter", &["open runs/run-09997"], "run-09997");
+    check(view.clone(), "5 end enter", &["open runs/run-00000"], "run-00000");
+    check(view, "5 / 0 4 2 1 1 enter enter", &["open runs/run-04211"], "with `04211`");
+}
+
+#[test]
+fn on_the_runs_screen_the_selected_run_is_paused_and_stopped() {
+    check(typical(), "5 down p", &["open runs/old", "pause"], "");
+    check(typical(), "5 down x", &["open runs/old", "stop"], "");
+    check(typical(), "5 x", &[], "stop the training?");
+    check(typical(), "5 p", &["pause"], "");
+}

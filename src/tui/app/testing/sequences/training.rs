@@ -1,0 +1,130 @@
+//! Trainings, their settings, clusters and models, by keys.
+
+use super::*;
+
+#[test]
+fn training_is_started_paused_resumed_and_stopped() {
+    check(empty(), "t", &["train"], "");
+    check(typical(), "p", &["pause"], "");
+    let paused = || {
+        let mut view = typical();
+        change_run(&mut view, 1, |run| run.state = RunState::Paused);
+        view
+    };
+    check(paused(), "p", &["resume"], "paused");
+    check(paused(), "t", &["train"], "paused");
+    check(typical(), "x", &[], "stop the training?");
+    check(typical(), "x y", &["stop"], "running");
+    check(typical(), "x esc", &[], "running");
+}
+
+#[test]
+fn epsilon_is_changed_by_key_prompt_and_palette() {
+    check(empty(), "+", &["epsilon 0.85"], "");
+    check(empty(), "e ctrl-u 0 . 3 enter", &["epsilon 0.3"], "");
+    check(empty(), "e ctrl-u 7 enter", &[], "7 is not within 0 and 1");
+    check(empty(), "e ctrl-u 7 enter esc", &[], "status");
+    check(empty(), ": e p s i l o n space 0 . 5 enter", &["epsilon 0.5"], "");
+}
+
+#[test]
+fn clusters_are_computed_shown_and_given_to_the_training() {
+    check(empty(), "c", &["clusters"], "");
+    check(typical(), "G", &["guide"], "");
+    check(typical(), "v", &[], "clusters of subgoal 1");
+    check(typical(), "v v", &[], "clusters of the goal");
+    check(empty(), "a", &[], "c computes them");
+    check(empty(), "b", &[], "t trains one");
+}
+
+#[test]
+fn stale_clusters_are_grey_and_say_so() {
+    let mut view = typical();
+    view.prior_state = crate::workbench::PriorState::Stale;
+    let (mut app, _) = app(view);
+    let at = cell(&mut app, [0.4, 0.5]);
+    let screen = shot(&mut app, 120, 40);
+    assert_eq!(screen[at].fg, app.theme.dim);
+    assert!(text(&screen).contains("out of date; c computes them"));
+}
+
+#[test]
+fn settings_are_chosen_and_typed() {
+    check(empty(), "m up enter", &["method ddpg"], "");
+    check(empty(), "m", &[], "DDPG, uniform exploration");
+    check(empty(), "n ctrl-u 7 enter", &["seed 7"], "");
+    check(empty(), "N ctrl-u 5 0 enter", &["episodes 50"], "");
+    check(empty(), "o down enter", &["task task2"], "");
+    check(empty(), "d down enter", &["model true"], "");
+    check(empty(), "6 down enter", &["model true"], "");
+    check(empty(), "n ctrl-u x enter", &[], "usage: seed N");
+}
+
+#[test]
+fn models_are_chosen_measured_and_trained() {
+    check(empty(), "6 v", &[], "select the shipped model itself");
+    check(empty(), "6 end enter", &["model true"], "");
+    check(empty(), "6 T enter", &["model train box,bucket models/box-bucket.safetensors"], "");
+    check(empty(), "6 T ctrl-u x space y enter", &[], "usage: model train");
+    check(empty(), "6 X", &["model stop"], "");
+    let mut view = empty();
+    view.model_work = Some(("training models/mine.safetensors".into(), Some(0.5)));
+    check(view.clone(), "6", &[], "training models/mine.safetensors 50 %");
+    check(view, "q", &[], "training models/mine.safetensors ends");
+}
+
+#[test]
+fn figures_are_looked_at_and_exported() {
+    check(empty(), "7 down", &[], "there is nothing for the clusters figure in tests");
+    check(empty(), "7 enter", &["figure scene figures/task1-scene.png"], "");
+    check(empty(), "7 s", &["figure scene figures/task1-scene.svg"], "");
+    check(empty(), "7 D", &["figure scene figures/task1-scene.pdf"], "");
+    check(empty(), "7 end enter", &["figure episode figures/task1-episode.gif"], "");
+    let name = "figures/task1-ddpg-mge-seed0-dashboard.png";
+    check(typical(), "7 end up enter", &[&format!("figure dashboard {name}")], "");
+}
+
+#[test]
+fn several_seeds_are_trained_with_one_key() {
+    check(empty(), "4 t enter", &["train seeds 1"], "");
+    check(empty(), "4 t 0 enter", &["train seeds 10"], "");
+    check(empty(), "4 t backspace 0 enter", &[], "`0` is not a number of seeds from 1 to 1000");
+}
+
+#[test]
+fn a_part_that_is_missing_says_why() {
+    check(typical(), "g", &[], "there is no training episode yet: t trains one");
+    check(typical(), "pageup b", &[], "no critic or actor: the checkpoint is being read");
+    let mut view = typical();
+    view.watched = None;
+    check(view, "pageup", &[], "no run with episodes is being watched");
+}
+
+#[test]
+fn a_run_without_episodes_says_what_it_waits_for() {
+    let without = |queued: bool, active: bool| {
+        let mut view = typical();
+        change_run(&mut view, 1, |run| {
+            (run.queued, run.active, run.done, run.curves) = (queued, active, 0, std::sync::Arc::default());
+        });
+        view
+    };
+    check(without(true, false), "4", &[], "waiting for a free core");
+    check(without(false, true), "4", &[], "the first episode is going on");
+    check(without(false, false), "4", &[], "it ended before its first episode");
+}
+
+#[test]
+fn the_end_of_the_last_training_is_announced() {
+    let (mut app, asked) = app(typical());
+    let mut view = typical();
+    change_run(&mut view, 1, |run| (run.state, run.active) = (RunState::Finished, false));
+    app.note_busy();
+    assert_eq!(app.take_request(), None);
+    app.workspace = Box::new(RecordingWorkspace { view, asked });
+    app.was_busy = true;
+    app.note_busy();
+    assert!(matches!(app.take_request(), Some(TerminalRequest::Notify(_))));
+    app.note_busy();
+    assert_eq!(app.take_request(), None, "once");
+}

@@ -1,0 +1,263 @@
+//! What a person says of the figure of learning curves: its look, and the names and order of its curves. The runs
+//! are those that are marked on the Runs screen, or all in the folder.
+
+use std::path::PathBuf;
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Constraint, Rect};
+use ratatui::style::Style;
+use ratatui::text::Text;
+use ratatui::widgets::Row;
+
+use super::super::lists::select;
+use super::super::pane::pane;
+use super::super::runs::Runs;
+use super::super::{HitRegions, Ui};
+use crate::evidence::{Against, Composition, LearningRow, Success, distinguish};
+use crate::figures::Look;
+use crate::tui::actions::Action;
+use crate::tui::effect::Effect;
+use crate::tui::layers::Prompt;
+use crate::tui::view::RunSummary;
+use crate::tui::widgets::columns::shortened;
+use crate::tui::widgets::list;
+
+/// The composition as it is being made.
+#[derive(Debug, Default)]
+pub struct Composer {
+    /// It has the keys.
+    open: bool,
+    row: usize,
+    /// All but runs and curves.
+    composition: Composition,
+    /// The marked runs, and what was made of their curves.
+    marked: Vec<PathBuf>,
+    curves: Vec<Curve>,
+    /// Something was said of the curves.
+    touched: bool,
+}
+
+/// A curve that there is.
+#[derive(Debug, Clone, PartialEq)]
+struct Curve {
+    label: String,
+    name: Option<String>,
+    hidden: bool,
+}
+
+/// Rows of options, before those of curves.
+const OPTIONS: usize = 6;
+/// A step of the font's size, in points.
+const STEP: f64 = 0.5;
+
+impl Composer {
+    /// Whether it has the keys.
+    pub fn is_open(&self) -> bool {
+        self.open
+    }
+
+    /// Gives the keys back; false if it did not have them.
+    pub fn leave(&mut self) -> bool {
+        std::mem::take(&mut self.open)
+    }
+
+    /// Takes the keys. What was made of the curves of other runs is forgotten.
+    pub(super) fn open(&mut self, runs: &Runs, ui: &Ui) {
+        self.open = true;
+        let marked = marked(runs, ui);
+        let labels = labels(&marked, ui);
+        let marked: Vec<PathBuf> = marked.into_iter().map(|run| run.path.clone()).collect();
+        if std::mem::replace(&mut self.marked, marked.clone()) != marked {
+            self.curves.clear();
+            self.touched = false;
+        }
+        self.curves.retain(|curve| labels.contains(&curve.label));
+        for label in labels {
+            if self.curves.iter().all(|curve| curve.label != label) {
+                self.curves.push(Curve { label, name: None, hidden: false });
+            }
+        }
+        let has = |label: &String| self.curves.iter().any(|curve| curve.label == *label);
+        self.composition.reference = self.composition.reference.take().filter(has);
+        self.row = self.row.min(self.last());
+    }
+
+    fn last(&self) -> usize {
+        OPTIONS + self.curves.len() - 1
+    }
+
+    /// The row that is selected.
+    pub fn select(&mut self, row: usize) {
+        self.row = row.min(self.last());
+    }
+
+    /// Gives a curve another name; none for its own.
+    pub fn name(&mut self, label: &str, name: &str) {
+        if let Some(curve) = self.curves.iter_mut().find(|curve| curve.label == label) {
+            curve.name = Some(name.to_owned()).filter(|name| !name.is_empty() && name != label);
+            self.touched = true;
+        }
+    }
+
+    /// What is composed of the marked runs, or of all.
+    pub fn composition(&self, runs: &Runs, ui: &Ui) -> Composition {
+        let marked: Vec<PathBuf> = marked(runs, ui).into_iter().map(|run| run.path.clone()).collect();
+        if marked != self.marked {
+            return Composition { runs: marked, reference: None, ..self.composition.clone() };
+        }
+        // As long as nothing is said of the curves, those that come later are shown, too.
+        let shown = self.curves.iter().filter(|curve| self.touched && !curve.hidden);
+        let curves = shown.map(|curve| (curve.label.clone(), curve.name.clone())).collect();
+        Composition { runs: marked, curves, ..self.composition.clone() }
+    }
+
+    /// What an action does while it has the keys; None if it is not for it.
+    pub(super) fn perform(&mut self, action: Action) -> Option<Vec<Effect>> {
+        if let Some(row) = select(action, self.row, self.last()) {
+            self.row = row;
+            return Some(Vec::new());
+        }
+        match action {
+            Action::Left => self.change(false),
+            Action::Right => self.change(true),
+            Action::Mark | Action::Rename | Action::Earlier | Action::Later => return Some(self.change_curve(action)),
+            _ => return None,
+        }
+        Some(Vec::new())
+    }
+
+    /// The next value of the selected option, or the one before.
+    fn change(&mut self, forward: bool) {
+        let Composition { reference, success, against, look, .. } = &mut self.composition;
+        match self.row {
+            0 => look.single = !look.single,
+            1 => {
+                let [least, greatest] = Look::FONTS;
+                let font = (look.font() + if forward { STEP } else { -STEP }).clamp(least, greatest);
+                *look = look.with_font(font).unwrap_or(*look);
+            }
+            2 => look.logarithmic = !look.logarithmic,
+            3 => {
+                *success = if *success == Success::Training { Success::Greedy } else { Success::Training };
+                // Nobody counted the steps to an evaluation.
+                *against = Against::Episodes;
+            }
+            4 => {
+                *against = if *against == Against::Episodes { Against::Steps } else { Against::Episodes };
+                *success = Success::Training;
+            }
+            5 => {
+                let labels: Vec<&String> = self.curves.iter().map(|curve| &curve.label).collect();
+                // None stands before the first and behind the last.
+                let now = reference.as_ref().and_then(|now| labels.iter().position(|label| *label == now));
+                let next = match (now, forward) {
+                    (None, true) => Some(0),
+                    (None, false) => labels.len().checked_sub(1),
+                    (Some(now), true) => Some(now + 1),
+                    (Some(now), false) => now.checked_sub(1),
+                };
+                *reference = next.and_then(|next| labels.get(next)).map(|label| (*label).clone());
+            }
+            _ => {}
+        }
+    }
+
+    fn change_curve(&mut self, action: Action) -> Vec<Effect> {
+        let Some(place) = self.row.checked_sub(OPTIONS).filter(|place| *place < self.curves.len()) else {
+            return vec![Effect::info("select a curve below the options first")];
+        };
+        match action {
+            Action::Mark => {
+                let shown = self.curves.iter().filter(|curve| !curve.hidden).count();
+                if shown == 1 && !self.curves[place].hidden {
+                    return vec![Effect::info("a figure has at least one curve")];
+                }
+                self.curves[place].hidden = !self.curves[place].hidden;
+            }
+            Action::Rename => {
+                let Curve { label, name, .. } = self.curves[place].clone();
+                let of = label.clone();
+                let read = move |name: &str| Ok(Effect::NameCurve { label: of.clone(), name: name.to_owned() });
+                let hint = format!("what the legend says of {label}; nothing for that");
+                return vec![Effect::open(Prompt::new("name of the curve", hint, name.unwrap_or(label), read))];
+            }
+            Action::Earlier | Action::Later => {
+                let other = if action == Action::Earlier { place.checked_sub(1) } else { Some(place + 1) };
+                let Some(other) = other.filter(|other| *other < self.curves.len()) else { return Vec::new() };
+                self.curves.swap(place, other);
+                self.row = OPTIONS + other;
+            }
+            _ => {}
+        }
+        self.touched = true;
+        Vec::new()
+    }
+
+    /// Rows that it needs.
+    pub(super) fn height(&self) -> u16 {
+        (OPTIONS + self.curves.len()) as u16
+    }
+
+    /// Draws options and curves.
+    pub(super) fn draw(&self, runs: usize, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
+        let of = match runs {
+            0 => "all runs in the folder".to_owned(),
+            1 => "the marked run".to_owned(),
+            _ => format!("the {runs} marked runs"),
+        };
+        let inside = pane(&format!("compose · {of}"), area, ui.theme, buffer);
+        let Composition { reference, success, against, look, .. } = &self.composition;
+        let options = [
+            ("width", if look.single { "single column" } else { "double column" }.to_owned()),
+            ("font", format!("{} points", look.font())),
+            ("axis", if look.logarithmic { "logarithmic" } else { "linear" }.to_owned()),
+            ("success", if *success == Success::Greedy { "greedy evaluations" } else { "training" }.to_owned()),
+            ("against", if *against == Against::Steps { "environment steps" } else { "episodes" }.to_owned()),
+            ("reference", reference.clone().unwrap_or_else(|| "none".to_owned())),
+        ];
+        let name = usize::from(inside.width.saturating_sub(OPTION + 1));
+        let row = |index: usize| match index.checked_sub(OPTIONS).map(|place| (place, &self.curves[place])) {
+            None => {
+                let (option, value) = &options[index];
+                Row::new([Text::from(*option), Text::from(shortened(value, name, false))])
+            }
+            Some((place, curve)) => {
+                let before = self.curves[..place].iter().filter(|curve| !curve.hidden).count();
+                let number = if curve.hidden { "  -".to_owned() } else { format!("{:>3}", before + 1) };
+                let text = match &curve.name {
+                    Some(name) => format!("{name} ({})", curve.label),
+                    None => curve.label.clone(),
+                };
+                let style = if curve.hidden { ui.theme.faint() } else { Style::new() };
+                Row::new([Text::from(number), Text::styled(shortened(&text, name, false), style)])
+            }
+        };
+        let widths = [Constraint::Length(OPTION), Constraint::Fill(1)];
+        let count = usize::from(self.height());
+        regions.add_rows(list::draw(count, Some(self.row), row, &widths, inside, ui.theme, buffer));
+    }
+}
+
+/// Columns of the name of an option.
+const OPTION: u16 = 10;
+
+/// The marked runs.
+fn marked<'a>(runs: &Runs, ui: &Ui<'a>) -> Vec<&'a RunSummary> {
+    ui.view.runs.iter().map(|run| &**run).filter(|run| runs.is_marked(run)).collect()
+}
+
+/// The labels of the curves of these runs, or of all if there are none, as reports have them.
+fn labels(marked: &[&RunSummary], ui: &Ui) -> Vec<String> {
+    let all: Vec<&RunSummary> =
+        if marked.is_empty() { ui.view.runs.iter().map(|run| &**run).collect() } else { marked.to_vec() };
+    let mut rows: Vec<LearningRow> = all.iter().map(|run| LearningRow::so_far(&run.config, run.done, None)).collect();
+    distinguish(all.iter().map(|run| &*run.config).zip(&mut rows).collect());
+    let mut labels: Vec<String> = Vec::new();
+    for row in rows.iter().filter(|row| row.episodes > 0) {
+        let label = row.label();
+        if !labels.contains(&label) {
+            labels.push(label);
+        }
+    }
+    labels
+}

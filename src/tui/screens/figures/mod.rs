@@ -1,0 +1,194 @@
+//! The Figures screen: figures to look at, to compose and to export.
+
+mod composer;
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::Style;
+use ratatui::text::Text;
+use ratatui::widgets::{Row, Widget};
+
+use super::lists::{Lists, select};
+use super::pane::{WIDE, hint, lines, pane};
+use super::runs::Runs;
+use super::{HitRegions, Region, Screens, Ui};
+use crate::evidence::Composition;
+use crate::tui::actions::Action;
+use crate::tui::effect::Effect;
+use crate::tui::widgets::list;
+use crate::tui::widgets::preview::Wanted;
+use crate::tui::widgets::theme::Depth;
+use crate::workbench::{Command, FigureKind, command};
+pub use composer::Composer;
+
+/// What a figure shows, in one line.
+fn about(kind: FigureKind) -> &'static str {
+    match kind {
+        FigureKind::Scene => "the task's scene",
+        FigureKind::Clusters => "the action clusters over the scene",
+        FigureKind::Learning => "success of all runs, or the marked ones",
+        FigureKind::Dashboard => "all that is logged of the watched run",
+        FigureKind::Episode => "the greedy episode, or that of your hand",
+    }
+}
+
+/// Columns of the list where there is room beside it.
+const LIST: u16 = 56;
+
+/// Draws the screen: the list at the left or above, the selected figure beside or below.
+pub fn draw(screens: &Screens, ui: &Ui, covered: bool, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
+    let composer = Some(&screens.lists.composer).filter(|composer| composer.is_open());
+    let rows = FigureKind::ALL.len() as u16 + 2;
+    let [mut list, picture] = if area.width >= WIDE {
+        Layout::horizontal([Constraint::Length(LIST), Constraint::Fill(1)]).areas(area)
+    } else {
+        // Where there is little room, what is composed takes the place of the list.
+        let rows = composer.map_or(rows, |composer| (composer.height() + 2).min(area.height / 2));
+        Layout::vertical([Constraint::Length(rows), Constraint::Fill(1)]).areas(area)
+    };
+    if let Some(composer) = composer {
+        let mut place = list;
+        if area.width >= WIDE {
+            let own = composer.height() + 2;
+            [list, place] = Layout::vertical([Constraint::Length(rows), Constraint::Fill(1)]).areas(list);
+            listed(&screens.lists, ui, list, buffer, &mut HitRegions::default());
+            let [above, below] = Layout::vertical([Constraint::Length(own), Constraint::Fill(1)]).areas(place);
+            line(screens, ui, below, buffer);
+            place = above;
+        }
+        let runs = screens.lists.composer.composition(&screens.runs, ui).runs.len();
+        composer.draw(runs, ui, place, buffer, regions);
+    } else {
+        listed(&screens.lists, ui, list, buffer, regions);
+    }
+    let kind = selected(&screens.lists);
+    let inside = pane(kind.name(), picture, ui.theme, buffer);
+    regions.add(inside, Region::Preview);
+    if let Err(reason) = screens.preview.draw(kind.name(), covered, inside, ui.theme, buffer) {
+        hint(&reason, inside, ui.theme, buffer);
+    }
+}
+
+/// The line of a script that makes the figure.
+fn line(screens: &Screens, ui: &Ui, area: Rect, buffer: &mut Buffer) {
+    let inside = pane("in a script", area, ui.theme, buffer);
+    let command = export(FigureKind::Learning, "pdf", &screens.lists, &screens.runs, ui);
+    let keys = ui.text("{export-figure} exports it as PNG, {export-svg} as SVG, {export-pdf} as PDF");
+    let written = ui.view.figures.last().map_or_else(String::new, |path| format!("wrote {}", path.display()));
+    let text = lines(&command.to_string(), inside.width, Style::new())
+        .chain(lines(&format!("\n{keys}"), inside.width, ui.theme.faint()))
+        .chain(lines(&written, inside.width, Style::new().fg(ui.theme.good)));
+    Text::from_iter(text).render(inside, buffer);
+}
+
+/// The command that exports a figure in a format.
+pub fn export(kind: FigureKind, format: &str, lists: &Lists, runs: &Runs, ui: &Ui) -> Command {
+    let view = ui.view;
+    // What is of a run has its name: those of several runs on one task do not replace one another.
+    let of_run = match kind {
+        FigureKind::Dashboard => true,
+        FigureKind::Episode => view.hand.trace.steps.is_empty(),
+        FigureKind::Scene | FigureKind::Clusters | FigureKind::Learning => false,
+    };
+    let name = view.watched_run().filter(|_| of_run).map_or(&view.task.name, |run| &run.name);
+    let path = format!("figures/{name}-{}.{format}", kind.name()).into();
+    let composition = match kind {
+        FigureKind::Learning => lists.composer.composition(runs, ui),
+        _ => Composition::default(),
+    };
+    command::Figure { composition, ..command::Figure::usual(kind, path) }.into()
+}
+
+fn listed(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
+    let theme = ui.theme;
+    let inside = pane("figures", area, theme, buffer);
+    let row = |index: usize| {
+        let kind = FigureKind::ALL[index];
+        Row::new([kind.name(), about(kind)])
+    };
+    let (count, widths) = (FigureKind::ALL.len(), [Constraint::Length(10), Constraint::Fill(1)]);
+    regions.add_rows(list::draw(count, Some(lists.figure), row, &widths, inside, theme, buffer));
+    let [_, below] = Layout::vertical([Constraint::Length(count as u16 + 1), Constraint::Fill(1)]).areas(inside);
+    let written = ui.view.figures.iter().rev().map(|path| format!("wrote {}", path.display()));
+    let text = Text::from_iter(written).style(Style::new().fg(theme.good));
+    if text.height() > 0 {
+        return text.render(below, buffer);
+    }
+    if below.height == 0 {
+        return;
+    }
+    let text = "Nothing exported yet. {export-figure} exports the selected figure as PNG (the episode as GIF), {export-svg} as SVG, {export-pdf} as PDF, {export} all there is something for, into the folder figures/. {compose} composes the learning figure.";
+    hint(&ui.text(text), below, theme, buffer);
+}
+
+fn selected(lists: &Lists) -> FigureKind {
+    FigureKind::ALL[lists.figure.min(FigureKind::ALL.len() - 1)]
+}
+
+/// What is to be drawn: the selected figure, what is composed of it, and the picture of it that is wanted. None while
+/// it has no room.
+pub fn wanted(lists: &Lists, runs: &Runs, ui: &Ui, regions: &HitRegions) -> Option<(FigureKind, Composition, Wanted)> {
+    let (area, _) =
+        regions.all().iter().find(|(area, region)| matches!(region, Region::Preview) && !area.is_empty())?;
+    let kind = selected(lists);
+    let composition = match kind {
+        FigureKind::Learning => lists.composer.composition(runs, ui),
+        _ => Composition::default(),
+    };
+    let grey = ui.theme.depth == Depth::None;
+    let (stamp, options) = (stamp(kind, &composition, ui), composition.options());
+    let wanted = Wanted { kind: kind.name(), options, stamp, room: [area.width, area.height], grey };
+    Some((kind, composition, wanted))
+}
+
+/// A number that changes with everything a figure shows.
+fn stamp(kind: FigureKind, composition: &Composition, ui: &Ui) -> u64 {
+    let view = ui.view;
+    let mut hasher = DefaultHasher::new();
+    std::sync::Arc::as_ptr(&view.task).hash(&mut hasher);
+    view.prior.as_ref().map(std::sync::Arc::as_ptr).hash(&mut hasher);
+    ui.subject.run().map(|run| (&run.path, run.done)).hash(&mut hasher);
+    if kind == FigureKind::Learning {
+        let is_shown = |path: &std::path::PathBuf| composition.runs.is_empty() || composition.runs.contains(path);
+        for run in view.runs.iter().filter(|run| is_shown(&run.path)) {
+            (&run.path, run.done).hash(&mut hasher);
+        }
+    }
+    hasher.finish()
+}
+
+/// What an action does on this screen.
+pub fn perform(lists: &mut Lists, runs: &Runs, ui: &Ui, action: Action) -> Vec<Effect> {
+    if action == Action::Compose {
+        return compose(lists, runs, ui);
+    }
+    if lists.composer.is_open()
+        && let Some(effects) = lists.composer.perform(action)
+    {
+        return effects;
+    }
+    if let Some(selected) = select(action, lists.figure, FigureKind::ALL.len() - 1) {
+        lists.figure = selected;
+        return Vec::new();
+    }
+    let kind = selected(lists);
+    let format = match (action, kind) {
+        (Action::Confirm | Action::Vector | Action::Pdf, FigureKind::Episode) => "gif",
+        (Action::Confirm, _) => "png",
+        (Action::Vector, _) => "svg",
+        (Action::Pdf, _) => "pdf",
+        _ => return Vec::new(),
+    };
+    vec![Effect::Export(vec![(kind, format)])]
+}
+
+/// Gives the keys to the composer, or takes them away.
+fn compose(lists: &mut Lists, runs: &Runs, ui: &Ui) -> Vec<Effect> {
+    if !lists.composer.leave() {
+        lists.figure = FigureKind::ALL.iter().position(|kind| *kind == FigureKind::Learning).unwrap_or(0);
+        lists.composer.open(runs, ui);
+    }
+    Vec::new()
+}

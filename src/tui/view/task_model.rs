@@ -1,0 +1,34 @@
+//! A model of the ball's motion, for the task that it fits.
+
+use std::sync::Arc;
+
+use crate::env::{Action, Snapshot};
+use crate::guidance::RolloutModel;
+use crate::task::Task;
+use crate::trainer::{PriorSource, rollout_model};
+
+/// A model together with the task it was found to fit: it predicts nothing else.
+#[derive(Debug, Clone)]
+pub struct TaskModel {
+    pub(super) task: Arc<Task>,
+    pub(super) model: Arc<dyn RolloutModel>,
+}
+
+impl TaskModel {
+    /// The model of a source for a task.
+    ///
+    /// # Errors
+    /// When the source predicts nothing, cannot be loaded or does not fit the task.
+    pub fn new(source: &PriorSource, task: &Arc<Task>) -> Result<Self, String> {
+        let model = rollout_model(source, task).map_err(|error| error.to_string())?;
+        let (model, _) = model.ok_or("`uniform` predicts nothing: choose another model")?;
+        Ok(Self { task: task.clone(), model })
+    }
+
+    /// Predicted normalised positions of the ball when `actions` are taken from a state.
+    pub(super) fn path(&self, start: &Snapshot, actions: Vec<Action>) -> Vec<[f32; 2]> {
+        // A model that cannot predict the state shows no path.
+        let rollouts = self.model.rollouts(&self.task, &[start], &[actions]).unwrap_or_default();
+        rollouts.into_iter().next().map_or_else(Vec::new, |rollout| rollout.path)
+    }
+}

@@ -1,0 +1,231 @@
+//! The session's runs: beginning, queueing, steering, ending and deleting them.
+//!
+//! As many are trained at the same time as there are cores; the others wait for their
+//! turn in the order they were asked for. A paused run leaves its core to the next.
+
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use super::SessionError;
+use super::command::{Command, Continue, Delete, Evaluate, Open};
+use super::job::Reporter;
+use super::run::{Past, RunView};
+use super::session::Session;
+use crate::run::{RunDirectory, RunError, RunState};
+use crate::trainer::{Control, RunConfig};
+
+impl Session {
+    pub(super) fn train(&mut self, folder: Option<&Path>, until: Option<u32>) -> Result<String, SessionError> {
+        self.setup.config.validate()?;
+        let path = folder.map_or_else(|| self.free_folder(), Path::to_owned);
+        let directory = RunDirectory::create(&path, &self.setup.config)?;
+        let number = self.add(RunView::new(directory)?);
+        self.begin(number, until, "training in")
+    }
+
+    /// Goes on with a run of the session or in a folder.
+    pub(super) fn continue_run(&mut self, command: &Continue) -> Result<String, SessionError> {
+        let folder = match &command.0 {
+            Some(folder) => folder.clone(),
+            None => self.run().ok_or(SessionError::NoRun)?.directory().path().to_owned(),
+        };
+        self.refuse_if_busy(&folder)?;
+        self.extend(&RunDirectory::open(&folder)?)?;
+        let number = self.known_or_read(&folder, command.clone().into())?;
+        self.begin(number, None, "going on with")
+    }
+
+    /// Gives a finished run that is continued as many episodes as were asked for, if these are more.
+    fn extend(&mut self, directory: &RunDirectory) -> Result<(), SessionError> {
+        directory.check_free()?;
+        let config: RunConfig = directory.config()?;
+        let episodes = self.setup.config.episodes;
+        let is_more = self.setup.episodes_asked && episodes > config.episodes;
+        if !is_more || directory.status()?.state != RunState::Finished {
+            return Ok(());
+        }
+        let config = RunConfig { episodes, ..config };
+        directory.replace_config(&config)?;
+        if let Some(run) = self.runs.iter_mut().find(|run| run.directory() == directory) {
+            run.set_config(config);
+        }
+        Ok(())
+    }
+
+    /// The number of the run in a folder. One that the session does not know is added, and
+    /// what its log says so far is read in the background.
+    fn known_or_read(&mut self, folder: &Path, command: Command) -> Result<usize, SessionError> {
+        if let Some(number) = self.number_of(folder) {
+            return Ok(number);
+        }
+        let run = RunView::open(folder)?;
+        let (directory, task) = (run.directory().clone(), run.config().task.clone());
+        let number = self.add(run.with_past_unread());
+        let report = format!("opened {}", folder.display());
+        let work = move |reporter: &Reporter| Past::read(&directory, &task, reporter.stop());
+        self.begin_job(command, work, move |session, past| {
+            // It may have been deleted meanwhile.
+            let Some(run) = session.runs.iter_mut().find(|run| run.number() == number) else { return Ok(report) };
+            run.take_past(past).map(|()| report)
+        })?;
+        Ok(number)
+    }
+
+    /// Queues a run, and starts it if there is a core for it.
+    pub(super) fn begin(&mut self, number: usize, until: Option<u32>, report: &str) -> Result<String, SessionError> {
+        self.current = Some(number);
+        self.turns += 1;
+        let turn = self.turns;
+        let Some(run) = self.run_mut() else { return Err(SessionError::NoRun) };
+        run.enqueue(turn, until);
+        self.start_queued();
+        let Some(run) = self.run() else { return Err(SessionError::NoRun) };
+        let path = run.directory().path().display();
+        match run.failure() {
+            Some(reason) => Err(SessionError::Failed(reason.to_owned())),
+            None if run.is_queued() && !run.is_unread() => Ok(format!("{path} waits for a free core")),
+            None => Ok(format!("{report} {path}")),
+        }
+    }
+
+    /// Adds a run to the session, or puts it in the place of the one in its folder, and
+    /// returns its number.
+    pub(super) fn add(&mut self, run: RunView) -> usize {
+        let path = run.directory().path();
+        if let Some(known) = self.runs.iter_mut().find(|known| known.directory().path() == path) {
+            let number = known.number();
+            *known = run.numbered(number);
+            return number;
+        }
+        let number = self.numbered;
+        self.numbered += 1;
+        self.runs.push(run.numbered(number));
+        number
+    }
+
+    /// Adds a run that was opened, and acts on it.
+    pub(super) fn show(&mut self, run: RunView) {
+        let folder = run.directory().path().to_owned();
+        self.current = Some(self.add(run));
+        self.journal.note(Open(folder).into(), self.current);
+    }
+
+    /// Starts what waits for a core, as long as there is one; true if anything began.
+    pub(super) fn start_queued(&mut self) -> bool {
+        let mut began = false;
+        loop {
+            let working = self.runs.iter().filter(|run| run.is_working()).count();
+            let next = self.runs.iter_mut().filter(|run| run.turn().is_some()).min_by_key(|run| run.turn());
+            let Some(run) = next.filter(|_| working < self.cores) else { return began };
+            // Why it could not begin is kept in the run, where it is shown.
+            began |= run.start().is_ok();
+        }
+    }
+
+    /// Another number of runs that may be trained at the same time; at least one.
+    pub fn set_cores(&mut self, cores: usize) {
+        self.cores = cores.max(1);
+    }
+
+    fn refuse_if_busy(&self, path: &Path) -> Result<(), SessionError> {
+        match self.runs.iter().find(|run| run.directory().path() == path && (run.is_active() || run.is_queued())) {
+            Some(run) => Err(SessionError::Busy(run.name())),
+            None => Ok(()),
+        }
+    }
+
+    /// A folder for a new run that does not exist yet.
+    fn free_folder(&self) -> PathBuf {
+        let RunConfig { task, method, seed, .. } = &self.setup.config;
+        self.free_folder_named(&format!("{}-{method}-seed{seed}", task.name))
+    }
+
+    /// A folder for a new run of this name, or with a number behind it, that does not exist yet.
+    pub(super) fn free_folder_named(&self, base: &str) -> PathBuf {
+        let candidates = std::iter::once(base.to_owned()).chain((2..).map(|n| format!("{base}-{n}")));
+        let mut paths = candidates.map(|name| self.folder.join(name));
+        // The second iterator does not end.
+        paths.find(|path| !path.exists()).unwrap_or_else(|| self.folder.join(base))
+    }
+
+    pub(super) fn stop(&mut self) -> Result<String, SessionError> {
+        if self.run_mut().is_some_and(RunView::unqueue) {
+            return Ok("taken out of the queue".to_owned());
+        }
+        self.send(Control::Stop { reason: "asked to".to_owned() }, "stopping after this episode")
+    }
+
+    pub(super) fn send(&mut self, control: Control, report: &str) -> Result<String, SessionError> {
+        self.run_mut().ok_or(SessionError::NoRun)?.send(control)?;
+        Ok(report.to_owned())
+    }
+
+    /// The number of the run in a folder, if the session knows it.
+    pub(super) fn number_of(&self, folder: &Path) -> Option<usize> {
+        self.runs.iter().find(|run| run.directory().path() == folder).map(RunView::number)
+    }
+
+    /// Opens the run in a folder and acts on it.
+    pub(super) fn open(&mut self, command: &Open) -> Result<String, SessionError> {
+        let number = self.known_or_read(&command.0, command.clone().into())?;
+        self.current = Some(number);
+        Ok(format!("opened {}", command.0.display()))
+    }
+
+    pub(super) fn watch(&mut self, number: usize) -> Result<String, SessionError> {
+        let run = self.runs.iter().find(|run| run.number() == number).ok_or(SessionError::NoSuchRun(number + 1))?;
+        let report = format!("run {} is {}", number + 1, run.name());
+        self.current = Some(number);
+        Ok(report)
+    }
+
+    /// Begins to delete a run's folder, unless somebody, here or in another process, works on it.
+    pub(super) fn delete(&mut self, command: &Delete) -> Result<String, SessionError> {
+        let folder = command.0.clone();
+        self.refuse_if_busy(&folder)?;
+        let directory = RunDirectory::open(&folder)?;
+        let lock = directory.lock()?;
+        // The run is not looked at while its files go away.
+        let index = self.runs.iter().position(|run| run.directory().path() == folder);
+        let removed = index.map(|index| self.runs.remove(index));
+        let current_is_gone = self.run().is_none();
+        let report = format!("deleting {}", folder.display());
+        let work = move |_: &Reporter| {
+            let outcome = std::fs::remove_dir_all(&folder);
+            drop(lock);
+            outcome.map_err(RunError::io("delete", &folder)).map(|()| folder).map_err(|error| error.to_string())
+        };
+        let begun = self.begin_job(command.clone(), work, |session, outcome| match outcome {
+            Ok(folder) => Ok(format!("deleted {}", folder.display())),
+            Err(reason) => {
+                session.runs.extend(removed);
+                session.runs.sort_by_key(RunView::number);
+                Err(reason)
+            }
+        });
+        if current_is_gone {
+            self.current = None;
+        }
+        begun?;
+        Ok(report)
+    }
+
+    /// Begins to play the greedy policy of the current run.
+    pub(super) fn evaluate(&mut self) -> Result<String, SessionError> {
+        let run = self.run().ok_or(SessionError::NoRun)?;
+        let (saved, seed, name, number) = (run.saved(), self.setup.config.seed, run.name(), run.number());
+        let work = move |_: &Reporter| saved.greedy_episode(seed).map_err(|error| error.to_string());
+        self.begin_job(Evaluate, work, move |session, trace| {
+            let trace = trace?;
+            let outcome = if trace.reached_goal() { "reaches the goal" } else { "does not reach the goal" };
+            let (actions, total) = (trace.steps.len(), trace.total_reward());
+            if let Some(run) = session.runs.iter_mut().find(|run| run.number() == number) {
+                run.set_greedy(trace);
+            }
+            Ok(format!("the greedy policy {outcome} in {actions} actions, return {total:.2}"))
+        })?;
+        Ok(format!("playing the greedy policy of {name}"))
+    }
+}
