@@ -9,7 +9,7 @@ use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::Widget;
 
 use super::axes::{Axes, Scale, number};
-use super::decimated::{Column, Decimated, Kept, Look, place};
+use super::decimated::{Column, Decimated, Kept, Look, PictureKey, place};
 use super::range::Window;
 use crate::tui::widgets::columns;
 use crate::tui::widgets::raster::{self, Dot, Raster};
@@ -88,18 +88,54 @@ pub fn draw(plot: &Plot, kept: &Kept, area: Rect, theme: &Theme, buffer: &mut Bu
         Line::styled(text, theme.faint()).centered().render(middle, buffer);
         return Some(axes);
     }
-    raster::draw(axes.plot, theme.marker, buffer, |raster| {
-        for curve in &plot.curves {
-            shade(curve, &look, &axes, raster);
+    let paint = |area: Rect, buffer: &mut Buffer| {
+        raster::draw(area, theme.marker, buffer, |raster| {
+            for curve in &plot.curves {
+                shade(curve, &look, &axes, raster);
+            }
+            for (line, curve) in lines.iter().zip(&plot.curves) {
+                trace(line, curve, &axes, raster);
+            }
+        });
+    };
+    match picture_key(plot, &look, found, axes.plot, theme) {
+        Some(key) => {
+            let place = Rect { x: 0, y: 0, ..axes.plot };
+            let draw = || {
+                let mut picture = Buffer::empty(place);
+                paint(place, &mut picture);
+                picture
+            };
+            lay(&kept.picture(key, draw), axes.plot, buffer);
         }
-        for (line, curve) in lines.iter().zip(&plot.curves) {
-            trace(line, curve, &axes, raster);
-        }
-    });
+        None => paint(axes.plot, buffer),
+    }
     points(plot, &axes, theme, buffer);
     marks(plot, &axes, theme, buffer);
     crosshair(plot, &axes, theme, buffer);
     Some(axes)
+}
+
+/// What the picture of the curves depends on. None if it is not known whether the curves are the same.
+fn picture_key(plot: &Plot, look: &Look, range: Option<[f32; 2]>, area: Rect, theme: &Theme) -> Option<PictureKey> {
+    let curve = |curve: &Curve| Some((curve.version?, curve.colour, curve.partial, curve.band.is_some()));
+    let curves = plot.curves.iter().map(curve).collect::<Option<Vec<_>>>()?;
+    let [low, high] = range.unwrap_or_default().map(f32::to_bits);
+    let size = [area.width, area.height];
+    Some(PictureKey { curves, look: look.key(), range: [low, high], size, dots: theme.marker.dots() })
+}
+
+/// Puts a picture over an area; cells without a dot stay as they are.
+fn lay(picture: &Buffer, area: Rect, buffer: &mut Buffer) {
+    for (from, position) in picture.content.iter().zip(area.positions()) {
+        if from.symbol() != " " {
+            let cell = &mut buffer[position];
+            cell.set_symbol(from.symbol()).set_fg(from.fg);
+            if from.bg != Color::Reset {
+                cell.set_bg(from.bg);
+            }
+        }
+    }
 }
 
 /// Title and legend, in as many lines as they need and have; curves without room there are counted.

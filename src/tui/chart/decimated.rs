@@ -5,6 +5,9 @@ use std::cell::RefCell;
 use std::collections::{HashMap, VecDeque};
 use std::rc::Rc;
 
+use ratatui::buffer::Buffer;
+use ratatui::style::Color;
+
 use super::axes::Scale;
 use super::range::Window;
 
@@ -46,6 +49,11 @@ pub struct Decimated {
 }
 
 impl Look {
+    /// What it is told apart by.
+    pub fn key(&self) -> LookKey {
+        ([self.x.from, self.x.to].map(f32::to_bits), self.scale, self.smoothing, self.columns)
+    }
+
     /// Dots between two episodes.
     fn pace(&self) -> f32 {
         f32::from(self.columns.saturating_sub(1)) / (self.x.to - self.x.from).max(f32::EPSILON)
@@ -176,17 +184,37 @@ impl Smoothing {
     }
 }
 
-/// Curves that were drawn, as they were.
+/// Curves that were drawn, as they were, and the pictures of all of a chart.
 #[derive(Debug, Default)]
 pub struct Kept {
     known: RefCell<HashMap<Key, Rc<Decimated>>>,
+    pictures: RefCell<HashMap<PictureKey, Rc<Buffer>>>,
 }
 
-/// The version of a curve and how it is seen, its numbers by their bits.
-type Key = (u64, usize, [u32; 2], Scale, usize, u16);
+/// The version of a curve and how it is seen.
+type Key = (u64, usize, LookKey);
 
-/// Curves that are kept at most.
+/// How a curve is seen, its numbers by their bits.
+type LookKey = ([u32; 2], Scale, usize, u16);
+
+/// What the picture of the curves of a chart depends on.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct PictureKey {
+    /// The curves: version, colour, values that are dotted, and whether there is a band.
+    pub curves: Vec<((u64, usize), Color, u64, bool)>,
+    /// How they are seen.
+    pub look: LookKey,
+    /// The lowest and the highest value of the axis, by their bits.
+    pub range: [u32; 2],
+    /// Cells of the plot.
+    pub size: [u16; 2],
+    /// Dots of a cell.
+    pub dots: [u16; 2],
+}
+
+/// Curves and pictures that are kept at most.
 const MOST: usize = 4000;
+const MOST_PICTURES: usize = 64;
 
 impl Kept {
     /// A curve in columns. Its version is a number that is another whenever the values are others, and which of the
@@ -199,13 +227,21 @@ impl Kept {
         look: &Look,
     ) -> Rc<Decimated> {
         let Some((version, curve)) = version else { return Rc::new(look.decimate(episodes, values)) };
-        let window = [look.x.from, look.x.to].map(f32::to_bits);
-        let key = (version, curve, window, look.scale, look.smoothing, look.columns);
+        let key = (version, curve, look.key());
         let mut known = self.known.borrow_mut();
         if known.len() > MOST {
             known.clear();
         }
         known.entry(key).or_insert_with(|| Rc::new(look.decimate(episodes, values))).clone()
+    }
+
+    /// The picture of the curves of a chart; drawn if it is not known.
+    pub fn picture(&self, key: PictureKey, draw: impl FnOnce() -> Buffer) -> Rc<Buffer> {
+        let mut pictures = self.pictures.borrow_mut();
+        if pictures.len() > MOST_PICTURES {
+            pictures.clear();
+        }
+        pictures.entry(key).or_insert_with(|| Rc::new(draw())).clone()
     }
 }
 

@@ -2,6 +2,7 @@
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
+use ratatui::style::Color;
 
 use super::training::CurvesState;
 use super::{HitRegions, Region, Ui};
@@ -68,21 +69,24 @@ impl<'a> Shown<'a> {
 pub struct Charts<'a> {
     state: &'a CurvesState,
     shown: Vec<Shown<'a>>,
+    /// What sets each apart from the others, if there are several, and its colour.
+    names: Vec<String>,
+    colours: Vec<Color>,
     ui: &'a Ui<'a>,
 }
 
 impl<'a> Charts<'a> {
     /// Charts of these, over the same episodes.
     pub fn new(state: &'a CurvesState, shown: Vec<Shown<'a>>, ui: &'a Ui<'a>) -> Self {
-        Self { state, shown, ui }
+        let labels: Vec<String> = shown.iter().map(Shown::label).collect();
+        let names = if shown.len() > 1 { names(&shown, &labels) } else { vec![String::new(); shown.len()] };
+        let colours = ui.theme.runs(&labels.iter().map(String::as_str).collect::<Vec<_>>());
+        Self { state, shown, names, colours, ui }
     }
 
     /// Draws the chart of a metric.
     pub fn draw(&self, metric: Metric, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
-        let labels: Vec<String> = self.shown.iter().map(Shown::label).collect();
-        let many = labels.len() > 1;
-        let names = if many { names(&self.shown, &labels) } else { vec![String::new(); labels.len()] };
-        let colours = self.ui.theme.runs(&labels.iter().map(String::as_str).collect::<Vec<_>>());
+        let many = self.shown.len() > 1;
         let by_subgoal = match self.shown.as_slice() {
             [Shown::Run(run, _)] if metric == Metric::SubgoalShare => run.subgoal_hits(),
             _ => Vec::new(),
@@ -98,9 +102,9 @@ impl<'a> Charts<'a> {
             points: &[],
         });
         let whole = self.shown.iter().filter(|_| by_subgoal.is_empty());
-        let curves = whole.zip(names).zip(colours).map(|((shown, name), colour)| Curve {
-            name,
-            colour,
+        let curves = whole.zip(&self.names).zip(&self.colours).map(|((shown, name), colour)| Curve {
+            name: name.clone(),
+            colour: *colour,
             episodes: shown.curves().episodes(),
             values: shown.curves().get(metric),
             version: Some((shown.curves().version(), metric as usize)),
@@ -125,7 +129,7 @@ impl<'a> Charts<'a> {
             (n, Scale::Log) => format!("{}, mean of {n}, log", metric.title()),
         };
         // Of many curves the marks would be a row of signs without a name.
-        let marked = self.shown.iter().zip(self.ui.theme.runs(&labels.iter().map(String::as_str).collect::<Vec<_>>()));
+        let marked = self.shown.iter().zip(self.colours.iter().copied());
         let marks = marked.filter(|_| self.shown.len() <= 2).flat_map(|(shown, colour)| {
             let colour = if many { colour } else { self.ui.theme.warn };
             shown.marks().iter().map(move |mark| (mark.episode, colour, &*mark.text))
