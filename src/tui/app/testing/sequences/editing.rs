@@ -33,7 +33,7 @@ fn subgoals_are_proposed_moved_accepted_and_rejected() {
     check(typical(), "2 D", &["proposal delete"], "");
     let mut view = typical();
     view.proposing = Some((1, 3));
-    check(view, "2", &[], "looking for subgoal 2 of 3");
+    check(view, "2", &[], "looking for subgoals, proposal 2 of 3");
     let (mut app, _) = app(typical());
     let at = cell(&mut app, [-0.2, 0.5]);
     mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
