@@ -42,7 +42,7 @@ pub struct Choice {
 /// each, and rollouts in the real environment guided by them show how often each stage is reached from
 /// the one before. The first candidate that reaches every stage often is chosen, or else the one whose
 /// hardest stage is reached most often, or which comes nearest to the goal.
-/// `progress` is called before each proposal with its number, from 0.
+/// `progress` is called with the number of proposals made before.
 ///
 /// # Errors
 /// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
@@ -57,6 +57,7 @@ pub fn choose_subgoals(
     let mut config = config.clone();
     let mut tried = Vec::new();
     let mut candidates = 1;
+    progress(0);
     let mut best = (Trial::of(task, &[], model, &config, seed)?, Vec::new());
     for attempt in 0..PROPOSALS {
         if best.0.least_reached >= ENOUGH {

@@ -217,7 +217,10 @@ fn about(ui: &Ui, width: u16) -> Vec<Line<'static>> {
 fn proposals(ui: &Ui) -> Option<String> {
     let view = ui.view;
     if let Some((tried, count)) = view.proposing {
-        return Some(format!("looking for subgoals, proposal {} of {count}", (tried + 1).min(count)));
+        // Before the first report the number is not known.
+        let number =
+            if count > 0 { format!(", proposal {} of {count}", (tried + 1).min(count)) } else { String::new() };
+        return Some(format!("looking for subgoals{number}"));
     }
     let count = view.proposed.len();
     let answers = ui.text("{accept-proposals} accepts, {reject-proposals} rejects the selected one or all");
