@@ -15,6 +15,9 @@ use crate::stats::rolling::WINDOW;
 /// Success rate from which on a puzzle counts as solved.
 const SOLVED: f64 = 0.8;
 
+/// Groups of puzzles: the fewest actions from which on a puzzle belongs to one, and its name.
+const GROUPS: [(u32, &str); 4] = [(0, "1 to 3"), (4, "4 to 6"), (7, "7 to 9"), (10, "10 or more")];
+
 /// Trainings on generated puzzles.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BenchResults {
@@ -76,30 +79,28 @@ impl BenchResults {
             100.0 * SOLVED,
         );
         text += "## Share of trainings that solved their puzzle\n\n";
-        self.write_table(&mut text, "method", |_| Some(String::new()));
+        self.write_table(&mut text, "method", &[""], |_| Some(0));
         text += "\n## By the fewest actions with which guided play reached the goal\n\n";
-        self.write_table(&mut text, "actions, method", |row| {
+        self.write_table(&mut text, "actions, method", &GROUPS.map(|(_, name)| name), |row| {
             let puzzle = self.index.puzzles.iter().find(|puzzle| puzzle.name == row.task)?;
-            Some(
-                match puzzle.actions_needed {
-                    ..=1 => "1",
-                    2 => "2",
-                    3 => "3",
-                    _ => "4 or more",
-                }
-                .to_owned(),
-            )
+            GROUPS.iter().rposition(|(least, _)| *least <= puzzle.actions_needed)
         });
         text
     }
 
-    /// A table with a row for each group of runs and method.
-    fn write_table(&self, text: &mut String, title: &str, group: impl Fn(&LearningRow) -> Option<String>) {
+    /// A table with a row for each method and group of runs; `group` gives the place of its name.
+    fn write_table(
+        &self,
+        text: &mut String,
+        title: &str,
+        names: &[&str],
+        group: impl Fn(&LearningRow) -> Option<usize>,
+    ) {
         let within = [self.episodes / 4, self.episodes / 2, self.episodes];
         let columns = within.map(|episodes| format!("within {episodes}"));
         let titles = [title, "trainings"].map(str::to_owned).into_iter().chain(columns);
         *text += &markdown::header(titles.chain(["held".to_owned(), "mean area under the curve".to_owned()]));
-        let mut groups: BTreeMap<(String, String), Vec<&LearningRow>> = BTreeMap::new();
+        let mut groups: BTreeMap<(usize, String), Vec<&LearningRow>> = BTreeMap::new();
         for row in &self.runs {
             if let Some(group) = group(row) {
                 groups.entry((group, row.label())).or_default().push(row);
@@ -114,7 +115,8 @@ impl BenchResults {
                 |least: u64| share(&|row| row.efficiency.episodes_to_80.is_some_and(|episodes| episodes <= least));
             let held = share(&|row| row.efficiency.held_success.is_some_and(|success| success >= SOLVED));
             let area = rows.iter().filter_map(|row| row.efficiency.auc).sum::<f64>() / rows.len() as f64;
-            let name = if group.is_empty() { method } else { format!("{group}, {method}") };
+            let name =
+                [names[group], &*method].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ");
             let cells = [name, rows.len().to_string()].into_iter().chain(within.map(solved));
             *text += &markdown::row(cells.chain([held, format!("{area:.2}")]));
         }
