@@ -163,8 +163,7 @@ def part_create(options):
 
 class Toy(gymnasium.Env):
     """The least that plays the part of a puzzle in pure Python: spaces as ours, a ball that falls for
-    40 steps an action, no tools, no contacts but the floor. As in ours no number of an observation is
-    always 0, since networks learn faster from zeros."""
+    40 steps an action, no tools, no contacts but the floor. No number of an observation is always 0, as in ours."""
 
     def __init__(self):
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (162,), np.float32)
@@ -176,7 +175,9 @@ class Toy(gymnasium.Env):
         return self.observation(), {}
 
     def observation(self):
-        return np.resize(np.array(self.ball, np.float32), 162)
+        observation = np.full(162, self.ball[1], np.float32)
+        observation[:4] = self.ball
+        return observation
 
     def step(self, action):
         x, y, vx, vy = self.ball

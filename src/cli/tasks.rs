@@ -11,7 +11,7 @@ use super::progress::Progress;
 use super::{Outcome, output};
 use crate::batch::{Batch, default_threads};
 use crate::env;
-use crate::guidance::{GuidanceConfig, PROPOSALS, choose_subgoals};
+use crate::guidance::{GuidanceConfig, NO_SUBGOALS, PROPOSALS, choose_subgoals};
 use crate::study::audit::{AuditRow, audit};
 use crate::task::{self, Task, TaskError};
 use crate::trainer::{PriorSource, rollout_model};
@@ -104,6 +104,9 @@ fn propose(name: &str, subgoals: usize, model: &PriorSource, seed: u64, out: Opt
         progress.set(tried as u64, PROPOSALS as u64, "proposals");
     })?;
     drop(progress);
+    if chosen.is_failure() {
+        return Err(NO_SUBGOALS.into());
+    }
     output::message(format_args!(
         "subgoals: {}, the best of {} candidates: each stage was reached by {:.0} % of the guided rollouts or more",
         chosen.subgoals.len(),

@@ -28,7 +28,7 @@ const MORE: usize = 4;
 
 /// Subgoals, and how well guided play gets along with them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Choice {
+pub struct ChosenSubgoals {
     /// The subgoals; none where guided play does best without.
     pub subgoals: Vec<Region>,
     /// Of the real rollouts towards a stage the share that reached it, at the stage where it is least.
@@ -36,6 +36,16 @@ pub struct Choice {
     /// Candidates that were tried.
     pub candidates: usize,
 }
+
+impl ChosenSubgoals {
+    /// Whether there are no subgoals, and guided play does not reach the goal without them.
+    pub fn is_failure(&self) -> bool {
+        self.subgoals.is_empty() && self.least_reached == 0.0
+    }
+}
+
+/// What to say of a [failure](ChosenSubgoals::is_failure).
+pub const NO_SUBGOALS: &str = "no place was found that helps the ball on its way to the goal";
 
 /// Proposes up to `count` subgoals for the task, whose present ones are ignored. Candidates are no
 /// subgoals at all, then every [proposal](propose_subgoals) and its beginnings. Clusters are built for
@@ -53,7 +63,7 @@ pub fn choose_subgoals(
     config: &GuidanceConfig,
     seed: u64,
     mut progress: impl FnMut(usize),
-) -> Result<Choice, DynamicsError> {
+) -> Result<ChosenSubgoals, DynamicsError> {
     let mut config = config.clone();
     let mut tried = Vec::new();
     let mut candidates = 1;
@@ -67,11 +77,11 @@ pub fn choose_subgoals(
         let proposal = propose_subgoals(task, model, count, &config, seed, &tried)?;
         tried.push(proposal.first().copied());
         if proposal.is_empty() {
-            // Places that are reached seldom need many rollouts.
-            config.model_rollouts *= MORE;
             if tried.iter().filter(|first| first.is_none()).count() > 1 {
                 break;
             }
+            // Places that are reached seldom need many rollouts.
+            config.model_rollouts *= MORE;
         }
         for length in 1..=proposal.len() {
             let trial = Trial::of(task, &proposal[..length], model, &config, seed)?;
@@ -81,13 +91,13 @@ pub fn choose_subgoals(
             }
         }
     }
-    Ok(Choice { subgoals: best.1, least_reached: best.0.least_reached, candidates })
+    Ok(ChosenSubgoals { subgoals: best.1, least_reached: best.0.least_reached, candidates })
 }
 
 /// How guided play gets along with a candidate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Trial {
-    /// As of [`Choice`].
+    /// As of [`ChosenSubgoals`].
     least_reached: f32,
     /// Mean distance to the goal, normalised, at its least in the tenth of the last rollouts that came
     /// nearest.
@@ -153,7 +163,7 @@ mod tests {
     use crate::stop::Stop;
     use crate::task::load;
 
-    fn choose(task: &Task) -> Choice {
+    fn choose(task: &Task) -> ChosenSubgoals {
         choose_subgoals(task, &TruePhysics, 2, &GuidanceConfig::default(), 0, |_| ()).unwrap()
     }
 

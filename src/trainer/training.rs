@@ -94,15 +94,14 @@ impl Training {
             hold: Hold::default(),
             first_success: None,
         };
+        Self::assembled(config, learner, progress)
+    }
+
+    /// A training between two episodes.
+    fn assembled(config: RunConfig, learner: Learner, progress: Progress) -> Result<Self, TrainingError> {
         let model = consulted_model(&config)?;
-        Ok(Self {
-            env: Environment::new(config.played_task()),
-            config,
-            model,
-            learner,
-            progress,
-            stop: Stop::default(),
-        })
+        let env = Environment::new(config.played_task());
+        Ok(Self { config, model, env, learner, progress, stop: Stop::default() })
     }
 
     /// The configuration.

@@ -6,7 +6,7 @@ use super::clusters::RolloutInputs;
 use super::command::{Command, Propose};
 use super::job::{Progress, Reporter};
 use super::{Session, SessionError};
-use crate::guidance::{Choice, PROPOSALS, Stoppable, choose_subgoals};
+use crate::guidance::{ChosenSubgoals, NO_SUBGOALS, PROPOSALS, Stoppable, choose_subgoals};
 use crate::task::{Region, Task};
 use crate::trainer::{RunConfig, rollout_model};
 
@@ -41,17 +41,17 @@ impl Session {
         self.cancel_jobs(is_propose);
     }
 
-    fn take_proposals(&mut self, key: &RolloutInputs, count: usize, choice: Choice) -> Result<String, String> {
+    fn take_proposals(&mut self, key: &RolloutInputs, count: usize, choice: ChosenSubgoals) -> Result<String, String> {
         if *key != inputs(&self.setup.config) {
             return Err("the task or the model was changed while subgoals were looked for: `propose` again".to_owned());
         }
-        let Choice { subgoals: regions, least_reached, .. } = choice;
-        let (found, percent) = (regions.len(), 100.0 * least_reached);
-        if found == 0 && least_reached > 0.0 {
-            return Ok(format!("no subgoals are needed: {percent:.0} % of the guided rollouts reached the goal"));
+        if choice.is_failure() {
+            return Err(NO_SUBGOALS.to_owned());
         }
+        let ChosenSubgoals { subgoals: regions, least_reached, .. } = choice;
+        let (found, percent) = (regions.len(), 100.0 * least_reached);
         if found == 0 {
-            return Err("no place was found that helps the ball on its way to the goal".to_owned());
+            return Ok(format!("no subgoals are needed: {percent:.0} % of the guided rollouts reached the goal"));
         }
         self.setup.propose(regions);
         // The proposals belong where they arrived: only what is done from now on can refer to them.
@@ -74,7 +74,7 @@ impl Session {
     }
 }
 
-fn search(config: &RunConfig, count: usize, reporter: &Reporter) -> Result<Choice, String> {
+fn search(config: &RunConfig, count: usize, reporter: &Reporter) -> Result<ChosenSubgoals, String> {
     let model = rollout_model(&config.prior, &config.task).map_err(|error| error.to_string())?;
     let (model, _) = model.ok_or("`uniform` predicts nothing: choose another model, such as learned or true")?;
     let model = Stoppable::new(&*model, reporter.stop());

@@ -6,14 +6,12 @@ use serde::Deserialize;
 
 use super::{Training, TrainingError};
 use crate::agent::{self, Learner};
-use crate::env::{Environment, observation_len};
+use crate::env::observation_len;
 use crate::guidance::ActionPrior;
 use crate::run::{Checkpoint, RunError};
-use crate::stop::Stop;
 use crate::trainer::config::RunConfig;
 use crate::trainer::exploration::Attempts;
 use crate::trainer::hold::Hold;
-use crate::trainer::prior::consulted_model;
 
 /// The checkpoint section that holds the networks, as a safetensors file.
 pub const NETWORKS_SECTION: &str = "learner.safetensors";
@@ -50,16 +48,7 @@ impl Training {
         if *learner.ddpg().config() != config.ddpg {
             return Err(TrainingError::OtherSettings);
         }
-        let progress = checkpoint.json(PROGRESS_SECTION)?;
-        let model = consulted_model(&config)?;
-        Ok(Self {
-            env: Environment::new(config.played_task()),
-            config,
-            model,
-            learner,
-            progress,
-            stop: Stop::default(),
-        })
+        Self::assembled(config, learner, checkpoint.json(PROGRESS_SECTION)?)
     }
 
     /// The training with other settings from here on. What was learned stays, and so does what is in the replay
@@ -92,9 +81,7 @@ impl Training {
             learner.ddpg_mut().release_policy();
         }
         progress.prior = prior;
-        let model = consulted_model(&config)?;
-        let env = Environment::new(config.played_task());
-        Ok(Self { config, model, env, learner, progress, stop: Stop::default() })
+        Self::assembled(config, learner, progress)
     }
 
     /// The whole state of the run, between two episodes.
