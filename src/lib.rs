@@ -4,8 +4,8 @@
 //! The library is for programs that want more than the `mge` program offers: to play the
 //! puzzles with an agent of their own ([`task`], [`mod@env`]), to predict and to cluster actions
 //! with a dynamics model ([`dynamics`], [`guidance`]), to train ([`trainer`], [`agent`]), and to
-//! read what a training has written ([`run`], [`stats`]). [`workbench`] carries out the
-//! commands of scripts.
+//! read, compare and draw what trainings have written ([`run`], [`evidence`], [`figures`], [`stats`]).
+//! [`workbench`] carries out the commands of scripts.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -38,8 +38,8 @@ mod bounded;
 mod cli;
 pub mod dynamics;
 pub mod env;
-mod evidence;
-mod figures;
+pub mod evidence;
+pub mod figures;
 /// Every parser as a function of bytes, for the targets in `fuzz/`.
 #[doc(hidden)]
 pub mod fuzz;
@@ -50,14 +50,11 @@ pub mod nn;
 pub mod physics;
 pub mod protocol;
 mod puzzles;
-#[cfg(feature = "python")]
-#[allow(unsafe_code, reason = "the macros of PyO3 expand to it")]
-pub mod python;
 pub mod run;
 mod spelling;
 pub mod stats;
 pub mod stop;
-mod streams;
+pub mod streams;
 mod study;
 mod sweep;
 pub mod task;

@@ -11,11 +11,11 @@ use serde_json::{Map, Value, json};
 
 use super::error::exception;
 use super::pool::work;
-use crate::evidence::{self, FoundRun, find_runs, read_runs};
-use crate::figures::DEFAULT_DPI;
-use crate::run::{RunDirectory, RunHistory};
-use crate::stats::Bootstrap;
-use crate::trainer::RunConfig;
+use mge::evidence::{self, FoundRun, find_runs, read_runs};
+use mge::figures::DEFAULT_DPI;
+use mge::run::{RunDirectory, RunHistory};
+use mge::stats::Bootstrap;
+use mge::trainer::RunConfig;
 
 /// Rows as columns, in the order of the first row's keys: arrays of bool, int64 or float64 (NaN where
 /// there is no number), else lists.
@@ -91,7 +91,7 @@ pub fn read_run<'py>(
 }
 
 /// Runs in folders.
-pub(super) fn found(py: Python<'_>, folders: Vec<PathBuf>) -> PyResult<Vec<FoundRun>> {
+pub fn found(py: Python<'_>, folders: Vec<PathBuf>) -> PyResult<Vec<FoundRun>> {
     work(py, || read_runs(&find_runs(&folders)?))?.map_err(exception)
 }
 

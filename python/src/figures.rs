@@ -10,10 +10,10 @@ use super::pool::work;
 use super::prior::ActionPrior;
 use super::runs::found;
 use super::task::Task;
-use crate::evidence::TrainedRun;
-use crate::evidence::figures::{learning_curves, method_scores, step_curves};
-use crate::figures::{self, ActionSamples, DEFAULT_DPI, Provenance, TaskActions, TaskGrid};
-use crate::stats::Bootstrap;
+use mge::evidence::TrainedRun;
+use mge::evidence::figures::{learning_curves, method_scores, step_curves};
+use mge::figures::{self, ActionSamples, DEFAULT_DPI, Provenance, TaskActions, TaskGrid};
+use mge::stats::Bootstrap;
 
 /// A figure: drawn in notebooks as it is, written by `save`.
 #[pyclass(module = "mge.figures", frozen)]

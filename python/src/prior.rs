@@ -12,12 +12,12 @@ use super::error::exception;
 use super::model::AnyModel;
 use super::pool::work;
 use super::task::Task;
-use crate::agent::Ddpg;
-use crate::guidance::{self, GuidanceConfig, StagePrior};
-use crate::run::RunDirectory;
-use crate::streams::Stream;
-use crate::trainer::{RunConfig, saved_prior};
-use crate::workbench::RunView;
+use mge::agent::Ddpg;
+use mge::guidance::{self, GuidanceConfig, StagePrior};
+use mge::run::RunDirectory;
+use mge::streams::Stream;
+use mge::trainer::{RunConfig, saved_prior};
+use mge::workbench::RunView;
 
 /// Clusters of rewarding actions for every stage of a task: the distributions from which
 /// guided exploration samples.

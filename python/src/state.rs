@@ -9,9 +9,9 @@ use pyo3::prelude::*;
 use super::error::exception;
 use super::figures::Figure;
 use super::model::{BALL, ball_row};
-use crate::env;
-use crate::figures::{Animation, Moment};
-use crate::physics::{PHYSICS_DT, to_normalised};
+use mge::env;
+use mge::figures::{Animation, Moment};
+use mge::physics::{PHYSICS_DT, to_normalised};
 
 /// The scene as it is now.
 pub fn scene(env: &env::Environment) -> Animation {
@@ -32,7 +32,7 @@ impl State {
     /// The states that `to_json` wrote.
     #[staticmethod]
     fn parse(task: &str, states: Vec<String>) -> PyResult<Self> {
-        let task = Arc::new(crate::task::parse(task, "state").map_err(exception)?);
+        let task = Arc::new(mge::task::parse(task, "state").map_err(exception)?);
         let states: Result<Vec<env::State>, _> = states.iter().map(|text| env::State::parse(text, &task)).collect();
         states.map(Self).map_err(exception)
     }
@@ -69,7 +69,7 @@ impl State {
 
     fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (String, Vec<String>))> {
         let parse = py.get_type::<Self>().getattr("parse")?.unbind();
-        let task = self.0.first().map_or_else(String::new, |state| crate::task::to_json(state.task()));
+        let task = self.0.first().map_or_else(String::new, |state| mge::task::to_json(state.task()));
         Ok((parse, (task, self.0.iter().map(env::State::to_json).collect())))
     }
 }

@@ -5,7 +5,7 @@ use std::io::ErrorKind;
 use pyo3::exceptions::{PyFileNotFoundError, PyIndexError, PyOSError, PyPermissionError, PyValueError};
 use pyo3::prelude::*;
 
-use crate::env::VectorError;
+use mge::env::VectorError;
 
 /// `OSError` and its kinds where the system has refused something, else `ValueError`; the message
 /// is the library's.

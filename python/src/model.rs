@@ -15,11 +15,11 @@ use super::error::exception;
 use super::pool::{pool, work};
 use super::state::State;
 use super::task::Task;
-use crate::dynamics::{self, DynamicsError, Predictor, Rollout, rollouts};
-use crate::env::{Action, Environment, Snapshot};
-use crate::guidance::{RapierPhysics, RolloutModel, TruePhysics};
-use crate::physics::{BallState, Tool, to_normalised, to_units};
-use crate::task::{self, ToolSpec};
+use mge::dynamics::{self, DynamicsError, Predictor, Rollout, rollouts};
+use mge::env::{Action, Environment, Snapshot};
+use mge::guidance::{RapierPhysics, RolloutModel, TruePhysics};
+use mge::physics::{BallState, Tool, to_normalised, to_units};
+use mge::task::{self, ToolSpec};
 
 /// Columns of a ball: x, y, velocity x, y, spin.
 pub const BALL: usize = 5;
@@ -404,5 +404,5 @@ pub fn model_names() -> Vec<&'static str> {
 /// Names of the types of tools, by the number that the observation and `advance` give them.
 #[pyfunction]
 pub fn tool_types() -> Vec<&'static str> {
-    crate::physics::ToolKind::PAPER.map(crate::physics::ToolKind::name).to_vec()
+    mge::physics::ToolKind::PAPER.map(mge::physics::ToolKind::name).to_vec()
 }

@@ -4,7 +4,7 @@ use numpy::{Element, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::env::{EndReason, Info, Placement, VectorEnvironment};
+use mge::env::{EndReason, Info, Placement, VectorEnvironment};
 
 /// What became of a tool, by its code; 0 is "not known yet".
 const PLACEMENTS: [Placement; 5] =

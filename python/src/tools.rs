@@ -4,8 +4,8 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::env::{self, TOOL_FEATURES, TOOL_PROPERTIES};
-use crate::physics::{NO_OP, ToolKind, ToolSplit, catalogue_tool};
+use mge::env::{self, TOOL_FEATURES, TOOL_PROPERTIES};
+use mge::physics::{NO_OP, ToolKind, ToolSplit, catalogue_tool};
 
 /// Numbers of the tools in a split of the catalogue, without the no-op; int64.
 #[pyfunction]

@@ -16,9 +16,9 @@ use super::facts::{Facts, fill, zeros};
 use super::pool::pool;
 use super::state::{State, scene};
 use super::task::Task;
-use crate::env::{self, Action, ActionSet, Autoreset, Choice, IMAGE_SIDE, Pictures, VectorEnvironment};
-use crate::figures::Figure;
-use crate::physics::ToolSplit;
+use mge::env::{self, Action, ActionSet, Autoreset, Choice, IMAGE_SIDE, Pictures, VectorEnvironment};
+use mge::figures::Figure;
+use mge::physics::ToolSplit;
 
 /// Fewer environments than these are stepped on the caller's thread: handing over would take longer.
 const FEW: usize = 64;

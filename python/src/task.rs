@@ -7,8 +7,8 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
 use super::error::exception;
-use crate::env::{observation_bounds, observation_len};
-use crate::task::{self, load, parse, save, shipped_names, to_json};
+use mge::env::{observation_bounds, observation_len};
+use mge::task::{self, load, parse, save, shipped_names, to_json};
 
 /// Task(name): a shipped task by its name, or the task in the file at that path.
 #[pyclass(module = "mge", frozen, eq)]
