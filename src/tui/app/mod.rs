@@ -64,6 +64,10 @@ pub struct App {
     typed: Vec<String>,
     /// Time since the curves that are to be seen were asked for.
     unasked: Duration,
+    /// The session has something new that has not been drawn yet.
+    news: bool,
+    /// Time since what the session had new was last to be drawn.
+    unshown: Duration,
     /// Something new is to be seen.
     changed: bool,
     /// Something new is to be seen in the scene, but nowhere else.
@@ -84,6 +88,8 @@ enum Leaving {
 const NOTICE: Duration = Duration::from_secs(6);
 /// Time between two looks at what is to be seen of runs that others train, while nothing else happens.
 const LOOK: Duration = Duration::from_secs(2);
+/// Time between two pictures that show nothing but how trainings get on.
+const NEWS: Duration = Duration::from_millis(120);
 /// Time that can pass for a message between two looks at it.
 const BLINK: Duration = Duration::from_millis(100);
 
@@ -123,6 +129,8 @@ impl App {
             greedy: None,
             typed: Vec::new(),
             unasked: Duration::ZERO,
+            news: false,
+            unshown: Duration::ZERO,
             changed: true,
             moved: false,
             picture: Buffer::default(),
@@ -234,7 +242,7 @@ impl App {
         if is_changed {
             self.note_busy();
         }
-        self.changed |= is_changed;
+        self.show_news(is_changed, elapsed);
         let view = self.workspace.view();
         let fresh = view.log_total.saturating_sub(lines).min(view.log.len());
         let news = view.log[view.log.len() - fresh..].iter().rev().find(|line| line.level != Level::Info);
@@ -262,6 +270,16 @@ impl App {
         }
         if self.tab == Tab::Figures {
             self.update_preview();
+        }
+    }
+
+    /// Has what the session did drawn soon, but not with every episode of a training.
+    fn show_news(&mut self, is_changed: bool, elapsed: Duration) {
+        self.news |= is_changed;
+        self.unshown += elapsed;
+        if self.news && self.unshown >= NEWS {
+            (self.news, self.unshown) = (false, Duration::ZERO);
+            self.changed = true;
         }
     }
 

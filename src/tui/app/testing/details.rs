@@ -64,6 +64,22 @@ fn a_notice_goes_after_its_time_and_an_error_stays() {
 }
 
 #[test]
+fn what_a_session_has_new_is_drawn_soon_but_not_every_time() {
+    let (mut app, _) = app(empty());
+    let mut frames = |times: usize, is_new: bool| {
+        let mut frame = |_: &usize| {
+            app.show_news(is_new, Duration::from_millis(40));
+            take_changed(&mut app)
+        };
+        (0..times).filter(|time| frame(time)).count()
+    };
+    assert_eq!(frames(100, false), 1, "the first picture");
+    assert_eq!(frames(1, true), 1, "after a rest at once");
+    assert_eq!(frames(75, true), 25, "then eight a second");
+    assert_eq!((frames(1, true), frames(5, false)), (0, 1), "the last is not forgotten");
+}
+
+#[test]
 fn only_what_changes_the_picture_asks_for_another() {
     let (mut app, asked) = app(empty());
     assert!(take_changed(&mut app) && !app.is_changed() && !take_changed(&mut app));
