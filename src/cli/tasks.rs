@@ -11,7 +11,7 @@ use super::progress::Progress;
 use super::{Outcome, output};
 use crate::batch::{Batch, default_threads};
 use crate::env;
-use crate::guidance::{GuidanceConfig, NO_SUBGOALS, PROPOSALS, choose_subgoals};
+use crate::guidance::{GuidanceConfig, NO_SUBGOALS, TRIALS, choose_subgoals};
 use crate::study::audit::{AuditRow, audit};
 use crate::task::{self, Task, TaskError};
 use crate::trainer::{PriorSource, rollout_model};
@@ -98,10 +98,10 @@ fn propose(name: &str, subgoals: usize, model: &PriorSource, seed: u64, out: Opt
     let mut task = task::load(name)?;
     let (model, _) =
         rollout_model(model, &task)?.ok_or("`uniform` predicts nothing: use learned, rapier, true, or a model file")?;
-    let mut progress = Progress::new(PROPOSALS as u64, false);
+    let mut progress = Progress::new(TRIALS as u64, false);
     let config = GuidanceConfig::default();
     let chosen = choose_subgoals(&task, &*model, subgoals, &config, seed, |tried| {
-        progress.set(tried as u64, PROPOSALS as u64, "proposals");
+        progress.set(tried as u64, TRIALS as u64, "proposals");
     })?;
     drop(progress);
     if chosen.is_failure() {

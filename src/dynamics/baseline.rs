@@ -49,6 +49,9 @@ pub struct NearestSample {
     tables: Vec<Table>,
 }
 
+/// Launches of each tool among which the nearest sample is looked for: of more it would take minutes.
+const STORED: usize = 1000;
+
 /// Stored samples of one edge function.
 #[derive(Debug, Clone)]
 struct Table {
@@ -58,8 +61,8 @@ struct Table {
 }
 
 impl NearestSample {
-    /// Stores the launches that `model` was trained on, one sample for each prediction
-    /// interval, with the model's own features, distinct and near.
+    /// Stores launches that `model` was trained on, the first [`STORED`] of each tool, one sample for each
+    /// prediction interval, with the model's own features, distinct and near.
     ///
     /// # Errors
     /// When the model's settings make no graphs.
@@ -77,7 +80,7 @@ impl NearestSample {
         let training = &model.provenance.training;
         let columns = builder.layout().edge;
         let table = |(function, &kind)| {
-            let launches = collect(kind, training.observations, Split::Training, training.seed);
+            let launches = collect(kind, training.observations.min(STORED), Split::Training, training.seed);
             let (edges, targets) = stored(&builder, &codec, config.interval as usize, &launches, function)?;
             let statistics = Columns::of(&edges.inputs, columns);
             let mut inputs = edges.inputs;

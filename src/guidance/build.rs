@@ -10,7 +10,7 @@ use super::clusters::{Cluster, cluster};
 use super::config::{GuidanceConfig, StartStates};
 use super::prior::{ActionPrior, StagePrior};
 use super::rollout::RolloutModel;
-use crate::dynamics::DynamicsError;
+use crate::dynamics::{DynamicsError, Rollout};
 use crate::env::{Action, Environment, Snapshot, uniform_action};
 use crate::stop::or_left_behind;
 use crate::streams::Stream;
@@ -82,7 +82,8 @@ pub(super) fn build_stages(
     Ok((prior, starts))
 }
 
-/// Step 2: random actions rolled out in the model, the rewarding ones clustered.
+/// Step 2: random actions rolled out in the model, the rewarding ones clustered. While too few rollouts
+/// reach the stage, more are made.
 fn imagine(
     task: &Arc<Task>,
     model: &dyn RolloutModel,
@@ -90,18 +91,32 @@ fn imagine(
     starts: &[Snapshot],
     rng: &mut ChaCha8Rng,
 ) -> Result<StagePrior, DynamicsError> {
+    let mut stage = StagePrior::default();
+    loop {
+        let rollouts = random_rollouts(task, model, config, starts, rng)?;
+        stage.actions.extend(rollouts.iter().flat_map(|rollout| rollout.rewarding(config.rewarding)));
+        stage.model_rollouts += rollouts.len();
+        stage.model_hits += rollouts.iter().filter(|rollout| rollout.hit).count();
+        if stage.model_hits >= config.least_hits || stage.model_rollouts >= config.most_model_rollouts {
+            break;
+        }
+    }
+    stage.clusters = unless_stopped(model, &stage.actions, config, rng)?;
+    Ok(stage)
+}
+
+/// Rollouts of random actions, each from one of `starts`.
+pub(super) fn random_rollouts(
+    task: &Arc<Task>,
+    model: &dyn RolloutModel,
+    config: &GuidanceConfig,
+    starts: &[Snapshot],
+    rng: &mut ChaCha8Rng,
+) -> Result<Vec<Rollout>, DynamicsError> {
     let chosen: Vec<&Snapshot> = (0..config.model_rollouts).map(|_| &starts[rng.gen_range(0..starts.len())]).collect();
     let sequences: Vec<Vec<Action>> =
         chosen.iter().map(|_| (0..config.horizon).map(|_| uniform_action(rng)).collect()).collect();
-    let rollouts = model.rollouts(task, &chosen, &sequences)?;
-    let actions: Vec<Action> = rollouts.iter().flat_map(|rollout| rollout.rewarding(config.rewarding)).collect();
-    Ok(StagePrior {
-        clusters: unless_stopped(model, &actions, config, rng)?,
-        actions,
-        model_rollouts: rollouts.len(),
-        model_hits: rollouts.iter().filter(|rollout| rollout.hit).count(),
-        ..StagePrior::default()
-    })
+    model.rollouts(task, &chosen, &sequences)
 }
 
 /// Actions whose clusters are found in a moment.

@@ -8,23 +8,23 @@ use rand_chacha::ChaCha8Rng;
 use super::build::build_stages;
 use super::config::GuidanceConfig;
 use super::prior::ActionPrior;
-use super::proposal::propose_subgoals;
+use super::proposal::propose_regions;
 use super::rollout::RolloutModel;
 use crate::dynamics::DynamicsError;
-use crate::env::Environment;
+use crate::env::{Environment, Snapshot};
 use crate::physics::to_normalised;
 use crate::streams::Stream;
 use crate::task::{Region, Task};
 
-/// Proposals, at most.
-pub const PROPOSALS: usize = 8;
+/// Candidates that are tried, at most; those proposed with the last of them may be a few more.
+pub const TRIALS: usize = 12;
+/// Places proposed to go on to from one candidate, at most.
+const BRANCHES: usize = 4;
 /// Real rollouts from the last subgoal towards the goal in which a candidate is tried.
 const ROLLOUTS: usize = 100;
 /// Share of real rollouts that reach their stage, at every stage, which is enough: no other candidate is
 /// looked for.
 const ENOUGH: f32 = 0.1;
-/// How many times as many rollouts are made after a proposal found no place.
-const MORE: usize = 4;
 
 /// Subgoals, and how well guided play gets along with them.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,12 +47,12 @@ impl ChosenSubgoals {
 /// What to say of a [failure](ChosenSubgoals::is_failure).
 pub const NO_SUBGOALS: &str = "no place was found that helps the ball on its way to the goal";
 
-/// Proposes up to `count` subgoals for the task, whose present ones are ignored. Candidates are no
-/// subgoals at all, then every [proposal](propose_subgoals) and its beginnings. Clusters are built for
-/// each, and rollouts in the real environment guided by them show how often each stage is reached from
-/// the one before. The first candidate that reaches every stage often is chosen, or else the one whose
-/// hardest stage is reached most often, or which comes nearest to the goal.
-/// `progress` is called with the number of proposals made before.
+/// Chooses up to `count` subgoals for the task, whose present ones are ignored: a search, the most promising
+/// candidate first. The first candidate has no subgoals; those that follow from a candidate have one more, a
+/// [place](propose_regions) on the way from the states in which real rollouts reached its last one. To try a
+/// candidate, clusters are built, and rollouts in the real environment guided by them show how often
+/// each stage is reached from the one before. The search ends once a candidate reaches every
+/// stage often; the one whose hardest stage is reached most often, or which comes nearest to the goal, is chosen. `progress` is called with the number of candidates tried before.
 ///
 /// # Errors
 /// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
@@ -64,47 +64,46 @@ pub fn choose_subgoals(
     seed: u64,
     mut progress: impl FnMut(usize),
 ) -> Result<ChosenSubgoals, DynamicsError> {
-    let mut config = config.clone();
-    let mut tried = Vec::new();
-    let mut candidates = 1;
     progress(0);
-    let mut best = (Trial::of(task, &[], model, &config, seed)?, Vec::new());
-    for attempt in 0..PROPOSALS {
-        if best.0.least_reached >= ENOUGH {
-            break;
-        }
-        progress(attempt);
-        let proposal = propose_subgoals(task, model, count, &config, seed, &tried)?;
-        tried.push(proposal.first().copied());
-        if proposal.is_empty() {
-            if tried.iter().filter(|first| first.is_none()).count() > 1 {
-                break;
-            }
-            // Places that are reached seldom need many rollouts.
-            config.model_rollouts *= MORE;
-        }
-        for length in 1..=proposal.len() {
-            let trial = Trial::of(task, &proposal[..length], model, &config, seed)?;
-            candidates += 1;
-            if trial.is_better_than(&best.0) {
-                best = (trial, proposal[..length].to_vec());
-            }
+    // Candidates, and whether those that follow from them have been tried.
+    let mut tried = vec![(Candidate::of(task, &[], model, config, seed)?, count == 0)];
+    while tried.len() < TRIALS && tried.iter().all(|(candidate, _)| candidate.least_reached() < ENOUGH) {
+        let open = tried.iter_mut().filter(|(_, is_done)| !is_done);
+        let Some((parent, is_done)) = open.max_by(|a, b| a.0.promise().total_cmp(&b.0.promise())) else { break };
+        *is_done = true;
+        let parent = parent.clone();
+        let rng = &mut Stream::Proposal { attempt: tried.len(), number: parent.subgoals().len() + 1 }.of(seed);
+        for region in propose_regions(&parent.task, model, &parent.starts, BRANCHES, config, rng)? {
+            progress(tried.len().min(TRIALS - 1));
+            let subgoals = [parent.subgoals(), &[region]].concat();
+            let is_last = subgoals.len() == count;
+            tried.push((Candidate::of(task, &subgoals, model, config, seed)?, is_last));
         }
     }
-    Ok(ChosenSubgoals { subgoals: best.1, least_reached: best.0.least_reached, candidates })
+    let candidates = tried.len();
+    let better = |best: Candidate, other: Candidate| if other.is_better_than(&best) { other } else { best };
+    // There is at least the candidate without subgoals.
+    let best = tried.into_iter().map(|(candidate, _)| candidate).reduce(better).expect("a candidate");
+    Ok(ChosenSubgoals { subgoals: best.subgoals().to_vec(), least_reached: best.least_reached(), candidates })
 }
 
-/// How guided play gets along with a candidate.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Trial {
-    /// As of [`ChosenSubgoals`].
-    least_reached: f32,
+/// Subgoals, and how guided play gets along with them.
+#[derive(Debug, Clone)]
+struct Candidate {
+    /// The task with these subgoals.
+    task: Arc<Task>,
+    /// Share of real rollouts towards a subgoal that reached it, at the subgoal where it is least; 1 without any.
+    subgoals_reached: f32,
+    /// Share of real rollouts from the last subgoal that reached the goal.
+    goal_reached: f32,
     /// Mean distance to the goal, normalised, at its least in the tenth of the last rollouts that came
     /// nearest.
     nearest: f32,
+    /// States from which the rollouts towards the goal started.
+    starts: Vec<Snapshot>,
 }
 
-impl Trial {
+impl Candidate {
     fn of(
         task: &Task,
         subgoals: &[Region],
@@ -115,7 +114,7 @@ impl Trial {
         let task = Arc::new(Task { subgoals: subgoals.to_vec(), ..task.clone() });
         let (prior, starts) = build_stages(&task, model, "", config, seed, |_| ())?;
         let mut rng = Stream::Trial.of(seed);
-        let mut env = Environment::new(task);
+        let mut env = Environment::new(task.clone());
         let mut goals = 0;
         let mut distances: Vec<f32> = Vec::with_capacity(ROLLOUTS);
         for _ in 0..ROLLOUTS {
@@ -125,17 +124,34 @@ impl Trial {
         }
         distances.sort_by(f32::total_cmp);
         let nearest = &distances[..ROLLOUTS.div_ceil(10)];
-        let subgoals = prior.stages[..subgoals.len()].iter();
-        let reached = subgoals.map(|stage| stage.environment_hits as f32 / stage.environment_rollouts as f32);
+        let stages = prior.stages[..subgoals.len()].iter();
+        let reached = stages.map(|stage| stage.environment_hits as f32 / stage.environment_rollouts as f32);
         Ok(Self {
-            least_reached: reached.fold(goals as f32 / ROLLOUTS as f32, f32::min),
+            task,
+            subgoals_reached: reached.fold(1.0, f32::min),
+            goal_reached: goals as f32 / ROLLOUTS as f32,
             nearest: nearest.iter().sum::<f32>() / nearest.len() as f32,
+            starts,
         })
     }
 
+    fn subgoals(&self) -> &[Region] {
+        &self.task.subgoals
+    }
+
+    /// Of the real rollouts towards a stage the share that reached it, at the stage where it is least.
+    fn least_reached(&self) -> f32 {
+        self.subgoals_reached.min(self.goal_reached)
+    }
+
+    /// Greater if it is more promising to add a subgoal: its own are reached often enough, and play comes near the goal.
+    fn promise(&self) -> f32 {
+        self.subgoals_reached.min(ENOUGH) / ENOUGH - self.nearest
+    }
+
     fn is_better_than(&self, other: &Self) -> bool {
-        self.least_reached > other.least_reached
-            || self.least_reached == other.least_reached && self.nearest < other.nearest
+        self.least_reached() > other.least_reached()
+            || self.least_reached() == other.least_reached() && self.nearest < other.nearest
     }
 }
 
@@ -167,12 +183,16 @@ mod tests {
         choose_subgoals(task, &TruePhysics, 2, &GuidanceConfig::default(), 0, |_| ()).unwrap()
     }
 
+    fn without_subgoals(task: &Task) -> Candidate {
+        Candidate::of(task, &[], &TruePhysics, &GuidanceConfig::default(), 0).unwrap()
+    }
+
     #[test]
     fn the_chosen_subgoals_reach_a_goal_that_play_without_them_seldom_does() {
         let task = load("task6").unwrap();
-        let without = Trial::of(&task, &[], &TruePhysics, &GuidanceConfig::default(), 0).unwrap();
+        let without = without_subgoals(&task).least_reached();
         let choice = choose(&task);
-        assert!(choice.least_reached > 2.0 * without.least_reached, "{choice:?} {without:?}");
+        assert!(choice.least_reached > 2.0 * without, "{choice:?} {without:?}");
         assert!(choice.candidates > 1 && !choice.subgoals.is_empty());
         assert_eq!(choose(&task), choice, "the same seed, the same choice");
     }
@@ -185,27 +205,27 @@ mod tests {
     }
 
     #[test]
-    fn a_later_proposal_begins_elsewhere() {
-        let (task, config) = (load("task6").unwrap(), GuidanceConfig::default());
-        let mut tried = Vec::new();
-        for _ in 0..3 {
-            let proposal = propose_subgoals(&task, &TruePhysics, 1, &config, 0, &tried).unwrap();
-            let [x, y] = proposal[0].position;
-            for other in tried.iter().flatten() {
-                let Region { position, .. } = other;
-                assert!((x - position[0]).hypot(y - position[1]) > 0.1, "{tried:?} {proposal:?}");
-            }
-            tried.push(Some(proposal[0]));
-        }
+    fn where_no_subgoals_are_wanted_only_play_without_them_is_tried() {
+        let task = load("task6").unwrap();
+        let choice = choose_subgoals(&task, &TruePhysics, 0, &GuidanceConfig::default(), 0, |_| ()).unwrap();
+        assert_eq!((choice.subgoals.len(), choice.candidates), (0, 1));
     }
 
     #[test]
     fn stages_reached_more_often_are_better_and_then_a_shorter_distance() {
-        let trial = |least_reached, nearest| Trial { least_reached, nearest };
-        assert!(trial(0.2, 0.5).is_better_than(&trial(0.1, 0.1)));
-        assert!(trial(0.1, 0.1).is_better_than(&trial(0.1, 0.2)));
-        assert!(!trial(0.1, 0.1).is_better_than(&trial(0.1, 0.1)));
-        assert!(!trial(0.1, 0.1).is_better_than(&trial(0.2, 0.2)));
+        let task = load("task1").unwrap();
+        let like = without_subgoals(&task);
+        let candidate = |goal_reached, nearest| Candidate { goal_reached, nearest, ..like.clone() };
+        assert!(candidate(0.2, 0.5).is_better_than(&candidate(0.1, 0.1)));
+        assert!(candidate(0.1, 0.1).is_better_than(&candidate(0.1, 0.2)));
+        assert!(!candidate(0.1, 0.1).is_better_than(&candidate(0.1, 0.1)));
+        assert!(!candidate(0.1, 0.1).is_better_than(&candidate(0.2, 0.2)));
+        let seldom = Candidate { subgoals_reached: 0.05, ..candidate(0.5, 0.1) };
+        assert_eq!(seldom.least_reached(), 0.05, "a stage seldom reached holds the others back");
+        assert!(
+            seldom.promise() < candidate(0.0, 0.2).promise() && candidate(0.0, 0.2).promise() < seldom.promise() + 0.5
+        );
+        assert!(candidate(0.0, 0.1).promise() > candidate(0.0, 0.2).promise(), "the nearer is more promising");
     }
 
     #[test]

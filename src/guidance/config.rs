@@ -12,6 +12,10 @@ use crate::validation::{Setting, ValidationError, check_settings};
 pub struct GuidanceConfig {
     /// Model rollouts for each stage.
     pub model_rollouts: usize,
+    /// As many are made again while fewer than this are predicted to reach the stage...
+    pub least_hits: usize,
+    /// ... and fewer than this were made.
+    pub most_model_rollouts: usize,
     /// Actions in a rollout.
     pub horizon: usize,
     /// Rollouts in the real environment, over all stages (paper: 200 for each task).
@@ -41,6 +45,8 @@ impl Default for GuidanceConfig {
     fn default() -> Self {
         Self {
             model_rollouts: 600,
+            least_hits: 4,
+            most_model_rollouts: 20_000,
             horizon: 8,
             environment_rollouts: 200,
             rewarding: Rewarding::default(),
@@ -76,8 +82,15 @@ pub enum GuidanceError {
 }
 
 /// The numbers among the settings of [`GuidanceConfig`].
-pub const SETTINGS: [Setting; 6] = [
+pub const SETTINGS: [Setting; 8] = [
     Setting::count("model_rollouts", 1, 100_000, "model rollouts for each stage"),
+    Setting::count("least_hits", 0, 100_000, "rollouts to reach a stage, else as many are made again"),
+    Setting::count(
+        "most_model_rollouts",
+        1,
+        100_000,
+        "model rollouts for each stage after which no more are made again",
+    ),
     Setting::count("horizon", 1, 100, "actions in a rollout"),
     Setting::count("environment_rollouts", 1, 100_000, "rollouts in the real environment, over all stages"),
     Setting::count("clusters.fixed", 1, 100, "clusters for each stage"),

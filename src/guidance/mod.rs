@@ -18,7 +18,7 @@ mod schedule;
 mod tests;
 
 pub use build::build;
-pub use choice::{ChosenSubgoals, NO_SUBGOALS, PROPOSALS, choose_subgoals};
+pub use choice::{ChosenSubgoals, NO_SUBGOALS, TRIALS, choose_subgoals};
 pub use clusters::{Cluster, ClusterCount};
 pub use config::{GuidanceConfig, GuidanceError, SETTINGS, StartStates};
 pub use planner::{PlannerConfig, SETTINGS as PLANNER_SETTINGS, plan};

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
+use super::build::random_rollouts;
 use super::config::GuidanceConfig;
 use super::rollout::RolloutModel;
 use crate::dynamics::{DynamicsError, Rollout};
@@ -26,13 +27,12 @@ const MOST_REACHED: f32 = 0.12;
 const OFTEN: f32 = 0.6;
 /// Distance of the candidates from one another, normalised.
 const SPACING: f32 = 0.05;
-/// Least distance between the first subgoals of two proposals, normalised.
+/// Least distance between two places that are proposed for the same subgoal, normalised.
 const APART: f32 = 0.15;
 
 /// Proposes up to `count` subgoals for the task, in the order in which they are to be
 /// reached; its present subgoals are ignored. Fewer, if there is no further place
-/// that tools make the ball reach and that it does not reach by itself. The first is not near one that
-/// an earlier proposal began with: `tried` has those, and nothing for a proposal that found none.
+/// that tools make the ball reach and that it does not reach by itself.
 ///
 /// # Errors
 /// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
@@ -42,21 +42,19 @@ pub fn propose_subgoals(
     count: usize,
     config: &GuidanceConfig,
     seed: u64,
-    tried: &[Option<Region>],
 ) -> Result<Vec<Region>, DynamicsError> {
     let mut task = Task { subgoals: Vec::new(), ..task.clone() };
     // The actions from the start of an episode to each state in which the last subgoal was reached.
     let mut histories: Vec<Vec<Action>> = vec![Vec::new()];
     for number in 1..=count {
-        let mut rng = Stream::Proposal { attempt: tried.len(), number }.of(seed);
-        let tried = if number == 1 { tried } else { &[] };
+        let mut rng = Stream::Proposal { attempt: 0, number }.of(seed);
         let now = Arc::new(task.clone());
         let states: Vec<Snapshot> = histories.iter().map(|history| replay(&now, history)).collect();
         let chosen: Vec<usize> = (0..config.model_rollouts).map(|_| rng.gen_range(0..states.len())).collect();
         let sequences = random_sequences(config, &mut rng);
         let starts: Vec<&Snapshot> = chosen.iter().map(|&start| &states[start]).collect();
         let rollouts = model.rollouts(&now, &starts, &sequences)?;
-        let Some(region) = best_region(&task, &rollouts, tried) else { break };
+        let Some(region) = best_region(&task, &rollouts, &[]) else { break };
         task.subgoals.push(region);
         let passing = (0..rollouts.len()).filter(|&index| passes(&rollouts[index].path, &region));
         histories = real_histories(
@@ -74,6 +72,28 @@ pub fn propose_subgoals(
         }
     }
     Ok(task.subgoals)
+}
+
+/// Up to `most` places, none near another, on the way from `starts`, states of `task`, to its goal; the best first.
+///
+/// # Errors
+/// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
+pub(super) fn propose_regions(
+    task: &Arc<Task>,
+    model: &dyn RolloutModel,
+    starts: &[Snapshot],
+    most: usize,
+    config: &GuidanceConfig,
+    rng: &mut ChaCha8Rng,
+) -> Result<Vec<Region>, DynamicsError> {
+    let rollouts = random_rollouts(task, model, config, starts, rng)?;
+    let mut found = Vec::new();
+    while found.len() < most
+        && let Some(region) = best_region(task, &rollouts, &found)
+    {
+        found.push(region);
+    }
+    Ok(found)
 }
 
 fn random_sequences(config: &GuidanceConfig, rng: &mut ChaCha8Rng) -> Vec<Vec<Action>> {
@@ -108,8 +128,9 @@ fn real_histories(
     candidates.take_while(|_| !model.is_stopped()).filter_map(reach).collect()
 }
 
-/// The earliest of the places that many of the rollouts nearest to the goal pass before they get there.
-fn best_region(task: &Task, rollouts: &[Rollout], tried: &[Option<Region>]) -> Option<Region> {
+/// The earliest of the places, away from `others`, that many of the rollouts nearest to the goal pass before they
+/// get there.
+fn best_region(task: &Task, rollouts: &[Rollout], others: &[Region]) -> Option<Region> {
     let goal = task.goal.position;
     let touched = |rollout: &&Rollout| rollout.actions.iter().any(|action| action.touched);
     let mut near: Vec<(f32, &[[f32; 2]])> =
@@ -129,8 +150,7 @@ fn best_region(task: &Task, rollouts: &[Rollout], tried: &[Option<Region>]) -> O
         Some((passed.len(), share(passed.iter().sum(), passed.len())))
     };
     let regions = candidates(task, near.iter().flat_map(|(_, path)| path.iter()));
-    let is_new =
-        |region: &Region| tried.iter().flatten().all(|other| distance(region.position, other.position) > APART);
+    let is_new = |region: &Region| others.iter().all(|other| distance(region.position, other.position) > APART);
     let scored: Vec<((usize, f32), Region)> =
         regions.into_iter().filter(is_new).filter_map(|region| Some((score(&region)?, region))).collect();
     let most = scored.iter().map(|((passed, _), _)| *passed).max()?;
@@ -178,6 +198,7 @@ fn first_pass(path: &[[f32; 2]], region: &Region) -> Option<usize> {
 mod tests {
     use super::*;
     use crate::dynamics::RolloutAction;
+    use crate::guidance::TruePhysics;
 
     /// task1 without subgoals, its goal far below at the right.
     fn task() -> Task {
@@ -237,6 +258,22 @@ mod tests {
         };
         assert!(is_near(with(3), detour), "three of five are often enough");
         assert!(is_near(with(2), HIGH));
+    }
+
+    #[test]
+    fn places_proposed_for_one_subgoal_are_apart() {
+        let task = Arc::new(Task { subgoals: Vec::new(), ..crate::task::load("task6").unwrap() });
+        let start = [Environment::new(task.clone()).snapshot().clone()];
+        let propose = |most| {
+            let mut rng = Stream::Proposal { attempt: 1, number: 1 }.of(0);
+            propose_regions(&task, &TruePhysics, &start, most, &GuidanceConfig::default(), &mut rng).unwrap()
+        };
+        let found = propose(3);
+        assert_eq!((found.len(), &propose(1)[..]), (3, &found[..1]));
+        for (index, region) in found.iter().enumerate() {
+            let others = found[..index].iter();
+            assert!(others.clone().all(|other| distance(region.position, other.position) > APART), "{found:?}");
+        }
     }
 
     #[test]

@@ -121,6 +121,35 @@ impl RolloutModel for SoonerOnTheLeft {
     }
 }
 
+/// A model in which one sequence of a batch reaches the stage.
+#[derive(Debug)]
+struct OneInABatch;
+
+impl RolloutModel for OneInABatch {
+    fn rollouts(
+        &self,
+        _: &Arc<Task>,
+        _: &[&Snapshot],
+        sequences: &[Vec<Action>],
+    ) -> Result<Vec<Rollout>, DynamicsError> {
+        let roll_out = |index: usize| Rollout { hit: index == 0, ..Rollout::default() };
+        Ok((0..sequences.len()).map(roll_out).collect())
+    }
+}
+
+#[test]
+fn where_few_rollouts_reach_a_stage_more_are_made() {
+    let task = Arc::new(Task { subgoals: Vec::new(), ..task::load("task1").unwrap() });
+    for (least_hits, most_model_rollouts, expected) in
+        [(0, 1000, (50, 1)), (1, 1000, (50, 1)), (3, 1000, (150, 3)), (3, 60, (100, 2)), (3, 1, (50, 1))]
+    {
+        let config = GuidanceConfig { model_rollouts: 50, least_hits, most_model_rollouts, ..Default::default() };
+        let prior = build(&task, &OneInABatch, "", &config, 0, |_| ()).unwrap().unwrap();
+        let stage = &prior.stages[0];
+        assert_eq!((stage.model_rollouts, stage.model_hits), expected, "{least_hits} {most_model_rollouts}");
+    }
+}
+
 #[test]
 fn of_plans_that_hit_the_soonest_is_taken() {
     let task = Arc::new(task::load("task1").unwrap());
@@ -163,7 +192,7 @@ fn a_model_that_does_not_know_the_tools_is_an_error() {
     let config = GuidanceConfig::default();
     let error = build(&task, &*model, "square-floor", &config, 0, |_| ()).unwrap_err();
     assert!(matches!(error, DynamicsError::UnseenEdge { .. }), "{error}");
-    assert!(propose_subgoals(&task, &*model, 1, &config, 0, &[]).is_err());
+    assert!(propose_subgoals(&task, &*model, 1, &config, 0).is_err());
     let env = Environment::new(task.clone());
     assert!(plan(&*model, &task, env.snapshot(), &PlannerConfig::default(), &mut rng()).is_err());
 }
@@ -312,6 +341,7 @@ fn a_prior_counts_what_it_was_made_from() {
     let task = Arc::new(task::load("task3").unwrap());
     let config = GuidanceConfig {
         model_rollouts: 200,
+        least_hits: 0,
         environment_rollouts: 40,
         rewarding: Rewarding::Last,
         ..GuidanceConfig::default()
@@ -373,10 +403,10 @@ fn true_physics_guides_better_than_chance() {
 fn proposed_subgoals_lead_to_a_goal_that_chance_does_not_find() {
     let task = task::load("task6").unwrap();
     let config = GuidanceConfig::default();
-    let subgoals = propose_subgoals(&task, &TruePhysics, 2, &config, 0, &[]).unwrap();
+    let subgoals = propose_subgoals(&task, &TruePhysics, 2, &config, 0).unwrap();
     assert_eq!(subgoals.len(), 2);
     assert_eq!(
-        propose_subgoals(&task, &TruePhysics, 2, &config, 0, &[]).unwrap(),
+        propose_subgoals(&task, &TruePhysics, 2, &config, 0).unwrap(),
         subgoals,
         "the same seed, the same proposal"
     );
@@ -442,7 +472,7 @@ fn rollouts_in_pieces_are_the_same_and_end_when_they_are_asked_to() {
         assert!(build(&task, &stopped, "none", &config, 0, |_| ()).unwrap().is_none());
         let plan = plan(&stopped, &task, env.snapshot(), &PlannerConfig::default(), &mut rng);
         assert!(matches!(plan, Err(DynamicsError::Stopped)));
-        let proposed = propose_subgoals(&task, &stopped, 1, &config, 0, &[]);
+        let proposed = propose_subgoals(&task, &stopped, 1, &config, 0);
         assert!(matches!(proposed, Err(DynamicsError::Stopped)));
     }
 }

@@ -134,7 +134,7 @@ impl<'a> Search<'a> {
         }
         let config = GuidanceConfig::default();
         let model = Stoppable::new(&TruePhysics, stop);
-        let subgoals = propose_subgoals(task, &model, SUBGOALS, &config, seed, &[])?;
+        let subgoals = propose_subgoals(task, &model, SUBGOALS, &config, seed)?;
         let staged = Arc::new(Task { subgoals, ..Task::clone(task) });
         let Some(prior) = guidance::build(&staged, &model, "true physics", &config, seed, |_| ())? else {
             return Ok(None);

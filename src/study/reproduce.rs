@@ -299,7 +299,7 @@ impl<'a> Study<'a> {
             // Only uniform actions have no model.
             let Some((model, _)) = found else { return Ok(Vec::new()) };
             let model = Stoppable::new(&*model, handle.stop());
-            match propose_subgoals(task, &model, task.subgoals.len(), &config.guidance, *seed, &[]) {
+            match propose_subgoals(task, &model, task.subgoals.len(), &config.guidance, *seed) {
                 Err(DynamicsError::Stopped) => Err(StudyError::Interrupted),
                 found => Ok(found?),
             }
