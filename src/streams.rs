@@ -60,6 +60,8 @@ pub enum Stream {
     ModelWeights,
     /// Order and draws of a dynamics model's epoch, from 0.
     ModelEpoch(u32),
+    /// Tools beside those that a dynamics model's launches are made at.
+    Bystanders,
 }
 
 impl Stream {
@@ -93,6 +95,7 @@ impl Stream {
             Self::Puzzle { split, number } => PUZZLES | split << 48 | number,
             Self::ModelWeights => MODEL,
             Self::ModelEpoch(epoch) => MODEL | (1 + u64::from(epoch)),
+            Self::Bystanders => MODEL | 1 << 40,
         }
     }
 }
@@ -125,6 +128,7 @@ mod tests {
             ModelWeights,
             ModelEpoch(0),
             ModelEpoch(1),
+            Bystanders,
             launch(0, 0, 0),
             launch(0, 0, 1),
             launch(0, 1, 0),

@@ -332,6 +332,9 @@ pub struct DynamicsTrain {
     /// One-step observations of each tool
     #[arg(long)]
     pub observations: Option<usize>,
+    /// Share of rows in which a second tool, which the ball does not touch, is near
+    #[arg(long)]
+    pub bystanders: Option<f32>,
     /// Loss of the normalised outputs: squared or huber:WIDTH
     #[arg(long)]
     pub loss: Option<Loss>,

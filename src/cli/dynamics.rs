@@ -61,6 +61,7 @@ fn settings(arguments: &DynamicsTrain) -> Result<(ModelConfig, TrainConfig), Box
     training.learning_rate = arguments.learning_rate.unwrap_or(training.learning_rate);
     training.batch = arguments.batch.unwrap_or(training.batch);
     training.observations = arguments.observations.unwrap_or(training.observations);
+    training.bystanders = arguments.bystanders.unwrap_or(training.bystanders);
     training.loss = arguments.loss.unwrap_or(training.loss);
     if let Some(name) = &arguments.optimiser {
         training.optimiser = serde_json::from_value(name.as_str().into())
@@ -80,6 +81,7 @@ fn command_line(arguments: &DynamicsTrain) -> String {
         ("batch", arguments.batch.map(|value| value.to_string())),
         ("optimiser", arguments.optimiser.clone()),
         ("observations", arguments.observations.map(|value| value.to_string())),
+        ("bystanders", arguments.bystanders.map(|value| value.to_string())),
         ("loss", arguments.loss.map(|value| value.to_string())),
         ("ablate", arguments.ablate.map(|value| value.to_string())),
     ];
@@ -171,7 +173,7 @@ mod tests {
     #[test]
     fn the_command_in_a_model_makes_it_again() {
         let options = [
-            "--epochs 7 --layers 3 --learning-rate 0.001 --batch 9 --optimiser rmsprop --observations 5",
+            "--epochs 7 --layers 3 --learning-rate 0.001 --batch 9 --optimiser rmsprop --observations 5 --bystanders 0.5",
             "--loss huber:0.25 --ablate absolute",
             "--literal",
         ];

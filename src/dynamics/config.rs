@@ -154,13 +154,19 @@ pub const MODEL_SETTINGS: [Setting; 5] = [
 ];
 
 /// The numbers among the settings of [`TrainConfig`].
-pub const TRAIN_SETTINGS: [Setting; 7] = [
+pub const TRAIN_SETTINGS: [Setting; 8] = [
     Setting::count("observations", 1, 1_000_000, "one-step observations (launches) for each tool type"),
     Setting::count("validation", 1, 100_000, "launches for each tool type that measure the error"),
     Setting::count("epochs", 1, 10_000_000, "passes over the observations"),
     Setting::count("batch", 1, 65_536, "rows in a batch"),
     Setting::number("learning_rate", 1e-30, 1e30, "learning rate at the start"),
     Setting::number("contact_share", 0.0, 1.0, "share of rows drawn from those close to a contact"),
+    Setting::number(
+        "bystanders",
+        0.0,
+        1.0,
+        "share of rows in which a second tool, which the ball does not touch, is near",
+    ),
     Setting::count("seed", 0, u64::MAX, "seed of launches, initial weights and batches"),
 ];
 
@@ -188,6 +194,8 @@ pub struct TrainConfig {
     pub mirror: bool,
     /// Share of rows drawn from those close to a contact; the rest is drawn from all.
     pub contact_share: f32,
+    /// Share of rows in which a second tool, which the ball does not touch, is near.
+    pub bystanders: f32,
     /// Seed of launches, initial weights and batches.
     pub seed: u64,
 }
@@ -287,6 +295,7 @@ impl Default for TrainConfig {
             loss: Loss::default(),
             mirror: true,
             contact_share: 0.5,
+            bystanders: 0.0,
             seed: 0,
         }
     }

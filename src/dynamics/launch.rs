@@ -77,7 +77,7 @@ fn launch(kind: ToolKind, rng: &mut ChaCha8Rng) -> Launch {
 }
 
 /// Sizes around those in use, so that models generalise.
-fn size(kind: ToolKind, rng: &mut impl Rng) -> f32 {
+pub(super) fn size(kind: ToolKind, rng: &mut impl Rng) -> f32 {
     let range = match kind {
         ToolKind::Bucket => 4.0..8.0,
         ToolKind::Square | ToolKind::Box => 6.0..10.0,

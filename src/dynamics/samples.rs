@@ -3,6 +3,7 @@
 
 use rand::Rng;
 
+use super::bystander::Bystanders;
 use super::codec::Codec;
 use super::config::ModelConfig;
 use super::error::DynamicsError;
@@ -27,7 +28,7 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// The rows of `launches`, with those of their mirror images if `mirror`.
+    /// The rows of `launches`, with those of their mirror images if `mirror`, and with `bystanders`.
     ///
     /// # Errors
     /// When a launch's tool is not in the builder's tool set.
@@ -36,6 +37,7 @@ impl Samples {
         builder: &GraphBuilder,
         launches: impl IntoIterator<Item = &'a Launch>,
         mirror: bool,
+        mut bystanders: Bystanders,
     ) -> Result<Self, DynamicsError> {
         let interval = config.interval as usize;
         let stretches = STEPS_PER_ACTION as usize + 1 - interval;
@@ -49,14 +51,16 @@ impl Samples {
         for launch in launches {
             let mut close = Vec::new();
             for image in [false, true].into_iter().take(1 + usize::from(mirror)) {
+                let states: Vec<BallState> = launch.states.iter().map(|state| reflect(*state, image)).collect();
+                let tool = reflect_tool(launch.tool, image);
                 for start in 0..stretches {
-                    let [before, after] = [start, start + interval].map(|step| reflect(launch.states[step], image));
-                    let tool = reflect_tool(launch.tool, image);
+                    let (before, after) = (states[start], states[start + interval]);
                     let near = |state| gap(&tool, state) < CLOSE;
                     if near(&before) || near(&after) {
                         close.push((start + usize::from(image) * stretches) as u32);
                     }
-                    builder.push(&mut samples.graphs, &before, [&tool])?;
+                    let bystander = bystanders.draw(&states[start..=start + interval]);
+                    builder.push(&mut samples.graphs, &before, [&tool].into_iter().chain(&bystander))?;
                     codec.encode(&before, &after, &mut samples.targets);
                 }
             }

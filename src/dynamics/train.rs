@@ -9,6 +9,7 @@ use dfdx::losses::{huber_loss, mse_loss};
 use dfdx::prelude::*;
 use rand::seq::SliceRandom;
 
+use super::bystander::Bystanders;
 use super::codec::Codec;
 use super::config::{Loss, ModelConfig, TrainConfig};
 use super::error::DynamicsError;
@@ -218,10 +219,16 @@ impl Data {
         };
         let launches = of(Split::Training, training.observations);
         let validation = of(Split::Validation, training.validation);
+        let bystanders = || Bystanders {
+            share: training.bystanders,
+            cutoff: config.cutoff,
+            tools: tools.to_vec(),
+            rng: Stream::Bystanders.of(training.seed),
+        };
         Ok(Self {
             hash: data_hash(&launches),
-            samples: Samples::new(config, &builder, &launches, training.mirror)?,
-            validation: Samples::new(config, &builder, &validation, false)?,
+            samples: Samples::new(config, &builder, &launches, training.mirror, bystanders())?,
+            validation: Samples::new(config, &builder, &validation, false, bystanders())?,
         })
     }
 

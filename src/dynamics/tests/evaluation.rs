@@ -61,10 +61,16 @@ fn shipped_models_say_how_they_were_trained_and_know_the_shipped_tasks() {
         let config = ModelConfig { layers: 5, ..ModelConfig::default() };
         assert_eq!((model.name().as_str(), model.config()), (*name, &config));
         let provenance = model.provenance();
-        let training = TrainConfig { observations: 50_000, epochs: 400, learning_rate: 1e-3, ..TrainConfig::default() };
+        let training = TrainConfig {
+            observations: 10_000,
+            epochs: 400,
+            learning_rate: 1e-3,
+            bystanders: 0.5,
+            ..TrainConfig::default()
+        };
         assert_eq!((&provenance.training, provenance.epoch), (&training, 400));
         let tools = model.tools().iter().map(|tool| tool.name()).collect::<Vec<_>>().join(",");
-        let settings = "--seed 0 --epochs 400 --layers 5 --learning-rate 0.001 --observations 50000";
+        let settings = "--seed 0 --epochs 400 --layers 5 --learning-rate 0.001 --observations 10000 --bystanders 0.5";
         let command = format!("mge dynamics train --tools {tools} {settings} --out {name}.safetensors");
         assert_eq!(provenance.command, command);
         assert_eq!(provenance.data_hash.len(), 64, "{name}");

@@ -1,0 +1,94 @@
+//! Tools beside those that launches are made at: near the ball, and without effect on it.
+
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+
+use super::launch::{gap, size};
+use crate::physics::{BallState, Tool, ToolKind};
+
+/// Least gap between the ball's surface and a bystander, in units.
+const CLEAR: f32 = 0.1;
+/// Places that are tried for one.
+const TRIES: usize = 20;
+
+/// Adds bystanders to a share of the scenes of single-tool launches. The ball moves as if they were not
+/// there, because it does not touch them, so a model learns from them that near tools that are not touched have no
+/// effect. Without them it never sees more than one tool near the ball, as it will in tasks.
+#[derive(Debug)]
+pub struct Bystanders {
+    /// Share of scenes that get one.
+    pub share: f32,
+    /// Distance from the ball's centre to the tool's surface below which models look at a tool, in units.
+    pub cutoff: f32,
+    /// What there can be.
+    pub tools: Vec<ToolKind>,
+    /// Where the random numbers come from.
+    pub rng: ChaCha8Rng,
+}
+
+impl Bystanders {
+    /// A bystander of a ball that is in `states` one after the other; none for the other scenes, and if
+    /// there seems to be no room.
+    pub fn draw(&mut self, states: &[BallState]) -> Option<Tool> {
+        if self.share == 0.0 || self.rng.r#gen::<f32>() >= self.share {
+            return None;
+        }
+        let kind = self.tools[self.rng.gen_range(0..self.tools.len())];
+        let size = size(kind, &mut self.rng);
+        (0..TRIES).find_map(|_| {
+            let tool = Tool::new(kind, [0.0; 2]).with_size(size.into());
+            let reach = tool.half_extents().map(|half| half + self.cutoff);
+            let place = [0, 1].map(|axis| states[0].position[axis] + self.rng.gen_range(-reach[axis]..reach[axis]));
+            let tool = Tool::new(kind, place.map(f64::from)).with_size(size.into());
+            let is_near = tool.surface(states[0].position).0 <= self.cutoff;
+            (is_near && states.iter().all(|state| gap(&tool, state) > CLEAR)).then_some(tool)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::{Ball, GRAVITY, World};
+    use crate::streams::Stream;
+
+    fn bystanders(share: f32) -> Bystanders {
+        Bystanders { share, cutoff: 8.0, tools: vec![ToolKind::Wall, ToolKind::Square], rng: Stream::Bystanders.of(3) }
+    }
+
+    /// A ball that falls for a sixth of a second, beside `tool` if there is one.
+    fn falls(tool: Option<Tool>) -> Vec<BallState> {
+        let mut world = World::new(GRAVITY);
+        tool.into_iter().for_each(|tool| _ = world.add_tool(tool));
+        let ball = world.add_ball(Ball::default(), BallState::at_rest([20.0, 20.0]));
+        let mut states = vec![world.ball(ball)];
+        for _ in 0..5 {
+            world.step();
+            states.push(world.ball(ball));
+        }
+        states
+    }
+
+    #[test]
+    fn a_bystander_is_near_the_ball_and_changes_nothing() {
+        let states = falls(None);
+        let mut bystanders = bystanders(1.0);
+        let drawn: Vec<Tool> = (0..100).filter_map(|_| bystanders.draw(&states)).collect();
+        assert!(drawn.len() > 80, "there is room");
+        for tool in drawn {
+            assert!(tool.surface(states[0].position).0 <= 8.0);
+            assert_eq!(falls(Some(tool)), states);
+        }
+    }
+
+    #[test]
+    fn a_share_of_the_scenes_has_one() {
+        let states = falls(None);
+        let count = |share| {
+            let mut bystanders = bystanders(share);
+            (0..1000).filter(|_| bystanders.draw(&states).is_some()).count()
+        };
+        assert_eq!(count(0.0), 0);
+        assert!((400..520).contains(&count(0.5)), "{}", count(0.5));
+    }
+}
