@@ -22,6 +22,8 @@ pub const TRIALS: usize = 12;
 const BRANCHES: usize = 4;
 /// Real rollouts from the last subgoal towards the goal in which a candidate is tried.
 const ROLLOUTS: usize = 100;
+/// How many times [`GuidanceConfig::model_rollouts`] are made at most for a stage of a candidate with subgoals.
+const MOST_ROUNDS: usize = 4;
 /// Share of real rollouts that reach their stage, at every stage, which is enough: no other candidate is
 /// looked for.
 const ENOUGH: f32 = 0.1;
@@ -65,6 +67,8 @@ pub fn choose_subgoals(
     mut progress: impl FnMut(usize),
 ) -> Result<ChosenSubgoals, DynamicsError> {
     progress(0);
+    let most_model_rollouts = config.most_model_rollouts.min(MOST_ROUNDS * config.model_rollouts);
+    let brief = GuidanceConfig { most_model_rollouts, ..config.clone() };
     // Candidates, and whether those that follow from them have been tried.
     let mut tried = vec![(Candidate::of(task, &[], model, config, seed)?, count == 0)];
     while tried.len() < TRIALS && tried.iter().all(|(candidate, _)| candidate.least_reached() < ENOUGH) {
@@ -77,7 +81,7 @@ pub fn choose_subgoals(
             progress(tried.len().min(TRIALS - 1));
             let subgoals = [parent.subgoals(), &[region]].concat();
             let is_last = subgoals.len() == count;
-            tried.push((Candidate::of(task, &subgoals, model, config, seed)?, is_last));
+            tried.push((Candidate::of(task, &subgoals, model, &brief, seed)?, is_last));
         }
     }
     let candidates = tried.len();
