@@ -113,7 +113,7 @@ impl Method {
 
     /// Whether its agent can choose among tools. What others do, they do with places of the task's own tool.
     pub fn chooses_tools(self) -> bool {
-        matches!(self, Self::Ddpg | Self::DdpgUniform | Self::DdpgUniformAdaptive | Self::DdpgAdaptive)
+        !matches!(self, Self::ModelReplay | Self::Planning | Self::OpenLoop)
     }
 
     /// Whether it explores by need and learns from its own successes.

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::config::RunConfig;
-use super::method::Method;
+use super::method::{Method, PriorSource};
 use super::setting::unusual_settings;
 use crate::env::{BALL_POSITION, TARGET_POSITION};
-use crate::guidance::EpsilonSchedule;
+use crate::guidance::{ClusterCount, EpsilonSchedule};
 use crate::nn::Activation;
 use crate::physics::ToolSplit;
 use crate::task::Task;
@@ -28,6 +28,9 @@ impl RunConfig {
             config.ddpg.replay_capacity = 50_000;
             config.ddpg.action_origin = config.ddpg.action_origin.map(|_| TARGET_POSITION);
             config.refinement.every = 0;
+            config.prior = PriorSource::TruePhysics;
+            // More different actions are rewarding than with a single tool.
+            (config.guidance.model_rollouts, config.guidance.clusters) = (5000, ClusterCount::Fixed(10));
         }
         config
     }

@@ -2,8 +2,7 @@
 //!
 //! Where it does, it sees the scene as the environment describes it (objects and progress), followed
 //! by the numbers of the action set's tools in CREATE's catalogue, which its networks do not see. Its
-//! actions are a place and the embedding of a tool: the tool's properties, each brought to [-1, 1] over
-//! the catalogue. See [`Options`](crate::agent::Options) for how it chooses.
+//! actions are a place and the [embedding](tool_embedding) of a tool. See [`Options`] for how it chooses.
 
 use std::sync::Arc;
 
@@ -12,8 +11,9 @@ use rand_chacha::ChaCha8Rng;
 
 use super::config::RunConfig;
 use crate::agent::{Ddpg, Options};
-use crate::env::{Action, ActionSet, Choice, Environment, TOOL_FEATURES, observation_len, tool_features};
-use crate::physics::{ACTION_SET, NO_OP, Tool, ToolSplit, catalogue_tool, to_units};
+use crate::env::{ActionSet, Choice, Environment, TOOL_FEATURES, observation_len, tool_embedding};
+use crate::guidance::ActionPrior;
+use crate::physics::{ACTION_SET, NO_OP, Tool, ToolSplit, to_units};
 use crate::task::Task;
 
 /// Tools placed by the agent that it sees beside the objects of the scene: the newest.
@@ -98,16 +98,21 @@ pub fn chosen_tool(agent: &Ddpg, env: &Environment, action: &[f32]) -> Option<To
     }
 }
 
-/// The action that stands for a place and, where the agent chooses among tools, any tool of the set.
-pub(super) fn with_any_tool(agent: &Ddpg, env: &Environment, place: Action, rng: &mut ChaCha8Rng) -> Vec<f32> {
-    let mut action = place.to_vec();
-    if let (Some(options), Some(set)) = (agent.options(), env.action_set()) {
+/// The action that stands for what exploration draws from a prior: a place and, where the agent chooses among
+/// tools, the tool of the set nearest to that of the prior; any one where the prior knows none.
+pub(super) fn explored(agent: &Ddpg, env: &Environment, prior: &ActionPrior, rng: &mut ChaCha8Rng) -> Vec<f32> {
+    let stage = env.snapshot().stage();
+    let (Some(options), Some(set)) = (agent.options(), env.action_set()) else {
+        return prior.sample(stage, rng).to_vec();
+    };
+    let (place, point) = prior.sample_with_tool(stage, rng);
+    let index = match point {
+        Some(point) => options.nearest(&offer(set).collect::<Vec<f32>>(), &point),
         // A u64 draw is the same on machines of every word size.
-        let index = rng.gen_range(0..set.len().max(1) as u64) as usize;
-        let tool = set.numbers().nth(index).unwrap_or(NO_OP);
-        action.extend_from_slice(options.embedding(tool).unwrap_or(&[]));
-    }
-    action
+        None => Some(rng.gen_range(0..set.len().max(1) as u64) as usize),
+    };
+    let tool = index.and_then(|index| set.numbers().nth(index)).unwrap_or(NO_OP);
+    [&place[..], options.embedding(tool).unwrap_or(&[])].concat()
 }
 
 /// The numbers of an action set as an observation has them; those that are no tool's fill it up.
@@ -115,17 +120,9 @@ fn offer(set: &ActionSet) -> impl Iterator<Item = f32> {
     set.numbers().map(|number| number as f32).chain(std::iter::repeat(-1.0)).take(ACTION_SET)
 }
 
-/// All tools of the catalogue, the no-op included, by their properties.
+/// All tools of the catalogue, the no-op included.
 fn options(candidates: usize) -> Options {
-    let features: Vec<[f32; TOOL_FEATURES]> = (0..=NO_OP).map(|number| tool_features(catalogue_tool(number))).collect();
-    let ranges: [[f32; 2]; TOOL_FEATURES] = std::array::from_fn(|column| {
-        let values = || features.iter().map(|row| row[column]);
-        [values().fold(f32::INFINITY, f32::min), values().fold(f32::NEG_INFINITY, f32::max)]
-    });
-    let scaled = |(value, [low, high]): (&f32, &[f32; 2])| {
-        if high > low { (2.0 * (value - low) / (high - low) - 1.0).clamp(-1.0, 1.0) } else { 0.0 }
-    };
-    let embeddings = features.iter().flat_map(|row| row.iter().zip(&ranges).map(scaled)).collect();
+    let embeddings = (0..=NO_OP).filter_map(tool_embedding).flatten().copied().collect();
     Options::new(TOOL_FEATURES, embeddings, ACTION_SET, candidates)
 }
 
@@ -174,9 +171,10 @@ mod tests {
     fn random_tools_are_those_of_the_set() {
         let (training, env) = training();
         let mut rng = ChaCha8Rng::seed_from_u64(0);
+        let prior = ActionPrior::uniform(env.task(), 0);
         let mut seen = [0; ACTION_SET];
         for _ in 0..4000 {
-            let action = with_any_tool(training.ddpg(), &env, [0.1, 0.2], &mut rng);
+            let action = explored(training.ddpg(), &env, &prior, &mut rng);
             seen[choice(training.ddpg(), &env, &action).tool] += 1;
         }
         // 100 expected, standard deviation 10.

@@ -393,9 +393,7 @@ impl Training {
                 (action.to_vec(), Source::Planner)
             }
             (_, Some(prior)) if explorer == Explorer::Clusters => {
-                let place = prior.sample(self.env.snapshot().stage(), &mut streams.guidance);
-                let action = tools::with_any_tool(self.learner.ddpg(), &self.env, place, &mut streams.guidance);
-                (action, Source::Clusters)
+                (tools::explored(self.learner.ddpg(), &self.env, prior, &mut streams.guidance), Source::Clusters)
             }
             _ if explorer == Explorer::Greedy => (self.learner.ddpg().act(observation), Source::Policy),
             _ => (self.learner.explore(observation), Source::Policy),

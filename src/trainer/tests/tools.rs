@@ -12,6 +12,7 @@ fn choosing(method: Method, episodes: u32) -> RunConfig {
     config.ddpg.batch_size = 8;
     config.ddpg.warmup_steps = 20;
     config.ddpg.replay_capacity = 60;
+    config.guidance.model_rollouts = 300;
     config.evaluation = Evaluation { every: 4, episodes: 1, tools: Some(ToolSplit::Test) };
     config.checkpoints.last_every = 3;
     config
@@ -69,7 +70,7 @@ fn a_policy_is_evaluated_among_tools_that_it_has_not_seen() {
 #[test]
 fn what_does_not_fit_tools_is_refused_in_one_line() {
     for (key, value, expected) in [
-        ("method", "ddpg-mge", "with `tools` use ddpg, ddpg-uniform, ddpg-uniform-adaptive, ddpg-adaptive"),
+        ("method", "open-loop", "with `tools` use ddpg, ddpg-mge, ddpg-uniform, ddpg-mge-true, ddpg-mge-adaptive"),
         ("method", "planning", "is `planning`, which knows only the task's own tool"),
         ("refinement.every", "50", "must be 0 with `tools`"),
         ("tools", "some", "use all, train, validation or test"),
@@ -79,6 +80,9 @@ fn what_does_not_fit_tools_is_refused_in_one_line() {
         let error = choosing(Method::Ddpg, 1).with_setting(key, value).unwrap_err().to_string();
         assert!(error.contains(expected) && !error.contains('\n'), "{key}: {error}");
     }
+    let guided = choosing(Method::DdpgMge, 1).with_setting("prior", "learned").unwrap();
+    let error = check_model(&guided).unwrap_err().to_string();
+    assert!(error.contains("no model but `true`"), "{error}");
     assert!(Method::RECOMMENDED_WITH_TOOLS.chooses_tools());
 }
 
