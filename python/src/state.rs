@@ -18,7 +18,8 @@ pub fn scene(env: &env::Environment) -> Animation {
     let (task, now) = (env.task(), env.snapshot());
     let time = now.actions() as f32 * task.rules.steps_per_action as f32 * PHYSICS_DT;
     let reached = now.stage() + usize::from(now.goal_reached());
-    let moment = Moment { time, ball: to_normalised(now.ball().position), placed: now.placed().to_vec(), reached };
+    let placed = now.world().tools().skip(task.tools.len()).copied().collect();
+    let moment = Moment { time, ball: to_normalised(now.ball().position), placed, reached };
     Animation { task: task.as_ref().clone(), moments: vec![moment], frame_ms: 0, trail: 0 }
 }
 

@@ -4,7 +4,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Batch, Ddpg, DdpgConfig, OrnsteinUhlenbeck, ReplayBuffer, ReplayError, Segments, Transition, UpdateError,
+    Batch, Ddpg, DdpgConfig, Options, OrnsteinUhlenbeck, ReplayBuffer, ReplayError, Segments, Transition, UpdateError,
     UpdateMetrics,
 };
 use crate::validation::ValidationError;
@@ -53,8 +53,26 @@ impl Learner {
         initialisation: &mut ChaCha8Rng,
         streams: Streams,
     ) -> Result<Self, ValidationError> {
+        Self::with_options(observation_len, action_len, None, config, initialisation, streams)
+    }
+
+    /// Like [`Learner::new`], for an agent that chooses among options, as [`Ddpg::with_options`].
+    ///
+    /// # Errors
+    /// If the config is not valid.
+    ///
+    /// # Panics
+    /// If a length is 0, or nothing is left of it without the options.
+    pub fn with_options(
+        observation_len: usize,
+        action_len: usize,
+        options: Option<Options>,
+        config: &DdpgConfig,
+        initialisation: &mut ChaCha8Rng,
+        streams: Streams,
+    ) -> Result<Self, ValidationError> {
         Ok(Self {
-            ddpg: Ddpg::new(observation_len, action_len, config, initialisation)?,
+            ddpg: Ddpg::with_options(observation_len, action_len, options, config, initialisation)?,
             replay: ReplayBuffer::new(observation_len, action_len, config.replay_capacity),
             noise: OrnsteinUhlenbeck::new(action_len, config.ou),
             streams,
@@ -145,13 +163,14 @@ impl Learner {
     }
 
     /// `clip(μ(s) + noise, -1, 1)`: the exploratory action (paper, equation 2). The greedy one is
-    /// `self.ddpg().act(observation)`.
+    /// `self.ddpg().act(observation)`. With options the noise comes before the choice among them.
     ///
     /// # Panics
     /// If the observation has the wrong length.
     pub fn explore(&mut self, observation: &[f32]) -> Vec<f32> {
-        let mut action = self.ddpg.act(observation);
+        let mut action = self.ddpg.propose(observation);
         self.noise.perturb(&mut action, &mut self.streams.noise);
+        self.ddpg.settle(observation, &mut action);
         action
     }
 

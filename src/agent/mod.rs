@@ -2,7 +2,8 @@
 //!
 //! [`Ddpg`] is the algorithm, [`Learner`] an agent with all that changes while it learns:
 //! replay buffer, noise, random streams. With actions of another origin recorded into the same
-//! learner (guided exploration) the update stays plain DDPG.
+//! learner (guided exploration) the update stays plain DDPG. With [`Options`] an action is a choice
+//! among items, too.
 //!
 //! Symbols: observation s, action a, reward r, next observation s', terminated d, actor μ,
 //! critic Q, targets μ' and Q' with parameters θ', online parameters θ, batch size N, discount γ.
@@ -64,11 +65,13 @@
 //! or `output_init_bound`, or a shorter warm-up, may be better than the defaults, which are those
 //! of the full study.
 
+mod choice;
 mod config;
 mod ddpg;
 mod join;
 mod learner;
 mod noise;
+mod options;
 #[cfg(test)]
 mod probe;
 mod replay;
@@ -81,6 +84,7 @@ pub use config::{DdpgConfig, ImitationConfig, OuConfig, SETTINGS};
 pub use ddpg::{Ddpg, UpdateError, UpdateMetrics};
 pub use learner::{Learner, Streams};
 pub use noise::OrnsteinUhlenbeck;
+pub use options::Options;
 pub use replay::{Batch, ReplayBuffer, ReplayError, Transition};
 use segments::Segments;
 pub use state::{Checkpoint, StateError};

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use rand::SeedableRng;
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::env::{Environment, uniform_action};
-use crate::physics::ToolKind;
+use crate::env::{Choice, Environment, uniform_action};
+use crate::physics::{ACTION_SET, ToolKind, ToolSplit};
 use crate::task::{self, BallSpec, Form, Task, ToolSpec};
 
 /// A falling ball beside one tool.
@@ -35,6 +35,21 @@ pub(super) fn full() -> Box<dyn FnMut()> {
         })
         .collect();
     play(task)
+}
+
+/// A level of CREATE, with a new action set for every episode.
+pub(super) fn level(name: &str) -> Box<dyn FnMut()> {
+    // A test loads every level.
+    let task = task::load(&format!("create/{name}")).expect("levels are valid");
+    let mut environment = Environment::new(Arc::new(task)).with_tools(ToolSplit::Train);
+    let mut rng = ChaCha8Rng::seed_from_u64(0);
+    environment.reset(&mut rng);
+    Box::new(move || {
+        let action = Choice { tool: rng.gen_range(0..ACTION_SET), place: uniform_action(&mut rng) };
+        if environment.step(action).map_or(true, |step| step.end.is_some()) {
+            environment.reset(&mut rng);
+        }
+    })
 }
 
 fn middle_task() -> Task {

@@ -66,7 +66,27 @@ pub const WORKS: &[Work] = &[
         calls: 5000,
         prepare: environment::full,
     },
+    level("level_Basket", || environment::level("Basket")),
+    level("level_Belt", || environment::level("Belt")),
+    level("level_Buckets", || environment::level("Buckets")),
+    level("level_Cannon", || environment::level("Cannon")),
+    level("level_Collide", || environment::level("Collide")),
+    level("level_Funnel", || environment::level("Funnel")),
+    level("level_GoalTest", || environment::level("GoalTest")),
+    level("level_Ladder", || environment::level("Ladder")),
+    level("level_Moving", || environment::level("Moving")),
+    level("level_Navigate", || environment::level("Navigate")),
+    level("level_Obstacle", || environment::level("Obstacle")),
+    level("level_Push", || environment::level("Push")),
+    level("level_Seesaw", || environment::level("Seesaw")),
 ];
+
+/// An action on a level of CREATE.
+const fn level(name: &'static str, prepare: fn() -> Box<dyn FnMut()>) -> Work {
+    let note = "one action of 40 physics steps on a level of CREATE, with its observation: any of 40 tools anywhere, \
+                resets included";
+    Work { name, note, calls: 1000, prepare }
+}
 
 /// One measurement, as a line of JSON.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -137,5 +157,12 @@ mod tests {
             let mut call = work.prepare();
             (0..3).for_each(|_| call());
         }
+    }
+
+    #[test]
+    fn every_level_is_timed() {
+        let levels = crate::task::level_names().map(|name| format!("level_{name}"));
+        let timed = super::WORKS.iter().map(|work| work.name.to_owned());
+        assert_eq!(levels.collect::<Vec<_>>(), timed.filter(|name| name.starts_with("level_")).collect::<Vec<_>>());
     }
 }

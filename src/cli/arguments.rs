@@ -418,8 +418,13 @@ pub struct Train {
     pub task: String,
     /// Method: ddpg, ddpg-mge, ddpg-uniform, ddpg-mge-true, ddpg-model-replay, planning,
     /// ddpg-mge-adaptive, ddpg-uniform-adaptive, ddpg-adaptive or open-loop
-    #[arg(long, default_value_t = Method::RECOMMENDED)]
-    pub method: Method,
+    /// [default: ddpg-mge-adaptive, with --tools ddpg-uniform-adaptive]
+    #[arg(long)]
+    pub method: Option<Method>,
+    /// Let the agent choose among 40 of CREATE's tools, redrawn for every episode from: all, train, validation,
+    /// test
+    #[arg(long, value_name = "SPLIT")]
+    pub tools: Option<ToolSplit>,
     /// Episodes to train
     #[arg(long, default_value_t = 2000)]
     pub episodes: u32,
@@ -508,6 +513,10 @@ pub struct Evaluate {
     /// Seed of the start noise
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
+    /// Draw the action sets of an agent that chooses among tools from others: all, train, validation, test
+    /// [default: those of its training]
+    #[arg(long, value_name = "SPLIT")]
+    pub tools: Option<ToolSplit>,
     /// Also print what the actor saw before each action
     #[arg(long)]
     pub observations: bool,

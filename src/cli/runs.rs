@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Duration;
 
 use serde_json::json;
@@ -12,13 +13,12 @@ use super::arguments::{Evaluate, Export, Figures, Fork, Resume, Script, Train, W
 use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::{Outcome, control, output};
-use crate::env::{Action, Environment};
 use crate::evidence::Composition;
 use crate::figures::DEFAULT_DPI;
 use crate::run::{Event, RunState};
-use crate::streams::Stream;
-use crate::task;
+use crate::task::{self, Task};
 use crate::text::printable;
+use crate::trainer::{Method, Trace, TracedStep, seen};
 use crate::tui;
 use crate::workbench::{self, Command, FigureKind, Notice, Output, RunView, Session, SessionError, command};
 
@@ -47,11 +47,11 @@ pub fn train(arguments: &Train) -> Outcome {
     let interrupt = Interrupt::listen()?;
     let runs = std::env::var_os("MGE_RUNS").map_or_else(|| PathBuf::from("runs"), PathBuf::from);
     let mut session = Session::on_task(&arguments.task, runs)?;
-    let mut commands: Vec<Command> = vec![
-        command::Method(arguments.method).into(),
-        command::Seed(arguments.seed).into(),
-        command::Episodes(arguments.episodes).into(),
-    ];
+    let usual = if arguments.tools.is_some() { Method::RECOMMENDED_WITH_TOOLS } else { Method::RECOMMENDED };
+    let mut commands: Vec<Command> = vec![command::Method(arguments.method.unwrap_or(usual)).into()];
+    let tools = arguments.tools.map(|tools| command::Set { key: "tools".to_owned(), value: tools.to_string() });
+    commands.extend(tools.map(Command::from));
+    commands.extend([command::Seed(arguments.seed).into(), command::Episodes(arguments.episodes).into()]);
     commands.extend(arguments.epsilon.clone().map(|schedule| command::Epsilon(schedule).into()));
     commands.extend(arguments.model.clone().map(|source| command::Model(source).into()));
     for setting in &arguments.settings {
@@ -213,7 +213,7 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
     let run = RunView::open(&arguments.run)?;
     let saved = run.saved();
     for episode in 0..arguments.episodes {
-        let trace = saved.greedy_episode(arguments.seed + u64::from(episode))?;
+        let trace = saved.greedy_episode_among(arguments.tools, arguments.seed + u64::from(episode))?;
         let actions: Vec<_> = trace.steps.iter().map(|step| step.action).collect();
         let mut line = json!({
             "episode": episode + 1,
@@ -223,28 +223,37 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
             "steps": trace.steps.len(),
             "actions": actions,
         });
+        if !trace.tools.is_empty() {
+            let number = |step: &TracedStep| trace.tools.get(step.tool?).copied();
+            let kind = |step: &TracedStep| trace.tool_of(step).map(|tool| tool.kind);
+            line["action_set"] = json!(trace.tools);
+            line["tools"] = json!(trace.steps.iter().map(number).collect::<Vec<_>>());
+            line["types"] = json!(trace.steps.iter().map(kind).collect::<Vec<_>>());
+        }
         if arguments.observations {
-            line["observations"] = json!(observations(&run, arguments.seed + u64::from(episode), &actions));
+            line["observations"] = json!(observations(&run.config().task, &trace));
         }
         output::line(line)?;
     }
     Ok(())
 }
 
-/// What was seen before each action of an episode that began with this seed.
-fn observations(run: &RunView, seed: u64, actions: &[Action]) -> Vec<Vec<f32>> {
-    let mut env = Environment::new(run.config().task.clone());
-    let mut next = Some(env.reset(&mut Stream::Episode.of(seed)));
-    let seen = actions.iter().map_while(|&action| {
-        let before = next.take()?;
-        next = env.step(action).ok().map(|step| step.observation);
-        Some(before)
+/// What the agent saw before each action of an episode.
+fn observations(task: &Arc<Task>, trace: &Trace) -> Vec<Vec<f32>> {
+    let mut env = trace.environment(task);
+    let seen = trace.steps.iter().map_while(|step| {
+        let before = seen(&env, env.observation());
+        env.step(step.choice()).ok().map(|_| before)
     });
     seen.collect()
 }
 
 pub fn export_actor(arguments: &Export) -> Outcome {
-    let actor = RunView::open(&arguments.run)?.saved().agent()?.export_actor();
+    let agent = RunView::open(&arguments.run)?.saved().agent()?;
+    if agent.options().is_some() {
+        return Err("the critic of this run chooses among tools: its actor alone is of no use".into());
+    }
+    let actor = agent.export_actor();
     crate::atomic::write(&arguments.out, &actor)
         .map_err(|error| format!("cannot write {}: {error}", arguments.out.display()))?;
     Ok(output::line(arguments.out.display())?)

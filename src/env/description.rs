@@ -7,7 +7,8 @@ use super::observation::VELOCITY_SCALE;
 use crate::physics::{ACTION_SET, Motion, ObjectId, ToolKind, World, exact, to_normalised, to_units};
 use crate::task::{GoalShape, Task};
 
-/// Objects that are described. Of more, the tools placed first drop out.
+/// Objects that are described, unless [`Environment::with_slots`](super::Environment::with_slots) says another
+/// number. Of more, the tools placed first drop out.
 pub const SCENE_SLOTS: usize = 48;
 /// Numbers of one object: one-hot of its role, in the order of [`ROLES`]; velocity x, y, position
 /// x, y, angular velocity, cosine and sine of the angle by which it has turned; then its properties,
@@ -16,6 +17,8 @@ pub const SCENE_FEATURES: usize = ROLES.len() + MOTION_FEATURES + TOOL_FEATURES;
 /// What an object can be.
 pub const ROLES: [&str; 8] = ["target", "marker", "ball", "box", "goal", "subgoal", "marker_subgoal", "tool"];
 const MOTION_FEATURES: usize = 7;
+/// Place in a description of the position of the target ball, which is the first object: x, then y.
+pub const TARGET_POSITION: usize = ROLES.len() + 2;
 
 /// A part of an observation vector.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
@@ -34,23 +37,24 @@ fn progress_len(task: &Task) -> usize {
 }
 
 /// The parts of a description.
-pub(super) fn description_parts(task: &Task) -> Vec<ObservationPart> {
+pub(super) fn description_parts(task: &Task, slots: usize) -> Vec<ObservationPart> {
     vec![
-        ObservationPart { name: "objects", shape: vec![SCENE_SLOTS, SCENE_FEATURES] },
+        ObservationPart { name: "objects", shape: vec![slots, SCENE_FEATURES] },
         ObservationPart { name: "progress", shape: vec![progress_len(task)] },
         ObservationPart { name: "tools", shape: vec![ACTION_SET, TOOL_FEATURES] },
     ]
 }
 
-/// Describes an episode and an action set, of which the first [`ACTION_SET`] tools count.
-pub(super) fn describe(task: &Task, now: &Snapshot, set: &ActionSet) -> Vec<f32> {
-    let progress = progress_len(task);
-    let mut numbers = Vec::with_capacity(SCENE_SLOTS * SCENE_FEATURES + progress + ACTION_SET * TOOL_FEATURES);
-    let mut scene = Scene { numbers: &mut numbers, free: SCENE_SLOTS };
+/// Describes an episode in so many slots, and an action set, of which the first [`ACTION_SET`] tools count.
+pub(super) fn describe(task: &Task, now: &Snapshot, set: &ActionSet, slots: usize) -> Vec<f32> {
+    let objects = slots * SCENE_FEATURES;
+    let length = objects + progress_len(task) + ACTION_SET * TOOL_FEATURES;
+    let mut numbers = Vec::with_capacity(length);
+    let mut scene = Scene { numbers: &mut numbers, free: slots };
     scene.push_movers(task, now.world());
     scene.push_regions(task, now);
     scene.push_tools(task, now.world());
-    numbers.resize(SCENE_SLOTS * SCENE_FEATURES, 0.0);
+    numbers.resize(objects, 0.0);
     let flags = now.reached().iter().chain(now.reached_by_marker()).copied();
     let flags = flags.chain([now.target_moved(), now.goal_reached()]);
     numbers.extend(flags.map(|flag| f32::from(u8::from(flag))));
@@ -58,7 +62,7 @@ pub(super) fn describe(task: &Task, now: &Snapshot, set: &ActionSet) -> Vec<f32>
     for tool in set.tools().take(ACTION_SET) {
         numbers.extend(tool_features(tool));
     }
-    numbers.resize(SCENE_SLOTS * SCENE_FEATURES + progress + ACTION_SET * TOOL_FEATURES, 0.0);
+    numbers.resize(length, 0.0);
     numbers
 }
 
@@ -139,11 +143,11 @@ fn form(radius: f32, material: Option<[f32; 3]>) -> [f32; TOOL_FEATURES] {
 }
 
 /// Least and greatest value of every number: flags are 0 or 1, others have no bounds.
-pub(super) fn description_bounds(task: &Task) -> [Vec<f32>; 2] {
+pub(super) fn description_bounds(task: &Task, slots: usize) -> [Vec<f32>; 2] {
     const PROPERTIES: usize = ROLES.len() + MOTION_FEATURES;
     let is_kind = |column: usize| column < ToolKind::ALL.len();
     let object = |column: usize| column < ROLES.len() || (column >= PROPERTIES && is_kind(column - PROPERTIES));
-    let flags: Vec<bool> = (0..SCENE_SLOTS * SCENE_FEATURES)
+    let flags: Vec<bool> = (0..slots * SCENE_FEATURES)
         .map(|index| object(index % SCENE_FEATURES))
         .chain((0..progress_len(task)).map(|_| true))
         .chain((0..ACTION_SET * TOOL_FEATURES).map(|index| is_kind(index % TOOL_FEATURES)))

@@ -6,7 +6,7 @@ use rand::Rng;
 
 use super::action::{EpisodeOver, Placement, Step};
 use super::action_set::{ActionSet, Choice};
-use super::description::{ObservationPart, describe, description_bounds, description_parts};
+use super::description::{ObservationPart, SCENE_SLOTS, describe, description_bounds, description_parts};
 use super::episode::Snapshot;
 use super::image::{self, IMAGE_LEN, Pictures};
 use super::observation::{observation_bounds, observation_len, observation_parts, observe};
@@ -36,6 +36,8 @@ pub struct Environment {
     split: Option<ToolSplit>,
     /// None if the agent has the task's own tool.
     set: Option<ActionSet>,
+    /// Objects that are described to an agent that chooses among tools.
+    slots: usize,
     /// The start of every episode, where it is the same for all.
     first: Option<Arc<Snapshot>>,
     now: Snapshot,
@@ -55,7 +57,17 @@ impl Environment {
         let start = Start { shift, ..Start::default() };
         let is_first = shift == [0.0; 2] && task.shifts.is_empty();
         let first = is_first.then(|| Arc::new(now.clone()));
-        Self { loaded: task.clone(), task, start, split: None, set: None, first, now, pictures: None }
+        Self {
+            loaded: task.clone(),
+            task,
+            start,
+            split: None,
+            set: None,
+            slots: SCENE_SLOTS,
+            first,
+            now,
+            pictures: None,
+        }
     }
 
     /// The agent chooses among an action set of CREATE's tools, which every [`reset`](Self::reset)
@@ -70,6 +82,13 @@ impl Environment {
     #[must_use]
     pub fn with_action_set(self, set: ActionSet) -> Self {
         Self { split: None, set: Some(set), ..self }
+    }
+
+    /// Describes so many objects to an agent that chooses among tools. Of more, the tools placed first
+    /// drop out.
+    #[must_use]
+    pub fn with_slots(self, slots: usize) -> Self {
+        Self { slots, ..self }
     }
 
     /// Draws CREATE's own pictures of tools, with which images are those of CREATE.
@@ -149,7 +168,7 @@ impl Environment {
     /// names what is in it.
     pub fn observation(&self) -> Vec<f32> {
         if let Some(set) = &self.set {
-            return describe(&self.task, &self.now, set);
+            return describe(&self.task, &self.now, set, self.slots);
         }
         let mut observation = vec![0.0; observation_len(&self.task)];
         observe(self.now.world(), self.task.tools.len(), self.now.stage(), &mut observation);
@@ -159,7 +178,7 @@ impl Environment {
     /// Writes the current [`observation`](Self::observation) to a row of its length.
     pub fn write_observation(&self, row: &mut [f32]) {
         match &self.set {
-            Some(set) => row.copy_from_slice(&describe(&self.task, &self.now, set)),
+            Some(set) => row.copy_from_slice(&describe(&self.task, &self.now, set, self.slots)),
             None => observe(self.now.world(), self.task.tools.len(), self.now.stage(), row),
         }
     }
@@ -173,7 +192,7 @@ impl Environment {
     pub fn observation_parts(&self) -> Vec<ObservationPart> {
         match self.set {
             None => observation_parts(&self.task),
-            Some(_) => description_parts(&self.task),
+            Some(_) => description_parts(&self.task, self.slots),
         }
     }
 
@@ -186,7 +205,7 @@ impl Environment {
     pub fn observation_bounds(&self) -> [Vec<f32>; 2] {
         match self.set {
             None => observation_bounds(&self.task),
-            Some(_) => description_bounds(&self.task),
+            Some(_) => description_bounds(&self.task, self.slots),
         }
     }
 

@@ -13,6 +13,7 @@ use super::style::{BLUE, MARGIN, SINGLE_COLUMN, faded};
 use super::table::Table;
 use super::tasks::heading;
 use super::{Figure, FigureError};
+use crate::physics::Tool;
 use crate::task::Task;
 
 /// The moments of an episode on its task. As a figure it is its last moment, with the
@@ -36,8 +37,8 @@ pub struct Moment {
     pub time: f32,
     /// Normalised position of the ball.
     pub ball: Position,
-    /// Normalised positions of the tools placed so far.
-    pub placed: Vec<Position>,
+    /// Tools placed so far.
+    pub placed: Vec<Tool>,
     /// Stages (subgoals in order, then the goal) reached so far.
     pub reached: usize,
 }
@@ -59,8 +60,8 @@ impl Animation {
         let rect = note(canvas, page, &text);
         let view = SceneView::new(canvas, rect, &heading(&self.task.name), Window::SCREEN);
         view.surroundings(&self.task);
-        for position in &moment.placed {
-            view.tool(&self.task.placeable.tool(*position), PLACED_TOOL);
+        for tool in &moment.placed {
+            view.tool(tool, PLACED_TOOL);
         }
         let past: Vec<Position> =
             self.moments[index.saturating_sub(trail)..=index].iter().map(|past| past.ball).collect();

@@ -47,24 +47,38 @@ impl Cluster {
 
 /// Clusters of `actions`, the largest first. None if there are no actions.
 pub(super) fn cluster(actions: &[Action], count: ClusterCount, std_floor: f32, rng: &ChaCha8Rng) -> Vec<Cluster> {
-    let distinct = count_distinct(actions);
+    let clusters = cluster_points(actions, count, std_floor, rng);
+    clusters.into_iter().map(|(cluster, _)| cluster).collect()
+}
+
+/// Clusters of points that begin with x and y and are all as long, the largest first, each with the
+/// numbers of its points.
+pub(super) fn cluster_points<P: AsRef<[f32]>>(
+    points: &[P],
+    count: ClusterCount,
+    std_floor: f32,
+    rng: &ChaCha8Rng,
+) -> Vec<(Cluster, Vec<usize>)> {
+    let distinct = count_distinct(points);
     if distinct == 0 {
         return Vec::new();
     }
-    let points = Array2::from_shape_fn((actions.len(), 2), |(row, axis)| f64::from(actions[row][axis]));
+    let columns = points[0].as_ref().len();
+    let points = Array2::from_shape_fn((points.len(), columns), |(row, axis)| f64::from(points[row].as_ref()[axis]));
     let labels = match count {
         ClusterCount::Fixed(k) => assign(&points, k.clamp(1, distinct), rng),
         ClusterCount::Silhouette(most) => best_silhouette(&points, most.min(distinct.saturating_sub(1)), rng),
     };
     let clusters = 1 + labels.iter().max().copied().unwrap_or(0);
-    let mut clusters: Vec<Cluster> =
+    let mut clusters: Vec<(Cluster, Vec<usize>)> =
         (0..clusters).filter_map(|label| describe(&points, &labels, label, std_floor)).collect();
-    clusters.sort_by(|a, b| b.count.cmp(&a.count).then(a.mean[0].total_cmp(&b.mean[0])));
+    clusters.sort_by(|(a, _), (b, _)| b.count.cmp(&a.count).then(a.mean[0].total_cmp(&b.mean[0])));
     clusters
 }
 
-fn count_distinct(actions: &[Action]) -> usize {
-    let mut bits: Vec<[u32; 2]> = actions.iter().map(|action| action.map(f32::to_bits)).collect();
+fn count_distinct<P: AsRef<[f32]>>(points: &[P]) -> usize {
+    let bits = |point: &P| point.as_ref().iter().map(|value| value.to_bits()).collect();
+    let mut bits: Vec<Vec<u32>> = points.iter().map(bits).collect();
     bits.sort_unstable();
     bits.dedup();
     bits.len()
@@ -93,16 +107,22 @@ fn best_silhouette(points: &Array2<f64>, most: usize, rng: &ChaCha8Rng) -> Array
         .map_or_else(|| Array1::zeros(points.nrows()), |(_, labels)| labels)
 }
 
-fn describe(points: &Array2<f64>, labels: &Array1<usize>, label: usize, std_floor: f32) -> Option<Cluster> {
-    let members: Vec<usize> = labels.iter().enumerate().filter(|(_, l)| **l == label).map(|(row, _)| row).collect();
-    let members = points.select(Axis(0), &members);
+fn describe(
+    points: &Array2<f64>,
+    labels: &Array1<usize>,
+    label: usize,
+    std_floor: f32,
+) -> Option<(Cluster, Vec<usize>)> {
+    let rows: Vec<usize> = labels.iter().enumerate().filter(|(_, l)| **l == label).map(|(row, _)| row).collect();
+    let members = points.select(Axis(0), &rows);
     let mean = members.mean_axis(Axis(0))?;
     let std = members.std_axis(Axis(0), 0.0);
     let count = members.nrows();
-    Some(Cluster {
+    let cluster = Cluster {
         mean: [mean[0] as f32, mean[1] as f32],
         std: [std[0], std[1]].map(|s| (s as f32).max(std_floor)),
         weight: count as f32 / points.nrows() as f32,
         count,
-    })
+    };
+    Some((cluster, rows))
 }

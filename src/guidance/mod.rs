@@ -16,6 +16,7 @@ mod rollout;
 mod schedule;
 #[cfg(test)]
 mod tests;
+mod tools;
 
 pub use build::build;
 pub use choice::{ChosenSubgoals, NO_SUBGOALS, TRIALS, choose_subgoals};
@@ -27,3 +28,4 @@ pub use proposal::propose_subgoals;
 pub use rewarding::{Played, Rewarding};
 pub use rollout::{RapierPhysics, RolloutModel, Stoppable, TruePhysics};
 pub use schedule::{EpsilonSchedule, ScheduleError};
+pub use tools::{ToolCluster, build_among};

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::clusters::{Cluster, cluster};
 use super::config::{GuidanceConfig, GuidanceError};
+use super::tools::ToolCluster;
 use crate::env::{Action, uniform_action};
 use crate::task::Task;
 
@@ -14,6 +15,9 @@ use crate::task::Task;
 pub struct StagePrior {
     /// Clusters of rewarding actions, the largest first; empty if the model predicted none.
     pub clusters: Vec<Cluster>,
+    /// The tools of each cluster, where the agent chooses among tools.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tools: Vec<ToolCluster>,
     /// The stored rewarding actions.
     pub actions: Vec<Action>,
     /// Model rollouts made.
@@ -133,6 +137,8 @@ impl StagePrior {
         let within = |low: f32, values: &[f32]| values.iter().all(|value| (low..=1.0).contains(value));
         self.clusters.iter().all(|c| within(-1.0, &c.mean) && within(0.0, &c.std) && within(0.0, &[c.weight]))
             && self.actions.iter().all(|action| within(-1.0, action))
+            && [0, self.clusters.len()].contains(&self.tools.len())
+            && self.tools.iter().all(ToolCluster::is_possible)
     }
 
     /// An action for this stage, as [`ActionPrior::sample`].

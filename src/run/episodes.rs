@@ -32,6 +32,8 @@ pub enum Source {
 pub struct PlayedAction {
     /// Where the tool was to be placed, normalised.
     pub action: [f32; 2],
+    /// Which tool of the action set; none where the agent has the task's own.
+    pub tool: Option<usize>,
     /// Who chose it.
     pub source: Source,
 }
@@ -43,13 +45,15 @@ struct ActionLine {
     action: [f32; 2],
     guided: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    tool: Option<usize>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     source: Option<Source>,
 }
 
 impl From<ActionLine> for PlayedAction {
     fn from(line: ActionLine) -> Self {
         let by_flag = if line.guided { Source::Clusters } else { Source::Policy };
-        Self { action: line.action, source: line.source.unwrap_or(by_flag) }
+        Self { action: line.action, tool: line.tool, source: line.source.unwrap_or(by_flag) }
     }
 }
 
@@ -57,7 +61,7 @@ impl From<PlayedAction> for ActionLine {
     fn from(played: PlayedAction) -> Self {
         let source =
             Some(played.source).filter(|source| matches!(source, Source::Planner | Source::Hand | Source::Recorded));
-        Self { action: played.action, guided: played.source == Source::Clusters, source }
+        Self { action: played.action, guided: played.source == Source::Clusters, tool: played.tool, source }
     }
 }
 
@@ -69,6 +73,12 @@ pub struct PlayedEpisode {
     pub episode: u64,
     /// How far noise shifted its start, normalised.
     pub shift: [f32; 2],
+    /// How far each of the task's random shifts went, normalised.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shifts: Vec<[f32; 2]>,
+    /// The action set: numbers of its tools in CREATE's catalogue; none where the agent has the task's own tool.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tools: Vec<usize>,
     /// Its actions, in order.
     pub actions: Vec<PlayedAction>,
 }
@@ -175,8 +185,8 @@ mod tests {
 
     fn played(episode: u64) -> PlayedEpisode {
         let source = if episode.is_multiple_of(2) { Source::Clusters } else { Source::Policy };
-        let action = PlayedAction { action: [0.1 + episode as f32, -0.3], source };
-        PlayedEpisode { episode, shift: [0.0, 0.01], actions: vec![action; 3] }
+        let action = PlayedAction { action: [0.1 + episode as f32, -0.3], tool: None, source };
+        PlayedEpisode { episode, shift: [0.0, 0.01], actions: vec![action; 3], ..PlayedEpisode::default() }
     }
 
     #[test]
@@ -187,10 +197,14 @@ mod tests {
             (Source::Planner, r#"{"action":[0.5,-0.5],"guided":false,"source":"planner"}"#),
             (Source::Hand, r#"{"action":[0.5,-0.5],"guided":false,"source":"hand"}"#),
         ] {
-            let played = PlayedAction { action: [0.5, -0.5], source };
+            let played = PlayedAction { action: [0.5, -0.5], tool: None, source };
             assert_eq!(serde_json::to_string(&played).unwrap(), line);
             assert_eq!(serde_json::from_str::<PlayedAction>(line).unwrap(), played);
         }
+        let chosen = PlayedAction { action: [0.5, -0.5], tool: Some(3), source: Source::Policy };
+        let line = r#"{"action":[0.5,-0.5],"guided":false,"tool":3}"#;
+        assert_eq!(serde_json::to_string(&chosen).unwrap(), line);
+        assert_eq!(serde_json::from_str::<PlayedAction>(line).unwrap(), chosen);
     }
 
     #[test]

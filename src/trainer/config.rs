@@ -9,6 +9,7 @@ use super::fork::Fork;
 use super::method::{Method, PriorSource};
 use crate::agent::{self, DdpgConfig};
 use crate::guidance::{self, EpsilonSchedule, GuidanceConfig, PLANNER_SETTINGS, PlannerConfig};
+use crate::physics::{ACTION_SET, ToolSplit};
 use crate::run::Retention;
 use crate::task::Task;
 use crate::validation::{Range, Setting, ValidationError, check_settings};
@@ -86,11 +87,13 @@ pub struct Evaluation {
     pub every: u32,
     /// Episodes without noise; one is enough for a task without start noise.
     pub episodes: u32,
+    /// From which tools their action sets are drawn; none for those of the training.
+    pub tools: Option<ToolSplit>,
 }
 
 impl Default for Evaluation {
     fn default() -> Self {
-        Self { every: 50, episodes: 1 }
+        Self { every: 50, episodes: 1, tools: None }
     }
 }
 
@@ -166,6 +169,13 @@ pub struct RunConfig {
     /// none for that of the task.
     #[serde(default)]
     pub start_noise: Option<f32>,
+    /// From which of CREATE's tools every reset draws the action set that the agent chooses among; none
+    /// where it has the task's own tool.
+    #[serde(default)]
+    pub tools: Option<ToolSplit>,
+    /// Tools of the action set, the nearest to what the actor proposes, among which the critic chooses.
+    #[serde(default = "default_tool_candidates")]
+    pub tool_candidates: usize,
     /// The learner.
     #[serde(default)]
     pub ddpg: DdpgConfig,
@@ -213,12 +223,16 @@ fn default_episodes() -> u32 {
     2000
 }
 
+fn default_tool_candidates() -> usize {
+    8
+}
+
 fn default_epsilon() -> EpsilonSchedule {
     EpsilonSchedule::Linear { from: 0.5, to: 0.0, episodes: 1000 }
 }
 
 /// The numbers among the run's own settings.
-const SETTINGS: [Setting; 18] = [
+const SETTINGS: [Setting; 19] = [
     Setting::count("seed", 0, u64::MAX, "master seed"),
     Setting::count("episodes", 1, 10_000_000, "episodes to train"),
     Setting::number("noise_decay.final_scale", 0.0, 1.0, "least scale of the exploration noise; 1 keeps it constant"),
@@ -245,6 +259,12 @@ const SETTINGS: [Setting; 18] = [
         range: Range::NumberOrNull(0.0, 1.0),
         about: "half width of the uniform noise on the ball's start, normalised; null for that of the task",
     },
+    Setting::count(
+        "tool_candidates",
+        1,
+        ACTION_SET as u64,
+        "tools nearest to what the actor proposes, among which the critic chooses",
+    ),
     Setting::count("refinement.every", 0, 1_000_000_000, "episodes between refinements of the clusters; 0 for none"),
     Setting::count("refinement.least", 0, 100_000, "own rewarding actions of a stage before its clusters follow them"),
     Setting::count("refinement.most", 0, 100_000, "own rewarding actions of a stage that are kept"),
@@ -298,6 +318,8 @@ impl RunConfig {
             actor_rate_decay: ActorRateDecay::default(),
             hold_tolerance: None,
             start_noise: None,
+            tools: None,
+            tool_candidates: default_tool_candidates(),
             ddpg: DdpgConfig::default(),
             prior: PriorSource::default(),
             guidance: GuidanceConfig::default(),
@@ -322,6 +344,30 @@ impl RunConfig {
         self.planner.validate().map_err(|error| error.within("planner"))?;
         if self.refinement.every > 0 && self.refinement.most < self.refinement.least.max(1) {
             return Err(ValidationError::new("refinement.most", "must be at least 1 and at least refinement.least"));
+        }
+        self.validate_tools()
+    }
+
+    /// Checks what an agent that chooses among tools cannot have.
+    fn validate_tools(&self) -> Result<(), ValidationError> {
+        if self.tools.is_none() {
+            let without = "is set, but the run has no `tools` to choose among: set them, too";
+            let is_odd = self.evaluation.tools.is_some();
+            return if is_odd { Err(ValidationError::new("evaluation.tools", without)) } else { Ok(()) };
+        }
+        if !self.method.chooses_tools() {
+            let known = Method::ALL.into_iter().filter(|method| method.chooses_tools());
+            let known: Vec<&str> = known.map(Method::name).collect();
+            let message = format!(
+                "is `{}`, which knows only the task's own tool: with `tools` use {}",
+                self.method,
+                known.join(", ")
+            );
+            return Err(ValidationError::new("method", message));
+        }
+        if self.refinement.every > 0 {
+            let message = "must be 0 with `tools`: clusters are refined for the task's own tool only";
+            return Err(ValidationError::new("refinement.every", message));
         }
         Ok(())
     }

@@ -44,6 +44,8 @@ pub enum Method {
 impl Method {
     /// What the workbench, `mge train` and `mge puzzles bench` use unless another is asked for.
     pub const RECOMMENDED: Self = Self::DdpgMgeAdaptive;
+    /// What `mge train --tools` uses unless another is asked for.
+    pub const RECOMMENDED_WITH_TOOLS: Self = Self::DdpgUniformAdaptive;
     /// All methods.
     pub const ALL: [Self; 10] = [
         Self::Ddpg,
@@ -107,6 +109,11 @@ impl Method {
     /// Whether there is a policy that learns.
     pub fn learns(self) -> bool {
         !matches!(self, Self::Planning | Self::OpenLoop)
+    }
+
+    /// Whether its agent can choose among tools. What others do, they do with places of the task's own tool.
+    pub fn chooses_tools(self) -> bool {
+        !matches!(self, Self::ModelReplay | Self::Planning | Self::OpenLoop)
     }
 
     /// Whether it explores by need and learns from its own successes.

@@ -36,6 +36,7 @@ mod streams;
 #[cfg(test)]
 mod tests;
 mod thread;
+mod tools;
 mod trace;
 mod training;
 mod watch;
@@ -48,6 +49,7 @@ pub use prior::{NamedModel, PriorError, build_prior, check_model, rollout_model,
 pub use run_loop::{Control, Ending, TrainerError, train};
 pub use setting::{SettingError, config_keys, unusual_settings};
 pub use thread::Trainer;
+pub use tools::{chosen_tool, seen};
 pub use trace::{Trace, TracedStep};
 pub use training::{NETWORKS_SECTION, PROGRESS_SECTION, Training, TrainingError, greedy_episode, prior_at};
 pub use watch::{LiveView, Phase, Watch};

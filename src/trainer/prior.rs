@@ -25,6 +25,11 @@ pub enum PriorError {
     /// The method predicts, but the source of rollouts does not.
     #[error("the method {method} needs a model to predict with, but the source of rollouts is `uniform`")]
     NoPrediction { method: &'static str },
+    /// Rollouts of tools are those of the true physics.
+    #[error(
+        "no model but `true` predicts what CREATE's tools do: with `tools` take that, or a method without clusters"
+    )]
+    NoTools,
     /// The saved prior of a run is none, or one of another task.
     #[error(transparent)]
     Saved(#[from] GuidanceError),
@@ -75,6 +80,12 @@ pub fn build_prior(
     progress: impl FnMut(usize),
     stop: &Stop,
 ) -> Result<Option<ActionPrior>, PriorError> {
+    if let Some(tools) = config.tools
+        && config.rollout_source() != PriorSource::Uniform
+    {
+        check_rollouts(config)?;
+        return Ok(guidance::build_among(&config.task, tools, &config.guidance, config.seed, progress, stop));
+    }
     let Some((model, name)) = rollout_model(&config.rollout_source(), &config.task)? else {
         return Ok(Some(ActionPrior::uniform(&config.task, config.seed)));
     };
@@ -99,10 +110,17 @@ pub fn saved_prior(directory: &RunDirectory, task: &Task) -> Result<Option<Actio
 /// predictions.
 pub fn check_model(config: &RunConfig) -> Result<(), PriorError> {
     consulted_model(config)?;
-    if config.is_guided() {
-        rollout_model(&config.rollout_source(), &config.task)?;
+    if config.is_guided() { check_rollouts(config) } else { Ok(()) }
+}
+
+/// Whether there is what predicts the rollouts behind a run's clusters.
+fn check_rollouts(config: &RunConfig) -> Result<(), PriorError> {
+    match config.rollout_source() {
+        PriorSource::Uniform => Ok(()),
+        PriorSource::TruePhysics if config.tools.is_some() => Ok(()),
+        _ if config.tools.is_some() => Err(PriorError::NoTools),
+        source => rollout_model(&source, &config.task).map(drop),
     }
-    Ok(())
 }
 
 /// The model that a method consults during its episodes, if it does.

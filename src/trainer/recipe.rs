@@ -3,19 +3,34 @@
 use std::sync::Arc;
 
 use super::config::RunConfig;
-use super::method::Method;
+use super::method::{Method, PriorSource};
 use super::setting::unusual_settings;
-use crate::env::BALL_POSITION;
-use crate::guidance::EpsilonSchedule;
+use crate::env::{BALL_POSITION, TARGET_POSITION};
+use crate::guidance::{ClusterCount, EpsilonSchedule};
 use crate::nn::Activation;
+use crate::physics::ToolSplit;
 use crate::task::Task;
 
 impl RunConfig {
     /// The usual configuration of a method for a task.
     pub fn usual(task: Arc<Task>, method: Method) -> Self {
-        let mut config = Self { method, ..Self::new(task) };
+        Self::usual_with(task, method, None)
+    }
+
+    /// The usual configuration of a method for a task, with an agent that chooses among these tools, if any.
+    pub fn usual_with(task: Arc<Task>, method: Method, tools: Option<ToolSplit>) -> Self {
+        let mut config = Self { method, tools, ..Self::new(task) };
         if method.is_adaptive() {
             adapt(&mut config);
+        }
+        if tools.is_some() {
+            // Observations are many times as long, and the memory is not.
+            config.ddpg.replay_capacity = 50_000;
+            config.ddpg.action_origin = config.ddpg.action_origin.map(|_| TARGET_POSITION);
+            config.refinement.every = 0;
+            config.prior = PriorSource::TruePhysics;
+            // More different actions are rewarding than with a single tool.
+            (config.guidance.model_rollouts, config.guidance.clusters) = (5000, ClusterCount::Fixed(10));
         }
         config
     }
@@ -23,8 +38,19 @@ impl RunConfig {
     /// The configuration with another method. Settings that are the usual ones of the method so far
     /// become those of the other; what was chosen otherwise stays.
     pub fn with_method(&self, method: Method) -> Self {
-        let mut config = Self::usual(self.task.clone(), method);
-        for (key, value) in unusual_settings(self).iter().filter(|(key, _)| key != "method") {
+        self.changed_to(method, self.tools)
+    }
+
+    /// The configuration with an agent that chooses among other tools, or has the task's own; settings as in
+    /// [`with_method`](Self::with_method).
+    pub fn with_tools(&self, tools: Option<ToolSplit>) -> Self {
+        self.changed_to(self.method, tools)
+    }
+
+    fn changed_to(&self, method: Method, tools: Option<ToolSplit>) -> Self {
+        let mut config = Self::usual_with(self.task.clone(), method, tools);
+        let is_other = |key: &str| !["method", "tools"].contains(&key);
+        for (key, value) in unusual_settings(self).iter().filter(|(key, _)| is_other(key)) {
             // What one configuration holds, another can hold.
             config = config.with_unchecked_setting(key, value).unwrap_or(config);
         }

@@ -44,6 +44,11 @@ impl RunConfig {
             let wrong = |message| SettingError::Value { key: key.to_owned(), value: value.to_owned(), message };
             return Ok(self.with_method(value.trim_matches('"').parse().map_err(wrong)?));
         }
+        if key == "tools" {
+            let wrong = |message| SettingError::Value { key: key.to_owned(), value: value.to_owned(), message };
+            let tools = (value != "null").then(|| value.trim_matches('"').parse()).transpose().map_err(wrong)?;
+            return Ok(self.with_tools(tools));
+        }
         let mut config = to_json(self);
         let place = if is_of_task(key) { None } else { json::at_mut(&mut config, key) };
         let Some(place) = place else {
@@ -65,17 +70,19 @@ impl RunConfig {
     }
 }
 
-/// The settings, by path, in which a configuration differs from the usual one of its task and
-/// method, and the method, first, if it is not the usual one; values as
-/// [`RunConfig::with_setting`] takes them.
+/// The settings, by path, in which a configuration differs from the usual one of its task, method
+/// and tools; before them the method, if it is not the usual one, and the tools, if there are any;
+/// values as [`RunConfig::with_setting`] takes them.
 pub fn unusual_settings(config: &RunConfig) -> Vec<(String, String)> {
-    let (ours, usual) = (to_json(config), to_json(&RunConfig::usual(config.task.clone(), config.method)));
+    let (ours, usual) =
+        (to_json(config), to_json(&RunConfig::usual_with(config.task.clone(), config.method, config.tools)));
     let usual = json::leaves(&usual);
     let differs = |(path, value): &(String, &Value)| !is_of_task(path) && !usual.contains(&(path.clone(), *value));
     let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
     let others = json::leaves(&ours).into_iter().filter(differs).map(|(path, value)| (path, text(value)));
     let method = (config.method != Method::default()).then(|| ("method".to_owned(), config.method.to_string()));
-    method.into_iter().chain(others).collect()
+    let tools = config.tools.map(|tools| ("tools".to_owned(), tools.to_string()));
+    method.into_iter().chain(tools).chain(others).collect()
 }
 
 /// The paths of all settings but the task's.

@@ -1,5 +1,7 @@
 //! Whole trainings on small networks: what a run leaves behind.
 
+mod tools;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -126,7 +128,7 @@ fn everything_of_a_resumed_run_is_that_of_an_uninterrupted_one() {
     task.rules.start_noise = 0.05;
     config.task = Arc::new(task);
     config.epsilon = "linear:1:0.5:12".parse().unwrap();
-    config.evaluation = Evaluation { every: 2, episodes: 2 };
+    config.evaluation = Evaluation { every: 2, episodes: 2, tools: None };
     config.refinement = Refinement { every: 6, least: 1, most: 5 };
     config.checkpoints.periodic_every = 4;
     let [whole, broken] = ["whole", "broken"].map(|name| new_run(folder.path(), name, &config));
@@ -513,7 +515,7 @@ fn a_resumed_adaptive_run_is_that_of_an_uninterrupted_one() {
     let mut config = config(Method::DdpgMgeAdaptive, 24);
     config.start_noise = Some(0.02);
     config.ddpg.replay_capacity = 1000;
-    config.evaluation = Evaluation { every: 2, episodes: 2 };
+    config.evaluation = Evaluation { every: 2, episodes: 2, tools: None };
     config.refinement = Refinement { every: 6, least: 1, most: 5 };
     let [whole, broken] = ["whole", "broken"].map(|name| new_run(folder.path(), name, &config));
     finish(&whole);

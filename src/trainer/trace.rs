@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::env::{Action, Environment, EpisodeOver, Placement, Step};
-use crate::physics::to_normalised;
+use super::tools;
+use crate::env::{Action, Choice, Environment, EpisodeOver, Placement, Start, Step};
+use crate::physics::{Tool, catalogue_tool, to_normalised, to_units};
 use crate::run::{PlayedAction, PlayedEpisode, Source};
 use crate::task::Task;
 
@@ -14,6 +15,9 @@ use crate::task::Task;
 pub struct TracedStep {
     /// Where the tool was to be placed, normalised.
     pub action: Action,
+    /// Which tool of the action set; none where the agent has the task's own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tool: Option<usize>,
     /// Who chose it.
     pub source: Source,
     /// What became of the tool.
@@ -28,6 +32,13 @@ pub struct TracedStep {
     pub path: Vec<[f32; 2]>,
 }
 
+impl TracedStep {
+    /// What the step asked for.
+    pub fn choice(&self) -> Choice {
+        Choice { tool: self.tool.unwrap_or(0), place: self.action }
+    }
+}
+
 /// An episode, step by step.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Trace {
@@ -35,20 +46,60 @@ pub struct Trace {
     pub episode: u64,
     /// How far noise shifted its start, normalised.
     pub shift: [f32; 2],
+    /// How far each of the task's random shifts went, normalised.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shifts: Vec<[f32; 2]>,
+    /// The action set: numbers of its tools in CREATE's catalogue; none where the agent has the task's own tool.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tools: Vec<usize>,
     /// Its actions, in order.
     pub steps: Vec<TracedStep>,
 }
 
 impl Trace {
+    /// The beginning of an episode, number `episode`, as the environment has just reset to it.
+    pub fn begin(env: &Environment, episode: u64) -> Self {
+        let Start { shift, shifts, tools } = env.start().clone();
+        Self { episode, shift, shifts, tools, steps: Vec::new() }
+    }
+
+    /// The environment at the beginning of the episode.
+    pub fn environment(&self, task: &Arc<Task>) -> Environment {
+        let mut env = tools::environment_among(task.clone(), &self.tools);
+        env.begin(Start { shift: self.shift, shifts: self.shifts.clone(), tools: self.tools.clone() });
+        env
+    }
+
+    /// The tool that a step of the episode placed, or was to place.
+    pub fn tool(&self, task: &Task, step: &TracedStep) -> Tool {
+        match self.tool_of(step) {
+            Some(tool) => tool.at(to_units(step.action.map(f64::from))),
+            None => task.placeable.tool(step.action),
+        }
+    }
+
+    /// The tool of the catalogue that a step of the episode asked for, at the origin; none for the no-op, and
+    /// where the agent has the task's own.
+    pub fn tool_of(&self, step: &TracedStep) -> Option<&'static Tool> {
+        catalogue_tool(*self.tools.get(step.tool?)?)
+    }
+
     /// Takes a step in the environment and appends it.
     ///
     /// # Errors
     /// When the episode is over.
-    pub fn step(&mut self, env: &mut Environment, action: Action, source: Source) -> Result<Step, EpisodeOver> {
+    pub fn step(
+        &mut self,
+        env: &mut Environment,
+        action: impl Into<Choice>,
+        source: Source,
+    ) -> Result<Step, EpisodeOver> {
+        let action = action.into();
         let mut path = Vec::with_capacity(env.task().rules.steps_per_action as usize);
         let step = env.step_watched(action, |world| path.push(to_normalised(world.ball(0).position)))?;
         self.steps.push(TracedStep {
-            action,
+            action: action.place,
+            tool: env.action_set().map(|_| action.tool),
             source,
             placement: step.placement,
             reward: step.reward,
@@ -61,16 +112,23 @@ impl Trace {
 
     /// What has to be kept to play it again.
     pub fn played(&self) -> PlayedEpisode {
-        let step = |step: &TracedStep| PlayedAction { action: step.action, source: step.source };
-        PlayedEpisode { episode: self.episode, shift: self.shift, actions: self.steps.iter().map(step).collect() }
+        let step = |step: &TracedStep| PlayedAction { action: step.action, tool: step.tool, source: step.source };
+        PlayedEpisode {
+            episode: self.episode,
+            shift: self.shift,
+            shifts: self.shifts.clone(),
+            tools: self.tools.clone(),
+            actions: self.steps.iter().map(step).collect(),
+        }
     }
 
     /// Plays an episode again: the physics give the same to the last bit.
     pub fn replay(task: &Arc<Task>, played: &PlayedEpisode) -> Self {
-        let mut env = Environment::shifted(task.clone(), played.shift);
-        let mut trace = Self { episode: played.episode, shift: played.shift, steps: Vec::new() };
-        for PlayedAction { action, source } in &played.actions {
-            if trace.step(&mut env, *action, *source).is_err() {
+        let PlayedEpisode { episode, shift, shifts, tools, actions } = played.clone();
+        let mut trace = Self { episode, shift, shifts, tools, steps: Vec::new() };
+        let mut env = trace.environment(task);
+        for PlayedAction { action, tool, source } in actions {
+            if trace.step(&mut env, Choice { tool: tool.unwrap_or(0), place: action }, source).is_err() {
                 break;
             }
         }

@@ -20,10 +20,12 @@ use super::imagination::imagine;
 use super::method::Method;
 use super::prior::{PriorError, consulted_model};
 use super::streams::{self, Streams};
+use super::tools::{self, Space};
 use super::trace::Trace;
 use crate::agent::{Ddpg, Learner, Transition};
-use crate::env::{Action, Environment, Placement, Snapshot, Step, observation_len};
+use crate::env::{Action, Environment, Placement, Snapshot, Step};
 use crate::guidance::{self, ActionPrior, EpsilonSchedule, Played, RolloutModel, Stoppable};
+use crate::physics::ToolSplit;
 use crate::run::{EpisodeRecord, Event, Source};
 use crate::stats::rolling::{RollingRate, WINDOW};
 use crate::stop::Stop;
@@ -78,9 +80,9 @@ impl Training {
     pub fn new(config: RunConfig, prior: Option<Arc<ActionPrior>>) -> Result<Self, TrainingError> {
         config.validate()?;
         let mut weights = Stream::AgentWeights.of(config.seed);
-        let observations = observation_len(&config.task);
+        let Space { observation, action, options } = Space::of(&config);
         let learner_streams = streams::learner(config.seed);
-        let learner = Learner::new(observations, 2, &config.ddpg, &mut weights, learner_streams)
+        let learner = Learner::with_options(observation, action, options, &config.ddpg, &mut weights, learner_streams)
             .map_err(|error| error.within("ddpg"))?;
         let progress = Progress {
             episode: 0,
@@ -98,9 +100,10 @@ impl Training {
     }
 
     /// A training between two episodes.
-    fn assembled(config: RunConfig, learner: Learner, progress: Progress) -> Result<Self, TrainingError> {
+    fn assembled(config: RunConfig, mut learner: Learner, progress: Progress) -> Result<Self, TrainingError> {
         let model = consulted_model(&config)?;
-        let env = Environment::new(config.played_task());
+        let env = tools::environment(config.played_task(), config.tools);
+        learner.ddpg_mut().set_candidates(config.tool_candidates);
         Ok(Self { config, model, env, learner, progress, stop: Stop::default() })
     }
 
@@ -181,8 +184,9 @@ impl Training {
         self.learner.set_actor_rate_scale(self.config.actor_rate_decay.scale(episode, self.config.episodes));
         self.hold_or_release();
         self.learner.start_episode();
-        let mut observation = self.env.reset(&mut self.progress.streams.environment);
-        let mut trace = Trace { episode: u64::from(episode) + 1, shift: self.env.shift(), steps: Vec::new() };
+        let observation = self.env.reset(&mut self.progress.streams.environment);
+        let mut observation = tools::seen(&self.env, observation);
+        let mut trace = Trace::begin(&self.env, u64::from(episode) + 1);
         let mut means = UpdateMeans::default();
         let mut played = Played::default();
         let mut states = Vec::new();
@@ -198,11 +202,16 @@ impl Training {
             }
             let stage = self.env.snapshot().stage();
             let (action, source) = self.choose(&observation, explorer, trace.steps.len())?;
-            let step = trace.step(&mut self.env, action, source)?;
-            played.note(action, &step);
+            let choice = tools::choice(self.learner.ddpg(), &self.env, &action);
+            // What is done after the goal in an episode that goes on is no attempt at anything. (Runs in which
+            // the agent has the task's own tool count it.)
+            let is_open = self.config.tools.is_none() || !self.env.snapshot().goal_reached();
+            let mut step = trace.step(&mut self.env, choice, source)?;
+            let next_observation = tools::seen(&self.env, std::mem::take(&mut step.observation));
+            played.note(choice.place, &step);
             let reached = step.goal || !step.subgoals.is_empty();
             greedy &= explorer == Explorer::Greedy;
-            if (reached || step.end.is_some()) && std::mem::replace(&mut greedy, true) {
+            if (reached || step.end.is_some()) && std::mem::replace(&mut greedy, true) && is_open {
                 self.note_attempt(stage, reached);
             }
             if reached {
@@ -213,7 +222,7 @@ impl Training {
                     observation: &observation,
                     action: &action,
                     reward: step.reward,
-                    next_observation: &step.observation,
+                    next_observation: &next_observation,
                     terminated: step.terminated,
                 })?;
                 if reached {
@@ -236,7 +245,7 @@ impl Training {
             if again {
                 explorer = self.draw(threshold);
             }
-            observation = step.observation;
+            observation = next_observation;
         }
     }
 
@@ -296,12 +305,14 @@ impl Training {
     /// # Errors
     /// When it is abandoned.
     pub fn evaluate(&mut self, episodes: u32) -> Result<Event, TrainingError> {
+        let tools = self.config.evaluation.tools.or(self.config.tools);
         let (mut successes, mut total) = (0u32, 0.0f64);
         for _ in 0..episodes {
             if self.stop.is_requested() {
                 return Err(TrainingError::Stopped);
             }
-            let trace = greedy_episode(self.env.task(), self.learner.ddpg(), &mut self.progress.streams.evaluation);
+            let rng = &mut self.progress.streams.evaluation;
+            let trace = greedy_episode(self.env.loaded_task(), tools, self.learner.ddpg(), rng);
             successes += u32::from(trace.reached_goal());
             total += f64::from(trace.total_reward());
         }
@@ -367,10 +378,10 @@ impl Training {
         observation: &[f32],
         explorer: Explorer,
         step: usize,
-    ) -> Result<(Action, Source), TrainingError> {
+    ) -> Result<(Vec<f32>, Source), TrainingError> {
         let recorded = self.progress.first_success.iter().find_map(|actions| actions.get(step).or(actions.last()));
         if let Some(action) = recorded {
-            return Ok((*action, Source::Recorded));
+            return Ok((action.to_vec(), Source::Recorded));
         }
         let streams = &mut self.progress.streams;
         Ok(match (&self.model, &self.progress.prior) {
@@ -379,13 +390,13 @@ impl Training {
                 let model = Stoppable::new(&**model, &self.stop);
                 let action = guidance::plan(&model, task, self.env.snapshot(), planner, &mut streams.model);
                 let action = action.map_err(PriorError::from)?;
-                (action, Source::Planner)
+                (action.to_vec(), Source::Planner)
             }
             (_, Some(prior)) if explorer == Explorer::Clusters => {
-                (prior.sample(self.env.snapshot().stage(), &mut streams.guidance), Source::Clusters)
+                (tools::explored(self.learner.ddpg(), &self.env, prior, &mut streams.guidance), Source::Clusters)
             }
-            _ if explorer == Explorer::Greedy => (to_action(&self.learner.ddpg().act(observation)), Source::Policy),
-            _ => (to_action(&self.learner.explore(observation)), Source::Policy),
+            _ if explorer == Explorer::Greedy => (self.learner.ddpg().act(observation), Source::Policy),
+            _ => (self.learner.explore(observation), Source::Policy),
         })
     }
 
@@ -408,7 +419,8 @@ impl Training {
         }
         let rolling_success = progress.recent.push(snapshot.goal_reached(), WINDOW);
         let placed = snapshot.placed().len() as u32;
-        let blocked = trace.steps.iter().filter(|step| step.placement != Placement::Placed).count() as u32;
+        let is_blocked = |placement| !matches!(placement, Placement::Placed | Placement::NoOp);
+        let blocked = trace.steps.iter().filter(|step| is_blocked(step.placement)).count() as u32;
         EpisodeRecord {
             episode: progress.episode,
             steps,
@@ -435,15 +447,18 @@ impl Training {
     }
 }
 
-/// One episode of the actor alone; `rng` draws the start noise.
-pub fn greedy_episode(task: &Arc<Task>, ddpg: &Ddpg, rng: &mut ChaCha8Rng) -> Trace {
-    let mut env = Environment::new(task.clone());
-    let mut observation = env.reset(rng);
-    let mut trace = Trace::default();
-    while let Ok(step) = trace.step(&mut env, to_action(&ddpg.act(&observation)), Source::Policy) {
-        observation = step.observation;
+/// One episode of the actor alone; `rng` draws its start. An agent that chooses among tools gets an action set of
+/// `tools`, others have the task's own tool.
+pub fn greedy_episode(task: &Arc<Task>, tools: Option<ToolSplit>, ddpg: &Ddpg, rng: &mut ChaCha8Rng) -> Trace {
+    let mut env = tools::environment(task.clone(), tools.filter(|_| ddpg.options().is_some()));
+    let observation = env.reset(rng);
+    let mut observation = tools::seen(&env, observation);
+    let mut trace = Trace::begin(&env, 0);
+    loop {
+        let choice = tools::choice(ddpg, &env, &ddpg.act(&observation));
+        let Ok(step) = trace.step(&mut env, choice, Source::Policy) else { return trace };
+        observation = tools::seen(&env, step.observation);
     }
-    trace
 }
 
 /// The actor's two numbers as an action.

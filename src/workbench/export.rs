@@ -181,7 +181,7 @@ fn animation(task: &Task, trace: &Trace) -> Animation {
     let (mut reached, mut steps) = (0, 0);
     for (n, step) in trace.steps.iter().enumerate() {
         if step.placement == Placement::Placed {
-            placed.push(step.action);
+            placed.push(trace.tool(task, step));
         }
         for (i, ball) in step.path.iter().enumerate() {
             let ends = i + 1 == step.path.len();
@@ -336,6 +336,7 @@ mod tests {
     fn an_animation_has_every_third_moment_and_the_last() {
         let step = |placement, points: usize, subgoals: &[usize], goal| TracedStep {
             action: [points as f32, 0.0],
+            tool: None,
             source: crate::trainer::Source::Hand,
             placement,
             reward: 0.0,

@@ -9,6 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use super::SessionError;
 use crate::agent::Ddpg;
 use crate::guidance::ActionPrior;
+use crate::physics::ToolSplit;
 use crate::run::{Checkpoint, CheckpointName, RunDirectory, RunError, read_episode};
 use crate::trainer::{NETWORKS_SECTION, PROGRESS_SECTION, RunConfig, Trace, greedy_episode, prior_at};
 
@@ -107,8 +108,22 @@ impl SavedRun {
     /// # Errors
     /// As [`SavedRun::agent`].
     pub fn greedy_episode(&self, seed: u64) -> Result<Trace, SessionError> {
+        self.greedy_episode_among(None, seed)
+    }
+
+    /// An episode of the greedy policy of the newest checkpoint with an action set of these tools; none for
+    /// those of the training.
+    ///
+    /// # Errors
+    /// As [`SavedRun::agent`], and when the agent does not choose among tools, but is to.
+    pub fn greedy_episode_among(&self, tools: Option<ToolSplit>, seed: u64) -> Result<Trace, SessionError> {
         let agent = self.agent()?;
-        Ok(greedy_episode(&self.config.task, &agent, &mut ChaCha8Rng::seed_from_u64(seed)))
+        if tools.is_some() && agent.options().is_none() {
+            let reason = "the agent of this run has the task's own tool: it does not choose among others";
+            return Err(SessionError::Failed(reason.to_owned()));
+        }
+        let tools = tools.or(self.config.tools);
+        Ok(greedy_episode(&self.config.task, tools, &agent, &mut ChaCha8Rng::seed_from_u64(seed)))
     }
 }
 

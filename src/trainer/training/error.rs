@@ -36,8 +36,10 @@ pub enum TrainingError {
     /// The checkpoint from which a fork goes on is gone.
     #[error("the run is a fork, and the checkpoint from which it goes on is gone: fork the other run again")]
     ForkedFromNothing,
-    /// The task has another number of subgoals.
-    #[error("a fork keeps the number of subgoals: the networks have learned with it")]
+    /// The task has another number of subgoals, or the agent other tools to choose among.
+    #[error(
+        "a fork keeps the number of subgoals, and whether the agent chooses among tools: the networks have learned with it"
+    )]
     OtherObservations,
     /// The episode was abandoned, as was asked for.
     #[error("stopped in the middle of an episode")]

@@ -6,12 +6,12 @@ use serde::Deserialize;
 
 use super::{Training, TrainingError};
 use crate::agent::{self, Learner};
-use crate::env::observation_len;
 use crate::guidance::ActionPrior;
 use crate::run::{Checkpoint, RunError};
 use crate::trainer::config::RunConfig;
 use crate::trainer::exploration::Attempts;
 use crate::trainer::hold::Hold;
+use crate::trainer::tools::Space;
 
 /// The checkpoint section that holds the networks, as a safetensors file.
 pub const NETWORKS_SECTION: &str = "learner.safetensors";
@@ -31,6 +31,13 @@ pub fn prior_at(checkpoint: &Checkpoint) -> Result<Option<Arc<ActionPrior>>, Run
     Ok(checkpoint.json::<WithPrior>(PROGRESS_SECTION)?.prior)
 }
 
+/// Whether a learner has vectors as the agent of a run has them.
+fn fits(learner: &Learner, config: &RunConfig) -> bool {
+    let (agent, space) = (learner.ddpg(), Space::of(config));
+    (agent.observation_len(), agent.action_len()) == (space.observation, space.action)
+        && agent.options().is_some() == space.options.is_some()
+}
+
 impl Training {
     /// A run that continues from a checkpoint exactly as if it had not been interrupted.
     ///
@@ -42,7 +49,7 @@ impl Training {
             networks: checkpoint.section(NETWORKS_SECTION)?.to_vec(),
             replay: checkpoint.section(REPLAY_SECTION)?.to_vec(),
         })?;
-        if learner.ddpg().observation_len() != observation_len(&config.task) {
+        if !fits(&learner, &config) {
             return Err(agent::StateError::Foreign.into());
         }
         if *learner.ddpg().config() != config.ddpg {
@@ -63,7 +70,7 @@ impl Training {
     ) -> Result<Self, TrainingError> {
         config.validate()?;
         let Self { config: old, mut learner, mut progress, .. } = self;
-        if learner.ddpg().observation_len() != observation_len(&config.task) {
+        if !fits(&learner, &config) {
             return Err(TrainingError::OtherObservations);
         }
         learner.change(&config.ddpg).map_err(|error| error.within("ddpg"))?;

@@ -271,7 +271,7 @@ impl App {
         let mut words = ["mge", "train", &task, "--out", &folder].map(str::to_owned).to_vec();
         for (key, value) in unusual_settings(&view.settings) {
             match key.as_str() {
-                "method" | "episodes" | "seed" | "epsilon" => words.extend([format!("--{key}"), value]),
+                "method" | "tools" | "episodes" | "seed" | "epsilon" => words.extend([format!("--{key}"), value]),
                 "prior" => words.extend(["--model".to_owned(), value]),
                 _ => words.extend(["--set".to_owned(), format!("{key}={value}")]),
             }

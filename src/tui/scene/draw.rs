@@ -12,6 +12,7 @@ use super::view::View;
 use crate::env::Action;
 use crate::figures::tool_outline;
 use crate::guidance::ActionPrior;
+use crate::physics::Tool;
 use crate::trainer::Source;
 use crate::tui::view::playback::Moment;
 use crate::tui::widgets::raster::{self, Dot, Raster};
@@ -82,8 +83,8 @@ pub struct Content<'a> {
     pub prior: Option<(&'a ActionPrior, bool)>,
     /// The critic's value of every action.
     pub heat: Option<&'a Heat>,
-    /// Where the actor would place the tool.
-    pub choice: Option<Action>,
+    /// The tool that the actor would place, where it would.
+    pub choice: Option<Tool>,
     /// What the model predicts from the present action on, normalised.
     pub predicted: &'a [[f32; 2]],
     /// What really happened in the same time, normalised.
@@ -180,7 +181,7 @@ impl Painter<'_, '_, '_> {
         }
     }
 
-    fn tool(&mut self, tool: &crate::physics::Tool, colour: Color, filled: bool) {
+    fn tool(&mut self, tool: &Tool, colour: Color, filled: bool) {
         let corners: Vec<Dot> = tool_outline(tool, 0.0).into_iter().map(|corner| self.dot(corner)).collect();
         if filled { self.raster.fill(&corners, colour) } else { self.raster.outline(&corners, colour) }
     }
@@ -189,12 +190,12 @@ impl Painter<'_, '_, '_> {
         for tool in &content.objects.task.tools {
             self.tool(&tool.tool(), self.theme.tool, true);
         }
-        for (action, source) in &content.moment.placed {
+        for (tool, source) in &content.moment.placed {
             let colour = if *source == Source::Clusters { self.theme.stage(0) } else { self.theme.placed };
-            self.tool(&content.objects.task.placeable.tool(*action), colour, true);
+            self.tool(tool, colour, true);
         }
-        if let Some(action) = content.moment.blocked {
-            self.tool(&content.objects.task.placeable.tool(action), self.theme.bad, false);
+        if let Some(tool) = &content.moment.blocked {
+            self.tool(tool, self.theme.bad, false);
         }
     }
 
@@ -227,8 +228,8 @@ impl Painter<'_, '_, '_> {
     }
 
     fn ghost(&mut self, content: &Content) {
-        if let Some(choice) = content.choice.filter(|_| content.overlays.actor) {
-            self.tool(&content.objects.task.placeable.tool(choice), self.theme.warn, false);
+        if let Some(choice) = content.choice.as_ref().filter(|_| content.overlays.actor) {
+            self.tool(choice, self.theme.warn, false);
         }
         let Some(ghost) = content.ghost else { return };
         self.way(&ghost.predicted, content.objects.task.ball.radius);

@@ -76,7 +76,7 @@ pub(super) fn scene_pane(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer
         overlays: scene.overlays(),
         prior: subject.clusters().map(|clusters| (&*clusters.prior, clusters.stale)),
         heat: agent_view.map(|view| &view.heat),
-        choice: agent_view.map(|view| view.choice),
+        choice: agent_view.and_then(|view| view.choice),
         predicted,
         truth: &truth,
         selected: scene.selected(),

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::env::{Action, Environment, Placement};
-use crate::physics::PHYSICS_DT;
+use crate::env::{Environment, Placement};
+use crate::physics::{PHYSICS_DT, Tool};
 use crate::task::Task;
 use crate::trainer::{Source, Trace, TracedStep};
 
@@ -41,9 +41,9 @@ pub struct Moment {
     /// Where it was before, oldest first, normalised.
     pub trail: Vec<[f32; 2]>,
     /// Tools placed so far and who chose their place.
-    pub placed: Vec<(Action, Source)>,
-    /// The place of a tool that was blocked in this very action.
-    pub blocked: Option<Action>,
+    pub placed: Vec<(Tool, Source)>,
+    /// The tool that was blocked in this very action, where it was to stand.
+    pub blocked: Option<Tool>,
     /// Subgoals reached so far.
     pub reached: Vec<usize>,
     /// The goal has been reached.
@@ -93,7 +93,7 @@ impl Episode {
             left -= shown;
             moment.action = index + 1;
             moment.reward += traced.reward;
-            moment.notice(traced, shown == traced.path.len());
+            moment.notice(traced, self.trace.tool(&self.task, traced), shown == traced.path.len());
         }
         moment.ball = path[path.len() - 1];
         moment.trail = path.split_off(path.len().saturating_sub(TRAIL));
@@ -103,13 +103,12 @@ impl Episode {
 
 impl Moment {
     /// Takes over what a step that has begun, or is over, has brought.
-    fn notice(&mut self, step: &TracedStep, over: bool) {
-        let placed = step.placement == Placement::Placed;
-        if placed {
-            self.placed.push((step.action, step.source));
+    fn notice(&mut self, step: &TracedStep, tool: Tool, over: bool) {
+        if step.placement == Placement::Placed {
+            self.placed.push((tool, step.source));
         }
-        // An action that is no position was a wait, not a blocked tool.
-        self.blocked = Some(step.action).filter(|_| !placed && step.placement != Placement::Invalid);
+        // An action that is no position, or asks for no tool, was a wait, not a blocked tool.
+        self.blocked = Some(tool).filter(|_| matches!(step.placement, Placement::Overlap | Placement::Collision));
         if over {
             self.reached.extend(&step.subgoals);
             self.goal |= step.goal;
@@ -249,10 +248,11 @@ mod tests {
         (steps[1].action, steps[1].placement, steps[1].subgoals) = ([0.5, 0.5], Placement::Placed, vec![0]);
         (steps[2].action, steps[2].placement) = ([0.5, 0.5], Placement::Overlap);
         assert!(episode.at(40).placed.is_empty());
-        assert_eq!(episode.at(41).placed, [([0.5, 0.5], Source::Policy)]);
+        let tool = episode.task.placeable.tool([0.5, 0.5]);
+        assert_eq!(episode.at(41).placed, [(tool, Source::Policy)]);
         assert!(episode.at(79).reached.is_empty());
         assert_eq!(episode.at(80).reached, [0]);
-        assert_eq!(episode.at(81).blocked, Some([0.5, 0.5]));
+        assert_eq!(episode.at(81).blocked, Some(tool));
         assert_eq!(episode.at(1_000_000), episode.at(episode.steps()));
     }
 

@@ -10,8 +10,10 @@ use super::{PastAgent, RunSummary, TaskModel, ViewModel, Watched};
 use crate::agent::Ddpg;
 use crate::env::{Action, Environment, Snapshot};
 use crate::guidance::ActionPrior;
+use crate::physics::Tool;
 use crate::run::Metric;
 use crate::task::Task;
+use crate::trainer::{chosen_tool, seen};
 use crate::tui::scene::{Ghost, Heat};
 use crate::workbench::{PriorState, SavedAgent};
 
@@ -50,8 +52,8 @@ pub struct Clusters {
 pub struct AgentView {
     /// The critic's value of every action.
     pub heat: Heat,
-    /// Where the actor would place the tool.
-    pub choice: Action,
+    /// The tool that the agent would place, where it would; none if it would place none.
+    pub choice: Option<Tool>,
 }
 
 /// What the scene shows. All its parts belong to one task.
@@ -244,15 +246,18 @@ impl Subject {
             None => "the checkpoint is being read",
         })?;
         let env = self.replay(action).ok_or("the episode cannot be played again")?;
-        let observation = env.observation();
+        let observation = seen(&env, env.observation());
         if observation.len() != networks.observation_len() {
             return Err("the networks are those of another task".to_owned());
         }
-        let choice: [f32; 2] =
-            networks.act(&observation).try_into().map_err(|_| "the actor gives no position".to_owned())?;
+        let action = networks.act(&observation);
+        let choice = chosen_tool(networks, &env, &action);
+        let (_, tool) = action.split_first_chunk::<2>().ok_or("the actor gives no position")?;
         let middle = |index: usize| (index as f32 + 0.5) / HEAT_SIDE as f32 * 2.0 - 1.0;
         let rows = (0..HEAT_SIDE).map(|row| -middle(row));
-        let actions: Vec<f32> = rows.flat_map(|y| (0..HEAT_SIDE).flat_map(move |x| [middle(x), y])).collect();
+        // Of the tool that the agent would take.
+        let at = |x, y| [&[x, y], tool].concat();
+        let actions: Vec<f32> = rows.flat_map(|y| (0..HEAT_SIDE).flat_map(move |x| at(middle(x), y))).collect();
         let values = networks.q_values(&observation, &actions);
         Ok(AgentView { heat: Heat { side: HEAT_SIDE, values }, choice })
     }
@@ -264,6 +269,9 @@ impl Subject {
     /// Why there is no prediction.
     pub fn predict(&self, action: usize) -> Result<Vec<[f32; 2]>, String> {
         let model = self.model.as_ref().ok_or("no model is loaded")?.as_ref().map_err(String::clone)?;
+        if !self.episode.trace.tools.is_empty() {
+            return Err("the model knows the task's own tool only".to_owned());
+        }
         let env = self.replay(action).ok_or("the episode cannot be played again")?;
         let steps = self.episode.trace.steps.iter().skip(action).take(LOOK_AHEAD);
         Ok(model.path(env.snapshot(), steps.map(|step| step.action).collect()))
@@ -294,9 +302,9 @@ impl Subject {
     /// The environment as it was before the episode's action number `action`. None if the
     /// episode cannot be repeated.
     fn replay(&self, action: usize) -> Option<Environment> {
-        let mut env = Environment::shifted(self.task.clone(), self.episode.trace.shift);
+        let mut env = self.episode.trace.environment(&self.task);
         for step in self.episode.trace.steps.iter().take(action) {
-            env.step(step.action).ok()?;
+            env.step(step.choice()).ok()?;
         }
         Some(env)
     }

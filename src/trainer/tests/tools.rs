@@ -1,0 +1,102 @@
+//! Agents that choose among tools, from their settings to what their runs leave behind.
+
+use super::*;
+use crate::physics::ToolSplit;
+
+/// A short training on a level whose parts are shifted at every reset.
+fn choosing(method: Method, episodes: u32) -> RunConfig {
+    let task = Arc::new(task::load("create/Push-random").unwrap());
+    let mut config = RunConfig::usual_with(task, method, Some(ToolSplit::Train));
+    (config.episodes, config.seed) = (episodes, 3);
+    config.ddpg.hidden = 8;
+    config.ddpg.batch_size = 8;
+    config.ddpg.warmup_steps = 20;
+    config.ddpg.replay_capacity = 60;
+    config.guidance.model_rollouts = 300;
+    config.evaluation = Evaluation { every: 4, episodes: 1, tools: Some(ToolSplit::Test) };
+    config.checkpoints.last_every = 3;
+    config
+}
+
+fn with_tools() -> impl Iterator<Item = Method> {
+    Method::ALL.into_iter().filter(|method| method.chooses_tools())
+}
+
+#[test]
+fn a_resumed_run_with_tools_is_that_of_an_uninterrupted_one() {
+    for method in with_tools() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = choosing(method, 8);
+        let [whole, broken] = ["whole", "broken"].map(|name| new_run(folder.path(), name, &config));
+        finish(&whole);
+        stop_at(&broken, 5);
+        finish(&broken);
+        let (whole, broken) = (lasting(&whole), lasting(&broken));
+        assert_eq!(Vec::from_iter(whole.keys()), Vec::from_iter(broken.keys()));
+        for (name, bytes) in &whole {
+            assert!(broken[name] == *bytes, "{method}: {name} differs");
+        }
+    }
+}
+
+#[test]
+fn an_episode_among_tools_is_played_again_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = choosing(Method::DdpgUniform, 4).with_setting("epsilon", "0.5").unwrap();
+    let run = new_run(folder.path(), "run", &config);
+    finish(&run);
+    let train = ToolSplit::Train.tools();
+    let mut sets = Vec::new();
+    for record in read_metrics(&run.metrics_path()).unwrap() {
+        let played = crate::run::read_episode(&run.episodes_path(), record.episode).unwrap();
+        let trace = Trace::replay(&config.task, &played);
+        assert_eq!((trace.total_reward(), trace.steps.len() as u64), (record.return_, record.steps));
+        assert!(trace.tools[1..].iter().all(|number| train.contains(number)));
+        assert!(trace.steps.iter().all(|step| step.tool.is_some_and(|index| index < trace.tools.len())));
+        sets.push(trace.tools);
+    }
+    assert!(sets.windows(2).all(|pair| pair[0] != pair[1]), "every episode has another set");
+}
+
+#[test]
+fn a_policy_is_evaluated_among_tools_that_it_has_not_seen() {
+    let training = Training::new(choosing(Method::Ddpg, 1), None).unwrap();
+    let mut rng = crate::streams::Stream::Episode.of(1);
+    let trace = greedy_episode(&training.config().task, Some(ToolSplit::Test), training.ddpg(), &mut rng);
+    let test = ToolSplit::Test.tools();
+    assert!(!trace.steps.is_empty() && trace.tools[1..].iter().all(|number| test.contains(number)));
+}
+
+#[test]
+fn what_does_not_fit_tools_is_refused_in_one_line() {
+    for (key, value, expected) in [
+        ("method", "open-loop", "with `tools` use ddpg, ddpg-mge, ddpg-uniform, ddpg-mge-true, ddpg-mge-adaptive"),
+        ("method", "planning", "is `planning`, which knows only the task's own tool"),
+        ("refinement.every", "50", "must be 0 with `tools`"),
+        ("tools", "some", "use all, train, validation or test"),
+        ("tools", "null", "evaluation.tools: is set, but the run has no `tools`"),
+        ("tool_candidates", "41", "a whole number from 1 to 40"),
+    ] {
+        let error = choosing(Method::Ddpg, 1).with_setting(key, value).unwrap_err().to_string();
+        assert!(error.contains(expected) && !error.contains('\n'), "{key}: {error}");
+    }
+    let guided = choosing(Method::DdpgMge, 1).with_setting("prior", "learned").unwrap();
+    let error = check_model(&guided).unwrap_err().to_string();
+    assert!(error.contains("no model but `true`"), "{error}");
+    assert!(Method::RECOMMENDED_WITH_TOOLS.chooses_tools());
+}
+
+#[test]
+fn tools_bring_their_usual_settings_and_keep_those_that_were_chosen() {
+    let plain = RunConfig::usual(Arc::new(task::load("create/Push").unwrap()), Method::DdpgAdaptive);
+    let plain = plain.with_setting("ddpg.gamma", "0.9").unwrap();
+    let tools = plain.with_setting("tools", "train").unwrap();
+    assert_eq!((tools.ddpg.gamma, tools.tools), (0.9, Some(ToolSplit::Train)));
+    assert_eq!(tools.ddpg.action_origin, Some(crate::env::TARGET_POSITION));
+    let unusual = unusual_settings(&tools);
+    let names: Vec<&str> = unusual.iter().map(|(key, _)| key.as_str()).collect();
+    assert_eq!(names, ["method", "tools", "ddpg.gamma"]);
+    let set = |config: RunConfig, (key, value): &(String, String)| config.with_setting(key, value).unwrap();
+    assert_eq!(unusual.iter().fold(RunConfig::new(plain.task.clone()), set), tools);
+    assert_eq!(tools.with_setting("tools", "null").unwrap(), plain);
+}

@@ -1,0 +1,183 @@
+//! Between an agent, which knows vectors, and an environment in which it may choose among tools.
+//!
+//! Where it does, it sees the scene as the environment describes it (objects and progress), followed
+//! by the numbers of the action set's tools in CREATE's catalogue, which its networks do not see. Its
+//! actions are a place and the [embedding](tool_embedding) of a tool. See [`Options`] for how it chooses.
+
+use std::sync::Arc;
+
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+
+use super::config::RunConfig;
+use crate::agent::{Ddpg, Options};
+use crate::env::{ActionSet, Choice, Environment, TOOL_FEATURES, observation_len, tool_embedding};
+use crate::guidance::ActionPrior;
+use crate::physics::{ACTION_SET, NO_OP, Tool, ToolSplit, to_units};
+use crate::task::Task;
+
+/// Tools placed by the agent that it sees beside the objects of the scene: the newest.
+const PLACED_SEEN: usize = 8;
+/// Numbers of a place.
+const PLACE: usize = 2;
+
+/// Lengths of an agent's vectors, and what it chooses among.
+pub(super) struct Space {
+    /// Length of an observation.
+    pub observation: usize,
+    /// Length of an action.
+    pub action: usize,
+    /// The tools, if it chooses among tools.
+    pub options: Option<Options>,
+}
+
+impl Space {
+    /// That of a run's agent.
+    pub fn of(config: &RunConfig) -> Self {
+        if config.tools.is_none() {
+            return Self { observation: observation_len(&config.task), action: PLACE, options: None };
+        }
+        let described = environment(config.task.clone(), config.tools).observation_len();
+        Self {
+            observation: described - ACTION_SET * TOOL_FEATURES + ACTION_SET,
+            action: PLACE + TOOL_FEATURES,
+            options: Some(options(config.tool_candidates)),
+        }
+    }
+}
+
+/// The environment of a run: with an action set drawn from these tools, if any.
+pub(super) fn environment(task: Arc<Task>, tools: Option<ToolSplit>) -> Environment {
+    let env = roomy(task);
+    match tools {
+        Some(split) => env.with_tools(split),
+        None => env,
+    }
+}
+
+/// The environment of an episode in which the agent chose among these tools of the catalogue; the task's own
+/// tool if there are none.
+pub(super) fn environment_among(task: Arc<Task>, tools: &[usize]) -> Environment {
+    let env = roomy(task);
+    if tools.is_empty() { env } else { env.with_action_set(ActionSet::of_catalogue(tools)) }
+}
+
+/// An environment with slots for all objects of the task and the tools placed last.
+fn roomy(task: Arc<Task>) -> Environment {
+    let slots = task.parts().len() + PLACED_SEEN;
+    Environment::new(task).with_slots(slots)
+}
+
+/// What the agent sees where the environment gives this observation.
+pub fn seen(env: &Environment, mut observation: Vec<f32>) -> Vec<f32> {
+    let Some(set) = env.action_set() else { return observation };
+    observation.truncate(observation.len() - ACTION_SET * TOOL_FEATURES);
+    observation.extend(offer(set));
+    observation
+}
+
+/// The choice that an agent's action stands for: of the tools of the action set the nearest one.
+pub(super) fn choice(agent: &Ddpg, env: &Environment, action: &[f32]) -> Choice {
+    let place = [action[0], action[1]];
+    match (agent.options(), env.action_set()) {
+        // Before the first reset the set is empty, and no tool has the number after all.
+        (Some(options), Some(set)) => {
+            let offer: Vec<f32> = offer(set).collect();
+            Choice { tool: options.nearest(&offer, &action[PLACE..]).unwrap_or(ACTION_SET), place }
+        }
+        _ => place.into(),
+    }
+}
+
+/// The tool that an agent's action places, where it places it; none for the no-op.
+pub fn chosen_tool(agent: &Ddpg, env: &Environment, action: &[f32]) -> Option<Tool> {
+    let Choice { tool, place } = choice(agent, env, action);
+    match env.action_set() {
+        Some(set) => Some(set.tools().nth(tool)??.at(to_units(place.map(f64::from)))),
+        None => Some(env.task().placeable.tool(place)),
+    }
+}
+
+/// The action that stands for what exploration draws from a prior: a place and, where the agent chooses among
+/// tools, the tool of the set nearest to that of the prior; any one where the prior knows none.
+pub(super) fn explored(agent: &Ddpg, env: &Environment, prior: &ActionPrior, rng: &mut ChaCha8Rng) -> Vec<f32> {
+    let stage = env.snapshot().stage();
+    let (Some(options), Some(set)) = (agent.options(), env.action_set()) else {
+        return prior.sample(stage, rng).to_vec();
+    };
+    let (place, point) = prior.sample_with_tool(stage, rng);
+    let index = match point {
+        Some(point) => options.nearest(&offer(set).collect::<Vec<f32>>(), &point),
+        // A u64 draw is the same on machines of every word size.
+        None => Some(rng.gen_range(0..set.len().max(1) as u64) as usize),
+    };
+    let tool = index.and_then(|index| set.numbers().nth(index)).unwrap_or(NO_OP);
+    [&place[..], options.embedding(tool).unwrap_or(&[])].concat()
+}
+
+/// The numbers of an action set as an observation has them; those that are no tool's fill it up.
+fn offer(set: &ActionSet) -> impl Iterator<Item = f32> {
+    set.numbers().map(|number| number as f32).chain(std::iter::repeat(-1.0)).take(ACTION_SET)
+}
+
+/// All tools of the catalogue, the no-op included.
+fn options(candidates: usize) -> Options {
+    let embeddings = (0..=NO_OP).filter_map(tool_embedding).flatten().copied().collect();
+    Options::new(TOOL_FEATURES, embeddings, ACTION_SET, candidates)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+
+    use super::*;
+    use crate::trainer::{Method, Training};
+
+    fn training() -> (Training, Environment) {
+        let task = Arc::new(crate::task::load("create/Push").unwrap());
+        let mut config = RunConfig::usual_with(task.clone(), Method::Ddpg, Some(ToolSplit::Train));
+        config.ddpg.hidden = 8;
+        let mut env = environment(task, Some(ToolSplit::Test));
+        env.reset(&mut ChaCha8Rng::seed_from_u64(5));
+        (Training::new(config, None).unwrap(), env)
+    }
+
+    #[test]
+    fn every_tool_of_a_set_is_found_by_its_embedding() {
+        let (training, env) = training();
+        let options = training.ddpg().options().unwrap();
+        assert!(options.embeddings().iter().all(|value| (-1.0..=1.0).contains(value)));
+        for (index, number) in env.action_set().unwrap().numbers().enumerate() {
+            let action = [&[0.5, -0.5], options.embedding(number).unwrap()].concat();
+            let choice = choice(training.ddpg(), &env, &action);
+            assert_eq!(choice, Choice { tool: index, place: [0.5, -0.5] }, "tool {number}");
+        }
+    }
+
+    #[test]
+    fn what_the_agent_sees_ends_with_the_tools_on_offer_and_it_takes_one_of_them() {
+        let (training, env) = training();
+        let observation = seen(&env, env.observation());
+        assert_eq!(observation.len(), training.ddpg().observation_len());
+        let numbers: Vec<usize> = observation[observation.len() - ACTION_SET..].iter().map(|n| *n as usize).collect();
+        assert_eq!(numbers, env.start().tools);
+        let action = training.ddpg().act(&observation);
+        let tool = choice(training.ddpg(), &env, &action).tool;
+        let embedding = training.ddpg().options().unwrap().embedding(numbers[tool]).unwrap();
+        assert_eq!(&action[PLACE..], embedding, "the tool itself, not something near it");
+    }
+
+    #[test]
+    fn random_tools_are_those_of_the_set() {
+        let (training, env) = training();
+        let mut rng = ChaCha8Rng::seed_from_u64(0);
+        let prior = ActionPrior::uniform(env.task(), 0);
+        let mut seen = [0; ACTION_SET];
+        for _ in 0..4000 {
+            let action = explored(training.ddpg(), &env, &prior, &mut rng);
+            seen[choice(training.ddpg(), &env, &action).tool] += 1;
+        }
+        // 100 expected, standard deviation 10.
+        assert!(seen.iter().all(|count| (60..140).contains(count)), "{seen:?}");
+    }
+}
