@@ -101,7 +101,7 @@ fn propose(name: &str, subgoals: usize, model: &PriorSource, seed: u64, out: Opt
     let mut progress = Progress::new(TRIALS as u64, false);
     let config = GuidanceConfig::default();
     let chosen = choose_subgoals(&task, &*model, subgoals, &config, seed, |tried| {
-        progress.set(tried as u64, TRIALS as u64, "proposals");
+        progress.set(tried as u64, TRIALS as u64, "candidates");
     })?;
     drop(progress);
     if chosen.is_failure() {

@@ -11,9 +11,9 @@ const CLEAR: f32 = 0.1;
 /// Places that are tried for one.
 const TRIES: usize = 20;
 
-/// Adds bystanders to a share of the scenes of single-tool launches. The ball moves as if they were not
-/// there, because it does not touch them, so a model learns from them that near tools that are not touched have no
-/// effect. Without them it never sees more than one tool near the ball, as it will in tasks.
+/// Adds bystanders to a share of the scenes of single-tool launches. The ball does not touch them and moves
+/// as if they were not there: a model learns that such tools have no effect. Without them it never sees
+/// more than one tool near the ball, as it will in tasks.
 #[derive(Debug)]
 pub struct Bystanders {
     /// Share of scenes that get one.

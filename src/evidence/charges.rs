@@ -14,9 +14,9 @@ pub(super) struct Charges {
 
 impl Charges {
     /// The real rollouts from which a run's first clusters are built (those of the true physics are all
-    /// real, and counted as many as there are at least), and the launches from which its dynamics model learned, each of one action. Rollouts
-    /// that end early are counted whole, and the launches in every run that uses the model. A model
-    /// that cannot be read has no launches.
+    /// real, and counted as many as there are at least), and the launches from which its dynamics model
+    /// learned, each of one action. Rollouts that end early are counted whole, and the launches in every run
+    /// that uses the model. A model that cannot be read has no launches.
     pub fn of(&mut self, config: &RunConfig) -> u64 {
         let source = config.rollout_source();
         let uses_model = config.is_guided() || config.method.consults_model();

@@ -114,9 +114,12 @@ pub(super) fn random_rollouts(
     rng: &mut ChaCha8Rng,
 ) -> Result<Vec<Rollout>, DynamicsError> {
     let chosen: Vec<&Snapshot> = (0..config.model_rollouts).map(|_| &starts[rng.gen_range(0..starts.len())]).collect();
-    let sequences: Vec<Vec<Action>> =
-        chosen.iter().map(|_| (0..config.horizon).map(|_| uniform_action(rng)).collect()).collect();
-    model.rollouts(task, &chosen, &sequences)
+    model.rollouts(task, &chosen, &random_sequences(config, rng))
+}
+
+/// Random actions for as many rollouts as are made at a time.
+pub(super) fn random_sequences(config: &GuidanceConfig, rng: &mut ChaCha8Rng) -> Vec<Vec<Action>> {
+    (0..config.model_rollouts).map(|_| (0..config.horizon).map(|_| uniform_action(rng)).collect()).collect()
 }
 
 /// Actions whose clusters are found in a moment.

@@ -52,9 +52,10 @@ pub const NO_SUBGOALS: &str = "no place was found that helps the ball on its way
 /// Chooses up to `count` subgoals for the task, whose present ones are ignored: a search, the most promising
 /// candidate first. The first candidate has no subgoals; those that follow from a candidate have one more, a
 /// [place](propose_regions) on the way from the states in which real rollouts reached its last one. To try a
-/// candidate, clusters are built, and rollouts in the real environment guided by them show how often
-/// each stage is reached from the one before. The search ends once a candidate reaches every
-/// stage often; the one whose hardest stage is reached most often, or which comes nearest to the goal, is chosen. `progress` is called with the number of candidates tried before.
+/// candidate, clusters are built, and rollouts in the real environment guided by them show how often each
+/// stage is reached from the one before. The search ends once a candidate reaches every stage often. The one
+/// whose hardest stage is reached most often is chosen, or which comes nearest to the goal. `progress` is
+/// called with the number of candidates tried before.
 ///
 /// # Errors
 /// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).

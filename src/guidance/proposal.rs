@@ -6,11 +6,11 @@ use std::sync::Arc;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-use super::build::random_rollouts;
+use super::build::{random_rollouts, random_sequences};
 use super::config::GuidanceConfig;
 use super::rollout::RolloutModel;
 use crate::dynamics::{DynamicsError, Rollout};
-use crate::env::{Action, Environment, Snapshot, uniform_action};
+use crate::env::{Action, Environment, Snapshot};
 use crate::physics::{Ball, SCREEN};
 use crate::streams::Stream;
 use crate::task::{Region, Task};
@@ -94,10 +94,6 @@ pub(super) fn propose_regions(
         found.push(region);
     }
     Ok(found)
-}
-
-fn random_sequences(config: &GuidanceConfig, rng: &mut ChaCha8Rng) -> Vec<Vec<Action>> {
-    (0..config.model_rollouts).map(|_| (0..config.horizon).map(|_| uniform_action(rng)).collect()).collect()
 }
 
 fn replay(task: &Arc<Task>, history: &[Action]) -> Snapshot {

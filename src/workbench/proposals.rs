@@ -68,7 +68,7 @@ impl Session {
         self.setup.editor.proposed()
     }
 
-    /// Proposals tried so far and at most, while subgoals are looked for.
+    /// Candidates tried so far and at most, while subgoals are looked for.
     pub fn proposing(&self) -> Option<Progress> {
         self.job(is_propose).map(|pending| pending.job.progress())
     }
