@@ -157,7 +157,9 @@ impl GraphBuilder {
 
     /// Edge features, none if the edge is not active.
     fn active_edge(&self, ball: &BallState, tool: &Tool) -> Option<[f32; 5]> {
+        let is_limited = self.config.edges != EdgeActivation::FullyConnected;
         let (distance, features) = match self.config.geometry {
+            Geometry::Surface if is_limited && tool.is_beyond(ball.position, self.config.cutoff) => return None,
             Geometry::Centre => {
                 let [x, y] = tool.centre();
                 let distance = (x - ball.position[0]).hypot(y - ball.position[1]);
@@ -171,7 +173,7 @@ impl GraphBuilder {
                 (distance, [x, y, width, height])
             }
         };
-        let active = self.config.edges == EdgeActivation::FullyConnected || distance <= self.config.cutoff;
+        let active = !is_limited || distance <= self.config.cutoff;
         let [a, b, c, d] = features;
         active.then_some([normalised_length(distance), a, b, c, d])
     }

@@ -124,7 +124,9 @@ impl Scene {
         let hit = distance_to_segment(centre, self.ball.position, next.position) <= self.stage.radius + radius;
         self.rollout.hit = hit;
         for (tool, action) in self.tools.iter().zip(&self.placed_by).filter_map(|(tool, by)| Some((tool, (*by)?))) {
-            let near = |ball: &BallState| tool.surface(ball.position).0 - radius < TOUCH_GAP;
+            let near = |ball: &BallState| {
+                !tool.is_beyond(ball.position, radius + TOUCH_GAP) && tool.surface(ball.position).0 - radius < TOUCH_GAP
+            };
             let touched = &mut self.rollout.actions[action].touched;
             *touched = *touched || near(&self.ball) || (!hit && near(&next));
         }

@@ -1,5 +1,7 @@
 //! The rules of the world, one by one, and its determinism.
 
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use sha2::{Digest, Sha256};
 
 use super::*;
@@ -66,6 +68,22 @@ fn every_tool_is_solid_where_it_should_be() {
             assert_eq!(tool.surface(position).0 < 4.0, expected, "{tool:?} and a ball at {position:?}");
         }
     }
+}
+
+#[test]
+fn no_tool_is_beyond_its_own_distance() {
+    let mut rng = ChaCha8Rng::seed_from_u64(0);
+    let mut beyond = 0;
+    for number in (0..NO_OP).step_by(7) {
+        let tool = catalogue_tool(number).unwrap().at([40.0; 2]);
+        for _ in 0..50 {
+            let point = [0; 2].map(|_| rng.gen_range(0.0..84.0));
+            let (distance, _) = tool.surface(point);
+            assert!(!tool.is_beyond(point, distance), "{tool:?}, {point:?}, {distance}");
+            beyond += usize::from(tool.is_beyond(point, 8.0));
+        }
+    }
+    assert!(beyond > 5000, "most points are known to be farther away: {beyond}");
 }
 
 #[test]

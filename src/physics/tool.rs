@@ -376,6 +376,15 @@ impl Tool {
         single((bounds.high - centre).max(centre - bounds.low))
     }
 
+    /// Whether a point (in units) is farther than `distance` from the box around the tool, and so from its surface:
+    /// much quicker to find than the [distance](Self::surface) itself.
+    pub fn is_beyond(&self, point: [f32; 2], distance: f32) -> bool {
+        // More than what single precision loses.
+        const MARGIN: f32 = 0.01;
+        let (centre, halves) = (self.centre(), self.half_extents());
+        (0..2).any(|axis| (point[axis] - centre[axis]).abs() > halves[axis] + distance + MARGIN)
+    }
+
     /// Distance from a point (in units) to the tool's surface, negative inside, and
     /// the unit vector from the nearest surface point towards the point.
     pub fn surface(&self, point: [f32; 2]) -> (f32, [f32; 2]) {
