@@ -24,9 +24,10 @@ const BRANCHES: usize = 4;
 const ROLLOUTS: usize = 100;
 /// How many times [`GuidanceConfig::model_rollouts`] are made at most for a stage of a candidate with subgoals.
 const MOST_ROUNDS: usize = 4;
-/// Share of real rollouts that reach their stage, at every stage, which is enough: no other candidate is
-/// looked for.
-const ENOUGH: f32 = 0.1;
+/// A candidate with which so few real rollouts are [needed](Candidate::rollouts) is good: no other is looked for.
+const FEW: f32 = 4.0;
+/// Share of real rollouts that reach a subgoal from which it is promising to go on.
+const OFTEN: f32 = 0.1;
 
 /// Subgoals, and how well guided play gets along with them.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,9 +54,9 @@ pub const NO_SUBGOALS: &str = "no place was found that helps the ball on its way
 /// candidate first. The first candidate has no subgoals; those that follow from a candidate have one more, a
 /// [place](propose_regions) on the way from the states in which real rollouts reached its last one. To try a
 /// candidate, clusters are built, and rollouts in the real environment guided by them show how often each
-/// stage is reached from the one before. The search ends once a candidate reaches every stage often. The one
-/// whose hardest stage is reached most often is chosen, or which comes nearest to the goal. `progress` is
-/// called with the number of candidates tried before.
+/// stage is reached from the one before. The one is chosen with which the fewest rollouts reach every stage once, one
+/// stage after the other, or which comes nearest to the goal. The search ends once a few do. `progress` is called with
+/// the number of candidates tried before.
 ///
 /// # Errors
 /// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
@@ -72,13 +73,13 @@ pub fn choose_subgoals(
     let brief = GuidanceConfig { most_model_rollouts, ..config.clone() };
     // Candidates, and whether those that follow from them have been tried.
     let mut tried = vec![(Candidate::of(task, &[], model, config, seed)?, count == 0)];
-    while tried.len() < TRIALS && tried.iter().all(|(candidate, _)| candidate.least_reached() < ENOUGH) {
+    while tried.len() < TRIALS && tried.iter().all(|(candidate, _)| candidate.rollouts() > FEW) {
         let open = tried.iter_mut().filter(|(_, is_done)| !is_done);
         let Some((parent, is_done)) = open.max_by(|a, b| a.0.promise().total_cmp(&b.0.promise())) else { break };
         *is_done = true;
         let parent = parent.clone();
         let rng = &mut Stream::Proposal { attempt: tried.len(), number: parent.subgoals().len() + 1 }.of(seed);
-        for region in propose_regions(&parent.task, model, &parent.starts, BRANCHES, config, rng)? {
+        for region in propose_regions(&parent.task, model, &parent.starts, BRANCHES, &brief, rng)? {
             progress(tried.len().min(TRIALS - 1));
             let subgoals = [parent.subgoals(), &[region]].concat();
             let is_last = subgoals.len() == count;
@@ -97,10 +98,8 @@ pub fn choose_subgoals(
 struct Candidate {
     /// The task with these subgoals.
     task: Arc<Task>,
-    /// Share of real rollouts towards a subgoal that reached it, at the subgoal where it is least; 1 without any.
-    subgoals_reached: f32,
-    /// Share of real rollouts from the last subgoal that reached the goal.
-    goal_reached: f32,
+    /// Share of the real rollouts towards each subgoal, and the goal last, that reached it.
+    reached: Vec<f32>,
     /// Mean distance to the goal, normalised, at its least in the tenth of the last rollouts that came
     /// nearest.
     nearest: f32,
@@ -130,11 +129,10 @@ impl Candidate {
         distances.sort_by(f32::total_cmp);
         let nearest = &distances[..ROLLOUTS.div_ceil(10)];
         let stages = prior.stages[..subgoals.len()].iter();
-        let reached = stages.map(|stage| stage.environment_hits as f32 / stage.environment_rollouts as f32);
+        let subgoals = stages.map(|stage| stage.environment_hits as f32 / stage.environment_rollouts as f32);
         Ok(Self {
             task,
-            subgoals_reached: reached.fold(1.0, f32::min),
-            goal_reached: goals as f32 / ROLLOUTS as f32,
+            reached: subgoals.chain([goals as f32 / ROLLOUTS as f32]).collect(),
             nearest: nearest.iter().sum::<f32>() / nearest.len() as f32,
             starts,
         })
@@ -146,18 +144,27 @@ impl Candidate {
 
     /// Of the real rollouts towards a stage the share that reached it, at the stage where it is least.
     fn least_reached(&self) -> f32 {
-        self.subgoals_reached.min(self.goal_reached)
+        least(&self.reached)
+    }
+
+    /// Rollouts until every stage was reached once, one after the other, on average; infinite if one never is.
+    fn rollouts(&self) -> f32 {
+        self.reached.iter().map(|share| share.recip()).sum()
     }
 
     /// Greater if it is more promising to add a subgoal: its own are reached often enough, and play comes near the goal.
     fn promise(&self) -> f32 {
-        self.subgoals_reached.min(ENOUGH) / ENOUGH - self.nearest
+        least(&self.reached[..self.subgoals().len()]).min(OFTEN) / OFTEN - self.nearest
     }
 
     fn is_better_than(&self, other: &Self) -> bool {
-        self.least_reached() > other.least_reached()
-            || self.least_reached() == other.least_reached() && self.nearest < other.nearest
+        self.rollouts() < other.rollouts() || self.rollouts() == other.rollouts() && self.nearest < other.nearest
     }
+}
+
+/// The least of some shares; 1 if there are none.
+fn least(shares: &[f32]) -> f32 {
+    shares.iter().copied().fold(1.0, f32::min)
 }
 
 /// Plays at most `actions` actions from the clusters. Returns the least distance to the goal, normalised.
@@ -204,9 +211,11 @@ mod tests {
 
     #[test]
     fn where_guided_play_needs_no_subgoals_none_is_looked_for() {
-        let choice = choose(&load("task1").unwrap());
+        let mut task = load("task1").unwrap();
+        task.goal.radius = 12.0;
+        let choice = choose(&task);
         assert_eq!((choice.subgoals.len(), choice.candidates), (0, 1));
-        assert!(choice.least_reached >= ENOUGH);
+        assert!(choice.least_reached >= 1.0 / FEW);
     }
 
     #[test]
@@ -217,19 +226,25 @@ mod tests {
     }
 
     #[test]
-    fn stages_reached_more_often_are_better_and_then_a_shorter_distance() {
+    fn fewer_rollouts_are_better_and_then_a_shorter_distance() {
         let task = load("task1").unwrap();
         let like = without_subgoals(&task);
-        let candidate = |goal_reached, nearest| Candidate { goal_reached, nearest, ..like.clone() };
+        let candidate = |goal, nearest| Candidate { reached: vec![goal], nearest, ..like.clone() };
         assert!(candidate(0.2, 0.5).is_better_than(&candidate(0.1, 0.1)));
         assert!(candidate(0.1, 0.1).is_better_than(&candidate(0.1, 0.2)));
         assert!(!candidate(0.1, 0.1).is_better_than(&candidate(0.1, 0.1)));
         assert!(!candidate(0.1, 0.1).is_better_than(&candidate(0.2, 0.2)));
-        let seldom = Candidate { subgoals_reached: 0.05, ..candidate(0.5, 0.1) };
-        assert_eq!(seldom.least_reached(), 0.05, "a stage seldom reached holds the others back");
-        assert!(
-            seldom.promise() < candidate(0.0, 0.2).promise() && candidate(0.0, 0.2).promise() < seldom.promise() + 0.5
-        );
+        assert!(!candidate(0.0, 0.2).is_better_than(&candidate(0.0, 0.1)), "none is reached: the distance counts");
+        let with_subgoal = |subgoal, goal| Candidate {
+            task: Arc::new(Task { subgoals: task.subgoals[..1].to_vec(), ..task.clone() }),
+            reached: vec![subgoal, goal],
+            ..like.clone()
+        };
+        assert_eq!((with_subgoal(0.5, 0.25).rollouts(), with_subgoal(0.5, 0.25).least_reached()), (6.0, 0.25));
+        assert!(with_subgoal(0.5, 0.25).is_better_than(&candidate(0.16, 0.1)), "6 rollouts for 6.25");
+        assert!(candidate(0.17, 0.1).is_better_than(&with_subgoal(0.5, 0.25)));
+        assert!(with_subgoal(0.2, 0.0).promise() > with_subgoal(0.05, 0.9).promise(), "it is reached often enough");
+        assert_eq!(with_subgoal(0.2, 0.0).promise(), with_subgoal(0.9, 0.0).promise(), "oftener is no better");
         assert!(candidate(0.0, 0.1).promise() > candidate(0.0, 0.2).promise(), "the nearer is more promising");
     }
 

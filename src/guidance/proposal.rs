@@ -86,12 +86,16 @@ pub(super) fn propose_regions(
     config: &GuidanceConfig,
     rng: &mut ChaCha8Rng,
 ) -> Result<Vec<Region>, DynamicsError> {
-    let rollouts = random_rollouts(task, model, config, starts, rng)?;
+    let mut rollouts = Vec::new();
     let mut found = Vec::new();
-    while found.len() < most
-        && let Some(region) = best_region(task, &rollouts, &found)
-    {
-        found.push(region);
+    // As for clusters, more are made while they lead nowhere.
+    while found.is_empty() && (rollouts.is_empty() || rollouts.len() < config.most_model_rollouts) {
+        rollouts.extend(random_rollouts(task, model, config, starts, rng)?);
+        while found.len() < most
+            && let Some(region) = best_region(task, &rollouts, &found)
+        {
+            found.push(region);
+        }
     }
     Ok(found)
 }
