@@ -26,6 +26,8 @@ pub enum Stream {
     },
     /// Episodes in which a proposal is tried.
     Trial,
+    /// Rollouts of practice.
+    Practice,
     /// Start noise of training episodes.
     TrainingStart,
     /// Epsilon, and actions from the clusters.
@@ -89,6 +91,7 @@ impl Stream {
             Self::Minibatch => TRAINING + 6,
             Self::ModelRollouts => TRAINING + 7,
             Self::Trial => TRAINING + 8,
+            Self::Practice => TRAINING + 9,
             // The first launches have the numbers of a prior's streams. Where both have the same seed
             // they use the same random numbers for different things, which does no harm.
             Self::Launch { split, kind, index } => split << 48 | kind << 40 | index,
@@ -119,6 +122,7 @@ mod tests {
             Minibatch,
             ModelRollouts,
             Trial,
+            Practice,
         ];
         let stages = (0..200).flat_map(|n| [PriorStage(n), Proposal { attempt: n / 20, number: n + 1 }]);
         let all: Vec<u64> = single.into_iter().chain(stages).map(Stream::number).collect();

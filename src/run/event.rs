@@ -67,6 +67,17 @@ pub struct EpisodeRecord {
     pub blocked: u32,
 }
 
+/// What came of the practice before the first episode.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Practised {
+    /// Rollouts towards each stage that was practised, the goal last.
+    pub rollouts: Vec<u32>,
+    /// How many of them reached it.
+    pub reached: Vec<u32>,
+    /// Actions in the environment.
+    pub actions: u64,
+}
+
 /// Something that happened in a run.
 ///
 /// # Order
@@ -111,6 +122,8 @@ pub enum Event {
         /// Episodes already there: 0 for a new run, the checkpoint's episode after a resume.
         episode: u64,
     },
+    /// The agent practised before its first episode.
+    Practised(Practised),
     /// An episode ended.
     EpisodeFinished(EpisodeRecord),
     /// The greedy policy was evaluated.
@@ -200,6 +213,7 @@ impl Event {
     pub fn episode(&self) -> u64 {
         match self {
             Event::EpisodeFinished(record) => record.episode,
+            Event::Practised(_) => 0,
             Event::Started { episode, .. }
             | Event::Evaluated { episode, .. }
             | Event::Checkpointed { episode, .. }
@@ -221,6 +235,9 @@ impl fmt::Display for Event {
         match self {
             Event::Started { mge_version, task, method, seed, episodes, episode } => {
                 write!(f, "mge {mge_version}: {method} on {task}, seed {seed}, episodes {} to {episodes}", episode + 1)
+            }
+            Event::Practised(Practised { rollouts, reached, actions }) => {
+                write!(f, "practice: {reached:?} of {rollouts:?} rollouts reached their stage, {actions} actions")
             }
             Event::EpisodeFinished(record) => write!(
                 f,

@@ -60,7 +60,8 @@ impl RunStatus {
             Event::Finished { .. } => Some(RunState::Finished),
             Event::Stopped { reason, .. } => Some(RunState::Stopped(reason.clone())),
             Event::Failed { reason, .. } => Some(RunState::Failed(reason.clone())),
-            Event::Evaluated { .. }
+            Event::Practised(_)
+            | Event::Evaluated { .. }
             | Event::Checkpointed { .. }
             | Event::ScheduleChanged { .. }
             | Event::ClustersChanged { .. }

@@ -116,6 +116,22 @@ impl Default for Refinement {
     }
 }
 
+/// Rollouts from stage to stage in the real environment before the first episode.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Practice {
+    /// Rollouts towards a stage, at most; 0 for no practice.
+    pub rollouts: u32,
+    /// Rollouts that reach a stage after which no further round is made.
+    pub enough: u32,
+}
+
+impl Default for Practice {
+    fn default() -> Self {
+        Self { rollouts: 0, enough: 40 }
+    }
+}
+
 /// What [`Method::ModelReplay`] imagines after each episode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -188,6 +204,9 @@ pub struct RunConfig {
     /// Whether clusters are refined during training.
     #[serde(default)]
     pub refinement: Refinement,
+    /// What is practised before the first episode.
+    #[serde(default)]
+    pub practice: Practice,
     /// What is imagined into the replay buffer, by the method that does so.
     #[serde(default)]
     pub model_replay: ModelReplay,
@@ -232,7 +251,7 @@ fn default_epsilon() -> EpsilonSchedule {
 }
 
 /// The numbers among the run's own settings.
-const SETTINGS: [Setting; 19] = [
+const SETTINGS: [Setting; 21] = [
     Setting::count("seed", 0, u64::MAX, "master seed"),
     Setting::count("episodes", 1, 10_000_000, "episodes to train"),
     Setting::number("noise_decay.final_scale", 0.0, 1.0, "least scale of the exploration noise; 1 keeps it constant"),
@@ -268,6 +287,13 @@ const SETTINGS: [Setting; 19] = [
     Setting::count("refinement.every", 0, 1_000_000_000, "episodes between refinements of the clusters; 0 for none"),
     Setting::count("refinement.least", 0, 100_000, "own rewarding actions of a stage before its clusters follow them"),
     Setting::count("refinement.most", 0, 100_000, "own rewarding actions of a stage that are kept"),
+    Setting::count("practice.rollouts", 0, 100_000, "rollouts towards each stage before the first episode, at most"),
+    Setting::count(
+        "practice.enough",
+        1,
+        100_000,
+        "rollouts that reach a stage after which it is not practised further",
+    ),
     Setting::count("model_replay.rollouts", 1, 1000, "imagined rollouts after each episode"),
     Setting::count("model_replay.horizon", 1, 100, "actions in an imagined rollout"),
     Setting::count("evaluation.every", 0, 1_000_000_000, "episodes between evaluations; 0 for none"),
@@ -324,6 +350,7 @@ impl RunConfig {
             prior: PriorSource::default(),
             guidance: GuidanceConfig::default(),
             refinement: Refinement::default(),
+            practice: Practice::default(),
             model_replay: ModelReplay::default(),
             planner: PlannerConfig::default(),
             evaluation: Evaluation::default(),

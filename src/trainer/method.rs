@@ -125,7 +125,7 @@ impl Method {
     pub fn uses(self, path: &str) -> bool {
         match path.split('.').next().unwrap_or(path) {
             "epsilon" => (self.has_clusters() && self.learns()) || self.is_adaptive(),
-            "granularity" | "refinement" => self.has_clusters() && self.learns(),
+            "granularity" | "refinement" | "practice" => self.has_clusters() && self.learns(),
             "guidance" => self.has_clusters(),
             "prior" => (self.has_clusters() || self.consults_model()) && self.fixed_source().is_none(),
             "model_replay" => self == Self::ModelReplay,

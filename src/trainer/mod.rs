@@ -42,7 +42,9 @@ mod training;
 mod watch;
 
 pub use crate::run::Source;
-pub use config::{ActorRateDecay, Evaluation, Granularity, ModelReplay, NoiseDecay, Refinement, RunConfig, settings};
+pub use config::{
+    ActorRateDecay, Evaluation, Granularity, ModelReplay, NoiseDecay, Practice, Refinement, RunConfig, settings,
+};
 pub use fork::{Fork, ForkError, PastTask, fork};
 pub use method::{Method, PriorSource};
 pub use prior::{NamedModel, PriorError, build_prior, check_model, rollout_model, saved_prior};

@@ -64,7 +64,8 @@ fn adapt(config: &mut RunConfig) {
     let (clusters, noise) = if config.method.has_clusters() { (0.5, 0.25) } else { (0.0, 0.75) };
     config.epsilon = EpsilonSchedule::Need { clusters, noise, attempts: 20 };
     config.noise_decay.final_scale = 1.0;
-    config.refinement.every = 50;
+    (config.refinement.every, config.refinement.least) = (50, 8);
+    config.practice.rollouts = 200;
     config.actor_rate_decay.final_scale = 0.05;
     config.hold_tolerance = Some(0.1);
     let ddpg = &mut config.ddpg;

@@ -17,8 +17,8 @@ use super::training::{Training, TrainingError};
 use super::watch::{LiveView, Phase, Watch};
 use crate::guidance::{ActionPrior, EpsilonSchedule};
 use crate::run::{
-    Checkpoint, CheckpointAction, CheckpointName, EpisodeRecord, Event, RequestReader, RetentionContext, RunDirectory,
-    RunError, RunWriter, what_to_keep,
+    Checkpoint, CheckpointAction, CheckpointName, EpisodeRecord, Event, Practised, RequestReader, RetentionContext,
+    RunDirectory, RunError, RunWriter, what_to_keep,
 };
 use crate::stop::{Stop, or_left_behind};
 
@@ -152,6 +152,8 @@ fn record_panic<T>(run_loop: &mut RunLoop<'_>, work: impl FnOnce(&mut RunLoop<'_
 pub(super) struct Played {
     pub record: EpisodeRecord,
     trace: Trace,
+    /// What came of practice, if it preceded the episode, and the action prior after it.
+    practised: Option<(Practised, Option<Arc<ActionPrior>>)>,
     /// The action prior, if the episode changed it.
     refined: Option<Arc<ActionPrior>>,
     /// The evaluation, if one was due.
@@ -160,6 +162,7 @@ pub(super) struct Played {
 
 /// All that an episode computes, before anything of it is written.
 pub(super) fn play(training: &mut Training) -> Result<Played, TrainingError> {
+    let practised = training.practise()?.map(|practised| (practised, training.prior().cloned()));
     let (record, trace) = training.run_episode()?;
     let refined = training.refine();
     let evaluation = training.config().evaluation;
@@ -167,7 +170,7 @@ pub(super) fn play(training: &mut Training) -> Result<Played, TrainingError> {
         && evaluation.every > 0
         && training.episode().is_multiple_of(u64::from(evaluation.every));
     let evaluated = is_due.then(|| training.evaluate(evaluation.episodes)).transpose()?;
-    Ok(Played { record, trace, refined, evaluated })
+    Ok(Played { record, trace, practised, refined, evaluated })
 }
 
 /// What the loop does after the controls.
@@ -270,8 +273,12 @@ impl RunLoop<'_> {
         let played = if self.is_slow { self.play_or_stop(training) } else { Some(play(training)) };
         self.is_slow = begun.elapsed() > SLOW;
         let Some(played) = played else { return Ok(()) };
-        let Played { record, trace, refined, evaluated } = played?;
+        let Played { record, trace, practised, refined, evaluated } = played?;
         (self.is_saved, self.score) = (false, None);
+        if let Some((practised, prior)) = practised {
+            self.writer.record(&Event::Practised(practised))?;
+            prior.map_or(Ok(()), |prior| self.record_prior(&prior, 0))?;
+        }
         self.watch.set_episode(record.episode);
         self.writer.record(&Event::EpisodeFinished(record))?;
         self.record_needs(training, &needs)?;

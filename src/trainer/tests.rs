@@ -111,7 +111,10 @@ fn lasting(directory: &RunDirectory) -> BTreeMap<String, Vec<u8>> {
     let mut files = BTreeMap::new();
     collect(directory.path(), directory.path(), &mut files);
     let of_training = |event: &Event| {
-        matches!(event, Event::EpisodeFinished(_) | Event::Evaluated { .. } | Event::ClustersChanged { .. })
+        matches!(
+            event,
+            Event::EpisodeFinished(_) | Event::Evaluated { .. } | Event::ClustersChanged { .. } | Event::Practised(_)
+        )
     };
     let events = read_events(&directory.events_path()).unwrap().into_iter().map(|logged| logged.event);
     let events: Vec<Event> = events.filter(of_training).collect();
@@ -130,6 +133,7 @@ fn everything_of_a_resumed_run_is_that_of_an_uninterrupted_one() {
     config.epsilon = "linear:1:0.5:12".parse().unwrap();
     config.evaluation = Evaluation { every: 2, episodes: 2, tools: None };
     config.refinement = Refinement { every: 6, least: 1, most: 5 };
+    config.practice = Practice { rollouts: 30, enough: 2 };
     config.checkpoints.periodic_every = 4;
     let [whole, broken] = ["whole", "broken"].map(|name| new_run(folder.path(), name, &config));
     finish(&whole);

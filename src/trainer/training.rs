@@ -2,6 +2,7 @@
 
 mod error;
 mod means;
+mod practice;
 mod saved;
 #[cfg(test)]
 mod tests;
@@ -22,11 +23,11 @@ use super::prior::{PriorError, consulted_model};
 use super::streams::{self, Streams};
 use super::tools::{self, Space};
 use super::trace::Trace;
-use crate::agent::{Ddpg, Learner, Transition};
+use crate::agent::{Ddpg, Learner, Transition, UpdateMetrics};
 use crate::env::{Action, Environment, Placement, Snapshot, Step};
 use crate::guidance::{self, ActionPrior, EpsilonSchedule, Played, RolloutModel, Stoppable};
 use crate::physics::ToolSplit;
-use crate::run::{EpisodeRecord, Event, Source};
+use crate::run::{EpisodeRecord, Event, Practised, Source};
 use crate::stats::rolling::{RollingRate, WINDOW};
 use crate::stop::Stop;
 use crate::streams::Stream;
@@ -51,6 +52,9 @@ struct Progress {
     /// Greedy attempts at each stage.
     #[serde(default, skip_serializing_if = "Attempts::is_empty")]
     attempts: Attempts,
+    /// What came of practice, if it is over.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    practised: Option<Practised>,
     /// What is known of the policy that acts.
     #[serde(default, skip_serializing_if = "Hold::is_unused")]
     hold: Hold,
@@ -93,6 +97,7 @@ impl Training {
             prior,
             rewarding: Vec::new(),
             attempts: Attempts::default(),
+            practised: None,
             hold: Hold::default(),
             first_success: None,
         };
@@ -217,20 +222,15 @@ impl Training {
             if reached {
                 self.keep_rewarding(stage, played.take_rewarding(self.config.guidance.rewarding));
             }
-            if self.config.method.learns() {
-                self.learner.record(Transition {
-                    observation: &observation,
-                    action: &action,
-                    reward: step.reward,
-                    next_observation: &next_observation,
-                    terminated: step.terminated,
-                })?;
-                if reached {
-                    self.learner.reach(stage);
-                }
-                if let Some(metrics) = self.learner.learn()? {
-                    means.add(&metrics);
-                }
+            let transition = Transition {
+                observation: &observation,
+                action: &action,
+                reward: step.reward,
+                next_observation: &next_observation,
+                terminated: step.terminated,
+            };
+            if let Some(metrics) = self.learn_from(transition, reached.then_some(stage))? {
+                means.add(&metrics);
             }
             if step.end.is_some() {
                 self.imagine(&states, noise_scale)?;
@@ -247,6 +247,22 @@ impl Training {
             }
             observation = next_observation;
         }
+    }
+
+    /// Learns from a transition, which may have reached a stage.
+    fn learn_from(
+        &mut self,
+        transition: Transition<'_>,
+        reached: Option<usize>,
+    ) -> Result<Option<UpdateMetrics>, TrainingError> {
+        if !self.config.method.learns() {
+            return Ok(None);
+        }
+        self.learner.record(transition)?;
+        if let Some(stage) = reached {
+            self.learner.reach(stage);
+        }
+        Ok(self.learner.learn()?)
     }
 
     /// Puts transitions imagined by the model from the episode's states into the replay buffer, if that
@@ -284,12 +300,16 @@ impl Training {
     /// Makes clusters from the agent's own rewarding actions where there are enough of
     /// them, if it is time to. Returns the prior if it changed.
     pub fn refine(&mut self) -> Option<Arc<ActionPrior>> {
-        let refinement = self.config.refinement;
-        let due = refinement.every > 0 && self.progress.episode.is_multiple_of(u64::from(refinement.every));
-        let prior = self.progress.prior.as_ref().filter(|_| due)?;
+        let every = u64::from(self.config.refinement.every);
+        let is_due = every > 0 && self.progress.episode.is_multiple_of(every);
+        is_due.then(|| self.refine_now()).flatten()
+    }
+
+    fn refine_now(&mut self) -> Option<Arc<ActionPrior>> {
+        let prior = self.progress.prior.as_ref()?;
         let mut refined = ActionPrior::clone(prior);
         for (stage, actions) in self.progress.rewarding.iter().enumerate() {
-            if actions.len() >= refinement.least {
+            if actions.len() >= self.config.refinement.least {
                 refined = refined.with_actions(stage, actions.iter().copied().collect(), &self.progress.streams.model);
             }
         }

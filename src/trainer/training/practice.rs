@@ -1,0 +1,211 @@
+//! Practice: rollouts from stage to stage in the real environment, before the first episode.
+
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+
+use super::{Training, TrainingError};
+use crate::agent::Transition;
+use crate::env::Snapshot;
+use crate::guidance::Played;
+use crate::run::Practised;
+use crate::streams::Stream;
+use crate::trainer::tools;
+
+/// Rollouts towards a stage after which its clusters are made again.
+const ROUND: u32 = 25;
+
+impl Training {
+    /// Practises, if that is asked for and was not done: from each stage to the next, as the prior is
+    /// [built](crate::guidance::build), rollouts of actions from the clusters in the real environment. The agent
+    /// learns from them as from episodes. After every round the clusters are
+    /// [refined](crate::trainer::Refinement) by the rewarding actions. A stage that is not reached ends it.
+    ///
+    /// # Errors
+    /// When the learner diverges, or it is abandoned.
+    pub fn practise(&mut self) -> Result<Option<Practised>, TrainingError> {
+        let is_due = self.progress.practised.is_none() && self.progress.episode == 0;
+        let is_possible = self.progress.prior.is_some() && self.config.method.learns();
+        if !is_due || !is_possible || self.config.practice.rollouts == 0 {
+            return Ok(None);
+        }
+        let mut rng = Stream::Practice.of(self.config.seed);
+        let mut practised = Practised::default();
+        let mut starts = Vec::new();
+        for stage in 0..self.config.task.stage_count() {
+            starts = self.practise_stage(&starts, &mut practised, &mut rng)?;
+            // Some may have reached the next stage in the same moment.
+            starts.retain(|state| state.stage() == stage + 1);
+            if starts.is_empty() {
+                break;
+            }
+        }
+        self.progress.environment_steps += practised.actions;
+        self.progress.practised = Some(practised.clone());
+        Ok(Some(practised))
+    }
+
+    /// Practises the stage that follows the states, or the first of the task. Returns the states in which it was
+    /// reached, of those that can continue.
+    fn practise_stage(
+        &mut self,
+        starts: &[Snapshot],
+        practised: &mut Practised,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Vec<Snapshot>, TrainingError> {
+        let mut states = Vec::new();
+        let (mut rollouts, mut reached) = (0, 0);
+        while rollouts < self.config.practice.rollouts && reached < self.config.practice.enough {
+            for _ in 0..ROUND.min(self.config.practice.rollouts - rollouts) {
+                match starts.len() {
+                    0 => drop(self.env.reset(rng)),
+                    count => self.env.restore(&starts[rng.gen_range(0..count)]),
+                }
+                rollouts += 1;
+                if self.practise_rollout(&mut practised.actions, rng)? {
+                    reached += 1;
+                    states.extend(Some(self.env.snapshot()).filter(|state| state.end().is_none()).cloned());
+                }
+            }
+            self.refine_now();
+        }
+        practised.rollouts.push(rollouts);
+        practised.reached.push(reached);
+        Ok(states)
+    }
+
+    /// A rollout from the environment's state. Returns whether it reached the stage.
+    fn practise_rollout(&mut self, actions: &mut u64, rng: &mut ChaCha8Rng) -> Result<bool, TrainingError> {
+        let Some(prior) = self.progress.prior.clone() else { return Ok(false) };
+        self.learner.start_episode();
+        let stage = self.env.snapshot().stage();
+        let mut played = Played::after(self.env.snapshot().placed().len());
+        let mut observation = tools::seen(&self.env, self.env.observation());
+        for _ in 0..self.config.guidance.horizon {
+            if self.stop.is_requested() {
+                return Err(TrainingError::Stopped);
+            }
+            let action = tools::explored(self.learner.ddpg(), &self.env, &prior, rng);
+            let choice = tools::choice(self.learner.ddpg(), &self.env, &action);
+            let Ok(mut step) = self.env.step(choice) else { break };
+            *actions += 1;
+            let next_observation = tools::seen(&self.env, std::mem::take(&mut step.observation));
+            played.note(choice.place, &step);
+            let is_reached = step.goal || !step.subgoals.is_empty();
+            if is_reached {
+                self.keep_rewarding(stage, played.take_rewarding(self.config.guidance.rewarding));
+            }
+            let transition = Transition {
+                observation: &observation,
+                action: &action,
+                reward: step.reward,
+                next_observation: &next_observation,
+                terminated: step.terminated,
+            };
+            self.learn_from(transition, is_reached.then_some(stage))?;
+            if is_reached || step.end.is_some() {
+                return Ok(is_reached);
+            }
+            observation = next_observation;
+        }
+        Ok(false)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::agent::ImitationConfig;
+    use crate::guidance::EpsilonSchedule;
+    use crate::stop::Stop;
+    use crate::task::load;
+    use crate::trainer::{Method, Practice, PriorSource, Refinement, RunConfig, build_prior};
+
+    fn config() -> RunConfig {
+        let mut config = RunConfig::new(Arc::new(load("task2").unwrap()));
+        config.method = Method::DdpgMge;
+        config.prior = PriorSource::TruePhysics;
+        config.epsilon = EpsilonSchedule::Constant(0.5);
+        config.ddpg.hidden = 8;
+        config.ddpg.imitation = ImitationConfig { share: 0.5, ..config.ddpg.imitation };
+        config.refinement = Refinement { every: 50, least: 4, most: 100 };
+        config.practice = Practice { rollouts: 60, enough: 10 };
+        config
+    }
+
+    fn training(config: &RunConfig) -> Training {
+        let prior = build_prior(config, |_| (), &Stop::default()).unwrap().map(Arc::new);
+        Training::new(config.clone(), prior).unwrap()
+    }
+
+    #[test]
+    fn every_stage_is_practised_until_it_was_reached_often_enough() {
+        let mut training = training(&config());
+        let built = training.prior().cloned().unwrap();
+        let practised = training.practise().unwrap().unwrap();
+        assert_eq!(practised.rollouts.len(), 3, "two subgoals and the goal: {practised:?}");
+        for (rollouts, reached) in practised.rollouts.iter().zip(&practised.reached) {
+            assert!(*rollouts <= 60 && (*reached >= 10 || *rollouts == 60), "{practised:?}");
+        }
+        let most = practised.rollouts.iter().sum::<u32>() * training.config().guidance.horizon as u32;
+        assert!(practised.reached[0] >= 10 && practised.actions <= u64::from(most), "{practised:?}");
+        // What was practised is learned from, counted, and in the clusters.
+        assert_eq!(training.transitions(), practised.actions);
+        let refined = training.prior().unwrap();
+        assert_ne!(refined.stages[0].clusters, built.stages[0].clusters);
+        assert!(training.practise().unwrap().is_none(), "once is enough");
+        let (record, _) = training.run_episode().unwrap();
+        assert_eq!(record.environment_steps, practised.actions + record.steps);
+    }
+
+    #[test]
+    fn the_agent_learns_while_it_practises() {
+        let mut training = training(&config());
+        let observation = vec![0.1; training.ddpg().observation_len()];
+        let before = training.ddpg().act(&observation);
+        training.practise().unwrap();
+        assert_ne!(training.ddpg().act(&observation), before);
+    }
+
+    #[test]
+    fn later_stages_than_one_that_is_not_reached_are_not_practised() {
+        let mut config = config();
+        let mut task = (*config.task).clone();
+        // Where no ball comes.
+        task.subgoals[1].position = [0.99, 0.99];
+        task.subgoals[1].radius = 0.1;
+        config.task = Arc::new(task);
+        let practised = training(&config).practise().unwrap().unwrap();
+        assert_eq!((practised.rollouts.len(), practised.rollouts[1], practised.reached[1]), (2, 60, 0));
+    }
+
+    #[test]
+    fn nothing_is_practised_without_clusters_or_if_it_is_not_asked_for() {
+        let mut without = Training::new(config(), None).unwrap();
+        assert!(without.practise().unwrap().is_none());
+        let mut config = config();
+        config.practice.rollouts = 0;
+        assert!(training(&config).practise().unwrap().is_none());
+    }
+
+    #[test]
+    fn practice_ends_when_it_is_asked_to() {
+        let mut training = training(&config());
+        let stop = Stop::default();
+        stop.request();
+        training.obey(&stop);
+        assert!(matches!(training.practise(), Err(TrainingError::Stopped)));
+    }
+
+    #[test]
+    fn agents_that_choose_tools_practise_with_them() {
+        let task = Arc::new(load("create/Push").unwrap());
+        let mut config =
+            RunConfig::usual_with(task, Method::DdpgUniformAdaptive, Some(crate::physics::ToolSplit::Train));
+        config.ddpg.hidden = 8;
+        config.practice.rollouts = 3;
+        let practised = training(&config).practise().unwrap().unwrap();
+        assert_eq!(practised.rollouts, [3]);
+    }
+}
