@@ -26,7 +26,7 @@ const EPISODES: u64 = 5000;
 /// Time between two frames.
 const FRAME: Duration = Duration::from_micros(16_667);
 /// Time between two looks at the session while nothing else happens.
-const LOOK: Duration = Duration::from_millis(40);
+const LOOK: Duration = Duration::from_millis(60);
 
 fn main() {
     divan::main();

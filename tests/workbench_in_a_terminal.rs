@@ -6,6 +6,7 @@ mod terminal;
 
 use std::path::Path;
 
+use base64::Engine as _;
 use portable_pty::CommandBuilder;
 use terminal::Terminal;
 
@@ -53,6 +54,42 @@ fn a_whole_session_trains_edits_exports_resizes_and_leaves() {
     terminal.type_text("y");
     assert_eq!(terminal.wait_for_exit(), 0);
     terminal.wait_until_restored();
+}
+
+#[test]
+fn the_copied_command_gives_the_same_training() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut terminal = open(folder.path(), &["--task", "create/Push", "--runs", "my runs"]);
+    terminal.wait_for("welcome");
+    terminal.type_text("x");
+    terminal.wait_for("no episodes yet");
+    // A method that `mge train` does not take unless it is asked for.
+    for line in ["method ddpg-mge", "model uniform", "episodes 2", "set ddpg.hidden 8", "seed 3"] {
+        terminal.type_text(&format!(":{line}\r"));
+    }
+    terminal.wait_for("seed 3");
+    terminal.type_text("t");
+    terminal.wait_for("2/2");
+    terminal.wait_for("finished");
+    terminal.type_text("y");
+    terminal.wait_for("copied: ");
+    let written = terminal.written();
+    let (_, copied) = written.split_once("\x1b]52;c;").expect("a text for the clipboard");
+    let copied: String = copied.chars().take_while(|c| c.is_ascii_alphanumeric() || "+/=".contains(*c)).collect();
+    let command = base64::prelude::BASE64_STANDARD.decode(copied).unwrap();
+    let program = Path::new(env!("CARGO_BIN_EXE_mge")).parent().unwrap().display().to_string();
+    let path = format!("{program}:{}", std::env::var("PATH").unwrap());
+    let status = std::process::Command::new("sh")
+        .args(["-c", &String::from_utf8(command).unwrap()])
+        .current_dir(folder.path())
+        .env("PATH", path)
+        .status()
+        .unwrap();
+    assert!(status.success());
+    let metrics = |run: &str| std::fs::read(folder.path().join("my runs").join(run).join("metrics.csv")).unwrap();
+    assert!(metrics("Push-ddpg-mge-seed3") == metrics("Push-ddpg-mge-seed3-2"));
+    terminal.type_text("q");
+    assert_eq!(terminal.wait_for_exit(), 0);
 }
 
 #[test]

@@ -2,11 +2,12 @@
 //! order and look. The same options are words of the command `figure` and of `mge figures --set`.
 
 use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
 
 use super::comparison::without_copies;
 use super::error::EvidenceError;
 use super::figures::{learning_curves, step_curves};
-use super::found::{FoundRun, find_runs, read_runs_with_progress};
+use super::found::{FoundRun, RunReader, find_runs};
 use super::row::TrainedRun;
 use crate::figures::{LearningCurves, Look};
 use crate::run::{RunState, config_hash};
@@ -142,18 +143,22 @@ impl Composition {
         runs.chain(curves).chain(others).collect()
     }
 
-    /// Reads the runs and draws their curves. Of a group, the finished runs are shown, or where there is none
+    /// Reads the runs and draws their curves; of what `reader` has read, only what has changed since. Of a group, the finished runs are shown, or where there is none
     /// those that have begun, as far as the shortest. `on_progress` sees the runs that were read and all of them.
     ///
     /// # Errors
     /// When there is nothing to show, a curve does not exist, or a run cannot be read.
     pub fn figure(
         &self,
+        reader: &Mutex<RunReader>,
         bootstrap: &Bootstrap,
         on_progress: &mut dyn FnMut(usize, usize),
     ) -> Result<Composed, EvidenceError> {
         let paths = find_runs(&self.runs)?;
-        let found = read_runs_with_progress(&paths, &mut |read| on_progress(read, paths.len()))?;
+        // Others wait while runs are read, not while a figure is made of them.
+        let mut kept = reader.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = kept.read(&paths, &mut |read| on_progress(read, paths.len()))?;
+        drop(kept);
         let runs = self.chosen(without_copies(shown(found)).0)?;
         let mut configs: Vec<_> = runs.iter().map(|run| &run.config).collect();
         configs.sort_by_key(|config| config.seed);

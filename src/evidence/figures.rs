@@ -124,6 +124,7 @@ pub fn method_scores(rows: &[LearningRow], bootstrap: &Bootstrap) -> Result<Meth
     Ok(MethodScores {
         measure: format!("area under the curve of the success rate (last {WINDOW} episodes), 0 to 1"),
         statistics: interquartile_means("95 % bootstrap interval over seeds, stratified by task", &seeds),
+        reference: groups.baseline().map(str::to_owned),
         panels,
     })
 }
@@ -178,8 +179,27 @@ fn summary_curve(label: &str, seeds: &[&[[f64; 2]]], bootstrap: &Bootstrap) -> R
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
-    use crate::stats::efficiency::Efficiency;
+    use crate::run::RunHistory;
+    use crate::stats::efficiency::{Efficiency, efficiency};
+    use crate::trainer::{Method, RunConfig};
+
+    #[test]
+    fn methods_are_compared_with_what_reports_compare_them_with() {
+        let task = Arc::new(crate::task::load("task1").unwrap());
+        let row = |method| {
+            let config = RunConfig::usual(task.clone(), method);
+            let efficiency = efficiency(&[true, false, true], WINDOW);
+            LearningRow { episodes: 3, efficiency, ..LearningRow::new(&config, &RunHistory::default()) }
+        };
+        let rows = [Method::DdpgMgeAdaptive, Method::Ddpg].map(row);
+        let scores = method_scores(&rows, &Bootstrap::default()).unwrap();
+        assert_eq!((scores.panels[0].methods[0].label.as_str(), scores.reference.as_deref()), {
+            ("adaptive DDPG-MGE, epsilon by need", Some("DDPG"))
+        });
+    }
 
     #[test]
     fn success_against_steps_counts_what_is_charged() {

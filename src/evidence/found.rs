@@ -1,6 +1,6 @@
 //! Runs in folders, read with their training results.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
@@ -8,11 +8,13 @@ use rayon::prelude::*;
 use super::charges::Charges;
 use super::row::TrainedRun;
 use super::settings::distinguish;
-use crate::run::{RunDirectory, RunError, RunHistory, RunState};
+use crate::run::{RunDirectory, RunError, RunHistory, RunState, Stamp};
 use crate::trainer::RunConfig;
 
 /// Runs that are read in parallel, between two reports of progress.
 const READ_AT_ONCE: usize = 32;
+/// Runs that are kept, beside those that were asked for last.
+const KEPT: usize = 1000;
 
 /// A run on disk.
 #[derive(Debug, Clone)]
@@ -77,32 +79,50 @@ fn runs_in(folder: &Path) -> Result<Vec<PathBuf>, RunError> {
 /// # Errors
 /// When a run cannot be read.
 pub fn read_runs(paths: &[PathBuf]) -> Result<Vec<FoundRun>, RunError> {
-    read_runs_with_progress(paths, &mut |_| {})
+    RunReader::default().read(paths, &mut |_| {})
 }
 
-/// As [`read_runs`]; `on_progress` is called with the number of runs that have been read.
-///
-/// # Errors
-/// As [`read_runs`].
-pub fn read_runs_with_progress(
-    paths: &[PathBuf],
-    on_progress: &mut dyn FnMut(usize),
-) -> Result<Vec<FoundRun>, RunError> {
-    let mut runs = Vec::new();
-    for some in paths.chunks(READ_AT_ONCE) {
-        runs.extend(some.par_iter().map(|path| read_run(path)).collect::<Result<Vec<FoundRun>, RunError>>()?);
-        on_progress(runs.len());
-    }
-    let mut charges = Charges::default();
-    for run in &mut runs {
-        run.trained.charged = charges.of(&run.config);
-    }
-    distinguish(runs.iter_mut().map(|run| (&run.config, &mut run.trained.row)).collect());
-    Ok(runs)
+/// Reads runs, and again only those that may have changed.
+#[derive(Debug, Default)]
+pub struct RunReader {
+    known: HashMap<PathBuf, (Stamp, FoundRun)>,
 }
 
-fn read_run(path: &Path) -> Result<FoundRun, RunError> {
+impl RunReader {
+    /// As [`read_runs`]; `on_progress` is called with the number of runs that have been read.
+    ///
+    /// # Errors
+    /// As [`read_runs`].
+    pub fn read(&mut self, paths: &[PathBuf], on_progress: &mut dyn FnMut(usize)) -> Result<Vec<FoundRun>, RunError> {
+        if self.known.len() > KEPT {
+            let wanted: BTreeSet<&PathBuf> = paths.iter().collect();
+            self.known.retain(|path, _| wanted.contains(path));
+        }
+        let mut runs = Vec::new();
+        for some in paths.chunks(READ_AT_ONCE) {
+            let read = some.par_iter().map(|path| read_run(path, self.known.get(path)));
+            let read = read.collect::<Result<Vec<(Stamp, FoundRun)>, RunError>>()?;
+            runs.extend(read.iter().map(|(_, run)| run.clone()));
+            self.known.extend(read.into_iter().map(|(stamp, run)| (run.path.clone(), (stamp, run))));
+            on_progress(runs.len());
+        }
+        let mut charges = Charges::default();
+        for run in &mut runs {
+            run.trained.charged = charges.of(&run.config);
+        }
+        distinguish(runs.iter_mut().map(|run| (&run.config, &mut run.trained.row)).collect());
+        Ok(runs)
+    }
+}
+
+/// A run, by itself, with the stamp that it had before it was read.
+fn read_run(path: &Path, known: Option<&(Stamp, FoundRun)>) -> Result<(Stamp, FoundRun), RunError> {
+    let stamp = Stamp::of(path);
     let directory = RunDirectory::open(path)?;
+    if let Some((_, run)) = known.filter(|(known, _)| *known == stamp) {
+        // Who trained it may be gone without a word in its log.
+        return Ok((stamp, FoundRun { state: directory.status()?.state, ..run.clone() }));
+    }
     let config: RunConfig = directory.config()?;
     let history = match RunHistory::read(&directory) {
         // It was created, but has not begun.
@@ -110,5 +130,36 @@ fn read_run(path: &Path) -> Result<FoundRun, RunError> {
         read => read?,
     };
     let trained = TrainedRun::new(&config, &history);
-    Ok(FoundRun { path: path.to_owned(), state: directory.status()?.state, config, trained })
+    Ok((stamp, FoundRun { path: path.to_owned(), state: directory.status()?.state, config, trained }))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::run::{EpisodeRecord, Event, RunWriter};
+
+    #[test]
+    fn only_what_has_changed_is_read_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
+        let make = |name: &str| {
+            let directory = RunDirectory::create(folder.path().join(name), &config).unwrap();
+            let mut writer = RunWriter::open(&directory, 0).unwrap();
+            writer.record(&Event::EpisodeFinished(EpisodeRecord { episode: 1, ..EpisodeRecord::default() })).unwrap();
+            writer
+        };
+        let (_quiet, mut busy) = (make("a"), make("b"));
+        let paths = ["a", "b"].map(|name| folder.path().join(name));
+        let mut reader = RunReader::default();
+        assert_eq!(reader.read(&paths, &mut |_| {}).unwrap().len(), 2);
+        // What is kept is told from what is in the file by a number that is not there.
+        reader.known.values_mut().for_each(|(_, run)| run.trained.row.episodes = 77);
+        busy.record(&Event::EpisodeFinished(EpisodeRecord { episode: 2, ..EpisodeRecord::default() })).unwrap();
+        let episodes = |runs: Vec<FoundRun>| runs.iter().map(|run| run.trained.row.episodes).collect::<Vec<_>>();
+        assert_eq!(episodes(reader.read(&paths, &mut |_| {}).unwrap()), [77, 2]);
+        std::fs::remove_dir_all(&paths[0]).unwrap();
+        assert!(reader.read(&paths, &mut |_| {}).is_err(), "a run that is gone is not read");
+    }
 }

@@ -22,7 +22,7 @@ mod settings;
 mod table;
 
 pub use composition::{Against, Composed, Composition, OPTIONS, Success};
-pub use found::{FoundRun, find_runs, read_runs};
+pub use found::{FoundRun, RunReader, find_runs, read_runs};
 pub use groups::{FINAL, Groups};
 pub use report::report;
 pub use row::{LearningRow, TrainedRun};

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::comparison::{Comparison, LeftOut, MEASURES, left_out, without_copies};
 use super::error::EvidenceError;
 use super::figures::{learning_curves, method_scores, performance_profile, step_curves};
-use super::found::{FoundRun, find_runs, read_runs_with_progress};
+use super::found::{FoundRun, RunReader, find_runs};
 use super::groups::{FINAL, Groups};
 use super::row::TrainedRun;
 use super::table::format_share;
@@ -33,7 +33,7 @@ pub fn report(
     on_progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Comparison, EvidenceError> {
     let paths = find_runs(folders)?;
-    let found = read_runs_with_progress(&paths, &mut |read| on_progress(read, paths.len()))?;
+    let found = RunReader::default().read(&paths, &mut |read| on_progress(read, paths.len()))?;
     let (finished, others): (Vec<FoundRun>, Vec<FoundRun>) =
         found.into_iter().partition(|run| run.state == RunState::Finished);
     if finished.is_empty() {

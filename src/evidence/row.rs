@@ -122,6 +122,7 @@ impl LearningRow {
     fn threshold(&self) -> String {
         match self.epsilon.split(':').collect::<Vec<_>>().as_slice() {
             ["linear", from, to, _] if !self.settings.contains_key(WHOLE_SCHEDULE) => format!("{from} to {to}"),
+            ["need", ..] if !self.settings.contains_key(WHOLE_SCHEDULE) => "by need".to_owned(),
             _ => self
                 .epsilon
                 .parse()

@@ -35,16 +35,26 @@ const WHOLE_MODEL: &str = "full";
 type Settings = BTreeMap<String, String>;
 
 /// Gives each row the settings in which its run differs from other runs on the same task, so that
-/// only runs that differ in nothing but the seed have the same label. All rows that are shown or
+/// only runs that differ in nothing but the seed have the same label. What is usual for its method goes
+/// without saying beside other methods. All rows that are shown or
 /// compared together must be given together, each with its configuration.
 pub fn distinguish(mut runs: Vec<(&RunConfig, &mut LearningRow)>) {
     let shipped = task::shipped();
     let mut settings: Vec<Settings> = runs.iter().map(|(config, _)| compared_settings(config, &shipped)).collect();
     let configs: Vec<&RunConfig> = runs.iter().map(|(config, _)| *config).collect();
     name_models(&configs, &mut settings);
-    let differing = differing_settings(&configs, &settings);
-    for ((_, row), settings) in runs.iter_mut().zip(settings) {
-        row.settings = settings.into_iter().filter(|(path, _)| differing.contains(path)).collect();
+    let kinds: Vec<String> = configs.iter().map(|config| format!("{} {:?}", config.method, config.tools)).collect();
+    let among_all = differing_settings(&configs, &settings, |_| "");
+    let among_kind = differing_settings(&configs, &settings, |run| &kinds[run]);
+    let mut usual: BTreeMap<&str, Settings> = BTreeMap::new();
+    for (run, (config, row)) in runs.iter_mut().enumerate() {
+        let kind: &str = &kinds[run];
+        let usual = usual.entry(kind).or_insert_with(|| usual_settings(config));
+        let is_shown = |path: &String, value: &String| {
+            among_kind.contains(&(kind, path)) || (among_all.contains(&("", path)) && usual.get(path) != Some(value))
+        };
+        let shown = settings[run].iter().filter(|(path, value)| is_shown(path, value));
+        row.settings = shown.map(|(path, value)| (path.clone(), value.clone())).collect();
     }
     distinguish_schedules(&mut runs);
 }
@@ -62,18 +72,30 @@ pub fn differences(first: &RunConfig, second: &RunConfig) -> Vec<(String, [Strin
     differing.filter(|(_, [first, second])| first != second).collect()
 }
 
-/// The paths at which two runs on the same task have different values.
-fn differing_settings(configs: &[&RunConfig], settings: &[Settings]) -> BTreeSet<String> {
+/// The kinds and paths at which two runs of a kind on the same task have different values.
+fn differing_settings<'a>(
+    configs: &[&'a RunConfig],
+    settings: &'a [Settings],
+    kind: impl Fn(usize) -> &'a str,
+) -> BTreeSet<(&'a str, &'a str)> {
     let mut differing = BTreeSet::new();
-    let mut first: BTreeMap<(&str, &str), &str> = BTreeMap::new();
-    for (config, settings) in configs.iter().zip(settings) {
+    let mut first: BTreeMap<(&str, &str, &str), &str> = BTreeMap::new();
+    for (run, (config, settings)) in configs.iter().zip(settings).enumerate() {
         for (path, value) in settings {
-            if *first.entry((&config.task.name, path)).or_insert(value) != value {
-                differing.insert(path.clone());
+            if *first.entry((&config.task.name, kind(run), path)).or_insert(value) != value {
+                differing.insert((kind(run), path.as_str()));
             }
         }
     }
     differing
+}
+
+/// The settings that a run of this method and these tools usually has.
+fn usual_settings(config: &RunConfig) -> Settings {
+    let mut settings = compared_settings(&RunConfig::usual_with(config.task.clone(), config.method, config.tools), &[]);
+    // No method says which tools there are.
+    settings.remove("tools");
+    settings
 }
 
 /// Settings by path, without those that every label has or that do not change what is learned.
@@ -155,6 +177,7 @@ mod tests {
     use super::*;
     use crate::evidence::{find_runs, read_runs};
     use crate::run::{RunDirectory, RunState};
+    use crate::trainer::Method;
 
     #[test]
     fn labels_have_the_settings_in_which_runs_differ() {
@@ -186,7 +209,7 @@ mod tests {
             "DDPG-MGE, epsilon 0.1, ddpg.gamma USUAL",
             "DDPG-MGE, epsilon 0.5 to 0 over 10 episodes, ddpg.gamma USUAL",
             "DDPG-MGE, epsilon 0.5 to 0 over 20 episodes, ddpg.gamma USUAL",
-            "DDPG, ddpg.gamma USUAL",
+            "DDPG",
             "DDPG-MGE, epsilon 0.1, ddpg.gamma USUAL",
         ];
         let expected = expected.map(|label| label.replace("USUAL", &usual.to_string()));
@@ -196,6 +219,38 @@ mod tests {
         assert_eq!(find_runs(&[folder.path().to_owned(), paths[0].clone()]).unwrap(), paths);
         let error = find_runs(&[folder.path().join("runs/nothing")]).unwrap_err().to_string();
         assert!(error.contains("holds no runs"), "{error}");
+    }
+
+    #[test]
+    fn what_is_usual_for_a_method_goes_without_saying_beside_other_methods() {
+        let task = Arc::new(crate::task::load("task1").unwrap());
+        let usual = Method::ALL.map(|method| RunConfig::usual(task.clone(), method));
+        let other = usual[0].with_setting("ddpg.tau", "0.1").unwrap();
+        let labels = |configs: &[RunConfig]| -> Vec<String> {
+            let mut rows: Vec<LearningRow> =
+                configs.iter().map(|config| LearningRow::so_far(config, 0, None)).collect();
+            distinguish(configs.iter().zip(&mut rows).collect());
+            rows.iter().map(LearningRow::label).collect()
+        };
+        let alone = |config: &RunConfig| LearningRow::so_far(config, 0, None).label();
+        let all = labels(&usual);
+        assert_eq!(all, usual.each_ref().map(alone));
+        assert_eq!(all.iter().collect::<BTreeSet<_>>().len(), Method::ALL.len());
+        let adaptive = &usual[6];
+        assert_eq!(alone(adaptive), "adaptive DDPG-MGE, epsilon by need");
+        let both = labels(&[usual[0].clone(), other.clone(), adaptive.clone()]);
+        assert_eq!(both, ["DDPG, ddpg.tau 0.005", "DDPG, ddpg.tau 0.1", "adaptive DDPG-MGE, epsilon by need"]);
+        assert_eq!(labels(&[other, adaptive.clone()])[0], "DDPG, ddpg.tau 0.1", "what is not usual is said");
+        let needs =
+            ["need:0.5:0.25:20", "need:0.3:0.25:20"].map(|spec| adaptive.with_setting("epsilon", spec).unwrap());
+        assert!(labels(&needs)[1].contains("by need, 0.3 clusters"), "two schedules of one kind are told apart");
+        // Each method has a colour of its own, whatever stands beside it.
+        let names: Vec<&str> = all.iter().map(String::as_str).collect();
+        let colours = |names: &[&str]| -> Vec<String> {
+            crate::figures::series(names).iter().map(|series| format!("{:?}", series.color)).collect()
+        };
+        assert_eq!(colours(&names).iter().collect::<BTreeSet<_>>().len(), names.len());
+        assert_eq!(colours(&names[6..7]), colours(&names)[6..7]);
     }
 
     #[test]

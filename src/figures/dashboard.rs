@@ -7,8 +7,8 @@ use super::Figure;
 use super::axes::{Axis, Frame, Plot, Y_LABEL, number};
 use super::canvas::{Canvas, Pen, Type};
 use super::curves::LAST_TICK;
-use super::layout::{Panel, note, panels};
-use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, SKY, TITLE_SIZE, VERMILLION, faded};
+use super::layout::{Panel, fitted, note, panels};
+use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, SKY, SMALL_SIZE, TITLE_SIZE, VERMILLION, faded};
 use super::table::{Cell, Table};
 use crate::run::Metric;
 use crate::stats::rolling::rolling_mean;
@@ -145,7 +145,10 @@ impl Figure for Dashboard {
         );
         let rect = note(canvas, page, &text);
         let (head, rect) = rect.split_top(1.7 * TITLE_SIZE);
-        canvas.text(head.center(), &self.title, Type { size: 1.15 * TITLE_SIZE, ..Type::TITLE.centered() });
+        let title = Type { size: 1.15 * TITLE_SIZE, ..Type::TITLE.centered() };
+        let shrunk = title.size * (head.width() / title.width(&self.title)).min(1.0);
+        let title = Type { size: shrunk.max(SMALL_SIZE), ..title };
+        canvas.text(head.center(), &fitted(&self.title, title, head.width()), title);
         let places = panels(rect, 6, 3);
         self.panels().into_iter().zip(places).for_each(|(panel, place)| self.draw_panel(canvas, panel, place))
     }

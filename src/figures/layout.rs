@@ -142,7 +142,7 @@ pub fn legend(canvas: &Canvas<'_>, rect: Rect, entries: &[(Mark, String)]) -> Re
         for &n in members {
             let (mark, label) = &entries[n];
             draw_mark(canvas, *mark, x, y);
-            canvas.text([x + MARK + SPACE, y], &fitted(label, widths[n] - MARK - SPACE), Type::LABEL);
+            canvas.text([x + MARK + SPACE, y], &fitted(label, Type::LABEL, widths[n] - MARK - SPACE), Type::LABEL);
             x += widths[n] + BETWEEN;
         }
     }
@@ -150,8 +150,8 @@ pub fn legend(canvas: &Canvas<'_>, rect: Rect, entries: &[(Mark, String)]) -> Re
 }
 
 /// A label, cut off where it has no room.
-fn fitted(label: &str, width: f64) -> String {
-    let fits = |text: &str| Type::LABEL.width(text) <= width + 1e-9;
+pub(super) fn fitted(label: &str, kind: Type, width: f64) -> String {
+    let fits = |text: &str| kind.width(text) <= width + 1e-9;
     if fits(label) {
         return label.to_owned();
     }

@@ -21,6 +21,8 @@ pub struct MethodScores {
     pub measure: String,
     /// How runs were summarised.
     pub statistics: Statistics,
+    /// The method that the others are compared with; the first one unless one is named.
+    pub reference: Option<String>,
     /// The panels in order.
     pub panels: Vec<ScorePanel>,
 }
@@ -55,7 +57,12 @@ const BELOW: f64 = 0.27;
 const COLUMNS: usize = 4;
 
 impl MethodScores {
-    /// Names of all methods: the first is what the others are compared with.
+    /// What the others are compared with.
+    fn compared(&self) -> &str {
+        self.reference.as_deref().or(self.methods().first().copied()).unwrap_or_default()
+    }
+
+    /// Names of all methods.
     fn methods(&self) -> Vec<&str> {
         labels(self.panels.iter().flat_map(|panel| &panel.methods).map(|method| method.label.as_str()))
     }
@@ -81,8 +88,7 @@ impl MethodScores {
     fn caption(&self) -> String {
         let runs = self.panels.iter().flat_map(|panel| &panel.methods).any(|method| !method.runs.is_empty());
         let small = if runs { " Small dots: single runs." } else { "" };
-        let compared = self.methods().first().copied().unwrap_or_default();
-        format!("{}.{small} Dashed: {compared}.", self.statistics.caption("lines"))
+        format!("{}.{small} Dashed: {}.", self.statistics.caption("lines"), self.compared())
     }
 
     /// From a little below zero, so that dots there are whole, to beyond the largest score.
@@ -108,7 +114,7 @@ impl MethodScores {
             let y = plot.at(0.0, place(row))[1];
             canvas.line(&[[plot.rect.left, y], [plot.rect.right, y]], Pen::new(GRID, FRAME_WIDTH));
         }
-        let compared = panel.methods.iter().find(|score| row(&score.label) == 0);
+        let compared = panel.methods.iter().find(|score| score.label == self.compared());
         if let Some(x) = compared.map(|score| plot.at(score.estimate.value, 0.0)[0]).filter(|x| x.is_finite()) {
             let pen = Pen::new(GREY, THIN_WIDTH).dashed(&[2.4, 1.8]);
             canvas.line(&[[x, plot.rect.bottom], [x, plot.rect.top]], pen);

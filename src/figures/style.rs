@@ -32,6 +32,13 @@ pub const VERMILLION: Color = rgb(0xD5, 0x5E, 0x00);
 /// See [`BLACK`].
 pub const PURPLE: Color = rgb(0xCC, 0x79, 0xA7);
 
+/// Darker than those of Okabe and Ito, of the same kinds.
+pub const NAVY: Color = rgb(0x00, 0x3F, 0x63);
+/// See [`NAVY`].
+pub const BRICK: Color = rgb(0x9E, 0x2A, 0x00);
+/// See [`NAVY`].
+pub const BRASS: Color = rgb(0xB0, 0x7A, 0x00);
+
 /// Paper.
 pub const WHITE: Color = rgb(0xFF, 0xFF, 0xFF);
 /// Text and frames.
@@ -45,7 +52,7 @@ pub const GRID: Color = rgb(0xE4, 0xE4, 0xE4);
 
 /// The colours of methods, by the word or words that their labels begin with: the same in every
 /// figure. What explores like a method has its colour.
-const METHODS: [(&str, Color); 9] = [
+const METHODS: [(&str, Color); 13] = [
     ("DDPG", BLUE),
     ("DDPG-MGE", VERMILLION),
     ("DDPG-MGE, epsilon 0.1", GREEN),
@@ -53,6 +60,10 @@ const METHODS: [(&str, Color); 9] = [
     ("DDPG, uniform exploration", ORANGE),
     ("DDPG, model replay", PURPLE),
     ("planning", BLACK),
+    ("adaptive DDPG", NAVY),
+    ("adaptive DDPG-MGE", BRICK),
+    ("adaptive DDPG, uniform exploration", BRASS),
+    ("open-loop replay", GREEN),
     ("model-guided exploration", VERMILLION),
     ("random exploration", BLUE),
 ];

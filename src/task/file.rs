@@ -100,6 +100,13 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
     }
 }
 
+/// The name that [`load`] has for this very task, if it is shipped or a level of CREATE.
+pub fn name_of(task: &Task) -> Option<String> {
+    let levels = level_names().flat_map(|level| ["", "-random"].map(|end| format!("create/{level}{end}")));
+    let mut names = shipped_names().map(str::to_owned).chain(levels);
+    names.find(|name| load(name).is_ok_and(|known| known == *task))
+}
+
 /// A task from its JSON text, in our format or in that of CREATE's level files; `origin`
 /// names the text in errors.
 ///
@@ -162,6 +169,16 @@ pub fn save(task: &Task, path: &Path) -> Result<(), TaskError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn tasks_have_the_names_that_they_are_loaded_by_until_they_are_edited() {
+        for name in ["task4", "create/Push", "create/Push-random"] {
+            let mut task = load(name).unwrap();
+            assert_eq!(name_of(&task).as_deref(), Some(name));
+            task.goal.position[0] += 0.1;
+            assert_eq!(name_of(&task), None, "{name}");
+        }
+    }
 
     #[test]
     fn a_file_that_cannot_be_read_is_no_misspelt_name() {

@@ -15,7 +15,7 @@ mod tools;
 mod validate;
 
 pub use edit::{Draft, Edit, Editor};
-pub use file::{TaskError, level_names, load, parse, save, shipped, shipped_names, to_json};
+pub use file::{TaskError, level_names, load, name_of, parse, save, shipped, shipped_names, to_json};
 pub use objects::{BallSpec, BoxSpec, Goal, GoalShape, Marker, Region, STANDARD_RADIUS};
 pub use rules::{Rewards, Rules, SubgoalCheck};
 pub use schema::{Task, VERSION};

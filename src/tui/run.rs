@@ -16,7 +16,7 @@ use crate::workbench::Session;
 /// Time between two pictures at least.
 const FRAME: Duration = Duration::from_micros(16_667);
 /// Time between two looks at the session, and between two pictures of an episode that is played.
-const IDLE: Duration = Duration::from_millis(40);
+const IDLE: Duration = Duration::from_millis(60);
 
 /// How the workbench opens.
 #[derive(Debug, Clone, Default)]

@@ -9,7 +9,7 @@ use super::job::Reporter;
 use super::run::RunView;
 use super::{Session, SessionError, create_parent};
 use crate::env::Placement;
-use crate::evidence::{Composed, Composition, find_runs};
+use crate::evidence::{Composed, Composition, LearningRow, find_runs};
 use crate::figures::{
     ActionSamples, Animation, DEFAULT_DPI, Dashboard, Figure, Moment, Provenance, TaskActions, TaskGrid,
 };
@@ -114,8 +114,9 @@ impl Session {
                     return Err(SessionError::NoRun);
                 }
                 let composition = Composition { runs: self.evidence(composition), ..composition.clone() };
+                let reader = Arc::clone(&self.reader);
                 return Ok(Box::new(move |on_progress| {
-                    let composed = composition.figure(&Bootstrap::default(), on_progress);
+                    let composed = composition.figure(&reader, &Bootstrap::default(), on_progress);
                     let Composed { figure, seeds, config_hash } = composed.map_err(|error| error.to_string())?;
                     Ok(Drawn { figure: Box::new(figure), seeds, config_hash })
                 }));
@@ -148,11 +149,7 @@ type Play = Box<dyn FnOnce() -> Result<(Arc<Task>, Trace), SessionError> + Send>
 
 /// A run among others, in words: method, threshold and seed.
 pub fn run_label(config: &RunConfig) -> String {
-    let method = config.method.label();
-    match config.method.has_clusters() {
-        true => format!("{method}, epsilon {}, seed {}", config.epsilon.describe(), config.seed),
-        false => format!("{method}, seed {}", config.seed),
-    }
+    format!("{}, seed {}", LearningRow::so_far(config, 0, None).label(), config.seed)
 }
 
 fn dashboard(run: &RunView) -> Dashboard {

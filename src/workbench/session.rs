@@ -1,8 +1,8 @@
 //! The session: the one place where the state of the workbench lives.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 
 use super::SessionError;
 use super::clusters::ClusterStore;
@@ -13,6 +13,7 @@ use super::jobs::{Pending, Turns};
 use super::journal::Journal;
 use super::run::RunView;
 use super::setup::Setup;
+use crate::evidence::RunReader;
 use crate::run::{Event, RunState};
 use crate::task::{self, Task};
 use crate::trainer::{Control, RunConfig};
@@ -58,6 +59,8 @@ pub struct Session {
     /// Runs that are trained at the same time; more are queued.
     pub(super) cores: usize,
     pub(super) folder: PathBuf,
+    /// What figures have read of runs.
+    pub(super) reader: Arc<Mutex<RunReader>>,
     pub(super) hand_play: HandPlay,
     pub(super) journal: Journal,
     pub(super) quit: bool,
@@ -84,6 +87,7 @@ impl Session {
             turns: 0,
             cores: std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
             folder,
+            reader: Arc::default(),
             journal: Journal::default(),
             quit: false,
             interrupt: Arc::default(),

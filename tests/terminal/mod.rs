@@ -118,6 +118,11 @@ impl Terminal {
         });
     }
 
+    /// The latest that the program has written.
+    pub fn written(&self) -> String {
+        String::from_utf8_lossy(&self.screen.written.lock().unwrap()).into_owned()
+    }
+
     /// Types a text, control characters included.
     pub fn type_text(&self, text: &str) {
         let mut writer = self.writer.lock().unwrap();

@@ -120,6 +120,7 @@ fn methods(rows: &[&Row], seeds: usize) -> MethodScores {
     MethodScores {
         measure: rows[0]["measure"].clone(),
         statistics: statistics("Interquartile mean", &interval, seeds),
+        reference: None,
         panels: groups(rows, "task").into_iter().map(panel).collect(),
     }
 }

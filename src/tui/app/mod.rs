@@ -72,7 +72,7 @@ pub struct App {
     changed: bool,
     /// Something new is to be seen in the scene, but nowhere else.
     moved: bool,
-    /// The latest picture, without what lay over it.
+    /// The latest picture of a screen with a scene, without what lay over it.
     picture: Buffer,
 }
 
@@ -89,7 +89,7 @@ const NOTICE: Duration = Duration::from_secs(6);
 /// Time between two looks at what is to be seen of runs that others train, while nothing else happens.
 const LOOK: Duration = Duration::from_secs(2);
 /// Time between two pictures that show nothing but how trainings get on.
-const NEWS: Duration = Duration::from_millis(120);
+const NEWS: Duration = Duration::from_millis(240);
 /// Time that can pass for a message between two looks at it.
 const BLINK: Duration = Duration::from_millis(100);
 
@@ -498,10 +498,8 @@ impl App {
             let ui =
                 Ui { view: self.workspace.view(), subject: &self.subject, keymap: &self.keymap, theme: &self.theme };
             let notice = self.notice.as_ref().map(|(notice, _)| notice);
-            draw_scene(&ui, &self.screens.scene, notice, &mut self.picture);
-            self.theme.make_plain(&mut self.picture);
-            frame.buffer_mut().clone_from(&self.picture);
-            return;
+            draw_scene(&ui, &self.screens.scene, notice, &self.picture, frame.buffer_mut());
+            return self.theme.make_plain(frame.buffer_mut());
         }
         let contexts = self.contexts();
         let chrome = Chrome {
@@ -513,7 +511,10 @@ impl App {
         let ui = Ui { view: self.workspace.view(), subject: &self.subject, keymap: &self.keymap, theme: &self.theme };
         let area = frame.area();
         self.regions = draw_frame(&ui, &self.screens, &chrome, area, frame.buffer_mut());
-        self.picture.clone_from(frame.buffer_mut());
+        if self.tab.has_scene() {
+            self.picture.resize(area);
+            self.picture.content.clone_from_slice(&frame.buffer_mut().content);
+        }
         let mut cursor = None;
         // Where there is no room for the screen, there is none for what lies over it.
         if !self.regions.all().is_empty() {

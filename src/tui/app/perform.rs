@@ -1,9 +1,12 @@
 //! What actions and effects do.
 
+use std::path::Path;
+
 use super::{App, Leaving, TerminalRequest};
 use crate::env::Placement;
 use crate::guidance::EpsilonSchedule;
 use crate::run::RunState;
+use crate::task;
 use crate::trainer::unusual_settings;
 use crate::tui::actions::{Action, Tab};
 use crate::tui::effect::Effect;
@@ -264,21 +267,28 @@ impl App {
         self.subject.set_beside(beside);
     }
 
+    /// Puts the command that trains the next run on the clipboard.
     fn copy_command(&mut self) {
         let view = self.workspace.view();
-        let task = view.file.as_ref().map_or_else(|| view.task.name.clone(), |file| file.display().to_string());
-        let folder = view.folder.join("copy").display().to_string();
-        let mut words = ["mge", "train", &task, "--out", &folder].map(str::to_owned).to_vec();
+        // The file of a task that was edited holds another.
+        let saved = || view.file.as_ref().map(|file| file.display().to_string()).filter(|_| !view.dirty);
+        let Some(task) = task::name_of(&view.task).or_else(saved) else {
+            return self.say(Level::Error, self.keymap.fill("no command can name the task as it is: {save} saves it"));
+        };
+        let mut words = ["mge", "train", &task, "--method", view.settings.method.name()].map(str::to_owned).to_vec();
         for (key, value) in unusual_settings(&view.settings) {
             match key.as_str() {
-                "method" | "tools" | "episodes" | "seed" | "epsilon" => words.extend([format!("--{key}"), value]),
+                "method" => {}
+                "tools" | "episodes" | "seed" | "epsilon" => words.extend([format!("--{key}"), value]),
                 "prior" => words.extend(["--model".to_owned(), value]),
                 _ => words.extend(["--set".to_owned(), format!("{key}={value}")]),
             }
         }
+        if view.folder != Path::new("runs") {
+            words.splice(..0, ["env".to_owned(), format!("MGE_RUNS={}", view.folder.display())]);
+        }
         let text = shell_words::join(words);
-        let unsaved = if view.dirty { " (without the edits of the task: save them first)" } else { "" };
-        self.say(Level::Good, format!("copied{unsaved}: {text}"));
+        self.say(Level::Good, format!("copied: {text}"));
         self.request = Some(TerminalRequest::Copy(text));
     }
 

@@ -12,6 +12,7 @@ use super::axes::{Axes, Scale, number};
 use super::decimated::{Column, Decimated, Kept, Look, PictureKey, place};
 use super::range::Window;
 use crate::tui::widgets::columns;
+use crate::tui::widgets::popup::wrap;
 use crate::tui::widgets::raster::{self, Dot, Raster};
 use crate::tui::widgets::theme::{Marker, Theme};
 
@@ -84,8 +85,10 @@ pub fn draw(plot: &Plot, kept: &Kept, area: Rect, theme: &Theme, buffer: &mut Bu
             (true, Scale::Linear) => "no values here",
             (true, Scale::Log) => "no values above zero here",
         };
-        let middle = Rect { y: axes.plot.y + axes.plot.height / 2, height: 1, ..axes.plot };
-        Line::styled(text, theme.faint()).centered().render(middle, buffer);
+        let lines = wrap(text, usize::from(axes.plot.width));
+        let height = (lines.len() as u16).min(axes.plot.height);
+        let middle = Rect { y: axes.plot.y + (axes.plot.height - height) / 2, height, ..axes.plot };
+        Text::from_iter(lines).style(theme.faint()).centered().render(middle, buffer);
         return Some(axes);
     }
     let paint = |area: Rect, buffer: &mut Buffer| {
@@ -138,12 +141,46 @@ fn lay(picture: &Buffer, area: Rect, buffer: &mut Buffer) {
     }
 }
 
-/// Title and legend, in as many lines as they need and have; curves without room there are counted.
+/// How much a legend may say and take.
+#[derive(Clone, Copy)]
+struct Sizes {
+    /// Columns of a name at most.
+    name: usize,
+    /// What stands before the crosshair's episode.
+    word: &'static str,
+    /// Lines more than usual.
+    lines: usize,
+}
+
+/// Title and legend. Names that have no room are shortened; if that is not enough, the legend has another line, and
+/// curves without room there are counted.
 fn legend(plot: &Plot, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
+    let whole = Sizes { name: usize::MAX, word: "episode", lines: 0 };
+    let shortened = [24, 16, 12, 8].map(|name| Sizes { name, ..whole });
+    let short = Sizes { name: 8, word: "at", lines: 0 };
+    let more = (area.height >= 6).then_some(Sizes { lines: 1, ..short });
+    let mut found = entries(plot, whole, area, theme);
+    for sizes in shortened.into_iter().chain([short]).chain(more) {
+        if found.1 == 0 {
+            break;
+        }
+        let other = entries(plot, sizes, area, theme);
+        if other.1 < found.1 {
+            found = other;
+        }
+    }
+    found.0
+}
+
+/// Title and legend, and the number of curves that had no room.
+fn entries(plot: &Plot, sizes: Sizes, area: Rect, theme: &Theme) -> (Vec<Line<'static>>, usize) {
     /// Columns of the count of curves without room.
     const COUNT: usize = 10;
     let mut lines = vec![Line::styled(plot.title.to_owned(), theme.strong())];
-    let most = usize::from(area.height / 5).max(1);
+    if let Some(at) = plot.crosshair {
+        lines[0].push_span(Span::styled(format!("  {} {at:.0}", sizes.word), theme.faint()));
+    }
+    let most = usize::from(area.height / 5).max(1) + sizes.lines;
     let named = plot.curves.iter().filter(|curve| !curve.values.is_empty());
     let mut left = named.clone().count();
     for curve in named {
@@ -151,7 +188,8 @@ fn legend(plot: &Plot, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
             || curve.values.iter().rev().copied().find(|value| value.is_finite()),
             |at| curve.values.get(place(curve.episodes, at.round() as u64)).copied(),
         );
-        let text = format!("  {} {}", curve.name, value.map_or_else(|| "-".to_owned(), number));
+        let name = columns::shortened(&curve.name, sizes.name, false);
+        let text = format!("  {name} {}", value.map_or_else(|| "-".to_owned(), number));
         let room = |lines: &[Line]| {
             let taken = lines.last().map_or(0, Line::width) + columns::width(&text);
             let count = if lines.len() == most && left > 1 { COUNT } else { 0 };
@@ -172,10 +210,7 @@ fn legend(plot: &Plot, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
         line.push_span(Span::styled(text, Style::new().fg(curve.colour)));
         left -= 1;
     }
-    if let (Some(at), Some(line)) = (plot.crosshair, lines.last_mut()) {
-        line.push_span(Span::styled(format!("  episode {at:.0}"), theme.faint()));
-    }
-    lines
+    (lines, left)
 }
 
 /// Lowest and highest scaled value with a margin. None if no value is finite.
@@ -368,12 +403,27 @@ mod tests {
     fn curves_without_room_in_the_legend_are_counted() {
         let values = [1.0; 20];
         let mut plot = plot(&values, &[]);
-        plot.curves = ["one", "two", "three", "four"].map(|name| curve(name, &values, &[])).into();
-        assert_eq!(lines(&plot, Marker::Ascii)[0], "loss  one 1  +3 more");
+        let names = ["one", "two", "three", "four", "five", "six", "seven", "eight"];
+        plot.curves = names.map(|name| curve(name, &values, &[])).into();
+        assert_eq!(lines(&plot, Marker::Ascii)[..2], ["loss  one 1  two 1", "  three 1  +5 more"]);
+    }
+
+    #[test]
+    fn names_are_shortened_before_a_curve_has_none() {
+        let values = [1.0; 20];
+        let mut plot = plot(&values, &[]);
+        plot.curves = ["first of all the names"].map(|name| curve(name, &values, &[])).into();
+        assert_eq!(lines(&plot, Marker::Ascii)[0], "loss  first of all t.. 1");
+        plot.crosshair = Some(3.0);
+        assert_eq!(lines(&plot, Marker::Ascii)[0], "loss  at 3  first .. 1");
     }
 
     #[test]
     fn an_empty_chart_says_what_to_do() {
+        let mut long = plot(&[], &[]);
+        long.empty = "no episodes yet: t trains";
+        let text = lines(&long, Marker::Ascii).join(" ");
+        assert!(["no episodes yet: t", "trains"].iter().all(|part| text.contains(part)), "{text}");
         assert!(lines(&plot(&[], &[]), Marker::Braille).concat().contains("press t"));
         assert!(lines(&plot(&[f32::NAN; 5], &[]), Marker::Braille).concat().contains("no values here"));
     }

@@ -8,6 +8,7 @@ use ratatui::widgets::Widget;
 
 use super::{Layer, Response};
 use crate::tui::input::Keymap;
+use crate::tui::screens::beside_scene;
 use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::theme::Theme;
 
@@ -25,7 +26,7 @@ const PAGES: [(&str, &str); 4] = [
     ),
     (
         "learning",
-        "`{train}` starts a training, `{pause}` pauses it, `{stop}` ends it; it goes on in the background while you do anything else.\n\n`{clusters}` computes the action clusters: where a learned model of the physics says that a tool helps. DDPG-MGE explores from them with probability epsilon; `{epsilon}` changes it, even while it trains.",
+        "`{train}` starts a training, `{pause}` pauses it, `{stop}` ends it; it goes on in the background.\n\n`{clusters}` computes the action clusters: where a learned model of the physics says that a tool helps. DDPG-MGE explores from them with probability epsilon; `{epsilon}` changes it, even while it trains.",
     ),
     (
         "touching things",
@@ -55,7 +56,9 @@ impl Layer for Tour {
 
     fn draw(&mut self, area: Rect, keymap: &Keymap, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
         let (title, text) = PAGES[self.page];
-        let width = area.width.saturating_sub(8).min(56);
+        // Scene and ball stay in sight.
+        let area = beside_scene(area);
+        let width = area.width.saturating_sub(4).min(56);
         let lines = wrap(&keymap.fill(text), usize::from(width));
         let title = format!("welcome, {}/{}: {title}", self.page + 1, PAGES.len());
         let inside = frame(&title, (width, lines.len() as u16 + 2), area, theme, buffer);

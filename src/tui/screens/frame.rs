@@ -92,10 +92,18 @@ fn draw_small(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffer: &
     regions
 }
 
-/// Draws the scene anew in a picture of a screen that has one.
-pub fn draw_scene(ui: &Ui, scene: &Scene, shown: Option<&Notice>, picture: &mut Buffer) {
-    workbench::draw_scene_again(ui, scene, body(picture.area), picture);
-    notice(ui, shown, picture.area, picture);
+/// Draws the scene of a screen that has one into an empty buffer, and all else as it was `before`.
+pub fn draw_scene(ui: &Ui, scene: &Scene, shown: Option<&Notice>, before: &Buffer, buffer: &mut Buffer) {
+    let area = buffer.area;
+    let [moving, _] = workbench::split(body(area));
+    let width = usize::from(area.width);
+    let rows = buffer.content.chunks_mut(width).zip(before.content.chunks(width));
+    for (y, (row, old)) in (area.y..).zip(rows) {
+        let from = if (moving.top()..moving.bottom()).contains(&y) { usize::from(moving.width) } else { 0 };
+        row[from..].clone_from_slice(&old[from..]);
+    }
+    workbench::scene_pane(ui, scene, moving, buffer, &mut HitRegions::default());
+    notice(ui, shown, area, buffer);
 }
 
 /// Draws a message near the bottom, as long as it is; the keys and the captions of panes below it stay.
@@ -107,6 +115,11 @@ fn notice(ui: &Ui, notice: Option<&Notice>, area: Rect, buffer: &mut Buffer) {
     let place = Rect { y: area.bottom() - 2 - height, height, ..area };
     Clear.render(place, buffer);
     text.render(place, buffer);
+}
+
+/// What is beside the scene on the screens that have one.
+pub fn beside_scene(area: Rect) -> Rect {
+    if area.width < LEAST.0 || area.height < LEAST.1 { area } else { workbench::split(body(area))[1] }
 }
 
 /// What is left between tabs and footer.

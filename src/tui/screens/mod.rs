@@ -18,7 +18,7 @@ mod status;
 pub mod training;
 mod workbench;
 
-pub use frame::{Chrome, Notice, draw_frame, draw_scene};
+pub use frame::{Chrome, Notice, beside_scene, draw_frame, draw_scene};
 pub use regions::{HitRegions, Region};
 
 use super::input::Keymap;

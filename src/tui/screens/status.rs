@@ -26,13 +26,17 @@ pub fn draw(ui: &Ui, area: Rect, buffer: &mut Buffer) {
     let run = ui.subject.run();
     let room = usize::from(inside.width).saturating_sub(LABEL);
     let mut rows = Rows { lines: Vec::new(), room, theme: ui.theme };
-    rows.line("next run", &format!("{}, seed {}", settings.method.label(), settings.seed), Style::new());
-    rows.line("epsilon", &settings.epsilon.describe(), Style::new());
-    let (text, colour) = clusters(ui);
-    // What is said of a run must have its place; the Edit screen and the log have the rest.
-    let text = if run.is_some() { shortened(&text, room, false) } else { text };
-    rows.add("clusters", &text, colour.map_or(Style::new(), |colour| Style::new().fg(colour)));
-    rows.line("model", &ui.view.model(), Style::new());
+    let (clusters, colour) = clusters(ui);
+    let colour = colour.map_or(Style::new(), |colour| Style::new().fg(colour));
+    for (label, text, style) in [
+        ("next run", format!("{}, seed {}", settings.method.label(), settings.seed), Style::new()),
+        ("epsilon", settings.epsilon.describe(), Style::new()),
+        ("clusters", clusters, colour),
+        ("model", ui.view.model(), Style::new()),
+    ] {
+        // What is said of a run must have its place; the Edit screen and the log have the rest.
+        if run.is_some() { rows.line(label, &text, style) } else { rows.add(label, &text, style) }
+    }
     match run {
         None => {
             let text = format!("{} {} episodes", ui.text("none; {train} trains"), settings.episodes);

@@ -6,7 +6,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
 use ratatui::text::{Line, Text};
-use ratatui::widgets::{Clear, Row, Widget};
+use ratatui::widgets::{Row, Widget};
 
 use super::pane::{WIDE, hint, lines, pane};
 use super::scene::{self, Scene};
@@ -42,15 +42,8 @@ pub fn draw_edit(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, region
     objects(ui, scene, right, buffer, regions);
 }
 
-/// Draws the scene in place of what is there.
-pub fn draw_scene_again(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer) {
-    let [left, _] = split(area);
-    Clear.render(left, buffer);
-    scene_pane(ui, scene, left, buffer, &mut HitRegions::default());
-}
-
 /// A square for the scene at the left, the rest at the right.
-fn split(area: Rect) -> [Rect; 2] {
+pub(super) fn split(area: Rect) -> [Rect; 2] {
     let rest = if area.width >= WIDE { 40 } else { 28 };
     let width = (2 * (area.height - 2) + 2).min(area.width.saturating_sub(rest));
     Layout::horizontal([Constraint::Length(width), Constraint::Fill(1)]).areas(area)

@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant, SystemTime};
 
 use super::RunSummary;
-use crate::run::{Notes, RunDirectory, RunState};
+use crate::run::{Notes, RunDirectory, RunState, Stamp};
 use crate::trainer::RunConfig;
 
 /// Time between two reports while much is read.
@@ -84,26 +84,6 @@ struct Known {
     stamp: Stamp,
     /// None if it is no run.
     run: Option<Arc<RunSummary>>,
-}
-
-/// Size and time of the log, and times of settings and notes: they change with everything worth reading.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-struct Stamp {
-    log: Option<(u64, SystemTime)>,
-    config: Option<SystemTime>,
-    notes: Option<SystemTime>,
-}
-
-impl Stamp {
-    fn of(folder: &Path) -> Self {
-        let directory = |name: &str| std::fs::metadata(folder.join(name)).ok();
-        let modified = |data: &std::fs::Metadata| data.modified().ok();
-        Self {
-            log: directory("events.jsonl").and_then(|data| Some((data.len(), modified(&data)?))),
-            config: directory("config.json").and_then(|data| modified(&data)),
-            notes: directory("notes.json").and_then(|data| modified(&data)),
-        }
-    }
 }
 
 /// Reads folders on its thread.
@@ -284,8 +264,7 @@ mod tests {
         let mut reader = Reader::new(sender);
         let at_rest = |name: usize| {
             let run = RunSummary { state: RunState::Finished, ..crate::tui::testing::run_summary("run") };
-            let stamp = Stamp { config: Some(SystemTime::UNIX_EPOCH), ..Stamp::default() };
-            (PathBuf::from(format!("{name:05}")), Known { stamp, run: Some(Arc::new(run)) })
+            (PathBuf::from(format!("{name:05}")), Known { run: Some(Arc::new(run)), ..Known::default() })
         };
         reader.known = (0..1200).map(at_rest).collect();
         let mut seen = std::collections::BTreeSet::new();

@@ -94,12 +94,17 @@ impl Raster<'_, '_> {
 
     /// The outline of an axis-aligned ellipse.
     pub fn ellipse(&mut self, centre: Dot, radii: [f32; 2], colour: Color) {
-        self.points(around(centre, radii), colour);
+        // So many corners that no line is a twentieth of a dot away from the curve.
+        let corners = (10.0 * radii[0].max(radii[1]).sqrt()).clamp(12.0, 400.0) as usize;
+        let corners: Vec<Dot> = around(centre, radii, corners).collect();
+        self.outline(&corners, colour);
     }
 
     /// The outline of an axis-aligned ellipse with gaps.
     pub fn dotted_ellipse(&mut self, centre: Dot, radii: [f32; 2], colour: Color) {
-        self.points(around(centre, radii).enumerate().filter(|(index, _)| index % 8 < 4).map(|(_, dot)| dot), colour);
+        let dots = (8.0 * radii[0].max(radii[1])).clamp(12.0, 2000.0) as usize;
+        let dots = around(centre, radii, dots).enumerate().filter(|(index, _)| index % 8 < 4);
+        self.points(dots.map(|(_, dot)| dot), colour);
     }
 
     /// An axis-aligned ellipse, filled; at least one dot.
@@ -114,8 +119,8 @@ impl Raster<'_, '_> {
     }
 }
 
-fn around(centre: Dot, radii: [f32; 2]) -> impl Iterator<Item = Dot> {
-    let steps = (8.0 * radii[0].max(radii[1])).clamp(12.0, 2000.0) as usize;
+/// Points on an axis-aligned ellipse, evenly spread.
+fn around(centre: Dot, radii: [f32; 2], steps: usize) -> impl Iterator<Item = Dot> {
     (0..steps).map(move |step| {
         let (sin, cos) = (step as f32 / steps as f32 * std::f32::consts::TAU).sin_cos();
         [centre[0] + radii[0] * cos, centre[1] + radii[1] * sin]

@@ -75,7 +75,7 @@ fn what_a_session_has_new_is_drawn_soon_but_not_every_time() {
     };
     assert_eq!(frames(100, false), 1, "the first picture");
     assert_eq!(frames(1, true), 1, "after a rest at once");
-    assert_eq!(frames(75, true), 25, "then eight a second");
+    assert_eq!(frames(75, true), 12, "then four a second");
     assert_eq!((frames(1, true), frames(5, false)), (0, 1), "the last is not forgotten");
 }
 
@@ -100,6 +100,24 @@ fn only_what_changes_the_picture_asks_for_another() {
     assert!(!take_changed(&mut app));
     mouse(&mut app, MouseEventKind::Down(MouseButton::Left), (0, 39));
     assert!(take_changed(&mut app));
+}
+
+#[test]
+fn the_ball_stays_in_sight_under_the_tour() {
+    for (width, height) in [(60, 20), (80, 24), (120, 40), (200, 60)] {
+        let (mut app, _) = app(empty());
+        let before = shot(&mut app, width, height);
+        app.show_tour();
+        for page in 1..=4 {
+            let with = shot(&mut app, width, height);
+            let is_ball = |cell: &&ratatui::buffer::Cell| cell.fg == app.theme.ball;
+            let ball: Vec<_> = before.content.iter().zip(&with.content).filter(|(cell, _)| is_ball(cell)).collect();
+            assert!(!ball.is_empty() && ball.iter().all(|(cell, now)| cell == now), "{width}x{height}, page {page}");
+            let text = text(&with);
+            assert!(text.contains(&format!("welcome, {page}/4")) && text.contains("enter: "), "{text}");
+            press(&mut app, "right");
+        }
+    }
 }
 
 #[test]

@@ -15,7 +15,7 @@ use crate::text::printable;
 use crate::tui::view::RunSummary;
 
 /// Rows of a chart at least.
-const CHART: u16 = 6;
+pub const CHART: u16 = 6;
 /// Columns from which on files and log stand beside the settings.
 const WIDE: u16 = 70;
 
@@ -27,22 +27,14 @@ pub fn draw(ui: &Ui, screens: &Screens, line: &Line, about: &str, area: Rect, bu
     };
     let inside = pane(&name, area, ui.theme, buffer);
     let about = Text::from_iter(lines(about, inside.width, Style::new()));
-    let charts = (inside.height / 4).max(CHART);
-    let heights = [Constraint::Length(about.height() as u16), Constraint::Length(charts), Constraint::Length(charts)];
+    let chart = Constraint::Length((inside.height / 4).max(CHART));
+    let heights = [Constraint::Length(about.height() as u16), chart, chart];
     let [head, first, second, rest] =
         Layout::vertical([heights[0], heights[1], heights[2], Constraint::Fill(1)]).areas(inside);
     about.render(head, buffer);
-    let shown = match line {
-        Line::Run(run, _) => vec![Shown::run(run, ui.view)],
-        Line::Group(group, runs) => match &group.curves {
-            Some(curves) => vec![Shown::Group(group, curves)],
-            None => runs.iter().map(|run| Shown::run(run, ui.view)).collect(),
-        },
-    };
-    let charts = Charts::new(&screens.curves, shown, ui);
     // The window and the crosshair are those of the Training screen; here is no place for the mouse.
     for (metric, place) in [(Metric::Success, first), (Metric::Return, second)] {
-        charts.draw(metric, place, buffer, &mut HitRegions::default());
+        charts(ui, screens, line).draw(metric, place, buffer, &mut HitRegions::default());
     }
     let [left, right] = match rest.width >= WIDE {
         true => Layout::horizontal([Constraint::Percentage(45), Constraint::Fill(1)]).spacing(2).areas(rest),
@@ -54,6 +46,22 @@ pub fn draw(ui: &Ui, screens: &Screens, line: &Line, about: &str, area: Rect, bu
     };
     Text::from(settings).render(left, buffer);
     Text::from(others).render(right, buffer);
+}
+
+/// Draws the success alone, where there is no room for more.
+pub fn chart(ui: &Ui, screens: &Screens, line: &Line, area: Rect, buffer: &mut Buffer) {
+    charts(ui, screens, line).draw(Metric::Success, area, buffer, &mut HitRegions::default());
+}
+
+fn charts<'a>(ui: &'a Ui, screens: &'a Screens, line: &Line<'a>) -> Charts<'a> {
+    let shown = match line {
+        Line::Run(run, _) => vec![Shown::run(run, ui.view)],
+        Line::Group(group, runs) => match &group.curves {
+            Some(curves) => vec![Shown::Group(group, curves)],
+            None => runs.iter().map(|run| Shown::run(run, ui.view)).collect(),
+        },
+    };
+    Charts::new(&screens.curves, shown, ui)
 }
 
 /// Lines with a heading; none without a line.

@@ -38,11 +38,20 @@ fn the_terminal_is_asked_for_what_only_it_can_do() {
     let (mut app, _) = app(empty());
     press(&mut app, "y");
     let Some(TerminalRequest::Copy(text)) = app.take_request() else { panic!("nothing is asked for") };
-    assert_eq!(text, "mge train task1 --out runs/copy --epsilon linear:0.8:0.05:1500 --set 'ddpg.gamma=0.9'");
+    assert_eq!(text, "mge train task1 --method ddpg-mge --epsilon linear:0.8:0.05:1500 --set 'ddpg.gamma=0.9'");
     press(&mut app, "f4");
     assert_eq!(app.take_request(), Some(TerminalRequest::Mouse(false)));
     press(&mut app, "ctrl-z");
     assert_eq!(app.take_request(), Some(TerminalRequest::Suspend));
+    // A command would train the task without its edits.
+    let mut view = typical();
+    let mut edited = crate::task::Task::clone(&view.task);
+    edited.goal.position[0] += 0.1;
+    (view.task, view.file) = (std::sync::Arc::new(edited), Some("mine.json".into()));
+    check(view.clone(), "y", &[], "w saves it");
+    let (mut app, _) = super::super::app(view);
+    press(&mut app, "y");
+    assert_eq!(app.take_request(), None);
 }
 
 #[test]

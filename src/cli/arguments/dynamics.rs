@@ -1,0 +1,129 @@
+//! `dynamics` and `clusters`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+use super::{Print, count, threads};
+use crate::dynamics::{Loss, Variant};
+use crate::physics::ToolKind;
+use crate::trainer::PriorSource;
+
+#[derive(Debug, Subcommand)]
+pub enum Dynamics {
+    /// Collect launches and train one model
+    Train(DynamicsTrain),
+    /// Measure the errors of a model on fresh launches and unseen scenes, as JSON
+    Evaluate(DynamicsEvaluate),
+    /// Compare the model with three that lack one structural assumption each; resumes
+    Ablate(DynamicsAblate),
+}
+
+#[derive(Debug, Args)]
+pub struct DynamicsTrain {
+    /// The tool set, such as box,bucket
+    #[arg(long, value_delimiter = ',', required = true)]
+    pub tools: Vec<ToolKind>,
+    /// Model file to write; an unfinished training beside it is resumed
+    #[arg(long)]
+    pub out: PathBuf,
+    /// Seed of launches, weights and batches
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Passes over the observations (paper: 5000 of 1000, 2500, 5000, 10000)
+    #[arg(long)]
+    pub epochs: Option<u32>,
+    /// Linear layers of each function (paper: 17 of 5, 8, 12, 17)
+    #[arg(long)]
+    pub layers: Option<usize>,
+    /// Learning rate (paper: 1e-4 of 1e-3, 1e-4, 1e-5)
+    #[arg(long)]
+    pub learning_rate: Option<f32>,
+    /// Observations in a batch (paper: 128 of 32, 64, 128, 256)
+    #[arg(long)]
+    pub batch: Option<usize>,
+    /// Optimiser (paper: adam of adam, sgd, rmsprop)
+    #[arg(long)]
+    pub optimiser: Option<String>,
+    /// One-step observations of each tool
+    #[arg(long)]
+    pub observations: Option<usize>,
+    /// Share of rows in which a second tool, which the ball does not touch, is near
+    #[arg(long)]
+    pub bystanders: Option<f32>,
+    /// Loss of the normalised outputs: squared or huber:WIDTH
+    #[arg(long)]
+    pub loss: Option<Loss>,
+    /// Switch a structural assumption off: shared-edges, fully-connected or absolute
+    #[arg(long)]
+    pub ablate: Option<Variant>,
+    /// The paper's literal reading: one prediction for a whole action, positions only,
+    /// trained with the squared error and one learning rate
+    #[arg(long)]
+    pub literal: bool,
+    /// No progress on stderr
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct DynamicsAblate {
+    /// Folder of the results
+    #[arg(long)]
+    pub out: PathBuf,
+    /// One tool set, such as box,bucket; those of all shipped tasks if not given
+    #[arg(long, value_delimiter = ',')]
+    pub tools: Option<Vec<ToolKind>>,
+    /// Number of seeds
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    pub seeds: u64,
+    /// First seed
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Passes over the observations, as in a training
+    #[arg(long)]
+    pub epochs: Option<u32>,
+    #[command(flatten)]
+    pub print: Print,
+    /// Threads; all cores if not given
+    #[arg(long, value_parser = threads())]
+    pub threads: Option<usize>,
+    /// No progress on stderr
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct DynamicsEvaluate {
+    /// Model file, or the name of a shipped model
+    pub model: String,
+    /// Seed of the fresh launches
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Fresh launches of each tool
+    #[arg(long, default_value_t = 300, value_parser = count(1_000_000))]
+    pub launches: usize,
+    /// Also draw the errors into this PNG, SVG or PDF
+    #[arg(long)]
+    pub figure: Option<PathBuf>,
+    #[command(flatten)]
+    pub print: Print,
+    /// Say nothing on the way
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Clusters {
+    /// Name of a shipped task, or a task file
+    pub task: String,
+    /// What predicts the rollouts: learned, rapier, true, uniform, or a model file
+    #[arg(long, default_value = "learned")]
+    pub model: PriorSource,
+    /// Seed of rollouts and clusters
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Write to this file instead of stdout
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+}

@@ -1,0 +1,151 @@
+//! What can be typed.
+
+mod dynamics;
+mod physics;
+mod runs;
+mod studies;
+mod tasks;
+
+pub use dynamics::{Clusters, Dynamics, DynamicsAblate, DynamicsEvaluate, DynamicsTrain};
+pub use physics::{Env, Play};
+pub use runs::{Epsilon, Evaluate, Export, Figures, Fork, OnRun, Resume, Train};
+pub use studies::{Report, Reproduce, Screenshot, Script, Sweep};
+pub use tasks::{Puzzles, PuzzlesBench, PuzzlesGenerate, Tasks, TasksCommand};
+
+use std::path::PathBuf;
+
+use clap::builder::RangedU64ValueParser;
+use clap::{Args, Parser, Subcommand};
+
+use crate::figures::DEFAULT_DPI;
+use crate::tui::Notify;
+
+/// Intuitive-physics puzzles, learned dynamics models and model-guided exploration.
+///
+/// Without a command it opens the workbench in the terminal.
+#[derive(Debug, Parser)]
+#[command(name = "mge", version, max_term_width = 100)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    #[command(flatten)]
+    pub workbench: Workbench,
+}
+
+/// A number of threads.
+fn threads() -> RangedU64ValueParser<usize> {
+    count(1024)
+}
+
+/// A number from 1 to `most`.
+fn count(most: u64) -> RangedU64ValueParser<usize> {
+    RangedU64ValueParser::new().range(1..=most)
+}
+
+/// How figures are printed.
+#[derive(Debug, Args)]
+pub struct Print {
+    /// Dots per inch of PNGs
+    #[arg(long, default_value_t = DEFAULT_DPI, value_parser = clap::value_parser!(u32).range(1..=2400))]
+    pub dpi: u32,
+}
+
+impl Print {
+    /// The option as a part of the command that made a figure; nothing when it is the default.
+    pub fn option(&self) -> String {
+        if self.dpi == DEFAULT_DPI { String::new() } else { format!(" --dpi {}", self.dpi) }
+    }
+}
+
+#[derive(Debug, Args)]
+pub struct Workbench {
+    /// Task to open: the name of a shipped task, or a file
+    #[arg(long, default_value = "task1")]
+    pub task: String,
+    /// Folder for runs
+    #[arg(long, env = "MGE_RUNS", default_value = "runs")]
+    pub runs: PathBuf,
+    /// File with your own keys, lines such as `train = t`
+    #[arg(long, env = "MGE_KEYS")]
+    pub keys: Option<PathBuf>,
+    /// Leave the mouse to the terminal
+    #[arg(long)]
+    pub no_mouse: bool,
+    /// How the terminal says that all trainings are done: its bell, a notification (OSC 9), or not at all
+    #[arg(long, env = "MGE_NOTIFY", default_value = "bell")]
+    pub notify: Notify,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// List, check and audit tasks
+    Tasks(Tasks),
+    /// Generate puzzles, and train methods on them
+    #[command(subcommand)]
+    Puzzles(Puzzles),
+    /// Simulate scenes: JSON Lines in, one trajectory a line out
+    Simulate,
+    /// Replay actions in a task, or recorded CREATE episodes (JSON Lines in and out)
+    Play(Play),
+    /// Tasks as environments for other programs
+    Env {
+        #[command(subcommand)]
+        command: Env,
+    },
+    /// Train and evaluate dynamics models
+    Dynamics {
+        #[command(subcommand)]
+        command: Dynamics,
+    },
+    /// Compute the action clusters of a task, as JSON
+    Clusters(Clusters),
+    /// Train an agent
+    Train(Train),
+    /// Continue runs from their newest checkpoints, or one that another process has paused
+    Resume(Resume),
+    /// Train a new run that goes on from an episode of another with other settings
+    Fork(Fork),
+    /// Pause a run that another process trains, after its present episode
+    Pause(OnRun),
+    /// End a run that another process trains, with a checkpoint
+    Stop(OnRun),
+    /// Give a run that another process trains another epsilon schedule
+    Epsilon(Epsilon),
+    /// Play the greedy policy of a run
+    Evaluate(Evaluate),
+    /// Save the actor of a run as a safetensors file
+    Export(Export),
+    /// Draw the learning curves of runs
+    Figures(Figures),
+    /// Run a workbench script
+    Script(Script),
+    /// Draw screens of the workbench as it is after a script
+    Screenshot(Screenshot),
+    /// Train many agents or dynamics models: all combinations in a file of lists
+    Sweep(Sweep),
+    /// Tables and figures of runs: report.md and report.json
+    Report(Report),
+    /// The whole study of the paper, into one folder with a report
+    Reproduce(Reproduce),
+    /// Print the manual page, with all keys and script commands: `mge man > mge.1`
+    Man(Man),
+    /// Time the program's own work, one JSON line each
+    Bench(Bench),
+}
+
+#[derive(Debug, Args)]
+pub struct Man {
+    /// As Markdown: the page docs/reference.md
+    #[arg(long)]
+    pub markdown: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Bench {
+    /// Work items by the beginnings of their names, comma-separated; all if none is named
+    #[arg(long, value_delimiter = ',')]
+    pub only: Vec<String>,
+    /// Threads
+    #[arg(long, default_value_t = 1, value_parser = threads())]
+    pub threads: usize,
+}

@@ -1,0 +1,151 @@
+//! One run: `train`, `resume`, `fork`, what steers it, and what is made of it.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::Print;
+use crate::guidance::EpsilonSchedule;
+use crate::physics::ToolSplit;
+use crate::trainer::{Method, PriorSource};
+
+#[derive(Debug, Args)]
+pub struct Train {
+    /// Name of a shipped task, or a task file
+    pub task: String,
+    /// Method: ddpg, ddpg-mge, ddpg-uniform, ddpg-mge-true, ddpg-model-replay, planning,
+    /// ddpg-mge-adaptive, ddpg-uniform-adaptive, ddpg-adaptive or open-loop
+    /// [default: ddpg-mge-adaptive, with --tools ddpg-uniform-adaptive]
+    #[arg(long)]
+    pub method: Option<Method>,
+    /// Let the agent choose among 40 of CREATE's tools, redrawn for every episode from: all, train, validation,
+    /// test
+    #[arg(long, value_name = "SPLIT")]
+    pub tools: Option<ToolSplit>,
+    /// Episodes to train
+    #[arg(long, default_value_t = 2000)]
+    pub episodes: u32,
+    /// Master seed
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Epsilon threshold: 0.1, linear:0.8:0.05:2000, exp:0.8:0.05:0.999, step:0.8:0.5:500,
+    /// points:0=0.8,1000=0.3,3000=0, need:0.5:0.25:20 [default: that of the method, mostly
+    /// linear:0.5:0:1000]
+    #[arg(long)]
+    pub epsilon: Option<EpsilonSchedule>,
+    /// What predicts the rollouts: learned, rapier, true, uniform, or a model file
+    #[arg(long)]
+    pub model: Option<PriorSource>,
+    /// Any other setting by its JSON path, such as ddpg.gamma=0.95
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub settings: Vec<String>,
+    /// The run's folder [default: a new one in ./runs or $MGE_RUNS]
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// No progress on stderr
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Resume {
+    /// Folders of runs; as many are trained at the same time as there are cores
+    #[arg(required = true, value_name = "RUN")]
+    pub runs: Vec<PathBuf>,
+    /// No progress on stderr
+    #[arg(long)]
+    pub quiet: bool,
+    /// Go on when the terminal is closed
+    #[arg(long)]
+    pub detached: bool,
+    /// Episodes of finished runs that are to go on
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    pub episodes: Option<u32>,
+}
+
+#[derive(Debug, Args)]
+pub struct Fork {
+    /// Folder of the run that is forked
+    pub run: PathBuf,
+    /// Episodes of it that are the new run's, too
+    #[arg(long, value_name = "EPISODE")]
+    pub at: u32,
+    /// A setting that changes there, such as epsilon=0.1, ddpg.gamma=0.95 or episodes=4000
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub settings: Vec<String>,
+    /// Another task with as many subgoals: the name of a shipped task, or a file
+    #[arg(long)]
+    pub task: Option<String>,
+    /// The new run's folder [default: a new one beside the run's]
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// No progress on stderr
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// A run that another process trains.
+#[derive(Debug, Args)]
+pub struct OnRun {
+    /// The run's folder
+    pub run: PathBuf,
+}
+
+/// Another epsilon schedule for a run that another process trains.
+#[derive(Debug, Args)]
+pub struct Epsilon {
+    /// The run's folder
+    pub run: PathBuf,
+    /// The schedule, such as 0.1 or linear:0.8:0.05:2000
+    pub schedule: EpsilonSchedule,
+}
+
+#[derive(Debug, Args)]
+pub struct Evaluate {
+    /// The run's folder
+    pub run: PathBuf,
+    /// Episodes to play
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub episodes: u32,
+    /// Seed of the start noise
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Draw the action sets of an agent that chooses among tools from others: all, train, validation, test
+    /// [default: those of its training]
+    #[arg(long, value_name = "SPLIT")]
+    pub tools: Option<ToolSplit>,
+    /// Also print what the actor saw before each action
+    #[arg(long)]
+    pub observations: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Export {
+    /// The run's folder
+    pub run: PathBuf,
+    /// Safetensors file to write
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub struct Figures {
+    /// Run folders
+    #[arg(required = true)]
+    pub runs: Vec<PathBuf>,
+    /// Folder for the figures [default: the first run's own]
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// SVG instead of PNG
+    #[arg(long, conflicts_with = "dpi")]
+    pub svg: bool,
+    /// PDF instead of PNG
+    #[arg(long, conflicts_with_all = ["dpi", "svg"])]
+    pub pdf: bool,
+    /// Option of the learning curves, as of the script command `figure`: curve, name, reference, success
+    /// (training or greedy), against (episodes or steps), width (single or double), font (points), axis (linear or log)
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub options: Vec<String>,
+    #[command(flatten)]
+    pub print: Print,
+}

@@ -1,0 +1,109 @@
+//! Many runs, and scripts: `sweep`, `report`, `reproduce`, `script`, `screenshot`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{Print, threads};
+
+#[derive(Debug, Args)]
+pub struct Script {
+    /// The script, one command a line
+    pub file: PathBuf,
+    /// Value of a variable that stands as ${NAME} in the script
+    #[arg(long = "define", value_name = "NAME=VALUE")]
+    pub variables: Vec<String>,
+    /// Folder for runs
+    #[arg(long, env = "MGE_RUNS", default_value = "runs")]
+    pub runs: PathBuf,
+    /// Only errors on stderr
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Screenshot {
+    #[command(flatten)]
+    pub script: Script,
+    /// PNG, SVG or PDF file to write, and the keys that lead to its screen from the one before:
+    /// `training.png="3 z"`
+    #[arg(long = "screen", value_name = "FILE=KEYS", required = true)]
+    pub screens: Vec<String>,
+    /// Columns and rows of the screen
+    #[arg(long, value_name = "COLUMNSxROWS", default_value = "120x36")]
+    pub size: String,
+    /// Dots per inch of PNGs
+    #[arg(long, default_value_t = 144, value_parser = clap::value_parser!(u32).range(1..=2400))]
+    pub dpi: u32,
+}
+
+#[derive(Debug, Args)]
+#[command(group = clap::ArgGroup::new("what").required(true).args(["file", "one", "collect"]))]
+pub struct Sweep {
+    /// JSON file of settings and lists of their values
+    pub file: Option<PathBuf>,
+    /// A sweep as JSON in place of a file; writes no table of results
+    #[arg(long, value_name = "JSON", requires = "out")]
+    pub one: Option<String>,
+    /// Merge results of several machines: copy the runs of these sweep folders into --out
+    #[arg(long, value_name = "DIR", num_args = 1.., requires = "out")]
+    pub collect: Vec<PathBuf>,
+    /// The sweep's folder; finished runs there are not repeated [default: sweeps/NAME of the file]
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Train nothing: print one command a line for each run, for GNU parallel
+    #[arg(long, requires = "file")]
+    pub plan: bool,
+    /// Train nothing: print a Slurm job-array script
+    #[arg(long, requires = "file", conflicts_with = "plan")]
+    pub slurm: bool,
+    /// Runs at a time [default: all cores]
+    #[arg(long, value_parser = threads())]
+    pub threads: Option<usize>,
+    /// No progress on stderr
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Report {
+    /// Runs, or folders of runs such as those of sweeps and studies
+    #[arg(required = true, value_name = "DIR")]
+    pub runs: Vec<PathBuf>,
+    /// Folder for report.md, report.json and figures
+    #[arg(long, default_value = "report")]
+    pub out: PathBuf,
+    /// Resamples behind every interval
+    #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub resamples: u32,
+    /// Seed of the resampling
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    #[command(flatten)]
+    pub print: Print,
+}
+
+#[derive(Debug, Args)]
+pub struct Reproduce {
+    /// Small: few seeds and short trainings, in minutes
+    #[arg(long)]
+    pub quick: bool,
+    /// Also the comparisons a reviewer asks for: uniform exploration, clusters from the true physics and from
+    /// models without each assumption, refined clusters, model-generated transitions, planning
+    #[arg(long)]
+    pub questions: bool,
+    /// The study's folder; finished parts there are not repeated
+    #[arg(long, default_value = "study")]
+    pub out: PathBuf,
+    /// First seed
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    #[command(flatten)]
+    pub print: Print,
+    /// Threads [default: all cores]
+    #[arg(long, value_parser = threads())]
+    pub threads: Option<usize>,
+    /// No progress on stderr
+    #[arg(long)]
+    pub quiet: bool,
+}

@@ -1,0 +1,139 @@
+//! `tasks` and `puzzles`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+use super::{count, threads};
+use crate::physics::MAX_OBJECTS;
+use crate::puzzles::Split;
+use crate::trainer::{Method, PriorSource};
+
+#[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true)]
+pub struct Tasks {
+    #[command(subcommand)]
+    pub command: Option<TasksCommand>,
+    /// As JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum TasksCommand {
+    /// Check task files, and play them under the environment's contract
+    Check {
+        /// Task files, or names of shipped tasks
+        #[arg(required = true)]
+        files: Vec<String>,
+    },
+    /// Propose subgoals for a task: prints the task with them in place of its own
+    Propose {
+        /// Name of a shipped task, or a task file
+        task: String,
+        /// Subgoals to propose, at most
+        #[arg(long, default_value_t = 2, value_parser = count(MAX_OBJECTS as u64))]
+        subgoals: usize,
+        /// What predicts the rollouts: learned, rapier, true, or a model file
+        #[arg(long, default_value = "learned")]
+        model: PriorSource,
+        /// Seed of the rollouts
+        #[arg(long, default_value_t = 0)]
+        seed: u64,
+        /// Write to this file instead of stdout
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
+    /// Count how often random exploration, and that guided by the true physics, reach each stage
+    Audit {
+        /// Tasks; all shipped ones if none is named
+        tasks: Vec<String>,
+        /// Episodes for each seed and way of exploring
+        #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+        episodes: u32,
+        /// Number of seeds, counted from 0
+        #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+        seeds: u64,
+        /// As JSON
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Puzzles {
+    /// Generate puzzles that random play hardly ever solves and play guided by the true physics does
+    Generate(PuzzlesGenerate),
+    /// Propose subgoals for generated puzzles, train methods on them and report; resumes
+    Bench(PuzzlesBench),
+}
+
+#[derive(Debug, Args)]
+pub struct PuzzlesGenerate {
+    /// Puzzles in all; those that are in the folder already are kept
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    pub count: u64,
+    /// Seed of the layouts
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// What the puzzles are for; each has puzzles of its own for the same seed
+    #[arg(long, value_enum, default_value = "test")]
+    pub split: Split,
+    /// Half width of the uniform noise on the ball's start, normalised
+    #[arg(long, default_value_t = 0.01, value_parser = start_noise)]
+    pub start_noise: f32,
+    /// Actions of random play behind the random hit rate in the index
+    #[arg(long, default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    pub random_actions: u64,
+    /// Folder for the task files and index.json
+    #[arg(long, default_value = "puzzles")]
+    pub out: PathBuf,
+    /// Puzzles at a time [default: all cores]
+    #[arg(long, value_parser = threads())]
+    pub threads: Option<usize>,
+    /// No progress on stderr
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct PuzzlesBench {
+    /// Folder of generated puzzles
+    pub puzzles: PathBuf,
+    /// A method to train; may be repeated
+    #[arg(long = "method", default_values_t = [Method::RECOMMENDED])]
+    pub methods: Vec<Method>,
+    /// Seeds of each method on each puzzle, counted from 0
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    pub seeds: u64,
+    /// Episodes of a training
+    #[arg(long, default_value_t = 2000)]
+    pub episodes: u32,
+    /// What predicts the rollouts behind subgoals and clusters: learned, rapier, true, uniform, or a model file
+    #[arg(long, default_value = "learned")]
+    pub model: String,
+    /// Subgoals to propose for a puzzle, at most
+    #[arg(long, default_value_t = 2, value_parser = count(MAX_OBJECTS as u64))]
+    pub subgoals: usize,
+    /// Any other setting of the trainings by its JSON path, such as refinement.every=50
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub settings: Vec<String>,
+    /// Folder for tasks, sweep.json, runs and the report
+    #[arg(long, default_value = "bench")]
+    pub out: PathBuf,
+    /// Train nothing: write the tasks and sweep.json for `mge sweep --plan` or `--slurm`
+    #[arg(long)]
+    pub prepare: bool,
+    /// Trainings at a time [default: all cores]
+    #[arg(long, value_parser = threads())]
+    pub threads: Option<usize>,
+    /// No progress on stderr
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Half width of start noise, in the range that tasks allow.
+fn start_noise(text: &str) -> Result<f32, String> {
+    let noise: f32 = text.parse().map_err(|_| "must be a number".to_owned())?;
+    if (0.0..=1.0).contains(&noise) { Ok(noise) } else { Err("must be from 0 to 1".to_owned()) }
+}

@@ -1,0 +1,25 @@
+//! Whether a run may have changed since it was read.
+
+use std::path::Path;
+use std::time::SystemTime;
+
+/// Size and time of the log, and times of settings and notes: they change with everything worth reading.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Stamp {
+    log: Option<(u64, SystemTime)>,
+    config: Option<SystemTime>,
+    notes: Option<SystemTime>,
+}
+
+impl Stamp {
+    /// That of the run in a folder, as it is now.
+    pub fn of(folder: &Path) -> Self {
+        let directory = |name: &str| std::fs::metadata(folder.join(name)).ok();
+        let modified = |data: &std::fs::Metadata| data.modified().ok();
+        Self {
+            log: directory("events.jsonl").and_then(|data| Some((data.len(), modified(&data)?))),
+            config: directory("config.json").and_then(|data| modified(&data)),
+            notes: directory("notes.json").and_then(|data| modified(&data)),
+        }
+    }
+}
