@@ -143,8 +143,9 @@ impl Composition {
         runs.chain(curves).chain(others).collect()
     }
 
-    /// Reads the runs and draws their curves; of what `reader` has read, only what has changed since. Of a group, the finished runs are shown, or where there is none
-    /// those that have begun, as far as the shortest. `on_progress` sees the runs that were read and all of them.
+    /// Reads the runs, of those that `reader` has read only what has changed since, and draws their curves. Of a group,
+    /// the finished runs are shown, or where there is none those that have begun, as far as the shortest.
+    /// `on_progress` sees the runs that were read and all of them.
     ///
     /// # Errors
     /// When there is nothing to show, a curve does not exist, or a run cannot be read.
