@@ -39,7 +39,7 @@ fn a_whole_session_trains_edits_exports_resizes_and_leaves() {
     terminal.type_text("2:model true\r");
     terminal.wait_for("model true");
     terminal.type_text("S\r");
-    terminal.wait_for("no subgoals are needed");
+    terminal.wait_for("proposed: 1; Y accepts");
     terminal.type_text("1f");
     terminal.wait_for("into figures/");
     let figures = ["task1-scene.png", "task1-learning.csv"].map(|name| folder.path().join("figures").join(name));
