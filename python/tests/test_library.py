@@ -209,11 +209,16 @@ def test_a_run_is_a_table(run):
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == list(read.episodes) and len(read.episodes["episode"]) == 40
     assert read.episodes["goal"].dtype == bool and read.episodes["steps"].dtype == np.int64
-    assert read.episodes["critic_loss"].dtype == np.float64 and np.isnan(read.episodes["critic_loss"][0])
+    assert read.episodes["critic_loss"].dtype == np.float64 and np.isfinite(read.episodes["critic_loss"]).all()
     assert [float(row["return"]) for row in rows] == pytest.approx(read.episodes["return"].tolist())
     assert [row["end"] for row in rows] == read.episodes["end"]
     assert read.evaluations["episode"].tolist() == [10, 20, 30, 40]
     assert isinstance(mge.ActionPrior.of_run(run), mge.ActionPrior)
+
+
+def test_what_a_run_has_not_measured_yet_is_not_a_number(plain):
+    read = mge.read_run(plain)
+    assert read.episodes["critic_loss"].dtype == np.float64 and np.isnan(read.episodes["critic_loss"][0])
 
 
 def test_results_and_reports_are_tables(run, tmp_path):
