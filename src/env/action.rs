@@ -79,6 +79,13 @@ pub struct Step {
     pub touched: Vec<usize>,
 }
 
+impl Step {
+    /// Whether a subgoal or the goal was reached in this action.
+    pub fn reached_stage(&self) -> bool {
+        self.goal || !self.subgoals.is_empty()
+    }
+}
+
 /// `step` was called after the episode was over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the episode is over: reset the environment before the next step")]

@@ -209,7 +209,7 @@ impl Snapshot {
     /// Runs one physics step and notes what it brought: touches, stages, the goal.
     pub(super) fn advance(&mut self, task: &Task, step: &mut Step) {
         self.world.step();
-        if !step.goal && step.subgoals.is_empty() {
+        if !step.reached_stage() {
             self.note_touched_tools(task, step);
         }
         if task.rules.subgoal_check == SubgoalCheck::AnyStep {

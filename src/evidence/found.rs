@@ -120,7 +120,7 @@ fn read_run(path: &Path, known: Option<&(Stamp, FoundRun)>) -> Result<(Stamp, Fo
     let stamp = Stamp::of(path);
     let directory = RunDirectory::open(path)?;
     if let Some((_, run)) = known.filter(|(known, _)| *known == stamp) {
-        // Who trained it may be gone without a word in its log.
+        // The process that trained it may have exited unexpectedly, which its log does not say.
         return Ok((stamp, FoundRun { state: directory.status()?.state, ..run.clone() }));
     }
     let config: RunConfig = directory.config()?;

@@ -55,8 +55,8 @@ pub const NO_SUBGOALS: &str = "no place was found that helps the ball on its way
 /// [place](propose_regions) on the way from the states in which real rollouts reached its last one. To try a
 /// candidate, clusters are built, and rollouts in the real environment guided by them show how often each
 /// stage is reached from the one before. The one is chosen with which the fewest rollouts reach every stage once, one
-/// stage after the other, or which comes nearest to the goal. The search ends once a few do. `progress` is called with
-/// the number of candidates tried before.
+/// stage after the other, or which comes nearest to the goal. The search ends early at a candidate for which four are
+/// enough. `progress` is called with the number of candidates tried before.
 ///
 /// # Errors
 /// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
@@ -129,10 +129,10 @@ impl Candidate {
         distances.sort_by(f32::total_cmp);
         let nearest = &distances[..ROLLOUTS.div_ceil(10)];
         let stages = prior.stages[..subgoals.len()].iter();
-        let subgoals = stages.map(|stage| stage.environment_hits as f32 / stage.environment_rollouts as f32);
+        let shares = stages.map(|stage| stage.environment_hits as f32 / stage.environment_rollouts as f32);
         Ok(Self {
             task,
-            reached: subgoals.chain([goals as f32 / ROLLOUTS as f32]).collect(),
+            reached: shares.chain([goals as f32 / ROLLOUTS as f32]).collect(),
             nearest: nearest.iter().sum::<f32>() / nearest.len() as f32,
             starts,
         })

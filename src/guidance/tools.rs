@@ -132,7 +132,7 @@ fn rollout(mut env: Environment, start: &Snapshot, choices: &[Choice], numbers: 
                 *is_touched = true;
             }
         }
-        if step.goal || !step.subgoals.is_empty() {
+        if step.reached_stage() {
             let rewarding = placed.into_iter().filter_map(|(action, is_touched)| is_touched.then_some(action));
             return Rolled { rewarding: Some(rewarding.collect()), last: env.snapshot().clone() };
         }

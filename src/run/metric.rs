@@ -85,7 +85,7 @@ metrics! {
     /// Actions of the episode.
     Actions: "steps", "actions in an episode", "actions", Neutral, None, Some("train/steps"),
         "T", |record| Some(record.steps as f64);
-    /// Actions of the whole run so far.
+    /// Actions of the whole run so far, those of practice included.
     EnvironmentSteps: "environment_steps", "actions so far", "actions", Neutral, None, None,
         "Σ T", |record| Some(record.environment_steps as f64);
     /// Rewards of the episode, not discounted.

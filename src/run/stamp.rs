@@ -14,12 +14,12 @@ pub struct Stamp {
 impl Stamp {
     /// That of the run in a folder, as it is now.
     pub fn of(folder: &Path) -> Self {
-        let directory = |name: &str| std::fs::metadata(folder.join(name)).ok();
+        let metadata = |name: &str| std::fs::metadata(folder.join(name)).ok();
         let modified = |data: &std::fs::Metadata| data.modified().ok();
         Self {
-            log: directory("events.jsonl").and_then(|data| Some((data.len(), modified(&data)?))),
-            config: directory("config.json").and_then(|data| modified(&data)),
-            notes: directory("notes.json").and_then(|data| modified(&data)),
+            log: metadata("events.jsonl").and_then(|data| Some((data.len(), modified(&data)?))),
+            config: metadata("config.json").and_then(|data| modified(&data)),
+            notes: metadata("notes.json").and_then(|data| modified(&data)),
         }
     }
 }

@@ -153,7 +153,7 @@ pub(super) struct Played {
     pub record: EpisodeRecord,
     trace: Trace,
     /// What came of practice, if it preceded the episode, and the action prior after it.
-    practised: Option<(Practised, Option<Arc<ActionPrior>>)>,
+    practised: Option<(Practised, Arc<ActionPrior>)>,
     /// The action prior, if the episode changed it.
     refined: Option<Arc<ActionPrior>>,
     /// The evaluation, if one was due.
@@ -162,7 +162,7 @@ pub(super) struct Played {
 
 /// All that an episode computes, before anything of it is written.
 pub(super) fn play(training: &mut Training) -> Result<Played, TrainingError> {
-    let practised = training.practise()?.map(|practised| (practised, training.prior().cloned()));
+    let practised = training.practise()?.zip(training.prior().cloned());
     let (record, trace) = training.run_episode()?;
     let refined = training.refine();
     let evaluation = training.config().evaluation;
@@ -277,7 +277,7 @@ impl RunLoop<'_> {
         (self.is_saved, self.score) = (false, None);
         if let Some((practised, prior)) = practised {
             self.writer.record(&Event::Practised(practised))?;
-            prior.map_or(Ok(()), |prior| self.record_prior(&prior, 0))?;
+            self.record_prior(&prior, 0)?;
         }
         self.watch.set_episode(record.episode);
         self.writer.record(&Event::EpisodeFinished(record))?;

@@ -27,7 +27,7 @@ use crate::agent::{Ddpg, Learner, Transition, UpdateMetrics};
 use crate::env::{Action, Environment, Placement, Snapshot, Step};
 use crate::guidance::{self, ActionPrior, EpsilonSchedule, Played, RolloutModel, Stoppable};
 use crate::physics::ToolSplit;
-use crate::run::{EpisodeRecord, Event, Practised, Source};
+use crate::run::{EpisodeRecord, Event, Source};
 use crate::stats::rolling::{RollingRate, WINDOW};
 use crate::stop::Stop;
 use crate::streams::Stream;
@@ -52,9 +52,6 @@ struct Progress {
     /// Greedy attempts at each stage.
     #[serde(default, skip_serializing_if = "Attempts::is_empty")]
     attempts: Attempts,
-    /// What came of practice, if it is over.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    practised: Option<Practised>,
     /// What is known of the policy that acts.
     #[serde(default, skip_serializing_if = "Hold::is_unused")]
     hold: Hold,
@@ -97,7 +94,6 @@ impl Training {
             prior,
             rewarding: Vec::new(),
             attempts: Attempts::default(),
-            practised: None,
             hold: Hold::default(),
             first_success: None,
         };
@@ -214,22 +210,14 @@ impl Training {
             let mut step = trace.step(&mut self.env, choice, source)?;
             let next_observation = tools::seen(&self.env, std::mem::take(&mut step.observation));
             played.note(choice.place, &step);
-            let reached = step.goal || !step.subgoals.is_empty();
+            let reached = step.reached_stage();
             greedy &= explorer == Explorer::Greedy;
             if (reached || step.end.is_some()) && std::mem::replace(&mut greedy, true) && is_open {
                 self.note_attempt(stage, reached);
             }
-            if reached {
-                self.keep_rewarding(stage, played.take_rewarding(self.config.guidance.rewarding));
-            }
-            let transition = Transition {
-                observation: &observation,
-                action: &action,
-                reward: step.reward,
-                next_observation: &next_observation,
-                terminated: step.terminated,
-            };
-            if let Some(metrics) = self.learn_from(transition, reached.then_some(stage))? {
+            if let Some(metrics) =
+                self.take_in(stage, [&observation, &next_observation], &action, &step, &mut played)?
+            {
                 means.add(&metrics);
             }
             if step.end.is_some() {
@@ -249,17 +237,25 @@ impl Training {
         }
     }
 
-    /// Learns from a transition, which may have reached a stage.
-    fn learn_from(
+    /// Learns from a step towards a stage, between the observations before and after it; keeps what was rewarding in
+    /// `played` if it reached the stage.
+    fn take_in(
         &mut self,
-        transition: Transition<'_>,
-        reached: Option<usize>,
+        stage: usize,
+        [observation, next_observation]: [&[f32]; 2],
+        action: &[f32],
+        step: &Step,
+        played: &mut Played,
     ) -> Result<Option<UpdateMetrics>, TrainingError> {
+        if step.reached_stage() {
+            self.keep_rewarding(stage, played.take_rewarding(self.config.guidance.rewarding));
+        }
         if !self.config.method.learns() {
             return Ok(None);
         }
-        self.learner.record(transition)?;
-        if let Some(stage) = reached {
+        let (reward, terminated) = (step.reward, step.terminated);
+        self.learner.record(Transition { observation, action, reward, next_observation, terminated })?;
+        if step.reached_stage() {
             self.learner.reach(stage);
         }
         Ok(self.learner.learn()?)
@@ -305,6 +301,7 @@ impl Training {
         is_due.then(|| self.refine_now()).flatten()
     }
 
+    /// Makes clusters from the own rewarding actions now.
     fn refine_now(&mut self) -> Option<Arc<ActionPrior>> {
         let prior = self.progress.prior.as_ref()?;
         let mut refined = ActionPrior::clone(prior);

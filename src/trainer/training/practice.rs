@@ -4,7 +4,6 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
 use super::{Training, TrainingError};
-use crate::agent::Transition;
 use crate::env::Snapshot;
 use crate::guidance::Played;
 use crate::run::Practised;
@@ -23,7 +22,8 @@ impl Training {
     /// # Errors
     /// When the learner diverges, or it is abandoned.
     pub fn practise(&mut self) -> Result<Option<Practised>, TrainingError> {
-        let is_due = self.progress.practised.is_none() && self.progress.episode == 0;
+        // Practice is the first that a run does.
+        let is_due = self.progress.environment_steps == 0;
         let is_possible = self.progress.prior.is_some() && self.config.method.learns();
         if !is_due || !is_possible || self.config.practice.rollouts == 0 {
             return Ok(None);
@@ -39,8 +39,7 @@ impl Training {
                 break;
             }
         }
-        self.progress.environment_steps += practised.actions;
-        self.progress.practised = Some(practised.clone());
+        self.progress.environment_steps = practised.actions;
         Ok(Some(practised))
     }
 
@@ -63,7 +62,9 @@ impl Training {
                 rollouts += 1;
                 if self.practise_rollout(&mut practised.actions, rng)? {
                     reached += 1;
-                    states.extend(Some(self.env.snapshot()).filter(|state| state.end().is_none()).cloned());
+                    if self.env.snapshot().end().is_none() {
+                        states.push(self.env.snapshot().clone());
+                    }
                 }
             }
             self.refine_now();
@@ -90,20 +91,9 @@ impl Training {
             *actions += 1;
             let next_observation = tools::seen(&self.env, std::mem::take(&mut step.observation));
             played.note(choice.place, &step);
-            let is_reached = step.goal || !step.subgoals.is_empty();
-            if is_reached {
-                self.keep_rewarding(stage, played.take_rewarding(self.config.guidance.rewarding));
-            }
-            let transition = Transition {
-                observation: &observation,
-                action: &action,
-                reward: step.reward,
-                next_observation: &next_observation,
-                terminated: step.terminated,
-            };
-            self.learn_from(transition, is_reached.then_some(stage))?;
-            if is_reached || step.end.is_some() {
-                return Ok(is_reached);
+            self.take_in(stage, [&observation, &next_observation], &action, &step, &mut played)?;
+            if step.reached_stage() || step.end.is_some() {
+                return Ok(step.reached_stage());
             }
             observation = next_observation;
         }
@@ -149,6 +139,7 @@ mod tests {
             assert!(*rollouts <= 60 && (*reached >= 10 || *rollouts == 60), "{practised:?}");
         }
         let most = practised.rollouts.iter().sum::<u32>() * training.config().guidance.horizon as u32;
+        assert!(practised.rollouts[0] < 60, "enough is enough: {practised:?}");
         assert!(practised.reached[0] >= 10 && practised.actions <= u64::from(most), "{practised:?}");
         // What was practised is learned from, counted, and in the clusters.
         assert_eq!(training.transitions(), practised.actions);
