@@ -182,6 +182,7 @@ fn a_stop_and_a_return_keep_the_screen() {
     terminal.wait_for("welcome");
     terminal.signal("TSTP");
     terminal.wait_until_restored();
+    terminal.wait_until_stopped();
     terminal.signal("CONT");
     terminal.wait_until_taken();
     terminal.wait_for("welcome");
@@ -201,6 +202,7 @@ fn bursts_of_input_leave_the_keyboard_alive() {
     terminal.wait_for("no episodes yet");
     let moved = "\x1b[<35;30;10M";
     terminal.signal("STOP");
+    terminal.wait_until_stopped();
     terminal.type_text(&moved.repeat(8192 / moved.len()));
     terminal.signal("CONT");
     terminal.type_text("8");

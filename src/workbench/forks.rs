@@ -42,7 +42,7 @@ impl Session {
             session.journal.note_fork(asked.clone().into(), number, added);
             let until = asked.until.map(|until| until.saturating_sub(asked.episode));
             session.begin(added, until, "training in").map_err(|error| error.to_string())
-        })?;
+        });
         Ok(report)
     }
 

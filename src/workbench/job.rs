@@ -1,5 +1,6 @@
 //! A computation in the background: its progress, its cancellation and its result.
 
+use std::fmt;
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -9,12 +10,16 @@ use std::thread::JoinHandle;
 use crate::stop::Stop;
 use crate::trainer::panic_message;
 
-/// A computation on a thread of its own.
-#[derive(Debug)]
+/// A computation, which has a thread of its own once it is begun.
 pub(crate) struct Job<T> {
     shared: Arc<Shared>,
-    thread: JoinHandle<Result<T, String>>,
+    /// What is to be computed, until it is begun.
+    work: Option<Work<T>>,
+    /// None until it is begun; the error is that the system has no more threads.
+    thread: Option<io::Result<JoinHandle<Result<T, String>>>>,
 }
+
+type Work<T> = Box<dyn FnOnce(&Reporter) -> Result<T, String> + Send>;
 
 /// What the computation and its owner share.
 #[derive(Debug, Default)]
@@ -75,17 +80,43 @@ pub(super) fn caught<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, S
         .unwrap_or_else(|panic| Err(format!("the computation panicked: {}", panic_message(&*panic))))
 }
 
+impl<T> fmt::Debug for Job<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Job").field("shared", &self.shared).finish_non_exhaustive()
+    }
+}
+
 impl<T: Send + 'static> Job<T> {
+    /// A computation that is yet to [begin](Self::begin).
+    pub fn new(work: impl FnOnce(&Reporter) -> Result<T, String> + Send + 'static) -> Self {
+        Self { shared: Arc::default(), work: Some(Box::new(work)), thread: None }
+    }
+
     /// Begins a computation.
     ///
     /// # Errors
     /// When the system has no more threads.
     pub fn spawn(work: impl FnOnce(&Reporter) -> Result<T, String> + Send + 'static) -> io::Result<Self> {
-        let shared = Arc::<Shared>::default();
-        let reporter = Reporter(shared.clone());
-        let body = move || caught(|| work(&reporter));
-        let thread = std::thread::Builder::new().name("mge-job".to_owned()).spawn(body)?;
-        Ok(Self { shared, thread })
+        let mut job = Self::new(work);
+        job.begin();
+        match job.thread {
+            Some(Err(error)) => Err(error),
+            thread => Ok(Self { thread, ..job }),
+        }
+    }
+
+    /// Begins it, unless it was begun. If the system has no more threads, that is its result.
+    pub fn begin(&mut self) {
+        if let Some(work) = self.work.take() {
+            let reporter = Reporter(self.shared.clone());
+            let body = move || caught(|| work(&reporter));
+            self.thread = Some(std::thread::Builder::new().name("mge-job".to_owned()).spawn(body));
+        }
+    }
+
+    /// Whether it was begun.
+    pub fn is_begun(&self) -> bool {
+        self.work.is_none()
     }
 
     /// How much of it is done.
@@ -102,16 +133,24 @@ impl<T: Send + 'static> Job<T> {
 
     /// Whether the result is there.
     pub fn is_finished(&self) -> bool {
-        self.thread.is_finished()
+        match &self.thread {
+            Some(Ok(thread)) => thread.is_finished(),
+            Some(Err(_)) => true,
+            None => false,
+        }
     }
 
-    /// The result; waits for it if it is not there yet.
+    /// The result; waits for it if it is not there yet. One that was not begun has none.
     ///
     /// # Errors
-    /// The error, or the panic, that ended the computation.
+    /// The error, or the panic, that ended the computation, or that the system has no more threads.
     pub fn result(self) -> Result<T, String> {
-        // A panic of the computation is a result.
-        self.thread.join().unwrap_or_else(|_| Err("the computation failed".to_owned()))
+        match self.thread {
+            // A panic of the computation is a result.
+            Some(Ok(thread)) => thread.join().unwrap_or_else(|_| Err("the computation failed".to_owned())),
+            Some(Err(error)) => Err(format!("the system gives no further thread: {error}")),
+            None => Err("the computation was not begun".to_owned()),
+        }
     }
 
     /// Cancels it: it ends when it next looks or reports its progress.

@@ -2,20 +2,18 @@
 //! begins one, and its result is taken in when the session is next polled.
 
 use std::fmt;
-use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::command::Command;
 use super::job::{Job, Progress, Reporter, caught};
 use super::session::Notice;
 use super::{Session, SessionError};
-use crate::stop::Stop;
 
 /// Time between two looks at what a script waits for.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// Computations of a session at the same time: more wait, so that however many are asked for, they take
-/// up no more memory than these.
+/// Computations of a session at the same time: more wait without a thread, so that however many are asked
+/// for, they take up no more memory than these.
 const AT_A_TIME: usize = 4;
 
 /// Takes a result into the session; what to report, or why there is none.
@@ -36,47 +34,14 @@ impl fmt::Debug for Pending {
     }
 }
 
-/// Gives [`AT_A_TIME`] computations their turn.
-#[derive(Debug, Default)]
-pub(super) struct Turns {
-    taken: Mutex<usize>,
-    given_back: Condvar,
-}
-
-/// The turn of a computation, until it is dropped.
-struct Turn<'a>(&'a Turns);
-
-impl Turns {
-    /// Waits for a turn. None if the computation is cancelled before.
-    fn take(&self, stop: &Stop) -> Option<Turn<'_>> {
-        // A count stays whole whoever panics.
-        let mut taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
-        while *taken >= AT_A_TIME {
-            if stop.is_requested() {
-                return None;
-            }
-            taken = self.given_back.wait_timeout(taken, LOOK).unwrap_or_else(PoisonError::into_inner).0;
-        }
-        *taken += 1;
-        Some(Turn(self))
-    }
-}
-
-impl Drop for Turn<'_> {
-    fn drop(&mut self) {
-        *self.0.taken.lock().unwrap_or_else(PoisonError::into_inner) -= 1;
-        self.0.given_back.notify_one();
-    }
-}
-
 impl Session {
-    /// Begins a computation for a command; `complete` takes its result into the session.
+    /// Begins a computation for a command, at once or when it is its turn; `complete` takes its result into the session.
     pub(super) fn begin_job<T: Send + 'static>(
         &mut self,
         command: impl Into<Command>,
         work: impl FnOnce(&Reporter) -> Result<T, String> + Send + 'static,
         complete: impl FnOnce(&mut Self, Result<T, String>) -> Result<String, String> + Send + 'static,
-    ) -> Result<(), SessionError> {
+    ) {
         #[cfg(test)]
         let work = {
             let gate = self.gate.clone();
@@ -85,17 +50,23 @@ impl Session {
                 work(reporter)
             }
         };
-        let turns = self.turns_of_jobs.clone();
         let work = move |reporter: &Reporter| {
-            let result = match turns.take(reporter.stop()) {
-                Some(_turn) => caught(|| work(reporter)),
-                None => Err("the computation was cancelled".to_owned()),
+            let result = match reporter.is_cancelled() {
+                true => Err("the computation was cancelled".to_owned()),
+                false => caught(|| work(reporter)),
             };
             Ok(Box::new(move |session: &mut Self| complete(session, result)) as Completion)
         };
-        let job = Job::spawn(work).map_err(SessionError::Thread)?;
-        self.jobs.push(Pending { command: command.into(), entry: None, shown: Progress::default(), job });
-        Ok(())
+        let (command, job) = (command.into(), Job::new(work));
+        self.jobs.push(Pending { command, entry: None, shown: Progress::default(), job });
+        self.begin_waiting_jobs();
+    }
+
+    /// Begins the computations that wait, the first first, as far as there are places.
+    fn begin_waiting_jobs(&mut self) {
+        let begun = self.jobs.iter().filter(|pending| pending.job.is_begun()).count();
+        let waiting = self.jobs.iter_mut().filter(|pending| !pending.job.is_begun());
+        waiting.take(AT_A_TIME.saturating_sub(begun)).for_each(|pending| pending.job.begin());
     }
 
     /// The latest computation begun by such a command that has not ended.
@@ -142,6 +113,7 @@ impl Session {
             }
             self.notices.push(Notice::Finished { command, outcome });
         }
+        self.begin_waiting_jobs();
     }
 
     /// Waits for the result of a command, which is what to report of it; None if it began
@@ -211,25 +183,25 @@ impl Session {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-    use std::thread;
-
     use super::*;
+    use crate::workbench::command::Seed;
 
     #[test]
-    fn so_many_computations_have_their_turn_and_the_others_wait_or_are_cancelled() {
-        let (turns, stop) = (Arc::new(Turns::default()), Stop::default());
-        let held: Vec<Turn<'_>> = (0..AT_A_TIME).map(|_| turns.take(&stop).unwrap()).collect();
-        let waiting = {
-            let (turns, stop) = (turns.clone(), stop.clone());
-            thread::spawn(move || turns.take(&stop).is_some())
-        };
-        let cancelled = Stop::default();
-        cancelled.request();
-        assert!(turns.take(&cancelled).is_none());
-        assert!(!waiting.is_finished());
+    fn so_many_computations_are_begun_and_the_others_follow_or_are_cancelled() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = Session::new(crate::task::load("task1").unwrap(), folder.path().to_owned());
+        let gate = session.gate.clone();
+        let held = gate.lock().unwrap();
+        let command = |seed| Command::from(Seed(seed));
+        for seed in 0..AT_A_TIME as u64 + 3 {
+            session.begin_job(command(seed), |_| Ok(()), |_, result| result.map(|()| "computed".to_owned()));
+        }
+        let begun = |session: &Session| session.jobs.iter().filter(|pending| pending.job.is_begun()).count();
+        assert_eq!((begun(&session), session.jobs.len()), (AT_A_TIME, AT_A_TIME + 3));
+        let last = command(AT_A_TIME as u64 + 2);
+        session.cancel(&last);
         drop(held);
-        assert!(waiting.join().unwrap());
-        assert!(turns.take(&cancelled).is_some(), "one that need not wait is not asked");
+        assert_eq!(session.wait_for(&last).unwrap_err().to_string(), "the computation was cancelled");
+        assert_eq!(session.wait_for(&command(AT_A_TIME as u64 + 1)).unwrap().as_deref(), Some("computed"));
     }
 }

@@ -49,7 +49,7 @@ impl Session {
             return Err(SessionError::Failed(format!("{name}: wait for its end, or end it with `model stop`")));
         }
         let report = name(&command);
-        self.begin_job(command, work, |_, result| result)?;
+        self.begin_job(command, work, |_, result| result);
         Ok(report)
     }
 

@@ -9,7 +9,7 @@ use super::clusters::ClusterStore;
 use super::command::{self, Command, Epsilon, Expect, Guide, Open, Pause, Quantity, Recording, Stop, Watch};
 use super::hand_play::HandPlay;
 use super::job::Progress;
-use super::jobs::{Pending, Turns};
+use super::jobs::Pending;
 use super::journal::Journal;
 use super::run::RunView;
 use super::setup::Setup;
@@ -42,8 +42,6 @@ pub struct Session {
     pub(super) clusters: ClusterStore,
     /// What is computed in the background, in the order in which it was begun.
     pub(super) jobs: Vec<Pending>,
-    /// Whose turn it is among them.
-    pub(super) turns_of_jobs: Arc<Turns>,
     /// What happened since the last poll.
     pub(super) notices: Vec<Notice>,
     /// Computations wait as long as a test holds it.
@@ -77,7 +75,6 @@ impl Session {
             setup,
             clusters: ClusterStore::default(),
             jobs: Vec::new(),
-            turns_of_jobs: Arc::default(),
             notices: Vec::new(),
             #[cfg(test)]
             gate: Arc::default(),

@@ -11,6 +11,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use portable_pty::{Child, CommandBuilder, MasterPty, PtySize, SlavePty, native_pty_system};
+use rustix::process::{Pid, WaitId, WaitIdOptions, waitid};
 
 /// How long a condition may take to come true.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -153,6 +154,13 @@ impl Terminal {
     pub fn signal(&self, signal: &str) {
         let id = self.child.process_id().unwrap().to_string();
         assert!(Command::new("kill").args([format!("-{signal}"), id]).status().unwrap().success());
+    }
+
+    /// Waits until the program was stopped by a signal. One that is continued any sooner stops after that.
+    pub fn wait_until_stopped(&self) {
+        let process = Pid::from_raw(self.process() as i32).unwrap();
+        let looked_at = WaitIdOptions::STOPPED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
+        self.wait_until("the program to stop", |_| waitid(WaitId::Pid(process), looked_at).unwrap().is_some());
     }
 
     /// The program's process.

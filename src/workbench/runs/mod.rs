@@ -69,7 +69,7 @@ impl Session {
             // It may have been deleted meanwhile.
             let Some(run) = session.runs.iter_mut().find(|run| run.number() == number) else { return Ok(report) };
             run.take_past(past).map(|()| report)
-        })?;
+        });
         Ok(number)
     }
 
@@ -197,7 +197,7 @@ impl Session {
             drop(lock);
             outcome.map_err(RunError::io("delete", &folder)).map(|()| folder).map_err(|error| error.to_string())
         };
-        let begun = self.begin_job(command.clone(), work, |session, outcome| match outcome {
+        self.begin_job(command.clone(), work, |session, outcome| match outcome {
             Ok(folder) => Ok(format!("deleted {}", folder.display())),
             Err(reason) => {
                 session.runs.extend(removed);
@@ -208,7 +208,6 @@ impl Session {
         if current_is_gone {
             self.current = None;
         }
-        begun?;
         Ok(report)
     }
 
@@ -225,7 +224,7 @@ impl Session {
                 run.set_greedy(trace);
             }
             Ok(format!("the greedy policy {outcome} in {actions} actions, return {total:.2}"))
-        })?;
+        });
         Ok(format!("playing the greedy policy of {name}"))
     }
 }
