@@ -129,13 +129,13 @@ pub fn draw(content: &Content, area: Rect, theme: &Theme, buffer: &mut Buffer) -
     view
 }
 
-struct Painter<'a, 'b, 'c> {
-    raster: &'a mut Raster<'b, 'c>,
+struct Painter<'a, 'b> {
+    raster: &'a mut Raster<'b>,
     size: [f32; 2],
     theme: &'a Theme,
 }
 
-impl Painter<'_, '_, '_> {
+impl Painter<'_, '_> {
     fn dot(&self, position: [f32; 2]) -> Dot {
         View::dot(self.size, position)
     }

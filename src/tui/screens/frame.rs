@@ -1,6 +1,6 @@
 //! The whole picture: tabs, the screen, message and footer.
 
-use ratatui::buffer::Buffer;
+use ratatui::buffer::{Buffer, Cell};
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Modifier, Style};
 use ratatui::text::Text;
@@ -100,7 +100,9 @@ pub fn draw_scene(ui: &Ui, scene: &Scene, shown: Option<&Notice>, before: &Buffe
     let rows = buffer.content.chunks_mut(width).zip(before.content.chunks(width));
     for (y, (row, old)) in (area.y..).zip(rows) {
         let from = if (moving.top()..moving.bottom()).contains(&y) { usize::from(moving.width) } else { 0 };
-        row[from..].clone_from_slice(&old[from..]);
+        // Most cells are empty, as those of the buffer are, and a comparison is less work than a copy.
+        let cells = row[from..].iter_mut().zip(&old[from..]);
+        cells.filter(|(_, old)| **old != Cell::EMPTY).for_each(|(cell, old)| cell.clone_from(old));
     }
     workbench::scene_pane(ui, scene, moving, buffer, &mut HitRegions::default());
     notice(ui, shown, area, buffer);

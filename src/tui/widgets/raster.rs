@@ -1,60 +1,95 @@
-//! Dots over terminal cells: what scene, curves and schedules are drawn with. It is ratatui's canvas,
-//! with the shapes that it lacks.
+//! Dots over terminal cells: what scene, curves and schedules are drawn with.
 
-use ratatui::buffer::Buffer;
+use ratatui::buffer::{Buffer, Cell};
 use ratatui::layout::Rect;
 use ratatui::style::Color;
-use ratatui::widgets::Widget;
-use ratatui::widgets::canvas::{Canvas, Context, Line, Points};
 
 use crate::tui::widgets::theme::Marker;
 
 /// Dots over an area of cells. Later dots win the colour of their cell.
-pub struct Raster<'a, 'b> {
-    context: &'a mut Context<'b>,
-    size: [f32; 2],
+pub struct Raster<'a> {
+    marker: Marker,
+    area: Rect,
+    buffer: &'a mut Buffer,
+    /// Dots across and down.
+    dots: [usize; 2],
+    /// The dots of every cell since the latest layer, row by row.
+    cells: Vec<Dots>,
+}
+
+/// The dots of a cell.
+#[derive(Debug, Clone, Copy, Default)]
+struct Dots {
+    /// A bit for each that is set: of braille those of its block in Unicode, otherwise from the top.
+    set: u8,
+    /// The colour of the latest one; of half blocks that of each.
+    colours: [Color; 2],
 }
 
 /// A point in dots, from the upper left corner of the area.
 pub type Dot = [f32; 2];
 
 /// Paints dots over `area`; cells without a dot stay as they are.
-pub fn draw(area: Rect, marker: Marker, buffer: &mut Buffer, paint: impl Fn(&mut Raster)) {
-    let [x, y] = marker.dots();
-    let size = [f32::from(area.width * x), f32::from(area.height * y)];
-    let bounds = size.map(|dots| [0.0, f64::from(dots)]);
-    let canvas = Canvas::default().marker(marker.symbol()).x_bounds(bounds[0]).y_bounds(bounds[1]);
-    canvas.paint(|context| paint(&mut Raster { context, size })).render(area, buffer);
+pub fn draw(area: Rect, marker: Marker, buffer: &mut Buffer, paint: impl FnOnce(&mut Raster)) {
+    let area = area.intersection(buffer.area);
+    if area.is_empty() {
+        return;
+    }
+    let [x, y] = marker.dots().map(usize::from);
+    let dots = [usize::from(area.width) * x, usize::from(area.height) * y];
+    let cells = vec![Dots::default(); usize::from(area.width) * usize::from(area.height)];
+    let mut raster = Raster { marker, area, buffer, dots, cells };
+    paint(&mut raster);
+    raster.layer();
 }
 
-impl Raster<'_, '_> {
+impl Raster<'_> {
     /// Width and height in dots.
     pub fn size(&self) -> [f32; 2] {
-        self.size
-    }
-
-    /// The middle of the dot that contains `at`, on the canvas, whose second axis points up. None if
-    /// it is nowhere.
-    fn place(&self, at: Dot) -> Option<(f64, f64)> {
-        let [x, y] = at.map(|value| f64::from(value.floor()) + 0.5);
-        (x.is_finite() && y.is_finite()).then(|| (x, f64::from(self.size[1]) - y))
+        self.dots.map(|dots| dots as f32)
     }
 
     /// What is painted from now on has its cells for itself: dots before are gone from them.
     pub fn layer(&mut self) {
-        self.context.layer();
+        for (dots, position) in self.cells.iter_mut().zip(self.area.positions()) {
+            if dots.set > 0 {
+                dots.show(self.marker, &mut self.buffer[position]);
+                *dots = Dots::default();
+            }
+        }
+    }
+
+    /// The numbers of the dot that contains `at`. None if it is outside of the area, or nowhere.
+    fn place(&self, at: Dot) -> Option<[usize; 2]> {
+        let size = self.size();
+        let is_inside = (0..2).all(|axis| (0.0..size[axis]).contains(&at[axis]));
+        is_inside.then(|| at.map(|value| value as usize))
+    }
+
+    fn set(&mut self, [x, y]: [usize; 2], colour: Color) {
+        let [wide, high] = self.marker.dots().map(usize::from);
+        if let Some(dots) = self.cells.get_mut(y / high * usize::from(self.area.width) + x / wide) {
+            dots.add(self.marker, x % wide, y % high, colour);
+        }
     }
 
     /// Sets the dots that contain these points; outside of the area nothing happens.
     pub fn points(&mut self, points: impl IntoIterator<Item = Dot>, colour: Color) {
-        let coords: Vec<(f64, f64)> = points.into_iter().filter_map(|point| self.place(point)).collect();
-        self.context.draw(&Points::new(&coords, colour));
+        for point in points {
+            if let Some(place) = self.place(point) {
+                self.set(place, colour);
+            }
+        }
     }
 
     /// A straight line, clipped to the area.
     pub fn line(&mut self, from: Dot, to: Dot, colour: Color) {
-        if let (Some((x1, y1)), Some((x2, y2))) = (self.place(from), self.place(to)) {
-            self.context.draw(&Line::new(x1, y1, x2, y2, colour));
+        let ends = match (self.place(from), self.place(to)) {
+            (Some(from), Some(to)) => Some([from, to]),
+            _ => clipped(from, to, self.dots),
+        };
+        if let Some([from, to]) = ends {
+            along(from, to, |place| self.set(place, colour));
         }
     }
 
@@ -65,11 +100,20 @@ impl Raster<'_, '_> {
         }
     }
 
+    /// The rows of dots between two heights that are in the area.
+    fn rows(&self, top: f32, bottom: f32) -> std::ops::Range<usize> {
+        // A height that is no number is that of no row.
+        let end = (bottom.ceil().max(0.0) as usize).min(self.dots[1]);
+        (top.floor().max(0.0) as usize).min(end)..end
+    }
+
     /// The inside of a convex or concave polygon, by scan lines, and its outline.
     pub fn fill(&mut self, corners: &[Dot], colour: Color) {
-        for y in 0..self.size[1] as usize {
+        let heights = || corners.iter().map(|corner| corner[1]);
+        let mut crossings: Vec<f32> = Vec::with_capacity(4);
+        for y in self.rows(heights().fold(f32::MAX, f32::min), heights().fold(f32::MIN, f32::max)) {
             let middle = y as f32 + 0.5;
-            let mut crossings: Vec<f32> = Vec::with_capacity(4);
+            crossings.clear();
             for (index, a) in corners.iter().enumerate() {
                 let b = corners[(index + 1) % corners.len()];
                 if (a[1] <= middle) != (b[1] <= middle) {
@@ -78,18 +122,17 @@ impl Raster<'_, '_> {
             }
             crossings.sort_by(f32::total_cmp);
             for pair in crossings.chunks_exact(2) {
-                self.span(pair[0], pair[1], middle, colour);
+                self.span(pair[0], pair[1], y, colour);
             }
         }
         self.outline(corners, colour);
     }
 
     /// The dots of a row whose middles lie between two places.
-    fn span(&mut self, from: f32, to: f32, y: f32, colour: Color) {
-        let [first, end] = [from.round(), to.round()];
-        if first < end {
-            self.line([first, y], [end - 1.0, y], colour);
-        }
+    fn span(&mut self, from: f32, to: f32, y: usize, colour: Color) {
+        // What is no number is the left edge.
+        let [first, end] = [from.round(), to.round()].map(|x| (x.max(0.0) as usize).min(self.dots[0]));
+        (first..end).for_each(|x| self.set([x, y], colour));
     }
 
     /// The outline of an axis-aligned ellipse.
@@ -109,13 +152,101 @@ impl Raster<'_, '_> {
 
     /// An axis-aligned ellipse, filled; at least one dot.
     pub fn disc(&mut self, centre: Dot, radii: [f32; 2], colour: Color) {
-        self.points([centre].into_iter().filter(|_| radii.iter().all(|radius| radius.is_finite())), colour);
-        for y in 0..self.size[1] as usize {
-            let y = y as f32 + 0.5;
-            let share = (y - centre[1]) / radii[1];
-            let half = radii[0] * (1.0 - share * share).max(0.0).sqrt();
-            self.span(centre[0] - half, centre[0] + half, y, colour);
+        if !radii.iter().chain(&centre).all(|value| value.is_finite()) {
+            return;
         }
+        self.points([centre], colour);
+        for row in self.rows(centre[1] - radii[1], centre[1] + radii[1]) {
+            let share = (row as f32 + 0.5 - centre[1]) / radii[1];
+            let half = radii[0] * (1.0 - share * share).max(0.0).sqrt();
+            self.span(centre[0] - half, centre[0] + half, row, colour);
+        }
+    }
+}
+
+impl Dots {
+    /// Sets a dot.
+    fn add(&mut self, marker: Marker, x: usize, y: usize, colour: Color) {
+        /// The bits of braille, row by row.
+        const BRAILLE: [[u8; 2]; 4] = [[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]];
+        let (bit, half) = match marker {
+            Marker::Braille => (BRAILLE[y % 4][x % 2], 0),
+            Marker::HalfBlock => (1 << y, y % 2),
+            Marker::Ascii => (1, 0),
+        };
+        self.set |= bit;
+        self.colours[half] = colour;
+    }
+
+    /// Shows the dots in a cell of the screen.
+    fn show(&self, marker: Marker, cell: &mut Cell) {
+        let [upper, lower] = self.colours;
+        let (symbol, fg, bg) = match (marker, self.set) {
+            (Marker::Braille, set) => (char::from_u32(0x2800 + u32::from(set)).unwrap_or(' '), upper, None),
+            (Marker::Ascii, _) => ('*', upper, None),
+            (Marker::HalfBlock, 1) => ('▀', upper, None),
+            (Marker::HalfBlock, 2) => ('▄', lower, None),
+            (Marker::HalfBlock, _) if upper == lower => ('█', upper, Some(upper)),
+            (Marker::HalfBlock, _) => ('▀', upper, Some(lower)),
+        };
+        cell.set_char(symbol).set_fg(fg);
+        if let Some(bg) = bg {
+            cell.set_bg(bg);
+        }
+    }
+}
+
+/// The dots at the ends of the part of a line that is within so many dots. None if there is no such part.
+fn clipped(from: Dot, to: Dot, dots: [usize; 2]) -> Option<[[usize; 2]; 2]> {
+    // The middles of the dots.
+    let [from, to] = [from, to].map(|end| end.map(|value| f64::from(value.floor()) + 0.5));
+    if ![from, to].as_flattened().iter().all(|value| value.is_finite()) {
+        return None;
+    }
+    // The part between these shares of the way.
+    let (mut begin, mut end) = (0.0f64, 1.0f64);
+    for axis in 0..2 {
+        let way = to[axis] - from[axis];
+        let [low, high] = [-from[axis], dots[axis] as f64 - from[axis]];
+        if way == 0.0 {
+            if low > 0.0 || high < 0.0 {
+                return None;
+            }
+            continue;
+        }
+        let [near, far] = if way > 0.0 { [low / way, high / way] } else { [high / way, low / way] };
+        (begin, end) = (begin.max(near), end.min(far));
+    }
+    if begin > end {
+        return None;
+    }
+    let at = |share: f64| {
+        [0, 1].map(|axis| {
+            let (value, last) = (from[axis] + share * (to[axis] - from[axis]), dots[axis] as f64 - 1.0);
+            (value * last / dots[axis] as f64).round().clamp(0.0, last) as usize
+        })
+    };
+    Some([at(begin), at(end)])
+}
+
+/// Visits the dots on a straight line: one in every column, or in every row of a steep line.
+fn along(from: [usize; 2], to: [usize; 2], mut visit: impl FnMut([usize; 2])) {
+    let [dx, dy] = [0, 1].map(|axis| from[axis].abs_diff(to[axis]) as isize);
+    let long = usize::from(dy >= dx);
+    let short = 1 - long;
+    let [first, last] = if from[long] <= to[long] { [from, to] } else { [to, from] };
+    let (ahead, aside) = if long == 0 { (dx, dy) } else { (dy, dx) };
+    let is_rising = last[short] >= first[short];
+    let mut at = first;
+    let mut error = 2 * aside - ahead;
+    for place in first[long]..=last[long] {
+        at[long] = place;
+        visit(at);
+        if error > 0 {
+            at[short] = if is_rising { at[short] + 1 } else { at[short].saturating_sub(1) };
+            error -= 2 * ahead;
+        }
+        error += 2 * aside;
     }
 }
 
@@ -131,7 +262,7 @@ fn around(centre: Dot, radii: [f32; 2], steps: usize) -> impl Iterator<Item = Do
 mod tests {
     use super::*;
 
-    fn drawn(marker: Marker, paint: impl Fn(&mut Raster)) -> Vec<String> {
+    fn drawn(marker: Marker, paint: impl FnOnce(&mut Raster)) -> Vec<String> {
         let area = Rect::new(0, 0, 4, 2);
         let mut buffer = Buffer::empty(area);
         draw(area, marker, &mut buffer, paint);
@@ -182,5 +313,40 @@ mod tests {
             raster.ellipse([1.0, f32::NAN], [2.0; 2], Color::Red);
         });
         assert_eq!(lines, ["    ", "    "]);
+    }
+
+    /// ratatui's canvas is what the lines have always been drawn with.
+    #[test]
+    fn lines_are_those_of_ratatuis_canvas() {
+        use ratatui::symbols;
+        use ratatui::widgets::Widget;
+        use ratatui::widgets::canvas::{Canvas, Line};
+
+        let area = Rect::new(0, 0, 11, 7);
+        let canvas = [symbols::Marker::Braille, symbols::Marker::HalfBlock, symbols::Marker::Custom('*')];
+        for (marker, symbol) in [Marker::Braille, Marker::HalfBlock, Marker::Ascii].into_iter().zip(canvas) {
+            let [w, h] = [0, 1].map(|axis| f64::from([11, 7][axis] * marker.dots()[axis]));
+            let ends = |number: u32| {
+                let at = |step: u32, size: f64| (f64::from(number * step % 97) / 97.0 * 1.6 - 0.3) * size;
+                [[at(31, w), at(57, h)], [at(71, w), at(13, h)]].map(|end| end.map(|value| value.floor() + 0.5))
+            };
+            let lines: Vec<_> = (1..60).map(ends).collect();
+            let colours = [Color::Red, Color::Blue];
+            let mut ours = Buffer::empty(area);
+            draw(area, marker, &mut ours, |raster| {
+                for (line, colour) in lines.iter().zip(colours.iter().cycle()) {
+                    let [from, to] = line.map(|end| end.map(|value| value as f32));
+                    raster.line(from, to, *colour);
+                }
+            });
+            let mut theirs = Buffer::empty(area);
+            let paint = |context: &mut ratatui::widgets::canvas::Context| {
+                for ([[x1, y1], [x2, y2]], colour) in lines.iter().zip(colours.iter().cycle()) {
+                    context.draw(&Line::new(*x1, h - y1, *x2, h - y2, *colour));
+                }
+            };
+            Canvas::default().marker(symbol).x_bounds([0.0, w]).y_bounds([0.0, h]).paint(paint).render(area, &mut theirs);
+            assert_eq!(ours, theirs, "{marker:?}");
+        }
     }
 }

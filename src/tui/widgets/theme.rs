@@ -2,7 +2,6 @@
 
 use ratatui::buffer::Buffer;
 use ratatui::style::{Color, Modifier, Style};
-use ratatui::symbols;
 
 use crate::figures;
 
@@ -26,15 +25,6 @@ impl Marker {
             Self::Braille => [2, 4],
             Self::HalfBlock => [1, 2],
             Self::Ascii => [1, 1],
-        }
-    }
-
-    /// What ratatui's canvas draws it with.
-    pub fn symbol(self) -> symbols::Marker {
-        match self {
-            Self::Braille => symbols::Marker::Braille,
-            Self::HalfBlock => symbols::Marker::HalfBlock,
-            Self::Ascii => symbols::Marker::Custom('*'),
         }
     }
 
