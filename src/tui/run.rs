@@ -39,6 +39,8 @@ pub enum Notify {
     Bell,
     /// By a notification of the desktop (OSC 9).
     Desktop,
+    /// By a notification of the desktop, for terminals that know only OSC 777, such as rxvt-unicode.
+    Osc777,
     /// Not at all.
     Off,
 }

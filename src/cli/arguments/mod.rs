@@ -71,7 +71,8 @@ pub struct Workbench {
     /// Leave the mouse to the terminal
     #[arg(long)]
     pub no_mouse: bool,
-    /// How the terminal says that all trainings are done: its bell, a notification (OSC 9), or not at all
+    /// How the terminal says that all trainings are done: its bell, a notification (OSC 9, or OSC 777 for terminals
+    /// that know only that), or not at all
     #[arg(long, env = "MGE_NOTIFY", default_value = "bell")]
     pub notify: Notify,
 }

@@ -288,7 +288,7 @@ impl App {
         let view = self.workspace.view();
         let is_busy = view.model_work.is_some() || view.training_runs().next().is_some();
         if std::mem::replace(&mut self.was_busy, is_busy) && !is_busy {
-            self.request = Some(TerminalRequest::Notify("mge: nothing is being trained any more".to_owned()));
+            self.request = Some(TerminalRequest::Notify("nothing is being trained any more".to_owned()));
         }
     }
 

@@ -129,11 +129,7 @@ impl Screen {
     /// # Errors
     /// When the terminal is gone.
     pub fn notify(&mut self, how: Notify, text: &str) -> io::Result<()> {
-        match how {
-            Notify::Bell => execute!(io::stdout(), Print("\x07")),
-            Notify::Desktop => execute!(io::stdout(), Print(format_args!("\x1b]9;{}\x07", printable(text)))),
-            Notify::Off => Ok(()),
-        }
+        execute!(io::stdout(), Print(notification(how, text)))
     }
 
     /// Gives the terminal back and stops the process until the shell continues it.
@@ -277,4 +273,30 @@ pub(super) fn install_panic_hook() {
             }
         }));
     });
+}
+
+/// What makes a terminal say so. A terminal that knew both kinds of notification would show both, so it gets one.
+fn notification(how: Notify, text: &str) -> String {
+    match how {
+        Notify::Bell => "\x07".to_owned(),
+        Notify::Desktop => format!("\x1b]9;mge: {}\x07", printable(text)),
+        // Semicolons part a title from a text.
+        Notify::Osc777 => format!("\x1b]777;notify;mge;{}\x07", printable(text).to_string().replace(';', ",")),
+        Notify::Off => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_notification_is_what_terminals_expect_and_ends_where_it_should() {
+        assert_eq!(notification(Notify::Bell, "done"), "\x07");
+        assert_eq!(notification(Notify::Desktop, "done"), "\x1b]9;mge: done\x07");
+        assert_eq!(notification(Notify::Osc777, "all; done"), "\x1b]777;notify;mge;all, done\x07");
+        assert_eq!(notification(Notify::Off, "done"), "");
+        let hostile = notification(Notify::Osc777, "a\x07b\x1b]0;c");
+        assert_eq!(hostile.matches('\x07').count(), 1, "{hostile:?}");
+    }
 }
