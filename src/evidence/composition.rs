@@ -6,13 +6,13 @@ use std::sync::{Mutex, PoisonError};
 
 use super::comparison::without_copies;
 use super::error::EvidenceError;
+use super::estimates::CurveEstimates;
 use super::figures::{learning_curves, step_curves};
 use super::found::{FoundRun, RunReader, find_runs};
 use super::row::TrainedRun;
 use crate::figures::{LearningCurves, Look};
 use crate::run::{RunState, config_hash};
 use crate::spelling::did_you_mean;
-use crate::stats::Bootstrap;
 
 /// What a figure of learning curves shows, and how. Without anything said: all curves, as in reports.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -144,7 +144,7 @@ impl Composition {
     }
 
     /// Reads the runs, of those that `reader` has read only what has changed since, and draws their curves. Of a group,
-    /// the finished runs are shown, or where there is none those that have begun, as far as the shortest.
+    /// the finished runs are shown, or where there is none those that have begun, as far as the shortest. `estimates` gives the curves their intervals.
     /// `on_progress` sees the runs that were read and all of them.
     ///
     /// # Errors
@@ -152,7 +152,7 @@ impl Composition {
     pub fn figure(
         &self,
         reader: &Mutex<RunReader>,
-        bootstrap: &Bootstrap,
+        estimates: &impl CurveEstimates,
         on_progress: &mut dyn FnMut(usize, usize),
     ) -> Result<Composed, EvidenceError> {
         let paths = find_runs(&self.runs)?;
@@ -168,8 +168,8 @@ impl Composition {
         seeds.dedup();
         let runs: Vec<TrainedRun> = runs.into_iter().map(|run| run.trained).collect();
         let curves = match self.against {
-            Against::Episodes => learning_curves(&runs, bootstrap, self.success == Success::Greedy)?,
-            Against::Steps => step_curves(&runs, bootstrap)?,
+            Against::Episodes => learning_curves(&runs, estimates, self.success == Success::Greedy)?,
+            Against::Steps => step_curves(&runs, estimates)?,
         };
         let legend = self.curves.iter().map(|(label, name)| (label.clone(), name.as_ref().unwrap_or(label).clone()));
         let (legend, reference, look) = (legend.collect(), self.reference.clone(), self.look);

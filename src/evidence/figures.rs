@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::estimates::{CurveEstimates, points};
 use super::groups::{AREA, Groups, scores};
 use super::row::{EVALUATIONS, LearningRow, TrainedRun};
 use crate::figures::{
@@ -22,7 +23,11 @@ pub const INTERVAL: &str = "95 % bootstrap interval over seeds";
 ///
 /// # Errors
 /// When a statistic cannot be computed.
-pub fn learning_curves(runs: &[TrainedRun], bootstrap: &Bootstrap, greedy: bool) -> Result<LearningCurves, StatsError> {
+pub fn learning_curves(
+    runs: &[TrainedRun],
+    estimates: &impl CurveEstimates,
+    greedy: bool,
+) -> Result<LearningCurves, StatsError> {
     let rows: Vec<LearningRow> = runs.iter().map(|run| run.row.clone()).collect();
     let window = if greedy { EVALUATIONS } else { WINDOW };
     let (mut panels, mut seeds) = (Vec::new(), Vec::new());
@@ -36,7 +41,7 @@ pub fn learning_curves(runs: &[TrainedRun], bootstrap: &Bootstrap, greedy: bool)
                 of_group.map(|(run, _)| if greedy { &*run.greedy } else { &*run.training }).collect();
             if curves.iter().any(|curve| !curve.is_empty()) {
                 seeds.push(curves.len());
-                let mut curve = summary_curve(label, &curves, bootstrap)?;
+                let mut curve = summary_curve(label, &curves, estimates)?;
                 curve.partial = match greedy {
                     true => window.get() - 1,
                     false => curve.x.iter().take_while(|episode| **episode < window.get() as f64).count(),
@@ -55,7 +60,7 @@ pub fn learning_curves(runs: &[TrainedRun], bootstrap: &Bootstrap, greedy: bool)
 ///
 /// # Errors
 /// When a statistic cannot be computed.
-pub fn step_curves(runs: &[TrainedRun], bootstrap: &Bootstrap) -> Result<LearningCurves, StatsError> {
+pub fn step_curves(runs: &[TrainedRun], estimates: &impl CurveEstimates) -> Result<LearningCurves, StatsError> {
     let labels: Vec<String> = runs.iter().map(|run| run.row.label()).collect();
     let group = |run: &TrainedRun, label: &String| (run.row.task.clone(), label.clone());
     // The seeds of a group need points in common: as far as its shortest run.
@@ -71,7 +76,7 @@ pub fn step_curves(runs: &[TrainedRun], bootstrap: &Bootstrap) -> Result<Learnin
         let training = if end > 0.0 { (1..=STEP_POINTS).map(|n| [x(n), y(x(n))]).collect() } else { Vec::new() };
         TrainedRun { training, ..run.clone() }
     });
-    let mut curves = learning_curves(&resampled.collect::<Vec<_>>(), bootstrap, false)?;
+    let mut curves = learning_curves(&resampled.collect::<Vec<_>>(), estimates, false)?;
     // Which steps belong to the first episodes is not known.
     curves.panels.iter_mut().flat_map(|panel| &mut panel.curves).for_each(|curve| curve.partial = 0);
     Ok(LearningCurves { progress: Progress::EnvironmentSteps, ..curves })
@@ -167,14 +172,9 @@ pub fn performance_profile(
     })
 }
 
-fn summary_curve(label: &str, seeds: &[&[[f64; 2]]], bootstrap: &Bootstrap) -> Result<Curve, StatsError> {
-    let points = seeds.iter().map(|seed| seed.len()).min().unwrap_or(0);
-    let summary = |point: usize| {
-        let values: Vec<f64> = seeds.iter().map(|seed| seed[point][1]).collect();
-        bootstrap.stratified(&TaskScores::of_one_task(&values)?, iqm)
-    };
-    let estimates = (0..points).map(summary).collect::<Result<Vec<_>, StatsError>>()?;
-    Ok(Curve::new(label, (0..points).map(|point| seeds[0][point][0]).collect(), &estimates))
+fn summary_curve(label: &str, seeds: &[&[[f64; 2]]], estimates: &impl CurveEstimates) -> Result<Curve, StatsError> {
+    let x = (0..points(seeds)).map(|point| seeds[0][point][0]).collect();
+    Ok(Curve::new(label, x, &estimates.of(seeds)?))
 }
 
 #[cfg(test)]

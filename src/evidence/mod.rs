@@ -13,6 +13,7 @@ mod charges;
 mod comparison;
 mod composition;
 mod error;
+mod estimates;
 pub mod figures;
 mod found;
 mod groups;
@@ -22,6 +23,7 @@ mod settings;
 mod table;
 
 pub use composition::{Against, Composed, Composition, OPTIONS, Success};
+pub use estimates::{CurveEstimates, KnownEstimates};
 pub use found::{FoundRun, RunReader, find_runs, read_runs};
 pub use groups::{FINAL, Groups};
 pub use report::report;

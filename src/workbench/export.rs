@@ -15,7 +15,6 @@ use crate::figures::{
 };
 use crate::physics::PHYSICS_DT;
 use crate::run::{EpisodeRecord, config_hash};
-use crate::stats::Bootstrap;
 use crate::stats::rolling::WINDOW;
 use crate::task::Task;
 use crate::trainer::{RunConfig, Trace};
@@ -114,9 +113,9 @@ impl Session {
                     return Err(SessionError::NoRun);
                 }
                 let composition = Composition { runs: self.evidence(composition), ..composition.clone() };
-                let reader = Arc::clone(&self.reader);
+                let (reader, estimates) = (Arc::clone(&self.reader), Arc::clone(&self.estimates));
                 return Ok(Box::new(move |on_progress| {
-                    let composed = composition.figure(&reader, &Bootstrap::default(), on_progress);
+                    let composed = composition.figure(&reader, &*estimates, on_progress);
                     let Composed { figure, seeds, config_hash } = composed.map_err(|error| error.to_string())?;
                     Ok(Drawn { figure: Box::new(figure), seeds, config_hash })
                 }));
@@ -257,6 +256,9 @@ mod tests {
             &format!("width=single font=9 axis=log curve='{label}' name=ours curve=DDPG reference=DDPG"),
         );
         assert!(own.contains("1 ours") && own.contains("2 DDPG\n") && own.contains("width=\"252pt\""), "{own}");
+        let known = session.estimates.count();
+        text(&mut session, &format!("font=8 width=single axis=log curve=DDPG name=plain curve='{label}'"));
+        assert_eq!((known, session.estimates.count()), (2, 2), "another look is no other statistic");
         let alone = text(&mut session, "curve=DDPG");
         assert!(!alone.contains("uniform"), "{alone}");
         let named = drawn(&session, &options(&["runs=nowhere"])).err().unwrap();

@@ -13,7 +13,7 @@ use super::jobs::Pending;
 use super::journal::Journal;
 use super::run::RunView;
 use super::setup::Setup;
-use crate::evidence::RunReader;
+use crate::evidence::{KnownEstimates, RunReader};
 use crate::run::{Event, RunState};
 use crate::task::{self, Task};
 use crate::trainer::{Control, RunConfig};
@@ -59,6 +59,8 @@ pub struct Session {
     pub(super) folder: PathBuf,
     /// What figures have read of runs.
     pub(super) reader: Arc<Mutex<RunReader>>,
+    /// The intervals of curves of the figures that are composed.
+    pub(super) estimates: Arc<KnownEstimates>,
     pub(super) hand_play: HandPlay,
     pub(super) journal: Journal,
     pub(super) quit: bool,
@@ -85,6 +87,7 @@ impl Session {
             cores: std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
             folder,
             reader: Arc::default(),
+            estimates: Arc::default(),
             journal: Journal::default(),
             quit: false,
             interrupt: Arc::default(),

@@ -1,0 +1,100 @@
+//! The points of learning curves with their intervals, kept while only the look of a figure changes.
+
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+
+use sha2::{Digest, Sha256};
+
+use crate::stats::aggregate::iqm;
+use crate::stats::{Bootstrap, Estimate, StatsError, TaskScores};
+
+/// What gives the points of a curve over seeds their intervals.
+pub trait CurveEstimates {
+    /// The interquartile mean over some seeds at each point that all of them have, with its interval.
+    ///
+    /// # Errors
+    /// When a statistic cannot be computed.
+    fn of(&self, seeds: &[&[[f64; 2]]]) -> Result<Vec<Estimate>, StatsError>;
+}
+
+/// Computes them.
+impl CurveEstimates for Bootstrap {
+    fn of(&self, seeds: &[&[[f64; 2]]]) -> Result<Vec<Estimate>, StatsError> {
+        let estimate = |point: usize| {
+            let values: Vec<f64> = seeds.iter().map(|seed| seed[point][1]).collect();
+            self.stratified(&TaskScores::of_one_task(&values)?, iqm)
+        };
+        (0..points(seeds)).map(estimate).collect()
+    }
+}
+
+/// Points that all seeds have.
+pub fn points(seeds: &[&[[f64; 2]]]) -> usize {
+    seeds.iter().map(|seed| seed.len()).min().unwrap_or(0)
+}
+
+/// Curves that are kept at most.
+const KEPT: usize = 100;
+
+/// Computes those of each curve once: a figure that is composed is drawn often, and resampling takes most of its time.
+#[derive(Debug, Default)]
+pub struct KnownEstimates {
+    bootstrap: Bootstrap,
+    /// The estimates of every curve by the hash of its values.
+    known: Mutex<HashMap<[u8; 32], Vec<Estimate>>>,
+}
+
+impl KnownEstimates {
+    /// Curves that are known.
+    pub fn count(&self) -> usize {
+        self.known.lock().unwrap_or_else(PoisonError::into_inner).len()
+    }
+}
+
+impl CurveEstimates for KnownEstimates {
+    fn of(&self, seeds: &[&[[f64; 2]]]) -> Result<Vec<Estimate>, StatsError> {
+        let key = hash(seeds);
+        let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(estimates) = known().get(&key) {
+            return Ok(estimates.clone());
+        }
+        // Others need not wait meanwhile.
+        let estimates = self.bootstrap.of(seeds)?;
+        let mut known = known();
+        if known.len() >= KEPT {
+            known.clear();
+        }
+        known.insert(key, estimates.clone());
+        Ok(estimates)
+    }
+}
+
+/// The hash of what the estimates depend on: the values of each seed.
+fn hash(seeds: &[&[[f64; 2]]]) -> [u8; 32] {
+    let mut hash = Sha256::new();
+    for seed in seeds {
+        hash.update((seed.len() as u64).to_le_bytes());
+        seed.iter().for_each(|[_, value]| hash.update(value.to_le_bytes()));
+    }
+    hash.finalize().into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_same_values_are_resampled_once_and_give_what_they_gave() {
+        let known = KnownEstimates::default();
+        let seeds = [vec![[1.0, 0.0], [2.0, 0.5], [3.0, 1.0]], vec![[1.0, 0.25], [2.0, 1.0]]];
+        let seeds = seeds.each_ref().map(Vec::as_slice);
+        let first = known.of(&seeds).unwrap();
+        assert_eq!(first, Bootstrap::default().of(&seeds).unwrap());
+        assert_eq!((first.len(), known.count()), (2, 1), "as far as the shorter one");
+        assert_eq!((known.of(&seeds).unwrap(), known.count()), (first, 1));
+        known.of(&seeds[..1]).unwrap();
+        assert_eq!(known.count(), 2);
+        assert!((0..2 * KEPT).all(|seed| known.of(&[&[[1.0, seed as f64]]]).is_ok()));
+        assert!(known.count() <= KEPT);
+    }
+}
