@@ -7,7 +7,7 @@ use super::canvas::{Canvas, Pen, Type};
 use super::geometry::{Point, Rect, clip_polyline};
 use super::style::{
     BAND_OPACITY, Color, FRAME_WIDTH, GRID, INK, LABEL_SIZE, SMALL_SIZE, Series, THIN_WIDTH, TICK_LENGTH, TINY_SIZE,
-    TITLE_SIZE, faded,
+    TITLE_SIZE, WHITE, faded,
 };
 use crate::stats::Estimate;
 
@@ -304,6 +304,18 @@ impl<'c, 'p> Plot<'c, 'p> {
             let x = if x + TINY_SIZE > self.rect.right { self.rect.right } else { x };
             let look = Type { size: TINY_SIZE, ..Type::LABEL.bold().color(series.color) };
             self.canvas.text([x + 1.5, y], &series.number(), look);
+        }
+    }
+
+    /// Numbers on curves, a little above them, each on a patch of paper.
+    pub fn numbers(&self, places: impl IntoIterator<Item = (Point, Series)>) {
+        for ([x, y], series) in places {
+            let y = (y - 0.8 * TINY_SIZE).max(self.rect.top + 0.7 * TINY_SIZE);
+            let look = Type { size: TINY_SIZE, ..Type::LABEL.bold().color(series.color) };
+            let half = look.width(&series.number()) / 2.0;
+            let patch = Rect::new(x - half - 0.8, y - 0.5 * TINY_SIZE, x + half + 0.8, y + 0.5 * TINY_SIZE);
+            self.canvas.fill(&patch.corners(), faded(WHITE, 0.7));
+            self.canvas.text([x, y], &series.number(), look.centered());
         }
     }
 

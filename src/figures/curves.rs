@@ -146,7 +146,7 @@ impl<'f> Legend<'f> {
     }
 
     /// Draws curves as percentages, each in the look of its label.
-    fn draw_curves(&self, canvas: &Canvas<'_>, plot: &Plot<'_, '_>, curves: &[Curve]) {
+    fn draw_curves(&self, canvas: &Canvas<'_>, plot: &Plot<'_, '_>, curves: &[Curve], numbers: Numbers) {
         let percent = |values: &[f64]| values.iter().map(|value| 100.0 * value).collect::<Vec<_>>();
         let shown = || curves.iter().filter_map(|curve| Some((curve, self.look(curve)?)));
         for (curve, look) in shown().filter(|_| self.banded) {
@@ -158,7 +158,15 @@ impl<'f> Legend<'f> {
         for (curve, look) in shown() {
             plot.rolling(&curve.x, &percent(&curve.y), curve.partial, look.pen(LINE_WIDTH));
         }
-        if self.entries.len() > 1 {
+        if self.entries.len() > 1 && numbers == Numbers::Apart {
+            let drawn: Vec<(&Curve, Series)> = shown().collect();
+            let places = apart(&drawn.iter().map(|(curve, _)| *curve).collect::<Vec<_>>());
+            let number = |(place, (curve, look)): (Option<usize>, &(&Curve, Series))| {
+                let place = place?;
+                Some((plot.at(*curve.x.get(place)?, 100.0 * curve.y.get(place)?), *look))
+            };
+            plot.numbers(places.into_iter().zip(&drawn).filter_map(number));
+        } else if self.entries.len() > 1 {
             let end = |(curve, look): (&Curve, Series)| {
                 let (x, y) = curve.x.iter().zip(&curve.y).rfind(|(x, y)| x.is_finite() && y.is_finite())?;
                 Some((plot.at(*x, 100.0 * y), look))
@@ -170,6 +178,36 @@ impl<'f> Legend<'f> {
             canvas.text(plot.rect.center(), "no finished episodes", look);
         }
     }
+}
+
+/// Where the numbers of curves stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Numbers {
+    /// At their right ends.
+    Ends,
+    /// On them, where they are apart: they all end at the same point.
+    Apart,
+}
+
+/// For each of some curves over the same x the first place, not at the edge, at which it is farthest from all others;
+/// none for a curve without points there.
+fn apart(curves: &[&Curve]) -> Vec<Option<usize>> {
+    /// What is so far apart is no better for being farther.
+    const ENOUGH: f64 = 0.12;
+    let distance = |n: usize, at: usize| {
+        let y = |curve: &Curve| curve.y.get(at).copied().filter(|y| y.is_finite());
+        let own = y(curves[n])?;
+        let others = curves.iter().enumerate().filter(|(other, _)| *other != n);
+        let gaps = others.filter_map(|(_, curve)| Some((y(curve)? - own).abs()));
+        Some(gaps.fold(ENOUGH, f64::min))
+    };
+    let farthest = |(n, curve): (usize, &&Curve)| {
+        let edge = curve.x.len().div_ceil(20);
+        let inner = edge..curve.x.len().saturating_sub(edge);
+        let places = inner.filter_map(|at| Some((at, distance(n, at)?)));
+        places.reduce(|best, next| if next.1 > best.1 { next } else { best }).map(|(at, _)| at)
+    };
+    curves.iter().enumerate().map(farthest).collect()
 }
 
 fn rate_axis(label: &str) -> Axis {
@@ -254,7 +292,7 @@ impl Figure for LearningCurves {
             let y = rate_axis("success rate (%)").labelled(place.y_label);
             let frame = Frame { title: &heading(&panel.task), grid: true, square: false };
             let plot = Plot::new(canvas, place.cell, &frame, x, y);
-            curves.draw_curves(canvas, &plot, &panel.curves);
+            curves.draw_curves(canvas, &plot, &panel.curves, Numbers::Ends);
         }
     }
 
@@ -288,7 +326,7 @@ impl Figure for PerformanceProfile {
         let x = Axis::linear(&format!("threshold \u{3c4}: {}", self.measure), low, high.max(low + 1e-9), 6);
         let frame = Frame { title: "", grid: true, square: false };
         let plot = Plot::new(canvas, rect, &frame, x, rate_axis("runs above \u{3c4} (%)"));
-        curves.draw_curves(canvas, &plot, &self.curves)
+        curves.draw_curves(canvas, &plot, &self.curves, Numbers::Apart)
     }
 
     fn table(&self) -> Table {
@@ -304,5 +342,24 @@ impl Figure for PerformanceProfile {
 fn push_curve(table: &mut Table, name: &str, label: &str, curve: &Curve) {
     for (n, (x, y)) in curve.x.iter().zip(&curve.y).enumerate() {
         table.push(&[&name, &label, x, y, &curve.low.get(n).copied(), &curve.high.get(n).copied()]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curves_of_a_profile_are_numbered_where_they_are_apart() {
+        let curve = |y: &[f64]| Curve { x: vec![0.0, 1.0, 2.0, 3.0, 4.0], y: y.to_vec(), ..Curve::default() };
+        let curves = [
+            curve(&[1.0, 1.0, 1.0, 0.9, 0.0]),
+            curve(&[0.5, 0.99, 0.7, 0.4, 0.0]),
+            curve(&[0.9, 0.9, 0.72, 0.1, 0.0]),
+            curve(&[f64::NAN; 5]),
+        ];
+        assert_eq!(apart(&curves.each_ref()), [Some(2), Some(3), Some(3), None], "neither at the start nor at the end");
+        assert_eq!(apart(&[&curves[0]]), [Some(1)]);
+        assert_eq!(apart(&[&Curve::default()]), [None]);
     }
 }

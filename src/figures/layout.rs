@@ -179,8 +179,9 @@ fn draw_mark(canvas: &Canvas<'_>, mark: Mark, x: f64, y: f64) {
 
 /// A note of this width, broken between words; no line holds a lone word or two.
 fn note_lines(width: f64, text: &str) -> Vec<String> {
-    /// The least share of the width that a last line fills.
-    const LAST: f64 = 0.3;
+    /// The least share of the width that a last line fills: more than a word or two, and not so much that the lines
+    /// before it end far from the edge.
+    const LAST: f64 = 0.15;
     let text = &text.replace(" %", "\u{a0}%");
     let lines = broken(width, text);
     let full =

@@ -14,7 +14,7 @@ use super::table::Table;
 use super::tasks::heading;
 use crate::stats::Estimate;
 
-/// A score of every method on every task: dots with intervals, and the runs behind them.
+/// A score of every method on every task: strokes with intervals, and the runs behind them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct MethodScores {
     /// What is scored, with its unit.
@@ -53,6 +53,9 @@ const ROW: f64 = 1.45 * SMALL_SIZE;
 const AROUND: f64 = 1.6 * TITLE_SIZE + 2.8 * SMALL_SIZE;
 /// How far the dots of runs lie below the middle of their row, in rows.
 const BELOW: f64 = 0.27;
+/// Half the height of the bar of an interval, and of the stroke of its centre, in points.
+const BAR: f64 = 1.5;
+const STROKE: f64 = 2.4;
 /// Panels side by side, at most.
 const COLUMNS: usize = 4;
 
@@ -88,7 +91,7 @@ impl MethodScores {
     fn caption(&self) -> String {
         let runs = self.panels.iter().flat_map(|panel| &panel.methods).any(|method| !method.runs.is_empty());
         let small = if runs { " Small dots: single runs." } else { "" };
-        format!("{}.{small} Dashed: {}.", self.statistics.caption("lines"), self.compared())
+        format!("{}.{small} Dashed: {}.", self.statistics.caption("bars"), self.compared())
     }
 
     /// From a little below zero, so that dots there are whole, to beyond the largest score.
@@ -130,12 +133,15 @@ fn draw_score(canvas: &Canvas<'_>, plot: &Plot<'_, '_>, score: &MethodScore, y: 
     for run in score.runs.iter().filter(|run| run.is_finite()) {
         canvas.dot(plot.at(*run, y - BELOW), 0.9, faded(color, 0.45));
     }
+    // A bar with a stroke: a narrow interval would be hidden by a dot.
     let Estimate { value, lower, upper } = score.estimate;
     if score.estimate.has_interval() {
-        canvas.line(&[plot.at(lower, y), plot.at(upper, y)], Pen::new(color, 1.5 * THIN_WIDTH));
+        let ([left, middle], [right, _]) = (plot.at(lower, y), plot.at(upper, y));
+        canvas.fill(&Rect::new(left, middle - BAR, right, middle + BAR).corners(), faded(color, 0.6));
     }
     if value.is_finite() {
-        canvas.dot(plot.at(value, y), 1.9, color);
+        let [x, middle] = plot.at(value, y);
+        canvas.line(&[[x, middle - STROKE], [x, middle + STROKE]], Pen::new(color, 1.6 * THIN_WIDTH));
     }
 }
 
