@@ -2,7 +2,7 @@
 
 use std::num::NonZeroUsize;
 
-use super::event::{EpisodeRecord, Event};
+use super::event::{EpisodeRecord, Event, Practised};
 use super::log::for_each_event;
 use super::series::{Numbered, Series};
 use super::{Result, RunDirectory};
@@ -39,6 +39,8 @@ pub struct RunHistory {
     pub evaluations: Series<EvaluationRecord>,
     /// The need for exploration of each stage, the goal last; empty if epsilon does not go by need.
     pub needs: Vec<f32>,
+    /// What came of the practice before the first episode, if there was any.
+    pub practised: Option<Practised>,
     /// What people and processes did to it, in order: see [`Event::is_intervention`].
     pub interventions: Vec<Event>,
     /// What happened last.
@@ -77,6 +79,7 @@ impl RunHistory {
                 success: *success,
                 mean_return: *mean_return,
             }),
+            Event::Practised(practised) => self.practised = Some(practised.clone()),
             Event::NeedsChanged { needs, .. } => self.needs.clone_from(needs),
             _ => {}
         }
@@ -90,6 +93,15 @@ impl RunHistory {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_came_of_practice_is_kept() {
+        let practised = Practised { rollouts: vec![50, 25], reached: vec![43, 25], actions: 700 };
+        let mut history = RunHistory::default();
+        history.note(&Event::Practised(practised.clone()));
+        history.note(&Event::EpisodeFinished(EpisodeRecord { episode: 1, ..Default::default() }));
+        assert_eq!(history.practised, Some(practised));
+    }
 
     #[test]
     fn a_resumed_run_repeats_no_episode() {

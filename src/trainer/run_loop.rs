@@ -254,6 +254,7 @@ impl RunLoop<'_> {
             self.record_needs(&training, &[])?;
         }
         self.watch.set_phase(Phase::Training);
+        training.show_phase(self.watch.phase_sign());
         while !training.is_finished() {
             if let Next::Stop(reason) = self.handle_controls(&mut training)? {
                 self.save_now(&training)?;

@@ -30,6 +30,7 @@ use crate::physics::ToolSplit;
 use crate::run::{EpisodeRecord, Event, Source};
 use crate::stats::rolling::{RollingRate, WINDOW};
 use crate::stop::Stop;
+use crate::trainer::watch::PhaseSign;
 use crate::streams::Stream;
 use crate::task::Task;
 
@@ -71,6 +72,8 @@ pub struct Training {
     progress: Progress,
     /// An episode is abandoned when it is set.
     stop: Stop,
+    /// Where it shows what it is doing.
+    phase: PhaseSign,
 }
 
 impl Training {
@@ -105,7 +108,7 @@ impl Training {
         let model = consulted_model(&config)?;
         let env = tools::environment(config.played_task(), config.tools);
         learner.ddpg_mut().set_candidates(config.tool_candidates);
-        Ok(Self { config, model, env, learner, progress, stop: Stop::default() })
+        Ok(Self { config, model, env, learner, progress, stop: Stop::default(), phase: PhaseSign::default() })
     }
 
     /// The configuration.
@@ -148,6 +151,11 @@ impl Training {
     /// of no use: go on with a copy of what there was before.
     pub(super) fn obey(&mut self, stop: &Stop) {
         self.stop = stop.clone();
+    }
+
+    /// From now on it shows there what it practises.
+    pub(super) fn show_phase(&mut self, sign: &PhaseSign) {
+        self.phase = sign.clone();
     }
 
     /// Another epsilon schedule from the next episode on.

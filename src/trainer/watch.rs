@@ -17,12 +17,39 @@ pub enum Phase {
     Waiting,
     /// Building the action prior: stages done and stages in all.
     BuildingPrior { stage: usize, stages: usize },
+    /// Practising before the first episode: the stage, from 0, stages in all, rollouts towards it so far and those
+    /// of them that reached it.
+    Practising { stage: usize, stages: usize, rollouts: u32, reached: u32 },
     /// Playing and learning.
     Training,
     /// Waiting for a person.
     Paused,
     /// Done, for whatever reason.
     Ended,
+}
+
+impl Phase {
+    /// What is done before the first episode, in words, if that is what it is doing.
+    pub fn preparation(&self) -> Option<String> {
+        match self {
+            Self::BuildingPrior { stage, stages } => Some(format!("clusters, stage {} of {stages}", stage + 1)),
+            Self::Practising { stage, stages, rollouts, reached } => {
+                let stage = stage + 1;
+                Some(format!("practice, stage {stage} of {stages}: {reached} of {rollouts} reached"))
+            }
+            Self::Waiting | Self::Training | Self::Paused | Self::Ended => None,
+        }
+    }
+}
+
+/// Where the phase of a training is to be seen, also from the thread that plays its first episode.
+#[derive(Debug, Clone, Default)]
+pub(super) struct PhaseSign(Arc<Mutex<Phase>>);
+
+impl PhaseSign {
+    pub fn set(&self, phase: Phase) {
+        *lock(&self.0) = phase;
+    }
 }
 
 /// The latest finished episode, with the networks and the prior behind it.
@@ -42,7 +69,7 @@ pub struct Watch {
     wanted: AtomicBool,
     episode: AtomicU64,
     view: Mutex<Option<LiveView>>,
-    phase: Mutex<Phase>,
+    phase: PhaseSign,
     prior: Mutex<Option<Arc<ActionPrior>>>,
     stop: Stop,
 }
@@ -70,7 +97,12 @@ impl Watch {
 
     /// What the trainer is doing.
     pub fn phase(&self) -> Phase {
-        lock(&self.phase).clone()
+        lock(&self.phase.0).clone()
+    }
+
+    /// Where a training shows what it is doing.
+    pub(super) fn phase_sign(&self) -> &PhaseSign {
+        &self.phase
     }
 
     /// Episodes finished.
@@ -84,7 +116,7 @@ impl Watch {
     }
 
     pub(super) fn set_phase(&self, phase: Phase) {
-        *lock(&self.phase) = phase;
+        self.phase.set(phase);
     }
 
     pub(super) fn set_episode(&self, episode: u64) {

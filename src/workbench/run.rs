@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use crate::guidance::ActionPrior;
 use crate::run::{
-    EpisodeRecord, EvaluationRecord, Event, EventReader, LoggedEvent, Request, RunDirectory, RunError, RunHistory,
-    RunState,
+    EpisodeRecord, EvaluationRecord, Event, EventReader, LoggedEvent, Practised, Request, RunDirectory, RunError,
+    RunHistory, RunState,
 };
 use crate::stop::Stop;
 use crate::task::Task;
@@ -391,6 +391,11 @@ impl RunView {
     /// The greedy evaluations, in order; of many, evenly spread ones and the latest.
     pub fn evaluations(&self) -> &[EvaluationRecord] {
         &self.history.evaluations
+    }
+
+    /// What came of the practice before its first episode, if there was any.
+    pub fn practised(&self) -> Option<&Practised> {
+        self.history.practised.as_ref()
     }
 
     /// What people and processes did to it, in order.

@@ -9,6 +9,7 @@ use crate::guidance::Played;
 use crate::run::Practised;
 use crate::streams::Stream;
 use crate::trainer::tools;
+use crate::trainer::watch::Phase;
 
 /// Rollouts towards a stage after which its clusters are made again.
 const ROUND: u32 = 25;
@@ -40,6 +41,7 @@ impl Training {
             }
         }
         self.progress.environment_steps = practised.actions;
+        self.phase.set(Phase::Training);
         Ok(Some(practised))
     }
 
@@ -53,12 +55,14 @@ impl Training {
     ) -> Result<Vec<Snapshot>, TrainingError> {
         let mut states = Vec::new();
         let (mut rollouts, mut reached) = (0, 0);
+        let (stage, stages) = (practised.rollouts.len(), self.config.task.stage_count());
         while rollouts < self.config.practice.rollouts && reached < self.config.practice.enough {
             for _ in 0..ROUND.min(self.config.practice.rollouts - rollouts) {
                 match starts.len() {
                     0 => drop(self.env.reset(rng)),
                     count => self.env.restore(&starts[rng.gen_range(0..count)]),
                 }
+                self.phase.set(Phase::Practising { stage, stages, rollouts, reached });
                 rollouts += 1;
                 if self.practise_rollout(&mut practised.actions, rng)? {
                     reached += 1;
@@ -110,7 +114,7 @@ mod tests {
     use crate::guidance::EpsilonSchedule;
     use crate::stop::Stop;
     use crate::task::load;
-    use crate::trainer::{Method, Practice, PriorSource, Refinement, RunConfig, build_prior};
+    use crate::trainer::{Method, Practice, PriorSource, Refinement, RunConfig, Watch, build_prior};
 
     fn config() -> RunConfig {
         let mut config = RunConfig::new(Arc::new(load("task2").unwrap()));
@@ -148,6 +152,27 @@ mod tests {
         assert!(training.practise().unwrap().is_none(), "once is enough");
         let (record, _) = training.run_episode().unwrap();
         assert_eq!(record.environment_steps, practised.actions + record.steps);
+    }
+
+    #[test]
+    fn practice_shows_how_far_it_is() {
+        let mut training = training(&config());
+        let (watch, stop) = (Watch::default(), Stop::default());
+        training.show_phase(watch.phase_sign());
+        training.obey(&stop);
+        assert_eq!(watch.phase(), Phase::Waiting);
+        let work = std::thread::spawn(move || training.practise().unwrap());
+        let mut seen = Vec::new();
+        while !work.is_finished() {
+            if let Phase::Practising { stage, stages, rollouts, reached } = watch.phase() {
+                assert!(stage < stages && stages == 3 && reached <= rollouts && rollouts < 60);
+                seen.push((stage, rollouts));
+            }
+            std::thread::yield_now();
+        }
+        assert!(seen.len() > 1 && seen.is_sorted(), "{seen:?}");
+        assert_eq!(watch.phase(), Phase::Training, "it is over");
+        assert!(work.join().unwrap().is_some());
     }
 
     #[test]

@@ -1,15 +1,17 @@
 //! Curves: any number of episodes in the columns there are.
 
+use std::borrow::Cow;
 use std::rc::Rc;
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Style};
-use ratatui::text::{Line, Span, Text};
+use ratatui::text::Text;
 use ratatui::widgets::Widget;
 
-use super::axes::{Axes, Scale, number};
-use super::decimated::{Column, Decimated, Kept, Look, PictureKey, place};
+use super::axes::{Axes, Scale};
+use super::decimated::{Column, Decimated, Drawn, DrawnKey, Kept, Look, PictureKey};
+use super::legend::legend;
 use super::range::Window;
 use crate::tui::widgets::columns;
 use crate::tui::widgets::popup::wrap;
@@ -19,7 +21,7 @@ use crate::tui::widgets::theme::{Marker, Theme};
 /// One line.
 pub struct Curve<'a> {
     /// Name in the legend.
-    pub name: String,
+    pub name: Cow<'a, str>,
     /// Its colour.
     pub colour: Color,
     /// Episodes, in order.
@@ -55,6 +57,8 @@ pub struct Plot<'a> {
     pub crosshair: Option<f32>,
     /// Where somebody interfered: the episode, in what colour, and what was done.
     pub marks: Vec<(u64, Color, &'a str)>,
+    /// To how many columns names can be shortened in the legend: see [`shortenings`](super::shortenings).
+    pub shortenings: &'a [usize],
     /// What to say if there is nothing to show.
     pub empty: &'a str,
 }
@@ -75,9 +79,8 @@ pub fn draw(plot: &Plot, kept: &Kept, area: Rect, theme: &Theme, buffer: &mut Bu
         smoothing: plot.smoothing,
         columns: Axes::width_of_plot(area) * theme.marker.dots()[0],
     };
-    let line = |curve: &Curve| kept.decimated(curve.version, curve.episodes, curve.values, &look);
-    let lines: Vec<Rc<Decimated>> = plot.curves.iter().map(line).collect();
-    let found = range(&lines, plot);
+    let drawn = kept.drawn(drawn_key(plot, &look), || lines(plot, kept, &look));
+    let found = range(&drawn, plot);
     let axes = Axes::draw(area, plot.x, found.unwrap_or([0.0, 1.0]), plot.scale, theme, buffer)?;
     if found.is_none() {
         let text = match (plot.curves.iter().any(|curve| !curve.values.is_empty()), plot.scale) {
@@ -96,13 +99,15 @@ pub fn draw(plot: &Plot, kept: &Kept, area: Rect, theme: &Theme, buffer: &mut Bu
             for curve in &plot.curves {
                 shade(curve, &look, &axes, raster);
             }
-            for (line, curve) in lines.iter().zip(&plot.curves) {
+            for (line, curve) in drawn.lines.iter().zip(&plot.curves) {
                 trace(line, curve, &axes, raster);
             }
         });
     };
-    match picture_key(plot, &look, found, axes.plot, theme) {
-        Some(key) => {
+    match drawn.number {
+        Some(number) => {
+            let range = found.unwrap_or_default().map(f32::to_bits);
+            let key = PictureKey { number, range, size: [axes.plot.width, axes.plot.height], dots: theme.marker.dots() };
             let place = Rect { x: 0, y: 0, ..axes.plot };
             let draw = || {
                 let mut picture = Buffer::empty(place);
@@ -119,13 +124,16 @@ pub fn draw(plot: &Plot, kept: &Kept, area: Rect, theme: &Theme, buffer: &mut Bu
     Some(axes)
 }
 
-/// What the picture of the curves depends on. None if it is not known whether the curves are the same.
-fn picture_key(plot: &Plot, look: &Look, range: Option<[f32; 2]>, area: Rect, theme: &Theme) -> Option<PictureKey> {
+/// What the curves of a chart are told apart by. None if it is not known whether they are the same.
+fn drawn_key(plot: &Plot, look: &Look) -> Option<DrawnKey> {
     let curve = |curve: &Curve| Some((curve.version?, curve.colour, curve.partial, curve.band.is_some()));
     let curves = plot.curves.iter().map(curve).collect::<Option<Vec<_>>>()?;
-    let [low, high] = range.unwrap_or_default().map(f32::to_bits);
-    let size = [area.width, area.height];
-    Some(PictureKey { curves, look: look.key(), range: [low, high], size, dots: theme.marker.dots() })
+    Some(DrawnKey { curves, look: look.key() })
+}
+
+/// The curves in columns.
+fn lines(plot: &Plot, kept: &Kept, look: &Look) -> Vec<Rc<Decimated>> {
+    plot.curves.iter().map(|curve| kept.decimated(curve.version, curve.episodes, curve.values, look)).collect()
 }
 
 /// Puts a picture over an area; cells without a dot stay as they are.
@@ -141,83 +149,11 @@ fn lay(picture: &Buffer, area: Rect, buffer: &mut Buffer) {
     }
 }
 
-/// How much a legend may say and take.
-#[derive(Clone, Copy)]
-struct Sizes {
-    /// Columns of a name at most.
-    name: usize,
-    /// What stands before the crosshair's episode.
-    word: &'static str,
-    /// Lines more than usual.
-    lines: usize,
-}
-
-/// Title and legend. Names that have no room are shortened; if that is not enough, the legend has another line, and
-/// curves without room there are counted.
-fn legend(plot: &Plot, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
-    let whole = Sizes { name: usize::MAX, word: "episode", lines: 0 };
-    let shortened = [24, 16, 12, 8].map(|name| Sizes { name, ..whole });
-    let short = Sizes { name: 8, word: "at", lines: 0 };
-    let more = (area.height >= 6).then_some(Sizes { lines: 1, ..short });
-    let mut found = entries(plot, whole, area, theme);
-    for sizes in shortened.into_iter().chain([short]).chain(more) {
-        if found.1 == 0 {
-            break;
-        }
-        let other = entries(plot, sizes, area, theme);
-        if other.1 < found.1 {
-            found = other;
-        }
-    }
-    found.0
-}
-
-/// Title and legend, and the number of curves that had no room.
-fn entries(plot: &Plot, sizes: Sizes, area: Rect, theme: &Theme) -> (Vec<Line<'static>>, usize) {
-    /// Columns of the count of curves without room.
-    const COUNT: usize = 10;
-    let mut lines = vec![Line::styled(plot.title.to_owned(), theme.strong())];
-    if let Some(at) = plot.crosshair {
-        lines[0].push_span(Span::styled(format!("  {} {at:.0}", sizes.word), theme.faint()));
-    }
-    let most = usize::from(area.height / 5).max(1) + sizes.lines;
-    let named = plot.curves.iter().filter(|curve| !curve.values.is_empty());
-    let mut left = named.clone().count();
-    for curve in named {
-        let value = plot.crosshair.map_or_else(
-            || curve.values.iter().rev().copied().find(|value| value.is_finite()),
-            |at| curve.values.get(place(curve.episodes, at.round() as u64)).copied(),
-        );
-        let name = columns::shortened(&curve.name, sizes.name, false);
-        let text = format!("  {name} {}", value.map_or_else(|| "-".to_owned(), number));
-        let room = |lines: &[Line]| {
-            let taken = lines.last().map_or(0, Line::width) + columns::width(&text);
-            let count = if lines.len() == most && left > 1 { COUNT } else { 0 };
-            taken + count <= usize::from(area.width)
-        };
-        if !room(&lines) && lines.len() < most {
-            lines.push(Line::default());
-        }
-        let fits = room(&lines);
-        let Some(line) = lines.last_mut() else { break };
-        if !fits && plot.curves.len() == 1 {
-            break;
-        }
-        if !fits {
-            line.push_span(Span::styled(format!("  +{left} more"), theme.faint()));
-            break;
-        }
-        line.push_span(Span::styled(text, Style::new().fg(curve.colour)));
-        left -= 1;
-    }
-    (lines, left)
-}
-
 /// Lowest and highest scaled value with a margin. None if no value is finite.
-fn range(lines: &[Rc<Decimated>], plot: &Plot) -> Option<[f32; 2]> {
+fn range(drawn: &Drawn, plot: &Plot) -> Option<[f32; 2]> {
     let points = plot.curves.iter().flat_map(|curve| curve.points.iter().map(|(_, value)| plot.scale.apply(*value)));
     let points = points.filter(|value| value.is_finite()).map(|value| [value; 2]);
-    let ranges = lines.iter().filter_map(|line| line.range).chain(points);
+    let ranges = drawn.range.into_iter().chain(points);
     let found = ranges.reduce(|[low, high], [least, greatest]| [low.min(least), high.max(greatest)])?;
     match plot.y.filter(|_| plot.scale == Scale::Linear) {
         Some([low, high]) => Some([found[0].min(low), found[1].max(high)]),
@@ -311,7 +247,7 @@ mod tests {
     static EPISODES: std::sync::LazyLock<Vec<u64>> = std::sync::LazyLock::new(|| (1..=100_000).collect());
 
     fn curve<'a>(name: &str, values: &'a [f32], points: &'a [(u64, f32)]) -> Curve<'a> {
-        let (name, episodes) = (name.to_owned(), &EPISODES[..values.len()]);
+        let (name, episodes) = (Cow::Owned(name.to_owned()), &EPISODES[..values.len()]);
         Curve { name, colour: Color::Red, episodes, values, version: None, band: None, partial: 0, points }
     }
 
@@ -325,6 +261,7 @@ mod tests {
             smoothing: 1,
             crosshair: None,
             marks: Vec::new(),
+            shortenings: &[],
             empty: "press t",
         }
     }
@@ -413,6 +350,7 @@ mod tests {
         let values = [1.0; 20];
         let mut plot = plot(&values, &[]);
         plot.curves = ["first of all the names"].map(|name| curve(name, &values, &[])).into();
+        plot.shortenings = &[16, 12, 8];
         assert_eq!(lines(&plot, Marker::Ascii)[0], "loss  first of all t.. 1");
         plot.crosshair = Some(3.0);
         assert_eq!(lines(&plot, Marker::Ascii)[0], "loss  at 3  first .. 1");

@@ -1,14 +1,16 @@
 //! Charts of runs and groups, as the Training screen, the Scene screen and the preview of a run have them.
 
+use std::collections::{HashMap, HashSet};
+
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
 
 use super::training::CurvesState;
 use super::{HitRegions, Region, Ui};
-use crate::run::Metric;
+use crate::run::{Metric, RunState};
 use crate::stats::rolling::WINDOW;
-use crate::tui::chart::{Curve, Plot, Scale, draw as draw_chart};
+use crate::tui::chart::{Curve, Plot, Scale, draw as draw_chart, shortenings};
 use crate::tui::view::{Curves, GroupCurves, Mark, RunGroup, RunSummary, ViewModel};
 
 /// Something with a curve: a run, with its group if that has more, or a group in one.
@@ -71,6 +73,8 @@ pub struct Charts<'a> {
     shown: Vec<Shown<'a>>,
     /// What sets each apart from the others, if there are several, and its colour.
     names: Vec<String>,
+    /// To how many columns the names can be shortened.
+    shortenings: Vec<usize>,
     colours: Vec<Color>,
     ui: &'a Ui<'a>,
 }
@@ -81,7 +85,8 @@ impl<'a> Charts<'a> {
         let labels: Vec<String> = shown.iter().map(Shown::label).collect();
         let names = if shown.len() > 1 { names(&shown, &labels) } else { vec![String::new(); shown.len()] };
         let colours = ui.theme.runs(&labels.iter().map(String::as_str).collect::<Vec<_>>());
-        Self { state, shown, names, colours, ui }
+        let shortenings = shortenings(&names.iter().map(String::as_str).collect::<Vec<_>>());
+        Self { state, shown, names, shortenings, colours, ui }
     }
 
     /// Draws the chart of a metric.
@@ -92,7 +97,7 @@ impl<'a> Charts<'a> {
             _ => Vec::new(),
         };
         let single = by_subgoal.iter().enumerate().map(|(index, values)| Curve {
-            name: (index + 1).to_string(),
+            name: (index + 1).to_string().into(),
             colour: self.ui.theme.stage(index),
             episodes: self.shown.first().map_or(&[], |shown| shown.curves().episodes()),
             values,
@@ -103,7 +108,7 @@ impl<'a> Charts<'a> {
         });
         let whole = self.shown.iter().filter(|_| by_subgoal.is_empty());
         let curves = whole.zip(&self.names).zip(&self.colours).map(|((shown, name), colour)| Curve {
-            name: name.clone(),
+            name: name.into(),
             colour: *colour,
             episodes: shown.curves().episodes(),
             values: shown.curves().get(metric),
@@ -114,13 +119,10 @@ impl<'a> Charts<'a> {
             points: if metric == Metric::Success { shown.evaluations() } else { &[] },
         });
         let empty = match self.shown.first() {
-            Some(Shown::Run(run, _)) if run.queued => "waiting for a free core",
-            Some(Shown::Run(run, _)) if run.active => "the first episode is going on",
-            Some(Shown::Run(run, _)) if run.done > 0 => "its log is being read",
-            Some(_) => "it ended before its first episode",
-            None => "no episodes yet: {train} trains",
+            Some(Shown::Run(run, _)) => without_episodes(run),
+            Some(Shown::Group(..)) => "none of its runs has an episode yet".to_owned(),
+            None => self.ui.text("no episodes yet: {train} trains"),
         };
-        let empty = self.ui.text(empty);
         let smoothing = self.state.smoothing(metric);
         let title = match (smoothing, self.state.scale(metric)) {
             (1, Scale::Linear) => metric.title().to_owned(),
@@ -143,6 +145,7 @@ impl<'a> Charts<'a> {
             scale: self.state.scale(metric),
             smoothing,
             crosshair: self.state.hovered.or(self.state.crosshair),
+            shortenings: &self.shortenings,
             empty: &empty,
         };
         if let Some(axes) = draw_chart(&plot, &self.state.kept, area, self.ui.theme, buffer) {
@@ -155,18 +158,40 @@ impl<'a> Charts<'a> {
     }
 }
 
+/// Why a run has no curves.
+fn without_episodes(run: &RunSummary) -> String {
+    if let Some(work) = &run.preparing {
+        return format!("before the first episode: {work}");
+    }
+    let text = match &run.state {
+        _ if run.queued => "waiting for a free core",
+        _ if run.done > 0 => "its log is being read",
+        RunState::Running if run.active => "the first episode is going on",
+        RunState::Running => "the first episode, or the practice before it, is going on",
+        RunState::Paused => "paused before its first episode",
+        RunState::NotStarted => "not started yet",
+        _ => "it ended before its first episode",
+    };
+    text.to_owned()
+}
+
 /// What sets each of several curves apart from the others, in words: the parts of their labels that
 /// not all have. Runs of one label have the names of their folders.
 fn names(shown: &[Shown], labels: &[String]) -> Vec<String> {
-    let parts = |label: &String| label.split(", ").map(str::to_owned).collect::<Vec<String>>();
-    let labels: Vec<Vec<String>> = labels.iter().map(parts).collect();
-    let is_common = |part: &String| labels.iter().all(|label| label.contains(part));
-    let own =
-        |label: &Vec<String>| label.iter().filter(|part| !is_common(part)).cloned().collect::<Vec<_>>().join(", ");
-    let names: Vec<String> = labels.iter().map(own).collect();
-    let is_unique = |name: &String| names.iter().filter(|other| *other == name).count() == 1;
+    let parts: Vec<Vec<&str>> = labels.iter().map(|label| label.split(", ").collect()).collect();
+    // For every part how many labels have it.
+    let mut holders: HashMap<&str, usize> = HashMap::new();
+    for label in &parts {
+        let different: HashSet<&str> = label.iter().copied().collect();
+        different.into_iter().for_each(|part| *holders.entry(part).or_default() += 1);
+    }
+    let is_own = |part: &&&str| holders.get(**part).is_none_or(|count| *count < labels.len());
+    let own = |label: &Vec<&str>| label.iter().filter(is_own).copied().collect::<Vec<_>>().join(", ");
+    let names: Vec<String> = parts.iter().map(own).collect();
+    let mut same: HashMap<&str, usize> = HashMap::new();
+    names.iter().for_each(|name| *same.entry(name).or_default() += 1);
     let named = |(name, shown): (&String, &Shown)| match shown {
-        Shown::Run(run, _) if !is_unique(name) => run.name.clone(),
+        Shown::Run(run, _) if same.get(&**name).is_some_and(|count| *count > 1) => run.name.clone(),
         _ => name.clone(),
     };
     names.iter().zip(shown).map(named).collect()

@@ -1,5 +1,7 @@
 //! The Models screen: dynamics models to choose, train and measure.
 
+use std::borrow::Cow;
+
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Margin, Rect};
 use ratatui::style::Style;
@@ -81,7 +83,7 @@ fn losses(ui: &Ui, area: Rect, buffer: &mut Buffer) {
     }
     let epochs: Vec<u64> = (1..=losses.len() as u64).collect();
     let curve = Curve {
-        name: String::new(),
+        name: Cow::Borrowed(""),
         colour: ui.theme.accent,
         episodes: &epochs,
         values: losses,
@@ -99,6 +101,7 @@ fn losses(ui: &Ui, area: Rect, buffer: &mut Buffer) {
         smoothing: 1,
         crosshair: None,
         marks: Vec::new(),
+        shortenings: &[],
         empty: "",
     };
     draw_chart(&plot, &Kept::default(), area, ui.theme, buffer);

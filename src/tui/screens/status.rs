@@ -99,8 +99,8 @@ impl Rows<'_> {
         let plain = Style::new();
         self.add("run", &shortened(&run.name, self.room, true), plain);
         self.line("", &run.label, plain);
-        let state = match (&run.state, run.preparing) {
-            (RunState::Running, Some((stage, stages))) => format!("clusters, stage {} of {stages}", stage + 1),
+        let state = match (&run.state, &run.preparing) {
+            (RunState::Running, Some(work)) => work.clone(),
             (RunState::Failed(reason), _) => format!("failed: {reason}"),
             _ => run.state_word().to_owned(),
         };
@@ -121,6 +121,9 @@ impl Rows<'_> {
             let speed = run.rate.map_or_else(|| "-".to_owned(), |rate| format!("{rate:.1}{per}"));
             let left = run.seconds_left().map_or_else(String::new, |seconds| format!(", {} left", span(seconds)));
             self.line("speed", &format!("{speed}{left}"), plain);
+        }
+        if let Some(practice) = run.practice_in_short() {
+            self.line("practice", &practice, plain);
         }
     }
 }

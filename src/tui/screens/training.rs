@@ -167,13 +167,17 @@ fn shown<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Vec<Shown<'a>> {
 
 /// Folders of the runs whose curves are needed.
 pub fn wanted(curves: &CurvesState, runs: &Runs, ui: &Ui) -> Vec<PathBuf> {
+    // Each group is taken once; a run without one is in no group.
     let mut known = HashSet::new();
-    let with_group = |run: &'_ RunSummary| match ui.view.groups.of(&run.path) {
-        Some(group) => group.runs.clone(),
-        None => vec![run.path.clone()],
-    };
-    let runs = chosen(curves, runs, ui).into_iter().flat_map(with_group);
-    runs.filter(|path| known.insert(path.clone())).collect()
+    let mut wanted = Vec::new();
+    for run in chosen(curves, runs, ui) {
+        match ui.view.groups.of(&run.path) {
+            Some(group) if known.insert(std::ptr::from_ref(group)) => wanted.extend(group.runs.iter().cloned()),
+            Some(_) => {}
+            None => wanted.push(run.path.clone()),
+        }
+    }
+    wanted
 }
 
 /// Episodes of the longest curve that is shown.
@@ -224,12 +228,14 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
         [Shown::Run(run, _)] | [Shown::Group(..), Shown::Run(run, _)] => {
             let speed = run.rate.filter(|_| run.active).map(|rate| format!("{rate:.1} episodes/s"));
             let left = run.seconds_left().map(|seconds| format!("{} left", span(seconds)));
+            let practice = run.practice_in_short().map(|practice| format!("practice {practice}"));
+            let before = run.preparing.clone().or(practice).unwrap_or_default();
             let (name, state) = (run.name.clone(), run.state_word().to_owned());
             let done = format!("{}/{}", run.done, run.episodes);
             let group = ui.view.groups.of(&run.path).filter(|group| group.is_many());
             let seeds = group.map_or_else(String::new, |group| group.progress(ui.view));
-            let parts =
-                ["training".to_owned(), name, state, done, seeds, left.unwrap_or_default(), speed.unwrap_or_default()];
+            let (left, speed) = (left.unwrap_or_default(), speed.unwrap_or_default());
+            let parts = ["training".to_owned(), name, state, done, seeds, left, speed, before];
             fitting(&parts, usize::from(area.width).saturating_sub(4))
         }
         [Shown::Group(group, _)] => format!("training · {} · {}", group.title(), group.progress(ui.view)),

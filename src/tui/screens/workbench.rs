@@ -19,14 +19,18 @@ use crate::tui::view::{Beside, Choice};
 use crate::tui::widgets::columns::fitting;
 use crate::tui::widgets::list;
 
-/// Rows of the status pane.
+/// Rows of the status pane, without that of practice.
 const STATUS: u16 = 13;
+/// Rows of the screen from which on there is room for all rows of the status.
+const ROOMY: u16 = 30;
 
 /// Draws scene, curves and status side by side.
 pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let [left, right] = split(area);
     scene_pane(ui, &screens.scene, left, buffer, regions);
-    let [above, below] = Layout::vertical([Constraint::Fill(1), Constraint::Length(STATUS)]).areas(right);
+    let practised = ui.subject.run().is_some_and(|run| run.practised.is_some());
+    let rows = STATUS + u16::from(practised && area.height >= ROOMY);
+    let [above, below] = Layout::vertical([Constraint::Fill(1), Constraint::Length(rows)]).areas(right);
     let metrics: &[Metric] = if above.height >= 14 { &[Metric::Success, Metric::Return] } else { &[Metric::Success] };
     training::stack(&screens.curves, &screens.runs, ui, metrics, above, buffer, regions);
     status::draw(ui, below, buffer);

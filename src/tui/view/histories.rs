@@ -9,7 +9,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use super::Curves;
-use crate::run::{Event, EventReader, RunDirectory, RunHistory};
+use crate::run::{Event, EventReader, Practised, RunDirectory, RunHistory};
 
 /// Time between two looks at the same runs.
 const LOOK: Duration = Duration::from_secs(1);
@@ -28,6 +28,8 @@ pub struct History {
     pub evaluations: Vec<(u64, f32)>,
     /// What people and processes did to it.
     pub interventions: Vec<Event>,
+    /// What came of the practice before its first episode.
+    pub practised: Option<Practised>,
 }
 
 /// The histories of the runs that are looked at, as far as they were read.
@@ -149,7 +151,9 @@ impl Reader {
         }
         Arc::make_mut(curves).follow(&history.records);
         let evaluations = history.evaluations.iter().map(|e| (e.episode, e.success as f32)).collect();
-        Some(History { curves: curves.clone(), evaluations, interventions: history.interventions.clone() })
+        let RunHistory { interventions, practised, .. } = history;
+        let (interventions, practised) = (interventions.clone(), practised.clone());
+        Some(History { curves: curves.clone(), evaluations, interventions, practised })
     }
 }
 

@@ -35,7 +35,7 @@ use crate::agent::Ddpg;
 use crate::dynamics::Evaluation;
 use crate::env::{EndReason, Snapshot};
 use crate::guidance::ActionPrior;
-use crate::run::{Metric, RunState};
+use crate::run::{Metric, Practised, RunState};
 use crate::task::{Region, Task};
 use crate::trainer::{RunConfig, Trace};
 use crate::tui::scene::Objects;
@@ -184,8 +184,10 @@ pub struct RunSummary {
     pub episodes: u64,
     /// What it is doing.
     pub state: RunState,
-    /// The trainer is computing action clusters: stages done, stages in all.
-    pub preparing: Option<(usize, usize)>,
+    /// What the trainer does before the first episode, in words: see [`Phase::preparation`](crate::trainer::Phase).
+    pub preparing: Option<String>,
+    /// What came of the practice before the first episode, as far as it was read.
+    pub practised: Option<Practised>,
     /// Episodes finished.
     pub done: u64,
     /// Share of the latest episodes that reached the goal, as far as it is known.
@@ -299,6 +301,7 @@ impl RunSummary {
             episodes: u64::from(config.episodes),
             state,
             preparing: None,
+            practised: None,
             done: 0,
             success: None,
             curves: Arc::default(),
@@ -314,6 +317,13 @@ impl RunSummary {
     /// One word for what it is doing.
     pub fn state_word(&self) -> &'static str {
         if self.queued { "queued" } else { self.state.name() }
+    }
+
+    /// How often the practice before the first episode reached each stage, in a few words.
+    pub fn practice_in_short(&self) -> Option<String> {
+        let Practised { rollouts, reached, .. } = self.practised.as_ref()?;
+        let stages: Vec<String> = reached.iter().zip(rollouts).map(|(hit, all)| format!("{hit}/{all}")).collect();
+        Some(format!("reached {}", stages.join(", ")))
     }
 
     /// Seconds until the run is finished at the present rate.

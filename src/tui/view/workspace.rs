@@ -67,6 +67,8 @@ pub trait Workspace {
 
 /// Time after an edit before the clusters are computed anew.
 const SETTLED: Duration = Duration::from_millis(700);
+/// Time between two views of a session in which nothing happens but episodes.
+const REFRESH: Duration = Duration::from_millis(200);
 /// Lines of the log that are kept.
 const LOG: usize = 2000;
 
@@ -91,6 +93,10 @@ pub struct SessionWorkspace {
     others_reported: bool,
     /// When the latest command was carried out.
     touched: Instant,
+    /// When the view was last made anew.
+    refreshed: Instant,
+    /// There is something new that the view does not have.
+    is_stale: bool,
 }
 
 impl SessionWorkspace {
@@ -141,6 +147,8 @@ impl SessionWorkspace {
             meter: Meter::default(),
             others_reported: false,
             touched: Instant::now(),
+            refreshed: Instant::now(),
+            is_stale: false,
         };
         workspace.refresh();
         workspace
@@ -148,6 +156,7 @@ impl SessionWorkspace {
 
     /// Takes the session's state over into the view.
     fn refresh(&mut self) {
+        (self.refreshed, self.is_stale) = (Instant::now(), false);
         let session = &self.session;
         let view = &mut self.view;
         if *view.task != *session.task() {
@@ -222,10 +231,10 @@ impl SessionWorkspace {
         self.begun.extend(opened.keys().filter(|path| !is_on_disk(path)).cloned());
         let on_disk = self.index.runs().iter().filter(|run| !self.begun.contains(&run.path));
         let with_history = |run: &Arc<RunSummary>| match self.histories.of(&run.path) {
-            Some(History { curves, evaluations, interventions }) => {
-                let (curves, evaluations) = (curves.clone(), evaluations.clone());
+            Some(History { curves, evaluations, interventions, practised }) => {
+                let (curves, evaluations, practised) = (curves.clone(), evaluations.clone(), practised.clone());
                 let marks = marks(&run.config, interventions);
-                Arc::new(RunSummary { curves, evaluations, marks, ..RunSummary::clone(run) })
+                Arc::new(RunSummary { curves, evaluations, marks, practised, ..RunSummary::clone(run) })
             }
             None => run.clone(),
         };
@@ -355,7 +364,10 @@ impl Workspace for SessionWorkspace {
         // While nothing is trained it is of no interest, and would keep an idle screen busy.
         let is_training = self.session.runs().iter().any(|run| run.is_active() || run.is_queued());
         let news = news | (is_training && self.meter.look());
-        let changed = !notices.is_empty() || news || building != self.session.prior_state() || preparing;
+        // Episodes come faster than they can be looked at.
+        let is_urgent = news || notices.iter().any(|notice| !is_frequent(notice));
+        self.is_stale |= preparing || !notices.is_empty() || building != self.session.prior_state();
+        let changed = is_urgent || (self.is_stale && self.refreshed.elapsed() >= REFRESH);
         if changed {
             self.refresh();
         }
@@ -455,12 +467,14 @@ fn hand_episode(session: &Session, task: &Arc<Task>, known: Option<&HandEpisode>
     }
 }
 
-/// The stage of the clusters that the trainer of a run is computing, and stages in all.
-fn preparing(run: &RunView) -> Option<(usize, usize)> {
-    match run.phase() {
-        Some(Phase::BuildingPrior { stage, stages }) => Some((stage, stages)),
-        _ => None,
-    }
+/// Whether something happens many times a second while a run is trained or something is computed.
+fn is_frequent(notice: &Notice) -> bool {
+    matches!(notice, Notice::Progress { .. } | Notice::Changed | Notice::Run { event: Event::EpisodeFinished(_), .. })
+}
+
+/// What the trainer of a run does before its first episode, in words.
+fn preparing(run: &RunView) -> Option<String> {
+    run.phase().as_ref().and_then(Phase::preparation)
 }
 
 fn summary_of(run: &RunView, mut curves: Arc<Curves>, rate: Option<f64>) -> RunSummary {
@@ -479,6 +493,7 @@ fn summary_of(run: &RunView, mut curves: Arc<Curves>, rate: Option<f64>) -> RunS
         curves,
         evaluations: run.evaluations().iter().map(|e| (e.episode, e.success as f32)).collect(),
         marks: marks(run.config(), run.interventions()),
+        practised: run.practised().cloned(),
         rate,
         ..RunSummary::new(run.directory().path(), run.shared_config().clone(), run.state())
     }

@@ -5,9 +5,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::{app, empty, evaluation, failed, forked, grouped, press, shot, text, typical};
+use super::{app, change_run, empty, evaluation, failed, forked, grouped, press, shot, text, typical};
 use crate::tui::actions::{Action, Tab};
-use crate::tui::view::ViewModel;
+use crate::run::Practised;
+use crate::trainer::Phase;
+use crate::tui::view::{RunSummary, ViewModel};
 
 const SIZES: [(u16, u16); 4] = [(60, 20), (80, 24), (120, 40), (200, 60)];
 
@@ -84,6 +86,30 @@ fn screens_of_forks_and_of_two_runs_side_by_side() {
             format!("=== {keys}\n{}", text(&shot(&mut app, width, height)))
         });
         shots.concat()
+    });
+}
+
+#[test]
+fn screens_of_practice_while_it_goes_on_and_after_it() {
+    check("practice", |width, height| {
+        let during = |run: &mut RunSummary| {
+            let phase = Phase::Practising { stage: 1, stages: 2, rollouts: 50, reached: 12 };
+            (run.preparing, run.done, run.success, run.rate) = (phase.preparation(), 0, None, None);
+            (run.curves, run.evaluations) = (Arc::default(), Vec::new());
+        };
+        let after = |run: &mut RunSummary| {
+            run.practised = Some(Practised { rollouts: vec![75, 200], reached: vec![56, 0], actions: 1165 });
+        };
+        let states: [fn(&mut RunSummary); 2] = [during, after];
+        let shots = states.into_iter().flat_map(|state| ["1", "4", "5"].map(|keys| (state, keys)));
+        let shots = shots.map(|(state, keys)| {
+            let mut view = typical();
+            change_run(&mut view, 1, state);
+            let (mut app, _) = app(view);
+            press(&mut app, keys);
+            format!("=== {keys}\n{}", text(&shot(&mut app, width, height)))
+        });
+        shots.collect()
     });
 }
 

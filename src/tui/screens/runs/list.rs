@@ -16,7 +16,7 @@ use super::{Key, Runs};
 use crate::run::RunState;
 use crate::stats::Estimate;
 use crate::tui::view::{Curves, RunGroup, RunSummary};
-use crate::tui::widgets::columns::shortened;
+use crate::tui::widgets::columns::{shortened, width};
 use crate::tui::widgets::list;
 use crate::tui::widgets::theme::Theme;
 
@@ -73,8 +73,13 @@ impl<'a> Line<'a> {
                 format!("{}{sign}{name}", " ".repeat(indent - 2))
             }
             Self::Group(group, runs) => {
-                let count = format!(" ({} seeds)", runs.len());
                 let label = if several_tasks { self.name() } else { group.label.clone() };
+                let whole = format!("{label} ({} seeds)", runs.len());
+                if width(&whole) <= columns {
+                    return whole;
+                }
+                // What sets groups apart needs the room of the word.
+                let count = format!(" ({})", runs.len());
                 shortened(&label, columns.saturating_sub(count.len()), false) + &count
             }
         }

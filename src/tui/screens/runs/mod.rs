@@ -238,7 +238,8 @@ fn about_run(run: &RunSummary) -> String {
     let done = format!("{} of {} episodes", run.done, run.episodes);
     let fork = run.config.fork.as_ref().map_or_else(String::new, |fork| format!(", {fork}"));
     let state = run.state_word();
-    format!("{}: {}, {}, seed {}, {done}, {state}{reason}{fork}", run.name, run.task, run.method, run.seed)
+    let work = run.preparing.as_ref().map_or_else(String::new, |work| format!(": {work}"));
+    format!("{}: {}, {}, seed {}, {done}, {state}{work}{reason}{fork}", run.name, run.task, run.method, run.seed)
 }
 
 fn about_group(group: &RunGroup, runs: &[&RunSummary]) -> String {

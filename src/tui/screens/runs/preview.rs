@@ -10,7 +10,7 @@ use super::super::charts::{Charts, Shown};
 use super::super::pane::{lines, pane};
 use super::super::{HitRegions, Screens, Ui};
 use super::list::Line;
-use crate::run::Metric;
+use crate::run::{Metric, Practised};
 use crate::text::printable;
 use crate::tui::view::RunSummary;
 
@@ -102,10 +102,29 @@ fn of_run(ui: &Ui, run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
         .iter()
         .flat_map(|mark| lines(&format!("episode {}: {}", mark.episode, printable(&mark.text)), width, Style::new()))
         .collect();
+    text.extend(section(ui, "rollouts of practice", practice(run, width)));
     text.extend(section(ui, "what was done to it", marks));
     let style = if run.note.is_empty() && run.tags.is_empty() { ui.theme.faint() } else { Style::new() };
     text.extend(section(ui, "notes", lines(&(tags + &note), width, style).collect()));
     text
+}
+
+/// What came of the practice before the first episode, stage by stage.
+fn practice(run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
+    let Some(Practised { rollouts, reached, actions }) = &run.practised else {
+        return run.preparing.iter().flat_map(|work| lines(work, width, Style::new())).collect();
+    };
+    let stages = run.config.task.stage_count();
+    let stage = |(index, (reached, rollouts)): (usize, (&u32, &u32))| {
+        let name = if index + 1 == stages { "the goal".to_owned() } else { format!("subgoal {}", index + 1) };
+        format!("{name} reached by {reached} of {rollouts}")
+    };
+    let mut text: Vec<String> = reached.iter().zip(rollouts).enumerate().map(stage).collect();
+    if reached.len() < stages {
+        text.push("no later stage practised".to_owned());
+    }
+    text.push(format!("{actions} actions"));
+    text.iter().flat_map(|line| lines(line, width, Style::new())).collect()
 }
 
 fn of_group(ui: &Ui, runs: &[&RunSummary], width: u16) -> Vec<TextLine<'static>> {

@@ -111,7 +111,10 @@ fn a_run_without_episodes_says_what_it_waits_for() {
     };
     check(without(true, false), "4", &[], "waiting for a free core");
     check(without(false, true), "4", &[], "the first episode is going on");
-    check(without(false, false), "4", &[], "it ended before its first episode");
+    check(without(false, false), "4", &[], "the first episode, or the practice before it");
+    let mut ended = without(false, false);
+    change_run(&mut ended, 1, |run| run.state = RunState::Stopped("asked to".into()));
+    check(ended, "4", &[], "it ended before its first episode");
 }
 
 #[test]
