@@ -115,7 +115,8 @@ pub struct Grouping {
     groups: Vec<RunGroup>,
     /// The group of each run.
     of: HashMap<PathBuf, usize>,
-    settings: Arc<HashMap<PathBuf, Settings>>,
+    /// Of every run its episodes when it is finished, the one setting that may change, and what sets it apart.
+    settings: Arc<HashMap<PathBuf, (u64, Settings)>>,
 }
 
 impl Grouping {
@@ -127,15 +128,16 @@ impl Grouping {
         let settings = match before.is_of(runs) {
             true => {
                 for (row, run) in rows.iter_mut().zip(runs) {
-                    row.settings = before.settings[&run.path].clone();
+                    row.settings = before.settings[&run.path].1.clone();
                 }
                 before.settings.clone()
             }
             false => {
                 distinguish(runs.iter().map(|run| &*run.config).zip(&mut rows).collect());
-                Arc::new(
-                    runs.iter().map(|run| run.path.clone()).zip(rows.iter().map(|row| row.settings.clone())).collect(),
-                )
+                let of_run = |(run, row): (&Arc<RunSummary>, &LearningRow)| {
+                    (run.path.clone(), (run.episodes, row.settings.clone()))
+                };
+                Arc::new(runs.iter().zip(&rows).map(of_run).collect())
             }
         };
         let all = Groups::new(&rows);
@@ -168,9 +170,9 @@ impl Grouping {
         grouping
     }
 
-    /// Whether it is one of exactly these runs.
+    /// Whether it is one of exactly these runs with the settings that they have.
     fn is_of(&self, runs: &[Arc<RunSummary>]) -> bool {
-        self.settings.len() == runs.len() && runs.iter().all(|run| self.settings.contains_key(&run.path))
+        self.settings.len() == runs.len() && runs.iter().all(|run| self.settings.get(&run.path).is_some_and(|(episodes, _)| *episodes == run.episodes))
     }
 
     /// The group of a run, as far as it is known.
@@ -180,7 +182,7 @@ impl Grouping {
 
     /// The settings in which a run differs from the others on its task.
     pub fn settings(&self, run: &Path) -> Option<&Settings> {
-        self.settings.get(run)
+        self.settings.get(run).map(|(_, settings)| settings)
     }
 }
 
@@ -278,7 +280,7 @@ impl Grouper {
         let mut hasher = DefaultHasher::new();
         self.baseline.hash(&mut hasher);
         for run in runs {
-            (&run.path, run.done, run.curves.last_episode()).hash(&mut hasher);
+            (&run.path, run.done, run.episodes, run.curves.last_episode()).hash(&mut hasher);
         }
         hasher.finish()
     }
@@ -287,6 +289,7 @@ impl Grouper {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::trainer::RunConfig;
     use crate::tui::testing::run_summary;
 
     fn run(name: &str, settings: &[(&str, &str)], successes: &[f32]) -> Arc<RunSummary> {
@@ -316,6 +319,17 @@ mod tests {
 
     fn names(group: &RunGroup) -> Vec<&str> {
         group.runs.iter().filter_map(|path| path.file_name()?.to_str()).collect()
+    }
+
+    #[test]
+    fn a_run_that_goes_on_beyond_the_others_leaves_their_group() {
+        let mut runs = runs();
+        let before = Grouping::new(&runs, &Grouping::default(), None);
+        let longer = RunConfig { episodes: runs[0].config.episodes + 50, ..(*runs[0].config).clone() };
+        let episodes = u64::from(longer.episodes);
+        runs[0] = Arc::new(RunSummary { config: Arc::new(longer), episodes, ..(*runs[0]).clone() });
+        let after = Grouping::new(&runs, &before, None);
+        assert!(before.of(&runs[0].path).unwrap().is_many() && !after.of(&runs[0].path).unwrap().is_many());
     }
 
     #[test]
