@@ -144,7 +144,8 @@ impl Composition {
     }
 
     /// Reads the runs, of those that `reader` has read only what has changed since, and draws their curves. Of a group,
-    /// the finished runs are shown, or where there is none those that have begun, as far as the shortest. `estimates` gives the curves their intervals.
+    /// the finished runs are shown, or where there is none those that have begun, as far as the shortest. `estimates`
+    /// gives the curves their intervals.
     /// `on_progress` sees the runs that were read and all of them.
     ///
     /// # Errors

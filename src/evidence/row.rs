@@ -107,7 +107,9 @@ impl LearningRow {
     /// Name of its method, threshold and settings, as in legends and tables.
     pub fn label(&self) -> String {
         let mut label = match self.method.parse::<Method>() {
-            Ok(method) if method.has_clusters() && method.uses("epsilon") => format!("{}, epsilon {}", method.label(), self.threshold()),
+            Ok(method) if method.has_clusters() && method.uses("epsilon") => {
+                format!("{}, epsilon {}", method.label(), self.threshold())
+            }
             Ok(method) => method.label().to_owned(),
             Err(_) => self.method.clone(),
         };

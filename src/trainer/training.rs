@@ -30,9 +30,9 @@ use crate::physics::ToolSplit;
 use crate::run::{EpisodeRecord, Event, Source};
 use crate::stats::rolling::{RollingRate, WINDOW};
 use crate::stop::Stop;
-use crate::trainer::watch::PhaseSign;
 use crate::streams::Stream;
 use crate::task::Task;
+use crate::trainer::watch::PhaseSign;
 
 pub use error::TrainingError;
 use means::UpdateMeans;

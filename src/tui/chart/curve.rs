@@ -107,7 +107,8 @@ pub fn draw(plot: &Plot, kept: &Kept, area: Rect, theme: &Theme, buffer: &mut Bu
     match drawn.number {
         Some(number) => {
             let range = found.unwrap_or_default().map(f32::to_bits);
-            let key = PictureKey { number, range, size: [axes.plot.width, axes.plot.height], dots: theme.marker.dots() };
+            let key =
+                PictureKey { number, range, size: [axes.plot.width, axes.plot.height], dots: theme.marker.dots() };
             let place = Rect { x: 0, y: 0, ..axes.plot };
             let draw = || {
                 let mut picture = Buffer::empty(place);

@@ -172,7 +172,10 @@ impl Grouping {
 
     /// Whether it is one of exactly these runs with the settings that they have.
     fn is_of(&self, runs: &[Arc<RunSummary>]) -> bool {
-        self.settings.len() == runs.len() && runs.iter().all(|run| self.settings.get(&run.path).is_some_and(|(episodes, _)| *episodes == run.episodes))
+        self.settings.len() == runs.len()
+            && runs
+                .iter()
+                .all(|run| self.settings.get(&run.path).is_some_and(|(episodes, _)| *episodes == run.episodes))
     }
 
     /// The group of a run, as far as it is known.

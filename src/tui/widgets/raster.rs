@@ -345,7 +345,12 @@ mod tests {
                     context.draw(&Line::new(*x1, h - y1, *x2, h - y2, *colour));
                 }
             };
-            Canvas::default().marker(symbol).x_bounds([0.0, w]).y_bounds([0.0, h]).paint(paint).render(area, &mut theirs);
+            Canvas::default()
+                .marker(symbol)
+                .x_bounds([0.0, w])
+                .y_bounds([0.0, h])
+                .paint(paint)
+                .render(area, &mut theirs);
             assert_eq!(ours, theirs, "{marker:?}");
         }
     }

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::{app, change_run, empty, evaluation, failed, forked, grouped, press, shot, text, typical};
-use crate::tui::actions::{Action, Tab};
 use crate::run::Practised;
 use crate::trainer::Phase;
+use crate::tui::actions::{Action, Tab};
 use crate::tui::view::{RunSummary, ViewModel};
 
 const SIZES: [(u16, u16); 4] = [(60, 20), (80, 24), (120, 40), (200, 60)];
