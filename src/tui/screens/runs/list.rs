@@ -46,6 +46,14 @@ impl<'a> Line<'a> {
         }
     }
 
+    /// The name of its task.
+    pub fn task(&self) -> &'a str {
+        match self {
+            Self::Run(run, _) => &run.task,
+            Self::Group(group, _) => &group.task,
+        }
+    }
+
     fn first(&self) -> &'a RunSummary {
         match self {
             Self::Run(run, _) => run,

@@ -184,11 +184,15 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     let room = inside.height - height;
     // A curve has what the list leaves, and half of the room at most.
     let curve = room.saturating_sub(lines.len() as u16 + 1).min(room / 2);
-    let curve = if height > 0 && curve >= preview::CHART { curve } else { 0 };
+    let curve = if curve >= preview::CHART { curve } else { 0 };
     let heights = [Constraint::Fill(1), Constraint::Length(curve), Constraint::Length(height)];
     let [rows, middle, below] = Layout::vertical(heights).areas(inside);
     if let Some(line) = lines.get(selected).filter(|_| curve > 0) {
-        preview::chart(ui, screens, line, middle, buffer);
+        // The preview has the curve of the line, if it is there.
+        match height > 0 {
+            true => preview::chart(ui, screens, line, middle, buffer),
+            false => preview::comparison(ui, screens, &lines, line, middle, buffer),
+        }
     }
     details.render(below, buffer);
     list::draw(state, &lines, selected, ui, rows, buffer, regions);

@@ -12,7 +12,7 @@ use super::super::{HitRegions, Screens, Ui};
 use super::list::Line;
 use crate::run::{Metric, Practised};
 use crate::text::printable;
-use crate::tui::view::RunSummary;
+use crate::tui::view::{RunGroup, RunSummary};
 
 /// Rows of a chart at least.
 pub const CHART: u16 = 6;
@@ -53,15 +53,37 @@ pub fn chart(ui: &Ui, screens: &Screens, line: &Line, area: Rect, buffer: &mut B
     charts(ui, screens, line).draw(Metric::Success, area, buffer, &mut HitRegions::default());
 }
 
+/// Draws the success of all groups and single runs of a list that are of the selected line's task, if there are
+/// several.
+pub fn comparison(ui: &Ui, screens: &Screens, list: &[Line], selected: &Line, area: Rect, buffer: &mut Buffer) {
+    let task = selected.task();
+    let is_in_group = |run: &RunSummary| ui.view.groups.of(&run.path).is_some_and(RunGroup::is_many);
+    let compared = list.iter().filter(|line| match line {
+        Line::Run(run, _) => run.task == task && !is_in_group(run),
+        Line::Group(group, _) => group.task == task && group.curves.is_some(),
+    });
+    let shown: Vec<Shown> = compared.flat_map(|line| shown(ui, line)).collect();
+    if shown.len() < 2 {
+        return;
+    }
+    let [head, rest] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(area);
+    TextLine::styled(format!("listed, on {task}"), ui.theme.strong()).render(head, buffer);
+    Charts::new(&screens.curves, shown, ui).draw(Metric::Success, rest, buffer, &mut HitRegions::default());
+}
+
 fn charts<'a>(ui: &'a Ui, screens: &'a Screens, line: &Line<'a>) -> Charts<'a> {
-    let shown = match line {
+    Charts::new(&screens.curves, shown(ui, line), ui)
+}
+
+/// The curves of a line: a group's in one as soon as they are known.
+fn shown<'a>(ui: &Ui<'a>, line: &Line<'a>) -> Vec<Shown<'a>> {
+    match line {
         Line::Run(run, _) => vec![Shown::run(run, ui.view)],
         Line::Group(group, runs) => match &group.curves {
             Some(curves) => vec![Shown::Group(group, curves)],
             None => runs.iter().map(|run| Shown::run(run, ui.view)).collect(),
         },
-    };
-    Charts::new(&screens.curves, shown, ui)
+    }
 }
 
 /// Lines with a heading; none without a line.

@@ -69,6 +69,7 @@ fn what_is_done_is_done_with_all_that_are_marked_after_one_question() {
 fn runs_that_differ_in_the_seed_only_are_one_line_that_unfolds() {
     check(grouped(), "5", &[], "DDPG-MGE, epsilon 0.. (3)");
     check(grouped(), "5 down", &[], " DDPG-MGE, epsilon 0.8 to 0.05 (3 seeds) ");
+    check(grouped(), "5", &[], "listed, on task1");
     check(grouped(), "5", &[], "3 finished");
     check(grouped(), "5 down tab", &[], "guided-1");
     check(grouped(), "5 tab tab / n o p e enter", &[], "No run has this text");
