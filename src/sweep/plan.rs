@@ -3,8 +3,13 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use serde_json::Value;
+
 use super::error::SweepError;
 use super::expand::{Job, Sweep};
+
+/// Tasks of a Slurm array, at most: a cluster that sets no `MaxArraySize` takes indices up to 1000.
+const MOST_TASKS: usize = 1000;
 
 /// One command a line and job. Each is complete in itself (it needs no sweep file), and
 /// carrying it out again does only what is missing. `program` and `folder` should be absolute.
@@ -12,18 +17,23 @@ use super::expand::{Job, Sweep};
 /// # Errors
 /// [`SweepError::LineBreak`] if one of the two has a line break in its path.
 pub fn plan(sweep: &Sweep, program: &Path, folder: &Path) -> Result<String, SweepError> {
+    commands(sweep.jobs.iter().map(|job| job.alone.to_string()), program, folder)
+}
+
+/// A line for each of these sweeps.
+fn commands(sweeps: impl Iterator<Item = String>, program: &Path, folder: &Path) -> Result<String, SweepError> {
     for path in [program, folder] {
         if path.display().to_string().contains(['\n', '\r']) {
             return Err(SweepError::LineBreak(path.to_owned()));
         }
     }
     let mut text = String::new();
-    for job in &sweep.jobs {
+    for sweep in sweeps {
         let words = [
             program.display().to_string(),
             "sweep".to_owned(),
             "--one".to_owned(),
-            job.alone.to_string(),
+            sweep,
             "--out".to_owned(),
             folder.display().to_string(),
             "--quiet".to_owned(),
@@ -34,12 +44,22 @@ pub fn plan(sweep: &Sweep, program: &Path, folder: &Path) -> Result<String, Swee
     Ok(text)
 }
 
-/// A Slurm job-array script with a task for each job. `name` is the name of the array.
+/// A Slurm job-array script with a task for each job, or, of more jobs than an array may have tasks, for as
+/// few jobs in a row as that takes. `name` is the name of the array.
 ///
 /// # Errors
 /// As [`plan`].
 pub fn slurm(sweep: &Sweep, program: &Path, folder: &Path, name: &str) -> Result<String, SweepError> {
     let name: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
+    let together = sweep.jobs.len().div_ceil(MOST_TASKS).max(1);
+    let tasks: Vec<String> = sweep
+        .jobs
+        .chunks(together)
+        .map(|jobs| match jobs {
+            [job] => job.alone.to_string(),
+            jobs => Value::Array(jobs.iter().map(|job| job.alone.clone()).collect()).to_string(),
+        })
+        .collect();
     Ok(format!(
         "#!/usr/bin/env bash\n\
          # {count} independent jobs; submit with: sbatch THIS_FILE\n\
@@ -55,8 +75,8 @@ pub fn slurm(sweep: &Sweep, program: &Path, folder: &Path, name: &str) -> Result
          )\n\
          eval \"exec $command --threads 1\"\n",
         count = sweep.jobs.len(),
-        last = sweep.jobs.len().saturating_sub(1),
-        plan = plan(sweep, program, folder)?,
+        last = tasks.len().saturating_sub(1),
+        plan = commands(tasks.into_iter(), program, folder)?,
     ))
 }
 
