@@ -51,7 +51,7 @@ const ALL: [(&str, u16, u16, bool, Kind); 12] = [
     ("interval", 9, 100, true, Kind::Interval),
     ("better", 7, 88, true, Kind::Better),
     ("left", 10, 110, true, Kind::Left),
-    ("curve", 12, 76, false, Kind::Curve),
+    ("curve", 12, 84, false, Kind::Curve),
     ("seed", 6, u16::MAX, true, Kind::Seed),
     ("task", 12, u16::MAX, false, Kind::Task),
     ("method", 14, u16::MAX, false, Kind::Method),
