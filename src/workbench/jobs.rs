@@ -75,9 +75,11 @@ impl Session {
     }
 
     /// Asks the computation that a command began to end; its end is reported as ever.
-    pub fn cancel(&self, command: &Command) {
-        if let Some(pending) = self.job(|pending| pending == command) {
+    pub fn cancel(&mut self, command: &Command) {
+        if let Some(pending) = self.jobs.iter_mut().rev().find(|pending| pending.command == *command) {
             pending.job.cancel();
+            // One that waits for its turn ends at once.
+            pending.job.begin();
         }
     }
 
@@ -200,6 +202,7 @@ mod tests {
         assert_eq!((begun(&session), session.jobs.len()), (AT_A_TIME, AT_A_TIME + 3));
         let last = command(AT_A_TIME as u64 + 2);
         session.cancel(&last);
+        assert_eq!(begun(&session), AT_A_TIME + 1, "it ends before its turn");
         drop(held);
         assert_eq!(session.wait_for(&last).unwrap_err().to_string(), "the computation was cancelled");
         assert_eq!(session.wait_for(&command(AT_A_TIME as u64 + 1)).unwrap().as_deref(), Some("computed"));
