@@ -511,6 +511,7 @@ impl App {
         let ui = Ui { view: self.workspace.view(), subject: &self.subject, keymap: &self.keymap, theme: &self.theme };
         let area = frame.area();
         self.regions = draw_frame(&ui, &self.screens, &chrome, area, frame.buffer_mut());
+        self.screens.curves.cache.end_frame();
         if self.tab.has_scene() {
             self.picture.resize(area);
             self.picture.content.clone_from_slice(&frame.buffer_mut().content);

@@ -10,7 +10,8 @@ use ratatui::text::Text;
 use ratatui::widgets::Widget;
 
 use super::axes::{Axes, Scale};
-use super::decimated::{Column, Decimated, Drawn, DrawnKey, Kept, Look, PictureKey};
+use super::cache::{ChartCache, Drawn, DrawnKey, PictureKey};
+use super::decimated::{Column, Decimated, Look};
 use super::legend::legend;
 use super::range::Window;
 use crate::tui::widgets::columns;
@@ -63,9 +64,9 @@ pub struct Plot<'a> {
     pub empty: &'a str,
 }
 
-/// Draws title, axes and curves; curves that were drawn before are taken from what is `kept`. Returns the axes
+/// Draws title, axes and curves; curves that were drawn before are taken from the cache. Returns the axes
 /// unless the area is too small.
-pub fn draw(plot: &Plot, kept: &Kept, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Option<Axes> {
+pub fn draw(plot: &Plot, cache: &ChartCache, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Option<Axes> {
     if area.height < 2 || area.width == 0 {
         return None;
     }
@@ -79,7 +80,7 @@ pub fn draw(plot: &Plot, kept: &Kept, area: Rect, theme: &Theme, buffer: &mut Bu
         smoothing: plot.smoothing,
         columns: Axes::width_of_plot(area) * theme.marker.dots()[0],
     };
-    let drawn = kept.drawn(drawn_key(plot, &look), || lines(plot, kept, &look));
+    let drawn = cache.drawn(drawn_key(plot, &look), || lines(plot, cache, &look));
     let found = range(&drawn, plot);
     let axes = Axes::draw(area, plot.x, found.unwrap_or([0.0, 1.0]), plot.scale, theme, buffer)?;
     if found.is_none() {
@@ -115,7 +116,7 @@ pub fn draw(plot: &Plot, kept: &Kept, area: Rect, theme: &Theme, buffer: &mut Bu
                 paint(place, &mut picture);
                 picture
             };
-            lay(&kept.picture(key, draw), axes.plot, buffer);
+            lay(&cache.picture(key, draw), axes.plot, buffer);
         }
         None => paint(axes.plot, buffer),
     }
@@ -133,8 +134,8 @@ fn drawn_key(plot: &Plot, look: &Look) -> Option<DrawnKey> {
 }
 
 /// The curves in columns.
-fn lines(plot: &Plot, kept: &Kept, look: &Look) -> Vec<Rc<Decimated>> {
-    plot.curves.iter().map(|curve| kept.decimated(curve.version, curve.episodes, curve.values, look)).collect()
+fn lines(plot: &Plot, cache: &ChartCache, look: &Look) -> Vec<Rc<Decimated>> {
+    plot.curves.iter().map(|curve| cache.decimated(curve.version, curve.episodes, curve.values, look)).collect()
 }
 
 /// Puts a picture over an area; cells without a dot stay as they are.
@@ -270,7 +271,7 @@ mod tests {
     fn lines(plot: &Plot, marker: Marker) -> Vec<String> {
         let area = Rect::new(0, 0, 26, 6);
         let mut buffer = Buffer::empty(area);
-        draw(plot, &Kept::default(), area, &Theme::new(Palette::Dark, Depth::True, marker), &mut buffer);
+        draw(plot, &ChartCache::default(), area, &Theme::new(Palette::Dark, Depth::True, marker), &mut buffer);
         let row = |y: u16| (0..area.width).map(|x| buffer[(x, y)].symbol()).collect::<String>();
         (0..area.height).map(|y| row(y).trim_end().to_owned()).collect()
     }

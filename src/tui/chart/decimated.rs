@@ -1,16 +1,12 @@
-//! Curves of any length in the columns of dots there are, kept from frame to frame: a curve is looked at
-//! again only when it, the window or the size of the chart is another.
+//! Curves of any length in the columns of dots there are.
 
-use std::cell::{Cell, RefCell};
-use std::collections::{HashMap, VecDeque};
-use std::hash::{Hash, Hasher};
-use std::rc::Rc;
-
-use ratatui::buffer::Buffer;
-use ratatui::style::Color;
+use std::collections::VecDeque;
 
 use super::axes::Scale;
 use super::range::Window;
+
+/// How a curve is seen, its numbers by their bits.
+pub type LookKey = ([u32; 2], Scale, usize, u16);
 
 /// How a curve is seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -185,119 +181,6 @@ impl Smoothing {
     }
 }
 
-/// Curves that were drawn, as they were, those of whole charts, and their pictures.
-#[derive(Debug, Default)]
-pub struct Kept {
-    known: RefCell<HashMap<Key, Rc<Decimated>>>,
-    drawn: RefCell<HashMap<DrawnKey, Rc<Drawn>>>,
-    pictures: RefCell<HashMap<PictureKey, Rc<Buffer>>>,
-    /// Charts that were numbered.
-    numbered: Cell<u64>,
-}
-
-/// The version of a curve and how it is seen.
-type Key = (u64, usize, LookKey);
-
-/// How a curve is seen, its numbers by their bits.
-type LookKey = ([u32; 2], Scale, usize, u16);
-
-/// What the curves of a chart, all together, are told apart by.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct DrawnKey {
-    /// The curves: version, colour, values that are dotted, and whether there is a band.
-    pub curves: Vec<((u64, usize), Color, u64, bool)>,
-    /// How they are seen.
-    pub look: LookKey,
-}
-
-impl Hash for DrawnKey {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        // Versions say nearly all; a hundred curves are hashed with every chart of a frame.
-        self.curves.iter().for_each(|((version, _), ..)| state.write_u64(*version));
-        self.curves.first().hash(state);
-        self.look.hash(state);
-    }
-}
-
-/// The curves of a chart.
-#[derive(Debug)]
-pub struct Drawn {
-    /// Its number, which no others have; none if they cannot be told apart from others.
-    pub number: Option<u64>,
-    /// The curves in columns.
-    pub lines: Vec<Rc<Decimated>>,
-    /// Least and greatest value of all of them.
-    pub range: Option<[f32; 2]>,
-}
-
-impl Drawn {
-    fn new(number: Option<u64>, lines: Vec<Rc<Decimated>>) -> Self {
-        let ranges = lines.iter().filter_map(|line| line.range);
-        let range = ranges.reduce(|[low, high], [least, greatest]| [low.min(least), high.max(greatest)]);
-        Self { number, lines, range }
-    }
-}
-
-/// What the picture of the curves of a chart depends on.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub struct PictureKey {
-    /// The number of the curves.
-    pub number: u64,
-    /// The lowest and the highest value of the axis, by their bits.
-    pub range: [u32; 2],
-    /// Cells of the plot.
-    pub size: [u16; 2],
-    /// Dots of a cell.
-    pub dots: [u16; 2],
-}
-
-/// Curves and pictures that are kept at most.
-const MOST: usize = 4000;
-const MOST_PICTURES: usize = 64;
-
-impl Kept {
-    /// A curve in columns. Its version is a number that is another whenever the values are others, and which of the
-    /// curves of that number it is; without one it is looked at again.
-    pub fn decimated(
-        &self,
-        version: Option<(u64, usize)>,
-        episodes: &[u64],
-        values: &[f32],
-        look: &Look,
-    ) -> Rc<Decimated> {
-        let Some((version, curve)) = version else { return Rc::new(look.decimate(episodes, values)) };
-        let key = (version, curve, look.key());
-        let mut known = self.known.borrow_mut();
-        if known.len() > MOST {
-            known.clear();
-        }
-        known.entry(key).or_insert_with(|| Rc::new(look.decimate(episodes, values))).clone()
-    }
-
-    /// The curves of a chart; put together if they are not known, or cannot be told apart from others.
-    pub fn drawn(&self, key: Option<DrawnKey>, lines: impl FnOnce() -> Vec<Rc<Decimated>>) -> Rc<Drawn> {
-        let Some(key) = key else { return Rc::new(Drawn::new(None, lines())) };
-        let mut all = self.drawn.borrow_mut();
-        if all.len() > MOST_PICTURES {
-            all.clear();
-        }
-        let number = || {
-            self.numbered.set(self.numbered.get() + 1);
-            Some(self.numbered.get())
-        };
-        all.entry(key).or_insert_with(|| Rc::new(Drawn::new(number(), lines()))).clone()
-    }
-
-    /// The picture of the curves of a chart; drawn if it is not known.
-    pub fn picture(&self, key: PictureKey, draw: impl FnOnce() -> Buffer) -> Rc<Buffer> {
-        let mut pictures = self.pictures.borrow_mut();
-        if pictures.len() > MOST_PICTURES {
-            pictures.clear();
-        }
-        pictures.entry(key).or_insert_with(|| Rc::new(draw())).clone()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -323,35 +206,6 @@ mod tests {
         let gaps = look(1.0, 100.0, 10).decimate(&all(&values), &values).columns;
         assert_eq!(gaps.iter().filter(|column| column.after_gap).count(), 2, "the beginning and the gap");
         assert_eq!(look(200.0, 300.0, 10).decimate(&all(&values), &values), Decimated::default());
-    }
-
-    #[test]
-    fn a_curve_is_looked_at_again_only_when_something_is_another() {
-        let kept = Kept::default();
-        let at = |version: Option<u64>, values: &[f32], look: &Look| {
-            kept.decimated(version.map(|version| (version, 0)), &all(values), values, look)
-        };
-        let first = at(Some(1), &[1.0, 2.0], &look(1.0, 2.0, 10));
-        assert!(Rc::ptr_eq(&first, &at(Some(1), &[9.0, 9.0], &look(1.0, 2.0, 10))), "the version says it is the same");
-        assert!(!Rc::ptr_eq(&first, &at(Some(2), &[1.0, 2.0], &look(1.0, 2.0, 10))));
-        assert_ne!(first, at(Some(1), &[1.0, 2.0], &look(1.0, 2.0, 20)));
-        assert_ne!(first, at(None, &[9.0, 9.0], &look(1.0, 2.0, 10)));
-    }
-
-    #[test]
-    fn the_curves_of_a_chart_are_put_together_again_only_when_one_is_another() {
-        let kept = Kept::default();
-        let at = |versions: &[u64], colour: Color| {
-            let curves = versions.iter().map(|version| ((*version, 0), colour, 0, false)).collect();
-            let line = |value: f32| Rc::new(look(1.0, 2.0, 10).decimate(&[1], &[value]));
-            kept.drawn(Some(DrawnKey { curves, look: look(1.0, 2.0, 10).key() }), || vec![line(1.0), line(3.0)])
-        };
-        let first = at(&[1, 2], Color::Red);
-        assert_eq!(first.range, Some([1.0, 3.0]));
-        assert!(Rc::ptr_eq(&first, &at(&[1, 2], Color::Red)));
-        for other in [at(&[1, 3], Color::Red), at(&[1, 2], Color::Blue), kept.drawn(None, Vec::new)] {
-            assert_ne!(first.number, other.number);
-        }
     }
 
     #[test]

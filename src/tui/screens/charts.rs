@@ -148,7 +148,7 @@ impl<'a> Charts<'a> {
             shortenings: &self.shortenings,
             empty: &empty,
         };
-        if let Some(axes) = draw_chart(&plot, &self.state.kept, area, self.ui.theme, buffer) {
+        if let Some(axes) = draw_chart(&plot, &self.state.cache, area, self.ui.theme, buffer) {
             regions.add(axes.plot, Region::Chart(axes, metric));
         }
     }

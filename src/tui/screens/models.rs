@@ -15,7 +15,7 @@ use super::{HitRegions, Ui};
 use crate::dynamics::{Compared, Evaluation, OneTool};
 use crate::trainer::PriorSource;
 use crate::tui::actions::Action;
-use crate::tui::chart::{Curve, Kept, Plot, Range, Scale, draw as draw_chart};
+use crate::tui::chart::{ChartCache, Curve, Plot, Range, Scale, draw as draw_chart};
 use crate::tui::effect::Effect;
 use crate::tui::layers::Prompt;
 use crate::tui::view::ModelSummary;
@@ -104,7 +104,7 @@ fn losses(ui: &Ui, area: Rect, buffer: &mut Buffer) {
         shortenings: &[],
         empty: "",
     };
-    draw_chart(&plot, &Kept::default(), area, ui.theme, buffer);
+    draw_chart(&plot, &ChartCache::default(), area, ui.theme, buffer);
 }
 
 /// What was found when a model was measured: its errors by tool type, beside those of what learns nothing.

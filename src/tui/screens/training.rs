@@ -17,7 +17,7 @@ use super::{HitRegions, Screens, Ui};
 use crate::run::Metric;
 use crate::text::printable;
 use crate::tui::actions::Action;
-use crate::tui::chart::{Kept, Range, Scale};
+use crate::tui::chart::{ChartCache, Range, Scale};
 use crate::tui::effect::Effect;
 use crate::tui::view::{Choice, RunSummary, span};
 use crate::tui::widgets::columns::{fitting, shortened};
@@ -45,8 +45,8 @@ pub struct CurvesState {
     /// Each value is the mean of so many episodes.
     smoothing: usize,
     logarithmic: HashSet<Metric>,
-    /// Curves as they were drawn.
-    pub(super) kept: Kept,
+    /// What the last charts were drawn from.
+    pub cache: ChartCache,
 }
 
 const SMOOTHINGS: [usize; 4] = [1, 10, 50, 200];
@@ -63,7 +63,7 @@ impl Default for CurvesState {
             folded: true,
             smoothing: 10,
             logarithmic: HashSet::from([Metric::CriticLoss]),
-            kept: Kept::default(),
+            cache: ChartCache::default(),
         }
     }
 }
