@@ -135,7 +135,11 @@ fn act(terminal: &Terminal, rng: &mut ChaCha8Rng) {
             let (columns, rows) = (rng.gen_range(20..220), rng.gen_range(8..70));
             terminal.resize(columns, rows);
         }
-        1..=3 => terminal.type_text(&format!(":{}\r", COMMANDS.choose(rng).unwrap())),
+        1..=3 => {
+            // What was typed before could else begin another training, which holds memory for good.
+            leave(terminal);
+            terminal.type_text(&format!(":{}\r", COMMANDS.choose(rng).unwrap()));
+        }
         4 => terminal.type_text(&format!(":{}", text(rng, 30))),
         5 => terminal.type_text(&format!("\x1b[200~{}\x1b[201~", text(rng, 4000))),
         6 => terminal.type_text(&format!("\x1b[<35;{column};{row}M").repeat(rng.gen_range(1..200))),

@@ -106,7 +106,7 @@ pub fn read_results(py: Python<'_>, folders: Vec<PathBuf>) -> PyResult<Bound<'_,
             cells.insert("state".to_owned(), json!(run.state.name()));
             cells.insert("label".to_owned(), json!(run.trained.row.label()));
             cells.extend(row(&run.trained.row));
-            cells.insert("charged".to_owned(), json!(run.trained.charged));
+            cells.insert("charged".to_owned(), json!(run.trained.row.charged));
             cells
         })
         .collect();

@@ -66,13 +66,13 @@ pub fn step_curves(runs: &[TrainedRun], estimates: &impl CurveEstimates) -> Resu
     // The seeds of a group need points in common: as far as its shortest run.
     let mut ends: HashMap<(String, String), f64> = HashMap::new();
     for (run, label) in runs.iter().zip(&labels) {
-        let end = run.steps.last().map_or(0.0, |[steps, _]| steps + run.charged as f64);
+        let end = run.steps.last().map_or(0.0, |[steps, _]| steps + run.row.charged as f64);
         ends.entry(group(run, label)).and_modify(|least| *least = least.min(end)).or_insert(end);
     }
     let resampled = runs.iter().zip(&labels).map(|(run, label)| {
         let end = ends[&group(run, label)];
         let x = |point: usize| end * point as f64 / STEP_POINTS as f64;
-        let y = |x: f64| height(&run.steps, x - run.charged as f64);
+        let y = |x: f64| height(&run.steps, x - run.row.charged as f64);
         let training = if end > 0.0 { (1..=STEP_POINTS).map(|n| [x(n), y(x(n))]).collect() } else { Vec::new() };
         TrainedRun { training, ..run.clone() }
     });
@@ -183,7 +183,7 @@ mod tests {
 
     use super::*;
     use crate::run::RunHistory;
-    use crate::stats::efficiency::{Efficiency, efficiency};
+    use crate::stats::efficiency::efficiency;
     use crate::trainer::{Method, RunConfig};
 
     #[test]
@@ -208,16 +208,14 @@ mod tests {
                 task: "task1".to_owned(),
                 method: method.to_owned(),
                 epsilon: "0".to_owned(),
-                settings: Default::default(),
                 seed,
                 episodes: 2,
-                efficiency: Efficiency::default(),
-                greedy_success: None,
+                charged,
+                ..LearningRow::default()
             },
             training: Vec::new(),
             greedy: Vec::new(),
             steps: steps.to_vec(),
-            charged,
         };
         let runs = [
             run("ddpg", 0, &[[100.0, 0.0], [200.0, 1.0]], 0),

@@ -108,7 +108,7 @@ impl RunReader {
         }
         let mut charges = Charges::default();
         for run in &mut runs {
-            run.trained.charged = charges.of(&run.config);
+            run.trained.row.charged = charges.of(&run.config);
         }
         distinguish(runs.iter_mut().map(|run| (&run.config, &mut run.trained.row)).collect());
         Ok(runs)

@@ -155,8 +155,6 @@ pub(super) fn scores(rows: &[&LearningRow], score: Score) -> Result<TaskScores, 
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
-
     use super::*;
     use crate::stats::efficiency::Efficiency;
 
@@ -165,11 +163,10 @@ mod tests {
             task: task.to_owned(),
             method: method.to_owned(),
             epsilon: "0".to_owned(),
-            settings: BTreeMap::new(),
             seed,
             episodes: 10,
             efficiency: Efficiency { auc, final_success: auc, ..Efficiency::default() },
-            greedy_success: None,
+            ..LearningRow::default()
         }
     }
 

@@ -14,7 +14,7 @@ use crate::stats::rolling::{WINDOW, rolling_mean};
 use crate::trainer::{Method, RunConfig};
 
 /// The results of one training.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct LearningRow {
     /// Name of the task.
     pub task: String,
@@ -32,6 +32,12 @@ pub struct LearningRow {
     /// Episodes to thresholds, area under the curve, final success.
     #[serde(flatten)]
     pub efficiency: Efficiency,
+    /// Actions in its episodes and in practice until 80 % of the last window reached the goal.
+    #[serde(default)]
+    pub actions_to_80: Option<u64>,
+    /// Actions in the real environment outside of its episodes and practice: for the clusters and the model.
+    #[serde(default)]
+    pub charged: u64,
     /// Success of the last greedy evaluations, over the last tenth of the run.
     pub greedy_success: Option<f64>,
 }
@@ -47,8 +53,6 @@ pub struct TrainedRun {
     pub greedy: Vec<[f64; 2]>,
     /// Actions taken in training and the rolling success after them.
     pub steps: Vec<[f64; 2]>,
-    /// Actions in the real environment outside of its episodes: for the clusters and the model.
-    pub charged: u64,
 }
 
 /// Points of a learning curve, at most.
@@ -69,7 +73,6 @@ impl TrainedRun {
             training: records().map(|record| [record.episode as f64, record.rolling_success]).collect(),
             greedy: greedy.map(|(evaluation, success)| [evaluation.episode as f64, success]).collect(),
             steps: records().map(|record| [record.environment_steps as f64, record.rolling_success]).collect(),
-            charged: 0,
         }
     }
 }
@@ -82,6 +85,8 @@ impl LearningRow {
         let last_tenth = u64::from(config.episodes) * 9 / 10;
         let last = history.evaluations.iter().filter(|evaluation| evaluation.episode > last_tenth);
         let greedy: Vec<f64> = last.map(|evaluation| evaluation.success).collect();
+        let efficiency = efficiency(&successes, WINDOW);
+        let at_80 = efficiency.episodes_to_80.map(|episodes| &history.records[episodes as usize - 1]);
         Self {
             task: config.task.name.clone(),
             method: config.method.name().to_owned(),
@@ -89,7 +94,9 @@ impl LearningRow {
             settings: BTreeMap::new(),
             seed: config.seed,
             episodes: successes.len() as u64,
-            efficiency: efficiency(&successes, WINDOW),
+            efficiency,
+            actions_to_80: at_80.map(|record| record.environment_steps),
+            charged: 0,
             greedy_success: (!greedy.is_empty()).then(|| greedy.iter().sum::<f64>() / greedy.len() as f64),
         }
     }

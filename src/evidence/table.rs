@@ -19,7 +19,7 @@ impl Groups<'_> {
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
-            "Area under the curve of the rolling success (window {WINDOW}), final rolling success, and least rolling success over the last quarter of the episodes (what is held): interquartile mean with its interval; of the area also the mean. Episodes to 50 % and 80 %: median over the seeds that reached it, and how many did. Probability of improvement over {} in the area under the curve, with its interval.\n",
+            "Area under the curve of the rolling success (window {WINDOW}), final rolling success, and least rolling success over the last quarter of the episodes (what is held): interquartile mean with its interval; of the area also the mean. Episodes to 50 % and 80 %: median over the seeds that reached it, and how many did; actions to 80 % are all in the real environment, those in practice, for the clusters and for launches that the dynamics model learned from included, and in parentheses those of episodes and practice alone. Probability of improvement over {} in the area under the curve, with its interval.\n",
             markdown::text(baseline)
         );
         let better = format!("P(better than {baseline})");
@@ -33,6 +33,7 @@ impl Groups<'_> {
             "held",
             "to 50 %",
             "to 80 %",
+            "actions to 80 %",
             "greedy at the end",
             &better,
         ]);
@@ -52,6 +53,7 @@ impl Groups<'_> {
                     interquartile(HELD)?,
                     reached(runs.iter().map(|row| row.efficiency.episodes_to_50)),
                     reached(runs.iter().map(|row| row.efficiency.episodes_to_80)),
+                    actions_to_80(runs),
                     greedy_mean(runs)?,
                     area.improvement.map_or_else(String::new, format_share),
                 ]);
@@ -78,15 +80,28 @@ pub(super) fn format_share(estimate: Estimate) -> String {
 /// Median of the runs that reached it, and how many of all did.
 fn reached(episodes: impl Iterator<Item = Option<u64>>) -> String {
     let all: Vec<Option<u64>> = episodes.collect();
-    let mut there: Vec<u64> = all.iter().flatten().copied().collect();
-    there.sort_unstable();
-    let middle = there.len() / 2;
-    let median = match there.len() {
-        0 => return format!("never (0/{})", all.len()),
-        odd if odd % 2 == 1 => there[middle],
-        _ => (there[middle - 1] + there[middle]).div_ceil(2),
-    };
+    let there: Vec<u64> = all.iter().flatten().copied().collect();
+    let median = rounded_median(&there).map_or_else(|| "never".to_owned(), |median| median.to_string());
     format!("{median} ({}/{})", there.len(), all.len())
+}
+
+/// Median actions of the runs that reached 80 %: with what is charged, and without.
+fn actions_to_80(rows: &[&LearningRow]) -> String {
+    let own: Vec<u64> = rows.iter().filter_map(|row| row.actions_to_80).collect();
+    let all: Vec<u64> = rows.iter().filter_map(|row| Some(row.actions_to_80? + row.charged)).collect();
+    match (rounded_median(&all), rounded_median(&own)) {
+        (Some(all), Some(own)) => format!("{all} ({own})"),
+        _ => "never".to_owned(),
+    }
+}
+
+/// The median, rounded up; none of nothing.
+fn rounded_median(values: &[u64]) -> Option<u64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable();
+    let upper = *sorted.get(sorted.len() / 2)?;
+    let lower = sorted[(sorted.len() - 1) / 2];
+    Some((lower + upper).div_ceil(2))
 }
 
 #[cfg(test)]
@@ -100,5 +115,13 @@ mod tests {
         check(&[Some(900), None, Some(100), Some(200)], "200 (3/4)");
         check(&[Some(900), Some(100), Some(301), Some(200)], "251 (4/4)");
         check(&[None, None], "never (0/2)");
+    }
+
+    #[test]
+    fn actions_to_a_threshold_are_given_with_and_without_what_is_charged() {
+        let row = |actions_to_80, charged| LearningRow { actions_to_80, charged, ..LearningRow::default() };
+        let rows = [row(Some(300), 1000), row(None, 1000), row(Some(100), 2000)];
+        assert_eq!(actions_to_80(&rows.each_ref()), "1700 (200)");
+        assert_eq!(actions_to_80(&rows[1..2].iter().collect::<Vec<_>>()), "never");
     }
 }

@@ -102,11 +102,9 @@ fn a_report_counts_solved_and_held_puzzles_by_method_and_difficulty() {
         task: task.to_owned(),
         method: "ddpg".to_owned(),
         epsilon: "0".to_owned(),
-        settings: Default::default(),
-        seed: 0,
         episodes: 400,
         efficiency: Efficiency { episodes_to_80, auc: Some(0.5), held_success: Some(held), ..Efficiency::default() },
-        greedy_success: None,
+        ..LearningRow::default()
     };
     let rows = [row("test-0-0000", Some(150), 0.9), row("test-0-0001", Some(400), 0.7), row("task1", Some(1), 1.0)];
     let results = BenchResults::new("mge puzzles bench", index, rows.into());
