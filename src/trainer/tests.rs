@@ -45,7 +45,7 @@ fn finish(directory: &RunDirectory) -> Ending {
 
 /// Trains until the run has paused at `episode`, then stops it.
 fn stop_at(directory: &RunDirectory, episode: u32) {
-    let trainer = Trainer::spawn_with(directory.clone(), [Control::Advance(episode)]).unwrap();
+    let trainer = Trainer::spawn(directory.clone(), [Control::Advance(episode)]).unwrap();
     wait_for_pause(&trainer);
     trainer.send(Control::Stop { reason: "a test".to_owned() });
     assert_eq!(trainer.join(), Ok(Ending::Stopped));
@@ -76,6 +76,22 @@ fn lasting(directory: &RunDirectory) -> BTreeMap<String, Vec<u8>> {
     let events: Vec<Event> = events.filter(of_training).collect();
     files.insert("events".to_owned(), serde_json::to_vec(&events).unwrap());
     files
+}
+
+/// Trains a run without interruption and one that is stopped at `episode` and resumed: all that they leave is equal.
+/// Returns it.
+fn check_resumed(config: &RunConfig, episode: u32) -> BTreeMap<String, Vec<u8>> {
+    let folder = tempfile::tempdir().unwrap();
+    let [whole, broken] = ["whole", "broken"].map(|name| new_run(folder.path(), name, config));
+    finish(&whole);
+    stop_at(&broken, episode);
+    finish(&broken);
+    let (whole, broken) = (lasting(&whole), lasting(&broken));
+    assert_eq!(Vec::from_iter(whole.keys()), Vec::from_iter(broken.keys()));
+    for (name, bytes) in &whole {
+        assert!(broken[name] == *bytes, "{}: {name} differs", config.method);
+    }
+    whole
 }
 
 fn wait_for_pause(trainer: &Trainer) {
@@ -184,7 +200,7 @@ fn a_new_schedule_holds_from_the_next_episode_on() {
     let mut config = config(Method::DdpgMge, 6);
     config.epsilon = "1".parse().unwrap();
     let run = new_run(folder.path(), "run", &config);
-    let trainer = Trainer::spawn_with(run.clone(), [Control::Advance(3)]).unwrap();
+    let trainer = Trainer::spawn(run.clone(), [Control::Advance(3)]).unwrap();
     wait_for_pause(&trainer);
     trainer.send(Control::SetSchedule("0".parse().unwrap()));
     trainer.send(Control::Resume);

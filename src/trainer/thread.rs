@@ -15,36 +15,27 @@ use crate::run::RunDirectory;
 /// where episodes take long, before the one that goes on, and waits for its checkpoint.
 #[derive(Debug)]
 pub struct Trainer {
-    directory: RunDirectory,
     controls: Sender<Control>,
     watch: Arc<Watch>,
     thread: Option<JoinHandle<Result<Ending, String>>>,
 }
 
 impl Trainer {
-    /// Starts or continues the run in `directory`.
-    ///
-    /// # Errors
-    /// When the system has no more threads.
-    pub fn spawn(directory: RunDirectory) -> std::io::Result<Self> {
-        Self::spawn_with(directory, [])
-    }
-
     /// Starts or continues the run in `directory` with controls that take effect before its next
     /// episode, however fast it is.
     ///
     /// # Errors
     /// When the system has no more threads.
-    pub fn spawn_with(directory: RunDirectory, first: impl IntoIterator<Item = Control>) -> std::io::Result<Self> {
+    pub fn spawn(directory: RunDirectory, first: impl IntoIterator<Item = Control>) -> std::io::Result<Self> {
         let (controls, receiver) = unbounded();
         for control in first {
             // The receiver lives.
             let _ = controls.send(control);
         }
         let watch = Arc::new(Watch::default());
-        let (run, seen) = (directory.clone(), watch.clone());
+        let seen = watch.clone();
         let work = move || {
-            let outcome = catch_unwind(AssertUnwindSafe(|| train(&run, &receiver, &seen)));
+            let outcome = catch_unwind(AssertUnwindSafe(|| train(&directory, &receiver, &seen)));
             seen.set_phase(Phase::Ended);
             match outcome {
                 Ok(outcome) => outcome.map_err(|error| error.to_string()),
@@ -52,12 +43,7 @@ impl Trainer {
             }
         };
         let thread = std::thread::Builder::new().name("mge-trainer".to_owned()).spawn(work)?;
-        Ok(Self { directory, controls, watch, thread: Some(thread) })
-    }
-
-    /// The run's directory, which all readers read.
-    pub fn directory(&self) -> &RunDirectory {
-        &self.directory
+        Ok(Self { controls, watch, thread: Some(thread) })
     }
 
     /// What observers see.

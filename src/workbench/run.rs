@@ -255,7 +255,7 @@ impl RunView {
     pub(super) fn start(&mut self) -> Result<(), SessionError> {
         let Some(turn) = self.turn.take() else { return Ok(()) };
         let first = turn.until.map(Control::Advance);
-        let trainer = Trainer::spawn_with(self.directory.clone(), first).map_err(SessionError::Thread);
+        let trainer = Trainer::spawn(self.directory.clone(), first).map_err(SessionError::Thread);
         if let Err(error) = &trainer {
             self.failure = Some(error.to_string());
         }

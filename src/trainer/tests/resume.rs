@@ -19,7 +19,6 @@ fn a_stopped_and_resumed_run_equals_an_uninterrupted_one() {
 
 #[test]
 fn everything_of_a_resumed_run_is_that_of_an_uninterrupted_one() {
-    let folder = tempfile::tempdir().unwrap();
     let mut config = config(Method::DdpgMge, 12);
     let mut task = task::load("task1").unwrap();
     // Starts that differ, so that evaluations draw from their stream.
@@ -30,15 +29,7 @@ fn everything_of_a_resumed_run_is_that_of_an_uninterrupted_one() {
     config.refinement = Refinement { every: 6, least: 1, most: 5 };
     config.practice = Practice { rollouts: 30, enough: 2 };
     config.checkpoints.periodic_every = 4;
-    let [whole, broken] = ["whole", "broken"].map(|name| new_run(folder.path(), name, &config));
-    finish(&whole);
-    stop_at(&broken, 5);
-    finish(&broken);
-    let (whole, broken) = (lasting(&whole), lasting(&broken));
-    assert_eq!(Vec::from_iter(whole.keys()), Vec::from_iter(broken.keys()));
-    for (name, bytes) in &whole {
-        assert!(broken[name] == *bytes, "{name} differs");
-    }
+    let whole = check_resumed(&config, 5);
     let progress = String::from_utf8_lossy(&whole["checkpoint/last/progress.json"]);
     assert!(progress.contains("\"rewarding\":[[["), "nothing to refine from was kept: the test shows nothing");
 }
@@ -66,7 +57,7 @@ fn a_schedule_and_clusters_given_while_training_are_those_of_the_resumed_run() {
     let given = Arc::new(ActionPrior::uniform(&config.task, 77));
     let schedule = Control::SetSchedule("step:0.8:0.5:4".parse().unwrap());
     let first = [schedule, Control::SetPrior(given.clone()), Control::Advance(3)];
-    let trainer = Trainer::spawn_with(run.clone(), first).unwrap();
+    let trainer = Trainer::spawn(run.clone(), first).unwrap();
     wait_for_pause(&trainer);
     trainer.send(Control::Stop { reason: "a test".to_owned() });
     trainer.join().unwrap();
@@ -120,7 +111,7 @@ fn a_killed_run_goes_on_from_its_checkpoint() {
 fn a_pause_is_recorded_once_until_the_run_goes_on() {
     let folder = tempfile::tempdir().unwrap();
     let run = new_run(folder.path(), "run", &config(Method::Ddpg, 3));
-    let trainer = Trainer::spawn_with(run.clone(), [Control::Pause, Control::Pause]).unwrap();
+    let trainer = Trainer::spawn(run.clone(), [Control::Pause, Control::Pause]).unwrap();
     wait_for_pause(&trainer);
     assert_eq!(trainer.watch().episode(), 0);
     trainer.send(Control::Pause);
@@ -136,7 +127,7 @@ fn a_pause_is_recorded_once_until_the_run_goes_on() {
 fn the_clusters_of_a_new_run_are_recorded_and_those_of_a_resumed_one_not_again() {
     let folder = tempfile::tempdir().unwrap();
     let run = new_run(folder.path(), "run", &config(Method::DdpgMge, 6));
-    let trainer = Trainer::spawn_with(run.clone(), [Control::Advance(4)]).unwrap();
+    let trainer = Trainer::spawn(run.clone(), [Control::Advance(4)]).unwrap();
     wait_for_pause(&trainer);
     assert_eq!(trainer.watch().episode(), 4);
     trainer.send(Control::Stop { reason: "a test".to_owned() });
@@ -167,21 +158,12 @@ fn a_checkpoint_of_other_settings_is_not_continued() {
 
 #[test]
 fn a_resumed_adaptive_run_is_that_of_an_uninterrupted_one() {
-    let folder = tempfile::tempdir().unwrap();
     let mut config = config(Method::DdpgMgeAdaptive, 24);
     config.start_noise = Some(0.02);
     config.ddpg.replay_capacity = 1000;
     config.evaluation = Evaluation { every: 2, episodes: 2, tools: None };
     config.refinement = Refinement { every: 6, least: 1, most: 5 };
-    let [whole, broken] = ["whole", "broken"].map(|name| new_run(folder.path(), name, &config));
-    finish(&whole);
-    stop_at(&broken, 9);
-    finish(&broken);
-    let (whole, broken) = (lasting(&whole), lasting(&broken));
-    assert_eq!(Vec::from_iter(whole.keys()), Vec::from_iter(broken.keys()));
-    for (name, bytes) in &whole {
-        assert!(broken[name] == *bytes, "{name} differs");
-    }
+    let whole = check_resumed(&config, 9);
     let progress = String::from_utf8_lossy(&whole["checkpoint/last/progress.json"]);
     assert!(progress.contains("\"attempts\":[["), "there was no greedy attempt: the test shows nothing");
     let networks = String::from_utf8_lossy(&whole["checkpoint/last/learner.safetensors"]).replace('\\', "");

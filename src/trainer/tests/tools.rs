@@ -25,17 +25,7 @@ fn with_tools() -> impl Iterator<Item = Method> {
 #[test]
 fn a_resumed_run_with_tools_is_that_of_an_uninterrupted_one() {
     for method in with_tools() {
-        let folder = tempfile::tempdir().unwrap();
-        let config = choosing(method, 8);
-        let [whole, broken] = ["whole", "broken"].map(|name| new_run(folder.path(), name, &config));
-        finish(&whole);
-        stop_at(&broken, 5);
-        finish(&broken);
-        let (whole, broken) = (lasting(&whole), lasting(&broken));
-        assert_eq!(Vec::from_iter(whole.keys()), Vec::from_iter(broken.keys()));
-        for (name, bytes) in &whole {
-            assert!(broken[name] == *bytes, "{method}: {name} differs");
-        }
+        check_resumed(&choosing(method, 8), 5);
     }
 }
 
