@@ -123,84 +123,50 @@ impl Form {
     }
 }
 
-/// [`ToolSpec`] as it is read. Reading a flattened [`Form`] would lose the path and the
-/// line of a mistake.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ToolFields {
-    #[serde(rename = "type")]
-    kind: ToolKind,
-    position: [f32; 2],
-    size: Option<f64>,
-    angle: Option<f64>,
-    radius: Option<f64>,
-    elasticity: Option<f64>,
-    friction: Option<f64>,
-    force: Option<f64>,
-    vel: Option<f64>,
-    max_angle: Option<f64>,
-    on_left: Option<bool>,
-    ball_mass: Option<f64>,
-    roll_friction: Option<f64>,
+/// A struct with a [`Form`] as it is read. Reading a flattened [`Form`] would lose the path and the line of a mistake.
+macro_rules! read_with_form {
+    ($name:ident from $fields:ident { $($own:ident: $type:ty)? }) => {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct $fields {
+            #[serde(rename = "type")]
+            kind: ToolKind,
+            $($own: $type,)?
+            size: Option<f64>,
+            angle: Option<f64>,
+            radius: Option<f64>,
+            elasticity: Option<f64>,
+            friction: Option<f64>,
+            force: Option<f64>,
+            vel: Option<f64>,
+            max_angle: Option<f64>,
+            on_left: Option<bool>,
+            ball_mass: Option<f64>,
+            roll_friction: Option<f64>,
+        }
+
+        impl From<$fields> for $name {
+            fn from(fields: $fields) -> Self {
+                let $fields { kind, $($own,)? size, angle, radius, elasticity, friction, .. } = fields;
+                let $fields { force, vel, max_angle, on_left, ball_mass, roll_friction, .. } = fields;
+                let form = Form {
+                    size,
+                    angle,
+                    radius,
+                    elasticity,
+                    friction,
+                    force,
+                    vel,
+                    max_angle,
+                    on_left,
+                    ball_mass,
+                    roll_friction,
+                };
+                Self { kind, $($own,)? form }
+            }
+        }
+    };
 }
 
-impl From<ToolFields> for ToolSpec {
-    fn from(fields: ToolFields) -> Self {
-        let ToolFields { kind, position, size, angle, radius, elasticity, friction, .. } = fields;
-        let ToolFields { force, vel, max_angle, on_left, ball_mass, roll_friction, .. } = fields;
-        let form = Form {
-            size,
-            angle,
-            radius,
-            elasticity,
-            friction,
-            force,
-            vel,
-            max_angle,
-            on_left,
-            ball_mass,
-            roll_friction,
-        };
-        Self { kind, position, form }
-    }
-}
-
-/// [`Placeable`] as it is read.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PlaceableFields {
-    #[serde(rename = "type")]
-    kind: ToolKind,
-    size: Option<f64>,
-    angle: Option<f64>,
-    radius: Option<f64>,
-    elasticity: Option<f64>,
-    friction: Option<f64>,
-    force: Option<f64>,
-    vel: Option<f64>,
-    max_angle: Option<f64>,
-    on_left: Option<bool>,
-    ball_mass: Option<f64>,
-    roll_friction: Option<f64>,
-}
-
-impl From<PlaceableFields> for Placeable {
-    fn from(fields: PlaceableFields) -> Self {
-        let PlaceableFields { kind, size, angle, radius, elasticity, friction, .. } = fields;
-        let PlaceableFields { force, vel, max_angle, on_left, ball_mass, roll_friction, .. } = fields;
-        let form = Form {
-            size,
-            angle,
-            radius,
-            elasticity,
-            friction,
-            force,
-            vel,
-            max_angle,
-            on_left,
-            ball_mass,
-            roll_friction,
-        };
-        Self { kind, form }
-    }
-}
+read_with_form!(ToolSpec from ToolFields { position: [f32; 2] });
+read_with_form!(Placeable from PlaceableFields {});
