@@ -12,7 +12,7 @@ use super::level::RecordedLevel;
 use super::lines::{LinesError, for_each_line, write_line};
 use super::recorded::RecordedTool;
 use super::scene::{Row, row};
-use crate::env::{Action, ActionSet, Choice, EndReason, Environment, Placement, Step, ball_names};
+use crate::env::{Action, Choice, EndReason, Environment, Placement, Step, ball_names};
 use crate::physics::MAX_OBJECTS;
 use crate::task::Task;
 use crate::validation::ValidationError;
@@ -90,25 +90,22 @@ struct EpisodeLine {
 /// Plays actions from the start of a task, without start noise, until they or the
 /// episode are over.
 pub fn replay(task: Arc<Task>, actions: impl IntoIterator<Item = Action>) -> impl Iterator<Item = StepLine> {
-    let names = ball_names(&task);
-    let mut environment = Environment::new(task);
-    // After the end of the episode `step` refuses to go on.
-    actions.into_iter().map_while(move |action| {
-        let step = environment.step(action).ok()?;
-        Some(step_line(&environment, &names, action.to_vec(), &step))
-    })
+    replay_in(Environment::new(task), actions)
 }
 
-/// Plays choices of a tool and a place from the start of a task, likewise.
-fn replay_choices(task: Arc<Task>, set: ActionSet, choices: Vec<Choice>) -> Vec<StepLine> {
-    let names = ball_names(&task);
-    let mut environment = Environment::new(task).with_action_set(set);
-    let line = |choice: Choice| {
+fn replay_in<C: Into<Choice>>(
+    mut environment: Environment,
+    choices: impl IntoIterator<Item = C>,
+) -> impl Iterator<Item = StepLine> {
+    let names = ball_names(environment.task());
+    // After the end of the episode `step` refuses to go on.
+    choices.into_iter().map_while(move |choice| {
+        let choice = choice.into();
         let step = environment.step(choice).ok()?;
         let [x, y] = choice.place;
-        Some(step_line(&environment, &names, vec![choice.tool as f32, x, y], &step))
-    };
-    choices.into_iter().map_while(line).collect()
+        let action = if environment.action_set().is_some() { vec![choice.tool as f32, x, y] } else { vec![x, y] };
+        Some(step_line(&environment, &names, action, &step))
+    })
 }
 
 fn step_line(environment: &Environment, names: &[String], action: Vec<f32>, step: &Step) -> StepLine {
@@ -215,8 +212,8 @@ impl RecordedEpisode {
                     }
                     _ => Err(wrong(i, "must be an index into the inventory and a place, [index, x, y]")),
                 };
-                let choices = steps.map(choice).collect::<Result<_, _>>()?;
-                Ok(replay_choices(task, set, choices))
+                let choices = steps.map(choice).collect::<Result<Vec<_>, _>>()?;
+                Ok(replay_in(Environment::new(task).with_action_set(set), choices).collect())
             }
         }
     }
