@@ -16,7 +16,7 @@ use crate::dynamics::{
 use crate::json;
 use crate::physics::ToolKind;
 use crate::run::{RunDirectory, RunError};
-use crate::spelling::nearest;
+use crate::spelling::did_you_mean;
 use crate::task::{self, Task};
 use crate::validation::ValidationError;
 
@@ -100,8 +100,7 @@ impl ModelJob {
         let known = |path: &String| path != "tools" && short(path) == key;
         let Some(place) = keys.iter().find(|path| known(path)).and_then(|path| json::at_mut(&mut whole, path)) else {
             let names: Vec<&str> = keys.iter().map(|path| short(path)).collect();
-            let hint = nearest(names.into_iter().chain(["literal", "kind"]), key);
-            let hint = hint.map(|name| format!(": did you mean `{name}`?")).unwrap_or_default();
+            let hint = did_you_mean(names.into_iter().chain(["literal", "kind"]), key);
             return Err(format!("there is no setting `{key}` of a dynamics model{hint}"));
         };
         *place = value.clone();
@@ -181,7 +180,6 @@ pub(super) fn short(path: &str) -> &str {
     path.trim_start_matches("model.").trim_start_matches("training.")
 }
 
-/// The setting an error is about.
 fn write(path: &Path, bytes: &[u8]) -> Result<(), RunError> {
     crate::atomic::write(path, bytes).map_err(RunError::io("write", path))
 }
