@@ -194,8 +194,7 @@ mod tests {
     fn a_saved_agent_chooses_and_learns_as_before() {
         let streams = Streams { noise: rng(6), replay: rng(7) };
         let options = Some(line(3));
-        let mut learner =
-            Learner::with_options(SEEN + OFFERED, FREE + 1, options, &config(), &mut rng(1), streams).unwrap();
+        let mut learner = Learner::new(SEEN + OFFERED, FREE + 1, options, &config(), &mut rng(1), streams).unwrap();
         let live = |learner: &mut Learner| {
             let (s, next_s) = (observations(1, 8), observations(1, 9));
             let action = learner.explore(&s);

@@ -39,31 +39,15 @@ pub struct Learner {
 }
 
 impl Learner {
-    /// A learner that knows nothing, its networks drawn from `initialisation`.
-    ///
-    /// # Errors
-    /// If the config is not valid.
-    ///
-    /// # Panics
-    /// If a length is 0.
-    pub fn new(
-        observation_len: usize,
-        action_len: usize,
-        config: &DdpgConfig,
-        initialisation: &mut ChaCha8Rng,
-        streams: Streams,
-    ) -> Result<Self, ValidationError> {
-        Self::with_options(observation_len, action_len, None, config, initialisation, streams)
-    }
-
-    /// Like [`Learner::new`], for an agent that chooses among options, as [`Ddpg::with_options`].
+    /// A learner that knows nothing, its networks drawn from `initialisation`; of an agent that chooses among options
+    /// if there are any, as [`Ddpg::with_options`].
     ///
     /// # Errors
     /// If the config is not valid.
     ///
     /// # Panics
     /// If a length is 0, or nothing is left of it without the options.
-    pub fn with_options(
+    pub fn new(
         observation_len: usize,
         action_len: usize,
         options: Option<Options>,

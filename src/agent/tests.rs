@@ -23,7 +23,7 @@ fn small() -> DdpgConfig {
 
 fn learner(config: &DdpgConfig, seed: u64) -> Learner {
     let streams = Streams { noise: rng(seed + 1), replay: rng(seed + 2) };
-    Learner::new(OBSERVATION, ACTION, config, &mut rng(seed), streams).unwrap()
+    Learner::new(OBSERVATION, ACTION, None, config, &mut rng(seed), streams).unwrap()
 }
 
 /// Lets the learner live through steps number `steps` of a made-up world, in which everything

@@ -86,7 +86,7 @@ impl Training {
         let mut weights = Stream::AgentWeights.of(config.seed);
         let Space { observation, action, options } = Space::of(&config);
         let learner_streams = streams::learner(config.seed);
-        let learner = Learner::with_options(observation, action, options, &config.ddpg, &mut weights, learner_streams)
+        let learner = Learner::new(observation, action, options, &config.ddpg, &mut weights, learner_streams)
             .map_err(|error| error.within("ddpg"))?;
         let progress = Progress {
             episode: 0,
