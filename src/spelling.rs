@@ -19,6 +19,32 @@ pub fn did_you_mean<'a>(known: impl IntoIterator<Item = &'a str>, typed: &str) -
     nearest(known, typed).map(|name| format!(": did you mean `{name}`?")).unwrap_or_default()
 }
 
+/// What to say of a name that is none of those known.
+pub fn unknown<const N: usize>(what: &str, known: [&str; N], typed: &str) -> String {
+    format!("unknown {what} `{typed}`: use one of {}{}", known.join(", "), did_you_mean(known, typed))
+}
+
+/// Writes and reads an enum that has `ALL` and `name()` by its name. The text says what it is to people.
+macro_rules! by_name {
+    ($enum:ident, $what:literal) => {
+        impl std::fmt::Display for $enum {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str(self.name())
+            }
+        }
+
+        impl std::str::FromStr for $enum {
+            type Err = String;
+
+            fn from_str(text: &str) -> Result<Self, String> {
+                let found = Self::ALL.into_iter().find(|known| known.name() == text);
+                found.ok_or_else(|| crate::spelling::unknown($what, Self::ALL.map(Self::name), text))
+            }
+        }
+    };
+}
+pub(crate) use by_name;
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -28,6 +54,15 @@ mod tests {
         assert_eq!(did_you_mean(["train", "task"], "trian"), ": did you mean `train`?");
         assert_eq!(did_you_mean(["train", "task"], "zzz"), "");
         assert_eq!(nearest(["task1", "task2"], "task22"), Some("task2"));
+    }
+
+    #[test]
+    fn an_enum_is_read_by_its_name() {
+        use crate::physics::ToolKind;
+        assert_eq!(ToolKind::Box.to_string().parse(), Ok(ToolKind::Box));
+        let error = "bukket".parse::<ToolKind>().unwrap_err();
+        assert!(error.starts_with("unknown tool `bukket`: use one of bucket, square, "), "{error}");
+        assert!(error.ends_with(", ladder: did you mean `bucket`?"), "{error}");
     }
 
     #[test]

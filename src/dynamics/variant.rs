@@ -1,11 +1,9 @@
 //! The whole model, and three models with one structural assumption of section 4.1 switched off.
 
-use std::fmt;
-use std::str::FromStr;
-
 use serde::{Deserialize, Serialize};
 
 use super::config::{Coordinates, EdgeActivation, EdgeFunctions, ModelConfig};
+use crate::spelling::by_name;
 
 /// A model with at most one structural assumption switched off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -57,18 +55,4 @@ impl Variant {
     }
 }
 
-impl fmt::Display for Variant {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Variant {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let known = || Self::ALL.map(Self::name).join(", ");
-        let found = Self::ALL.into_iter().find(|variant| variant.name() == text);
-        found.ok_or_else(|| format!("unknown variant `{text}`: use {}", known()))
-    }
-}
+by_name!(Variant, "variant");

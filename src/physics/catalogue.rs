@@ -8,7 +8,9 @@ use rand::Rng;
 use rand::seq::index;
 use serde::{Deserialize, Serialize};
 
-use super::tool::{Tool, ToolKind};
+use super::tool::Tool;
+use super::tool_kind::ToolKind;
+use crate::spelling::by_name;
 
 /// Number of the no-op: the last entry of the catalogue, which places nothing.
 pub const NO_OP: usize = 2365;
@@ -89,22 +91,7 @@ impl ToolSplit {
     }
 }
 
-impl std::fmt::Display for ToolSplit {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl std::str::FromStr for ToolSplit {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL
-            .into_iter()
-            .find(|split| split.name() == text)
-            .ok_or_else(|| format!("unknown tools `{text}`: use all, train, validation or test"))
-    }
-}
+by_name!(ToolSplit, "tools");
 
 /// A tool of the catalogue, at the origin. None is the no-op, and whatever is not there.
 pub fn catalogue_tool(number: usize) -> Option<&'static Tool> {

@@ -6,7 +6,8 @@
 //!
 //! | file | idea |
 //! |---|---|
-//! | `tool.rs` | the types of tools: one table of shapes, materials and rules |
+//! | `tool_kind.rs` | the types of tools: one table of shapes, materials and rules |
+//! | `tool.rs` | a tool: its type, place, size and material |
 //! | `catalogue.rs` | CREATE's 2,365 variants of tools |
 //! | `rules.rs` | what a tool does to the body that touches it, before or after the solver |
 //! | `plank.rs` | hinges and see-saws |
@@ -62,13 +63,15 @@ mod step;
 #[cfg(test)]
 mod tests;
 mod tool;
+mod tool_kind;
 mod touch;
 mod units;
 mod world;
 
 pub use body::{Ball, BallState, Motion, MovingBox};
 pub use catalogue::{ACTION_SET, NO_OP, ToolSplit, catalogue_tool};
-pub use tool::{Tool, ToolKind};
+pub use tool::Tool;
+pub use tool_kind::ToolKind;
 pub use touch::{ObjectId, Touch};
 pub use units::{
     GRAVITY, MAX_OBJECTS, PHYSICS_DT, SCREEN, START_OVERLAP, STEPS_PER_ACTION, exact, to_normalised, to_units,

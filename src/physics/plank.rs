@@ -5,7 +5,8 @@ use rapier2d::prelude::*;
 use super::body::{Body, Motion};
 use super::joint::Joint;
 use super::outline::direction;
-use super::tool::{Tool, ToolKind};
+use super::tool::Tool;
+use super::tool_kind::ToolKind;
 use super::world::World;
 
 /// Mass and moment of inertia of a plank, whatever its length.

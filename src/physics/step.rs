@@ -120,7 +120,7 @@ impl World {
         let state = contact.state;
         let Some(acting) = Acting::of(owners, contact.bodies) else { return state != State::Ignored };
         let kind = self.tools[acting.tool].tool.kind;
-        if let (State::New, Some(rule)) = (state, kind.begin())
+        if let (State::New, Some(rule)) = (state, kind.row().begin)
             && !self.act(rule, acting)
         {
             self.contacts[index as usize].state = State::Ignored;
@@ -129,7 +129,7 @@ impl World {
         if self.contacts[index as usize].state == State::Ignored {
             return false;
         }
-        let goes_on = kind.pre_solve().is_none_or(|rule| self.act(rule, acting));
+        let goes_on = kind.row().pre_solve.is_none_or(|rule| self.act(rule, acting));
         if !goes_on && !kind.is_sensor() {
             self.moved.push(acting.touch());
         }
@@ -193,7 +193,7 @@ impl World {
             let contact = &self.contacts[self.order[index] as usize];
             let owners = contact.shapes.map(|shape| self.shapes[shape as usize].owner);
             let Some(acting) = Acting::of(owners, contact.bodies) else { continue };
-            if let Some(rule) = self.tools[acting.tool].tool.kind.post_solve()
+            if let Some(rule) = self.tools[acting.tool].tool.kind.row().post_solve
                 && self.act(rule, acting)
             {
                 self.rouse(acting.body);

@@ -12,6 +12,7 @@ use super::joint::Joint;
 use super::outline::{Frame, Outline};
 use super::rules::Actor;
 use super::tool::Tool;
+use super::tool_kind::{STAR_TURN, regular};
 use super::touch::{ObjectId, Touch};
 use super::units::exact;
 
@@ -367,17 +368,8 @@ impl World {
     pub fn touches_sensor(&self, ball: usize, sensor: usize) -> bool {
         self.sensors[sensor].is_some_and(|shape| {
             let shape = &self.shapes[shape as usize];
-            self.overlaps_ball(ball, &shape.outline, shape.number)
+            overlap(self.now(self.balls[ball].0), &shape.outline, shape.number)
         })
-    }
-
-    /// Whether two balls overlap now.
-    pub fn touches_ball(&self, ball: usize, other: usize) -> bool {
-        self.overlaps_ball(ball, self.now(self.balls[other].0), 0)
-    }
-
-    fn overlaps_ball(&self, ball: usize, outline: &Outline, number: u64) -> bool {
-        overlap(self.now(self.balls[ball].0), outline, number)
     }
 
     /// A body's outline where the latest step's detection had it: a rule may have moved the
@@ -419,9 +411,7 @@ impl Sensor {
     fn outline(&self) -> (Outline, [f64; 2]) {
         match *self {
             Self::Circle { position, radius } => (Outline::disc(radius), position),
-            Self::Star { position, radius } => {
-                (Outline::hull(&super::tool::regular(5, super::tool::STAR_TURN, radius)), position)
-            }
+            Self::Star { position, radius } => (Outline::hull(&regular(5, STAR_TURN, radius)), position),
             Self::Square { position, side } => (Outline::rectangle(side, side), position),
         }
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::spelling::did_you_mean;
+use crate::spelling::by_name;
 
 /// A way of learning, or of acting without learning. All share one loop.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -146,23 +146,7 @@ impl Method {
     }
 }
 
-impl std::fmt::Display for Method {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl std::str::FromStr for Method {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL.into_iter().find(|method| method.name() == text).ok_or_else(|| {
-            let known = Self::ALL.map(Self::name);
-            let hint = did_you_mean(known, text);
-            format!("unknown method `{text}`: use one of {}{hint}", known.join(", "))
-        })
-    }
-}
+by_name!(Method, "method");
 
 /// Where rollouts, and with them the action clusters, come from.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -63,7 +63,7 @@ fn what_does_not_fit_tools_is_refused_in_one_line() {
         ("method", "open-loop", "with `tools` use ddpg, ddpg-mge, ddpg-uniform, ddpg-mge-true, ddpg-mge-adaptive"),
         ("method", "planning", "is `planning`, which knows only the task's own tool"),
         ("refinement.every", "50", "must be 0 with `tools`"),
-        ("tools", "some", "use all, train, validation or test"),
+        ("tools", "some", "use one of all, train, validation, test"),
         ("tools", "null", "evaluation.tools: is set, but the run has no `tools`"),
         ("tool_candidates", "41", "a whole number from 1 to 40"),
     ] {
