@@ -2,7 +2,7 @@
 
 use super::codec::Codec;
 use super::config::{ModelConfig, Targets};
-use super::error::DynamicsError;
+use super::error::Result;
 use super::graph::{Edges, GraphBuilder};
 use super::launch::{Launch, Split, collect};
 use super::model::Model;
@@ -22,7 +22,7 @@ impl Predictor for ConstantVelocity {
         self.interval
     }
 
-    fn advance(&self, balls: &[BallState], _: &[&[Tool]]) -> Result<Vec<BallState>, DynamicsError> {
+    fn advance(&self, balls: &[BallState], _: &[&[Tool]]) -> Result<Vec<BallState>> {
         let steps = self.interval as f32;
         let seconds = steps * PHYSICS_DT;
         // Positions move before gravity acts, so a step sees the gravity of those before it.
@@ -66,7 +66,7 @@ impl NearestSample {
     ///
     /// # Errors
     /// When the model's settings make no graphs.
-    pub fn of(model: &Model) -> Result<Self, DynamicsError> {
+    pub fn of(model: &Model) -> Result<Self> {
         let config = ModelConfig {
             targets: Targets::Residual,
             spin: true,
@@ -87,7 +87,7 @@ impl NearestSample {
             statistics.normalise(&mut inputs);
             Ok(Table { columns: statistics, inputs, targets })
         };
-        let tables = model.tools.iter().enumerate().map(table).collect::<Result<_, DynamicsError>>()?;
+        let tables = model.tools.iter().enumerate().map(table).collect::<Result<_>>()?;
         Ok(Self { builder, codec, free: ConstantVelocity { interval: config.interval }, tables })
     }
 }
@@ -99,7 +99,7 @@ fn stored(
     interval: usize,
     launches: &[Launch],
     function: usize,
-) -> Result<(Edges, Vec<f32>), DynamicsError> {
+) -> Result<(Edges, Vec<f32>)> {
     let (mut graphs, mut targets) = (builder.empty(), Vec::new());
     for launch in launches {
         for start in (0..STEPS_PER_ACTION as usize).step_by(interval) {
@@ -118,7 +118,7 @@ impl Predictor for NearestSample {
         self.free.interval
     }
 
-    fn advance(&self, balls: &[BallState], tools: &[&[Tool]]) -> Result<Vec<BallState>, DynamicsError> {
+    fn advance(&self, balls: &[BallState], tools: &[&[Tool]]) -> Result<Vec<BallState>> {
         let mut next = self.free.advance(balls, tools)?;
         for ((next, ball), tools) in next.iter_mut().zip(balls).zip(tools) {
             let distance = |tool: &&Tool| tool.surface(ball.position).0;

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use super::error::DynamicsError;
+use super::error::{DynamicsError, Result};
 use crate::nn::OptimiserKind;
 use crate::physics::STEPS_PER_ACTION;
 use crate::validation::{Setting, ValidationError, check_settings};
@@ -131,7 +131,7 @@ impl ModelConfig {
     ///
     /// # Errors
     /// Names the first setting that is out of range.
-    pub fn validate(&self) -> Result<(), DynamicsError> {
+    pub fn validate(&self) -> Result<()> {
         check_settings(self, &MODEL_SETTINGS)?;
         let error = |path, message| Err(ValidationError::new(path, message).into());
         if !STEPS_PER_ACTION.is_multiple_of(self.interval) {
@@ -259,7 +259,7 @@ impl From<Loss> for String {
 impl TryFrom<String> for Loss {
     type Error = DynamicsError;
 
-    fn try_from(text: String) -> Result<Self, DynamicsError> {
+    fn try_from(text: String) -> Result<Self> {
         text.parse()
     }
 }
@@ -267,7 +267,7 @@ impl TryFrom<String> for Loss {
 impl FromStr for Loss {
     type Err = DynamicsError;
 
-    fn from_str(text: &str) -> Result<Self, DynamicsError> {
+    fn from_str(text: &str) -> Result<Self> {
         let width = |text: &str| text.parse().ok().filter(|width: &f32| *width > 0.0 && width.is_finite());
         match text.split_once(':') {
             None if text == "squared" => Some(Self::Squared),
@@ -318,7 +318,7 @@ impl TrainConfig {
     ///
     /// # Errors
     /// Names the first setting that is out of range.
-    pub fn validate(&self) -> Result<(), DynamicsError> {
+    pub fn validate(&self) -> Result<()> {
         check_settings(self, &TRAIN_SETTINGS)?;
         match self.loss {
             Loss::Huber(width) if !(width > 0.0 && width.is_finite()) => Err(wrong_loss()),

@@ -6,6 +6,9 @@ use super::object::ObjectType;
 use crate::nn::{NnError, TensorFileError};
 use crate::validation::ValidationError;
 
+/// What comes of work with dynamics models.
+pub type Result<T, E = DynamicsError> = std::result::Result<T, E>;
+
 /// A model cannot be made, trained or used for what was asked.
 #[derive(Debug, Error)]
 pub enum DynamicsError {

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::baseline::{ConstantVelocity, NearestSample};
-use super::error::DynamicsError;
+use super::error::{DynamicsError, Result};
 use super::launch::{Launch, Split, collect, is_deflected};
 use super::model::Model;
 use super::predictor::Predictor;
@@ -148,7 +148,7 @@ pub struct EvaluationProgress {
 ///
 /// # Errors
 /// When the model cannot predict a scene of such a task.
-pub fn evaluate(model: &Model, tasks: &[Task], config: &EvaluationConfig) -> Result<Evaluation, DynamicsError> {
+pub fn evaluate(model: &Model, tasks: &[Task], config: &EvaluationConfig) -> Result<Evaluation> {
     let evaluation = evaluate_with_progress(model, tasks, config, &mut |_| true)?;
     // There is no evaluation only if the callback returns false.
     Ok(evaluation.expect("the evaluation was not stopped"))
@@ -164,7 +164,7 @@ pub fn evaluate_with_progress(
     tasks: &[Task],
     config: &EvaluationConfig,
     on_progress: &mut dyn FnMut(&EvaluationProgress) -> bool,
-) -> Result<Option<Evaluation>, DynamicsError> {
+) -> Result<Option<Evaluation>> {
     let known = tasks.iter().filter(|task| model.check_task(task).is_ok()).count();
     let total = PREDICTORS * (model.tools().len() + 2 * known);
     match evaluate_parts(model, tasks, config, &mut Parts { done: 0, total, on_progress }) {
@@ -183,7 +183,7 @@ struct Parts<'a> {
 }
 
 impl Parts<'_> {
-    fn next(&mut self, part: &str) -> Result<(), DynamicsError> {
+    fn next(&mut self, part: &str) -> Result<()> {
         let progress = EvaluationProgress { done: self.done, total: self.total, part: part.to_owned() };
         self.done += 1;
         if (self.on_progress)(&progress) { Ok(()) } else { Err(DynamicsError::Stopped) }
@@ -195,7 +195,7 @@ fn evaluate_parts(
     tasks: &[Task],
     config: &EvaluationConfig,
     parts: &mut Parts<'_>,
-) -> Result<Evaluation, DynamicsError> {
+) -> Result<Evaluation> {
     let constant = ConstantVelocity { interval: model.config().interval };
     let nearest = NearestSample::of(model)?;
     let rapier = Rapier::every(model.config().interval, GRAVITY, Ball::default());
@@ -232,7 +232,7 @@ fn scene_errors(
     predictors: &Compared<&dyn Predictor>,
     config: &EvaluationConfig,
     parts: &mut Parts<'_>,
-) -> Result<SceneErrors, DynamicsError> {
+) -> Result<SceneErrors> {
     let mut rng = ChaCha8Rng::seed_from_u64(config.seed);
     let starts = random_states(task, config.episodes, &mut rng);
     let actions = |rng: &mut ChaCha8Rng, horizon| (0..horizon).map(|_| uniform_action(rng)).collect();
@@ -276,10 +276,7 @@ impl Evaluation {
 const HIT_HORIZON: usize = 8;
 
 impl<'a> Compared<&'a dyn Predictor> {
-    fn map<T>(
-        &self,
-        mut value: impl FnMut(&'a dyn Predictor) -> Result<T, DynamicsError>,
-    ) -> Result<Compared<T>, DynamicsError> {
+    fn map<T>(&self, mut value: impl FnMut(&'a dyn Predictor) -> Result<T>) -> Result<Compared<T>> {
         Ok(Compared {
             model: value(self.model)?,
             constant_velocity: value(self.constant_velocity)?,
@@ -329,7 +326,7 @@ fn passes(subgoal: [f32; 2], from: &BallState, to: &BallState) -> bool {
     distance_to_segment(subgoal, from.position, to.position) <= SUBGOAL_RADIUS + Ball::default().radius
 }
 
-fn one_tool(predictor: &dyn Predictor, launches: &[Launch], subgoals: &[[f32; 2]]) -> Result<OneTool, DynamicsError> {
+fn one_tool(predictor: &dyn Predictor, launches: &[Launch], subgoals: &[[f32; 2]]) -> Result<OneTool> {
     let interval = predictor.interval() as usize;
     let tools: Vec<&[Tool]> = launches.iter().map(|launch| std::slice::from_ref(&launch.tool)).collect();
     let mut balls: Vec<BallState> = launches.iter().map(|launch| launch.states[0]).collect();
@@ -415,7 +412,7 @@ impl TrueScenes {
     }
 
     /// Errors after 1, 2, ... actions, of the rollouts that lasted so long.
-    fn errors(&self, predictor: &dyn Predictor, horizon: usize) -> Result<Vec<Errors>, DynamicsError> {
+    fn errors(&self, predictor: &dyn Predictor, horizon: usize) -> Result<Vec<Errors>> {
         let mut balls: Vec<BallState> = self.0.iter().map(|(balls, _)| balls[0]).collect();
         let mut errors = Vec::new();
         for action in 0..horizon {

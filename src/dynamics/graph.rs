@@ -5,7 +5,7 @@
 //! 1), velocities are divided by [`VELOCITY_SCALE`].
 
 use super::config::{Coordinates, EdgeActivation, EdgeFunctions, Geometry, ModelConfig};
-use super::error::DynamicsError;
+use super::error::{DynamicsError, Result};
 use super::object::ObjectType;
 use super::tool_set::tool_set_name;
 use crate::env::VELOCITY_SCALE;
@@ -92,7 +92,7 @@ impl GraphBuilder {
         graphs: &mut Graphs,
         ball: &BallState,
         tools: impl IntoIterator<Item = &'a Tool, IntoIter: Clone>,
-    ) -> Result<(), DynamicsError> {
+    ) -> Result<()> {
         let tools = tools.into_iter();
         self.check(ball, tools.clone())?;
         let scene = graphs.scenes;
@@ -114,7 +114,7 @@ impl GraphBuilder {
         Ok(())
     }
 
-    fn check<'a>(&self, ball: &BallState, tools: impl Iterator<Item = &'a Tool>) -> Result<(), DynamicsError> {
+    fn check<'a>(&self, ball: &BallState, tools: impl Iterator<Item = &'a Tool>) -> Result<()> {
         let mut numbers = vec![ball.angular_velocity];
         numbers.extend(ball.position.iter().chain(&ball.velocity));
         for tool in tools {

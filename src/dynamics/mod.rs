@@ -67,7 +67,7 @@ pub use config::{
     Coordinates, EdgeActivation, EdgeFunctions, Geometry, Loss, MODEL_SETTINGS, ModelConfig, RateSchedule,
     TRAIN_SETTINGS, Targets, TrainConfig,
 };
-pub use error::DynamicsError;
+pub use error::{DynamicsError, Result};
 pub use evaluate::{
     Compared, Errors, Evaluation, EvaluationConfig, EvaluationProgress, Hits, LaunchErrors, OneTool, SceneErrors,
     evaluate, evaluate_with_progress,

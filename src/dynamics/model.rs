@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::codec::Codec;
 use super::config::{ModelConfig, TrainConfig};
-use super::error::DynamicsError;
+use super::error::{DynamicsError, Result};
 use super::graph::{GraphBuilder, Graphs};
 use super::network::Network;
 use super::normaliser::Normaliser;
@@ -98,7 +98,7 @@ impl Model {
     /// [`DynamicsError::UnseenEdge`] for a pair of objects it was never trained on,
     /// [`DynamicsError::OtherPhysics`] for other rules another ball or
     /// tools of another form or material than the launches had.
-    pub fn check_task(&self, task: &Task) -> Result<(), DynamicsError> {
+    pub fn check_task(&self, task: &Task) -> Result<()> {
         let unseen = task.tool_set().into_iter().find(|kind| !self.tools.contains(kind)).map(ObjectType::Tool);
         let second_ball = task.marker.is_some() || task.goal.shape == GoalShape::Ball || !task.balls.is_empty();
         if let Some(sender) = unseen.or(second_ball.then_some(ObjectType::Ball)) {
@@ -144,7 +144,7 @@ impl Model {
     ///
     /// # Errors
     /// When the file is of another kind or version, or a part is missing or does not fit.
-    pub fn from_file(file: &TensorFile, origin: &str) -> Result<Self, DynamicsError> {
+    pub fn from_file(file: &TensorFile, origin: &str) -> Result<Self> {
         let wrong = |source| DynamicsError::File { origin: origin.to_owned(), source };
         let content = |reason: &str| DynamicsError::Content { origin: origin.to_owned(), reason: reason.to_owned() };
         if file.metadata.get("format").map(String::as_str) != Some(FORMAT) {
@@ -173,7 +173,7 @@ impl Model {
     ///
     /// # Errors
     /// When the bytes are truncated, foreign, of another version, or do not fit.
-    pub fn from_bytes(bytes: &[u8], origin: &str) -> Result<Self, DynamicsError> {
+    pub fn from_bytes(bytes: &[u8], origin: &str) -> Result<Self> {
         let file = TensorFile::from_bytes(bytes)
             .map_err(|source| DynamicsError::File { origin: origin.to_owned(), source })?;
         Self::from_file(&file, origin)
@@ -183,7 +183,7 @@ impl Model {
     ///
     /// # Errors
     /// As [`from_bytes`](Self::from_bytes), and when the file cannot be read.
-    pub fn load(path: &Path) -> Result<Self, DynamicsError> {
+    pub fn load(path: &Path) -> Result<Self> {
         let origin = path.display().to_string();
         let read = bounded::regular(path).and_then(|()| bounded::read(path, bounded::MODEL));
         let bytes = read.map_err(|source| DynamicsError::Io { origin: origin.clone(), source })?;
@@ -194,7 +194,7 @@ impl Model {
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn save(&self, path: &Path) -> Result<(), DynamicsError> {
+    pub fn save(&self, path: &Path) -> Result<()> {
         crate::atomic::write(path, &self.to_file().to_bytes())
             .map_err(|source| DynamicsError::Io { origin: path.display().to_string(), source })
     }

@@ -1,6 +1,6 @@
 //! What predicts the ball: a learned model, or one of the baselines it is measured against.
 
-use super::error::DynamicsError;
+use super::error::Result;
 use super::model::Model;
 use crate::physics::{BallState, Tool};
 
@@ -13,7 +13,7 @@ pub trait Predictor: Sync {
     ///
     /// # Errors
     /// When it cannot predict a scene, as when it was never trained on a tool type.
-    fn advance(&self, balls: &[BallState], tools: &[&[Tool]]) -> Result<Vec<BallState>, DynamicsError>;
+    fn advance(&self, balls: &[BallState], tools: &[&[Tool]]) -> Result<Vec<BallState>>;
 }
 
 impl Predictor for Model {
@@ -21,7 +21,7 @@ impl Predictor for Model {
         self.config.interval
     }
 
-    fn advance(&self, balls: &[BallState], tools: &[&[Tool]]) -> Result<Vec<BallState>, DynamicsError> {
+    fn advance(&self, balls: &[BallState], tools: &[&[Tool]]) -> Result<Vec<BallState>> {
         let mut graphs = self.builder.empty();
         for (ball, tools) in balls.iter().zip(tools) {
             self.builder.push(&mut graphs, ball, *tools)?;

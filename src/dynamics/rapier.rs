@@ -7,7 +7,7 @@
 use rapier2d::prelude::*;
 use rayon::prelude::*;
 
-use super::error::DynamicsError;
+use super::error::Result;
 use super::predictor::Predictor;
 use crate::physics::{Ball, BallState, PHYSICS_DT, Tool, ToolKind, exact};
 use crate::task::Task;
@@ -106,7 +106,7 @@ impl Predictor for Rapier {
         self.interval
     }
 
-    fn advance(&self, balls: &[BallState], tools: &[&[Tool]]) -> Result<Vec<BallState>, DynamicsError> {
+    fn advance(&self, balls: &[BallState], tools: &[&[Tool]]) -> Result<Vec<BallState>> {
         Ok(balls.par_iter().zip(tools).map(|(ball, tools)| self.predict(ball, tools)).collect())
     }
 }

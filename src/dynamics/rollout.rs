@@ -1,6 +1,6 @@
 //! Model rollouts: thousands of action sequences as one batch for every prediction.
 
-use super::error::DynamicsError;
+use super::error::Result;
 use super::predictor::Predictor;
 use crate::env::{Action, Placement, Snapshot};
 use crate::physics::{Ball, BallState, SCREEN, Tool, to_normalised, to_units};
@@ -59,7 +59,7 @@ pub fn rollouts(
     task: &Task,
     starts: &[&Snapshot],
     sequences: &[Vec<Action>],
-) -> Result<Vec<Rollout>, DynamicsError> {
+) -> Result<Vec<Rollout>> {
     let stages = task.stages();
     let mut scenes: Vec<Scene> = starts.iter().map(|start| Scene::new(task, &stages, start)).collect();
     let horizon = sequences.iter().map(Vec::len).max().unwrap_or(0);
@@ -81,7 +81,7 @@ pub fn rollouts(
 }
 
 /// One prediction for all rollouts that are not over.
-fn advance(predictor: &dyn Predictor, scenes: &mut [Scene]) -> Result<(), DynamicsError> {
+fn advance(predictor: &dyn Predictor, scenes: &mut [Scene]) -> Result<()> {
     let mut running: Vec<&mut Scene> = scenes.iter_mut().filter(|scene| !scene.over).collect();
     let balls: Vec<BallState> = running.iter().map(|scene| scene.ball).collect();
     let tools: Vec<&[Tool]> = running.iter().map(|scene| scene.tools.as_slice()).collect();

@@ -6,7 +6,7 @@ use rand::Rng;
 use super::bystander::Bystanders;
 use super::codec::Codec;
 use super::config::ModelConfig;
-use super::error::DynamicsError;
+use super::error::Result;
 use super::graph::{GraphBuilder, Graphs};
 use super::launch::{Launch, gap};
 use crate::physics::{BallState, STEPS_PER_ACTION, Tool};
@@ -38,7 +38,7 @@ impl Samples {
         launches: impl IntoIterator<Item = &'a Launch>,
         mirror: bool,
         mut bystanders: Bystanders,
-    ) -> Result<Self, DynamicsError> {
+    ) -> Result<Self> {
         let interval = config.interval as usize;
         let stretches = STEPS_PER_ACTION as usize + 1 - interval;
         let codec = Codec::new(config);

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
-use super::error::DynamicsError;
+use super::error::Result;
 use super::model::Model;
 use crate::physics::ToolKind;
 
@@ -32,7 +32,7 @@ pub fn shipped_for(tools: &[ToolKind]) -> Option<Arc<Model>> {
 ///
 /// # Errors
 /// When it cannot be read.
-pub fn named(name: &str) -> Result<Arc<Model>, DynamicsError> {
+pub fn named(name: &str) -> Result<Arc<Model>> {
     shipped(name).map_or_else(|| Model::load(Path::new(name)).map(Arc::new), Ok)
 }
 

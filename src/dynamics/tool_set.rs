@@ -1,6 +1,6 @@
 //! Tool sets: what a model knows, in one order and under one name.
 
-use super::error::DynamicsError;
+use super::error::{DynamicsError, Result};
 use crate::physics::ToolKind;
 
 /// Names of a tool set in canonical order, joined by hyphens.
@@ -12,7 +12,7 @@ pub fn tool_set_name(tools: &[ToolKind]) -> String {
 ///
 /// # Errors
 /// When it is empty or names a type twice.
-pub fn canonical_tool_set(tools: &[ToolKind]) -> Result<Vec<ToolKind>, DynamicsError> {
+pub fn canonical_tool_set(tools: &[ToolKind]) -> Result<Vec<ToolKind>> {
     let mut sorted = tools.to_vec();
     sorted.sort_unstable();
     sorted.dedup();

@@ -12,7 +12,7 @@ use rand::seq::SliceRandom;
 use super::bystander::Bystanders;
 use super::codec::Codec;
 use super::config::{Loss, ModelConfig, TrainConfig};
-use super::error::DynamicsError;
+use super::error::{DynamicsError, Result};
 use super::graph::GraphBuilder;
 use super::launch::{Launch, Split, collect, data_hash};
 use super::model::{Model, Provenance, entry};
@@ -67,12 +67,7 @@ impl Training {
     ///
     /// # Errors
     /// When a setting is out of range or the tool set is not usable.
-    pub fn new(
-        config: ModelConfig,
-        training: TrainConfig,
-        tools: &[ToolKind],
-        command: &str,
-    ) -> Result<Self, DynamicsError> {
+    pub fn new(config: ModelConfig, training: TrainConfig, tools: &[ToolKind], command: &str) -> Result<Self> {
         config.validate()?;
         training.validate()?;
         let tools = canonical_tool_set(tools)?;
@@ -185,7 +180,7 @@ impl Training {
     ///
     /// # Errors
     /// When the file is no checkpoint, does not fit, or the launches differ.
-    pub fn resume(file: &TensorFile, origin: &str) -> Result<Self, DynamicsError> {
+    pub fn resume(file: &TensorFile, origin: &str) -> Result<Self> {
         let model = Model::from_file(file, origin)?;
         let wrong = |source| DynamicsError::File { origin: origin.to_owned(), source };
         let optimiser = Optimiser::load(file, OPTIMISER).map_err(wrong)?;
@@ -212,7 +207,7 @@ struct Data {
 }
 
 impl Data {
-    fn collect(config: &ModelConfig, training: &TrainConfig, tools: &[ToolKind]) -> Result<Self, DynamicsError> {
+    fn collect(config: &ModelConfig, training: &TrainConfig, tools: &[ToolKind]) -> Result<Self> {
         let builder = GraphBuilder::new(config.clone(), tools.to_vec());
         let of = |split, count| -> Vec<Launch> {
             tools.iter().flat_map(|&kind| collect(kind, count, split, training.seed)).collect()

@@ -5,7 +5,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::config::{ModelConfig, TrainConfig};
-use super::error::DynamicsError;
+use super::error::{DynamicsError, Result};
 use super::model::Model;
 use super::tool_set::canonical_tool_set;
 use super::train::{Ended, Progress, Training};
@@ -72,7 +72,7 @@ pub fn train_to_file(
     tools: &[ToolKind],
     command: &str,
     mut on_progress: impl FnMut(&Progress) -> bool,
-) -> Result<TrainedModel, DynamicsError> {
+) -> Result<TrainedModel> {
     let checkpoint = checkpoint_of(path);
     let io = |source| DynamicsError::Io { origin: checkpoint.display().to_string(), source };
     let mut training = match std::fs::read(&checkpoint) {
@@ -104,7 +104,7 @@ fn resume(
     config: &ModelConfig,
     settings: &TrainConfig,
     tools: &[ToolKind],
-) -> Result<Training, DynamicsError> {
+) -> Result<Training> {
     let origin_of = |source| DynamicsError::File { origin: origin.to_owned(), source };
     let training = Training::resume(&TensorFile::from_bytes(bytes).map_err(origin_of)?, origin)?;
     let model = training.model();

@@ -10,7 +10,7 @@ use super::clusters::{Cluster, cluster};
 use super::config::{GuidanceConfig, StartStates};
 use super::prior::{ActionPrior, StagePrior};
 use super::rollout::RolloutModel;
-use crate::dynamics::{DynamicsError, Rollout};
+use crate::dynamics::{DynamicsError, Result, Rollout};
 use crate::env::{Action, Environment, Snapshot, uniform_action};
 use crate::stop::or_left_behind;
 use crate::streams::Stream;
@@ -30,7 +30,7 @@ pub fn build(
     config: &GuidanceConfig,
     seed: u64,
     progress: impl FnMut(usize),
-) -> Result<Option<ActionPrior>, DynamicsError> {
+) -> Result<Option<ActionPrior>> {
     match build_stages(task, model, model_name, config, seed, progress) {
         Ok((prior, _)) => Ok(Some(prior)),
         Err(DynamicsError::Stopped) => Ok(None),
@@ -46,7 +46,7 @@ pub(super) fn build_stages(
     config: &GuidanceConfig,
     seed: u64,
     mut progress: impl FnMut(usize),
-) -> Result<(ActionPrior, Vec<Snapshot>), DynamicsError> {
+) -> Result<(ActionPrior, Vec<Snapshot>)> {
     let stages = task.stage_count();
     let mut env = Environment::new(task.clone());
     env.reset(&mut Stream::PriorStart.of(seed));
@@ -90,7 +90,7 @@ fn imagine(
     config: &GuidanceConfig,
     starts: &[Snapshot],
     rng: &mut ChaCha8Rng,
-) -> Result<StagePrior, DynamicsError> {
+) -> Result<StagePrior> {
     let mut stage = StagePrior::default();
     loop {
         let rollouts = random_rollouts(task, model, config, starts, rng)?;
@@ -112,7 +112,7 @@ pub(super) fn random_rollouts(
     config: &GuidanceConfig,
     starts: &[Snapshot],
     rng: &mut ChaCha8Rng,
-) -> Result<Vec<Rollout>, DynamicsError> {
+) -> Result<Vec<Rollout>> {
     let chosen: Vec<&Snapshot> = (0..config.model_rollouts).map(|_| &starts[rng.gen_range(0..starts.len())]).collect();
     model.rollouts(task, &chosen, &random_sequences(config, rng))
 }
@@ -132,7 +132,7 @@ fn unless_stopped(
     actions: &[Action],
     config: &GuidanceConfig,
     rng: &ChaCha8Rng,
-) -> Result<Vec<Cluster>, DynamicsError> {
+) -> Result<Vec<Cluster>> {
     let (count, std_floor) = (config.clusters, config.std_floor);
     if actions.len() < FEW {
         return Ok(cluster(actions, count, std_floor, rng));

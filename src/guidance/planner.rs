@@ -9,7 +9,7 @@ use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
 use super::rollout::RolloutModel;
-use crate::dynamics::{DynamicsError, Rollout};
+use crate::dynamics::{Result, Rollout};
 use crate::env::{Action, Snapshot, uniform_action};
 use crate::task::Task;
 use crate::validation::{Setting, ValidationError, check_settings};
@@ -74,7 +74,7 @@ pub fn plan(
     from: &Snapshot,
     config: &PlannerConfig,
     rng: &mut ChaCha8Rng,
-) -> Result<Action, DynamicsError> {
+) -> Result<Action> {
     let starts = vec![from; config.rollouts];
     let mut best: Option<(f32, Vec<Action>)> = None;
     let mut fitted: Option<Plan> = None;

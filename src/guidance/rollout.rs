@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::rewarding::Played;
-use crate::dynamics::{DynamicsError, Model, Rapier, Rollout, rollouts};
+use crate::dynamics::{DynamicsError, Model, Rapier, Result, Rollout, rollouts};
 use crate::env::{Action, Environment, Snapshot};
 use crate::physics::to_normalised;
 use crate::stop::Stop;
@@ -18,12 +18,7 @@ pub trait RolloutModel: std::fmt::Debug + Send + Sync {
     ///
     /// # Errors
     /// When the model cannot predict the scenes of `task`.
-    fn rollouts(
-        &self,
-        task: &Arc<Task>,
-        starts: &[&Snapshot],
-        sequences: &[Vec<Action>],
-    ) -> Result<Vec<Rollout>, DynamicsError>;
+    fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>>;
 
     /// Whether those who ask for rollouts are to end what they do: see [`Stoppable`].
     fn is_stopped(&self) -> bool {
@@ -50,12 +45,7 @@ impl<'a> Stoppable<'a> {
 }
 
 impl RolloutModel for Stoppable<'_> {
-    fn rollouts(
-        &self,
-        task: &Arc<Task>,
-        starts: &[&Snapshot],
-        sequences: &[Vec<Action>],
-    ) -> Result<Vec<Rollout>, DynamicsError> {
+    fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
         let horizon = sequences.iter().map(Vec::len).max().unwrap_or(0);
         let piece = (PIECE / horizon.max(1)).max(1);
         let mut found = Vec::with_capacity(starts.len());
@@ -74,12 +64,7 @@ impl RolloutModel for Stoppable<'_> {
 }
 
 impl RolloutModel for Model {
-    fn rollouts(
-        &self,
-        task: &Arc<Task>,
-        starts: &[&Snapshot],
-        sequences: &[Vec<Action>],
-    ) -> Result<Vec<Rollout>, DynamicsError> {
+    fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
         self.check_task(task)?;
         rollouts(self, task, starts, sequences)
     }
@@ -90,12 +75,7 @@ impl RolloutModel for Model {
 pub struct RapierPhysics;
 
 impl RolloutModel for RapierPhysics {
-    fn rollouts(
-        &self,
-        task: &Arc<Task>,
-        starts: &[&Snapshot],
-        sequences: &[Vec<Action>],
-    ) -> Result<Vec<Rollout>, DynamicsError> {
+    fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
         rollouts(&Rapier::new(task), task, starts, sequences)
     }
 }
@@ -105,12 +85,7 @@ impl RolloutModel for RapierPhysics {
 pub struct TruePhysics;
 
 impl RolloutModel for TruePhysics {
-    fn rollouts(
-        &self,
-        task: &Arc<Task>,
-        starts: &[&Snapshot],
-        sequences: &[Vec<Action>],
-    ) -> Result<Vec<Rollout>, DynamicsError> {
+    fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
         let pairs = starts.par_iter().zip(sequences);
         Ok(pairs.map(|(start, sequence)| true_rollout(task, start, sequence)).collect())
     }

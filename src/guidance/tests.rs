@@ -7,7 +7,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::dynamics::{DynamicsError, Rollout};
+use crate::dynamics::{DynamicsError, Result, Rollout};
 use crate::env::{Action, Environment, Placement, Snapshot, Step};
 use crate::stop::Stop;
 use crate::task::{self, Task};
@@ -22,12 +22,7 @@ fn rng() -> ChaCha8Rng {
 struct Bullseye([f32; 2]);
 
 impl RolloutModel for Bullseye {
-    fn rollouts(
-        &self,
-        task: &Arc<Task>,
-        starts: &[&Snapshot],
-        sequences: &[Vec<Action>],
-    ) -> Result<Vec<Rollout>, DynamicsError> {
+    fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
         let roll_out = |(start, sequence): (&&Snapshot, &Vec<Action>)| {
             let [x, y] = task.stages()[start.stage()].position;
             let miss = (sequence[0][0] - self.0[0]).hypot(sequence[0][1] - self.0[1]);
@@ -107,12 +102,7 @@ fn clusters_are_drawn_by_their_weights() {
 struct SoonerOnTheLeft;
 
 impl RolloutModel for SoonerOnTheLeft {
-    fn rollouts(
-        &self,
-        _: &Arc<Task>,
-        _: &[&Snapshot],
-        sequences: &[Vec<Action>],
-    ) -> Result<Vec<Rollout>, DynamicsError> {
+    fn rollouts(&self, _: &Arc<Task>, _: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
         let roll_out = |sequence: &Vec<Action>| {
             let points = (20.0 * (2.0 + sequence[0][0])) as usize;
             Rollout { path: vec![[0.0; 2]; points], hit: true, ..Rollout::default() }
@@ -126,12 +116,7 @@ impl RolloutModel for SoonerOnTheLeft {
 struct OneInABatch;
 
 impl RolloutModel for OneInABatch {
-    fn rollouts(
-        &self,
-        _: &Arc<Task>,
-        _: &[&Snapshot],
-        sequences: &[Vec<Action>],
-    ) -> Result<Vec<Rollout>, DynamicsError> {
+    fn rollouts(&self, _: &Arc<Task>, _: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
         let roll_out = |index: usize| Rollout { hit: index == 0, ..Rollout::default() };
         Ok((0..sequences.len()).map(roll_out).collect())
     }
@@ -165,12 +150,7 @@ fn any_hit_is_better_than_the_nearest_miss() {
     #[derive(Debug)]
     struct HitsOnTheRight;
     impl RolloutModel for HitsOnTheRight {
-        fn rollouts(
-            &self,
-            task: &Arc<Task>,
-            starts: &[&Snapshot],
-            sequences: &[Vec<Action>],
-        ) -> Result<Vec<Rollout>, DynamicsError> {
+        fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
             let target = task.stages()[starts[0].stage()].position;
             let roll_out = |sequence: &Vec<Action>| match sequence[0][0] > 0.5 {
                 true => Rollout { path: vec![[0.0; 2]; 64], hit: true, ..Rollout::default() },
@@ -307,12 +287,7 @@ fn only_tools_that_the_ball_touched_are_rewarding() {
 struct Observed(std::sync::Mutex<Vec<(usize, u32)>>);
 
 impl RolloutModel for Observed {
-    fn rollouts(
-        &self,
-        task: &Arc<Task>,
-        starts: &[&Snapshot],
-        sequences: &[Vec<Action>],
-    ) -> Result<Vec<Rollout>, DynamicsError> {
+    fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
         self.0.lock().unwrap().extend(starts.iter().map(|start| (start.stage(), start.actions())));
         TruePhysics.rollouts(task, starts, sequences)
     }
@@ -435,12 +410,7 @@ struct Pieces<'a> {
 }
 
 impl RolloutModel for Pieces<'_> {
-    fn rollouts(
-        &self,
-        task: &Arc<Task>,
-        starts: &[&Snapshot],
-        sequences: &[Vec<Action>],
-    ) -> Result<Vec<Rollout>, DynamicsError> {
+    fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
         if self.stop_in == Some(self.pieces.fetch_add(1, Ordering::Relaxed)) {
             self.stop.request();
         }

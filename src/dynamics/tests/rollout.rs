@@ -39,7 +39,7 @@ impl Predictor for Falling {
         5
     }
 
-    fn advance(&self, balls: &[BallState], _: &[&[Tool]]) -> Result<Vec<BallState>, DynamicsError> {
+    fn advance(&self, balls: &[BallState], _: &[&[Tool]]) -> Result<Vec<BallState>> {
         let fall = |ball: &BallState| BallState { position: [ball.position[0], ball.position[1] - self.0], ..*ball };
         Ok(balls.iter().map(fall).collect())
     }
