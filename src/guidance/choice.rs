@@ -1,4 +1,5 @@
-//! Which proposed subgoals are used: those with which guided play in the real environment does best.
+//! Which proposed subgoals are used: those with which guided play in the real environment does best. What a person
+//! asks for is chosen so; [`propose_subgoals`](super::propose_subgoals) is the quick way.
 
 use std::sync::Arc;
 
@@ -10,7 +11,7 @@ use super::config::GuidanceConfig;
 use super::prior::ActionPrior;
 use super::proposal::propose_regions;
 use super::rollout::RolloutModel;
-use crate::dynamics::DynamicsError;
+use crate::dynamics::Result;
 use crate::env::{Environment, Snapshot};
 use crate::physics::to_normalised;
 use crate::streams::Stream;
@@ -67,7 +68,7 @@ pub fn choose_subgoals(
     config: &GuidanceConfig,
     seed: u64,
     mut progress: impl FnMut(usize),
-) -> Result<ChosenSubgoals, DynamicsError> {
+) -> Result<ChosenSubgoals> {
     progress(0);
     let most_model_rollouts = config.most_model_rollouts.min(MOST_ROUNDS * config.model_rollouts);
     let brief = GuidanceConfig { most_model_rollouts, ..config.clone() };
@@ -114,7 +115,7 @@ impl Candidate {
         model: &dyn RolloutModel,
         config: &GuidanceConfig,
         seed: u64,
-    ) -> Result<Self, DynamicsError> {
+    ) -> Result<Self> {
         let task = Arc::new(Task { subgoals: subgoals.to_vec(), ..task.clone() });
         let (prior, starts) = build_stages(&task, model, "", config, seed, |_| ())?;
         let mut rng = Stream::Trial.of(seed);
@@ -187,6 +188,7 @@ fn play(env: &mut Environment, prior: &ActionPrior, actions: usize, rng: &mut Ch
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dynamics::DynamicsError;
     use crate::guidance::{Stoppable, TruePhysics};
     use crate::stop::Stop;
     use crate::task::load;

@@ -1,5 +1,16 @@
 //! Subgoals proposed by the program (the paper's future work): places that rollouts which
 //! come near the goal pass through, and that the ball does not reach by itself.
+//!
+//! There are two ways to subgoals, which rate places alike (`best_region`):
+//!
+//! - [`propose_subgoals`] takes the best place for each subgoal in turn, provided that it is really reached. It costs
+//!   one batch of rollouts a subgoal, little enough for every layout from which a puzzle is generated.
+//! - [`choose_subgoals`](super::choose_subgoals) tries several places for each and compares how often guided play
+//!   reaches them and the goal. It costs clusters for each candidate.
+//!
+//! Neither is a case of the other: the search goes on from states that guided play has reached, the proposal from
+//! those of its own rollouts. Generated puzzles, and the study's runs with proposed subgoals, were recorded with the
+//! proposal.
 
 use std::sync::Arc;
 
@@ -9,7 +20,7 @@ use rand_chacha::ChaCha8Rng;
 use super::build::{random_rollouts, random_sequences};
 use super::config::GuidanceConfig;
 use super::rollout::RolloutModel;
-use crate::dynamics::{DynamicsError, Rollout};
+use crate::dynamics::{DynamicsError, Result, Rollout};
 use crate::env::{Action, Environment, Snapshot};
 use crate::physics::{Ball, SCREEN};
 use crate::streams::Stream;
@@ -42,36 +53,31 @@ pub fn propose_subgoals(
     count: usize,
     config: &GuidanceConfig,
     seed: u64,
-) -> Result<Vec<Region>, DynamicsError> {
-    let mut task = Task { subgoals: Vec::new(), ..task.clone() };
-    // The actions from the start of an episode to each state in which the last subgoal was reached.
-    let mut histories: Vec<Vec<Action>> = vec![Vec::new()];
+) -> Result<Vec<Region>> {
+    let mut task = Arc::new(Task { subgoals: Vec::new(), ..task.clone() });
+    let mut starts = vec![(Vec::new(), Environment::new(task.clone()).snapshot().clone())];
     for number in 1..=count {
         let mut rng = Stream::Proposal { attempt: 0, number }.of(seed);
-        let now = Arc::new(task.clone());
-        let states: Vec<Snapshot> = histories.iter().map(|history| replay(&now, history)).collect();
-        let chosen: Vec<usize> = (0..config.model_rollouts).map(|_| rng.gen_range(0..states.len())).collect();
+        let chosen: Vec<&Reached> =
+            (0..config.model_rollouts).map(|_| &starts[rng.gen_range(0..starts.len())]).collect();
         let sequences = random_sequences(config, &mut rng);
-        let starts: Vec<&Snapshot> = chosen.iter().map(|&start| &states[start]).collect();
-        let rollouts = model.rollouts(&now, &starts, &sequences)?;
+        let states: Vec<&Snapshot> = chosen.iter().map(|(_, state)| state).collect();
+        let rollouts = model.rollouts(&task, &states, &sequences)?;
         let Some(region) = best_region(&task, &rollouts, &[]) else { break };
-        task.subgoals.push(region);
+        let next = Arc::new(Task { subgoals: [&task.subgoals[..], &[region]].concat(), ..Task::clone(&task) });
         let passing = (0..rollouts.len()).filter(|&index| passes(&rollouts[index].path, &region));
-        histories = real_histories(
-            model,
-            &Arc::new(task.clone()),
-            passing.map(|index| [histories[chosen[index]].as_slice(), &sequences[index]].concat()),
-        );
+        let histories = passing.map(|index| [&chosen[index].0[..], &sequences[index]].concat());
+        let reached = really_reached(model, &next, histories);
         if model.is_stopped() {
             return Err(DynamicsError::Stopped);
         }
-        if histories.is_empty() {
+        if reached.is_empty() {
             // Predicted, but never true.
-            task.subgoals.pop();
             break;
         }
+        (task, starts) = (next, reached);
     }
-    Ok(task.subgoals)
+    Ok(task.subgoals.clone())
 }
 
 /// Up to `most` places, none near another, on the way from `starts`, states of `task`, to its goal; the best first.
@@ -85,7 +91,7 @@ pub(super) fn propose_regions(
     most: usize,
     config: &GuidanceConfig,
     rng: &mut ChaCha8Rng,
-) -> Result<Vec<Region>, DynamicsError> {
+) -> Result<Vec<Region>> {
     let mut rollouts = Vec::new();
     let mut found = Vec::new();
     // As for clusters, more are made while they lead nowhere.
@@ -100,32 +106,25 @@ pub(super) fn propose_regions(
     Ok(found)
 }
 
-fn replay(task: &Arc<Task>, history: &[Action]) -> Snapshot {
-    let mut env = Environment::new(task.clone());
-    for &action in history {
-        if env.step(action).is_err() {
-            break;
-        }
-    }
-    env.snapshot().clone()
-}
+/// The actions from the start of an episode to the state in which the last subgoal was reached, and that state.
+type Reached = (Vec<Action>, Snapshot);
 
-/// The candidates cut to where they reach the task's last subgoal in the environment;
-/// those that never do are left out.
-fn real_histories(
+/// Where the environment reaches the task's last subgoal with these actions, for those with which it does.
+fn really_reached(
     model: &dyn RolloutModel,
     task: &Arc<Task>,
-    candidates: impl Iterator<Item = Vec<Action>>,
-) -> Vec<Vec<Action>> {
+    histories: impl Iterator<Item = Vec<Action>>,
+) -> Vec<Reached> {
     let last = task.subgoals.len();
     let reach = |mut history: Vec<Action>| {
         let mut env = Environment::new(task.clone());
         let taken = history.iter().take_while(|&&action| env.snapshot().stage() < last && env.step(action).is_ok());
         let taken = taken.count();
         history.truncate(taken);
-        (env.snapshot().stage() == last && env.snapshot().end().is_none()).then_some(history)
+        let state = env.snapshot();
+        (state.stage() == last && state.end().is_none()).then(|| (history, state.clone()))
     };
-    candidates.take_while(|_| !model.is_stopped()).filter_map(reach).collect()
+    histories.take_while(|_| !model.is_stopped()).filter_map(reach).collect()
 }
 
 /// The earliest of the places, away from `others`, that many of the rollouts nearest to the goal pass before they
