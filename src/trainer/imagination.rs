@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-use super::config::ModelReplay;
+use super::parts::ModelReplay;
 use super::training::to_action;
 use crate::agent::{Ddpg, OrnsteinUhlenbeck};
 use crate::dynamics::DynamicsError;

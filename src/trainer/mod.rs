@@ -27,6 +27,7 @@ mod fork;
 mod hold;
 mod imagination;
 mod method;
+mod parts;
 mod prior;
 mod recipe;
 mod request;
@@ -42,11 +43,10 @@ mod training;
 mod watch;
 
 pub use crate::run::Source;
-pub use config::{
-    ActorRateDecay, Evaluation, Granularity, ModelReplay, NoiseDecay, Practice, Refinement, RunConfig, settings,
-};
+pub use config::{RunConfig, settings};
 pub use fork::{Fork, ForkError, PastTask, fork};
 pub use method::{Method, PriorSource};
+pub use parts::{ActorRateDecay, Evaluation, Granularity, ModelReplay, NoiseDecay, Practice, Refinement};
 pub use prior::{NamedModel, PriorError, build_prior, check_model, rollout_model, saved_prior};
 pub use run_loop::{Control, Ending, TrainerError, train};
 pub use setting::{SettingError, config_keys, unusual_settings};

@@ -14,11 +14,12 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::config::{Granularity, RunConfig};
+use super::config::RunConfig;
 use super::exploration::{Attempts, Explorer, explorer, needs};
 use super::hold::{Failure, Hold};
 use super::imagination::imagine;
 use super::method::Method;
+use super::parts::Granularity;
 use super::prior::{PriorError, consulted_model};
 use super::streams::{self, Streams};
 use super::tools::{self, Space};
@@ -212,15 +213,16 @@ impl Training {
             let stage = self.env.snapshot().stage();
             let (action, source) = self.choose(&observation, explorer, trace.steps.len())?;
             let choice = tools::choice(self.learner.ddpg(), &self.env, &action);
-            // What is done after the goal in an episode that goes on is no attempt at anything. (Runs in which
-            // the agent has the task's own tool count it.)
-            let is_open = self.config.tools.is_none() || !self.env.snapshot().goal_reached();
+            let attempted = self.attempted_stage();
             let mut step = trace.step(&mut self.env, choice, source)?;
             let next_observation = tools::seen(&self.env, std::mem::take(&mut step.observation));
             played.note(choice.place, &step);
             let reached = step.reached_stage();
             greedy &= explorer == Explorer::Greedy;
-            if (reached || step.end.is_some()) && std::mem::replace(&mut greedy, true) && is_open {
+            if (reached || step.end.is_some())
+                && std::mem::replace(&mut greedy, true)
+                && let Some(stage) = attempted
+            {
                 self.note_attempt(stage, reached);
             }
             if let Some(metrics) =
@@ -379,6 +381,14 @@ impl Training {
             false if is_held => self.learner.ddpg_mut().release_policy(),
             _ => {}
         }
+    }
+
+    /// The stage at which an action taken now is an attempt. Where an episode goes on after the goal there is none
+    /// left; only runs in which the agent has the task's own tool go on counting attempts at the goal, as they did
+    /// when their results were recorded.
+    fn attempted_stage(&self) -> Option<usize> {
+        let now = self.env.snapshot();
+        (self.config.tools.is_none() || !now.goal_reached()).then_some(now.stage())
     }
 
     fn note_attempt(&mut self, stage: usize, reached: bool) {

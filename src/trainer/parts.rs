@@ -1,0 +1,139 @@
+//! The parts of a training that have several settings each.
+
+use serde::{Deserialize, Serialize};
+
+use crate::physics::ToolSplit;
+
+/// How often it is decided whether actions come from the clusters.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Granularity {
+    /// Once for each episode.
+    Episode,
+    /// Once for each stage, at the start of an episode and whenever a subgoal is reached: the
+    /// measured choice, because clusters of a late stage then follow a policy that gets there.
+    #[default]
+    Stage,
+    /// Before every action: the paper's literal reading.
+    Step,
+}
+
+/// How the exploration noise shrinks: linearly, so that nothing would be left of it after
+/// the first `share` of the episodes, but never below `final_scale`. Both methods get the same.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NoiseDecay {
+    /// Least scale of the noise's standard deviation; 1 keeps it constant.
+    pub final_scale: f32,
+    /// Share of the run's episodes after which the scale would be 0.
+    pub share: f32,
+}
+
+impl Default for NoiseDecay {
+    fn default() -> Self {
+        Self { final_scale: 0.0, share: 0.5 }
+    }
+}
+
+impl NoiseDecay {
+    /// Scale of the noise in an episode, counted from 0, of a run of `episodes`.
+    pub fn scale(&self, episode: u32, episodes: u32) -> f32 {
+        let span = (self.share * episodes as f32).max(1.0);
+        (1.0 - episode as f32 / span).max(self.final_scale)
+    }
+}
+
+/// How the learning rate of the actor shrinks: linearly from where `begin` of the episodes are
+/// done to `final_scale` at the end.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ActorRateDecay {
+    /// Share of the run's episodes after which it begins.
+    pub begin: f32,
+    /// Scale of the rate at the end; 1 keeps it constant.
+    pub final_scale: f32,
+}
+
+impl Default for ActorRateDecay {
+    fn default() -> Self {
+        Self { begin: 0.3, final_scale: 1.0 }
+    }
+}
+
+impl ActorRateDecay {
+    /// Scale of the rate in an episode, counted from 0, of a run of `episodes`.
+    pub fn scale(&self, episode: u32, episodes: u32) -> f32 {
+        let begin = self.begin * episodes as f32;
+        let share = ((episode as f32 - begin) / (episodes as f32 - begin).max(1.0)).clamp(0.0, 1.0);
+        1.0 + (self.final_scale - 1.0) * share
+    }
+}
+
+/// How the greedy policy is evaluated during training.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Evaluation {
+    /// Episodes of training between evaluations; 0 for none.
+    pub every: u32,
+    /// Episodes without noise; one is enough for a task without start noise.
+    pub episodes: u32,
+    /// From which tools their action sets are drawn; none for those of the training.
+    pub tools: Option<ToolSplit>,
+}
+
+impl Default for Evaluation {
+    fn default() -> Self {
+        Self { every: 50, episodes: 1, tools: None }
+    }
+}
+
+/// How clusters follow the agent's own rewarding actions as training goes on (the
+/// paper's future work). Off by default.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Refinement {
+    /// Episodes between refinements; 0 for none.
+    pub every: u32,
+    /// Own rewarding actions of a stage before its clusters are made from them alone.
+    pub least: usize,
+    /// Own rewarding actions of a stage that are kept, the newest.
+    pub most: usize,
+}
+
+impl Default for Refinement {
+    fn default() -> Self {
+        Self { every: 0, least: 30, most: 200 }
+    }
+}
+
+/// Rollouts from stage to stage in the real environment before the first episode.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Practice {
+    /// Rollouts towards a stage, at most; 0 for no practice.
+    pub rollouts: u32,
+    /// Rollouts that reach a stage after which no further round is made.
+    pub enough: u32,
+}
+
+impl Default for Practice {
+    fn default() -> Self {
+        Self { rollouts: 0, enough: 40 }
+    }
+}
+
+/// What [`Method::ModelReplay`](super::Method::ModelReplay) imagines after each episode.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ModelReplay {
+    /// Imagined rollouts, each from a state of the episode.
+    pub rollouts: usize,
+    /// Actions in a rollout, the actor's with noise.
+    pub horizon: usize,
+}
+
+impl Default for ModelReplay {
+    fn default() -> Self {
+        Self { rollouts: 2, horizon: 5 }
+    }
+}

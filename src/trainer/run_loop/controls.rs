@@ -1,0 +1,137 @@
+//! What is asked of a running training, and how the loop carries it out.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use crossbeam_channel::RecvTimeoutError;
+
+use super::{RunLoop, TrainerError};
+use crate::guidance::{ActionPrior, EpsilonSchedule};
+use crate::run::{Event, RunError};
+use crate::trainer::request::control;
+use crate::trainer::training::Training;
+use crate::trainer::watch::Phase;
+
+/// What can be asked of a running training. Each takes effect between two episodes, in
+/// the order of sending.
+#[derive(Debug, Clone)]
+pub enum Control {
+    /// Wait until [`Control::Resume`].
+    Pause,
+    /// Continue after a pause.
+    Resume,
+    /// Train so many more episodes, then pause.
+    Advance(u32),
+    /// Save a checkpoint and end; the run can be resumed later.
+    Stop { reason: String },
+    /// Another epsilon schedule.
+    SetSchedule(EpsilonSchedule),
+    /// Another action prior.
+    SetPrior(Arc<ActionPrior>),
+}
+
+/// What the loop does after the controls.
+pub(super) enum Next {
+    Continue,
+    Stop(String),
+}
+
+/// Time between two looks at what other processes ask, during a pause.
+const LOOK: Duration = Duration::from_millis(100);
+
+impl RunLoop<'_> {
+    /// The reason of a request to stop that has come and was not carried out yet.
+    pub(super) fn stop_received(&mut self) -> Option<String> {
+        self.received.extend(self.controls.try_iter());
+        self.received.iter().find_map(|control| match control {
+            Control::Stop { reason } => Some(reason.clone()),
+            _ => None,
+        })
+    }
+
+    /// Does what was asked since the last episode; blocks while paused.
+    pub(super) fn handle_controls(&mut self, training: &mut Training) -> Result<Next, TrainerError> {
+        let mut paused = false;
+        loop {
+            if !paused && self.pause_after.is_some_and(|episode| training.episode() >= episode) {
+                paused = true;
+                self.pause_after = None;
+                self.pause(training)?;
+            }
+            self.take_requests()?;
+            let control = match self.received.pop_front() {
+                Some(control) => control,
+                None if paused => match self.controls.recv_timeout(LOOK) {
+                    Ok(control) => control,
+                    Err(RecvTimeoutError::Timeout) => continue,
+                    // No control can come any more: stop instead of waiting for ever.
+                    Err(RecvTimeoutError::Disconnected) => Control::Stop { reason: "the program ended".to_owned() },
+                },
+                None => match self.controls.try_recv() {
+                    Ok(control) => control,
+                    Err(_) => return Ok(Next::Continue),
+                },
+            };
+            match control {
+                Control::Stop { reason } => return Ok(Next::Stop(reason)),
+                Control::Pause if !paused => {
+                    paused = true;
+                    self.pause(training)?;
+                }
+                Control::Pause => {}
+                Control::Resume | Control::Advance(_) => {
+                    if let Control::Advance(episodes) = control {
+                        self.pause_after = Some(training.episode() + u64::from(episodes.max(1)));
+                    }
+                    if std::mem::take(&mut paused) {
+                        self.writer.record(&Event::Resumed { episode: training.episode() })?;
+                        self.watch.set_phase(Phase::Training);
+                    }
+                }
+                Control::SetSchedule(schedule) => {
+                    let event = Event::ScheduleChanged { episode: training.episode(), schedule: schedule.to_string() };
+                    self.writer.record(&event)?;
+                    let needs = training.needs();
+                    training.set_schedule(schedule);
+                    self.record_needs(training, &needs)?;
+                    self.changed(training, paused)?;
+                }
+                Control::SetPrior(prior) => {
+                    self.record_prior(&prior, training.episode())?;
+                    self.watch.set_prior(Some(prior.clone()));
+                    training.set_prior(prior);
+                    self.changed(training, paused)?;
+                }
+            }
+        }
+    }
+
+    /// Takes in what other processes asked since the last look.
+    fn take_requests(&mut self) -> Result<(), RunError> {
+        let (requests, mut problems) = match self.requests.poll() {
+            Ok(found) => found,
+            // A training does not end because it cannot be asked for anything.
+            Err(error) => (Vec::new(), vec![error.to_string()]),
+        };
+        for request in requests {
+            match control(request) {
+                Ok(control) => self.received.push_back(control),
+                Err(problem) => problems.push(problem),
+            }
+        }
+        problems.iter().try_for_each(|problem| self.writer.note(&format!("a request cannot be carried out: {problem}")))
+    }
+
+    /// Something was changed between two episodes. What is changed during a pause is kept at once.
+    fn changed(&mut self, training: &Training, paused: bool) -> Result<(), TrainerError> {
+        self.is_changed = true;
+        if paused { self.save_now(training) } else { Ok(()) }
+    }
+
+    fn pause(&mut self, training: &Training) -> Result<(), TrainerError> {
+        self.save_now(training)?;
+        self.writer.record(&Event::Paused { episode: training.episode() })?;
+        self.watch.set_phase(Phase::Paused);
+        Ok(())
+    }
+}
