@@ -4,6 +4,7 @@ use std::sync::{Arc, LazyLock};
 
 use super::action::Action;
 use crate::physics::{NO_OP, Tool, ToolKind, catalogue_tool};
+use crate::task::Task;
 
 /// What an action asks for: a tool of the action set, and a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,6 +20,11 @@ impl From<Action> for Choice {
     fn from(place: Action) -> Self {
         Self { tool: 0, place }
     }
+}
+
+/// A tool of CREATE's catalogue by its number, or the task's own, anywhere.
+pub fn held_tool(task: &Task, number: Option<usize>) -> Tool {
+    number.and_then(catalogue_tool).copied().unwrap_or_else(|| task.placeable.tool([0.0; 2]))
 }
 
 /// Tools with the numbers by which they are known; cheap to clone.

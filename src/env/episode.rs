@@ -153,11 +153,6 @@ impl Snapshot {
         &self.reached_by_marker
     }
 
-    /// Whether the task's tool could be placed at `action`, without placing it.
-    pub fn check_placement(&self, task: &Task, action: Action) -> Placement {
-        self.check_tool(task, &task.placeable.tool([0.0; 2]), action)
-    }
-
     /// Whether a tool could be placed at `action`, without placing it.
     pub fn check_tool(&self, task: &Task, tool: &Tool, action: Action) -> Placement {
         if !action.iter().all(|value| value.is_finite()) {
@@ -174,10 +169,10 @@ impl Snapshot {
         }
     }
 
-    /// The first object that the task's tool would overlap at `action`.
-    pub(super) fn obstruction(&self, task: &Task, action: Action) -> Option<ObjectId> {
+    /// The first object that a tool would overlap at `action`.
+    pub(super) fn obstruction(&self, tool: &Tool, action: Action) -> Option<ObjectId> {
         let action = action.map(|value| value.clamp(-1.0, 1.0));
-        self.world.obstruction(&task.placeable.tool([0.0; 2]).at(to_units(action.map(f64::from))))
+        self.world.obstruction(&tool.at(to_units(action.map(f64::from))))
     }
 
     /// Puts the target ball into another state of motion, as a model predicts it.

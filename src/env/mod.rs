@@ -20,7 +20,7 @@ mod tests;
 mod vector;
 
 pub use action::{Action, EndReason, EpisodeOver, Placement, Step, uniform_action};
-pub use action_set::{ActionSet, Choice, TOOL_FEATURES, TOOL_PROPERTIES, tool_embedding, tool_features};
+pub use action_set::{ActionSet, Choice, TOOL_FEATURES, TOOL_PROPERTIES, held_tool, tool_embedding, tool_features};
 pub use check::{Contract, Violation, check};
 pub use description::{ObservationPart, ROLES, SCENE_FEATURES, SCENE_SLOTS, TARGET_POSITION};
 pub use environment::{Environment, Start};

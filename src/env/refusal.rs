@@ -2,22 +2,21 @@
 
 use super::action::{Action, Placement};
 use super::episode::{Snapshot, ball_names, goal_object};
-use crate::physics::ObjectId;
+use crate::physics::{ObjectId, Tool};
 use crate::task::Task;
 
 impl Snapshot {
-    /// Why the task's tool cannot be placed at `action`, such as "box here would overlap the bucket". None if it
-    /// can.
-    pub fn refusal(&self, task: &Task, action: Action) -> Option<String> {
-        let tool = task.placeable.kind;
-        match self.check_placement(task, action) {
+    /// Why a tool cannot be placed at `action`, such as "box here would overlap the bucket". None if it can.
+    pub fn refusal(&self, task: &Task, tool: &Tool, action: Action) -> Option<String> {
+        let kind = tool.kind;
+        match self.check_tool(task, tool, action) {
             Placement::Placed | Placement::NoOp => None,
-            Placement::Invalid => Some(format!("{tool} here would be outside of the scene")),
-            Placement::Overlap => Some(format!("{tool} here would be too near one placed before")),
+            Placement::Invalid => Some(format!("{kind} here would be outside of the scene")),
+            Placement::Overlap => Some(format!("{kind} here would be too near one placed before")),
             Placement::Collision => {
-                let object = self.obstruction(task, action);
+                let object = self.obstruction(tool, action);
                 let what = object.map_or_else(|| "something".to_owned(), |object| name(task, object));
-                Some(format!("{tool} here would overlap {what}"))
+                Some(format!("{kind} here would overlap {what}"))
             }
         }
     }
@@ -44,7 +43,7 @@ fn name(task: &Task, object: ObjectId) -> String {
                 format!("the {} (tool {})", tool.kind, index + 1)
             }
             Some(tool) => format!("the {}", tool.kind),
-            None => format!("the {} placed before", task.placeable.kind),
+            None => "the tool placed before".to_owned(),
         },
     }
 }
@@ -60,7 +59,8 @@ mod tests {
     fn what_is_in_the_way_is_named() {
         let task = Arc::new(crate::task::load("task1").unwrap());
         let mut env = Environment::new(task.clone());
-        let refusal = |env: &Environment, at: Action| env.snapshot().refusal(&task, at);
+        let tool = task.placeable.tool([0.0; 2]);
+        let refusal = |env: &Environment, at: Action| env.snapshot().refusal(&task, &tool, at);
         for (index, tool) in task.tools.iter().enumerate() {
             let said = refusal(&env, tool.position).unwrap();
             let own = format!("{} here would overlap the {}", task.placeable.kind, tool.kind);

@@ -7,7 +7,7 @@ use rapier2d::prelude::Vector;
 
 use super::body::Body;
 use super::outline::direction;
-use super::tool::Tool;
+use super::tool::{Tool, ToolKind};
 
 /// Half the width of a cannon, of which its muzzle is that far.
 const MUZZLE: [f64; 2] = [5.0, 3.65];
@@ -18,6 +18,19 @@ pub(super) struct Actor {
     pub tool: Tool,
     /// Bucket and funnel: corners, in the order in which CREATE makes them.
     pub corners: Vec<Vector>,
+}
+
+impl Tool {
+    /// The direction in which it drives bodies, as a unit vector; none for tools that drive none.
+    pub fn drive(&self) -> Option<[f64; 2]> {
+        let along = match self.kind {
+            ToolKind::Cannon | ToolKind::Fan => direction(self.angle) * self.force.signum(),
+            ToolKind::Belt => Vector::new(self.velocity.signum(), 0.0),
+            ToolKind::Ladder => direction(self.angle) * self.velocity.signum(),
+            _ => return None,
+        };
+        Some(along.into())
+    }
 }
 
 /// What a tool does to a body. The answer is whether the contact goes on.

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::{Form, Part, Region, Task, ToolSpec};
+use super::{Form, Part, Placeable, Property, Region, Task, ToolSpec, Values};
 use crate::physics::{ToolKind, exact};
 use crate::validation::ValidationError;
 
@@ -26,13 +26,19 @@ pub enum Edit {
     /// Moves the ball's start.
     MoveBall { position: [f32; 2] },
     /// Adds a static tool to the scene.
-    AddTool { kind: ToolKind, position: [f32; 2], size: Option<f32> },
+    AddTool { kind: ToolKind, position: [f32; 2], size: Option<f32>, values: Values },
     /// Moves a static tool.
     MoveTool { index: usize, position: [f32; 2] },
     /// Resizes a static tool.
     ResizeTool { index: usize, size: f32 },
+    /// Changes properties of a static tool.
+    SetTool { index: usize, values: Values },
     /// Deletes a static tool.
     DeleteTool { index: usize },
+    /// Gives the agent another tool to place.
+    SetPlaceable { kind: ToolKind, size: Option<f32>, values: Values },
+    /// Moves the start of a part: of the marker, another ball or a box, for which there is no other edit.
+    MovePart { part: Part, position: [f32; 2] },
     /// Moves a proposed subgoal.
     MoveProposal { index: usize, position: [f32; 2] },
     /// Resizes a proposed subgoal.
@@ -76,14 +82,29 @@ impl Edit {
             Self::MoveGoal { position } => task.goal.position = position,
             Self::ResizeGoal { radius } => task.goal.radius = radius,
             Self::MoveBall { position } => task.ball.position = position,
-            Self::AddTool { kind, position, size } => {
-                task.tools.push(ToolSpec { kind, position, form: Form { size: size.map(exact), ..Form::default() } });
+            Self::AddTool { kind, position, size, ref values } => {
+                task.tools.push(ToolSpec { kind, position, form: form(kind, size, values)? });
+                // An order that names tools names them all.
+                if task.order.iter().any(|part| matches!(part, Part::Tool(_))) {
+                    task.order.push(Part::Tool(task.tools.len() - 1));
+                }
             }
             Self::MoveTool { index, position } => entry(&mut task.tools, "tool", index)?.position = position,
             Self::ResizeTool { index, size } => entry(&mut task.tools, "tool", index)?.form.size = Some(exact(size)),
+            Self::SetTool { index, ref values } => {
+                let tool = entry(&mut task.tools, "tool", index)?;
+                tool.form = tool.form.with(tool.kind, values)?;
+            }
             Self::DeleteTool { index } => {
                 entry(&mut task.tools, "tool", index)?;
                 task.tools.remove(index);
+            }
+            Self::SetPlaceable { kind, size, ref values } => {
+                task.placeable = Placeable { kind, form: form(kind, size, values)? };
+            }
+            Self::MovePart { part, position } => {
+                let missing = || ValidationError::new(part, "the task has no such part");
+                *task.position_mut(part).ok_or_else(missing)? = position;
             }
             Self::MoveProposal { index, position } => entry(&mut proposed, "proposal", index)?.position = position,
             Self::ResizeProposal { index, radius } => entry(&mut proposed, "proposal", index)?.radius = radius,
@@ -96,19 +117,22 @@ impl Edit {
         match *self {
             Self::DeleteSubgoal { index } => task.forget(Part::Subgoal(index)),
             Self::DeleteTool { index } => task.forget(Part::Tool(index)),
-            Self::AcceptProposal { index: None } => task.shifts.iter_mut().for_each(|shift| {
-                shift.parts.retain(|part| !matches!(part, Part::Subgoal(_)));
-            }),
+            Self::AcceptProposal { index: None } => {
+                (0..draft.task.subgoals.len()).rev().for_each(|index| task.forget(Part::Subgoal(index)));
+            }
             _ => {}
-        }
-        if task.parts().len() != draft.task.parts().len() {
-            task.order.clear();
         }
         task.validate()?;
         // What is proposed must be fit to be accepted.
-        Task { subgoals: proposed.clone(), ..task.clone() }.validate()?;
+        let unordered = Task { order: Vec::new(), shifts: Vec::new(), ..task.clone() };
+        Task { subgoals: proposed.clone(), ..unordered }.validate()?;
         Ok(Draft { task, proposed })
     }
+}
+
+/// The numbers of a tool of a type, with a size and properties.
+fn form(kind: ToolKind, size: Option<f32>, values: &[(Property, f64)]) -> Result<Form, ValidationError> {
+    Form { size: size.map(exact), ..Form::default() }.with(kind, values)
 }
 
 /// Takes one of the proposals away, or all of them, and returns what was taken.
@@ -342,12 +366,65 @@ mod tests {
     #[test]
     fn a_tool_is_added_in_its_size_and_a_proposal_is_moved_only_to_where_it_can_be_accepted() {
         let mut editor = editor();
-        let add = |size| Edit::AddTool { kind: ToolKind::Box, position: [-0.9, 0.9], size };
+        let add = |size| Edit::AddTool { kind: ToolKind::Box, position: [-0.9, 0.9], size, values: Vec::new() };
         editor.apply(&add(Some(5.0))).unwrap();
         assert_eq!(editor.task().tools.last().unwrap().form.size, Some(5.0));
         editor.propose(vec![Region { position: [0.0; 2], radius: 4.0 }]);
         assert!(editor.apply(&Edit::MoveProposal { index: 0, position: [3.0, 0.0] }).is_err());
         assert_eq!(editor.proposed()[0].position, [0.0; 2]);
+    }
+
+    #[test]
+    fn every_level_is_edited_in_its_order_and_loads_as_it_was_saved() {
+        for name in crate::task::level_names() {
+            let level = load(&format!("create/{name}-random")).unwrap();
+            let mut editor = Editor::new(level.clone());
+            let (kind, position) = (ToolKind::Ramp, [-0.99, 0.99]);
+            let values = vec![(Property::Angle, 45.0)];
+            editor.apply(&Edit::AddTool { kind, position, size: Some(6.0), values }).unwrap();
+            let added = editor.task().tools.len() - 1;
+            editor.apply(&Edit::SetTool { index: added, values: vec![(Property::Elasticity, 1.2)] }).unwrap();
+            let tool = editor.task().tools[added].tool();
+            assert_eq!((tool.size, tool.angle, tool.elasticity), (6.0, std::f64::consts::FRAC_PI_4, 1.2), "{name}");
+            let parts = editor.task().parts();
+            let others: Vec<Part> = parts.into_iter().filter(|part| *part != Part::Tool(added)).collect();
+            assert_eq!(others, level.parts(), "{name}");
+            for part in editor.task().parts() {
+                if matches!(part, Part::Marker | Part::Ball(_) | Part::Box(_)) {
+                    let position =
+                        editor.task().clone().position_mut(part).map(|position| [position[0] + 0.001, position[1]]);
+                    editor.apply(&Edit::MovePart { part, position: position.unwrap() }).unwrap();
+                    assert_eq!(Ok(part), part.to_string().parse());
+                }
+            }
+            let saved = crate::task::to_json(editor.task());
+            assert_eq!(*editor.task(), crate::task::parse(&saved, name).unwrap(), "{name}");
+            while editor.undo() {}
+            assert_eq!(*editor.task(), level, "{name}");
+            while editor.redo() {}
+            editor.apply(&Edit::DeleteTool { index: 0 }).unwrap();
+            assert_eq!(editor.task().parts().len(), level.parts().len(), "{name}");
+        }
+    }
+
+    #[test]
+    fn the_agent_gets_another_tool_and_what_no_tool_can_be_is_refused() {
+        let mut editor = editor();
+        let give = |size, values| Edit::SetPlaceable { kind: ToolKind::Cannon, size, values };
+        editor.apply(&give(None, vec![(Property::Force, 70.0)])).unwrap();
+        let given = editor.task().placeable.tool([0.0; 2]);
+        assert_eq!((given.kind, given.force), (ToolKind::Cannon, 70.0));
+        let check = |editor: &mut Editor, edit: &Edit, expected: &str| {
+            let before = editor.task().clone();
+            assert_eq!(editor.apply(edit).unwrap_err().to_string(), expected);
+            assert_eq!(*editor.task(), before);
+        };
+        check(&mut editor, &give(None, vec![(Property::Velocity, 1.0)]), "vel: a cannon has none: it has angle, force");
+        let force = "placeable.force: is NaN, but must be a number from -10000 to 10000";
+        check(&mut editor, &give(None, vec![(Property::Force, f64::NAN)]), force);
+        let nobody = Edit::MovePart { part: Part::Ball(7), position: [0.0; 2] };
+        check(&mut editor, &nobody, "ball-8: the task has no such part");
+        assert!(editor.undo() && editor.task().placeable.kind != ToolKind::Cannon);
     }
 
     #[test]

@@ -28,6 +28,50 @@ pub enum Part {
     MarkerSubgoal(usize),
 }
 
+/// Lists of parts by the names of one in commands, where they count from 1.
+const NAMES: [(&str, fn(usize) -> Part); 5] = [
+    ("ball", Part::Ball),
+    ("box", Part::Box),
+    ("tool", Part::Tool),
+    ("subgoal", Part::Subgoal),
+    ("marker-subgoal", Part::MarkerSubgoal),
+];
+
+impl std::fmt::Display for Part {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let index = match *self {
+            Self::Target => return f.write_str("target"),
+            Self::Marker => return f.write_str("marker"),
+            Self::Goal => return f.write_str("goal"),
+            Self::Ball(index)
+            | Self::Box(index)
+            | Self::Tool(index)
+            | Self::Subgoal(index)
+            | Self::MarkerSubgoal(index) => index,
+        };
+        let name = NAMES.iter().find(|(_, part)| part(index) == *self).map_or("", |(name, _)| name);
+        write!(f, "{name}-{}", index.saturating_add(1))
+    }
+}
+
+impl std::str::FromStr for Part {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let single = [Self::Target, Self::Marker, Self::Goal].into_iter().find(|part| part.to_string() == text);
+        let numbered = || {
+            let (name, number) = text.rsplit_once('-')?;
+            let (_, part) = NAMES.iter().find(|(known, _)| *known == name)?;
+            Some(part(number.parse::<usize>().ok()?.checked_sub(1)?))
+        };
+        single.or_else(numbered).ok_or_else(|| {
+            format!(
+                "`{text}` is not a part: use target, marker, goal, ball-N, box-N, tool-N, subgoal-N or marker-subgoal-N"
+            )
+        })
+    }
+}
+
 /// A random shift that parts have in common, normalised.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -67,11 +111,11 @@ impl Task {
         parts
     }
 
-    /// Takes a tool or subgoal that is gone out of the random shifts; those after it move up.
+    /// Takes a tool or subgoal that is gone out of the order and the random shifts; those after it move up.
     pub(super) fn forget(&mut self, gone: Part) {
-        for shift in &mut self.shifts {
-            shift.parts.retain(|part| *part != gone);
-            for part in &mut shift.parts {
+        for parts in self.shifts.iter_mut().map(|shift| &mut shift.parts).chain([&mut self.order]) {
+            parts.retain(|part| *part != gone);
+            for part in parts {
                 match (part, gone) {
                     (Part::Tool(index), Part::Tool(gone)) | (Part::Subgoal(index), Part::Subgoal(gone))
                         if *index > gone =>
@@ -106,7 +150,8 @@ impl Task {
         task
     }
 
-    fn position_mut(&mut self, part: Part) -> Option<&mut [f32; 2]> {
+    /// The place of a part, to be changed; none if there is no such part.
+    pub fn position_mut(&mut self, part: Part) -> Option<&mut [f32; 2]> {
         match part {
             Part::Target => Some(&mut self.ball.position),
             Part::Marker => self.marker.as_mut().map(|marker| &mut marker.ball.position),

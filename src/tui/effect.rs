@@ -22,6 +22,8 @@ pub enum Effect {
     Open(Box<dyn Layer>),
     /// Select an object of the scene, or none.
     Select(Option<Object>),
+    /// Take a tool of CREATE's catalogue in hand, or the task's own.
+    Hold(Option<usize>),
     /// Show something else in the scene.
     Show(Choice),
     /// Play an episode of the watched run's past again.

@@ -63,6 +63,56 @@ fn clusters_are_absent_built_fresh_and_stale() {
 }
 
 #[test]
+fn a_level_of_create_is_edited_saved_loaded_played_by_hand_and_trained() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session(folder.path());
+    let file = folder.path().join("push.json");
+    let saved = quoted(&file);
+    run(&mut session, "task create/Push\ntool add cannon 0.5 0.9 angle=100 force=80\ntool set 3 angle=135");
+    assert_eq!(
+        apply(&mut session, "save").unwrap_err(),
+        "Push is a shipped task: name the file to save to, such as `save my-task.json`"
+    );
+    run(
+        &mut session,
+        &format!("part move marker -0.6 0.7\ngoal move 0.5 0.5\nplaceable ramp 14\nundo\nredo\nsave {saved}"),
+    );
+    let edited = session.task().clone();
+    let script = session.to_script();
+    run(&mut session, &format!("task task1\ntask {saved}"));
+    assert_eq!((session.task(), session.is_dirty()), (&edited, false));
+    let cannon = edited.tools[2].tool();
+    assert_eq!(
+        (cannon.kind.name(), cannon.angle, cannon.force),
+        ("cannon", 135.0 * std::f64::consts::PI / 180.0, 80.0)
+    );
+    assert_eq!(edited.marker.as_ref().unwrap().ball.position, [-0.6, 0.7]);
+    assert_eq!((edited.name.as_str(), edited.placeable.kind.name()), ("push", "ramp"));
+    // Tools of the catalogue and the task's own take turns.
+    run(&mut session, "place -0.9 0.9 371\nplace 0.9 0.9\nplace 0.9 -0.9 371\nplace 0.9 0.1 1500");
+    let trace = session.hand_play().trace();
+    let kinds: Vec<_> = trace.steps.iter().map(|step| trace.tool(&edited, step).kind.name()).collect();
+    let kind = |number: usize| crate::physics::catalogue_tool(number).unwrap().kind.name();
+    assert_eq!(kinds, [kind(371), "ramp", kind(371), kind(1500)]);
+    assert!(trace.steps.iter().all(|step| step.placement == crate::env::Placement::Placed), "{trace:?}");
+    assert!(apply(&mut session, "place -0.9 0.9 371").unwrap().contains("would be too near one placed before"));
+    run(&mut session, "set tools train\ntrain\nwait");
+    assert_eq!(session.run().unwrap().state(), RunState::Finished);
+    assert_eq!(session.run().unwrap().episodes(), 3);
+    // The recorded script does the same again.
+    std::fs::remove_file(&file).unwrap();
+    let mut again = self::session(folder.path());
+    run(&mut again, &script);
+    assert_eq!(*again.task(), edited);
+    let refused = apply(&mut again, "tool set 1 force=7").unwrap_err();
+    assert_eq!(refused, "force: a floor has none: it has size, angle, radius, elasticity, friction");
+    assert_eq!(
+        apply(&mut again, "tool set 9 angle=7").unwrap_err(),
+        "tool 9: there are only 3: choose one from 1 to 3"
+    );
+}
+
+#[test]
 fn clusters_that_failed_are_not_worth_another_try() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path());

@@ -64,6 +64,8 @@ pub enum Action {
     Coordinates,
     AddSubgoal,
     AddTool,
+    Placeable,
+    Properties,
     DeleteObject,
     Grow,
     Shrink,
@@ -80,6 +82,7 @@ pub enum Action {
     ShowModel,
     ShowLegend,
     HandPlay,
+    HandTool,
     // Moving things: objects, the hand, schedule points, crosshair, rows.
     Left,
     Right,

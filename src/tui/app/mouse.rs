@@ -3,8 +3,9 @@
 use crossterm::event::{MouseButton, MouseEvent, MouseEventKind};
 
 use super::App;
+use crate::task::Property;
 use crate::tui::actions::{Action, Tab};
-use crate::tui::screens::{Region, edit, scene, schedule, training};
+use crate::tui::screens::{Region, edit, scene, schedule, tools, training};
 
 /// What a press took hold of, and a drag moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,6 +59,7 @@ impl App {
                 self.drag = Some(Drag::SchedulePoint);
             }
             Some(Region::Row(row)) => self.select_row(row),
+            Some(Region::Property(property)) => self.screens.scene.choose_property(property),
             Some(Region::Chart(axes, metric)) => {
                 self.screens.curves.select(metric);
                 self.drag = Some(Drag::Crosshair);
@@ -115,7 +117,20 @@ impl App {
     }
 
     fn scroll(&mut self, at: (u16, u16), up: bool) -> bool {
-        match self.regions.at(at) {
+        let region = self.regions.at(at);
+        // Over the scene the wheel turns the selected tool, over one of its properties it changes that.
+        let property = match region {
+            Some(Region::Scene(..)) if self.screens.scene.hand.is_none() => Some(Property::Angle),
+            Some(Region::Property(property)) => Some(property),
+            _ => None,
+        };
+        let steps = if up { 1.0 } else { -1.0 };
+        let change = |_| tools::step_property(&self.screens.scene, &self.ui(), property, steps);
+        if let Some(effects) = property.and_then(change) {
+            self.carry_out(effects);
+            return true;
+        }
+        match region {
             Some(Region::Chart(axes, _)) => {
                 let factor = if up { 0.5 } else { 2.0 };
                 let screens = &self.screens;

@@ -129,6 +129,7 @@ impl App {
             Effect::Say(level, text) => self.say(level, text),
             Effect::Open(layer) => self.layers.push(layer),
             Effect::Select(object) => self.screens.scene.select(object),
+            Effect::Hold(number) => self.screens.scene.hold(number),
             Effect::Show(choice) => self.choose_subject(Some(choice), false),
             Effect::Replay(episode) => self.replay(episode)?,
             Effect::Scrub(episode) => self.scrub(episode)?,

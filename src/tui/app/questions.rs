@@ -89,6 +89,10 @@ impl App {
             (task.name, task.description, open)
         };
         let mut items: Vec<(String, String, Effect)> = task::shipped().into_iter().map(item).collect();
+        items.extend(task::level_names().map(|name| {
+            let name = format!("create/{name}");
+            (name.clone(), "a level of CREATE".to_owned(), Effect::apply(command::Task(name)))
+        }));
         let read = |path: &str| Ok(Effect::apply(command::Task(path.to_owned())));
         let prompt = Prompt::new("open a task file", "path of a JSON file", "", read);
         let other = Effect::open(prompt);

@@ -4,12 +4,14 @@ mod help;
 mod palette;
 mod prompt;
 mod question;
+mod tools;
 mod tour;
 
 pub use help::Help;
 pub use palette::{Arguments, Palette};
 pub use prompt::Prompt;
 pub use question::Question;
+pub use tools::{Offer, Tools, tool_in_words};
 pub use tour::Tour;
 
 use crossterm::event::{KeyCode, KeyEvent, MouseButton, MouseEvent, MouseEventKind};

@@ -8,11 +8,11 @@ use ratatui::widgets::{Clear, Widget};
 
 use super::legend;
 use super::object::{Object, Objects};
+use super::picture::draw_tool;
 use super::view::View;
 use crate::env::Action;
-use crate::figures::tool_outline;
 use crate::guidance::ActionPrior;
-use crate::physics::Tool;
+use crate::physics::{Tool, ToolKind, to_units};
 use crate::trainer::Source;
 use crate::tui::view::playback::Moment;
 use crate::tui::widgets::raster::{self, Dot, Raster};
@@ -65,6 +65,8 @@ impl Heat {
 pub struct Ghost {
     /// Where, normalised.
     pub action: Action,
+    /// The tool, in its place.
+    pub tool: Tool,
     /// Why it cannot be placed there, if it cannot.
     pub refusal: Option<String>,
     /// What the chosen model predicts for the ball, normalised.
@@ -182,8 +184,7 @@ impl Painter<'_, '_> {
     }
 
     fn tool(&mut self, tool: &Tool, colour: Color, filled: bool) {
-        let corners: Vec<Dot> = tool_outline(tool, 0.0).into_iter().map(|corner| self.dot(corner)).collect();
-        if filled { self.raster.fill(&corners, colour) } else { self.raster.outline(&corners, colour) }
+        draw_tool(self.raster, tool, 1.0, colour, filled);
     }
 
     fn tools(&mut self, content: &Content) {
@@ -205,6 +206,9 @@ impl Painter<'_, '_> {
     }
 
     fn regions(&mut self, content: &Content) {
+        for subgoal in content.objects.task.marker.iter().flat_map(|marker| &marker.subgoals) {
+            self.circle(subgoal.position, subgoal.radius, self.theme.dim);
+        }
         for (index, subgoal) in content.objects.task.subgoals.iter().enumerate() {
             let reached = content.moment.reached.contains(&index);
             let colour = if reached { self.theme.dim } else { self.theme.stage(index) };
@@ -220,8 +224,14 @@ impl Painter<'_, '_> {
     }
 
     fn ball(&mut self, content: &Content) {
-        if let Some(marker) = &content.objects.task.marker {
-            self.circle(marker.ball.position, marker.ball.radius, self.theme.ball);
+        let task = content.objects.task;
+        let others = task.marker.iter().map(|marker| &marker.ball).chain(&task.balls);
+        for ball in others {
+            self.circle(ball.position, ball.radius, self.theme.ball);
+        }
+        for moving in &task.boxes {
+            let shape = Tool::new(ToolKind::Box, to_units(moving.position.map(f64::from)));
+            self.tool(&shape.with_size(moving.size.into()), self.theme.ball, false);
         }
         let (centre, radii) = (self.dot(content.moment.ball), View::radii(self.size, content.objects.task.ball.radius));
         self.raster.disc(centre, radii, self.theme.ball);
@@ -234,7 +244,7 @@ impl Painter<'_, '_> {
         let Some(ghost) = content.ghost else { return };
         self.way(&ghost.predicted, content.objects.task.ball.radius);
         let colour = if ghost.refusal.is_none() { self.theme.good } else { self.theme.bad };
-        self.tool(&content.objects.task.placeable.tool(ghost.action), colour, false);
+        self.tool(&ghost.tool, colour, false);
     }
 }
 
@@ -448,7 +458,8 @@ mod tests {
     #[test]
     fn a_tool_in_hand_says_whether_it_fits() {
         for (refusal, colour) in [(None, theme().good), (Some("in the way".to_owned()), theme().bad)] {
-            let ghost = Ghost { action: [0.6, 0.0], refusal, predicted: vec![] };
+            let tool = crate::env::held_tool(&crate::task::load("task1").unwrap(), None).at([67.2, 42.0]);
+            let ghost = Ghost { action: [0.6, 0.0], tool, refusal, predicted: vec![] };
             let (buffer, view) = drawn(|content| content.ghost = Some(&ghost));
             assert_eq!(colour_at(&buffer, view, [0.6 - 4.0 / 42.0 + 0.01, 0.0]), colour);
         }

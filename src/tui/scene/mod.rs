@@ -3,8 +3,10 @@
 mod draw;
 mod legend;
 mod object;
+mod picture;
 mod view;
 
 pub use draw::{Content, Ghost, Heat, Overlays, draw};
 pub use object::{Object, Objects};
+pub use picture::picture;
 pub use view::View;

@@ -1,7 +1,7 @@
 //! The objects of a scene that a person can select and edit.
 
 use crate::physics::to_units;
-use crate::task::{Edit, Region, Task};
+use crate::task::{BallSpec, Edit, Part, Property, Region, Task};
 
 /// Something in the scene with a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,6 +16,8 @@ pub enum Object {
     Goal,
     /// A static tool, from 0.
     Tool(usize),
+    /// What else there is in CREATE's levels: the marker, its subgoals, other balls, boxes that move.
+    Part(Part),
 }
 
 impl Object {
@@ -27,24 +29,25 @@ impl Object {
             Self::Subgoal(index) => Edit::MoveSubgoal { index, position },
             Self::Proposal(index) => Edit::MoveProposal { index, position },
             Self::Tool(index) => Edit::MoveTool { index, position },
+            Self::Part(part) => Edit::MovePart { part, position },
         }
     }
 
     /// The edit that gives it another radius or size, in units. None for what has a fixed size.
     pub fn resized(self, size: f32) -> Option<Edit> {
         match self {
-            Self::Ball => None,
+            Self::Ball | Self::Part(_) => None,
             Self::Goal => Some(Edit::ResizeGoal { radius: size }),
             Self::Subgoal(index) => Some(Edit::ResizeSubgoal { index, radius: size }),
             Self::Proposal(index) => Some(Edit::ResizeProposal { index, radius: size }),
-            Self::Tool(index) => Some(Edit::ResizeTool { index, size }),
+            Self::Tool(index) => Some(Edit::SetTool { index, values: vec![(Property::Size, size.into())] }),
         }
     }
 
     /// The edit that deletes it. None for what every task needs.
     pub fn deleted(self) -> Option<Edit> {
         match self {
-            Self::Ball | Self::Goal => None,
+            Self::Ball | Self::Goal | Self::Part(_) => None,
             Self::Subgoal(index) => Some(Edit::DeleteSubgoal { index }),
             Self::Proposal(index) => Some(Edit::DeleteProposal { index: Some(index) }),
             Self::Tool(index) => Some(Edit::DeleteTool { index }),
@@ -67,12 +70,26 @@ impl Objects<'_> {
         let subgoals = (0..self.task.subgoals.len()).map(Object::Subgoal);
         let proposals = (0..self.proposed.len()).map(Object::Proposal);
         let tools = (0..self.task.tools.len()).map(Object::Tool);
-        subgoals.chain(proposals).chain([Object::Goal, Object::Ball]).chain(tools).collect()
+        let parts = self.task.parts().into_iter().filter(|part| self.part(*part).is_some()).map(Object::Part);
+        subgoals.chain(proposals).chain([Object::Goal, Object::Ball]).chain(parts).chain(tools).collect()
     }
 
     /// Whether the object is one of them.
     pub fn has(self, object: Object) -> bool {
         self.position(object).is_some()
+    }
+
+    /// Place and radius, or half side, of a part that is an object by that alone.
+    fn part(self, part: Part) -> Option<([f32; 2], f32)> {
+        let ball = |ball: &BallSpec| (ball.position, ball.radius);
+        let marker = self.task.marker.as_ref();
+        match part {
+            Part::Marker => marker.map(|marker| ball(&marker.ball)),
+            Part::MarkerSubgoal(index) => marker?.subgoals.get(index).map(|subgoal| (subgoal.position, subgoal.radius)),
+            Part::Ball(index) => self.task.balls.get(index).map(ball),
+            Part::Box(index) => self.task.boxes.get(index).map(|moving| (moving.position, moving.size / 2.0)),
+            Part::Target | Part::Goal | Part::Subgoal(_) | Part::Tool(_) => None,
+        }
     }
 
     /// Name for people, counted from 1.
@@ -82,6 +99,7 @@ impl Objects<'_> {
             Object::Goal => "goal".to_owned(),
             Object::Subgoal(index) => format!("subgoal {}", index + 1),
             Object::Proposal(index) => format!("proposal {}", index + 1),
+            Object::Part(part) => part.to_string(),
             Object::Tool(index) => self
                 .task
                 .tools
@@ -98,6 +116,7 @@ impl Objects<'_> {
             Object::Subgoal(index) => self.task.subgoals.get(index).map(|subgoal| subgoal.position),
             Object::Proposal(index) => self.proposed.get(index).map(|proposal| proposal.position),
             Object::Tool(index) => self.task.tools.get(index).map(|tool| tool.position),
+            Object::Part(part) => self.part(part).map(|(position, _)| position),
         }
     }
 
@@ -109,6 +128,7 @@ impl Objects<'_> {
             Object::Subgoal(index) => self.task.subgoals.get(index).map(|subgoal| subgoal.radius),
             Object::Proposal(index) => self.proposed.get(index).map(|proposal| proposal.radius),
             Object::Tool(index) => self.task.tools.get(index).map(|tool| tool.tool().size as f32),
+            Object::Part(part) => self.part(part).map(|(_, radius)| radius),
         }
     }
 

@@ -1,13 +1,12 @@
 //! Edits of the task on the Scene and the Edit screen: what a key or the mouse makes of
 //! the selected object, and proposed subgoals.
 
-use super::Ui;
 use super::scene::Scene;
-use crate::physics::ToolKind;
+use super::{Ui, tools};
 use crate::task::Edit;
 use crate::tui::actions::Action;
 use crate::tui::effect::Effect;
-use crate::tui::layers::{Prompt, Question};
+use crate::tui::layers::Prompt;
 use crate::tui::scene::Object;
 
 /// Radius of a subgoal that is added, in units.
@@ -34,11 +33,13 @@ pub(super) fn moved(position: [f32; 2], by: [f32; 2]) -> [f32; 2] {
 }
 
 /// What an action does to the task; None if it is no edit.
-pub(super) fn edit(scene: &Scene, ui: &Ui, action: Action) -> Option<Vec<Effect>> {
+pub(super) fn edit(scene: &mut Scene, ui: &Ui, action: Action) -> Option<Vec<Effect>> {
     let step = direction(action, 0.01, 0.1);
     match action {
         Action::AddSubgoal => Some(add_subgoal(ui)),
-        Action::AddTool => Some(vec![choose_tool()]),
+        Action::AddTool => Some(vec![tools::choose_tool(ui)]),
+        Action::Placeable => Some(vec![tools::choose_placeable()]),
+        Action::Properties => Some(vec![tools::ask_for_properties(scene, ui)]),
         Action::Propose => Some(vec![ask_for_proposals(ui)]),
         Action::AcceptProposals | Action::RejectProposals => {
             Some(answer_proposals(scene, ui, action == Action::AcceptProposals))
@@ -54,7 +55,7 @@ pub(super) fn edit(scene: &Scene, ui: &Ui, action: Action) -> Option<Vec<Effect>
     }
 }
 
-fn edit_selected(scene: &Scene, ui: &Ui, action: Action, step: Option<[f32; 2]>) -> Vec<Effect> {
+fn edit_selected(scene: &mut Scene, ui: &Ui, action: Action, step: Option<[f32; 2]>) -> Vec<Effect> {
     let objects = ui.view.objects();
     let selected = scene.selected().and_then(|object| Some((object, objects.position(object)?)));
     let Some((object, position)) = selected else {
@@ -65,16 +66,31 @@ fn edit_selected(scene: &Scene, ui: &Ui, action: Action, step: Option<[f32; 2]>)
     }
     match (action, object) {
         (Action::Coordinates, _) => vec![ask_for_coordinates(object, objects.name(object), position)],
+        (Action::Grow | Action::Shrink, Object::Tool(_)) => {
+            let steps = if action == Action::Grow { 1.0 } else { -1.0 };
+            tools::step_property(scene, ui, None, steps).unwrap_or_default()
+        }
+        (Action::Earlier | Action::Later, Object::Tool(_)) => {
+            if let Some((_, kind)) = tools::selected(scene, &ui.view.task) {
+                tools::choose_property(scene, kind, action == Action::Later);
+                let text = format!("{{shrink}} and {{grow}} change the {} of the {kind}", scene.property(kind));
+                return vec![Effect::info(ui.text(&text))];
+            }
+            Vec::new()
+        }
         (Action::Grow | Action::Shrink, _) => {
             let by = if action == Action::Grow { 0.5 } else { -0.5 };
             let size = (objects.size(object).unwrap_or(0.0) + by).max(0.5);
             match object.resized(size) {
                 Some(edit) => vec![Effect::apply(edit)],
-                None => vec![Effect::info("the ball has a fixed size")],
+                None => vec![Effect::info(format!("{} has a fixed size", objects.name(object)))],
             }
         }
         (Action::DeleteObject, _) => match object.deleted() {
             Some(edit) => vec![Effect::apply(edit)],
+            None if matches!(object, Object::Part(_)) => {
+                vec![Effect::info("it belongs to the level: only its file can be without it")]
+            }
             None => vec![Effect::info("a task needs its ball and its goal")],
         },
         (_, Object::Subgoal(index)) => reorder(index, action == Action::Later, ui.view.task.subgoals.len()),
@@ -140,13 +156,6 @@ fn answer_proposals(scene: &Scene, ui: &Ui, accept: bool) -> Vec<Effect> {
         effects.push(Effect::Select(Some(accepted).filter(|_| accept)));
     }
     effects
-}
-
-fn choose_tool() -> Effect {
-    let add = |kind| Effect::apply(Edit::AddTool { kind, position: [0.0; 2], size: None });
-    let about = |kind: ToolKind| format!("size {} units, in the middle of the scene", kind.default_size());
-    let items = ToolKind::PAPER.into_iter().map(|kind| (kind.name().to_owned(), about(kind), add(kind))).collect();
-    Effect::open(Question::list("add a tool", items, 0))
 }
 
 /// Ends a drag: the object stays where it was let go.

@@ -15,6 +15,7 @@ pub mod scene;
 pub mod schedule;
 mod schedule_points;
 mod status;
+pub mod tools;
 pub mod training;
 mod workbench;
 

@@ -3,6 +3,7 @@
 use ratatui::layout::Rect;
 
 use crate::run::Metric;
+use crate::task::Property;
 use crate::tui::actions::{Action, Tab};
 use crate::tui::chart::Axes;
 use crate::tui::scene::View;
@@ -24,6 +25,8 @@ pub enum Region {
     Schedule(Axes),
     /// A row of a list.
     Row(usize),
+    /// A property of the selected tool.
+    Property(Property),
     /// A curve.
     Chart(Axes, Metric),
     /// The picture of a figure.

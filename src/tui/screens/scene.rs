@@ -5,7 +5,10 @@ use std::time::Duration;
 
 use super::Ui;
 use super::edit::{direction, edit, moved};
+use super::tools;
 use crate::env::Action as Place;
+use crate::physics::ToolKind;
+use crate::task::Property;
 use crate::trainer::Trace;
 use crate::tui::actions::{Action, Tab};
 use crate::tui::effect::Effect;
@@ -28,6 +31,8 @@ pub struct Scene {
     /// Agent and prediction are shown whatever was chosen, as beside the curves.
     all: bool,
     selected: Option<Object>,
+    /// The property that keys change of a selected tool that has it.
+    property: Property,
     /// Where the selected object is dragged.
     dragged_to: Option<[f32; 2]>,
     agent_view: Derived<AgentView>,
@@ -38,6 +43,8 @@ pub struct Scene {
 pub struct Hand {
     /// Where it is held, normalised.
     pub(super) cursor: Place,
+    /// The number of a tool of CREATE's catalogue; none for the task's own.
+    pub(super) tool: Option<usize>,
     /// Whether it can be placed there, and what follows.
     pub(super) ghost: Option<Ghost>,
 }
@@ -111,6 +118,24 @@ impl Scene {
     pub fn select(&mut self, object: Option<Object>) {
         self.selected = object;
         self.dragged_to = None;
+    }
+
+    /// The property that keys change of a tool of a type.
+    pub(super) fn property(&self, kind: ToolKind) -> Property {
+        let own = || Property::of_kind(kind);
+        own().find(|property| *property == self.property).or_else(|| own().next()).unwrap_or_default()
+    }
+
+    /// Chooses the property that keys change.
+    pub fn choose_property(&mut self, property: Property) {
+        self.property = property;
+    }
+
+    /// Takes a tool of CREATE's catalogue in hand, or the task's own.
+    pub fn hold(&mut self, number: Option<usize>) {
+        if let Some(hand) = &mut self.hand {
+            (hand.tool, hand.ghost) = (number, None);
+        }
     }
 
     /// Drags the selected object to a position.
@@ -201,7 +226,7 @@ impl Scene {
         if let Some(hand) = &mut self.hand
             && hand.ghost.as_ref().is_none_or(|ghost| ghost.action != hand.cursor)
         {
-            hand.ghost = subject.ghost(hand.cursor);
+            hand.ghost = subject.ghost(hand.cursor, hand.tool);
             changed = true;
         }
         (changed, effects)
@@ -210,7 +235,7 @@ impl Scene {
     /// Begins hand play, in the middle of the scene or where the ball is.
     fn take_tool(&mut self, view: &ViewModel) -> Effect {
         let [x, y] = view.task.ball.position;
-        self.hand = Some(Hand { cursor: [x, (y - 0.4).max(-0.9)], ghost: None });
+        self.hand = Some(Hand { cursor: [x, (y - 0.4).max(-0.9)], tool: None, ghost: None });
         self.select(None);
         Effect::Show(Choice::Hand)
     }
@@ -365,7 +390,8 @@ fn play_by_hand(scene: &mut Scene, action: Action, ui: &Ui) -> Option<Vec<Effect
         return Some(Vec::new());
     }
     Some(match action {
-        Action::Confirm => vec![Effect::apply(command::Place(hand.cursor))],
+        Action::Confirm => vec![Effect::apply(command::Place(hand.cursor, hand.tool))],
+        Action::HandTool => vec![tools::choose_in_hand(ui.subject.task())],
         Action::Restart => vec![Effect::apply(command::Reset)],
         Action::HandPlay => scene.back(ui.subject),
         _ => return None,
@@ -376,7 +402,7 @@ fn play_by_hand(scene: &mut Scene, action: Action, ui: &Ui) -> Option<Vec<Effect
 pub fn press(scene: &mut Scene, ui: &Ui, position: [f32; 2], reach: f32) -> Vec<Effect> {
     if let Some(hand) = &mut scene.hand {
         hand.hold(position);
-        return vec![Effect::apply(command::Place(hand.cursor))];
+        return vec![Effect::apply(command::Place(hand.cursor, hand.tool))];
     }
     let objects = ui.view.objects();
     let object = objects.at(position, reach);

@@ -10,9 +10,11 @@ use ratatui::widgets::{Row, Widget};
 
 use super::pane::{WIDE, hint, lines, pane};
 use super::scene::{self, Scene};
-use super::{HitRegions, Region as Place, Screens, Ui, status, training};
+use super::{HitRegions, Region as Place, Screens, Ui, status, tools, training};
+use crate::physics::catalogue_tool;
 use crate::run::Metric;
 use crate::task::{Region, Task};
+use crate::tui::layers::tool_in_words;
 use crate::tui::scene::{Content, Object, Objects, Overlays, draw as draw_scene};
 use crate::tui::view::playback::Moment;
 use crate::tui::view::{Beside, Choice};
@@ -38,6 +40,9 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
 
 /// Columns from which on an object's whole name has room beside its numbers.
 const NAMED: u16 = 36;
+
+/// Rows that are left to the task where it has many objects.
+const TASK: u16 = 5;
 
 /// Draws the scene and the list of its objects.
 pub fn draw_edit(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
@@ -128,6 +133,7 @@ fn while_dragging(ui: &Ui, scene: &Scene) -> (Arc<Task>, Vec<Region>) {
         Object::Subgoal(index) => moved.subgoals.get_mut(index).into_iter().for_each(|s| s.position = to),
         Object::Proposal(index) => proposed.get_mut(index).into_iter().for_each(|p| p.position = to),
         Object::Tool(index) => moved.tools.get_mut(index).into_iter().for_each(|t| t.position = to),
+        Object::Part(part) => moved.position_mut(part).into_iter().for_each(|position| *position = to),
     }
     (Arc::new(moved), proposed)
 }
@@ -150,6 +156,9 @@ fn caption(ui: &Ui, scene: &Scene, moment: &Moment, area: Rect, buffer: &mut Buf
         }
         let [x, y] = hand.cursor;
         text = format!(" {x:.2} {y:.2} {} ", refusal.unwrap_or(if hand.ghost.is_some() { "free" } else { "" }));
+        if let Some(tool) = hand.tool.and_then(catalogue_tool) {
+            text += &format!("· {} ", tool_in_words(tool, true));
+        }
         if let Some(end) = ui.view.hand.end() {
             text = format!(" the episode is over: {end} ");
         }
@@ -161,8 +170,11 @@ fn objects(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mu
     let view = ui.view;
     let theme = ui.theme;
     let all = view.objects().all();
-    let height = Constraint::Length(all.len() as u16 + 2);
-    let [upper, lower] = Layout::vertical([height, Constraint::Fill(1)]).areas(area);
+    let properties = tools::rows(scene, &view.task);
+    let height = (all.len() as u16 + 2).min(area.height.saturating_sub(properties + TASK));
+    let heights = [Constraint::Length(height), Constraint::Length(properties), Constraint::Fill(1)];
+    let [upper, middle, lower] = Layout::vertical(heights).areas(area);
+    tools::draw(ui, scene, middle, buffer, regions);
     let inside = pane("objects · x, y, size", upper, theme, buffer);
     let roomy = inside.width >= NAMED;
     let row = |index: usize| {
@@ -202,10 +214,11 @@ fn about(ui: &Ui, width: u16) -> Vec<Line<'static>> {
     put(&format!("clusters {clusters}"), colour.map_or(Style::new(), |colour| Style::new().fg(colour)));
     put(&format!("\n{}", view.task.description), Style::new());
     let placeable = view.task.placeable;
-    let size = placeable.tool([0.0; 2]).size;
     let file = view.file.as_ref().map_or_else(|| "shipped with the program".to_owned(), |f| f.display().to_string());
-    put(&format!("the agent places: {} of {size} units\n{file}\n\n", placeable.kind), theme.faint());
-    let help = "{next-object} selects, arrows or the mouse move, {coordinates} types coordinates. {add-subgoal} adds a subgoal, {add-tool} a tool, {delete} deletes; {propose-subgoals} lets the model propose subgoals. {shrink} and {grow} resize, {earlier} and {later} reorder. {undo} undoes, {redo} does it again.";
+    let tool = tool_in_words(&placeable.tool([0.0; 2]), true);
+    put(&ui.text(&format!("the agent places: {tool}; {{agent-tool}} chooses another")), theme.faint());
+    put(&format!("{file}\n\n"), theme.faint());
+    let help = "{next-object} selects, arrows or the mouse move, {coordinates} types coordinates. {add-subgoal} adds a subgoal, {add-tool} a tool, {delete} deletes; {propose-subgoals} lets the model propose subgoals. {shrink} and {grow} resize, {earlier} and {later} reorder; of a tool, {earlier} and {later} choose a property, {shrink} and {grow} or the wheel over it change it, {properties} types it; the wheel over the scene turns the tool. {undo} undoes, {redo} does it again.";
     put(&ui.text(help), theme.faint());
     text
 }

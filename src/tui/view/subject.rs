@@ -8,9 +8,9 @@ use std::sync::Arc;
 use super::playback::{Episode, Origin};
 use super::{PastAgent, RunSummary, TaskModel, ViewModel, Watched};
 use crate::agent::Ddpg;
-use crate::env::{Action, Environment, Snapshot};
+use crate::env::{Action, Environment, Snapshot, held_tool};
 use crate::guidance::ActionPrior;
-use crate::physics::Tool;
+use crate::physics::{Tool, to_units};
 use crate::run::Metric;
 use crate::task::Task;
 use crate::trainer::{chosen_tool, seen};
@@ -283,14 +283,17 @@ impl Subject {
         steps.flat_map(|step| step.path.iter().copied()).collect()
     }
 
-    /// Whether a tool can be placed somewhere by hand, and what the model predicts then. None unless the
-    /// episode is played by hand.
-    pub fn ghost(&self, action: Action) -> Option<Ghost> {
+    /// Whether a tool, the task's own or one of CREATE's catalogue, can be placed somewhere by hand, and what the model
+    /// predicts then, which knows the task's own. None unless the episode is played by hand.
+    pub fn ghost(&self, action: Action, number: Option<usize>) -> Option<Ghost> {
         let snapshot = self.hand.as_ref()?;
-        let refusal = snapshot.refusal(&self.task, action);
-        let mut ghost = Ghost { action, refusal, predicted: Vec::new() };
+        let tool = held_tool(&self.task, number);
+        let refusal = snapshot.refusal(&self.task, &tool, action);
+        let tool = tool.at(to_units(action.map(f64::from)));
+        let mut ghost = Ghost { action, tool, refusal, predicted: Vec::new() };
         if snapshot.end().is_none()
             && ghost.refusal.is_none()
+            && number.is_none()
             && let Some(Ok(model)) = &self.model
         {
             // After the placement the tool in hand would only overlap itself: the ball goes its way.

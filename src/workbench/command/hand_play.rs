@@ -1,20 +1,26 @@
 //! Hand play: the person places the tools.
 
-use super::words::{Position, Word};
+use super::words::{Maybe, Position, Within, Word};
 use super::{Execute, Verb, syntax};
-use crate::env::Action;
+use crate::env::{Action, held_tool};
+use crate::physics::NO_OP;
 use crate::workbench::{Session, SessionError};
 
-/// Places the tool and lets the world run for one action.
+/// Places the task's tool, or one of CREATE's catalogue by its number, and lets the world run for one action.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Place(pub Action);
+pub struct Place(pub Action, pub Option<usize>);
 
 impl Execute for Place {
-    syntax! { "place" "X Y" "place the tool and let the world run for one action" => Place { 0: Position }; }
+    syntax! {
+        "place" "X Y [N]" "place the tool, or number N of CREATE's, and let the world run for one action"
+            => Place { 0: Position, 1: Maybe(Within("number of CREATE's catalogue", 0..=NO_OP - 1)) };
+    }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-        let refusal = session.hand_play.snapshot().refusal(session.hand_play.task(), self.0);
-        let step = session.hand_play.place(self.0)?;
+        let Self(place, number) = *self;
+        let hand = &mut session.hand_play;
+        let refusal = hand.snapshot().refusal(hand.task(), &held_tool(hand.task(), number), place);
+        let step = hand.place(place, number)?;
         let end = step.end.map(|end| format!("; the episode is over: {end}")).unwrap_or_default();
         let placed = refusal.map_or_else(|| "placed".to_owned(), |reason| format!("not placed: {reason}"));
         Ok(format!("{placed}; reward {:.2}{end}", step.reward))

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::words::{Index, Maybe, Number, Or, Parsed, Place, Position, Text, Within, Word};
+use super::words::{BeforeOptions, Index, Maybe, Number, Or, Parsed, Place, Position, Properties, Text, Within, Word};
 use super::{Edit, Execute, InScripts, Recording, Verb, syntax};
 use crate::task::Edit::*;
 use crate::task::Editor;
@@ -105,12 +105,23 @@ impl Execute for Edit {
         "goal move" "X Y" "move the goal" => MoveGoal { position: Position };
         "goal size" "RADIUS" "resize the goal, in units" => ResizeGoal { radius: Number("radius") };
         "ball move" "X Y" "move the ball's start" => MoveBall { position: Position };
-        "tool add" "TYPE X Y [SIZE]" "add a static tool: bucket, square, box, wall or floor"
-            => AddTool { kind: Parsed("a type"), position: Position, size: Maybe(Number("size")) };
+        "tool add" "TYPE X Y [SIZE] [KEY=VALUE]..." "add a static tool, such as `tool add ramp 0 0 20 angle=45`"
+            => AddTool {
+                kind: Parsed("a type"), position: Position, size: BeforeOptions(Number("size")),
+                values: Properties(0)
+            };
         "tool move" "N X Y" "move a static tool (from 1)" => MoveTool { index: Index, position: Position };
         "tool size" "N SIZE" "resize a static tool, in units"
             => ResizeTool { index: Index, size: Number("size") };
+        "tool set" "N KEY=VALUE..." "change properties of a static tool: size, angle (degrees), force, ..."
+            => SetTool { index: Index, values: Properties(1) };
         "tool delete" "N" "delete a static tool" => DeleteTool { index: Index };
+        "placeable" "TYPE [SIZE] [KEY=VALUE]..." "give the agent another tool to place"
+            => SetPlaceable {
+                kind: Parsed("a type"), size: BeforeOptions(Number("size")), values: Properties(0)
+            };
+        "part move" "PART X Y" "move another part: marker, ball-N, box-N or marker-subgoal-N"
+            => MovePart { part: Parsed("a part"), position: Position };
         "proposal move" "N X Y" "move proposed subgoal N (from 1)"
             => MoveProposal { index: Index, position: Position };
         "proposal size" "N RADIUS" "resize a proposed subgoal, in units"

@@ -7,6 +7,7 @@ use std::str::FromStr;
 
 use crate::evidence::Composition;
 use crate::spelling::did_you_mean;
+use crate::task::Values;
 
 /// The words after a verb, taken one by one.
 pub(super) struct Words<'a>(pub &'a [String]);
@@ -217,6 +218,25 @@ impl Word<Composition> for Composed {
 
     fn write(&self, value: &Composition) -> String {
         value.options().iter().map(|(key, value)| format!(" {key}={}", shell_words::quote(value))).collect()
+    }
+}
+
+/// Properties of a tool as `KEY=VALUE`: at least so many of them.
+pub(super) struct Properties(pub usize);
+
+impl Word<Values> for Properties {
+    fn read(&self, words: &mut Words<'_>) -> Result<Values, String> {
+        let mut values = Values::new();
+        while words.peek().is_some() || values.len() < self.0 {
+            let (key, value) = key_value(words.next("KEY=VALUE")?)?;
+            let number = value.parse::<f64>().map_err(|_| format!("`{value}` is not a number for {key}"))?;
+            values.push((key.parse()?, number));
+        }
+        Ok(values)
+    }
+
+    fn write(&self, value: &Values) -> String {
+        value.iter().map(|(property, value)| format!(" {property}={value}")).collect()
     }
 }
 

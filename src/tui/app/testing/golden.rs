@@ -10,6 +10,7 @@ use crate::run::Practised;
 use crate::trainer::Phase;
 use crate::tui::actions::{Action, Tab};
 use crate::tui::view::{RunSummary, ViewModel};
+use crate::workbench::HandPlay;
 
 const SIZES: [(u16, u16); 4] = [(60, 20), (80, 24), (120, 40), (200, 60)];
 
@@ -139,6 +140,40 @@ fn layers_over_the_screen() {
         let (mut app, _) = app(empty());
         app.perform(Action::Tour);
         shots.concat() + "=== tour\n" + &text(&shot(&mut app, width, height))
+    });
+}
+
+/// A view of a level of CREATE.
+fn level(name: &str) -> ViewModel {
+    let mut view = empty();
+    view.task = Arc::new(crate::task::load(name).unwrap());
+    view.hand.task = view.task.clone();
+    view.hand.snapshot = Arc::new(HandPlay::new(view.task.clone(), 0).snapshot().clone());
+    view
+}
+
+/// Levels and their tools on the Edit screen, palettes of tools over it, and a tool of CREATE in hand.
+#[test]
+fn screens_of_levels_and_palettes_of_tools() {
+    const KEYS: [(&str, &str); 6] = [
+        ("create/Cannon", "2 backtab }"),
+        ("create/Obstacle", "2"),
+        ("create/Push", "2 T down right"),
+        ("create/Push", "2 T f a n space 1 0 5 end"),
+        ("create/Push", "2 T q q"),
+        ("create/Push", "P T t r a m p enter"),
+    ];
+    check("tools", |width, height| {
+        let shots = KEYS.map(|(name, keys)| {
+            let (mut app, _) = app(level(name));
+            // The palette goes by the rows that it was drawn with.
+            for key in keys.split_whitespace() {
+                press(&mut app, key);
+                shot(&mut app, width, height);
+            }
+            format!("=== {name}: {keys}\n{}", text(&shot(&mut app, width, height)))
+        });
+        shots.concat()
     });
 }
 

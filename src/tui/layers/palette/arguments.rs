@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use crate::evidence::OPTIONS;
+use crate::physics::ToolKind;
 use crate::spelling::LONGEST;
-use crate::task;
+use crate::task::{self, Property};
 use crate::trainer::{Method, RunConfig, config_keys, settings};
 use crate::tui::view::ViewModel;
 use crate::workbench::{FigureKind, Verb};
@@ -40,8 +41,10 @@ impl Arguments {
     /// What can be named now.
     pub fn new(view: &ViewModel) -> Self {
         let run = |run: &crate::tui::view::RunSummary| value(run.path.display().to_string(), run.label.clone());
+        let shipped = task::shipped().into_iter().map(|task| value(task.name, task.description));
+        let levels = task::level_names().map(|name| value(format!("create/{name}"), "a level of CREATE"));
         Self {
-            tasks: task::shipped().into_iter().map(|task| value(task.name, task.description)).collect(),
+            tasks: shipped.chain(levels).collect(),
             runs: view.runs.iter().rev().map(|known| run(known)).collect(),
             models: view.models.iter().map(|model| value(model.name.clone(), model.about.clone())).collect(),
             settings: described(&view.settings),
@@ -74,6 +77,10 @@ impl Arguments {
             ("figure", []) => FigureKind::ALL.map(|kind| value(kind.name(), "")).into(),
             ("figure", ["learning", _, ..]) => OPTIONS.map(|(name, about)| value(format!("{name}="), about)).into(),
             ("epsilon", []) => schedules(),
+            ("tool add" | "placeable", []) => ToolKind::ALL.map(|kind| value(kind.name(), "")).into(),
+            ("tool set" | "placeable", [_, ..]) | ("tool add", [_, _, _, ..]) => {
+                Property::ALL.map(|property| value(format!("{property}="), property.unit())).into()
+            }
             _ => Vec::new(),
         };
         let lower = typed.to_lowercase();
@@ -191,6 +198,8 @@ mod tests {
         assert_eq!(offered(&["task4"], "task"), Vec::<String>::new(), "it is whole");
         assert!(offered(&["ddpg-u"], "method").iter().all(|name| name.starts_with("ddpg-uniform")));
         assert_eq!(offered(&["dash"], "figure"), ["dashboard"]);
+        assert_eq!(offered(&["see"], "tool add"), ["see_saw"]);
+        assert_eq!(offered(&["1", "max"], "tool set"), ["max_angle="]);
         let gamma = Arguments::new(&empty()).settings.into_iter().find(|value| value.text == "ddpg.gamma").unwrap();
         assert!(gamma.about.starts_with("now 0.9; ") && gamma.about.contains("a number from 0 to"), "{}", gamma.about);
     }

@@ -6,6 +6,7 @@ mod layers;
 mod leaving;
 mod runs;
 mod schedule;
+mod tools;
 mod training;
 mod walk;
 

@@ -1,0 +1,306 @@
+//! The numbers of a tool that a person can change, and which tools have them.
+
+use super::Form;
+use crate::physics::{Tool, ToolKind};
+use crate::spelling::did_you_mean;
+use crate::validation::{ValidationError, in_range};
+
+/// A number of a tool, by its name in task files. Angles are in degrees here; files have radians.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Property {
+    /// Polygons: centre to corner; box: side; circle: radius; segments: length. Units.
+    #[default]
+    Size,
+    /// Rotation, counter-clockwise.
+    Angle,
+    /// Half the thickness of a segment, in units.
+    Radius,
+    /// Elasticity.
+    Elasticity,
+    /// Friction coefficient.
+    Friction,
+    /// Cannon: momentum it gives. Fan: force it exerts.
+    Force,
+    /// Belt and ladder: speed in units/s.
+    Velocity,
+    /// Constrained hinge and see-saw: how far the plank turns.
+    MaxAngle,
+    /// See-saw: 1 if the weight is on the right, the left end up; otherwise 0.
+    OnLeft,
+    /// See-saw: mass of the weight.
+    BallMass,
+    /// Planks: from 1 to 2, brakes balls by this less 1 in every step.
+    RollFriction,
+}
+
+/// Properties and their new values.
+pub type Values = Vec<(Property, f64)>;
+
+/// What makes a property: a row of [`PROPERTIES`].
+struct Row {
+    name: &'static str,
+    unit: &'static str,
+    /// How much one key changes it.
+    step: f64,
+    belongs_to: fn(ToolKind) -> bool,
+    /// The least and the greatest value, where a tool's own check knows another unit.
+    range: Option<[f64; 2]>,
+    of: fn(&Tool) -> f64,
+    set: fn(&mut Form, f64),
+}
+
+/// Every property, in the order of [`Property`].
+static PROPERTIES: [Row; 11] = {
+    use ToolKind::{Belt, Cannon, Circle, Fan, HingeConstrained, Ladder, SeeSaw};
+    const PLAIN: Row =
+        Row { name: "", unit: "", step: 0.1, belongs_to: |_| true, range: None, of: |_| 0.0, set: |_, _| {} };
+    const ANGLE: Row = Row { unit: "degrees", step: 15.0, ..PLAIN };
+    [
+        Row {
+            name: "size",
+            unit: "units",
+            step: 0.5,
+            belongs_to: ToolKind::has_size,
+            of: |tool| tool.size,
+            set: |form, value| form.size = Some(value),
+            ..PLAIN
+        },
+        Row {
+            name: "angle",
+            belongs_to: |kind| kind != Circle && !kind.is_hinged(),
+            range: Some([-360.0, 360.0]),
+            of: |tool| degrees(tool.angle),
+            set: |form, value| form.angle = Some(radians(value)),
+            ..ANGLE
+        },
+        Row {
+            name: "radius",
+            unit: "units",
+            step: 0.5,
+            belongs_to: ToolKind::is_segment,
+            of: |tool| tool.radius,
+            set: |form, value| form.radius = Some(value),
+            ..PLAIN
+        },
+        Row {
+            name: "elasticity",
+            belongs_to: |kind| !kind.is_sensor(),
+            of: |tool| tool.elasticity,
+            set: |form, value| form.elasticity = Some(value),
+            ..PLAIN
+        },
+        Row {
+            name: "friction",
+            belongs_to: |kind| !kind.is_sensor(),
+            of: |tool| tool.friction,
+            set: |form, value| form.friction = Some(value),
+            ..PLAIN
+        },
+        Row {
+            name: "force",
+            step: 10.0,
+            belongs_to: |kind| matches!(kind, Cannon | Fan),
+            of: |tool| tool.force,
+            set: |form, value| form.force = Some(value),
+            ..PLAIN
+        },
+        Row {
+            name: "vel",
+            unit: "units/s",
+            step: 1.0,
+            belongs_to: |kind| matches!(kind, Belt | Ladder),
+            of: |tool| tool.velocity,
+            set: |form, value| form.vel = Some(value),
+            ..PLAIN
+        },
+        Row {
+            name: "max_angle",
+            belongs_to: |kind| matches!(kind, HingeConstrained | SeeSaw),
+            range: Some([0.0, 90.0]),
+            of: |tool| degrees(tool.max_angle),
+            set: |form, value| form.max_angle = Some(radians(value)),
+            ..ANGLE
+        },
+        Row {
+            name: "on_left",
+            step: 1.0,
+            belongs_to: |kind| kind == SeeSaw,
+            range: Some([0.0, 1.0]),
+            of: |tool| f64::from(u8::from(tool.on_left)),
+            set: |form, value| form.on_left = Some(value >= 0.5),
+            ..PLAIN
+        },
+        Row {
+            name: "ball_mass",
+            step: 1.0,
+            belongs_to: |kind| kind == SeeSaw,
+            of: |tool| tool.weight,
+            set: |form, value| form.ball_mass = Some(value),
+            ..PLAIN
+        },
+        Row {
+            name: "roll_friction",
+            step: 0.05,
+            belongs_to: ToolKind::is_hinged,
+            of: |tool| tool.roll_friction,
+            set: |form, value| form.roll_friction = Some(value),
+            ..PLAIN
+        },
+    ]
+};
+
+/// As CREATE's catalogue computes it, so that its tools come out the same.
+fn radians(degrees: f64) -> f64 {
+    degrees * std::f64::consts::PI / 180.0
+}
+
+fn degrees(radians: f64) -> f64 {
+    rounded(radians.to_degrees())
+}
+
+/// Without what a conversion or a sum leaves behind the sixth decimal.
+fn rounded(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6
+}
+
+impl Property {
+    /// Every property.
+    pub const ALL: [Self; 11] = {
+        use Property::*;
+        [Size, Angle, Radius, Elasticity, Friction, Force, Velocity, MaxAngle, OnLeft, BallMass, RollFriction]
+    };
+
+    fn row(self) -> &'static Row {
+        &PROPERTIES[self as usize]
+    }
+
+    /// The name used in files and in commands.
+    pub fn name(self) -> &'static str {
+        self.row().name
+    }
+
+    /// What it is measured in; nothing for plain numbers.
+    pub fn unit(self) -> &'static str {
+        self.row().unit
+    }
+
+    /// The properties of tools of a type, in their order.
+    pub fn of_kind(kind: ToolKind) -> impl DoubleEndedIterator<Item = Self> + Clone {
+        Self::ALL.into_iter().filter(move |property| (property.row().belongs_to)(kind))
+    }
+
+    /// Its value.
+    pub fn of(self, tool: &Tool) -> f64 {
+        rounded((self.row().of)(tool))
+    }
+
+    /// Its value some steps on; angles go round.
+    pub fn stepped(self, tool: &Tool, steps: f64) -> f64 {
+        let value = self.of(tool) + steps * self.row().step;
+        match self {
+            Self::Angle => rounded(value.rem_euclid(360.0)),
+            Self::OnLeft => value.clamp(0.0, 1.0),
+            Self::Size => rounded(value.max(0.5)),
+            _ => rounded(value),
+        }
+    }
+
+    /// The properties of a tool that are not the usual ones of its type.
+    pub fn unusual(tool: &Tool) -> Values {
+        let usual = Tool::new(tool.kind, tool.position);
+        let values = Self::of_kind(tool.kind).map(|property| (property, property.of(tool)));
+        values.filter(|(property, value)| *value != property.of(&usual)).collect()
+    }
+}
+
+impl std::fmt::Display for Property {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl std::str::FromStr for Property {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let names = || Self::ALL.map(Self::name);
+        Self::ALL.into_iter().find(|property| property.name() == text).ok_or_else(|| {
+            format!("unknown property `{text}`: use {}{}", names().join(", "), did_you_mean(names().into_iter(), text))
+        })
+    }
+}
+
+impl Form {
+    /// The numbers with these in place of their own, for a tool of a type.
+    ///
+    /// # Errors
+    /// When a tool of the type has no such property, or not such an angle. Other numbers are checked with the task.
+    pub fn with(mut self, kind: ToolKind, values: &[(Property, f64)]) -> Result<Self, ValidationError> {
+        for &(property, value) in values {
+            if Property::of_kind(kind).all(|own| own != property) {
+                let own: Vec<&str> = Property::of_kind(kind).map(Property::name).collect();
+                let message = format_args!("a {kind} has none: it has {}", own.join(", "));
+                return Err(ValidationError::new(property, message));
+            }
+            if let Some([low, high]) = property.row().range {
+                in_range(value, property, low, high)?;
+            }
+            (property.row().set)(&mut self, value);
+        }
+        Ok(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::{NO_OP, catalogue_tool};
+
+    #[test]
+    fn what_is_set_is_read_again_in_every_type() {
+        for kind in ToolKind::ALL {
+            for property in Property::of_kind(kind) {
+                let tool = Tool::new(kind, [0.0; 2]);
+                let value = property.stepped(&tool, if property.of(&tool) > 1.0 { -1.0 } else { 1.0 });
+                let changed = Form::default().with(kind, &[(property, value)]).unwrap().apply(tool);
+                assert_eq!(property.of(&changed), value, "{kind} {property}");
+                assert_ne!(changed, tool, "{kind} {property}");
+                assert_eq!(Property::unusual(&changed), [(property, value)], "{kind} {property}");
+                assert_eq!(property.name().parse(), Ok(property));
+            }
+        }
+    }
+
+    #[test]
+    fn every_tool_of_the_catalogue_is_its_type_with_its_unusual_properties() {
+        for number in 0..NO_OP {
+            let tool = catalogue_tool(number).unwrap();
+            let form = Form::default().with(tool.kind, &Property::unusual(tool)).unwrap();
+            form.check(tool.kind).unwrap();
+            let made = form.apply(Tool::new(tool.kind, tool.position));
+            assert_eq!((made.angle, made.max_angle), (tool.angle, tool.max_angle), "{number}");
+            let values = |tool: &Tool| Property::of_kind(tool.kind).map(|own| own.of(tool)).collect::<Vec<_>>();
+            assert_eq!(values(&made), values(tool), "{number}");
+        }
+    }
+
+    #[test]
+    fn what_a_type_does_not_have_and_angles_out_of_range_are_refused() {
+        let said = |kind, property, value| Form::default().with(kind, &[(property, value)]).unwrap_err().to_string();
+        let circle = said(ToolKind::Circle, Property::Angle, 45.0);
+        assert_eq!(circle, "angle: a circle has none: it has size, elasticity, friction");
+        assert!(said(ToolKind::Fan, Property::Angle, f64::NAN).starts_with("angle: is NaN"));
+        let plank = said(ToolKind::SeeSaw, Property::MaxAngle, 100.0);
+        assert_eq!(plank, "max_angle: is 100, but must be a number from 0 to 90");
+        let unknown = "elastcity".parse::<Property>().unwrap_err();
+        assert!(unknown.ends_with("did you mean `elasticity`?"), "{unknown}");
+    }
+
+    #[test]
+    fn angles_go_round() {
+        let mut tool = Tool::new(ToolKind::Ramp, [0.0; 2]);
+        assert_eq!(Property::Angle.stepped(&tool, -1.0), 345.0);
+        tool.angle = radians(345.0);
+        assert_eq!(Property::Angle.stepped(&tool, 1.0), 0.0);
+    }
+}

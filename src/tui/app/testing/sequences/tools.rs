@@ -1,0 +1,120 @@
+//! Tools: chosen from palettes, changed with keys and the wheel, placed by hand.
+
+use super::*;
+use crate::task::Property;
+
+/// A task with its last tool, a ramp, selected by `backtab`.
+fn with_ramp() -> ViewModel {
+    let mut view = empty();
+    let mut task = task::Task::clone(&view.task);
+    let kind = crate::physics::ToolKind::Ramp;
+    task.tools = vec![task::ToolSpec { kind, position: [0.5, 0.5], form: task::Form::default() }];
+    view.task = std::sync::Arc::new(task);
+    view
+}
+
+#[test]
+fn a_tool_is_found_and_added_where_no_ball_is() {
+    check(empty(), "2 T s e e _ s a w enter", &["tool add see_saw 0 0"], "");
+    check(empty(), "2 T f a n space 3 4 5 space 6 0 enter", &["tool add fan 0 0 angle=345 force=60"], "");
+    check(empty(), "2 T q q enter", &[], "no tool is like this");
+    check(empty(), "2 T esc", &[], "objects");
+    check(empty(), "2 B c a n n o n enter", &["placeable cannon"], "");
+    let mut view = empty();
+    let mut task = task::Task::clone(&view.task);
+    task.ball.position = [0.0, 0.05];
+    view.task = std::sync::Arc::new(task);
+    let (mut app, asked) = app(view);
+    press(&mut app, "2 T b o x enter");
+    assert_ne!(asked.borrow()[0], "tool add box 0 0");
+    assert!(asked.borrow()[0].starts_with("tool add box "), "{:?}", asked.borrow());
+}
+
+#[test]
+fn the_palette_is_gone_through_by_keys_and_mouse() {
+    let (mut app, asked) = app(empty());
+    press(&mut app, "2 T");
+    shot(&mut app, 120, 40);
+    // Six in a row: from the first type to the eighth, which is a circle, and a page on and back.
+    press(&mut app, "down right pagedown pageup end home down right enter");
+    assert_eq!(*asked.borrow(), ["tool add circle 0 0"]);
+    press(&mut app, "T");
+    let screen = text(&shot(&mut app, 120, 40));
+    let (row, line) = screen.lines().enumerate().find(|(_, line)| line.contains("square")).unwrap();
+    let column = line.split("square").next().unwrap().chars().count();
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), (column as u16, row as u16 - 1));
+    assert_eq!(asked.borrow().last().unwrap(), "tool add square 0 0");
+    press(&mut app, "T");
+    shot(&mut app, 120, 40);
+    mouse(&mut app, MouseEventKind::ScrollDown, (60, 20));
+    press(&mut app, "enter");
+    assert_eq!(asked.borrow().last().unwrap(), "tool add trampoline 0 0");
+}
+
+#[test]
+fn every_property_of_a_tool_is_changed_by_keys() {
+    check(with_ramp(), "2 backtab )", &["tool set 1 size=16.5"], "");
+    check(with_ramp(), "2 backtab } (", &["tool set 1 angle=345"], "angle");
+    check(with_ramp(), "2 backtab } } } { { )", &["tool set 1 angle=15"], "");
+    check(with_ramp(), "2 backtab { ( ", &["tool set 1 size=15.5"], "");
+    check(with_ramp(), "2 backtab } } } } } } )", &["tool set 1 friction=1.1"], "");
+    check(with_ramp(), "2 backtab } } } }", &[], "( and ) change the friction of the ramp");
+    check(with_ramp(), "2 backtab E backspace backspace 3 enter", &[], "is not KEY=VALUE");
+    let typed = "tool set 1 size=16 angle=0 radius=1 elasticity=0.5 friction=7";
+    check(with_ramp(), "2 backtab E backspace 7 enter", &[typed], "");
+    check(with_ramp(), "2 E", &[], "no tool is selected");
+    let mut view = with_ramp();
+    let mut task = task::Task::clone(&view.task);
+    task.tools[0].kind = crate::physics::ToolKind::Cannon;
+    view.task = std::sync::Arc::new(task);
+    check(view.clone(), "2 backtab )", &["tool set 1 angle=75"], "");
+    check(view, "2 backtab } )", &["tool set 1 force=130"], "");
+}
+
+#[test]
+fn the_wheel_turns_the_selected_tool_and_changes_a_property_it_is_over() {
+    let (mut app, asked) = app(with_ramp());
+    press(&mut app, "2");
+    let at = cell(&mut app, [0.5, 0.5]);
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
+    mouse(&mut app, MouseEventKind::Up(MouseButton::Left), at);
+    assert_eq!(app.screens.scene.selected(), Some(Object::Tool(0)));
+    mouse(&mut app, MouseEventKind::ScrollUp, at);
+    shot(&mut app, 120, 40);
+    let over = |app: &App, wanted: Property| {
+        region(app, |area, region| matches!(region, Region::Property(own) if own == wanted).then_some((area.x, area.y)))
+    };
+    let elasticity = over(&app, Property::Elasticity);
+    mouse(&mut app, MouseEventKind::ScrollDown, elasticity);
+    let radius = over(&app, Property::Radius);
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), radius);
+    press(&mut app, ")");
+    let expected = ["tool set 1 angle=15", "tool set 1 elasticity=0.4", "tool set 1 radius=1.5"];
+    assert_eq!(asked.borrow()[asked.borrow().len() - 3..], expected);
+}
+
+#[test]
+fn a_tool_of_create_is_taken_in_hand_and_placed() {
+    check(empty(), "P T t r a m p enter enter", &["place 0.25 0.4 180"], "trampoline size 6");
+    check(empty(), "P T t r a m p enter T enter enter", &["place 0.25 0.4"], "");
+    check(empty(), "P T esc enter", &["place 0.25 0.4"], "");
+}
+
+#[test]
+fn what_else_is_in_a_level_is_selected_and_moved() {
+    let mut view = empty();
+    view.task = std::sync::Arc::new(task::load("create/Obstacle").unwrap());
+    let [x, y] = view.task.marker.as_ref().unwrap().ball.position;
+    let (mut app, asked) = app(view);
+    press(&mut app, "2");
+    let at = cell(&mut app, [x, y]);
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
+    mouse(&mut app, MouseEventKind::Up(MouseButton::Left), at);
+    press(&mut app, ") delete right");
+    assert_eq!(*asked.borrow(), [format!("part move marker {} {y}", ((x + 0.01) * 1000.0).round() / 1000.0)]);
+}
+
+#[test]
+fn levels_are_in_the_list_of_tasks() {
+    check(empty(), "o end up enter", &["task create/Seesaw"], "");
+}

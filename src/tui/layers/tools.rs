@@ -1,0 +1,212 @@
+//! Tools to choose from, with small pictures, found as one types.
+
+use crossterm::event::{KeyCode, KeyEvent};
+use nucleo_matcher::pattern::{AtomKind, CaseMatching, Normalization, Pattern};
+use nucleo_matcher::{Config, Matcher, Utf32Str};
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Position, Rect};
+use ratatui::style::Style;
+use ratatui::text::Text;
+use ratatui::widgets::Widget;
+
+use super::prompt::line;
+use super::{Layer, Response};
+use crate::physics::{NO_OP, Tool, ToolKind, catalogue_tool};
+use crate::task::Property;
+use crate::tui::effect::Effect;
+use crate::tui::input::Keymap;
+use crate::tui::scene::picture;
+use crate::tui::widgets::columns::{self, shortened};
+use crate::tui::widgets::popup::{frame, wrap};
+use crate::tui::widgets::text_input::TextInput;
+use crate::tui::widgets::theme::Theme;
+
+/// A tool that can be chosen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Offer {
+    /// The tool, anywhere.
+    pub tool: Tool,
+    /// Its number in CREATE's catalogue, if it is from there.
+    pub number: Option<usize>,
+    /// What it is, to be found by.
+    text: String,
+}
+
+impl Offer {
+    /// A tool with what it is in words.
+    pub fn new(tool: Tool, number: Option<usize>, about: &str) -> Self {
+        let text = [tool_in_words(&tool, true), about.to_owned()].join(" ").trim_end().to_owned();
+        Self { tool, number, text }
+    }
+
+    /// Every type, then the tools of CREATE's catalogue.
+    pub fn all() -> Vec<Self> {
+        let usual = |kind| Self::new(Tool::new(kind, [0.0; 2]), None, "");
+        ToolKind::ALL.into_iter().map(usual).chain(Self::catalogue()).collect()
+    }
+
+    /// The tools of CREATE's catalogue.
+    pub fn catalogue() -> impl Iterator<Item = Self> {
+        let offer = |number| Some(Self::new(*catalogue_tool(number)?, Some(number), &format!("#{number}")));
+        (0..NO_OP).filter_map(offer)
+    }
+
+    /// What it is, in the few columns below its picture.
+    fn name(&self, columns: u16) -> String {
+        let is_usual = self.number.is_none() && Property::unusual(&self.tool).is_empty();
+        let name = if is_usual { self.tool.kind.name().to_owned() } else { tool_in_words(&self.tool, false) };
+        shortened(&name, usize::from(columns), false)
+    }
+}
+
+/// The type of a tool, its size and what is unusual of it: with the names of the numbers, or their first letters.
+pub fn tool_in_words(tool: &Tool, named: bool) -> String {
+    let size = Some((Property::Size, Property::Size.of(tool))).filter(|_| tool.kind.has_size());
+    let others = Property::unusual(tool).into_iter().filter(|(property, _)| *property != Property::Size);
+    let word = |(property, value): (Property, f64)| match property {
+        _ if named => format!(" {property} {value}"),
+        Property::Size => format!(" {value}"),
+        _ => format!(" {}{value}", &property.name()[..1]),
+    };
+    tool.kind.to_string() + &size.into_iter().chain(others).map(word).collect::<String>()
+}
+
+/// What choosing a tool asks for.
+type Choose = dyn Fn(&Offer) -> Effect;
+
+/// A palette of tools.
+pub struct Tools {
+    title: String,
+    input: TextInput,
+    offers: Vec<Offer>,
+    /// What was found of them, the likeliest first.
+    found: Vec<usize>,
+    selected: usize,
+    choose: Box<Choose>,
+    /// Pictures in a row, and rows, when it was last drawn.
+    shape: [usize; 2],
+    /// Where what was found is.
+    cells: Vec<(Rect, usize)>,
+}
+
+impl Tools {
+    /// A palette of these tools.
+    pub fn new(title: impl Into<String>, offers: Vec<Offer>, choose: impl Fn(&Offer) -> Effect + 'static) -> Self {
+        let found = (0..offers.len()).collect();
+        Self {
+            title: title.into(),
+            input: TextInput::default(),
+            offers,
+            found,
+            selected: 0,
+            choose: Box::new(choose),
+            shape: [1, 1],
+            cells: Vec::new(),
+        }
+    }
+
+    fn search(&mut self) {
+        self.selected = 0;
+        let text = self.input.text().trim();
+        // Words as they are written: digits here and there would be found in every number.
+        let pattern = Pattern::new(text, CaseMatching::Ignore, Normalization::Smart, AtomKind::Substring);
+        let mut matcher = Matcher::new(Config::DEFAULT);
+        let mut characters = Vec::new();
+        let mut score = |text: &str| pattern.score(Utf32Str::new(text, &mut characters), &mut matcher);
+        let scored = self.offers.iter().enumerate().filter_map(|(index, offer)| Some((score(&offer.text)?, index)));
+        let mut scored: Vec<(u32, usize)> = scored.collect();
+        scored.sort_by_key(|(score, _)| std::cmp::Reverse(*score));
+        self.found = scored.into_iter().map(|(_, index)| index).collect();
+    }
+
+    fn chosen(&self) -> Option<&Offer> {
+        self.offers.get(*self.found.get(self.selected)?)
+    }
+
+    fn choose(&self) -> Response {
+        self.chosen().map_or(Response::Stay, |offer| Response::Do((self.choose)(offer)))
+    }
+
+    fn go(&mut self, by: isize) {
+        let last = self.found.len().saturating_sub(1);
+        self.selected = self.selected.saturating_add_signed(by).min(last);
+    }
+}
+
+impl Layer for Tools {
+    fn key(&mut self, key: KeyEvent) -> Response {
+        let [columns, rows] = self.shape.map(|count| count as isize);
+        match key.code {
+            KeyCode::Esc => return Response::Leave,
+            KeyCode::Enter => return self.choose(),
+            KeyCode::Left => self.go(-1),
+            KeyCode::Right => self.go(1),
+            KeyCode::Up => self.go(-columns),
+            KeyCode::Down => self.go(columns),
+            KeyCode::PageUp => self.go(-columns * rows),
+            KeyCode::PageDown => self.go(columns * rows),
+            KeyCode::Home => self.selected = 0,
+            KeyCode::End => self.go(isize::MAX),
+            _ if self.input.key(key) => self.search(),
+            _ => {}
+        }
+        Response::Stay
+    }
+
+    fn click(&mut self, at: Position) -> Response {
+        match self.cells.iter().find(|(area, _)| area.contains(at)) {
+            Some((_, index)) => {
+                self.selected = *index;
+                self.choose()
+            }
+            None => Response::Stay,
+        }
+    }
+
+    fn paste(&mut self, text: &str) {
+        self.input.insert(text);
+        self.search();
+    }
+
+    fn draw(&mut self, area: Rect, _: &Keymap, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
+        /// Columns of a picture with its name.
+        const WIDTH: u16 = 18;
+        let tall = if area.height >= 30 { 4 } else { 3 };
+        let columns = (area.width.saturating_sub(4) / WIDTH).clamp(1, 8);
+        let rows = (area.height.saturating_sub(5) / (tall + 1)).clamp(1, 5);
+        let title = format!("{} · type to find, enter: choose, esc: leave", self.title);
+        let inside = frame(&title, (columns * WIDTH, rows * (tall + 1) + 2), area, theme, buffer);
+        let cursor = line(&self.input, "> ", inside, theme, buffer);
+        let about = match self.chosen() {
+            Some(offer) => format!("{} of {}: {}", self.selected + 1, self.found.len(), offer.text),
+            None => "no tool is like this".to_owned(),
+        };
+        let bottom = Rect { y: inside.bottom().saturating_sub(1), height: 1, ..inside };
+        Text::from_iter(wrap(&about, usize::from(inside.width))).style(theme.faint()).render(bottom, buffer);
+        self.shape = [columns, rows].map(usize::from);
+        // As many rows are passed by as the selected one needs to be seen.
+        let first = (self.selected / self.shape[0]).saturating_sub(self.shape[1] - 1) * self.shape[0];
+        self.cells.clear();
+        let places = (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column)));
+        for ((row, column), index) in places.zip(first..self.found.len()) {
+            let cell = Rect {
+                x: inside.x + column * WIDTH,
+                y: inside.y + 1 + row * (tall + 1),
+                width: WIDTH,
+                height: tall + 1,
+            };
+            let cell = cell.intersection(inside);
+            let offer = &self.offers[self.found[index]];
+            picture(&offer.tool, Rect { height: cell.height.min(tall), ..cell }, theme, buffer);
+            let name = offer.name(WIDTH - 2);
+            let x = cell.x + WIDTH.saturating_sub(columns::width(&name) as u16) / 2;
+            if cell.height > tall {
+                let style = if index == self.selected { theme.selected() } else { Style::new() };
+                buffer.set_style(Rect { y: cell.y + tall, height: 1, ..cell }, style);
+                buffer.set_stringn(x, cell.y + tall, &name, usize::from(inside.right().saturating_sub(x)), style);
+            }
+            self.cells.push((cell, index));
+        }
+        Some(cursor)
+    }
+}

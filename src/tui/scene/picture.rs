@@ -1,0 +1,43 @@
+//! Tools in dots: to scale in a scene, and as small pictures.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Color;
+
+use super::view::View;
+use crate::figures::tool_outline;
+use crate::physics::{SCREEN, Tool, to_normalised};
+use crate::tui::widgets::raster::{self, Raster};
+use crate::tui::widgets::theme::Theme;
+
+/// Length of the line that shows where a tool drives bodies, in units.
+const DRIVE: f64 = 10.0;
+/// Units that a picture of a small tool is wide and high.
+const WINDOW: f32 = 24.0;
+
+/// Draws a tool over a raster of the whole scene, `zoom` times as large around the middle. Where it drives
+/// bodies, a line from its centre says.
+pub(super) fn draw_tool(raster: &mut Raster, tool: &Tool, zoom: f32, colour: Color, filled: bool) {
+    let size = raster.size();
+    let dot = |position: [f32; 2]| View::dot(size, position.map(|value| zoom * value));
+    let corners: Vec<_> = tool_outline(tool, 0.0).into_iter().map(dot).collect();
+    if filled {
+        raster.fill(&corners, colour)
+    } else {
+        raster.outline(&corners, colour)
+    }
+    if let Some(drive) = tool.drive() {
+        let tip = [0, 1].map(|axis| (tool.position[axis] + DRIVE * drive[axis]) as f32);
+        raster.line(dot(to_normalised(tool.centre())), dot(to_normalised(tip)), colour);
+    }
+}
+
+/// Draws a small picture of a tool.
+pub fn picture(tool: &Tool, area: Rect, theme: &Theme, buffer: &mut Buffer) {
+    let tool = tool.at([f64::from(SCREEN) / 2.0; 2]);
+    let widest = tool.half_extents().into_iter().fold(0.0, f32::max);
+    let zoom = SCREEN / WINDOW.max(2.2 * widest);
+    raster::draw(View::fit(area).area, theme.marker, buffer, |raster| {
+        draw_tool(raster, &tool, zoom, theme.tool, true);
+    });
+}

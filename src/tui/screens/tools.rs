@@ -1,0 +1,127 @@
+//! The tools of a task on the Scene and the Edit screen: palettes to choose from, and their properties.
+
+use std::sync::Arc;
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Constraint, Rect};
+use ratatui::text::Text;
+use ratatui::widgets::Row;
+
+use super::pane::pane;
+use super::scene::Scene;
+use super::{HitRegions, Region, Ui};
+use crate::physics::ToolKind;
+use crate::task::{Draft, Edit, Property, Task, Values};
+use crate::tui::effect::Effect;
+use crate::tui::layers::{Offer, Prompt, Tools};
+use crate::tui::scene::Object;
+use crate::tui::widgets::list;
+
+/// The index and the type of the selected tool.
+pub fn selected(scene: &Scene, task: &Task) -> Option<(usize, ToolKind)> {
+    match scene.selected()? {
+        Object::Tool(index) => Some((index, task.tools.get(index)?.kind)),
+        _ => None,
+    }
+}
+
+/// A tool as a command names it: its size, where it is not the usual one, and its other properties.
+fn written(offer: &Offer) -> (Option<f32>, Values) {
+    let (size, others): (Values, Values) =
+        Property::unusual(&offer.tool).into_iter().partition(|(property, _)| *property == Property::Size);
+    (size.first().map(|(_, size)| *size as f32), others)
+}
+
+/// Lets a tool of the scene be chosen. It is added where no ball is, in the middle if it can be.
+pub(super) fn choose_tool(ui: &Ui) -> Effect {
+    let draft = Draft { task: Task::clone(&ui.view.task), proposed: ui.view.proposed.clone() };
+    let add = move |offer: &Offer| {
+        let (size, values) = written(offer);
+        let at = |position| Edit::AddTool { kind: offer.tool.kind, position, size, values: values.clone() };
+        let place = places().find(|place| at(*place).apply(&draft).is_ok());
+        let added = Effect::Select(Some(Object::Tool(draft.task.tools.len())));
+        Effect::All(vec![Effect::apply(at(place.unwrap_or_default())), added])
+    };
+    Effect::open(Tools::new("add a tool", Offer::all(), add))
+}
+
+/// Places all over the scene, those near the middle first.
+fn places() -> impl Iterator<Item = [f32; 2]> {
+    let mut all: Vec<[f32; 2]> = (-3..=3).flat_map(|x| (-3..=3).map(move |y| [x, y].map(|n| n as f32 / 4.0))).collect();
+    all.sort_by(|a, b| a[0].hypot(a[1]).total_cmp(&b[0].hypot(b[1])));
+    all.into_iter()
+}
+
+/// Lets the tool be chosen that the agent places.
+pub(super) fn choose_placeable() -> Effect {
+    let give = |offer: &Offer| {
+        let (size, values) = written(offer);
+        Effect::apply(Edit::SetPlaceable { kind: offer.tool.kind, size, values })
+    };
+    Effect::open(Tools::new("the agent's tool", Offer::all(), give))
+}
+
+/// Lets the tool be chosen that a person places next: the task's own, or one of CREATE's.
+pub(super) fn choose_in_hand(task: &Arc<Task>) -> Effect {
+    let own = Offer::new(task.placeable.tool([0.0; 2]), None, "the task's own");
+    let offers = [own].into_iter().chain(Offer::catalogue()).collect();
+    Effect::open(Tools::new("the tool in your hand", offers, |offer| Effect::Hold(offer.number)))
+}
+
+/// Asks for the properties of the selected tool.
+pub(super) fn ask_for_properties(scene: &Scene, ui: &Ui) -> Effect {
+    let Some((index, kind)) = selected(scene, &ui.view.task) else {
+        return Effect::info(ui.text("no tool is selected: {next-object} or a click selects one"));
+    };
+    let tool = ui.view.task.tools[index].tool();
+    let values = Property::of_kind(kind).map(|property| format!("{property}={}", property.of(&tool)));
+    let number = index + 1;
+    let title = format!("tool {number} ({kind})");
+    let hint = "any of these numbers after that of the tool; angles in degrees, lengths in units";
+    let text = format!("{number} {}", values.collect::<Vec<_>>().join(" "));
+    Effect::open(Prompt::arguments("tool set", title, hint, text))
+}
+
+/// Changes a property of the selected tool by some steps, the chosen one unless another is named. None if no tool
+/// is selected.
+pub fn step_property(scene: &Scene, ui: &Ui, property: Option<Property>, steps: f64) -> Option<Vec<Effect>> {
+    let (index, kind) = selected(scene, &ui.view.task)?;
+    let own = property.filter(|property| Property::of_kind(kind).any(|own| own == *property));
+    let property = own.unwrap_or_else(|| scene.property(kind));
+    let value = property.stepped(&ui.view.task.tools[index].tool(), steps);
+    Some(vec![Effect::apply(Edit::SetTool { index, values: vec![(property, value)] })])
+}
+
+/// Chooses the property of the selected tool above or below.
+pub(super) fn choose_property(scene: &mut Scene, kind: ToolKind, below: bool) {
+    let now = scene.property(kind);
+    let mut own = Property::of_kind(kind);
+    let next = match below {
+        true => own.skip_while(|property| *property != now).nth(1),
+        false => own.rfind(|property| (*property as usize) < now as usize),
+    };
+    scene.choose_property(next.unwrap_or(now));
+}
+
+/// Rows of the pane of properties.
+pub(super) fn rows(scene: &Scene, task: &Task) -> u16 {
+    selected(scene, task).map_or(0, |(_, kind)| Property::of_kind(kind).count() as u16 + 2)
+}
+
+/// Draws the properties of the selected tool.
+pub(super) fn draw(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
+    let Some((index, kind)) = selected(scene, &ui.view.task).filter(|_| area.height > 2) else { return };
+    let inside = pane(&format!("tool {} ({kind})", index + 1), area, ui.theme, buffer);
+    let tool = ui.view.task.tools[index].tool();
+    let own: Vec<Property> = Property::of_kind(kind).collect();
+    let row = |index: usize| {
+        let property = own[index];
+        let value = Text::from(property.of(&tool).to_string()).right_aligned();
+        Row::new([Text::from(property.name()), value, Text::from(property.unit())])
+    };
+    let chosen = own.iter().position(|property| *property == scene.property(kind));
+    let widths = [13, 6, 8].map(Constraint::Length);
+    for (area, index) in list::draw(own.len(), chosen, row, &widths, inside, ui.theme, buffer) {
+        regions.add(area, Region::Property(own[index]));
+    }
+}
