@@ -10,8 +10,8 @@ use crate::physics::{SCREEN, Tool, to_normalised};
 use crate::tui::widgets::raster::{self, Raster};
 use crate::tui::widgets::theme::Theme;
 
-/// Length of the line that shows where a tool drives bodies, in units.
-const DRIVE: f64 = 10.0;
+/// Units by which the line that shows where a tool drives bodies goes beyond half its size.
+const DRIVE: f64 = 5.0;
 /// Units that a picture of a small tool is wide and high.
 const WINDOW: f32 = 24.0;
 
@@ -27,7 +27,8 @@ pub(super) fn draw_tool(raster: &mut Raster, tool: &Tool, zoom: f32, colour: Col
         raster.outline(&corners, colour)
     }
     if let Some(drive) = tool.drive() {
-        let tip = [0, 1].map(|axis| (tool.position[axis] + DRIVE * drive[axis]) as f32);
+        let length = tool.size / 2.0 + DRIVE;
+        let tip = [0, 1].map(|axis| (tool.position[axis] + length * drive[axis]) as f32);
         raster.line(dot(to_normalised(tool.centre())), dot(to_normalised(tip)), colour);
     }
 }
@@ -36,7 +37,7 @@ pub(super) fn draw_tool(raster: &mut Raster, tool: &Tool, zoom: f32, colour: Col
 pub fn picture(tool: &Tool, area: Rect, theme: &Theme, buffer: &mut Buffer) {
     let tool = tool.at([f64::from(SCREEN) / 2.0; 2]);
     let widest = tool.half_extents().into_iter().fold(0.0, f32::max);
-    let zoom = SCREEN / WINDOW.max(2.2 * widest);
+    let zoom = SCREEN / WINDOW.max(2.7 * widest);
     raster::draw(View::fit(area).area, theme.marker, buffer, |raster| {
         draw_tool(raster, &tool, zoom, theme.tool, true);
     });
