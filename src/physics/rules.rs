@@ -7,7 +7,8 @@ use rapier2d::prelude::Vector;
 
 use super::body::Body;
 use super::outline::direction;
-use super::tool::{Tool, ToolKind};
+use super::tool::Tool;
+use super::tool_kind::ToolKind;
 
 /// Half the width of a cannon, of which its muzzle is that far.
 const MUZZLE: [f64; 2] = [5.0, 3.65];

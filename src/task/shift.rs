@@ -28,8 +28,11 @@ pub enum Part {
     MarkerSubgoal(usize),
 }
 
+/// The part of a list that has an index.
+type Indexed = fn(usize) -> Part;
+
 /// Lists of parts by the names of one in commands, where they count from 1.
-const NAMES: [(&str, fn(usize) -> Part); 5] = [
+const NAMES: [(&str, Indexed); 5] = [
     ("ball", Part::Ball),
     ("box", Part::Box),
     ("tool", Part::Tool),
