@@ -113,7 +113,9 @@ impl Tools {
         let mut matcher = Matcher::new(Config::DEFAULT);
         let mut characters = Vec::new();
         let mut score = |text: &str| pattern.score(Utf32Str::new(text, &mut characters), &mut matcher);
-        let scored = self.offers.iter().enumerate().filter_map(|(index, offer)| Some((score(&offer.text)?, index)));
+        // A see_saw is found as a seesaw too.
+        let words = |offer: &Offer| format!("{} {}", offer.text, offer.tool.kind.name().replace('_', ""));
+        let scored = self.offers.iter().enumerate().filter_map(|(index, offer)| Some((score(&words(offer))?, index)));
         let mut scored: Vec<(u32, usize)> = scored.collect();
         scored.sort_by_key(|(score, _)| std::cmp::Reverse(*score));
         self.found = scored.into_iter().map(|(_, index)| index).collect();

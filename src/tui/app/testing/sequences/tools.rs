@@ -16,6 +16,7 @@ fn with_ramp() -> ViewModel {
 #[test]
 fn a_tool_is_found_and_added_where_no_ball_is() {
     check(empty(), "2 T s e e _ s a w enter", &["tool add see_saw 0 0"], "");
+    check(empty(), "2 T s e e s a w enter", &["tool add see_saw 0 0"], "");
     check(empty(), "2 T f a n space 3 4 5 space 6 0 enter", &["tool add fan 0 0 angle=345 force=60"], "");
     check(empty(), "2 T q q enter", &[], "no tool is like this");
     check(empty(), "2 T esc", &[], "objects");
