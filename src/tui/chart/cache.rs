@@ -148,16 +148,8 @@ impl ChartCache {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Scale, Window};
+    use super::super::decimated::tests::{all, look};
     use super::*;
-
-    fn all(values: &[f32]) -> Vec<u64> {
-        (1..=values.len() as u64).collect()
-    }
-
-    fn look(from: f32, to: f32, columns: u16) -> Look {
-        Look { x: Window { from, to }, scale: Scale::Linear, smoothing: 1, columns }
-    }
 
     #[test]
     fn a_curve_is_looked_at_again_only_when_something_is_another() {

@@ -182,14 +182,16 @@ impl Smoothing {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn all(values: &[f32]) -> Vec<u64> {
+    /// The episodes of as many values.
+    pub fn all(values: &[f32]) -> Vec<u64> {
         (1..=values.len() as u64).collect()
     }
 
-    fn look(from: f32, to: f32, columns: u16) -> Look {
+    /// These episodes in so many columns, as they are.
+    pub fn look(from: f32, to: f32, columns: u16) -> Look {
         Look { x: Window { from, to }, scale: Scale::Linear, smoothing: 1, columns }
     }
 
