@@ -5,7 +5,7 @@
 
 Parts: random (random actions through vector environments), rust (the same work in Rust alone; with the
 program, also its benchmark), create (CREATE itself, from a clone of its repository; needs gym 0.21, pymunk
-5.7, pygame and opencv-python), others (EnvPool's, Gymnasium's), trainers (Stable-Baselines3 and SBX), memory (10 million
+5.7, pygame, pillow and opencv-python), others (EnvPool's, Gymnasium's), trainers (Stable-Baselines3 and SBX), memory (10 million
 steps). All without names. What is not installed is left out, which is said. Prints lines of Markdown.
 
 Rates are given by the clock and by the time that processors spent on the process, all its threads together:
@@ -129,8 +129,8 @@ def part_others(options):
 
 
 def part_create(options):
-    """CREATE's level Push with its own action sets, resets included, with and without drawing its images;
-    and ours with the same."""
+    """CREATE's levels with its own action sets, resets included, with and without drawing their images; and ours
+    with the same, through Python and, with the program, in Rust alone. In turns, level by level."""
     if options.create is None:
         return row("CREATE", "left out: name a clone of its repository with `--create`", "", "")
     os.environ["SDL_VIDEODRIVER"] = "dummy"
@@ -142,23 +142,29 @@ def part_create(options):
     import create_game  # names its levels
     import gym
 
-    for what, image in (("with images", True), ("without", False)):
-        theirs = gym.make("CreateLevelPush-v0").unwrapped
-        theirs.set_settings(create_game.settings.CreateGameSettings())
-        if not image:
-            theirs.render = lambda *_, **__: None
-        random = np.random.default_rng(0)
-        theirs.reset()
+    for name in mge.level_names():
+        level = f"create/{name}"
+        for what, image in (("with images", True), ("without", False)):
+            theirs = gym.make(f"CreateLevel{name}-v0").unwrapped
+            theirs.set_settings(create_game.settings.CreateGameSettings())
+            if not image:
+                theirs.render = lambda *_, **__: None
+            # It refuses places in double precision, all of them, and cannot draw tools at others.
+            theirs.check_out_of_range = lambda place: False
+            random = np.random.default_rng(0)
+            theirs.reset()
 
-        def step(env=theirs, random=random):
-            if env.step([random.integers(0, 40), *random.uniform(-1, 1, 2)])[2]:
-                env.reset()
+            def step(env=theirs, random=random):
+                if env.step([random.integers(0, 40), *random.uniform(-1, 1, 2)])[2]:
+                    env.reset()
 
-        row(f"CREATE's Push, {what}", "1 threads", *shown(rate(step, 1, options.seconds)))
-        for number in (1, 1024):
-            observation = "image" if image else "vector"
-            envs = mge.PuzzleVectorEnv(number, "create/Push", num_threads=1, tools="train", observation=observation)
-            row(f"`make_vec`, create/Push, {number} environments, {what}", "1 threads", *shown(random_actions(envs, options.seconds)))
+            row(f"CREATE's {name}, {what}", "1 threads", *shown(rate(step, 1, options.seconds)))
+            envs = mge.PuzzleVectorEnv(64, level, num_threads=1, tools="train", observation="image" if image else "vector")
+            row(f"`make_vec`, {level}, 64 environments, {what}", "1 threads", *shown(random_actions(envs, options.seconds)))
+        if options.program is not None:
+            command = [options.program, "bench", "--only", f"level_{name}", "--threads", "1"]
+            for line in subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines():
+                row(f"`mge bench`: {level}", "1 threads", *shown([1e3 / json.loads(line)["ms"]]), "")
 
 
 class Toy(gymnasium.Env):

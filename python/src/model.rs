@@ -105,14 +105,14 @@ impl Model {
         placed: Option<Bound<'py, PyAny>>,
         steps: u32,
     ) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        self.0.check_task(&task.0).map_err(exception)?;
+        let model = self.0.for_task(&task.0).map_err(exception)?;
         let mut states = balls_of(&numbers(balls, "balls", "[n, 5]")?)?;
         let placed = placed.map(|placed| numbers(&placed, "placed", "[n, m, 2]")).transpose()?;
         let tools = tools_of(&task.0, states.len(), placed)?;
         let tools: Vec<&[Tool]> = tools.iter().map(Vec::as_slice).collect();
         let predicted = work(py, || -> Result<Vec<BallState>, DynamicsError> {
             for _ in 0..steps {
-                states = self.0.advance(&states, &tools)?;
+                states = model.advance(&states, &tools)?;
             }
             Ok(states)
         })?;
