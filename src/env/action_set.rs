@@ -64,8 +64,8 @@ impl ActionSet {
         self.entries.iter().map(|(_, tool)| tool.as_ref())
     }
 
-    /// The entry with an index, if there is one.
-    pub(super) fn get(&self, index: usize) -> Option<Option<&Tool>> {
+    /// The entry with an index, if there is one: a tool at the origin, or none for the no-op.
+    pub fn get(&self, index: usize) -> Option<Option<&Tool>> {
         self.entries.get(index).map(|(_, tool)| tool.as_ref())
     }
 }

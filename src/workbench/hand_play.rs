@@ -6,12 +6,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::env::{Action, ActionSet, Choice, Environment, EpisodeOver, Snapshot, Step};
-use crate::physics::{NO_OP, catalogue_tool};
 use crate::task::Task;
 use crate::trainer::{Source, Trace};
-
-/// The number of the task's own tool beside those of the catalogue, which has no such number.
-const OWN: usize = NO_OP + 1;
 
 /// An episode played by hand.
 #[derive(Debug, Clone)]
@@ -33,24 +29,20 @@ impl HandPlay {
     /// # Errors
     /// When the episode is over.
     pub fn place(&mut self, place: Action, number: Option<usize>) -> Result<Step, EpisodeOver> {
-        let tool = number.map_or(0, |number| self.offer(number));
-        self.trace.step(&mut self.env, Choice { tool, place }, Source::Hand)
+        // A step without a number among the tools is one with the task's own, which is not of the catalogue.
+        let tool = number.map(|number| self.index(number));
+        let set = tool.map(|_| ActionSet::of_catalogue(&self.trace.tools));
+        self.env = self.env.clone().with_action_set(set);
+        self.trace.step(&mut self.env, Choice { tool: tool.unwrap_or(0), place }, Source::Hand)
     }
 
-    /// The index of a tool of the catalogue among those of the episode, which begin with the task's own.
-    fn offer(&mut self, number: usize) -> usize {
+    /// The index of a tool of the catalogue among those of the episode.
+    fn index(&mut self, number: usize) -> usize {
         let tools = &mut self.trace.tools;
-        if let Some(index) = tools.iter().position(|known| *known == number) {
-            return index;
-        }
-        if tools.is_empty() {
-            tools.push(OWN);
-        }
-        tools.push(number);
-        let own = self.env.task().placeable.tool([0.0; 2]);
-        let offered = tools.iter().map(|&number| (number, catalogue_tool(number).copied().or(Some(own))));
-        self.env = self.env.clone().with_action_set(ActionSet::new(offered));
-        tools.len() - 1
+        tools.iter().position(|known| *known == number).unwrap_or_else(|| {
+            tools.push(number);
+            tools.len() - 1
+        })
     }
 
     /// The episode so far.

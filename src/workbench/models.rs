@@ -91,17 +91,17 @@ fn train_into_file(train: &ModelTrain, seed: u64, reporter: &Reporter) -> Result
     let ModelTrain { tools, path, epochs } = train;
     let mut settings = TrainConfig { seed, ..TrainConfig::default() };
     settings.epochs = epochs.unwrap_or(settings.epochs);
-    let names = tools.iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
     let file = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    let command = format!("mge dynamics train --tools {names} --seed {seed} --epochs {} --out {file}", settings.epochs);
+    let command = format!("mge dynamics train --tools {tools} --seed {seed} --epochs {} --out {file}", settings.epochs);
     let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     create_parent(path).map_err(|error| error.to_string())?;
     let on_progress = |now: &dynamics::Progress| {
         reporter.note(now.loss);
         reporter.progress(now.epoch as usize, now.epochs as usize)
     };
-    let trained = train_to_file(path, ModelConfig::default(), settings, tools, &command, on_progress)
-        .map_err(|error| failed(&error))?;
+    let trained =
+        train_to_file(path, tools.apply(ModelConfig::default()), settings, tools.kinds(), &command, on_progress)
+            .map_err(|error| failed(&error))?;
     if trained.ended == Ended::Stopped {
         return Err(failed(&"ended before it was trained; train it again to continue"));
     }

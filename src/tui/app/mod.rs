@@ -145,7 +145,7 @@ impl App {
 
     /// Lays the short tour over the screen.
     pub fn show_tour(&mut self) {
-        self.layers.push(Box::new(Tour::default()));
+        self.open(Tour::default());
     }
 
     /// Whether the workbench is to be left.
@@ -473,8 +473,7 @@ impl App {
 
     /// Shows a message.
     pub fn say(&mut self, level: Level, text: impl Into<String>) {
-        let notice = Notice { level, text: text.into() };
-        self.notice = Some((notice, Duration::ZERO)).filter(|(notice, _)| !notice.text.is_empty());
+        self.notice = Some((Notice { level, text: text.into() }, Duration::ZERO));
         self.changed = true;
     }
 
@@ -495,10 +494,8 @@ impl App {
         let only_moved = std::mem::take(&mut self.moved) & !std::mem::take(&mut self.changed);
         let known = self.picture.area == frame.area() && !self.regions.all().is_empty();
         if only_moved && known && self.tab.has_scene() && self.layers.is_empty() {
-            let ui =
-                Ui { view: self.workspace.view(), subject: &self.subject, keymap: &self.keymap, theme: &self.theme };
             let notice = self.notice.as_ref().map(|(notice, _)| notice);
-            draw_scene(&ui, &self.screens.scene, notice, &self.picture, frame.buffer_mut());
+            draw_scene(&self.ui(), &self.screens.scene, notice, &self.picture, frame.buffer_mut());
             return self.theme.make_plain(frame.buffer_mut());
         }
         let contexts = self.contexts();
@@ -508,9 +505,8 @@ impl App {
             notice: self.notice.as_ref().map(|(notice, _)| notice),
             covered: !self.layers.is_empty(),
         };
-        let ui = Ui { view: self.workspace.view(), subject: &self.subject, keymap: &self.keymap, theme: &self.theme };
         let area = frame.area();
-        self.regions = draw_frame(&ui, &self.screens, &chrome, area, frame.buffer_mut());
+        self.regions = draw_frame(&self.ui(), &self.screens, &chrome, area, frame.buffer_mut());
         self.screens.curves.cache.end_frame();
         if self.tab.has_scene() {
             self.picture.resize(area);

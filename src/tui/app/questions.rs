@@ -11,7 +11,8 @@ use crate::tui::layers::{Layer, Prompt, Question};
 use crate::workbench::{Command, command};
 
 impl App {
-    fn open(&mut self, layer: impl Layer + 'static) {
+    /// Lays something over the screen.
+    pub(super) fn open(&mut self, layer: impl Layer + 'static) {
         self.layers.push(Box::new(layer));
     }
 

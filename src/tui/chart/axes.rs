@@ -262,6 +262,8 @@ mod tests {
         }
         assert!(axes.y_at(5) > 0.95 && axes.y_at(24) < 0.05);
         assert_eq!(axes.column(200.0), None);
+        let powers = Axes { y: [-2.0, 2.0], scale: Scale::Log, ..axes };
+        assert!(powers.y_at(5) > 50.0 && powers.y_at(24) < 0.02);
         let dot = axes.dot([100.0, 80.0], 1.0, 1.0);
         assert_eq!(dot, [0.5, 0.5]);
     }

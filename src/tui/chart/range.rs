@@ -94,6 +94,8 @@ mod tests {
 
     #[test]
     fn few_episodes_still_have_a_width() {
+        assert_eq!(Range::Recent.window(50), Range::Whole.window(50));
+        assert_eq!(Range::Whole.pan(1.0, 700), Range::Whole);
         for range in [Range::Whole, Range::Recent, Range::Whole.zoom(0.5, None, 0), Range::Recent.pan(1.0, 3)] {
             let window = range.window(0);
             assert!(window.to > window.from, "{range:?}");

@@ -28,15 +28,19 @@ pub struct Offer {
     pub tool: Tool,
     /// Its number in CREATE's catalogue, if it is from there.
     pub number: Option<usize>,
-    /// What it is, to be found by.
+    /// What it is, to be read.
     text: String,
+    /// What it is found by.
+    words: String,
 }
 
 impl Offer {
     /// A tool with what it is in words.
     pub fn new(tool: Tool, number: Option<usize>, about: &str) -> Self {
         let text = [tool_in_words(&tool, true), about.to_owned()].join(" ").trim_end().to_owned();
-        Self { tool, number, text }
+        // A see_saw is found as a seesaw too.
+        let words = format!("{text} {}", tool.kind.name().replace('_', ""));
+        Self { tool, number, text, words }
     }
 
     /// Every type, then the tools of CREATE's catalogue.
@@ -113,9 +117,7 @@ impl Tools {
         let mut matcher = Matcher::new(Config::DEFAULT);
         let mut characters = Vec::new();
         let mut score = |text: &str| pattern.score(Utf32Str::new(text, &mut characters), &mut matcher);
-        // A see_saw is found as a seesaw too.
-        let words = |offer: &Offer| format!("{} {}", offer.text, offer.tool.kind.name().replace('_', ""));
-        let scored = self.offers.iter().enumerate().filter_map(|(index, offer)| Some((score(&words(offer))?, index)));
+        let scored = self.offers.iter().enumerate().filter_map(|(index, offer)| Some((score(&offer.words)?, index)));
         let mut scored: Vec<(u32, usize)> = scored.collect();
         scored.sort_by_key(|(score, _)| std::cmp::Reverse(*score));
         self.found = scored.into_iter().map(|(_, index)| index).collect();
@@ -210,5 +212,18 @@ impl Layer for Tools {
             self.cells.push((cell, index));
         }
         Some(cursor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_begins_with_the_words_comes_first() {
+        let offer = |number: usize| Offer::new(Tool::new(ToolKind::Box, [0.0; 2]), Some(number), &format!("#{number}"));
+        let mut tools = Tools::new("", vec![offer(1234), offer(23)], |offer| Effect::Hold(offer.number));
+        tools.paste("23");
+        assert!(matches!(tools.key(KeyCode::Enter.into()), Response::Do(Effect::Hold(Some(23)))));
     }
 }

@@ -1,7 +1,7 @@
 //! The objects of a scene that a person can select and edit.
 
 use crate::physics::to_units;
-use crate::task::{BallSpec, Edit, Part, Property, Region, Task};
+use crate::task::{BallSpec, Edit, Part, Region, Task};
 
 /// Something in the scene with a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,14 +33,14 @@ impl Object {
         }
     }
 
-    /// The edit that gives it another radius or size, in units. None for what has a fixed size.
-    pub fn resized(self, size: f32) -> Option<Edit> {
+    /// The edit that gives it another radius, in units. None for what has a fixed one, and for tools, whose size
+    /// is one of their properties.
+    pub fn resized(self, radius: f32) -> Option<Edit> {
         match self {
-            Self::Ball | Self::Part(_) => None,
-            Self::Goal => Some(Edit::ResizeGoal { radius: size }),
-            Self::Subgoal(index) => Some(Edit::ResizeSubgoal { index, radius: size }),
-            Self::Proposal(index) => Some(Edit::ResizeProposal { index, radius: size }),
-            Self::Tool(index) => Some(Edit::SetTool { index, values: vec![(Property::Size, size.into())] }),
+            Self::Ball | Self::Part(_) | Self::Tool(_) => None,
+            Self::Goal => Some(Edit::ResizeGoal { radius }),
+            Self::Subgoal(index) => Some(Edit::ResizeSubgoal { index, radius }),
+            Self::Proposal(index) => Some(Edit::ResizeProposal { index, radius }),
         }
     }
 
@@ -162,5 +162,15 @@ mod tests {
             assert_eq!(objects.at(objects.position(object).unwrap(), 0.0), Some(object));
         }
         assert_eq!(objects.at([0.9, 0.9], 1.0), None);
+    }
+
+    #[test]
+    fn of_two_objects_within_reach_the_nearer_one_is_meant() {
+        let mut task = crate::task::load("task1").unwrap();
+        let beside = |by: f32| [task.goal.position[0] + by, task.goal.position[1]];
+        let [left, right] = [beside(-0.5), beside(0.5)];
+        task.subgoals = vec![Region { position: left, radius: 1.0 }, Region { position: right, radius: 1.0 }];
+        let objects = Objects { task: &task, proposed: &[] };
+        assert_eq!(objects.at(right, 100.0), Some(Object::Subgoal(1)));
     }
 }

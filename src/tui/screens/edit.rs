@@ -8,9 +8,7 @@ use crate::tui::actions::Action;
 use crate::tui::effect::Effect;
 use crate::tui::layers::Prompt;
 use crate::tui::scene::Object;
-
-/// Radius of a subgoal that is added, in units.
-const RADIUS: f32 = 4.0;
+use crate::workbench::command;
 
 /// The direction and distance of a moving action.
 pub fn direction(action: Action, near: f32, far: f32) -> Option<[f32; 2]> {
@@ -103,7 +101,7 @@ fn add_subgoal(ui: &Ui) -> Vec<Effect> {
     let last = task.subgoals.last().map_or(task.ball.position, |subgoal| subgoal.position);
     let middle: [f32; 2] = std::array::from_fn(|axis| (last[axis] + task.goal.position[axis]) / 2.0);
     let added = Object::Subgoal(task.subgoals.len());
-    let edit = Edit::AddSubgoal { position: moved(middle, [0.0; 2]), radius: RADIUS };
+    let edit = Edit::AddSubgoal { position: moved(middle, [0.0; 2]), radius: command::SUBGOAL_RADIUS };
     vec![Effect::apply(edit), Effect::Select(Some(added))]
 }
 

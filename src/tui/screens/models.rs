@@ -13,6 +13,7 @@ use super::pane::{hint, lines, pane};
 use super::status::bar;
 use super::{HitRegions, Ui};
 use crate::dynamics::{Compared, Evaluation, OneTool};
+use crate::physics::ToolKind;
 use crate::trainer::PriorSource;
 use crate::tui::actions::Action;
 use crate::tui::chart::{ChartCache, Curve, Plot, Range, Scale, draw as draw_chart};
@@ -174,13 +175,14 @@ fn evaluate(model: &ModelSummary) -> Effect {
     }
 }
 
-/// Asks what to train, with the task's tool set as a start.
+/// Asks what to train, with the task's tool set as a start: all of CREATE's tools, if it is more than the paper's types.
 fn train(ui: &Ui) -> Effect {
-    let task = &ui.view.task;
-    let mut tools: Vec<String> = task.tools.iter().map(|tool| tool.kind.to_string()).collect();
-    tools.push(task.placeable.kind.to_string());
-    tools.sort();
-    tools.dedup();
+    let kinds = ui.view.task.tool_set();
+    let mut tools: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
+    tools.sort_unstable();
+    if !kinds.iter().all(|kind| ToolKind::PAPER.contains(kind)) {
+        tools = vec!["create"];
+    }
     let text = format!("{} models/{}.safetensors", tools.join(","), tools.join("-"));
     let hint = "tool types, file, and epochs if not the usual number: box,bucket models/mine.safetensors 3000";
     Effect::open(Prompt::arguments("model train", "train a dynamics model", hint, text))

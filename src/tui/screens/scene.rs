@@ -334,7 +334,6 @@ fn replay(scene: &mut Scene, ui: &Ui, action: Action) -> Effect {
         return Effect::info("no run with episodes is being watched: the Runs screen (5) has them");
     };
     scene.select(None);
-    scene.hand = None;
     let last = run.done;
     let now = match ui.subject.choice() {
         Choice::Past(episode) => Some(episode.trace.episode),

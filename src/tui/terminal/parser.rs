@@ -300,6 +300,8 @@ mod tests {
             (b"\x1b[A\x1b[1;2D\x1b[1;5C\x1bOB", &["up", "shift-left", "ctrl-right", "down"]),
             (b"\x1b[Z\x1b[3~\x1b[5~\x1b[H\x1b[F", &["backtab", "delete", "pageup", "home", "end"]),
             (b"\x1bOP\x1b[15~\x1b[24~\x1b[1;2R\x1b[[B", &["f1", "f5", "f12", "shift-f3", "f2"]),
+            (b"\x1b[17~\x1b[21~\x1c\x1b[97;5u", &["f6", "f10", "ctrl-4", "ctrl-a"]),
+            (b"\x1b[<66;1;1M\x1b[M#!!", &["ScrollLeft 0 0", "Up(Left) 0 0"]),
             (b"\x1bx\x1b\x1b", &["alt-x", "esc", "esc"]),
             (b"\x1b\x1b[A", &["esc", "up"]),
             (b"\x1b[<0;10;5M\x1b[<32;11;5M\x1b[<0;11;5m", &["Down(Left) 9 4", "Drag(Left) 10 4", "Up(Left) 10 4"]),
@@ -328,6 +330,12 @@ mod tests {
         parser.flush(&mut received);
         assert_eq!(received.iter().map(shown).collect::<Vec<_>>(), ["esc"]);
         assert!(!parser.is_partial());
+        parser.advance(b"\x1bO", &mut received);
+        parser.flush(&mut received);
+        assert_eq!(received.iter().map(shown).collect::<Vec<_>>(), ["esc", "alt-O"]);
+        parser.advance(b"\x1b[", &mut received);
+        parser.advance(&[b'1'; SEQUENCE + 1], &mut received);
+        assert!(!parser.is_partial(), "what never ends is no sequence");
         parser.advance(b"\x1b[200~half", &mut received);
         assert!(!parser.is_partial(), "a paste may be slow");
     }

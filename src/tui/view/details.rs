@@ -69,3 +69,21 @@ impl Details {
         is_new
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn another_run_is_looked_at_at_once() {
+        let mut details = Details::default();
+        for run in ["nowhere/a", "nowhere/b"] {
+            details.want(Path::new(run));
+            while details.reading.as_ref().is_some_and(|job| !job.is_finished()) {
+                std::thread::yield_now();
+            }
+            assert!(details.collect(), "{run} is something new");
+            assert!(details.known().unwrap().path.ends_with(run) && !details.known().unwrap().log.is_empty());
+        }
+    }
+}

@@ -373,4 +373,29 @@ mod tests {
         let three = grouping.of(Path::new("runs/c")).unwrap().curves.clone().unwrap();
         assert_eq!(of(&three.middle), [0.125]);
     }
+
+    #[test]
+    fn of_thinned_runs_the_episodes_that_all_have_are_put_together() {
+        let of = |episodes: &[u64]| {
+            let mut curves = Curves::default();
+            episodes.iter().for_each(|episode| curves.push(*episode, Metric::CURVES.map(|_| 1.0)));
+            curves
+        };
+        let group = GroupCurves::new(&[&of(&[1, 2, 3]), &of(&[1, 3])]);
+        assert_eq!(group.middle.episodes(), [1, 3]);
+    }
+
+    #[test]
+    fn a_baseline_is_pinned_taken_away_and_only_one_that_there_is() {
+        let mut grouper = Grouper::default();
+        assert_eq!(grouper.pin("DDPG"), Some("DDPG"));
+        let pinned = grouper.key_of(&runs());
+        assert_eq!(grouper.pin("DDPG"), None);
+        assert_ne!(grouper.key_of(&runs()), pinned);
+        let mut further = runs();
+        Arc::make_mut(&mut further[4]).done += 1;
+        assert_ne!(grouper.key_of(&runs()), grouper.key_of(&further), "a run that is further");
+        let grouping = Grouping::new(&runs()[..5], &Grouping::default(), Some("nobody"));
+        assert!(grouping.of(Path::new("runs/c")).unwrap().is_baseline);
+    }
 }

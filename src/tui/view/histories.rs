@@ -183,6 +183,8 @@ mod tests {
         assert_eq!(returns(), Some(vec![1.0, 2.0, 3.0]));
         assert!(reader.read(&folder.path().join("nothing")).is_none());
         let mut histories = Histories::new();
+        // Another wish is heard at once.
+        histories.want(vec![folder.path().join("nothing")]);
         histories.want(vec![run.path().to_owned()]);
         while !histories.collect() {
             std::thread::yield_now();

@@ -290,4 +290,34 @@ mod tests {
         player.toggle();
         assert!(player.is_moving(), "the key that plays lets it go on");
     }
+
+    #[test]
+    fn a_moment_has_all_that_was_until_then_and_a_short_trail() {
+        let mut episode = untouched();
+        let trace = Arc::make_mut(&mut episode.trace);
+        trace.shift = [0.1, 0.0];
+        (trace.steps[1].reward, trace.steps[1].goal, trace.steps[2].reward) = (0.5, true, 0.25);
+        let total = trace.total_reward();
+        assert_eq!(episode.at(0).ball[0], episode.task.ball.position[0] + 0.1);
+        let moment = episode.at(episode.steps());
+        assert_eq!((moment.reward, moment.goal, moment.trail.len()), (total, true, TRAIL));
+    }
+
+    #[test]
+    fn single_steps_stay_within_the_episode_and_the_end_of_it_is_seen() {
+        let mut player = Player::default();
+        player.nudge(-5, 1000);
+        assert_eq!(player.step(), 0);
+        player.nudge(5000, 1000);
+        assert_eq!(player.step(), 1000);
+        player.play_from(1000);
+        assert!(!player.advance(Duration::from_millis(100), 1000), "it rests there");
+        player.hold(true);
+        player.play_from(7);
+        assert!(player.is_moving() && player.step() == 7);
+        player.hold(true);
+        player.nudge(1, 1000);
+        player.hold(false);
+        assert_eq!(player.step(), 1, "where it was put by hand it stays");
+    }
 }

@@ -76,4 +76,15 @@ mod tests {
     fn spans_are_written_for_people() {
         assert_eq!((span(12.3), span(185.0), span(3750.0)), ("12 s".into(), "3:05".into(), "1:02:30".into()));
     }
+
+    #[test]
+    fn what_was_long_ago_and_before_a_pause_is_forgotten() {
+        let start = Instant::now();
+        let mut rate = Rate::default();
+        (0..60).for_each(|second| rate.note(start + Duration::from_secs(second), 10 * second));
+        (60..90).for_each(|second| rate.note(start + Duration::from_secs(second), 600 + 20 * (second - 60)));
+        assert_eq!(rate.per_second(), Some(20.0));
+        rate.forget();
+        assert_eq!(rate.per_second(), None);
+    }
 }

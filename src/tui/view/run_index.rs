@@ -250,6 +250,10 @@ mod tests {
         assert_eq!(look(&mut reader, &reports, folder.path()), None, "nothing has changed");
         finish(&first, 7);
         assert_eq!(look(&mut reader, &reports, folder.path()), Some(vec![named("a", 7)]));
+        let mut notes = first.notes().unwrap();
+        notes.tags.push("paper".to_owned());
+        first.write_notes(&notes).unwrap();
+        assert!(look(&mut reader, &reports, folder.path()).is_some(), "a tag is news");
         finish(&make(folder.path(), "b"), 3);
         assert_eq!(look(&mut reader, &reports, folder.path()), Some(vec![named("a", 7), named("b", 3)]));
         std::fs::remove_dir_all(folder.path().join("a")).unwrap();
@@ -274,5 +278,21 @@ mod tests {
             seen.extend(due);
         }
         assert_eq!(seen.len(), 1200);
+    }
+
+    #[test]
+    fn of_another_folder_nothing_is_known_until_it_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        make(folder.path(), "a");
+        let mut index = RunIndex::new();
+        index.look(folder.path());
+        assert_eq!(index.unread(), 1);
+        while index.unread() > 0 {
+            index.collect();
+            std::thread::yield_now();
+        }
+        assert_eq!(index.runs().len(), 1);
+        index.look(&folder.path().join("elsewhere"));
+        assert!(index.runs().is_empty() && index.unread() > 0);
     }
 }

@@ -483,4 +483,53 @@ mod tests {
         let next = Subject::choose(&view, &Choice::Latest, Some(&same), true);
         assert!(!Arc::ptr_eq(same.episode(), next.episode()));
     }
+
+    #[test]
+    fn the_critic_values_the_actions_from_the_upper_left_on() {
+        let mut view = empty();
+        let watched = watched("a", &view.task.clone(), true);
+        let networks = watched.live.as_ref().unwrap().networks.clone().unwrap();
+        view.watched = Some(watched);
+        let heat = choose(&view, Choice::Latest, None).agent_view(0).unwrap().heat;
+        let env = Environment::new(view.task.clone());
+        let edge = 1.0 - 1.0 / HEAT_SIDE as f32;
+        let corners = networks.q_values(&seen(&env, env.observation()), &[-edge, edge, edge, -edge]);
+        let [first, last] = [heat.values[0], heat.values[heat.values.len() - 1]];
+        let near = (corners[0] - corners[1]).abs() / 10.0;
+        assert!((first - corners[0]).abs() < near && (last - corners[1]).abs() < near, "{first} {last} {corners:?}");
+    }
+
+    #[test]
+    fn a_prediction_begins_at_its_action_and_is_of_the_tasks_own_tool() {
+        let mut view = empty();
+        view.watched = Some(watched("a", &view.task.clone(), false));
+        let past = episode("a", &view.task);
+        let mut subject = choose(&view, Choice::Past(past.clone()), None);
+        subject.set_model(Ok(model(&view.task)));
+        assert_eq!(subject.truth(1)[0], past.trace.steps[1].path[0]);
+        let is_near =
+            |predicted: [f32; 2], seen: [f32; 2]| (0..2).all(|axis| (predicted[axis] - seen[axis]).abs() < 0.1);
+        assert!(is_near(subject.predict(1).unwrap()[0], past.trace.steps[1].path[0]));
+        let mut held = Episode::clone(&past);
+        Arc::make_mut(&mut held.trace).tools = vec![371];
+        let mut subject = choose(&view, Choice::Past(Arc::new(held)), None);
+        subject.set_model(Ok(model(&view.task)));
+        assert!(subject.predict(0).unwrap_err().contains("own tool only"));
+        let mut by_hand = choose(&view, Choice::Hand, None);
+        by_hand.set_model(Ok(model(&view.task)));
+        let predicted = |number| by_hand.ghost([0.9, -0.9], number).unwrap().predicted;
+        assert!(!predicted(None).is_empty() && predicted(Some(371)).is_empty());
+        view.hand.trace = Arc::new(Trace::clone(&past.trace));
+        let next = choose(&view, Choice::Hand, Some(&by_hand));
+        assert!(Arc::ptr_eq(&next.episode().trace, &view.hand.trace), "the episode is another");
+    }
+
+    #[test]
+    fn the_threshold_is_said_of_the_past_alone() {
+        let mut view = typical();
+        let past = episode("task1-ddpg-mge-seed0", &view.task);
+        view.watched.as_mut().unwrap().live = Some(Live { episode: past.clone(), networks: None });
+        assert!(choose(&view, Choice::Latest, None).facts().is_empty());
+        assert_eq!(choose(&view, Choice::Past(past), None).facts(), ["epsilon 0.80"]);
+    }
 }

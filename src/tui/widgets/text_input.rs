@@ -103,6 +103,10 @@ mod tests {
         check("äb", &[plain(KeyCode::Home), plain(KeyCode::Delete)], "b", 0);
         check("a日b", &[plain(KeyCode::Left)], "a日b", 3);
         check("subgoal move", &[control('w')], "subgoal ", 8);
+        check("subgoal move ", &[control('w')], "subgoal ", 8);
+        check("ab", &[plain(KeyCode::Home), plain(KeyCode::Right), plain(KeyCode::Delete)], "a", 1);
+        check("ab", &[plain(KeyCode::Home), plain(KeyCode::End)], "ab", 2);
+        assert!(!TextInput::new("a").key(KeyEvent::new(KeyCode::Char('x'), KeyModifiers::ALT)));
         check("subgoal move", &[control('a'), control('e'), control('u')], "", 0);
         check("", &[plain(KeyCode::Backspace), plain(KeyCode::Delete), plain(KeyCode::Left)], "", 0);
     }

@@ -30,7 +30,7 @@ pub use model::{ModelEvaluate, ModelStop, ModelTrain};
 pub use output::{Comparison, Expect, Figure, FigureKind, Quantity, Quit, Record, Wait};
 pub use runs::{Continue, Delete, Evaluate, Fork, Note, Open, Pause, Resume, Stop, Tag, Train, Watch};
 pub use settings::{Episodes, Epsilon, Method, Model, Out, Seed, Set};
-pub use task::{Propose, Redo, Save, Task, Undo};
+pub use task::{Propose, Redo, SUBGOAL_RADIUS, Save, Task, Undo};
 
 /// A verb of the command language.
 #[derive(Debug, Clone, Copy)]

@@ -2,17 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use super::words::{List, Maybe, Number, Place, Text, Word};
+use super::words::{Maybe, Number, Parsed, Place, Text, Word};
 use super::{Execute, InScripts, Recording, Verb, syntax};
-use crate::physics::ToolKind;
+use crate::dynamics::ToolSet;
 use crate::workbench::dry_run::DryRun;
 use crate::workbench::{Session, SessionError};
 
 /// Trains a dynamics model of a tool set into a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelTrain {
-    /// The tool types it learns.
-    pub tools: Vec<ToolKind>,
+    /// The tools it learns.
+    pub tools: ToolSet,
     /// The file.
     pub path: PathBuf,
     /// Epochs, if not the usual number.
@@ -22,7 +22,7 @@ pub struct ModelTrain {
 impl Execute for ModelTrain {
     syntax! {
         "model train" "TYPE,... FILE [EPOCHS]" "train a dynamics model of these tool types, in the background"
-            => ModelTrain { tools: List("tool types"), path: Place("a file"), epochs: Maybe(Number("number of epochs")) };
+            => ModelTrain { tools: Parsed("tool types"), path: Place("a file"), epochs: Maybe(Number("number of epochs")) };
     }
 
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {

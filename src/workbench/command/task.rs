@@ -13,7 +13,7 @@ use crate::workbench::{Session, SessionError};
 /// Most subgoals that are looked for at once.
 const MOST_PROPOSALS: usize = 9;
 /// Radius of a subgoal that is added without one, in units.
-const SUBGOAL_RADIUS: f32 = 4.0;
+pub const SUBGOAL_RADIUS: f32 = 4.0;
 
 /// Opens a shipped task or a task file.
 #[derive(Debug, Clone, PartialEq)]

@@ -88,3 +88,20 @@ fn an_episode_that_the_other_run_does_not_have_is_said_so() {
     assert!(beside.episode.is_err(), "the other run has 300 episodes");
     assert!(text(&shot(&mut app, 120, 40)).contains("other has no episode"));
 }
+
+#[test]
+fn another_run_to_compare_with_takes_the_place_of_the_one_before() {
+    let (mut app, _) = app(forked());
+    let beside = |app: &crate::tui::app::App| app.subject.beside().map(|beside| beside.run.clone());
+    press(&mut app, "5 down space down space V left");
+    assert!(beside(&app).unwrap().ends_with("first"));
+    press(&mut app, "5 up space up space V down");
+    assert!(beside(&app).unwrap().ends_with("other"));
+}
+
+#[test]
+fn of_two_marked_runs_the_first_is_watched_if_neither_is() {
+    let (mut app, asked) = app(forked());
+    press(&mut app, "5 space down space V");
+    assert_eq!(*asked.borrow(), ["open runs/first"]);
+}

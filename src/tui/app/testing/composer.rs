@@ -59,3 +59,17 @@ fn the_marked_runs_are_composed() {
     let expected = format!("figure learning figures/task1-learning.png {runs}");
     assert_eq!(asked.borrow().last(), Some(&expected), "what was said of other runs is forgotten");
 }
+
+#[test]
+fn options_exclude_one_another_and_curves_keep_what_was_said_of_them() {
+    let figure = "figure learning figures/task1-learning.png";
+    let greedy = exported("7 tab down down down down right up right enter");
+    assert_eq!(greedy, format!("{figure} success=greedy"), "evaluations have no steps");
+    assert_eq!(exported(&format!("7 tab down {} enter", "left ".repeat(40))), format!("{figure} font=4"));
+    assert_eq!(exported("7 tab down down down down down left enter"), format!("{figure} reference=DDPG"));
+    let renamed = exported("7 tab end i ctrl-u x enter i ctrl-u enter enter");
+    assert_eq!(renamed, format!("{figure} curve='{GUIDED}' curve=DDPG"), "no name is its own");
+    assert_eq!(exported("7 tab end { space enter"), format!("{figure} curve='{GUIDED}'"), "the moved one is selected");
+    let marked = exported("7 tab end { tab 5 space 7 tab enter");
+    assert!(!marked.contains("curve="), "{marked}: of other runs nothing was said");
+}

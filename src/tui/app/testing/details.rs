@@ -319,3 +319,45 @@ fn while_nothing_happens_curves_are_asked_for_every_other_second() {
     press(&mut app, "5");
     assert!(app.is_time_to_ask(Duration::ZERO));
 }
+
+#[test]
+fn a_click_takes_the_message_away_and_so_does_a_key() {
+    let (mut app, _) = app(empty());
+    press(&mut app, "right");
+    assert!(app.message().contains("nothing is selected"));
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), (0, 39));
+    assert_eq!(app.message(), "");
+    press(&mut app, "right 2");
+    assert_eq!(app.message(), "");
+}
+
+#[test]
+fn a_cell_is_coarser_than_the_reach_of_a_click() {
+    let (mut app, _) = app(empty());
+    shot(&mut app, 60, 20);
+    let view = scene(&app);
+    let nearest = |reach: f32| {
+        let objects = app.workspace.view().objects();
+        let cells = view.area.positions().map(|at| (at.x, at.y));
+        cells.filter(|(x, y)| objects.at(view.nearest(*x, *y), reach).is_some()).collect::<Vec<_>>()
+    };
+    let (exact, coarse) = (nearest(crate::tui::screens::scene::REACH), nearest(42.0 / 17.0));
+    let at = coarse.into_iter().find(|cell| !exact.contains(cell)).unwrap();
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
+    assert!(app.screens.scene.selected().is_some());
+}
+
+#[test]
+fn what_cannot_be_drawn_gives_way_to_the_log() {
+    let (mut app, _) = app(typical());
+    press(&mut app, "4 ?");
+    app.show_what_can_be_drawn();
+    assert!(app.layers.is_empty() && app.tab == Tab::Log);
+}
+
+#[test]
+fn a_command_that_is_typed_again_is_the_latest_once() {
+    let (mut app, asked) = app(empty());
+    press(&mut app, ": s e e d space 7 enter : s e e d space 8 enter : s e e d space 7 enter : up up up enter");
+    assert_eq!(asked.borrow().last().unwrap(), "seed 8");
+}

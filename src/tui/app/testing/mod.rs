@@ -1,5 +1,6 @@
 //! A workspace without a session, sessions' states as view, and the tests of whole screens.
 
+mod background;
 mod compared;
 mod composer;
 mod details;
@@ -49,13 +50,43 @@ pub struct RecordingWorkspace {
     asked: Rc<RefCell<Vec<String>>>,
 }
 
+thread_local! {
+    /// What the workspace of this test was asked to do in the background, the latest last.
+    static WANTED: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
+    /// What the next look at the session brings.
+    static NEWS: RefCell<Option<ViewModel>> = const { RefCell::new(None) };
+}
+
+/// What the workspace was asked to do in the background since the last call.
+fn wanted() -> Vec<String> {
+    WANTED.take()
+}
+
+fn want(what: String) {
+    WANTED.with_borrow_mut(|wanted| wanted.push(what));
+}
+
+/// The names of the folders of runs.
+fn names(runs: &[PathBuf]) -> String {
+    let names: Vec<_> = runs.iter().filter_map(|run| run.file_name()?.to_str()).collect();
+    names.join(" ")
+}
+
+/// Lets the session be in another state at the next look.
+fn bring(app: &mut App, view: ViewModel) {
+    NEWS.set(Some(view));
+    app.tick(std::time::Duration::ZERO);
+}
+
 impl Workspace for RecordingWorkspace {
     fn view(&self) -> &ViewModel {
         &self.view
     }
 
     fn poll(&mut self) -> bool {
-        false
+        let Some(news) = NEWS.take() else { return false };
+        self.view = news;
+        true
     }
 
     fn apply(&mut self, command: Command) -> Result<String, String> {
@@ -63,7 +94,9 @@ impl Workspace for RecordingWorkspace {
         Ok(String::new())
     }
 
-    fn request_live(&self) {}
+    fn request_live(&self) {
+        want("an episode".to_owned());
+    }
 
     fn model_for(&mut self, task: &Arc<Task>) -> Result<TaskModel, String> {
         TaskModel::new(&PriorSource::TruePhysics, task)
@@ -80,16 +113,22 @@ impl Workspace for RecordingWorkspace {
         Ok(Arc::new(Episode { title, trace: Arc::new(trace), origin: Origin::Run(run.path.clone()), ..shown }))
     }
 
-    fn want_curves(&mut self, _: Vec<PathBuf>) {}
+    fn want_curves(&mut self, runs: Vec<PathBuf>) {
+        want(format!("curves of {}", names(&runs)));
+    }
 
-    fn want_details(&mut self, _: &Path) {}
+    fn want_details(&mut self, run: &Path) {
+        want(format!("files of {}", names(&[run.to_owned()])));
+    }
 
     fn pin_baseline(&mut self, label: &str) -> String {
         self.asked.borrow_mut().push(format!("pin {label}"));
         String::new()
     }
 
-    fn want_agent(&mut self, _: u64) {}
+    fn want_agent(&mut self, episode: u64) {
+        want(format!("agent of {episode}"));
+    }
 
     fn figure(&self, kind: FigureKind, _: &Composition) -> Result<Drawing, String> {
         match kind {
@@ -101,7 +140,9 @@ impl Workspace for RecordingWorkspace {
         }
     }
 
-    fn look_for_runs(&mut self) {}
+    fn look_for_runs(&mut self) {
+        want("runs".to_owned());
+    }
 
     fn log(&mut self, level: Level, text: String) {
         self.view.log.push(at_noon(level, &text));
@@ -268,6 +309,7 @@ fn evaluation() -> Evaluation {
         data_hash: String::new(),
         config: EvaluationConfig::default(),
         launches: vec![launches(ToolKind::Bucket, 0.0021), launches(ToolKind::Box, 0.0043)],
+        held_out: Vec::new(),
         scenes: Vec::new(),
     }
 }

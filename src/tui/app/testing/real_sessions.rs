@@ -10,7 +10,7 @@ use crate::run::RunDirectory;
 use crate::trainer::RunConfig;
 use crate::tui::effect::Effect;
 use crate::tui::input::Keymap;
-use crate::tui::view::{SessionWorkspace, Workspace};
+use crate::tui::view::{Level, SessionWorkspace, Workspace};
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
 use crate::workbench::{Command, Session, command};
 
@@ -127,4 +127,67 @@ fn the_past_has_the_agent_of_the_nearest_checkpoint_and_the_greedy_episode_is_sh
     press(&mut app, "1");
     wait_for(&mut app, "agent of episode 3");
     assert!(seen(&mut app).contains("the greedy policy of task1-ddpg-seed0"));
+    press(&mut app, "home");
+    app.carry_out(vec![Effect::apply(command::Seed(5))]);
+    app.show_greedy();
+    assert_eq!(app.subject.past_episode(), Some(1), "it was shown already");
+}
+
+#[test]
+fn what_a_command_changes_is_seen_at_once_and_a_tool_that_is_not_placed_is_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut app = workbench("task1", folder.path(), &[]);
+    press(&mut app, "P enter enter");
+    assert!(seen(&mut app).contains("error: not placed"));
+    press(&mut app, "esc : t a s k space t a s k 4 enter");
+    assert!(text(&shot(&mut app, 200, 50)).contains("task4 · no tool placed"));
+    press(&mut app, "7 down enter");
+    assert!(app.message().starts_with("clusters: "), "{}", app.message());
+}
+
+/// Lets time pass until something is so.
+fn wait_until(app: &mut App, is_so: impl Fn(&App) -> bool) {
+    for _ in 0..2000 {
+        if is_so(app) {
+            return;
+        }
+        seen(app);
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    panic!("it is not so\n{}", seen(app));
+}
+
+#[test]
+fn what_fails_in_the_background_is_said_kept_and_seen() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut app = workbench("task1", folder.path(), &["set prior nowhere.safetensors"]);
+    press(&mut app, "c");
+    wait_until(&mut app, |app| app.message().contains("action clusters: "));
+    assert!(seen(&mut app).contains("failed: "));
+    press(&mut app, "u");
+    let log = |app: &App| app.workspace.view().log.last().cloned().unwrap();
+    assert_eq!((log(&app).level, log(&app).text), (Level::Error, app.message()));
+    (0..3000).for_each(|_| app.workspace.log(Level::Info, String::new()));
+    assert_eq!(app.workspace.view().log.len(), 2000);
+}
+
+#[test]
+fn figures_tags_and_models_are_those_there_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut app = workbench("task1", folder.path(), &SHORT);
+    let apply = |app: &mut App, line: &str| _ = app.workspace.apply(Command::parse(line).unwrap().unwrap()).unwrap();
+    let figure = format!("figure scene {}", folder.path().join("scene.png").display());
+    for _ in 0..2 {
+        let lines = app.workspace.view().log_total;
+        apply(&mut app, &figure);
+        wait_until(&mut app, |app| app.workspace.view().log_total > lines + 1);
+    }
+    assert_eq!(app.workspace.view().figures.len(), 1);
+    let run = app.workspace.view().runs[0].path.display().to_string();
+    apply(&mut app, &format!("tag {run} paper"));
+    wait_until(&mut app, |app| app.workspace.view().runs[0].tags == ["paper"]);
+    let about = |app: &App| app.workspace.view().models.iter().map(|model| model.about.clone()).collect::<Vec<_>>();
+    let before = about(&app);
+    apply(&mut app, "task create/Push");
+    assert_ne!(about(&app), before, "what fits another task");
 }

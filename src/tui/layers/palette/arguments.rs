@@ -191,6 +191,10 @@ mod tests {
     #[test]
     fn names_settings_and_runs_are_offered_the_begun_ones_first() {
         assert_eq!(offered(&["ddpg.gam"], "set"), ["ddpg.gamma"]);
+        assert_eq!(offered(&["DDPG.gam"], "set"), ["ddpg.gamma"]);
+        let with_an_e = offered(&["e"], "set");
+        assert!(with_an_e[0].starts_with('e') && with_an_e.contains(&"method".to_owned()), "{with_an_e:?}");
+        assert_eq!(offered(&[""], "open")[0], "runs/task1-ddpg-mge-seed0", "the latest run first");
         assert_eq!(offered(&["ddpg.gamma", ""], "set"), ["0.9"]);
         assert_eq!(offered(&["12", "ddpg.gam"], "fork"), ["ddpg.gamma="]);
         assert_eq!(offered(&["12", "seed"], "fork"), Vec::<String>::new(), "a fork keeps its seed");
@@ -209,6 +213,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("mine.json"), "").unwrap();
         std::fs::write(folder.path().join("mine.txt"), "").unwrap();
+        std::fs::write(folder.path().join(".mine.json"), "").unwrap();
         std::fs::create_dir(folder.path().join("more")).unwrap();
         let typed = format!("{}/m", folder.path().display());
         let names: Vec<String> = files(&typed, "json").into_iter().map(|value| value.text).collect();

@@ -134,7 +134,8 @@ impl Palette {
             let end = if text.ends_with(['/', '=']) { "" } else { " " };
             let begun = self.input.text().rfind(' ').map_or(0, |space| space + 1);
             let before = self.input.text()[..begun].to_owned();
-            self.input = TextInput::new(format!("{before}{}{end}", shell_words::quote(&text)));
+            let text = if text.ends_with('=') { text.into() } else { shell_words::quote(&text) };
+            self.input = TextInput::new(format!("{before}{text}{end}"));
             self.search();
         } else if let Some(verb) = self.found.get(self.selected).and_then(|item| item.entry.verb()) {
             self.input = TextInput::new(format!("{} ", verb.name));
@@ -361,5 +362,27 @@ mod tests {
         };
         use KeyCode::{Down, Up};
         assert_eq!([Up, Up, Up, Down, Down, Down].map(&mut shown), ["seed 2", "seed 1", "seed 1", "seed 2", "", ""]);
+    }
+
+    #[test]
+    fn what_is_completed_is_what_is_selected_and_can_be_read_again() {
+        let mut view = crate::tui::testing::typical();
+        view.runs.push(std::sync::Arc::new(crate::tui::testing::run_summary("my run")));
+        let completed = |typed: &str, downs: usize| {
+            let mut palette = Palette::new(&[Context::Everywhere], Arguments::new(&view), vec!["seed 1".to_owned()]);
+            palette.paste(typed);
+            let downs = if downs > 0 { palette.found.len() + downs } else { 0 };
+            (0..downs).for_each(|_| drop(palette.key(KeyCode::Down.into())));
+            palette.key(KeyCode::Tab.into());
+            palette.input.text().to_owned()
+        };
+        assert_eq!(completed("epsilon ", 1), "epsilon linear:0.8:0.05:2000 ");
+        assert_eq!(completed("tool set 1 max", 0), "tool set 1 max_angle=");
+        assert_eq!(completed("open my", 0), "open 'runs/my run' ");
+        assert_eq!(completed("model evaluate ", 0), "model evaluate learned ", "it is the longer verb");
+        let mut begun = palette(&[Context::Everywhere], &["seed 1"]);
+        begun.paste("ep");
+        begun.key(KeyCode::Up.into());
+        assert_eq!(begun.input.text(), "ep", "what is written is kept");
     }
 }

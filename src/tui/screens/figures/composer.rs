@@ -14,7 +14,6 @@ use super::super::pane::pane;
 use super::super::runs::Runs;
 use super::super::{HitRegions, Ui};
 use crate::evidence::{Against, Composition, LearningRow, Success, distinguish};
-use crate::figures::Look;
 use crate::tui::actions::Action;
 use crate::tui::effect::Effect;
 use crate::tui::layers::Prompt;
@@ -132,8 +131,7 @@ impl Composer {
         match self.row {
             0 => look.single = !look.single,
             1 => {
-                let [least, greatest] = Look::FONTS;
-                let font = (look.font() + if forward { STEP } else { -STEP }).clamp(least, greatest);
+                let font = look.font() + if forward { STEP } else { -STEP };
                 *look = look.with_font(font).unwrap_or(*look);
             }
             2 => look.logarithmic = !look.logarithmic,

@@ -123,11 +123,9 @@ impl Column {
             Kind::Left => line.seconds_left().map_or_else(String::new, span),
             Kind::Curve => sparkline(line.curves(), usize::from(self.width), ui.theme),
             Kind::Seed => match runs.as_slice() {
-                [run] => run.seed.to_string(),
-                _ => {
-                    let seeds = || runs.iter().map(|run| run.seed);
-                    format!("{}-{}", seeds().min().unwrap_or_default(), seeds().max().unwrap_or_default())
-                }
+                // Those of a group are in the order of their seeds.
+                [least, .., greatest] => format!("{}-{}", least.seed, greatest.seed),
+                _ => first.seed.to_string(),
             },
             Kind::Task => first.task.clone(),
             Kind::Method => first.method.to_owned(),

@@ -54,11 +54,12 @@ impl<'a> Line<'a> {
         }
     }
 
-    fn first(&self) -> &'a RunSummary {
+    /// The run of it whose state most needs to be known.
+    fn foremost(&self) -> &'a RunSummary {
         match self {
             Self::Run(run, _) => run,
             // A group on the list has runs on it.
-            Self::Group(_, runs) => runs[0],
+            Self::Group(_, runs) => runs.iter().min_by_key(|run| urgency(run)).unwrap_or(&runs[0]),
         }
     }
 
@@ -131,17 +132,7 @@ impl<'a> Line<'a> {
         if let [run] = runs.as_slice() {
             return (run.state_word().to_owned(), style(run));
         }
-        let urgency = |run: &RunSummary| match run.state {
-            RunState::Failed(_) => 0,
-            RunState::Running => 1,
-            _ if run.queued => 2,
-            RunState::Paused => 3,
-            RunState::Interrupted | RunState::Stopped(_) => 4,
-            RunState::NotStarted => 5,
-            RunState::Finished => 6,
-        };
-        // A group on the list has runs on it.
-        let first = runs.iter().min_by_key(|run| urgency(run)).map_or(self.first(), |run| run);
+        let first = self.foremost();
         let count = runs.iter().filter(|run| run.state_word() == first.state_word()).count();
         let queued = runs.iter().filter(|run| run.queued).count();
         // What is trained and what waits are both of interest.
@@ -149,6 +140,19 @@ impl<'a> Line<'a> {
             1.. if !first.queued => (format!("{count} {}, {queued} q", short(first.state_word())), style(first)),
             _ => (format!("{count} {}", first.state_word()), style(first)),
         }
+    }
+}
+
+/// How soon the state of a run is to be known, from 0.
+fn urgency(run: &RunSummary) -> usize {
+    match run.state {
+        RunState::Failed(_) => 0,
+        RunState::Running => 1,
+        _ if run.queued => 2,
+        RunState::Paused => 3,
+        RunState::Interrupted | RunState::Stopped(_) => 4,
+        RunState::NotStarted => 5,
+        RunState::Finished => 6,
     }
 }
 
@@ -165,7 +169,7 @@ pub enum Sort {
     Latest,
     /// By name or label.
     Name,
-    /// What goes on first.
+    /// What failed first, then what goes on, what waits, and what is over.
     State,
     /// The most episodes first.
     Episodes,
@@ -192,7 +196,7 @@ impl Sort {
         match self {
             Self::Latest => Ordering::Equal,
             Self::Name => a.name().cmp(&b.name()),
-            Self::State => a.first().state_word().cmp(b.first().state_word()),
+            Self::State => urgency(a.foremost()).cmp(&urgency(b.foremost())),
             Self::Episodes => b.progress()[0].cmp(&a.progress()[0]),
             Self::Success => b.success().unwrap_or(-1.0).total_cmp(&a.success().unwrap_or(-1.0)),
         }

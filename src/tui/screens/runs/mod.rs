@@ -123,8 +123,7 @@ impl Runs {
 
     /// Whether the line in a row of the list is the selected one.
     pub fn is_selected(&self, ui: &Ui, row: usize) -> bool {
-        let lines = list::lines(self, ui);
-        row < lines.len() && self.selected_row(&lines) == row
+        self.selected_row(&list::lines(self, ui)) == row
     }
 
     /// The runs that something is done with: the marked ones, or those of the selected line.

@@ -1,6 +1,7 @@
 //! The curves, the crosshair and the past, by keys and mouse.
 
 use super::*;
+use crate::run::Metric;
 
 #[test]
 fn curves_are_read_zoomed_and_compared() {
@@ -77,12 +78,106 @@ fn the_past_of_a_run_is_played_episode_by_episode() {
 
 #[test]
 fn a_window_of_one_run_is_not_that_of_another() {
-    let (mut app, asked) = app(typical());
+    let (mut app, _) = app(typical());
     press(&mut app, "4 z left");
     assert!(matches!(app.screens.curves.range, Range::Part(_)));
     let mut view = typical();
     watch(&mut view, 0);
-    app.workspace = Box::new(RecordingWorkspace { view, asked });
-    app.choose_subject(None, false);
+    bring(&mut app, view);
     assert_eq!((app.screens.curves.range, app.screens.curves.crosshair), (Range::Whole, None));
+}
+
+#[test]
+fn a_click_selects_the_curve() {
+    let (mut app, _) = app(typical());
+    press(&mut app, "4");
+    shot(&mut app, 120, 40);
+    let at =
+        region(&app, |area, region| matches!(region, Region::Chart(_, Metric::Epsilon)).then_some((area.x, area.y)));
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
+    press(&mut app, "enter");
+    let screen = text(&shot(&mut app, 120, 40));
+    assert!(screen.contains(Metric::Epsilon.title()) && !screen.contains(Metric::Success.title()), "{screen}");
+}
+
+#[test]
+fn the_window_of_episodes_is_moved_and_kept_around_the_crosshair() {
+    let window = |keys: &str| {
+        let (mut app, _) = app(typical());
+        press(&mut app, "4");
+        app.screens.curves.crosshair = Some(100.0);
+        press(&mut app, keys);
+        let window = app.screens.curves.range.window(700);
+        (window.from, window.to)
+    };
+    let (from, to) = window("z");
+    assert!(from > 1.0 && from < 100.0 && to > 100.0 && to <= 400.0, "{from} to {to}");
+    assert!(window("z L").0 > from && window("z L H").0 == from);
+    assert_eq!(window("z z Z"), window("z"));
+    assert_eq!(window("9"), (501.0, 700.0));
+}
+
+#[test]
+fn the_curves_are_gone_through_round_and_page_by_page() {
+    let [first, .., last] = Metric::CURVES.map(Metric::title);
+    check(typical(), "4 up enter", &[], last);
+    check(typical(), "4 up down enter", &[], first);
+    let (mut app, _) = app(typical());
+    press(&mut app, "4 up");
+    assert!(text(&shot(&mut app, 80, 24)).contains(last));
+    press(&mut app, "s s s");
+    assert!(!text(&shot(&mut app, 120, 40)).contains("mean of"), "10, 50, 200 and each alone");
+}
+
+#[test]
+fn the_mouse_reads_off_before_the_crosshair_until_a_key_moves_it() {
+    let (mut app, _) = app(typical());
+    press(&mut app, "4 left");
+    app.screens.curves.hovered = Some(300.0);
+    app.changed = true;
+    assert!(text(&shot(&mut app, 120, 40)).contains("episode 300"));
+    press(&mut app, "left");
+    assert!(app.screens.curves.hovered.is_none());
+    press(&mut app, "enter esc");
+    let screen = text(&shot(&mut app, 120, 40));
+    assert!(
+        app.screens.curves.crosshair.is_none() && !screen.contains(Metric::Return.title()),
+        "still alone\n{screen}"
+    );
+}
+
+#[test]
+fn the_episode_beside_the_curves_goes_by_steps_and_is_left_for_the_scene() {
+    let (mut app, _) = app(typical());
+    press(&mut app, "4 left . . ,");
+    assert_eq!(app.screens.scene.player.step(), 1);
+    press(&mut app, "1");
+    let at = cell(&mut app, [0.9, 0.9]);
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
+    assert_eq!(app.subject.past_episode(), None, "what is edited is seen");
+    check(typical(), "pagedown", &[], "episode 1 of 700");
+    check(typical(), "end pagedown", &[], "episode 700 of 700");
+    check(typical(), "home pageup", &[], "episode 1 of 700");
+}
+
+#[test]
+fn without_a_watched_run_the_crosshair_is_that_of_the_compared_ones() {
+    let unwatched = || ViewModel { watched: None, ..grouped() };
+    let (mut app, _) = app(unwatched());
+    press(&mut app, "5 space 4 v left");
+    let crosshair = app.screens.curves.crosshair;
+    bring(&mut app, unwatched());
+    assert!(crosshair.is_some() && app.screens.curves.crosshair == crosshair);
+    super::super::wanted();
+    press(&mut app, "5 tab 4");
+    let curves = super::super::wanted().pop().unwrap();
+    assert_eq!(curves, "curves of plain-0 plain-1 plain-2", "each once");
+}
+
+#[test]
+fn only_runs_on_the_same_task_are_compared() {
+    let mut view = typical();
+    let other = crate::tui::view::RunSummary { task: "task4".into(), ..crate::tui::testing::run_summary("other") };
+    view.runs.push(std::sync::Arc::new(other));
+    check(view, "4 v", &[], "training · 2 runs");
 }

@@ -210,3 +210,151 @@ fn a_tool_in_hand_says_why_it_cannot_be_placed() {
     view.task = view.hand.task.clone();
     check(view, "P J J J J J J J J J J J J", &[], "box here would overlap");
 }
+
+#[test]
+fn a_drag_ends_when_the_button_is_let_go() {
+    let (mut app, asked) = app(empty());
+    let (at, to) = (cell(&mut app, [0.0, 0.2]), cell(&mut app, [0.5, -0.5]));
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
+    mouse(&mut app, MouseEventKind::Up(MouseButton::Left), at);
+    mouse(&mut app, MouseEventKind::Drag(MouseButton::Left), to);
+    mouse(&mut app, MouseEventKind::Up(MouseButton::Left), to);
+    assert!(asked.borrow().is_empty(), "{:?}", asked.borrow());
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
+    mouse(&mut app, MouseEventKind::Drag(MouseButton::Left), to);
+    press(&mut app, "esc");
+    mouse(&mut app, MouseEventKind::Up(MouseButton::Left), to);
+    assert!(asked.borrow().is_empty() && app.screens.scene.selected().is_some(), "escape lets go of it");
+}
+
+#[test]
+fn the_wheel_moves_no_object() {
+    let (mut app, asked) = app(empty());
+    press(&mut app, "2 tab");
+    shot(&mut app, 120, 40);
+    let row = region(&app, |area, region| matches!(region, Region::Row(0)).then_some((area.x, area.y)));
+    mouse(&mut app, MouseEventKind::ScrollDown, row);
+    assert!(asked.borrow().is_empty(), "{:?}", asked.borrow());
+}
+
+#[test]
+fn a_file_of_ones_own_is_saved_over_and_under_another_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("mine.json");
+    std::fs::write(&file, "").unwrap();
+    let view = ViewModel { file: Some(file.clone()), ..typical() };
+    let line = format!("save {}", file.display());
+    check(view, "W enter", &[&line], "");
+    check(typical(), "W", &[], "> my-task1.json");
+}
+
+#[test]
+fn the_list_of_tasks_begins_at_the_one_that_is_open() {
+    let view = ViewModel { task: std::sync::Arc::new(task::load("task3").unwrap()), ..empty() };
+    check(view, "o enter", &["task task3"], "");
+}
+
+/// The first start with subgoals at these places.
+fn with_subgoals(places: &[[f32; 2]], radius: f32) -> ViewModel {
+    let mut view = empty();
+    let mut task = task::Task::clone(&view.task);
+    task.subgoals = places.iter().map(|place| task::Region { position: *place, radius }).collect();
+    view.task = std::sync::Arc::new(task);
+    view
+}
+
+#[test]
+fn edits_stay_within_what_a_task_can_be() {
+    check(with_subgoals(&[[0.95, 0.2]], 4.0), "tab L", &["subgoal move 1 1 0.2"], "");
+    check(with_subgoals(&[[0.0, 0.2]], 0.6), "tab (", &["subgoal size 1 0.5"], "");
+    check(with_subgoals(&[[0.0, 0.2], [0.4, 0.4]], 4.0), "A", &["subgoal add -0.1 0.1 4"], "");
+    check(with_subgoals(&[], 4.0), "2 S enter", &["propose 1"], "");
+}
+
+#[test]
+fn what_is_added_or_accepted_is_selected() {
+    let selected = |keys: &str| {
+        let (mut app, _) = app(typical());
+        shot(&mut app, 120, 40);
+        press(&mut app, keys);
+        app.screens.scene.selected()
+    };
+    assert_eq!(selected("A"), Some(Object::Subgoal(1)));
+    assert_eq!(selected("2 tab tab Y"), Some(Object::Subgoal(1)));
+    assert_eq!(selected("2 tab tab D"), None);
+    assert_eq!(selected("2 Y"), None, "all of them");
+    assert_eq!(selected("2 T b o x enter"), Some(Object::Tool(typical().task.tools.len())));
+    assert_eq!(selected("2 tab P"), None, "the tool is in hand");
+    assert_eq!(selected("tab home"), None, "the past is no task to edit");
+}
+
+#[test]
+fn escape_lets_go_of_what_is_selected_before_the_screen_is_left() {
+    let (mut app, _) = app(empty());
+    press(&mut app, "2 tab esc");
+    assert!(app.tab == Tab::Edit && app.screens.scene.selected().is_none());
+    press(&mut app, "esc");
+    assert_eq!(app.tab, Tab::Scene);
+}
+
+#[test]
+fn a_ball_is_shown_where_it_is_dragged() {
+    let (mut app, _) = app(empty());
+    let [x, y] = empty().task.ball.position;
+    let (from, to) = (cell(&mut app, [x, y]), cell(&mut app, [-0.5, 0.6]));
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), from);
+    mouse(&mut app, MouseEventKind::Drag(MouseButton::Left), to);
+    assert_eq!(shot(&mut app, 120, 40)[to].fg, app.theme.ball);
+}
+
+#[test]
+fn hand_play_begins_on_the_screen_and_ends_with_the_scene_played() {
+    let mut view = empty();
+    let mut task = task::Task::clone(&view.task);
+    task.ball.position = [0.25, -0.8];
+    view.task = std::sync::Arc::new(task);
+    check(view, "P enter", &["place 0.25 -0.9"], "");
+    check(empty(), "P s enter", &[], "nothing is selected");
+    let (mut app, _) = app(empty());
+    press(&mut app, "P . esc");
+    assert!(app.screens.scene.player.playing);
+    press(&mut app, "P");
+    app.tick(std::time::Duration::from_secs(60));
+    assert!(!app.screens.scene.player.playing, "it waits for the next tool");
+    press(&mut app, "g");
+    assert!(!text(&shot(&mut app, 120, 40)).contains("no agent acts here"));
+}
+
+#[test]
+fn the_tool_in_hand_is_drawn_as_it_is_with_what_the_model_predicts() {
+    let screen = |keys: &str| {
+        let (mut app, _) = app(empty());
+        shot(&mut app, 120, 40);
+        press(&mut app, keys);
+        shot(&mut app, 120, 40)
+    };
+    let tramp = "P T t r a m p enter";
+    assert_eq!(screen(tramp), screen(&format!("{tramp} right left")));
+    let (mut app, _) = app(empty());
+    press(&mut app, "P");
+    let drawn = shot(&mut app, 120, 40);
+    let area = scene(&app).area;
+    assert!(area.positions().any(|at| drawn[at].fg == app.theme.accent), "the way of the ball");
+}
+
+#[test]
+fn the_latest_action_of_hand_play_is_played_and_its_end_is_said() {
+    let mut view = empty();
+    let mut play = crate::workbench::HandPlay::new(view.task.clone(), 0);
+    let mut played = |places: usize| {
+        (0..places).for_each(|_| _ = play.place([-0.9, 0.9], None));
+        view.hand.trace = std::sync::Arc::new(play.trace().clone());
+        view.hand.snapshot = std::sync::Arc::new(play.snapshot().clone());
+        view.clone()
+    };
+    let (mut app, _) = app(played(2));
+    press(&mut app, "P");
+    assert_eq!(app.screens.scene.player.step(), 40);
+    bring(&mut app, played(100));
+    assert!(text(&shot(&mut app, 120, 40)).contains("the episode is over"));
+}

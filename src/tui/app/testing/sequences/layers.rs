@@ -1,6 +1,8 @@
 //! Screens, palette, help, questions and the terminal around them.
 
 use super::*;
+use crate::tui::effect::Effect;
+use crate::workbench::command;
 
 #[test]
 fn screens_are_changed_by_number_bracket_and_mouse() {
@@ -140,4 +142,93 @@ fn the_help_finds_what_one_types() {
     assert!(text(&shot(&mut app, 120, 40)).contains("SCENE"));
     press(&mut app, "?");
     assert!(app.layers.is_empty());
+}
+
+#[test]
+fn the_tour_goes_back_and_a_key_for_something_else_leaves_it_and_does_that() {
+    check(empty(), "f5 right right left", &[], "welcome, 2/4");
+    check(empty(), "f5 t", &["train"], "status");
+    check(empty(), "f5 x", &[], "status");
+    check(empty(), "f5 q", &[], "status");
+}
+
+#[test]
+fn what_lies_over_the_screen_stays_while_an_episode_is_played_and_goes_where_there_is_no_room() {
+    let (mut app, _) = app(typical());
+    app.screens.scene.player.playing = true;
+    press(&mut app, "e");
+    for _ in 0..2 {
+        assert!(text(&shot(&mut app, 120, 40)).contains("epsilon schedule"));
+        app.tick(std::time::Duration::from_millis(40));
+    }
+    assert!(!text(&shot(&mut app, 40, 5)).contains("epsilon schedule"));
+    app.event(Event::Paste("0".to_owned()));
+    assert!(app.changed, "what is pasted is to be seen");
+}
+
+#[test]
+fn of_several_effects_one_that_fails_ends_the_rest() {
+    let (mut app, asked) = app(typical());
+    app.carry_out(vec![Effect::Filter("epsilo<1".to_owned()), Effect::apply(command::Stop)]);
+    assert!(asked.borrow().is_empty() && app.message().contains("did you mean `epsilon`?"));
+}
+
+#[test]
+fn the_help_is_gone_through_by_line_page_and_wheel() {
+    let (down, up) = (MouseEventKind::ScrollDown, MouseEventKind::ScrollUp);
+    let screen = |keys: &str, wheel: &[MouseEventKind]| {
+        let (mut app, _) = app(empty());
+        press(&mut app, "?");
+        shot(&mut app, 120, 40);
+        press(&mut app, keys);
+        wheel.iter().for_each(|kind| mouse(&mut app, *kind, (60, 20)));
+        text(&shot(&mut app, 120, 40))
+    };
+    assert_eq!(screen("pagedown", &[]), screen(&"down ".repeat(10), &[]));
+    assert_eq!(screen("pagedown pagedown pageup", &[]), screen("pagedown", &[]));
+    assert_eq!(screen("pagedown home", &[]), screen("", &[]));
+    assert_eq!(screen("down down", &[]), screen("", &[down, down, down, up]));
+    check(empty(), "? Z O O M", &[], "show fewer episodes, larger");
+}
+
+#[test]
+fn a_line_is_typed_with_its_end_in_sight_and_what_was_wrong_is_said_until_it_changes() {
+    check(empty(), "e ctrl-u 7 enter", &[], "7 is not within 0 and 1");
+    check(empty(), "e ctrl-u 7 enter backspace", &[], "linear:0.8:0.05:2000");
+    check(empty(), "W ctrl-u space x . j s o n space enter", &["save x.json"], "");
+    let (mut app, _) = app(empty());
+    press(&mut app, "W");
+    app.event(Event::Paste("-long".repeat(30) + "-end"));
+    assert!(text(&shot(&mut app, 120, 40)).contains("-long-end"));
+}
+
+#[test]
+fn lists_and_questions_have_letters_too() {
+    check(empty(), "o j j k enter", &["task task2"], "");
+    check(empty(), "o end home enter", &["task task1"], "");
+    for no in ["n", "q"] {
+        let (mut app, asked) = app(typical());
+        press(&mut app, &format!("x {no}"));
+        assert!(app.layers.is_empty() && asked.borrow().is_empty(), "{no}");
+    }
+}
+
+#[test]
+fn what_may_follow_is_taken_over_with_a_click_and_a_mistake_covers_it() {
+    let (mut app, _) = app(typical());
+    let place = |app: &mut App, what: &str| {
+        let screen = text(&shot(app, 120, 40));
+        let row = screen.lines().position(|line| line.contains(what));
+        (60, row.unwrap_or_else(|| panic!("{what} is not on\n{screen}")) as u16)
+    };
+    press(&mut app, ": s e t space d d p g . g a");
+    let at = place(&mut app, "  ddpg.gamma");
+    press(&mut app, "enter");
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
+    place(&mut app, ": set ddpg.ga ");
+    press(&mut app, "m");
+    let at = place(&mut app, "  ddpg.gamma");
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
+    place(&mut app, ": set ddpg.gamma ");
+    check(empty(), ": down down t r a i n enter", &["train"], "");
 }

@@ -45,7 +45,7 @@ fn leaving_can_wait_until_all_runs_are_done() {
 fn a_queued_run_says_so_and_leaving_tells_of_all_runs() {
     let mut view = typical();
     change_run(&mut view, 0, |run| run.queued = true);
-    check(view.clone(), "5", &[], "queued");
+    check(view.clone(), "5 / s t a t e : q u e u e d enter enter", &["open runs/old"], "old");
     check(view.clone(), "q", &[], "old waits for a core");
     check(view, "q", &[], "task1-ddpg-mge-seed0 is being trained, 700 of 2000");
 }
@@ -61,4 +61,25 @@ fn what_is_trained_can_go_on_in_the_background() {
     let (mut app, _) = super::app(typical());
     press(&mut app, "q y");
     assert!(app.is_leaving() && app.left_in_background().is_empty());
+}
+
+#[test]
+fn typed_leaving_asks_too_and_asking_twice_asks_once() {
+    check(typical(), ": q u i t enter", &[], "leave the workbench?");
+    let (mut app, _) = app(typical());
+    press(&mut app, "q ctrl-c ctrl-c");
+    assert_eq!(app.layers.len(), 1);
+}
+
+#[test]
+fn a_paused_run_does_not_go_on_in_the_background() {
+    let mut view = typical();
+    change_run(&mut view, 1, |run| run.state = RunState::Paused);
+    let (mut alone, _) = app(view.clone());
+    press(&mut alone, "q");
+    assert!(!text(&shot(&mut alone, 120, 40)).contains("in the background"));
+    change_run(&mut view, 0, |run| (run.active, run.state) = (true, RunState::Running));
+    let (mut app, _) = app(view);
+    press(&mut app, "q b");
+    assert_eq!(app.left_in_background(), [std::path::PathBuf::from("runs/old")]);
 }

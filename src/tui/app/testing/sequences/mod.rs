@@ -4,6 +4,7 @@ mod curves;
 mod editing;
 mod layers;
 mod leaving;
+mod lists;
 mod runs;
 mod schedule;
 mod tools;
@@ -13,7 +14,7 @@ mod walk;
 use crossterm::event::{Event, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
 use ratatui::layout::Rect;
 
-use super::{RecordingWorkspace, app, change_run, empty, failed, grouped, press, shot, text, typical, watch};
+use super::{app, bring, change_run, empty, failed, grouped, press, shot, text, typical, watch};
 use crate::run::RunState;
 use crate::task;
 use crate::tui::actions::Tab;

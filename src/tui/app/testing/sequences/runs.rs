@@ -1,6 +1,7 @@
 //! The list of runs, by keys and mouse.
 
 use super::*;
+use crate::tui::view::RunSummary;
 
 #[test]
 fn the_selected_run_stays_selected_when_others_come() {
@@ -117,4 +118,115 @@ fn on_the_runs_screen_the_selected_run_is_paused_and_stopped() {
     check(typical(), "5 down x", &["open runs/old", "stop"], "");
     check(typical(), "5 x", &[], "stop the training?");
     check(typical(), "5 p", &["pause"], "");
+}
+
+/// Three runs, the latest last: one that is finished, one that goes on, and one that failed at once.
+fn three() -> ViewModel {
+    let run = |name: &str, state: RunState, done: u64, success: Option<f32>| {
+        std::sync::Arc::new(RunSummary { state, done, success, ..crate::tui::testing::run_summary(name) })
+    };
+    let runs = vec![
+        run("Finished", RunState::Finished, 100, Some(0.5)),
+        run("b", RunState::Running, 50, Some(0.9)),
+        run("c", RunState::Failed("no reason".into()), 10, None),
+    ];
+    ViewModel { runs, ..empty() }
+}
+
+#[test]
+fn runs_are_sorted_in_both_directions() {
+    for (sorts, order) in [("", "c b Finished"), ("s", "Finished b c"), ("s s", "c b Finished")] {
+        sorted(sorts, order);
+    }
+    sorted("s s s", "Finished b c");
+    sorted("s s s s", "b Finished c");
+}
+
+/// After these keys the runs stand in this order, and after another the other way round.
+fn sorted(keys: &str, order: &str) {
+    let order: Vec<&str> = order.split(' ').collect();
+    let opened = |keys: String| {
+        let (mut app, asked) = app(three());
+        press(&mut app, &format!("5 {keys}"));
+        asked.borrow().concat()
+    };
+    for (row, name) in order.iter().enumerate() {
+        let downs = "down ".repeat(row);
+        assert_eq!(opened(format!("{keys} {downs} enter")), format!("open runs/{name}"), "{keys}, row {row}");
+        let from_the_end = "up ".repeat(row);
+        assert_eq!(opened(format!("{keys} S end {from_the_end} enter")), format!("open runs/{name}"), "{keys} S");
+    }
+}
+
+#[test]
+fn conditions_hold_at_their_bounds_and_for_what_is_known() {
+    let first = |filter: &str| {
+        let (mut app, asked) = app(three());
+        press(&mut app, "5 /");
+        app.event(Event::Paste(filter.to_owned()));
+        press(&mut app, "enter s end enter");
+        asked.borrow().concat()
+    };
+    assert_eq!(first("done>=50"), "open runs/b");
+    assert_eq!(first("done<=50"), "open runs/c");
+    assert_eq!(first("success<1"), "open runs/b", "of the others it is not known");
+    assert_eq!(first("name:finished"), "open runs/Finished");
+    let mut view = three();
+    change_run(&mut view, 0, |run| (run.tags, run.note) = (vec!["paper".into()], "holds".into()));
+    check(view.clone(), "5 / p a p e r enter enter", &["open runs/Finished"], "");
+    check(view.clone(), "5 / n o t e : h o l d enter enter", &["open runs/Finished"], "");
+    check(view, "5 end I", &[], "> paper");
+}
+
+#[test]
+fn the_selection_begins_anew_with_a_filter_and_stays_where_a_run_was_deleted() {
+    check(three(), "5 end / t a s k enter enter", &["open runs/c"], "");
+    let (mut app, asked) = app(three());
+    press(&mut app, "5 down");
+    let mut left = three();
+    left.runs.remove(1);
+    bring(&mut app, left);
+    press(&mut app, "enter");
+    assert_eq!(*asked.borrow(), ["open runs/Finished"]);
+    check(typical(), "5 space / o l d enter esc", &[], "1 marked");
+}
+
+#[test]
+fn what_cannot_be_done_with_a_line_is_said() {
+    check(typical(), "5 tab", &[], "a group of runs that differ in the seed only");
+    check(grouped(), "5 F", &[], "one run is forked");
+    check(grouped(), "5 tab down B", &["pin DDPG"], "");
+    check(grouped(), "5 space down V", &[], "training · DDPG (3 seeds)");
+    let mut view = typical();
+    change_run(&mut view, 0, |run| run.state = RunState::Paused);
+    watch(&mut view, 0);
+    let stop = ["stop", "open runs/task1-ddpg-mge-seed0", "stop", "open runs/old"];
+    check(view, "5 space down space x y", &stop, "");
+}
+
+#[test]
+fn a_group_says_what_most_needs_to_be_known_of_its_runs() {
+    let mut view = grouped();
+    change_run(&mut view, 1, |run| run.state = RunState::Failed("no reason".into()));
+    for (place, rate) in [(3, 10.0), (4, 20.0)] {
+        change_run(&mut view, place, |run| (run.state, run.active, run.rate) = (RunState::Running, true, Some(rate)));
+    }
+    let other = RunSummary { task: "task4".into(), ..crate::tui::testing::run_summary("other") };
+    view.runs.push(std::sync::Arc::new(other));
+    let (mut app, _) = app(view);
+    press(&mut app, "5");
+    let screen = text(&shot(&mut app, 200, 60));
+    assert!(screen.contains("1 failed") && screen.contains("task1: DDPG"), "{screen}");
+    assert!(screen.contains(" 2:30 "), "1500 episodes at 10 a second take longest\n{screen}");
+    press(&mut app, "end tab down space");
+    let marked = |line: &&str| line.contains("* ") || line.contains("*>");
+    assert_eq!(text(&shot(&mut app, 200, 60)).lines().filter(marked).count(), 1, "the group is not marked");
+    check(grouped(), "5 / s e e d = 1 enter", &[], " plain-1 ");
+    check(grouped_watching(3), "4", &[], "0 of 3 seeds finished");
+}
+
+fn grouped_watching(index: usize) -> ViewModel {
+    let mut view = grouped();
+    watch(&mut view, index);
+    view
 }

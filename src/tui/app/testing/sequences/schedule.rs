@@ -64,3 +64,43 @@ fn undo_takes_back_what_was_drawn_of_a_schedule_and_no_edit_of_the_task() {
     check(empty(), "3 tab up tab u", &[], "This schedule is in use.");
     check(empty(), "2 u", &["undo"], "");
 }
+
+/// The Schedule screen with these points, and its axes.
+fn drawn(points: &str) -> (App, std::rc::Rc<std::cell::RefCell<Vec<String>>>, crate::tui::chart::Axes) {
+    let mut view = empty();
+    view.settings.epsilon = points.parse().unwrap();
+    let (mut app, asked) = app(view);
+    press(&mut app, "3");
+    shot(&mut app, 120, 40);
+    let axes = region(&app, |_, region| if let Region::Schedule(axes) = region { Some(axes) } else { None });
+    (app, asked, axes)
+}
+
+#[test]
+fn a_point_is_taken_hold_of_where_it_is_and_another_is_drawn_where_none_is() {
+    let points = "points:0=0.8,1000=0.4,3000=0.1";
+    let pressed = |episode: f32, above: u16, keys: &str| {
+        let (mut app, asked, axes) = drawn(points);
+        assert!(axes.x.to > 3000.0, "every point is to be seen");
+        let at = (axes.column(episode).unwrap(), axes.row(0.4).unwrap() - above);
+        mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
+        mouse(&mut app, MouseEventKind::Up(MouseButton::Left), at);
+        press(&mut app, keys);
+        asked.borrow().concat()
+    };
+    assert_eq!(pressed(1000.0, 0, "K enter"), "epsilon points:0=0.8,1000=0.5,3000=0.1");
+    assert_eq!(pressed(2000.0, 5, "enter").matches(',').count(), 3, "a fourth point");
+    assert_eq!(pressed(1020.0, 9, "enter").matches(',').count(), 3, "a point that is far above another");
+    let deleted = pressed(2000.0, 5, "delete enter");
+    assert_eq!(deleted, format!("epsilon {points}"), "the one that was drawn is selected");
+    assert_eq!(pressed(2000.0, 5, "u enter"), format!("epsilon {points}"), "it is undone");
+}
+
+#[test]
+fn a_schedule_that_is_what_it_was_is_no_draft_and_stays_in_range() {
+    check(empty(), "3 up down", &[], "This schedule is in use.");
+    check(empty(), "3 a K enter", &["epsilon points:0=0.8,750=0.525,1500=0.05"], "");
+    let mut view = empty();
+    view.settings.epsilon = "need:0.5:0.25:20".parse().unwrap();
+    check(view, "3 K K K K enter", &["epsilon need:0.75:0.25:20"], "");
+}

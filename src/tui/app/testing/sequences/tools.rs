@@ -119,3 +119,51 @@ fn what_else_is_in_a_level_is_selected_and_moved() {
 fn levels_are_in_the_list_of_tasks() {
     check(empty(), "o end up enter", &["task create/Seesaw"], "");
 }
+
+#[test]
+fn the_wheel_turns_no_tool_while_another_is_in_hand() {
+    let (mut app, asked) = app(with_ramp());
+    let at = cell(&mut app, [0.5, 0.5]);
+    press(&mut app, "P backtab");
+    mouse(&mut app, MouseEventKind::ScrollUp, at);
+    assert!(asked.borrow().is_empty(), "{:?}", asked.borrow());
+}
+
+#[test]
+fn the_palette_of_tools_has_pages_and_begins_anew_with_other_words() {
+    // Six in a row and five rows.
+    check(empty(), "2 T", &[], "1 of ");
+    for (keys, place) in [("pagedown", "31 of "), ("pagedown pagedown pageup", "31 of "), ("right right left", "2 of ")]
+    {
+        let (mut app, _) = app(empty());
+        press(&mut app, "2 T");
+        shot(&mut app, 120, 40);
+        press(&mut app, keys);
+        let screen = text(&shot(&mut app, 120, 40));
+        assert!(screen.contains(&format!(" {place}")), "{keys}: {screen}");
+    }
+    check(empty(), "2 T right right b o x enter", &["tool add box 0 0"], "");
+}
+
+#[test]
+fn the_wheel_changes_the_chosen_property_of_what_cannot_be_turned() {
+    let mut view = with_ramp();
+    let mut task = task::Task::clone(&view.task);
+    task.tools[0].kind = crate::physics::ToolKind::Circle;
+    view.task = std::sync::Arc::new(task);
+    let (mut app, asked) = app(view);
+    let at = cell(&mut app, [0.0, 0.0]);
+    press(&mut app, "2 backtab");
+    shot(&mut app, 120, 40);
+    mouse(&mut app, MouseEventKind::ScrollUp, at);
+    assert!(asked.borrow().concat().starts_with("tool set 1 size="), "{:?}", asked.borrow());
+}
+
+#[test]
+fn a_tool_is_shown_where_it_is_dragged() {
+    let (mut app, _) = app(with_ramp());
+    let (from, to) = (cell(&mut app, [0.5, 0.5]), cell(&mut app, [-0.5, -0.6]));
+    mouse(&mut app, MouseEventKind::Down(MouseButton::Left), from);
+    mouse(&mut app, MouseEventKind::Drag(MouseButton::Left), to);
+    assert_eq!(shot(&mut app, 120, 40)[to].fg, app.theme.tool);
+}

@@ -66,6 +66,9 @@ fn models_are_chosen_measured_and_trained() {
     check(empty(), "6 end enter", &["model true"], "");
     check(empty(), "6 T enter", &["model train box,bucket models/box-bucket.safetensors"], "");
     check(empty(), "6 T ctrl-u x space y enter", &[], "usage: model train");
+    let mut level = empty();
+    level.task = std::sync::Arc::new(crate::task::load("create/Belt").unwrap());
+    check(level, "6 T enter", &["model train create models/create.safetensors"], "");
     check(empty(), "6 X", &["model stop"], "");
     let mut view = empty();
     view.model_work = Some(("training models/mine.safetensors".into(), Some(0.5)));
@@ -119,15 +122,79 @@ fn a_run_without_episodes_says_what_it_waits_for() {
 
 #[test]
 fn the_end_of_the_last_training_is_announced() {
-    let (mut app, asked) = app(typical());
+    let (mut app, _) = app(typical());
     let mut view = typical();
-    change_run(&mut view, 1, |run| (run.state, run.active) = (RunState::Finished, false));
-    app.note_busy();
+    bring(&mut app, view.clone());
     assert_eq!(app.take_request(), None);
-    app.workspace = Box::new(RecordingWorkspace { view, asked });
-    app.was_busy = true;
-    app.note_busy();
+    change_run(&mut view, 1, |run| (run.state, run.active) = (RunState::Finished, false));
+    bring(&mut app, view.clone());
     assert!(matches!(app.take_request(), Some(TerminalRequest::Notify(_))));
-    app.note_busy();
+    bring(&mut app, view);
     assert_eq!(app.take_request(), None, "once");
+}
+
+#[test]
+fn a_paused_run_is_stopped_after_a_question() {
+    let mut view = typical();
+    change_run(&mut view, 1, |run| run.state = RunState::Paused);
+    check(view, "x", &[], "stop the training?");
+}
+
+#[test]
+fn the_copied_command_names_folder_and_model_and_no_file_that_holds_another_task() {
+    let copied = |change: fn(&mut ViewModel)| {
+        let mut view = empty();
+        change(&mut view);
+        let (mut app, _) = app(view);
+        press(&mut app, "y");
+        match app.take_request() {
+            Some(TerminalRequest::Copy(text)) => text,
+            _ => app.message(),
+        }
+    };
+    assert!(copied(|view| view.folder = "else where".into()).starts_with("env 'MGE_RUNS=else where' mge train task1"));
+    assert!(copied(|view| view.settings.prior = crate::trainer::PriorSource::TruePhysics).contains("--model true"));
+    let edited = |view: &mut ViewModel| {
+        let mut task = task::Task::clone(&view.task);
+        task.goal.position = [0.1, 0.1];
+        (view.task, view.file) = (std::sync::Arc::new(task), Some("mine.json".into()));
+    };
+    assert!(copied(edited).starts_with("mge train mine.json "));
+    let unsaved = |view: &mut ViewModel| {
+        let mut task = task::Task::clone(&view.task);
+        task.goal.position = [0.1, 0.1];
+        (view.task, view.file, view.dirty) = (std::sync::Arc::new(task), Some("mine.json".into()), true);
+    };
+    assert!(copied(unsaved).starts_with("no command can name the task as it is: w saves it"));
+}
+
+#[test]
+fn the_clusters_of_each_stage_are_shown_in_turn() {
+    check(typical(), "v v v", &[], "clusters of all stages");
+    check(typical(), "v v v v", &[], "clusters of subgoal 1");
+}
+
+#[test]
+fn how_it_stands_with_the_clusters_is_said() {
+    let mut view = typical();
+    view.prior_state = crate::workbench::PriorState::Building { stage: 0, stages: 2 };
+    check(view, "", &[], "computing stage 1 of 2");
+    let mut of_run = typical();
+    let prior = of_run.prior.take();
+    of_run.watched.as_mut().unwrap().prior = prior;
+    check(of_run, "", &[], "(of the run)");
+}
+
+#[test]
+fn clusters_and_the_actions_behind_them_are_switched() {
+    let colours = |keys: &str| {
+        let (mut app, _) = app(typical());
+        press(&mut app, keys);
+        let at = cell(&mut app, [0.4, 0.5]);
+        let screen = shot(&mut app, 120, 40);
+        screen[at].symbol().to_owned()
+    };
+    assert_eq!([colours(""), colours("a a")], ["+", "+"]);
+    assert_ne!(colours("a"), "+");
+    assert_ne!(colours("a"), colours("a z"), "an action is a dot");
 }

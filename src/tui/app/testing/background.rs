@@ -1,0 +1,137 @@
+//! What the workspace is asked to do in the background, and what that brings.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::{app, at_noon, bring, change_run, empty, press, shot, text, typical, wanted, watch};
+use crate::run::RunState;
+use crate::tui::app::{App, TerminalRequest};
+use crate::tui::view::playback::Episode;
+use crate::tui::view::{Level, Live, ViewModel};
+
+/// Episode 0, that of the greedy policy, or another of the watched run.
+fn episode(app: &App, number: u64) -> Arc<Episode> {
+    app.workspace.past_episode(&app.subject.run().unwrap().path, number).unwrap()
+}
+
+fn with_live(episode: Arc<Episode>) -> ViewModel {
+    let mut view = typical();
+    view.watched.as_mut().unwrap().live = Some(Live { episode, networks: None });
+    view
+}
+
+#[test]
+fn what_the_list_of_runs_shows_is_asked_for() {
+    let (mut app, _) = app(typical());
+    wanted();
+    press(&mut app, "5");
+    let first = "task1-ddpg-mge-seed0";
+    assert_eq!(wanted(), ["runs", &format!("curves of {first} old"), &format!("files of {first}")]);
+    press(&mut app, "down");
+    assert_eq!(wanted(), [format!("curves of old {first}"), "files of old".to_owned()], "the selected one first");
+    shot(&mut app, 120, 40);
+    let mut looks = |time: u64| {
+        app.tick(Duration::from_millis(time));
+        wanted().iter().filter(|what| *what == "runs").count()
+    };
+    assert_eq!([1999, 1, 1, 1998, 1].map(&mut looks), [0, 1, 0, 0, 1], "every other second");
+}
+
+#[test]
+fn the_latest_line_of_the_log_that_matters_is_said() {
+    let (mut app, _) = app(empty());
+    let mut view = empty();
+    for (level, text) in [(Level::Warning, "first"), (Level::Good, "second"), (Level::Info, "third")] {
+        view.log.push(at_noon(level, text));
+    }
+    view.log_total = 3;
+    bring(&mut app, view);
+    assert_eq!(app.message(), "second");
+}
+
+#[test]
+fn whoever_waits_for_the_runs_is_asked_once_all_are_paused() {
+    let mut view = typical();
+    view.dirty = false;
+    let (mut app, _) = app(view.clone());
+    press(&mut app, "q w");
+    change_run(&mut view, 1, |run| run.state = RunState::Paused);
+    bring(&mut app, view);
+    assert!(!app.is_leaving() && text(&shot(&mut app, 120, 40)).contains("leave the workbench?"));
+}
+
+#[test]
+fn the_end_of_the_training_of_a_model_is_announced() {
+    let (mut app, _) = app(empty());
+    bring(&mut app, ViewModel { model_work: Some(("training".into(), None)), ..empty() });
+    assert_eq!(app.take_request(), None);
+    bring(&mut app, empty());
+    assert!(matches!(app.take_request(), Some(TerminalRequest::Notify(_))));
+}
+
+#[test]
+fn the_greedy_episode_is_shown_once_and_may_be_left() {
+    let (mut app, _) = app(typical());
+    let mut view = typical();
+    view.watched.as_mut().unwrap().greedy = Some(episode(&app, 0));
+    bring(&mut app, view.clone());
+    assert!(app.subject.is_of_run());
+    press(&mut app, "s");
+    bring(&mut app, view);
+    assert!(!app.subject.is_of_run());
+}
+
+#[test]
+fn an_episode_that_was_repeated_for_nobody_gives_way_to_the_latest() {
+    let (mut app, _) = app(typical());
+    let [first, second, third] = [1, 2, 3].map(|number| episode(&app, number));
+    bring(&mut app, with_live(first.clone()));
+    bring(&mut app, with_live(second));
+    assert!(Arc::ptr_eq(app.subject.episode(), &first), "it is played to its end");
+    (0..10).for_each(|_| app.screens.scene.player.repeat());
+    bring(&mut app, with_live(third.clone()));
+    assert!(Arc::ptr_eq(app.subject.episode(), &third));
+}
+
+#[test]
+fn an_untouched_scene_is_played_again_until_nobody_is_there() {
+    let (mut app, _) = app(empty());
+    let is_moving = |app: &App| app.screens.scene.player.is_moving();
+    app.screens.scene.player.playing = true;
+    for _ in 0..9 {
+        app.tick(Duration::from_secs(20));
+        assert!(app.screens.scene.player.step() == 0 && is_moving(&app));
+    }
+    app.tick(Duration::from_secs(20));
+    assert!(!is_moving(&app));
+    app.receive(crate::tui::terminal::Received::Event(crossterm::event::Event::FocusGained));
+    assert!(is_moving(&app), "somebody is there");
+}
+
+#[test]
+fn the_key_for_another_epsilon_begins_at_the_present_one_of_a_run_that_goes_on() {
+    let asked = |view: ViewModel| {
+        let (mut app, asked) = app(view);
+        press(&mut app, "+");
+        asked.borrow().concat()
+    };
+    let mut view = typical();
+    // The threshold is 0.4345 there.
+    change_run(&mut view, 1, |run| run.done = 731);
+    assert_eq!(asked(view), "epsilon 0.48");
+    let mut over = typical();
+    watch(&mut over, 0);
+    assert_eq!(asked(over), "epsilon 0.85", "that of the next run");
+}
+
+#[test]
+fn the_training_episode_and_the_scene_untouched_take_turns() {
+    let (mut app, _) = app(typical());
+    let view = with_live(episode(&app, 1));
+    bring(&mut app, view);
+    let mut is_of_run = |key: &str| {
+        press(&mut app, key);
+        app.subject.is_of_run()
+    };
+    assert_eq!(["", "s", "s"].map(&mut is_of_run), [true, false, true]);
+}
