@@ -32,7 +32,7 @@ fn train(arguments: &DynamicsTrain) -> Outcome {
         progress.set(u64::from(now.epoch), u64::from(now.epochs), &format!("loss {:.5}", now.loss));
         !interrupt.is_requested()
     };
-    let trained = train_to_file(&arguments.out, config, settings, &arguments.tools, &command, on_progress)?;
+    let trained = train_to_file(&arguments.out, config, settings, arguments.tools.kinds(), &command, on_progress)?;
     drop(progress);
     if matches!(trained.ended, Ended::Stopped) {
         let epoch = trained.training.epoch();
@@ -54,7 +54,7 @@ fn settings(arguments: &DynamicsTrain) -> Result<(ModelConfig, TrainConfig), Box
         true => (ModelConfig::literal(), TrainConfig::literal()),
         false => Default::default(),
     };
-    let mut config = arguments.ablate.unwrap_or(Variant::Full).apply(config);
+    let mut config = arguments.tools.apply(arguments.ablate.unwrap_or(Variant::Full).apply(config));
     let mut training = TrainConfig { seed: arguments.seed, ..training };
     config.layers = arguments.layers.unwrap_or(config.layers);
     training.epochs = arguments.epochs.unwrap_or(training.epochs);
@@ -72,8 +72,7 @@ fn settings(arguments: &DynamicsTrain) -> Result<(ModelConfig, TrainConfig), Box
 
 /// The command that makes the model again, for its provenance.
 fn command_line(arguments: &DynamicsTrain) -> String {
-    let tools = arguments.tools.iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
-    let mut command = format!("mge dynamics train --tools {tools} --seed {}", arguments.seed);
+    let mut command = format!("mge dynamics train --tools {} --seed {}", arguments.tools, arguments.seed);
     let options = [
         ("epochs", arguments.epochs.map(|value| value.to_string())),
         ("layers", arguments.layers.map(|value| value.to_string())),
@@ -97,7 +96,8 @@ fn command_line(arguments: &DynamicsTrain) -> String {
 fn run_evaluation(arguments: &DynamicsEvaluate) -> Outcome {
     let model = dynamics::named(&arguments.model)?;
     let tasks: Vec<_> = task::shipped().into_iter().filter(|task| model.check_task(task).is_ok()).collect();
-    let config = EvaluationConfig { launches: arguments.launches, seed: arguments.seed, ..EvaluationConfig::default() };
+    let DynamicsEvaluate { launches, rollouts: hit_rollouts, seed, .. } = *arguments;
+    let config = EvaluationConfig { launches, hit_rollouts, seed, ..EvaluationConfig::default() };
     let mut progress = Progress::new(1, arguments.quiet);
     let evaluation = evaluate_with_progress(&model, &tasks, &config, &mut |now| {
         progress.set(now.done as u64, now.total as u64, &now.part);
@@ -201,7 +201,7 @@ mod tests {
         train(&tiny(&whole)).unwrap();
         let given = tiny(&resumed);
         let (config, training) = settings(&given).unwrap();
-        let mut first = Training::new(config, training, &given.tools, &command_line(&given)).unwrap();
+        let mut first = Training::new(config, training, given.tools.kinds(), &command_line(&given)).unwrap();
         assert_eq!(first.run(|_, now| now.epoch < 2), Ended::Stopped);
         let checkpoint = checkpoint_of(&resumed);
         std::fs::write(&checkpoint, first.checkpoint().to_bytes()).unwrap();
@@ -213,7 +213,7 @@ mod tests {
             train(&other).unwrap_err().to_string()
         };
         for error in [
-            refused(&|other| other.tools.truncate(1)),
+            refused(&|other| other.tools = "floor".parse().unwrap()),
             refused(&|other| other.seed = 1),
             refused(&|other| other.ablate = Some(Variant::SharedEdges)),
         ] {

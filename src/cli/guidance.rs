@@ -7,11 +7,12 @@ use super::progress::Progress;
 use super::{Outcome, output};
 use crate::stop::Stop;
 use crate::task;
-use crate::trainer::{RunConfig, build_prior};
+use crate::trainer::{Method, RunConfig, build_prior};
 
 pub fn clusters(arguments: &Clusters) -> Outcome {
-    let mut config = RunConfig::new(Arc::new(task::load(&arguments.task)?));
-    config.prior = arguments.model.clone();
+    let task = Arc::new(task::load(&arguments.task)?);
+    let mut config = RunConfig::usual_with(task, Method::DdpgMge, arguments.tools);
+    config.prior = arguments.model.clone().unwrap_or(config.prior);
     config.seed = arguments.seed;
     let stages = config.task.stage_count();
     let mut progress = Progress::new(stages as u64, false);

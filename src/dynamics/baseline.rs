@@ -8,6 +8,7 @@ use super::launch::{Launch, Split, collect};
 use super::model::Model;
 use super::normaliser::Columns;
 use super::predictor::Predictor;
+use super::variety::Variety;
 use crate::physics::{BallState, GRAVITY, PHYSICS_DT, STEPS_PER_ACTION, Tool};
 
 /// Free flight: constant horizontal velocity, gravity, no tool has any effect.
@@ -56,6 +57,8 @@ const STORED: usize = 1000;
 #[derive(Debug, Clone)]
 struct Table {
     columns: Columns,
+    /// The columns that vary, of which alone `inputs` consists.
+    used: Vec<usize>,
     inputs: Vec<f32>,
     targets: Vec<f32>,
 }
@@ -78,14 +81,11 @@ impl NearestSample {
         let builder = GraphBuilder::new(config.clone(), model.tools.clone());
         let codec = Codec::new(&config);
         let training = &model.provenance.training;
-        let columns = builder.layout().edge;
+        let (columns, variety) = (builder.layout().edge, Variety::of(&config));
         let table = |(function, &kind)| {
-            let launches = collect(kind, training.observations.min(STORED), Split::Training, training.seed);
+            let launches = collect(kind, variety, training.observations.min(STORED), Split::Training, training.seed);
             let (edges, targets) = stored(&builder, &codec, config.interval as usize, &launches, function)?;
-            let statistics = Columns::of(&edges.inputs, columns);
-            let mut inputs = edges.inputs;
-            statistics.normalise(&mut inputs);
-            Ok(Table { columns: statistics, inputs, targets })
+            Ok(Table::new(edges, targets, columns))
         };
         let tables = model.tools.iter().enumerate().map(table).collect::<Result<_>>()?;
         Ok(Self { builder, codec, free: ConstantVelocity { interval: config.interval }, tables })
@@ -138,10 +138,43 @@ impl Predictor for NearestSample {
 }
 
 impl Table {
-    fn nearest(&self, wanted: &[f32], outputs: usize) -> Option<&[f32]> {
-        let distance = |row: &[f32]| row.iter().zip(wanted).map(|(a, b)| (a - b) * (a - b)).sum::<f32>();
-        let rows = self.inputs.chunks_exact(wanted.len()).map(distance).enumerate();
-        let (row, _) = rows.min_by(|a, b| a.1.total_cmp(&b.1))?;
-        self.targets.get(row * outputs..(row + 1) * outputs)
+    /// Samples with these inputs and targets. Columns that do not vary, as those of types, say nothing about what is
+    /// nearest and are left out.
+    fn new(edges: Edges, targets: Vec<f32>, columns: usize) -> Self {
+        let statistics = Columns::of(&edges.inputs, columns);
+        let first = edges.inputs.get(..columns).unwrap_or_default();
+        let varies = |column: &usize| edges.inputs.chunks_exact(columns).any(|row| row[*column] != first[*column]);
+        let used: Vec<usize> = (0..columns).filter(varies).collect();
+        let mut inputs = edges.inputs;
+        statistics.normalise(&mut inputs);
+        let inputs = inputs.chunks_exact(columns).flat_map(|row| used.iter().map(|column| row[*column])).collect();
+        Self { columns: statistics, used, inputs, targets }
+    }
+
+    /// The target of the sample nearest to normalised inputs.
+    fn nearest(&self, inputs: &[f32], outputs: usize) -> Option<&[f32]> {
+        if self.used.is_empty() {
+            // All samples are alike, if there are any.
+            return self.targets.get(..outputs);
+        }
+        let wanted: Vec<f32> = self.used.iter().map(|column| inputs[*column]).collect();
+        let mut least = f32::INFINITY;
+        let mut found = None;
+        for (row, sample) in self.inputs.chunks_exact(wanted.len()).enumerate() {
+            let mut distance = 0.0;
+            for (sample, wanted) in sample.chunks(NUMBERS).zip(wanted.chunks(NUMBERS)) {
+                sample.iter().zip(wanted).for_each(|(a, b)| distance += (a - b) * (a - b));
+                if distance > least {
+                    break;
+                }
+            }
+            if distance < least {
+                (least, found) = (distance, Some(row));
+            }
+        }
+        found.and_then(|row| self.targets.get(row * outputs..(row + 1) * outputs))
     }
 }
+
+/// Numbers between two looks at whether a sample is farther than the nearest so far.
+const NUMBERS: usize = 4;

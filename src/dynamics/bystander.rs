@@ -3,7 +3,8 @@
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-use super::launch::{gap, size};
+use super::launch::gap;
+use super::variety::Variety;
 use crate::physics::{BallState, Tool, ToolKind};
 
 /// Least gap between the ball's surface and a bystander, in units.
@@ -20,8 +21,10 @@ pub struct Bystanders {
     pub share: f32,
     /// Distance from the ball's centre to the tool's surface below which models look at a tool, in units.
     pub cutoff: f32,
-    /// What there can be.
+    /// Types of what there can be.
     pub tools: Vec<ToolKind>,
+    /// Which tools of these types.
+    pub variety: Variety,
     /// Where the random numbers come from.
     pub rng: ChaCha8Rng,
 }
@@ -34,12 +37,11 @@ impl Bystanders {
             return None;
         }
         let kind = self.tools[self.rng.gen_range(0..self.tools.len())];
-        let size = size(kind, &mut self.rng);
+        let tool = self.variety.draw(kind, &mut self.rng);
         (0..TRIES).find_map(|_| {
-            let tool = Tool::new(kind, [0.0; 2]).with_size(size.into());
             let reach = tool.half_extents().map(|half| half + self.cutoff);
             let place = [0, 1].map(|axis| states[0].position[axis] + self.rng.gen_range(-reach[axis]..reach[axis]));
-            let tool = Tool::new(kind, place.map(f64::from)).with_size(size.into());
+            let tool = tool.at(place.map(f64::from));
             let is_near = tool.surface(states[0].position).0 <= self.cutoff;
             (is_near && states.iter().all(|state| gap(&tool, state) > CLEAR)).then_some(tool)
         })
@@ -53,7 +55,8 @@ mod tests {
     use crate::streams::Stream;
 
     fn bystanders(share: f32) -> Bystanders {
-        Bystanders { share, cutoff: 8.0, tools: vec![ToolKind::Wall, ToolKind::Square], rng: Stream::Bystanders.of(3) }
+        let tools = vec![ToolKind::Wall, ToolKind::Square];
+        Bystanders { share, cutoff: 8.0, tools, variety: Variety::Sizes, rng: Stream::Bystanders.of(3) }
     }
 
     /// A ball that falls for a sixth of a second, beside `tool` if there is one.

@@ -15,6 +15,8 @@ pub struct Codec {
     spin: bool,
     /// Time from one prediction to the next, in seconds.
     seconds: f32,
+    /// Radius of the ball in units.
+    pub(super) radius: f32,
 }
 
 impl Codec {
@@ -25,6 +27,7 @@ impl Codec {
             coordinates: config.coordinates,
             spin: config.spin,
             seconds: config.interval as f32 * PHYSICS_DT,
+            radius: Ball::default().radius,
         }
     }
 
@@ -49,7 +52,7 @@ impl Codec {
                 target.extend((0..2).map(|axis| normalised_length(after.position[axis] - straight(axis))));
                 target.extend((0..2).map(|axis| (after.velocity[axis] - before.velocity[axis]) / VELOCITY_SCALE));
                 if self.spin {
-                    target.push((after.angular_velocity - before.angular_velocity) / spin_scale());
+                    target.push((after.angular_velocity - before.angular_velocity) / self.spin_scale());
                 }
             }
         }
@@ -75,7 +78,7 @@ impl Codec {
                     after.velocity[axis] += output[2 + axis] * VELOCITY_SCALE;
                 }
                 if self.spin {
-                    after.angular_velocity += output[4] * spin_scale();
+                    after.angular_velocity += output[4] * self.spin_scale();
                 }
             }
         }
@@ -88,9 +91,9 @@ impl Codec {
             Coordinates::Absolute => [SCREEN / 2.0; 2],
         }
     }
-}
 
-/// The spin at which the ball's surface has the speed [`VELOCITY_SCALE`].
-fn spin_scale() -> f32 {
-    VELOCITY_SCALE / Ball::default().radius
+    /// The spin at which the ball's surface has the speed [`VELOCITY_SCALE`].
+    fn spin_scale(&self) -> f32 {
+        VELOCITY_SCALE / self.radius
+    }
 }

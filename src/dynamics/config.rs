@@ -29,6 +29,9 @@ pub struct ModelConfig {
     pub interval: u32,
     /// What the decoder predicts.
     pub targets: Targets,
+    /// Tools have all properties of CREATE's tools, which edges carry; else they differ in size only.
+    #[serde(skip_serializing_if = "is_false")]
+    pub properties: bool,
     /// The ball's spin is part of its state.
     pub spin: bool,
     /// Dense layers of every edge function and of the node function (table 1).
@@ -37,6 +40,11 @@ pub struct ModelConfig {
     pub width: usize,
     /// Size of messages and of the node embedding.
     pub embedding: usize,
+}
+
+/// Models without properties are written as they were before there were any.
+fn is_false(value: &bool) -> bool {
+    !value
 }
 
 /// Whether each pair of object types has an edge function of its own.
@@ -105,6 +113,7 @@ impl Default for ModelConfig {
             cutoff: 8.0,
             interval: 5,
             targets: Targets::default(),
+            properties: false,
             spin: true,
             layers: 17,
             width: 64,

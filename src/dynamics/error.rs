@@ -26,6 +26,11 @@ pub enum DynamicsError {
         "the model was never trained on {sender}-to-ball edges: it knows the tools {known}; train one for this tool set"
     )]
     UnseenEdge { sender: ObjectType, known: String },
+    /// More moves in the task than the one ball that a model predicts.
+    #[error(
+        "task `{task}`: the model was never trained on ball-to-ball edges, and {what} moves here besides the target: take the true physics"
+    )]
+    OtherMovers { task: String, what: &'static str },
     /// An object's state or size is not a finite number.
     #[error("an object of the scene has a position, velocity or size that is not finite")]
     NotFinite,

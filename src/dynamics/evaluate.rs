@@ -14,7 +14,9 @@ use super::model::Model;
 use super::predictor::Predictor;
 use super::rapier::Rapier;
 use super::rollout::{distance_to_segment, rollouts};
-use crate::env::{Action, Environment, Snapshot, uniform_action};
+use super::true_scenes::{TrueScenes, random_states, really_hits};
+use super::variety::Variety;
+use crate::env::{Action, Snapshot, uniform_action};
 use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind, to_normalised};
 use crate::task::Task;
 
@@ -51,6 +53,9 @@ pub struct Evaluation {
     pub config: EvaluationConfig,
     /// Fresh launches, by tool type.
     pub launches: Vec<LaunchErrors>,
+    /// Launches at tools of CREATE's catalogue to test with, by type: no model has seen these tools.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub held_out: Vec<LaunchErrors>,
     /// Whole scenes, by task.
     pub scenes: Vec<SceneErrors>,
 }
@@ -137,7 +142,8 @@ pub struct Hits {
 pub struct EvaluationProgress {
     /// Parts done.
     pub done: usize,
-    /// Parts in all: one for each predictor and tool, two for each predictor and task.
+    /// Parts in all: one for each predictor and tool type, another where tools of it are held out, two for each
+    /// predictor and task.
     pub total: usize,
     /// What is evaluated now: a tool type or a task.
     pub part: String,
@@ -166,11 +172,26 @@ pub fn evaluate_with_progress(
     on_progress: &mut dyn FnMut(&EvaluationProgress) -> bool,
 ) -> Result<Option<Evaluation>> {
     let known = tasks.iter().filter(|task| model.check_task(task).is_ok()).count();
-    let total = PREDICTORS * (model.tools().len() + 2 * known);
+    let of_launches: usize = varieties(model).iter().map(|variety| kinds(model, *variety).count()).sum();
+    let total = PREDICTORS * (of_launches + 2 * known);
     match evaluate_parts(model, tasks, config, &mut Parts { done: 0, total, on_progress }) {
         Err(DynamicsError::Stopped) => Ok(None),
         evaluated => evaluated.map(Some),
     }
+}
+
+/// The tools that a model's errors are measured at: such as it learned from, then such as it never saw, if any.
+fn varieties(model: &Model) -> [Variety; 2] {
+    [Variety::of(model.config()), Variety::HeldOut]
+}
+
+/// The types that launches of a variety are made at.
+fn kinds(model: &Model, variety: Variety) -> impl Iterator<Item = ToolKind> {
+    let has = move |kind: &ToolKind| match variety {
+        Variety::HeldOut => model.config().properties && variety.has(*kind),
+        Variety::Sizes | Variety::Catalogue => true,
+    };
+    model.tools().iter().copied().filter(has)
 }
 
 /// Predictors that are compared.
@@ -205,16 +226,12 @@ fn evaluate_parts(
         nearest_sample: &nearest,
         rapier: Some(&rapier),
     };
-    let (mut launch_errors, mut scenes) = (Vec::new(), Vec::new());
-    for &tool in model.tools() {
-        let launches = collect(tool, config.launches, Split::Test, config.seed);
-        let subgoals = subgoals(&launches, config.seed);
-        let errors = predictors.map(|predictor| {
-            parts.next(tool.name())?;
-            one_tool(predictor, &launches, &subgoals)
-        })?;
-        launch_errors.push(LaunchErrors { tool, errors });
-    }
+    let mut errors_of = |variety: Variety| -> Result<Vec<LaunchErrors>> {
+        kinds(model, variety).map(|tool| launch_errors(tool, variety, &predictors, config, parts)).collect()
+    };
+    let [usual, unseen] = varieties(model);
+    let (launches, held_out) = (errors_of(usual)?, errors_of(unseen)?);
+    let mut scenes = Vec::new();
     for task in tasks.iter().filter(|task| model.check_task(task).is_ok()) {
         scenes.push(scene_errors(&Arc::new(task.clone()), &predictors, config, parts)?);
     }
@@ -222,9 +239,26 @@ fn evaluate_parts(
         model: model.name(),
         data_hash: model.provenance().data_hash.clone(),
         config: config.clone(),
-        launches: launch_errors,
+        launches,
+        held_out,
         scenes,
     })
+}
+
+fn launch_errors(
+    tool: ToolKind,
+    variety: Variety,
+    predictors: &Compared<&dyn Predictor>,
+    config: &EvaluationConfig,
+    parts: &mut Parts<'_>,
+) -> Result<LaunchErrors> {
+    let launches = collect(tool, variety, config.launches, Split::Test, config.seed);
+    let subgoals = subgoals(&launches, config.seed);
+    let errors = predictors.map(|predictor| {
+        parts.next(tool.name())?;
+        one_tool(predictor, &launches, &subgoals)
+    })?;
+    Ok(LaunchErrors { tool, errors })
 }
 
 fn scene_errors(
@@ -297,7 +331,7 @@ impl Errors {
         Self { count, mean: distances.iter().sum::<f64>() / count as f64, median }
     }
 
-    fn between<'a>(pairs: impl Iterator<Item = (&'a BallState, &'a BallState)>) -> Self {
+    pub(super) fn between<'a>(pairs: impl Iterator<Item = (&'a BallState, &'a BallState)>) -> Self {
         Self::of(pairs.map(|(predicted, real)| distance(predicted, real)).collect())
     }
 }
@@ -364,70 +398,6 @@ fn one_tool(predictor: &dyn Predictor, launches: &[Launch], subgoals: &[[f32; 2]
 
 fn states(launches: &[Launch], step: usize) -> Vec<BallState> {
     launches.iter().map(|launch| launch.states[step]).collect()
-}
-
-/// The states before every action of random episodes.
-fn random_states(task: &Arc<Task>, episodes: usize, rng: &mut ChaCha8Rng) -> Vec<Snapshot> {
-    let mut states = Vec::new();
-    let mut env = Environment::new(task.clone());
-    for _ in 0..episodes.max(1) {
-        env.reset(rng);
-        while env.snapshot().end().is_none() {
-            states.push(env.snapshot().clone());
-            if env.step(uniform_action(rng)).is_err() {
-                break;
-            }
-        }
-    }
-    states
-}
-
-fn really_hits(task: &Arc<Task>, start: &Snapshot, actions: &[Action]) -> bool {
-    let mut env = Environment::new(task.clone());
-    env.restore(start);
-    let reached = |env: &Environment| env.snapshot().stage() > start.stage() || env.snapshot().goal_reached();
-    actions.iter().any(|&action| env.step(action).is_ok() && reached(&env))
-}
-
-/// Real rollouts: for each start the ball before every action and at the end, and the
-/// tools that stood during every action.
-struct TrueScenes(Vec<(Vec<BallState>, Vec<Vec<Tool>>)>);
-
-impl TrueScenes {
-    fn play(task: &Arc<Task>, starts: &[Snapshot], sequences: &[Vec<Action>]) -> Self {
-        let mut env = Environment::new(task.clone());
-        let play = |(start, actions): (&Snapshot, &Vec<Action>)| {
-            env.restore(start);
-            let (mut balls, mut tools) = (vec![start.ball()], Vec::new());
-            for &action in actions {
-                if env.step(action).is_err() {
-                    break;
-                }
-                balls.push(env.snapshot().ball());
-                tools.push(env.snapshot().world().tools().copied().collect());
-            }
-            (balls, tools)
-        };
-        Self(starts.iter().zip(sequences).map(play).collect())
-    }
-
-    /// Errors after 1, 2, ... actions, of the rollouts that lasted so long.
-    fn errors(&self, predictor: &dyn Predictor, horizon: usize) -> Result<Vec<Errors>> {
-        let mut balls: Vec<BallState> = self.0.iter().map(|(balls, _)| balls[0]).collect();
-        let mut errors = Vec::new();
-        for action in 0..horizon {
-            let lasting: Vec<usize> = (0..self.0.len()).filter(|&scene| self.0[scene].1.len() > action).collect();
-            let tools: Vec<&[Tool]> = lasting.iter().map(|&scene| self.0[scene].1[action].as_slice()).collect();
-            let mut now: Vec<BallState> = lasting.iter().map(|&scene| balls[scene]).collect();
-            for _ in 0..STEPS_PER_ACTION / predictor.interval() {
-                now = predictor.advance(&now, &tools)?;
-            }
-            let real = lasting.iter().map(|&scene| &self.0[scene].0[action + 1]);
-            errors.push(Errors::between(now.iter().zip(real)));
-            lasting.iter().zip(&now).for_each(|(&scene, ball)| balls[scene] = *ball);
-        }
-        Ok(errors)
-    }
 }
 
 impl Hits {

@@ -7,8 +7,8 @@
 use super::config::{Coordinates, EdgeActivation, EdgeFunctions, Geometry, ModelConfig};
 use super::error::{DynamicsError, Result};
 use super::object::ObjectType;
-use super::tool_set::tool_set_name;
-use crate::env::VELOCITY_SCALE;
+use super::tool_set::model_name;
+use crate::env::{TOOL_FEATURES, VELOCITY_SCALE, tool_features};
 use crate::physics::{Ball, BallState, SCREEN, Tool, ToolKind};
 
 /// Features of a node without the ball's spin: velocity x, y; position x, y; one-hot type.
@@ -52,28 +52,32 @@ pub struct Layout {
 pub struct GraphBuilder {
     config: ModelConfig,
     tools: Vec<ToolKind>,
+    /// Radius of the ball in units.
+    pub(super) radius: f32,
 }
 
 impl GraphBuilder {
     /// A builder for the edge types ball and each of `tools`, in canonical order.
     pub fn new(config: ModelConfig, tools: Vec<ToolKind>) -> Self {
-        Self { config, tools }
+        Self { config, tools, radius: Ball::default().radius }
     }
 
     /// Sizes of the feature vectors it makes. With default settings a node has velocity
     /// (2), position (2), type (6) and the ball's spin (1); an edge has both nodes, the
-    /// distance (1), the nearest surface point (2) and half extents (2).
+    /// distance (1), the nearest surface point (2) and half extents (2), and with properties
+    /// those of the tool ([`tool_features`]).
     pub fn layout(&self) -> Layout {
         let node = NODE_FEATURES + usize::from(self.config.spin);
         let geometry = match self.config.geometry {
             Geometry::Centre => 1,
             Geometry::Surface => 5,
         };
+        let properties = if self.config.properties { TOOL_FEATURES } else { 0 };
         let functions = match self.config.edge_functions {
             EdgeFunctions::Distinct => self.tools.len(),
             EdgeFunctions::Shared => 1,
         };
-        Layout { node, edge: 2 * node + geometry, functions }
+        Layout { node, edge: 2 * node + geometry + properties, functions }
     }
 
     /// No scenes yet.
@@ -97,8 +101,8 @@ impl GraphBuilder {
         self.check(ball, tools.clone())?;
         let scene = graphs.scenes;
         self.push_node(&mut graphs.nodes, ObjectType::Ball, ball, ball.position);
-        for tool in tools {
-            let Some(edge) = self.active_edge(ball, tool) else { continue };
+        for tool in tools.map(|tool| self.seen(ball, tool)) {
+            let Some(edge) = self.active_edge(ball, &tool) else { continue };
             let edges = &mut graphs.edges[self.function(tool.kind)];
             self.push_node(&mut edges.inputs, ObjectType::Ball, ball, ball.position);
             self.push_node(
@@ -107,7 +111,13 @@ impl GraphBuilder {
                 &BallState::at_rest(tool.centre()),
                 ball.position,
             );
-            edges.inputs.extend_from_slice(&edge[..self.layout().edge - 2 * self.layout().node]);
+            match self.config.geometry {
+                Geometry::Centre => edges.inputs.push(edge[0]),
+                Geometry::Surface => edges.inputs.extend(edge),
+            }
+            if self.config.properties {
+                edges.inputs.extend(tool_features(Some(&tool.with_least_angle())));
+            }
             edges.receivers.push(scene);
         }
         graphs.scenes += 1;
@@ -120,10 +130,13 @@ impl GraphBuilder {
         for tool in tools {
             if !self.tools.contains(&tool.kind) {
                 let sender = ObjectType::Tool(tool.kind);
-                return Err(DynamicsError::UnseenEdge { sender, known: tool_set_name(&self.tools) });
+                return Err(DynamicsError::UnseenEdge { sender, known: model_name(&self.config, &self.tools) });
             }
             numbers.extend(tool.centre());
             numbers.push(tool.size as f32);
+            if self.config.properties {
+                numbers.extend(tool_features(Some(tool)));
+            }
         }
         if numbers.iter().all(|number| number.is_finite()) { Ok(()) } else { Err(DynamicsError::NotFinite) }
     }
@@ -142,8 +155,19 @@ impl GraphBuilder {
         features.extend(kind.one_hot());
         if self.config.spin {
             // The speed of the ball's surface.
-            features.push(state.angular_velocity * Ball::default().radius / VELOCITY_SCALE);
+            features.push(state.angular_velocity * self.radius / VELOCITY_SCALE);
         }
+    }
+
+    /// A tool as a ball of the launches' radius would find it: the gap is the same, so the tool is moved along the line
+    /// between them by what the radius differs.
+    fn seen(&self, ball: &BallState, tool: &Tool) -> Tool {
+        let thinner = Ball::default().radius - self.radius;
+        if thinner == 0.0 || tool.is_beyond(ball.position, self.config.cutoff + thinner.abs()) {
+            return *tool;
+        }
+        let (_, normal) = tool.surface(ball.position);
+        tool.at([0, 1].map(|axis| tool.position[axis] - f64::from(thinner * normal[axis])))
     }
 
     /// A position in units as the configured coordinates have it.

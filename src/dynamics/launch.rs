@@ -6,6 +6,8 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
+use super::variety::Variety;
+use crate::env::tool_features;
 use crate::physics::{Ball, BallState, GRAVITY, PHYSICS_DT, SCREEN, STEPS_PER_ACTION, Tool, ToolKind, World};
 use crate::streams::Stream;
 
@@ -36,16 +38,16 @@ const MAX_SPEED: f32 = 16.0;
 const MAX_LEAD: f32 = 1.0;
 
 /// `count` launches at tools of one type, each from a random stream of its own.
-pub fn collect(kind: ToolKind, count: usize, split: Split, seed: u64) -> Vec<Launch> {
+pub fn collect(kind: ToolKind, variety: Variety, count: usize, split: Split, seed: u64) -> Vec<Launch> {
     let launch = |index: usize| {
         let stream = Stream::Launch { split: split as u64, kind: kind.index() as u64, index: index as u64 };
-        launch(kind, &mut stream.of(seed))
+        launch(kind, variety, &mut stream.of(seed))
     };
     (0..count).into_par_iter().map(launch).collect()
 }
 
-/// SHA-256 of all numbers of the launches, as hexadecimal digits.
-pub fn data_hash<'a>(launches: impl IntoIterator<Item = &'a Launch>) -> String {
+/// SHA-256 of all numbers of the launches, as hexadecimal digits; those of the tools' properties if tools have any.
+pub fn data_hash<'a>(launches: impl IntoIterator<Item = &'a Launch>, properties: bool) -> String {
     let mut hash = Sha256::new();
     for launch in launches {
         let tool = &launch.tool;
@@ -53,6 +55,9 @@ pub fn data_hash<'a>(launches: impl IntoIterator<Item = &'a Launch>) -> String {
         hash.update(tool.position[0].to_le_bytes());
         hash.update(tool.position[1].to_le_bytes());
         hash.update((tool.size as f32).to_le_bytes());
+        if properties {
+            tool_features(Some(tool)).iter().for_each(|number| hash.update(number.to_le_bytes()));
+        }
         for state in &launch.states {
             let [x, y] = state.position;
             let [vx, vy] = state.velocity;
@@ -64,28 +69,16 @@ pub fn data_hash<'a>(launches: impl IntoIterator<Item = &'a Launch>) -> String {
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-fn launch(kind: ToolKind, rng: &mut ChaCha8Rng) -> Launch {
+fn launch(kind: ToolKind, variety: Variety, rng: &mut ChaCha8Rng) -> Launch {
     let centre = f64::from(SCREEN / 2.0);
     loop {
-        let tool = Tool::new(kind, [centre; 2]).with_size(size(kind, rng).into());
+        let tool = variety.draw(kind, rng).at([centre; 2]);
         let start = start(&tool, rng);
         let (distance, _) = tool.surface(start.position);
         if distance > Ball::default().radius {
             return Launch { tool, states: simulate(tool, start) };
         }
     }
-}
-
-/// Sizes around those in use, so that models generalise.
-pub(super) fn size(kind: ToolKind, rng: &mut impl Rng) -> f32 {
-    let range = match kind {
-        ToolKind::Bucket => 4.0..8.0,
-        ToolKind::Square | ToolKind::Box => 6.0..10.0,
-        ToolKind::Wall | ToolKind::Floor => 10.0..45.0,
-        // Models know the paper's types.
-        other => return other.default_size() as f32,
-    };
-    rng.gen_range(range)
 }
 
 /// A ball that moves to a point around the tool: most fall or are thrown down at it, some

@@ -27,7 +27,7 @@
 //!    epoch takes one row of each observation, so the number of updates is the paper's.
 //!    Half of the rows are drawn from those close to a contact
 //!    ([`TrainConfig::contact_share`]), and mirror images count as observed too
-//!    ([`TrainConfig::mirror`]): no tool tells left from right.
+//!    ([`TrainConfig::mirror`]), where a tool has one.
 //! 7. **Learning rate** ([`RateSchedule`]): falls to 0 along half a cosine.
 //! 8. **Initial weights**: orthogonal.
 //! 9. **Launches**: tool sizes, speeds and angles, see [`collect`].
@@ -40,6 +40,9 @@
 //!     launch without another observation. Without it models that predict launches ever better predict tasks worse.
 //! 12. **Size and number of launches** (of the shipped models only): five layers, ten times as many launches and a
 //!     learning rate of 0.001 do better than seventeen layers and 0.0001, in less time.
+//! 13. **Properties** ([`ModelConfig::properties`], of models of all of CREATE's tools only): each type of tool has its
+//!     edge function, to which size, angle, material, force, speed and the like are features of the sender, as
+//!     [`tool_features`](crate::env::tool_features) has them. What turns is seen where it stood at first.
 
 mod baseline;
 mod bystander;
@@ -61,7 +64,9 @@ mod shipped;
 mod tool_set;
 mod train;
 mod train_to_file;
+mod true_scenes;
 mod variant;
+mod variety;
 
 pub use config::{
     Coordinates, EdgeActivation, EdgeFunctions, Geometry, Loss, MODEL_SETTINGS, ModelConfig, RateSchedule,
@@ -79,11 +84,12 @@ pub(crate) use network::Network;
 pub use object::ObjectType;
 pub use predictor::Predictor;
 pub use rapier::Rapier;
-pub use rollout::{Rollout, RolloutAction, rollouts};
+pub use rollout::{Rollout, RolloutAction, rollouts, rollouts_among};
 pub use shipped::{named, shipped, shipped_for, shipped_models};
-pub use tool_set::{canonical_tool_set, tool_set_name};
+pub use tool_set::{ToolSet, canonical_tool_set, model_name, tool_set_name};
 pub use train::{Ended, Progress, Training};
 pub use train_to_file::{TrainedModel, checkpoint_of, train_to_file};
 pub use variant::Variant;
+pub use variety::Variety;
 #[cfg(test)]
 mod tests;

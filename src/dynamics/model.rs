@@ -1,5 +1,6 @@
 //! A trained dynamics model, in memory and as a safetensors file.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -11,7 +12,7 @@ use super::graph::{GraphBuilder, Graphs};
 use super::network::Network;
 use super::normaliser::Normaliser;
 use super::object::ObjectType;
-use super::tool_set::{canonical_tool_set, tool_set_name};
+use super::tool_set::{canonical_tool_set, model_name};
 use crate::bounded;
 use crate::nn::{TensorFile, TensorFileError};
 use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind};
@@ -70,9 +71,9 @@ impl Model {
         &self.tools
     }
 
-    /// The names of its tools, joined by hyphens.
+    /// The names of its tools, joined by hyphens; `create` if it knows all of CREATE's with their properties.
     pub fn name(&self) -> String {
-        tool_set_name(&self.tools)
+        model_name(&self.config, &self.tools)
     }
 
     /// Where it comes from.
@@ -92,17 +93,39 @@ impl Model {
         balls.iter().zip(outputs).map(|(ball, output)| self.codec.decode(ball, output)).collect()
     }
 
+    /// The model for a task's scenes. With [`properties`](ModelConfig::properties) balls may have another radius
+    /// than those of the launches: surfaces are then moved by the difference, which is exact for flat ones.
+    ///
+    /// # Errors
+    /// As [`check_task`](Self::check_task).
+    pub fn for_task(&self, task: &Task) -> Result<Cow<'_, Self>> {
+        self.check_task(task)?;
+        if task.ball.radius == self.builder.radius {
+            return Ok(Cow::Borrowed(self));
+        }
+        let mut model = self.clone();
+        (model.builder.radius, model.codec.radius) = (task.ball.radius, task.ball.radius);
+        Ok(Cow::Owned(model))
+    }
+
     /// Checks that the model can predict a task's scenes.
     ///
     /// # Errors
-    /// [`DynamicsError::UnseenEdge`] for a pair of objects it was never trained on,
-    /// [`DynamicsError::OtherPhysics`] for other rules another ball or
+    /// [`DynamicsError::UnseenEdge`] for a tool type it was never trained on,
+    /// [`DynamicsError::OtherMovers`] for a second ball or a box that moves,
+    /// [`DynamicsError::OtherPhysics`] for other rules, another ball or
     /// tools of another form or material than the launches had.
     pub fn check_task(&self, task: &Task) -> Result<()> {
-        let unseen = task.tool_set().into_iter().find(|kind| !self.tools.contains(kind)).map(ObjectType::Tool);
-        let second_ball = task.marker.is_some() || task.goal.shape == GoalShape::Ball || !task.balls.is_empty();
-        if let Some(sender) = unseen.or(second_ball.then_some(ObjectType::Ball)) {
-            return Err(DynamicsError::UnseenEdge { sender, known: self.name() });
+        let tools: Vec<Tool> = task.tools.iter().map(ToolSpec::tool).chain([task.placeable.tool([0.0; 2])]).collect();
+        self.check_kinds(&tools)?;
+        let movers = [
+            (task.marker.is_some(), "a marker ball"),
+            (task.goal.shape == GoalShape::Ball, "the goal"),
+            (!task.balls.is_empty(), "another ball"),
+            (!task.boxes.is_empty(), "a box"),
+        ];
+        if let Some((_, what)) = movers.into_iter().find(|(moves, _)| *moves) {
+            return Err(DynamicsError::OtherMovers { task: task.name.clone(), what });
         }
         let other = |what| Err(DynamicsError::OtherPhysics { task: task.name.clone(), what });
         if task.rules.gravity != GRAVITY {
@@ -111,16 +134,35 @@ impl Model {
         if task.rules.steps_per_action != STEPS_PER_ACTION {
             return other("the length of an action");
         }
-        if task.ball.material() != Ball::default() {
+        let ball = task.ball.material();
+        let radius =
+            if self.config.properties && RADII.contains(&ball.radius) { ball.radius } else { Ball::default().radius };
+        if ball != (Ball { radius, ..Ball::default() }) {
             return other("the ball");
         }
-        let tools = task.tools.iter().map(ToolSpec::tool).chain([task.placeable.tool([0.0; 2])]);
-        for tool in tools {
-            if tool != Tool::new(tool.kind, tool.position).with_size(tool.size) {
-                return other("angle, thickness or material of a tool");
-            }
+        self.check_tools(task, &tools)
+    }
+
+    /// Checks that the model can predict what tools do in the scenes of a task.
+    ///
+    /// # Errors
+    /// [`DynamicsError::UnseenEdge`] for a tool type it was never trained on,
+    /// [`DynamicsError::OtherPhysics`] for a tool of another form or material than the launches had.
+    pub fn check_tools(&self, task: &Task, tools: &[Tool]) -> Result<()> {
+        self.check_kinds(tools)?;
+        let is_known = |tool: &Tool| *tool == Tool::new(tool.kind, tool.position).with_size(tool.size);
+        if self.config.properties || tools.iter().all(is_known) {
+            return Ok(());
         }
-        Ok(())
+        Err(DynamicsError::OtherPhysics { task: task.name.clone(), what: "angle, thickness or material of a tool" })
+    }
+
+    fn check_kinds(&self, tools: &[Tool]) -> Result<()> {
+        let unseen = |kind: &ToolKind| !self.tools.contains(kind) && tools.iter().any(|tool| tool.kind == *kind);
+        match ToolKind::ALL.into_iter().find(unseen) {
+            None => Ok(()),
+            Some(kind) => Err(DynamicsError::UnseenEdge { sender: ObjectType::Tool(kind), known: self.name() }),
+        }
     }
 
     /// The model as a tensor file: weights, statistics and metadata.
@@ -199,6 +241,9 @@ impl Model {
             .map_err(|source| DynamicsError::Io { origin: path.display().to_string(), source })
     }
 }
+
+/// Radii of balls, in units, that a model with properties predicts.
+const RADII: std::ops::RangeInclusive<f32> = 2.0..=6.0;
 
 const FORMAT: &str = "mge dynamics model";
 

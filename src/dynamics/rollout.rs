@@ -2,9 +2,9 @@
 
 use super::error::Result;
 use super::predictor::Predictor;
-use crate::env::{Action, Placement, Snapshot};
-use crate::physics::{Ball, BallState, SCREEN, Tool, to_normalised, to_units};
-use crate::task::{Region, Task};
+use crate::env::{Action, ActionSet, Choice, Placement, Snapshot};
+use crate::physics::{BallState, SCREEN, Tool, to_normalised, to_units};
+use crate::task::{Region, SubgoalCheck, Task};
 
 /// A ball counts as having touched a tool when its surface was predicted to be nearer to
 /// the tool's than this, in units: predictions see the ball only once in an interval.
@@ -38,14 +38,23 @@ pub struct RolloutAction {
 struct Scene {
     snapshot: Snapshot,
     ball: BallState,
+    /// Radius of the ball in units.
+    radius: f32,
     tools: Vec<Tool>,
     /// The action that placed each tool; tools of the start belong to none.
     placed_by: Vec<Option<usize>>,
-    stage: Region,
+    targets: Vec<Target>,
     /// Actions that the episode still allows.
     actions_left: usize,
     over: bool,
     rollout: Rollout,
+}
+
+/// A region that the ball is to reach.
+struct Target {
+    region: Region,
+    /// The ball must be there at the end of an action.
+    at_end: bool,
 }
 
 /// Rolls out `sequences[i]` from `starts[i]`, each until the next stage of its start is
@@ -61,12 +70,47 @@ pub fn rollouts(
     sequences: &[Vec<Action>],
 ) -> Result<Vec<Rollout>> {
     let stages = task.stages();
-    let mut scenes: Vec<Scene> = starts.iter().map(|start| Scene::new(task, &stages, start)).collect();
+    let next = |start: &Snapshot| vec![Target { region: stages[start.stage().min(stages.len() - 1)], at_end: false }];
+    roll_out(predictor, task, None, next, starts, sequences)
+}
+
+/// As [`rollouts`], of an agent that chooses among the tools of `set`, until any stage that counts now is predicted
+/// to be reached.
+///
+/// # Errors
+/// When the predictor cannot predict a scene of the task, or what one of the tools does.
+pub fn rollouts_among(
+    predictor: &dyn Predictor,
+    task: &Task,
+    set: &ActionSet,
+    starts: &[&Snapshot],
+    sequences: &[Vec<Choice>],
+) -> Result<Vec<Rollout>> {
+    let at_end = task.rules.subgoal_check == SubgoalCheck::ActionEnd;
+    let open = |start: &Snapshot| {
+        let subgoals = task.subgoals.iter().zip(start.reached()).filter(|(_, reached)| !**reached);
+        let subgoals = subgoals.map(|(region, _)| Target { region: *region, at_end });
+        let goal = (!start.goal_reached()).then(|| Target { region: task.goal.region(), at_end: false });
+        let open = subgoals.chain(goal);
+        if task.rules.in_order { open.take(1).collect() } else { open.collect() }
+    };
+    roll_out(predictor, task, Some(set), open, starts, sequences)
+}
+
+fn roll_out<C: Copy + Into<Choice>>(
+    predictor: &dyn Predictor,
+    task: &Task,
+    set: Option<&ActionSet>,
+    targets: impl Fn(&Snapshot) -> Vec<Target>,
+    starts: &[&Snapshot],
+    sequences: &[Vec<C>],
+) -> Result<Vec<Rollout>> {
+    let mut scenes: Vec<Scene> = starts.iter().map(|start| Scene::new(task, targets(start), start)).collect();
     let horizon = sequences.iter().map(Vec::len).max().unwrap_or(0);
     for index in 0..horizon {
         for (scene, sequence) in scenes.iter_mut().zip(sequences) {
             match sequence.get(index) {
-                Some(&action) if !scene.over && index < scene.actions_left => scene.place(task, action),
+                Some(&choice) if !scene.over && index < scene.actions_left => scene.place(task, set, choice.into()),
                 _ => scene.over = true,
             }
         }
@@ -74,7 +118,7 @@ pub fn rollouts(
             advance(predictor, &mut scenes)?;
         }
         for scene in scenes.iter_mut().filter(|scene| scene.rollout.balls.len() < scene.rollout.actions.len()) {
-            scene.rollout.balls.push(scene.ball);
+            scene.end_action();
         }
     }
     Ok(scenes.into_iter().map(|scene| scene.rollout).collect())
@@ -93,24 +137,33 @@ fn advance(predictor: &dyn Predictor, scenes: &mut [Scene]) -> Result<()> {
 }
 
 impl Scene {
-    fn new(task: &Task, stages: &[Region], start: &Snapshot) -> Self {
+    fn new(task: &Task, targets: Vec<Target>, start: &Snapshot) -> Self {
         let tools: Vec<Tool> = start.world().tools().copied().collect();
         let ball = start.ball();
         Self {
             snapshot: start.clone(),
             ball,
+            radius: task.ball.radius,
             placed_by: vec![None; tools.len()],
             tools,
-            stage: stages[start.stage().min(stages.len() - 1)],
+            targets,
             actions_left: task.rules.max_actions.saturating_sub(start.actions()) as usize,
             over: start.end().is_some(),
             rollout: Rollout { path: vec![to_normalised(ball.position)], ..Rollout::default() },
         }
     }
 
-    fn place(&mut self, task: &Task, action: Action) {
+    /// Places the task's tool, or that of the set. The no-op, and what is not in the set, place nothing.
+    fn place(&mut self, task: &Task, set: Option<&ActionSet>, Choice { tool, place: action }: Choice) {
         self.snapshot.set_ball(self.ball);
-        let placed = self.snapshot.place(task, action) == Placement::Placed;
+        let placement = match set {
+            None => self.snapshot.place(task, action),
+            Some(set) => match set.get(tool).flatten() {
+                Some(tool) => self.snapshot.place_tool(task, tool, action),
+                None => Placement::NoOp,
+            },
+        };
+        let placed = placement == Placement::Placed;
         if placed {
             self.placed_by.push(Some(self.rollout.actions.len()));
             self.tools.extend(self.snapshot.world().tools().last().copied());
@@ -118,10 +171,23 @@ impl Scene {
         self.rollout.actions.push(RolloutAction { action, placed, touched: false });
     }
 
+    /// Whether a target is reached on the way to a state, or, of those that count then, in it at the end of an action.
+    fn reaches(&self, next: &BallState, at_end: bool) -> bool {
+        let from = if at_end { next.position } else { self.ball.position };
+        self.targets.iter().filter(|target| target.at_end == at_end).any(|Target { region, .. }| {
+            distance_to_segment(to_units(region.position), from, next.position) <= region.radius + self.radius
+        })
+    }
+
+    fn end_action(&mut self) {
+        if !self.over && self.reaches(&self.ball, true) {
+            (self.rollout.hit, self.over) = (true, true);
+        }
+        self.rollout.balls.push(self.ball);
+    }
+
     fn go_to(&mut self, next: BallState) {
-        let radius = Ball::default().radius;
-        let centre = to_units(self.stage.position);
-        let hit = distance_to_segment(centre, self.ball.position, next.position) <= self.stage.radius + radius;
+        let (radius, hit) = (self.radius, self.reaches(&next, false));
         self.rollout.hit = hit;
         for (tool, action) in self.tools.iter().zip(&self.placed_by).filter_map(|(tool, by)| Some((tool, (*by)?))) {
             let near = |ball: &BallState| {

@@ -9,13 +9,14 @@ use super::config::ModelConfig;
 use super::error::Result;
 use super::graph::{GraphBuilder, Graphs};
 use super::launch::{Launch, gap};
-use crate::physics::{BallState, STEPS_PER_ACTION, Tool};
+use crate::physics::{BallState, SCREEN, STEPS_PER_ACTION};
 
 /// Gap in units at either end of a stretch below which it counts as close to a contact.
 const CLOSE: f32 = 1.0;
 
 /// Graphs and targets of launches. An observation gives one row for each physics step at
-/// which a prediction interval can start within it; its mirror image as many more.
+/// which a prediction interval can start within it; its mirror image as many more, or the
+/// same again where the tool has none.
 #[derive(Debug, Clone)]
 pub struct Samples {
     /// One scene a row; the rows of an observation follow each other.
@@ -51,8 +52,10 @@ impl Samples {
         for launch in launches {
             let mut close = Vec::new();
             for image in [false, true].into_iter().take(1 + usize::from(mirror)) {
-                let states: Vec<BallState> = launch.states.iter().map(|state| reflect(*state, image)).collect();
-                let tool = reflect_tool(launch.tool, image);
+                let mirrored = launch.tool.mirrored(f64::from(SCREEN) / 2.0).filter(|_| image);
+                let reflect = |state: &BallState| if mirrored.is_some() { reflect(*state) } else { *state };
+                let states: Vec<BallState> = launch.states.iter().map(reflect).collect();
+                let tool = mirrored.unwrap_or(launch.tool);
                 for start in 0..stretches {
                     let (before, after) = (states[start], states[start + interval]);
                     let near = |state| gap(&tool, state) < CLOSE;
@@ -88,19 +91,9 @@ impl Samples {
 }
 
 /// Left and right exchanged about the middle of the screen.
-fn reflect(mut state: BallState, image: bool) -> BallState {
-    if image {
-        state.position[0] = crate::physics::SCREEN - state.position[0];
-        state.velocity[0] = -state.velocity[0];
-        state.angular_velocity = -state.angular_velocity;
-    }
+fn reflect(mut state: BallState) -> BallState {
+    state.position[0] = SCREEN - state.position[0];
+    state.velocity[0] = -state.velocity[0];
+    state.angular_velocity = -state.angular_velocity;
     state
-}
-
-/// All tool types are their own mirror images.
-fn reflect_tool(mut tool: Tool, image: bool) -> Tool {
-    if image {
-        tool.position[0] = f64::from(crate::physics::SCREEN) - tool.position[0];
-    }
-    tool
 }

@@ -1,11 +1,68 @@
 //! Tool sets: what a model knows, in one order and under one name.
 
+use std::fmt;
+use std::str::FromStr;
+
+use super::config::ModelConfig;
 use super::error::{DynamicsError, Result};
 use crate::physics::ToolKind;
+
+/// The name of the set of all tools of CREATE, with their properties.
+const CREATE: &str = "create";
+
+/// The tools that a model is to know, as people name them.
+///
+/// `box,bucket` are types of tools in CREATE's usual form and material, of which the size alone differs. `create`
+/// are all types, with all properties that tools of CREATE have.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ToolSet {
+    kinds: Vec<ToolKind>,
+    properties: bool,
+}
+
+impl ToolSet {
+    /// The types, in the order in which they were named.
+    pub fn kinds(&self) -> &[ToolKind] {
+        &self.kinds
+    }
+
+    /// The configuration of a model that knows these tools.
+    pub fn apply(&self, config: ModelConfig) -> ModelConfig {
+        ModelConfig { properties: self.properties, ..config }
+    }
+}
+
+impl FromStr for ToolSet {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == CREATE {
+            return Ok(Self { kinds: ToolKind::ALL.to_vec(), properties: true });
+        }
+        let kinds = text.split(',').map(|kind| kind.trim().parse());
+        let kinds =
+            kinds.collect::<Result<_, String>>().map_err(|error| format!("{error} (`{CREATE}` are all of them)"))?;
+        Ok(Self { kinds, properties: false })
+    }
+}
+
+impl fmt::Display for ToolSet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.properties {
+            return f.write_str(CREATE);
+        }
+        f.write_str(&self.kinds.iter().map(|kind| kind.name()).collect::<Vec<_>>().join(","))
+    }
+}
 
 /// Names of a tool set in canonical order, joined by hyphens.
 pub fn tool_set_name(tools: &[ToolKind]) -> String {
     tools.iter().map(|tool| tool.name()).collect::<Vec<_>>().join("-")
+}
+
+/// The name of a model of these tools, in canonical order.
+pub fn model_name(config: &ModelConfig, tools: &[ToolKind]) -> String {
+    if config.properties && tools == ToolKind::ALL { CREATE.to_owned() } else { tool_set_name(tools) }
 }
 
 /// The tool set in canonical order.

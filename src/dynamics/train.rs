@@ -20,6 +20,7 @@ use super::network::Network;
 use super::normaliser::Normaliser;
 use super::samples::Samples;
 use super::tool_set::canonical_tool_set;
+use super::variety::Variety;
 use crate::nn::{NnError, Optimiser, TensorFile, matrix};
 use crate::physics::ToolKind;
 use crate::streams::Stream;
@@ -209,8 +210,9 @@ struct Data {
 impl Data {
     fn collect(config: &ModelConfig, training: &TrainConfig, tools: &[ToolKind]) -> Result<Self> {
         let builder = GraphBuilder::new(config.clone(), tools.to_vec());
+        let variety = Variety::of(config);
         let of = |split, count| -> Vec<Launch> {
-            tools.iter().flat_map(|&kind| collect(kind, count, split, training.seed)).collect()
+            tools.iter().flat_map(|&kind| collect(kind, variety, count, split, training.seed)).collect()
         };
         let launches = of(Split::Training, training.observations);
         let validation = of(Split::Validation, training.validation);
@@ -218,10 +220,11 @@ impl Data {
             share: training.bystanders,
             cutoff: config.cutoff,
             tools: tools.to_vec(),
+            variety,
             rng: Stream::Bystanders.of(training.seed),
         };
         Ok(Self {
-            hash: data_hash(&launches),
+            hash: data_hash(&launches, config.properties),
             samples: Samples::new(config, &builder, &launches, training.mirror, bystanders())?,
             validation: Samples::new(config, &builder, &validation, false, bystanders())?,
         })

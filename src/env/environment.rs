@@ -78,10 +78,10 @@ impl Environment {
         Self { split: Some(split), set: Some(ActionSet::default()), ..self }
     }
 
-    /// The agent chooses among these tools in every episode.
+    /// The agent chooses among these tools in every episode; without any it has the task's own.
     #[must_use]
-    pub fn with_action_set(self, set: ActionSet) -> Self {
-        Self { split: None, set: Some(set), ..self }
+    pub fn with_action_set(self, set: impl Into<Option<ActionSet>>) -> Self {
+        Self { split: None, set: set.into(), ..self }
     }
 
     /// Describes so many objects to an agent that chooses among tools. Of more, the tools placed first

@@ -1,8 +1,8 @@
 //! Model-guided exploration: rollouts, action clusters, the action prior, epsilon
 //! schedules (paper, sections 4.2 and 4.3).
 //!
-//! A dynamics model is used only as a [`RolloutModel`]; the true physics is one too
-//! ([`TruePhysics`]), which gives the upper bound of what guidance can do.
+//! A dynamics model is used only as a [`RolloutModel`], or as a [`ToolModel`] where the agent chooses
+//! among tools; the true physics is one too ([`TruePhysics`]), which gives the upper bound of what guidance can do.
 
 mod build;
 mod choice;
@@ -16,6 +16,7 @@ mod rollout;
 mod schedule;
 #[cfg(test)]
 mod tests;
+mod tool_rollout;
 mod tools;
 
 pub use build::build;
@@ -28,4 +29,5 @@ pub use proposal::propose_subgoals;
 pub use rewarding::{Played, Rewarding};
 pub use rollout::{RapierPhysics, RolloutModel, Stoppable, TruePhysics};
 pub use schedule::{EpsilonSchedule, ScheduleError};
+pub use tool_rollout::{ToolModel, ToolRollout};
 pub use tools::{ToolCluster, build_among};

@@ -4,7 +4,7 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::clusters::{Cluster, cluster};
+use super::clusters::{Cluster, cluster_points};
 use super::config::{GuidanceConfig, GuidanceError};
 use super::tools::ToolCluster;
 use crate::env::{Action, uniform_action};
@@ -108,12 +108,12 @@ impl ActionPrior {
     }
 
     /// The prior with the clusters of a stage made from other actions, such as those that
-    /// turned out to be rewarding in real play.
-    pub fn with_actions(&self, stage: usize, actions: Vec<Action>, rng: &ChaCha8Rng) -> Self {
+    /// turned out to be rewarding in real play: places, or places and [embeddings](crate::env::tool_embedding)
+    /// of tools.
+    pub fn with_actions<P: AsRef<[f32]>>(&self, stage: usize, actions: &[P], rng: &ChaCha8Rng) -> Self {
         let mut refined = self.clone();
         if let Some(stage) = refined.stages.get_mut(stage) {
-            stage.clusters = cluster(&actions, self.config.clusters, self.config.std_floor, rng);
-            stage.actions = actions;
+            stage.cluster(actions, &self.config, rng);
         }
         refined
     }
@@ -132,6 +132,14 @@ struct Header {
 }
 
 impl StagePrior {
+    /// Makes its clusters from rewarding actions: places, or places and embeddings of tools.
+    pub(super) fn cluster<P: AsRef<[f32]>>(&mut self, actions: &[P], config: &GuidanceConfig, rng: &ChaCha8Rng) {
+        let clusters = cluster_points(actions, config.clusters, config.std_floor, rng);
+        self.clusters = clusters.iter().map(|(cluster, _)| *cluster).collect();
+        self.tools = clusters.iter().filter_map(|(_, members)| ToolCluster::of(actions, members)).collect();
+        self.actions = actions.iter().map(|action| [action.as_ref()[0], action.as_ref()[1]]).collect();
+    }
+
     /// Whether its numbers can be those of actions.
     fn is_possible(&self) -> bool {
         let within = |low: f32, values: &[f32]| values.iter().all(|value| (low..=1.0).contains(value));

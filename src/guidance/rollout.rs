@@ -65,8 +65,7 @@ impl RolloutModel for Stoppable<'_> {
 
 impl RolloutModel for Model {
     fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>> {
-        self.check_task(task)?;
-        rollouts(self, task, starts, sequences)
+        rollouts(&*self.for_task(task)?, task, starts, sequences)
     }
 }
 
@@ -102,7 +101,7 @@ fn true_rollout(task: &Arc<Task>, start: &Snapshot, sequence: &[Action]) -> Roll
         let Ok(step) = env.step_watched(action, |world| path.push(to_normalised(world.ball(0).position))) else {
             break;
         };
-        played.note(action, &step);
+        played.note(&action, &step);
         rollout.balls.push(env.snapshot().ball());
         rollout.hit = step.subgoals.contains(&stage) || (stage == task.subgoals.len() && step.goal);
         if rollout.hit || step.end.is_some() {

@@ -181,7 +181,7 @@ fn a_model_that_does_not_know_the_tools_is_an_error() {
 fn a_saved_prior_is_read_back_and_only_for_its_task() {
     let task = task::load("task1").unwrap();
     let mut prior = ActionPrior::uniform(&task, 7);
-    prior = prior.with_actions(0, vec![[0.1, 0.2], [0.15, 0.2], [-0.7, 0.5]], &rng());
+    prior = prior.with_actions(0, &[[0.1, 0.2], [0.15, 0.2], [-0.7, 0.5]], &rng());
     let text = prior.to_json();
     assert_eq!(ActionPrior::parse(&text, "prior.json", &task).unwrap(), prior);
     let refused = |text: &str, task: &Task| ActionPrior::parse(text, "prior.json", task).unwrap_err().to_string();
@@ -262,10 +262,10 @@ fn only_tools_that_the_ball_touched_are_rewarding() {
     };
     // One tool is there already; of four actions the second is blocked.
     let mut played = Played::after(1);
-    played.note([0.1, 0.0], &outcome(Placement::Placed, &[]));
-    played.note([0.2, 0.0], &outcome(Placement::Overlap, &[0]));
-    played.note([0.3, 0.0], &outcome(Placement::Placed, &[1]));
-    played.note([0.4, 0.0], &outcome(Placement::Placed, &[]));
+    played.note(&[0.1, 0.0], &outcome(Placement::Placed, &[]));
+    played.note(&[0.2, 0.0], &outcome(Placement::Overlap, &[0]));
+    played.note(&[0.3, 0.0], &outcome(Placement::Placed, &[1]));
+    played.note(&[0.4, 0.0], &outcome(Placement::Placed, &[]));
     for (which, expected) in [
         (Rewarding::Touched, vec![[0.1, 0.0]]),
         (Rewarding::Placed, vec![[0.1, 0.0], [0.3, 0.0], [0.4, 0.0]]),
@@ -276,9 +276,9 @@ fn only_tools_that_the_ball_touched_are_rewarding() {
     }
     // After a stage the earlier tools belong to none of the next actions.
     played.take_rewarding(Rewarding::Touched);
-    played.note([0.5, 0.0], &outcome(Placement::Placed, &[1]));
+    played.note(&[0.5, 0.0], &outcome(Placement::Placed, &[1]));
     assert!(played.clone().take_rewarding(Rewarding::Touched).is_empty(), "an earlier tool was touched");
-    played.note([0.6, 0.0], &outcome(Placement::Placed, &[4]));
+    played.note(&[0.6, 0.0], &outcome(Placement::Placed, &[4]));
     assert_eq!(played.take_rewarding(Rewarding::Touched), [[0.5, 0.0]]);
 }
 

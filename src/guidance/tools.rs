@@ -1,27 +1,25 @@
-//! Guidance for agents that choose among tools: random tools at random places, rolled out in the true
-//! physics, and clusters of the rewarding ones over places and tools.
+//! Guidance for agents that choose among tools: random tools at random places, rolled out in a model or in the
+//! true physics, and clusters of the rewarding ones over places and tools.
 
 use std::sync::Arc;
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::clusters::{Cluster, cluster_points};
+use super::clusters::Cluster;
 use super::config::GuidanceConfig;
 use super::prior::{ActionPrior, StagePrior};
-use crate::env::{
-    Action, ActionSet, Choice, Environment, Placement, Snapshot, TOOL_FEATURES, tool_embedding, uniform_action,
-};
-use crate::physics::{ObjectId, ToolSplit, World};
+use super::rollout::TruePhysics;
+use super::tool_rollout::{ToolModel, ToolRollout};
+use crate::dynamics::Result;
+use crate::env::{Action, ActionSet, Choice, Environment, Snapshot, TOOL_FEATURES, tool_embedding, uniform_action};
+use crate::physics::ToolSplit;
 use crate::stop::Stop;
 use crate::streams::Stream;
 use crate::task::Task;
 
-/// What predicts the rollouts of tools, by its name in a prior.
-const MODEL: &str = "true physics";
 /// Rollouts between two looks at whether to stop.
 const PIECE: usize = 250;
 
@@ -34,147 +32,143 @@ pub struct ToolCluster {
     pub std: Vec<f32>,
 }
 
-/// A tool of the catalogue and where it was placed.
-type Placed = (Action, usize);
-
-/// What a rollout has come to: its rewarding actions if it reached a stage, and its last state.
-struct Rolled {
-    rewarding: Option<Vec<Placed>>,
-    last: Snapshot,
-}
+/// A rollout that is to be made: the index of the state in which it starts, and its choices.
+type Drawn = (usize, Vec<Choice>);
 
 /// Builds the prior of a task in which the agent chooses among these tools, stage by stage: rollouts of
-/// random actions in the true physics, of which those that reach a stage say which of their tools a ball
-/// touched. The next stage is rolled out from where they ended. `progress` is called before each stage with
-/// its number. None once `stop` is requested.
+/// random actions, of which those that reach a stage say which of their tools a ball touched. The next stage is
+/// rolled out from where real rollouts ended: those of the true physics themselves, or as many as
+/// [`environment_rollouts`](GuidanceConfig::environment_rollouts) allows of those of a model, first those that it
+/// predicted to reach the stage. `progress` is called before each stage with its number. None once `stop` is
+/// requested.
+///
+/// # Errors
+/// When the model cannot predict the task, or what one of the tools does.
 pub fn build_among(
     task: &Arc<Task>,
     tools: ToolSplit,
+    model: &dyn ToolModel,
     config: &GuidanceConfig,
     seed: u64,
     mut progress: impl FnMut(usize),
     stop: &Stop,
-) -> Option<ActionPrior> {
+) -> Result<Option<ActionPrior>> {
     let numbers = tools.tools();
     // Nothing is observed: rollouts need no slots.
     let set = ActionSet::of_catalogue(&numbers);
     let mut env = Environment::new(task.clone()).with_slots(0).with_action_set(set);
     env.reset(&mut Stream::PriorStart.of(seed));
     let mut starts = vec![env.snapshot().clone()];
-    let mut prior = ActionPrior { model: MODEL.to_owned(), config: config.clone(), ..ActionPrior::uniform(task, seed) };
-    for stage in 0..task.stage_count() {
+    let mut prior = ActionPrior { model: model.name(), config: config.clone(), ..ActionPrior::uniform(task, seed) };
+    let stages = task.stage_count();
+    for stage in 0..stages {
         progress(stage);
         let mut rng = Stream::PriorStage(stage).of(seed);
-        let rolled = roll_out(&env, &numbers, config, &starts, &mut rng, stop)?;
-        prior.stages[stage] = stage_prior(&rolled, config, &rng);
-        let can_go_on = |wanted: bool| {
-            let ends = rolled.iter().filter(|rollout| rollout.last.end().is_none());
-            ends.filter(|rollout| !wanted || rollout.last.stage() > stage).map(|rollout| rollout.last.clone()).collect()
+        let drawn = draw(config, starts.len(), numbers.len(), &mut rng);
+        let Some(rolled) = roll_out(&env, model, &starts, &drawn, stop)? else { return Ok(None) };
+        let mut built = stage_prior(&drawn, &rolled, &numbers, config, &rng);
+        let hits: Vec<bool> = rolled.iter().map(|rollout| rollout.hit).collect();
+        let real: Option<Vec<Snapshot>> = rolled.into_iter().map(|rollout| rollout.end).collect();
+        let ends = match real {
+            Some(ends) => ends,
+            None if stage + 1 == stages => Vec::new(),
+            None => {
+                let allowed = config.environment_rollouts.div_ceil(stages - 1);
+                let chosen = likeliest(drawn, &hits, allowed);
+                let Some(played) = roll_out(&env, &TruePhysics, &starts, &chosen, stop)? else { return Ok(None) };
+                let ends: Vec<Snapshot> = played.into_iter().filter_map(|rollout| rollout.end).collect();
+                built.environment_rollouts = ends.len();
+                built.environment_hits = ends.iter().filter(|end| can_go_on(end) && end.stage() > stage).count();
+                ends
+            }
         };
-        let reached: Vec<Snapshot> = can_go_on(true);
-        let next = if reached.is_empty() { can_go_on(false) } else { reached };
+        prior.stages[stage] = built;
+        let ends: Vec<Snapshot> = ends.into_iter().filter(can_go_on).collect();
+        let any_reached = ends.iter().any(|end| end.stage() > stage);
+        let next: Vec<Snapshot> = ends.into_iter().filter(|end| !any_reached || end.stage() > stage).collect();
         if !next.is_empty() {
             starts = next;
         }
     }
-    Some(prior)
+    Ok(Some(prior))
 }
 
-/// Rollouts of random actions from these states. None once `stop` is requested.
-fn roll_out(
-    env: &Environment,
-    numbers: &[usize],
-    config: &GuidanceConfig,
-    starts: &[Snapshot],
-    rng: &mut ChaCha8Rng,
-    stop: &Stop,
-) -> Option<Vec<Rolled>> {
+fn can_go_on(end: &Snapshot) -> bool {
+    end.end().is_none()
+}
+
+/// Up to `most` of the rollouts: those that hit, then the others.
+fn likeliest(drawn: Vec<Drawn>, hits: &[bool], most: usize) -> Vec<Drawn> {
+    let mut chosen: Vec<(&bool, Drawn)> = hits.iter().zip(drawn).collect();
+    chosen.sort_by_key(|(hit, _)| !**hit);
+    chosen.into_iter().map(|(_, drawn)| drawn).take(most).collect()
+}
+
+/// Random actions from one of so many states, with so many tools.
+fn draw(config: &GuidanceConfig, starts: usize, tools: usize, rng: &mut ChaCha8Rng) -> Vec<Drawn> {
     // A u64 draw is the same on machines of every word size.
     let index = |count: usize, rng: &mut ChaCha8Rng| rng.gen_range(0..count as u64) as usize;
-    let mut drawn = Vec::with_capacity(config.model_rollouts);
-    for _ in 0..config.model_rollouts {
-        let start = index(starts.len(), rng);
-        let choices =
-            (0..config.horizon).map(|_| Choice { tool: index(numbers.len(), rng), place: uniform_action(rng) });
-        drawn.push((start, choices.collect::<Vec<Choice>>()));
-    }
+    let choice = |rng: &mut ChaCha8Rng| Choice { tool: index(tools, rng), place: uniform_action(rng) };
+    let one = |_| (index(starts, rng), (0..config.horizon).map(|_| choice(rng)).collect());
+    (0..config.model_rollouts).map(one).collect()
+}
+
+/// The rollouts of a model. None once `stop` is requested.
+fn roll_out(
+    env: &Environment,
+    model: &dyn ToolModel,
+    starts: &[Snapshot],
+    drawn: &[Drawn],
+    stop: &Stop,
+) -> Result<Option<Vec<ToolRollout>>> {
     let mut rolled = Vec::with_capacity(drawn.len());
     for piece in drawn.chunks(PIECE) {
         if stop.is_requested() {
-            return None;
+            return Ok(None);
         }
-        let one = |(start, choices): &(usize, Vec<Choice>)| rollout(env.clone(), &starts[*start], choices, numbers);
-        rolled.par_extend(piece.par_iter().map(one));
+        let from: Vec<&Snapshot> = piece.iter().map(|(start, _)| &starts[*start]).collect();
+        let sequences: Vec<Vec<Choice>> = piece.iter().map(|(_, choices)| choices.clone()).collect();
+        rolled.extend(model.tool_rollouts(env, &from, &sequences)?);
     }
-    Some(rolled)
+    Ok(Some(rolled))
 }
 
-/// Plays choices until a stage is reached or the episode is over.
-fn rollout(mut env: Environment, start: &Snapshot, choices: &[Choice], numbers: &[usize]) -> Rolled {
-    env.restore(start);
-    let fixed = env.task().tools.len();
-    let before = start.placed().len();
-    let mut placed: Vec<(Placed, bool)> = Vec::new();
-    for choice in choices {
-        let mut touched = Vec::new();
-        let note = |world: &World| {
-            touched.extend(world.touches().iter().filter_map(|touch| match touch.object {
-                ObjectId::Tool(tool) => tool.checked_sub(fixed + before),
-                _ => None,
-            }));
-        };
-        let Ok(step) = env.step_watched(*choice, note) else { break };
-        if step.placement == Placement::Placed {
-            placed.push(((choice.place, numbers[choice.tool]), false));
-        }
-        for tool in touched {
-            if let Some((_, is_touched)) = placed.get_mut(tool) {
-                *is_touched = true;
-            }
-        }
-        if step.reached_stage() {
-            let rewarding = placed.into_iter().filter_map(|(action, is_touched)| is_touched.then_some(action));
-            return Rolled { rewarding: Some(rewarding.collect()), last: env.snapshot().clone() };
-        }
-        if step.end.is_some() {
-            break;
-        }
-    }
-    Rolled { rewarding: None, last: env.snapshot().clone() }
-}
-
-/// The clusters of a stage's rewarding actions.
-fn stage_prior(rolled: &[Rolled], config: &GuidanceConfig, rng: &ChaCha8Rng) -> StagePrior {
-    let rewarding: Vec<Placed> =
-        rolled.iter().flat_map(|rollout| rollout.rewarding.iter().flatten().copied()).collect();
-    let points: Vec<Vec<f32>> = rewarding
-        .iter()
-        .map(|(place, number)| [&place[..], tool_embedding(*number).map_or(&[][..], |it| &it[..])].concat())
+/// The clusters of a stage's rewarding actions: those of rollouts that hit whose tools were touched.
+fn stage_prior(
+    drawn: &[Drawn],
+    rolled: &[ToolRollout],
+    numbers: &[usize],
+    config: &GuidanceConfig,
+    rng: &ChaCha8Rng,
+) -> StagePrior {
+    let hits = || drawn.iter().zip(rolled).filter(|(_, rollout)| rollout.hit);
+    let done = hits().flat_map(|((_, choices), rollout)| choices.iter().zip(&rollout.actions));
+    let points: Vec<Vec<f32>> = done
+        .filter(|(_, action)| action.placed && action.touched)
+        .map(|(choice, action)| {
+            let tool = tool_embedding(numbers[choice.tool]).map_or(&[][..], |tool| &tool[..]);
+            [&action.action[..], tool].concat()
+        })
         .collect();
-    let clusters = cluster_points(&points, config.clusters, config.std_floor, rng);
-    StagePrior {
-        clusters: clusters.iter().map(|(cluster, _)| *cluster).collect(),
-        tools: clusters.into_iter().map(|(_, members)| of_tools(&points, &members)).collect(),
-        actions: rewarding.into_iter().map(|(place, _)| place).collect(),
-        model_rollouts: rolled.len(),
-        model_hits: rolled.iter().filter(|rollout| rollout.rewarding.is_some()).count(),
-        ..StagePrior::default()
-    }
-}
-
-/// Mean and standard deviation of the tools of some actions, at least one.
-fn of_tools(points: &[Vec<f32>], members: &[usize]) -> ToolCluster {
-    let count = members.len() as f32;
-    let mean_of = |column: usize, of: &dyn Fn(f32) -> f32| {
-        members.iter().map(|member| of(points[*member][2 + column])).sum::<f32>() / count
-    };
-    let mean: Vec<f32> = (0..TOOL_FEATURES).map(|column| mean_of(column, &|value| value)).collect();
-    let variance = |(column, mean): (usize, &f32)| mean_of(column, &|value| (value - mean).powi(2));
-    let std = mean.iter().enumerate().map(variance).map(f32::sqrt).collect();
-    ToolCluster { mean, std }
+    let mut stage = StagePrior { model_rollouts: rolled.len(), model_hits: hits().count(), ..StagePrior::default() };
+    stage.cluster(&points, config, rng);
+    stage
 }
 
 impl ToolCluster {
+    /// The tools of some actions, at least one: places and embeddings. None for actions without tools.
+    pub(super) fn of<P: AsRef<[f32]>>(actions: &[P], members: &[usize]) -> Option<Self> {
+        let tool = |member: &usize| actions[*member].as_ref().get(2..).filter(|tool| !tool.is_empty());
+        let tools = members.iter().map(tool).collect::<Option<Vec<&[f32]>>>()?;
+        let mean_of = |column: usize, of: &dyn Fn(f32) -> f32| {
+            tools.iter().map(|tool| of(tool[column])).sum::<f32>() / tools.len() as f32
+        };
+        let mean: Vec<f32> = (0..tools.first()?.len()).map(|column| mean_of(column, &|value| value)).collect();
+        let variance = |(column, mean): (usize, &f32)| mean_of(column, &|value| (value - mean).powi(2));
+        let std = mean.iter().enumerate().map(variance).map(f32::sqrt).collect();
+        Some(Self { mean, std })
+    }
+
     /// Whether its numbers can be those of tools.
     pub(super) fn is_possible(&self) -> bool {
         let within = |low: f32, values: &[f32]| values.iter().all(|value| (low..=1.0).contains(value));
@@ -211,6 +205,8 @@ impl ActionPrior {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dynamics::{DynamicsError, Model, ModelConfig, ToolSet, TrainConfig, Training};
+    use crate::task::{Region, SubgoalCheck};
 
     fn config() -> GuidanceConfig {
         GuidanceConfig { model_rollouts: 1500, ..GuidanceConfig::default() }
@@ -219,7 +215,10 @@ mod tests {
     #[test]
     fn places_and_tools_that_are_rewarding_are_sampled_and_one_seed_gives_one_prior() {
         let task = Arc::new(crate::task::load("create/GoalTest").unwrap());
-        let build = || build_among(&task, ToolSplit::Train, &config(), 3, |_| (), &Stop::default()).unwrap();
+        let build = || {
+            let prior = build_among(&task, ToolSplit::Train, &TruePhysics, &config(), 3, |_| (), &Stop::default());
+            prior.unwrap().unwrap()
+        };
         let prior = build();
         assert_eq!(prior, build());
         let stage = &prior.stages[0];
@@ -236,9 +235,61 @@ mod tests {
     }
 
     #[test]
+    fn a_learned_model_proposes_tools_and_places_and_goes_on_from_real_states() {
+        // A level with a subgoal that a falling ball passes.
+        let mut task = crate::task::load("create/GoalTest").unwrap();
+        task.subgoals = vec![Region { position: [-0.7, -0.45], radius: 4.0 }];
+        task.rules.subgoal_check = SubgoalCheck::AnyStep;
+        let (model, task) = (learned(), Arc::new(task));
+        let config = GuidanceConfig { model_rollouts: 600, environment_rollouts: 40, ..GuidanceConfig::default() };
+        let build = || build_among(&task, ToolSplit::Train, &model, &config, 3, |_| (), &Stop::default());
+        let prior = build().unwrap().unwrap();
+        assert_eq!(prior, build().unwrap().unwrap());
+        assert_eq!(prior.model, "create");
+        let stage = &prior.stages[0];
+        assert!(stage.model_hits > 0 && !stage.tools.is_empty(), "{} hits", stage.model_hits);
+        assert_eq!((stage.environment_rollouts, prior.stages[1].environment_rollouts), (40, 0));
+        assert!(stage.environment_hits > 0);
+        let mut rng = Stream::Guidance.of(1);
+        let (place, tool) = prior.sample_with_tool(0, &mut rng);
+        assert!(place.iter().chain(&tool.unwrap()).all(|value| (-1.0..=1.0).contains(value)));
+        let push = Arc::new(crate::task::load("create/Push").unwrap());
+        let refused = build_among(&push, ToolSplit::Train, &model, &config, 3, |_| (), &Stop::default());
+        assert!(matches!(refused, Err(DynamicsError::OtherMovers { .. })));
+        let shipped = crate::dynamics::shipped("bucket-box").unwrap();
+        let refused = build_among(&task, ToolSplit::Train, &*shipped, &config, 3, |_| (), &Stop::default());
+        assert!(matches!(refused, Err(DynamicsError::UnseenEdge { .. })));
+    }
+
+    /// A model of all tools, hardly trained.
+    fn learned() -> Model {
+        let tools: ToolSet = "create".parse().unwrap();
+        let config = tools.apply(ModelConfig { layers: 2, width: 16, embedding: 8, ..ModelConfig::default() });
+        let settings = TrainConfig {
+            observations: 20,
+            validation: 1,
+            epochs: 30,
+            batch: 32,
+            learning_rate: 3e-3,
+            ..TrainConfig::default()
+        };
+        let mut training = Training::new(config, settings, tools.kinds(), "test").unwrap();
+        training.run(|_, _| true);
+        training.model().clone()
+    }
+
+    #[test]
+    fn rollouts_that_hit_are_played_first() {
+        let drawn: Vec<Drawn> = (0..5).map(|index| (index, Vec::new())).collect();
+        let chosen = likeliest(drawn, &[false, true, false, true, false], 3);
+        assert_eq!(chosen.iter().map(|(index, _)| *index).collect::<Vec<_>>(), [1, 3, 0]);
+    }
+
+    #[test]
     fn a_stop_ends_it() {
         let (task, stop) = (Arc::new(crate::task::load("create/Push").unwrap()), Stop::default());
         stop.request();
-        assert_eq!(build_among(&task, ToolSplit::Train, &config(), 3, |_| (), &stop), None);
+        let prior = build_among(&task, ToolSplit::Train, &TruePhysics, &config(), 3, |_| (), &stop);
+        assert_eq!(prior.unwrap(), None);
     }
 }

@@ -60,6 +60,7 @@ mod plank;
 mod rules;
 mod sleep;
 mod step;
+mod symmetry;
 #[cfg(test)]
 mod tests;
 mod tool;

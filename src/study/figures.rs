@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::hits::{Explorer, Guided};
 use super::plan::StudyPlan;
 use super::report::Report;
-use crate::dynamics::{Errors, Evaluation, Launch, Model, Split, collect};
+use crate::dynamics::{Errors, Evaluation, Launch, Model, Split, TrainConfig, Variety, collect};
 use crate::env::Environment;
 use crate::evidence::figures::INTERVAL;
 use crate::figures::{
@@ -24,7 +24,8 @@ const SHOWN_LAUNCHES: usize = 24;
 /// Figure 1: launches at a tool of the usual size.
 pub(super) fn launches(plan: &StudyPlan) -> Launches {
     let tool = |kind: ToolKind| {
-        let launches = collect(kind, plan.model_training.observations, Split::Training, plan.model_training.seed);
+        let TrainConfig { observations, seed, .. } = plan.model_training;
+        let launches = collect(kind, Variety::Sizes, observations, Split::Training, seed);
         // One tool stands for all: the launches are drawn relative to theirs.
         let shown: Vec<&Launch> = nearest_in_size(&launches, kind.default_size());
         let trajectory = |launch: &&Launch| {

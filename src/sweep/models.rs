@@ -1,7 +1,6 @@
 //! The dynamics models of a sweep (paper, table 1): trained, evaluated, in a folder each.
 
 use std::path::Path;
-use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -10,8 +9,8 @@ use super::file::{Combination, Grid, value_text};
 use super::work::WorkError;
 use crate::batch::JobHandle;
 use crate::dynamics::{
-    DynamicsError, Ended, EvaluationConfig, EvaluationProgress, ModelConfig, TrainConfig, TrainedModel,
-    canonical_tool_set, evaluate_with_progress, tool_set_name, train_to_file,
+    DynamicsError, Ended, EvaluationConfig, EvaluationProgress, ModelConfig, ToolSet, TrainConfig, TrainedModel,
+    canonical_tool_set, evaluate_with_progress, model_name, train_to_file,
 };
 use crate::json;
 use crate::physics::ToolKind;
@@ -60,7 +59,6 @@ pub struct ModelResult {
 impl ModelJob {
     /// The job of a combination of settings.
     pub(super) fn new(grid: &Grid, combination: &Combination) -> Result<Self, ValidationError> {
-        let mut tools = None;
         let mut job = Self {
             tools: Vec::new(),
             model: ModelConfig::default(),
@@ -78,12 +76,17 @@ impl ModelJob {
         for (axis, value, number) in chosen().filter(|(axis, _, _)| axis.key != "literal") {
             let wrong = |message: String| ValidationError::new(axis.path(number), message);
             match axis.key.replace('-', "_").as_str() {
-                "tools" => tools = Some(read_tools(&value_text(value)).map_err(wrong)?),
+                "tools" => {
+                    let set: ToolSet = value_text(value).parse().map_err(wrong)?;
+                    job.tools = canonical_tool_set(set.kinds()).map_err(|error| wrong(error.to_string()))?;
+                    job.model = set.apply(job.model);
+                }
                 key => job = job.with_setting(key, value).map_err(wrong)?,
             }
         }
-        let missing = || ValidationError::new("tools", "is missing: name a tool set, such as \"box,bucket\"");
-        job.tools = tools.ok_or_else(missing)?;
+        if job.tools.is_empty() {
+            return Err(ValidationError::new("tools", "is missing: name a tool set, such as \"box,bucket\""));
+        }
         let wrong = |error: DynamicsError| match error {
             DynamicsError::Config(error) => error,
             error => ValidationError::new(".", error),
@@ -109,7 +112,7 @@ impl ModelJob {
 
     /// The beginning of its name.
     pub(super) fn base_name(&self) -> String {
-        tool_set_name(&self.tools)
+        model_name(&self.model, &self.tools)
     }
 
     /// Epochs to train.
@@ -168,11 +171,6 @@ impl ModelJob {
             rollout_error,
         }))
     }
-}
-
-fn read_tools(text: &str) -> Result<Vec<ToolKind>, String> {
-    let tools: Vec<ToolKind> = text.split(',').map(|tool| ToolKind::from_str(tool.trim())).collect::<Result<_, _>>()?;
-    canonical_tool_set(&tools).map_err(|error| error.to_string())
 }
 
 /// The name of a model's setting as a sweep file has it.

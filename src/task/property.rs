@@ -45,6 +45,9 @@ struct Row {
     belongs_to: fn(ToolKind) -> bool,
     /// The least and the greatest value, where a tool's own check knows another unit.
     range: Option<[f64; 2]>,
+    /// Files have it in radians.
+    is_angle: bool,
+    /// Its value in a tool, and how a form gets it, both as in files.
     of: fn(&Tool) -> f64,
     set: fn(&mut Form, f64),
 }
@@ -52,9 +55,17 @@ struct Row {
 /// Every property, in the order of [`Property`].
 static PROPERTIES: [Row; 11] = {
     use ToolKind::{Belt, Cannon, Circle, Fan, HingeConstrained, Ladder, SeeSaw};
-    const PLAIN: Row =
-        Row { name: "", unit: "", step: 0.1, belongs_to: |_| true, range: None, of: |_| 0.0, set: |_, _| {} };
-    const ANGLE: Row = Row { unit: "degrees", step: 15.0, ..PLAIN };
+    const PLAIN: Row = Row {
+        name: "",
+        unit: "",
+        step: 0.1,
+        belongs_to: |_| true,
+        range: None,
+        is_angle: false,
+        of: |_| 0.0,
+        set: |_, _| {},
+    };
+    const ANGLE: Row = Row { unit: "degrees", step: 15.0, is_angle: true, ..PLAIN };
     [
         Row {
             name: "size",
@@ -69,8 +80,8 @@ static PROPERTIES: [Row; 11] = {
             name: "angle",
             belongs_to: |kind| kind != Circle && !kind.is_hinged(),
             range: Some([-360.0, 360.0]),
-            of: |tool| degrees(tool.angle),
-            set: |form, value| form.angle = Some(radians(value)),
+            of: |tool| tool.angle,
+            set: |form, value| form.angle = Some(value),
             ..ANGLE
         },
         Row {
@@ -117,8 +128,8 @@ static PROPERTIES: [Row; 11] = {
             name: "max_angle",
             belongs_to: |kind| matches!(kind, HingeConstrained | SeeSaw),
             range: Some([0.0, 90.0]),
-            of: |tool| degrees(tool.max_angle),
-            set: |form, value| form.max_angle = Some(radians(value)),
+            of: |tool| tool.max_angle,
+            set: |form, value| form.max_angle = Some(value),
             ..ANGLE
         },
         Row {
@@ -154,10 +165,6 @@ fn radians(degrees: f64) -> f64 {
     degrees * std::f64::consts::PI / 180.0
 }
 
-fn degrees(radians: f64) -> f64 {
-    rounded(radians.to_degrees())
-}
-
 /// Without what a conversion or a sum leaves behind the sixth decimal.
 fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
@@ -191,7 +198,8 @@ impl Property {
 
     /// Its value.
     pub fn of(self, tool: &Tool) -> f64 {
-        rounded((self.row().of)(tool))
+        let value = (self.row().of)(tool);
+        rounded(if self.row().is_angle { value.to_degrees() } else { value })
     }
 
     /// Its value some steps on; angles go round.
@@ -245,9 +253,19 @@ impl Form {
             if let Some([low, high]) = property.row().range {
                 in_range(value, property, low, high)?;
             }
-            (property.row().set)(&mut self, value);
+            (property.row().set)(&mut self, if property.row().is_angle { radians(value) } else { value });
         }
         Ok(self)
+    }
+
+    /// The numbers of a tool: its size, and those that are not the usual ones of its type.
+    pub fn of(tool: &Tool) -> Self {
+        let usual = Tool::new(tool.kind, tool.position);
+        let mut form = Self { size: Some(tool.size), ..Self::default() };
+        for row in PROPERTIES.iter().filter(|row| (row.of)(tool) != (row.of)(&usual)) {
+            (row.set)(&mut form, (row.of)(tool));
+        }
+        form
     }
 }
 

@@ -102,25 +102,6 @@ impl Form {
         tool.on_left = self.on_left.unwrap_or(tool.on_left);
         tool
     }
-
-    /// The numbers of a tool.
-    pub fn of(tool: &Tool) -> Self {
-        let usual = Tool::new(tool.kind, tool.position);
-        let given = |value: f64, usual: f64| (value != usual).then_some(value);
-        Self {
-            size: Some(tool.size),
-            angle: given(tool.angle, usual.angle),
-            radius: given(tool.radius, usual.radius),
-            elasticity: given(tool.elasticity, usual.elasticity),
-            friction: given(tool.friction, usual.friction),
-            force: given(tool.force, usual.force),
-            vel: given(tool.velocity, usual.velocity),
-            max_angle: given(tool.max_angle, usual.max_angle),
-            on_left: (tool.on_left != usual.on_left).then_some(tool.on_left),
-            ball_mass: given(tool.weight, usual.weight),
-            roll_friction: given(tool.roll_friction, usual.roll_friction),
-        }
-    }
 }
 
 /// A struct with a [`Form`] as it is read. Reading a flattened [`Form`] would lose the path and the line of a mistake.

@@ -259,10 +259,6 @@ impl RunConfig {
             );
             return Err(ValidationError::new("method", message));
         }
-        if self.refinement.every > 0 {
-            let message = "must be 0 with `tools`: clusters are refined for the task's own tool only";
-            return Err(ValidationError::new("refinement.every", message));
-        }
         Ok(())
     }
 

@@ -3,7 +3,10 @@
 use std::sync::Arc;
 
 use crate::dynamics::{self, DynamicsError};
-use crate::guidance::{self, ActionPrior, GuidanceError, RapierPhysics, RolloutModel, Stoppable, TruePhysics};
+use crate::guidance::{
+    self, ActionPrior, GuidanceError, RapierPhysics, RolloutModel, Stoppable, ToolModel, TruePhysics,
+};
+use crate::physics::{Tool, ToolSplit, catalogue_tool};
 use crate::run::{RunDirectory, RunError};
 use crate::stop::Stop;
 use crate::task::Task;
@@ -25,9 +28,9 @@ pub enum PriorError {
     /// The method predicts, but the source of rollouts does not.
     #[error("the method {method} needs a model to predict with, but the source of rollouts is `uniform`")]
     NoPrediction { method: &'static str },
-    /// Rollouts of tools are those of the true physics.
+    /// Neither the shipped models nor rapier predict what CREATE's tools do.
     #[error(
-        "no model but `true` predicts what CREATE's tools do: with `tools` take that, or a method without clusters"
+        "no shipped model predicts what CREATE's tools do, nor does rapier: with `tools` take `true`, or train a model with `mge dynamics train --tools create --out FILE` and name its file"
     )]
     NoTools,
     /// The saved prior of a run is none, or one of another task.
@@ -70,6 +73,25 @@ pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<NamedMo
     Ok(Some((model, name)))
 }
 
+/// What predicts the rollouts of an agent that chooses among these tools: the true physics, or the dynamics model of
+/// a file. None for no prediction at all.
+///
+/// # Errors
+/// When the model cannot be loaded, or knows neither the task's tools nor these.
+fn tool_model(source: &PriorSource, task: &Task, tools: ToolSplit) -> Result<Option<Arc<dyn ToolModel>>, PriorError> {
+    let name = match source {
+        PriorSource::Uniform => return Ok(None),
+        PriorSource::TruePhysics => return Ok(Some(Arc::new(TruePhysics))),
+        PriorSource::Learned | PriorSource::Rapier => return Err(PriorError::NoTools),
+        PriorSource::ModelFile(name) => name,
+    };
+    let model = dynamics::named(name)?;
+    model.check_task(task)?;
+    let chosen: Vec<Tool> = tools.tools().into_iter().filter_map(catalogue_tool).copied().collect();
+    model.check_tools(task, &chosen)?;
+    Ok(Some(model))
+}
+
 /// Builds the prior of a configuration; `progress` sees each stage's number. Once `stop` is requested,
 /// it soon ends without one.
 ///
@@ -80,11 +102,11 @@ pub fn build_prior(
     progress: impl FnMut(usize),
     stop: &Stop,
 ) -> Result<Option<ActionPrior>, PriorError> {
-    if let Some(tools) = config.tools
-        && config.rollout_source() != PriorSource::Uniform
-    {
-        check_rollouts(config)?;
-        return Ok(guidance::build_among(&config.task, tools, &config.guidance, config.seed, progress, stop));
+    if let Some(tools) = config.tools {
+        let Some(model) = tool_model(&config.rollout_source(), &config.task, tools)? else {
+            return Ok(Some(ActionPrior::uniform(&config.task, config.seed)));
+        };
+        return Ok(guidance::build_among(&config.task, tools, &*model, &config.guidance, config.seed, progress, stop)?);
     }
     let Some((model, name)) = rollout_model(&config.rollout_source(), &config.task)? else {
         return Ok(Some(ActionPrior::uniform(&config.task, config.seed)));
@@ -115,11 +137,10 @@ pub fn check_model(config: &RunConfig) -> Result<(), PriorError> {
 
 /// Whether there is what predicts the rollouts behind a run's clusters.
 fn check_rollouts(config: &RunConfig) -> Result<(), PriorError> {
-    match config.rollout_source() {
-        PriorSource::Uniform => Ok(()),
-        PriorSource::TruePhysics if config.tools.is_some() => Ok(()),
-        _ if config.tools.is_some() => Err(PriorError::NoTools),
-        source => rollout_model(&source, &config.task).map(drop),
+    let source = config.rollout_source();
+    match config.tools {
+        Some(tools) => tool_model(&source, &config.task, tools).map(drop),
+        None => rollout_model(&source, &config.task).map(drop),
     }
 }
 

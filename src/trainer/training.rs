@@ -50,7 +50,7 @@ struct Progress {
     prior: Option<Arc<ActionPrior>>,
     /// Rewarding actions of real play for each stage, the oldest first.
     #[serde(default)]
-    rewarding: Vec<VecDeque<Action>>,
+    rewarding: Vec<VecDeque<Vec<f32>>>,
     /// Greedy attempts at each stage.
     #[serde(default, skip_serializing_if = "Attempts::is_empty")]
     attempts: Attempts,
@@ -216,7 +216,7 @@ impl Training {
             let attempted = self.attempted_stage();
             let mut step = trace.step(&mut self.env, choice, source)?;
             let next_observation = tools::seen(&self.env, std::mem::take(&mut step.observation));
-            played.note(choice.place, &step);
+            played.note(&action, &step);
             let reached = step.reached_stage();
             greedy &= explorer == Explorer::Greedy;
             if (reached || step.end.is_some())
@@ -292,7 +292,7 @@ impl Training {
         Ok(())
     }
 
-    fn keep_rewarding(&mut self, stage: usize, actions: Vec<Action>) {
+    fn keep_rewarding(&mut self, stage: usize, actions: Vec<Vec<f32>>) {
         if self.config.refinement.every == 0 {
             return;
         }
@@ -315,9 +315,9 @@ impl Training {
     fn refine_now(&mut self) -> Option<Arc<ActionPrior>> {
         let prior = self.progress.prior.as_ref()?;
         let mut refined = ActionPrior::clone(prior);
-        for (stage, actions) in self.progress.rewarding.iter().enumerate() {
+        for (stage, actions) in self.progress.rewarding.iter_mut().enumerate() {
             if actions.len() >= self.config.refinement.least {
-                refined = refined.with_actions(stage, actions.iter().copied().collect(), &self.progress.streams.model);
+                refined = refined.with_actions(stage, actions.make_contiguous(), &self.progress.streams.model);
             }
         }
         if refined == **prior {

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use super::{Print, count, threads};
-use crate::dynamics::{Loss, Variant};
-use crate::physics::ToolKind;
+use crate::dynamics::{Loss, ToolSet, Variant};
+use crate::physics::{ToolKind, ToolSplit};
 use crate::trainer::PriorSource;
 
 #[derive(Debug, Subcommand)]
@@ -21,9 +21,9 @@ pub enum Dynamics {
 
 #[derive(Debug, Args)]
 pub struct DynamicsTrain {
-    /// The tool set, such as box,bucket
-    #[arg(long, value_delimiter = ',', required = true)]
-    pub tools: Vec<ToolKind>,
+    /// The tool set, such as box,bucket; or `create`, all of CREATE's tools with their properties
+    #[arg(long)]
+    pub tools: ToolSet,
     /// Model file to write; an unfinished training beside it is resumed
     #[arg(long)]
     pub out: PathBuf,
@@ -103,6 +103,9 @@ pub struct DynamicsEvaluate {
     /// Fresh launches of each tool
     #[arg(long, default_value_t = 300, value_parser = count(1_000_000))]
     pub launches: usize,
+    /// Rollouts of each task that compare predicted with real hits
+    #[arg(long, default_value_t = 2000, value_parser = count(1_000_000))]
+    pub rollouts: usize,
     /// Also draw the errors into this PNG, SVG or PDF
     #[arg(long)]
     pub figure: Option<PathBuf>,
@@ -117,9 +120,13 @@ pub struct DynamicsEvaluate {
 pub struct Clusters {
     /// Name of a shipped task, or a task file
     pub task: String,
-    /// What predicts the rollouts: learned, rapier, true, uniform, or a model file
-    #[arg(long, default_value = "learned")]
-    pub model: PriorSource,
+    /// What predicts the rollouts: learned, rapier, true, uniform, or a model file [default: learned; true with
+    /// --tools]
+    #[arg(long)]
+    pub model: Option<PriorSource>,
+    /// For an agent that chooses among CREATE's tools: all, train, validation, test
+    #[arg(long, value_name = "SPLIT")]
+    pub tools: Option<ToolSplit>,
     /// Seed of rollouts and clusters
     #[arg(long, default_value_t = 0)]
     pub seed: u64,

@@ -3,6 +3,7 @@
 mod evaluation;
 mod graph;
 mod model;
+mod properties;
 mod rollout;
 mod training;
 

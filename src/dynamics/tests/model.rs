@@ -144,7 +144,7 @@ fn a_task_with_other_physics_is_refused() {
         assert!(error.contains(expected), "{error}");
     };
     refused(&|task| task.ball.radius = 3.0, "task `task1`: the ball differs");
-    refused(&|task| task.balls.push(task.ball), "never trained on ball-to-ball edges");
+    refused(&|task| task.balls.push(task.ball), "never trained on ball-to-ball edges, and another ball moves here");
     refused(&|task| task.tools[0].form.angle = Some(0.5), "angle, thickness or material of a tool");
     refused(&|task| task.placeable.form.elasticity = Some(0.1), "angle, thickness or material of a tool");
     let mut larger = task.clone();

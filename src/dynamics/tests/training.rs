@@ -5,11 +5,11 @@ use super::*;
 #[test]
 fn launches_repeat_and_show_contacts_and_free_flight() {
     for kind in ToolKind::PAPER {
-        let launches = collect(kind, 200, Split::Training, 7);
-        assert_eq!(launches, collect(kind, 200, Split::Training, 7));
-        assert_ne!(data_hash(&launches), data_hash(&collect(kind, 200, Split::Test, 7)));
+        let launches = collect(kind, Variety::Sizes, 200, Split::Training, 7);
+        assert_eq!(launches, collect(kind, Variety::Sizes, 200, Split::Training, 7));
+        assert_ne!(data_hash(&launches, false), data_hash(&collect(kind, Variety::Sizes, 200, Split::Test, 7), false));
         assert_eq!(
-            collect(kind, 3, Split::Training, 7),
+            collect(kind, Variety::Sizes, 3, Split::Training, 7),
             launches[..3],
             "a longer collection starts with a shorter one"
         );
@@ -40,7 +40,8 @@ fn training_reports_the_loss_it_minimises() {
         let train = TrainConfig { loss, learning_rate: 1e-30, epochs: 1, mirror: false, batch: 1000, ..quick() };
         let config = ModelConfig { interval: STEPS_PER_ACTION, ..small() };
         let mut training = training(config, TrainConfig { observations: 8, validation: 8, ..train });
-        let launches: Vec<Launch> = TOOLS.iter().flat_map(|&kind| collect(kind, 8, Split::Training, 5)).collect();
+        let launches: Vec<Launch> =
+            TOOLS.iter().flat_map(|&kind| collect(kind, Variety::Sizes, 8, Split::Training, 5)).collect();
         let mut reported = f64::NAN;
         training.run(|_, progress| {
             reported = f64::from(progress.loss);

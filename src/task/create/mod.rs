@@ -2,5 +2,7 @@
 
 mod expression;
 mod level;
+mod objects;
+mod value;
 
 pub(super) use level::level_task;

@@ -1,7 +1,8 @@
 //! Agents that choose among tools, from their settings to what their runs leave behind.
 
 use super::*;
-use crate::physics::ToolSplit;
+use crate::env::tool_embedding;
+use crate::physics::{NO_OP, ToolSplit};
 
 /// A short training on a level whose parts are shifted at every reset.
 fn choosing(method: Method, episodes: u32) -> RunConfig {
@@ -49,6 +50,35 @@ fn an_episode_among_tools_is_played_again_as_it_was() {
 }
 
 #[test]
+fn clusters_over_tools_follow_the_agent_s_own_rewarding_actions() {
+    let mut config =
+        RunConfig { task: Arc::new(task::load("create/GoalTest").unwrap()), ..choosing(Method::DdpgMge, 20) };
+    config.epsilon = "1".parse().unwrap();
+    config.refinement = Refinement { every: 5, least: 2, most: 6 };
+    check_resumed(&config, 7);
+    let prior = Arc::new(build_prior(&config, |_| (), &Stop::default()).unwrap().unwrap());
+    let mut training = Training::new(config, Some(prior.clone())).unwrap();
+    let mut placed = Vec::new();
+    for _ in 0..20 {
+        let (_, trace) = training.run_episode().unwrap();
+        placed.extend(trace.steps.iter().map(|step| step.action));
+        training.refine();
+    }
+    let refined = &training.prior().unwrap().stages[0];
+    assert_ne!(refined.clusters, prior.stages[0].clusters);
+    assert_eq!(refined.tools.len(), refined.clusters.len());
+    assert!((2..=6).contains(&refined.actions.len()) && refined.actions.iter().all(|action| placed.contains(action)));
+    // A cluster of one action draws just its tool.
+    let alone = refined.clusters.iter().position(|cluster| cluster.count == 1).expect("few actions, ten clusters");
+    let tool = &refined.tools[alone];
+    assert!(tool.std.iter().all(|std| *std == 0.0));
+    assert!(
+        (0..NO_OP).any(|number| tool_embedding(number).unwrap()[..] == tool.mean[..]),
+        "it is one of the catalogue"
+    );
+}
+
+#[test]
 fn a_policy_is_evaluated_among_tools_that_it_has_not_seen() {
     let training = Training::new(choosing(Method::Ddpg, 1), None).unwrap();
     let mut rng = crate::streams::Stream::Episode.of(1);
@@ -62,7 +92,6 @@ fn what_does_not_fit_tools_is_refused_in_one_line() {
     for (key, value, expected) in [
         ("method", "open-loop", "with `tools` use ddpg, ddpg-mge, ddpg-uniform, ddpg-mge-true, ddpg-mge-adaptive"),
         ("method", "planning", "is `planning`, which knows only the task's own tool"),
-        ("refinement.every", "50", "must be 0 with `tools`"),
         ("tools", "some", "use one of all, train, validation, test"),
         ("tools", "null", "evaluation.tools: is set, but the run has no `tools`"),
         ("tool_candidates", "41", "a whole number from 1 to 40"),
@@ -72,7 +101,12 @@ fn what_does_not_fit_tools_is_refused_in_one_line() {
     }
     let guided = choosing(Method::DdpgMge, 1).with_setting("prior", "learned").unwrap();
     let error = check_model(&guided).unwrap_err().to_string();
-    assert!(error.contains("no model but `true`"), "{error}");
+    assert!(error.contains("take `true`, or train a model"), "{error}");
+    for (model, expected) in [("bucket-box", "never trained on"), ("nowhere.safetensors", "nowhere.safetensors")] {
+        let guided = guided.with_setting("prior", model).unwrap();
+        let error = check_model(&guided).unwrap_err().to_string();
+        assert!(error.contains(expected) && !error.contains('\n'), "{error}");
+    }
     assert!(Method::RECOMMENDED_WITH_TOOLS.chooses_tools());
 }
 

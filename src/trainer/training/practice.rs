@@ -94,7 +94,7 @@ impl Training {
             let Ok(mut step) = self.env.step(choice) else { break };
             *actions += 1;
             let next_observation = tools::seen(&self.env, std::mem::take(&mut step.observation));
-            played.note(choice.place, &step);
+            played.note(&action, &step);
             self.take_in(stage, [&observation, &next_observation], &action, &step, &mut played)?;
             if step.reached_stage() || step.end.is_some() {
                 return Ok(step.reached_stage());
