@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
+use nix::sys::signal::{SigSet, SigmaskHow, Signal};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 use signal_hook::{flag, low_level};
@@ -20,6 +21,19 @@ use crate::atomic;
 /// # Errors
 /// When the system refuses the handlers.
 pub fn end_at_once() -> io::Result<()> {
+    undisturbed(wait_for_the_end)
+}
+
+/// Registers handlers while the signals are held back: one that came between two of them would be lost.
+fn undisturbed<T>(register: impl FnOnce() -> io::Result<T>) -> io::Result<T> {
+    let signals: SigSet = [Signal::SIGINT, Signal::SIGTERM].into_iter().collect();
+    let before = signals.thread_swap_mask(SigmaskHow::SIG_BLOCK)?;
+    let registered = register();
+    before.thread_set_mask()?;
+    registered
+}
+
+fn wait_for_the_end() -> io::Result<()> {
     let mut signals = Signals::new([SIGINT, SIGTERM])?;
     let end = move || {
         let Some(number) = signals.forever().next() else { return };
@@ -52,6 +66,10 @@ impl Interrupt {
     /// # Errors
     /// When the system refuses the handlers.
     pub fn listen() -> io::Result<Self> {
+        undisturbed(Self::register)
+    }
+
+    fn register() -> io::Result<Self> {
         let (requested, signal) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicUsize::new(0)));
         for number in [SIGINT, SIGTERM] {
             // In this order: the first signal finds the flag unset.
