@@ -1,6 +1,5 @@
-//! SIGINT and SIGTERM while a command works: the first asks it to end in good order, so that
-//! nothing is lost; a second one ends the program at once. A command that has nothing to save ends
-//! at the first.
+//! Handling of SIGINT and SIGTERM: the first signal asks the command to save its state and end, the
+//! second ends the program at once. A command without state to save ends at the first signal.
 
 use std::io;
 use std::process::ExitCode;
@@ -15,22 +14,23 @@ use signal_hook::{flag, low_level};
 use super::{output, progress};
 use crate::atomic;
 
-/// From now on the first signal ends the program, as soon as no file is being written: for work whose
-/// result is there whole or not at all.
+/// Makes the first signal end the program as soon as no file is being written. For work without state to
+/// save, whose results are written atomically.
 ///
 /// # Errors
-/// When the system refuses the handlers.
+/// When the handlers cannot be registered.
 pub fn end_at_once() -> io::Result<()> {
-    undisturbed(wait_for_the_end)
+    blocked(wait_for_the_end)
 }
 
-/// Registers handlers while the signals are held back: one that came between two of them would be lost.
-fn undisturbed<T>(register: impl FnOnce() -> io::Result<T>) -> io::Result<T> {
+/// Runs `work` with SIGINT and SIGTERM blocked in this thread and in the threads that it starts.
+pub fn blocked<T>(work: impl FnOnce() -> T) -> T {
     let signals: SigSet = [Signal::SIGINT, Signal::SIGTERM].into_iter().collect();
-    let before = signals.thread_swap_mask(SigmaskHow::SIG_BLOCK)?;
-    let registered = register();
-    before.thread_set_mask()?;
-    registered
+    // These calls fail only for an invalid operation on the mask.
+    let before = signals.thread_swap_mask(SigmaskHow::SIG_BLOCK);
+    let done = work();
+    let _ = before.map(|before| before.thread_set_mask());
+    done
 }
 
 fn wait_for_the_end() -> io::Result<()> {
@@ -43,10 +43,10 @@ fn wait_for_the_end() -> io::Result<()> {
         low_level::exit(128 + number);
     };
     let waits = std::thread::Builder::new().name("mge-signals".to_owned()).spawn(end).is_ok();
-    // Without a thread that waits for the first signal, that one ends the program here and now.
+    // Without the waiting thread, the first signal ends the program immediately.
     let ending = Arc::new(AtomicBool::new(!waits));
     for number in [SIGINT, SIGTERM] {
-        // Nobody is to wait for a terminal or a disk that does not answer.
+        // The second signal ends the program even if the terminal or the disk does not respond.
         flag::register_conditional_shutdown(number, 128 + number, ending.clone())?;
         flag::register(number, ending.clone())?;
     }
@@ -61,18 +61,19 @@ pub struct Interrupt {
 }
 
 impl Interrupt {
-    /// Begins to listen.
+    /// Registers the handlers.
     ///
     /// # Errors
-    /// When the system refuses the handlers.
+    /// When the handlers cannot be registered.
     pub fn listen() -> io::Result<Self> {
-        undisturbed(Self::register)
+        // A signal that arrives between two registrations would be lost.
+        blocked(Self::register)
     }
 
     fn register() -> io::Result<Self> {
         let (requested, signal) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicUsize::new(0)));
         for number in [SIGINT, SIGTERM] {
-            // In this order: the first signal finds the flag unset.
+            // The shutdown handler runs before the flag is set, so only the second signal triggers it.
             flag::register_conditional_shutdown(number, 128 + number, requested.clone())?;
             flag::register(number, requested.clone())?;
             flag::register_usize(number, signal.clone(), number as usize)?;
@@ -80,26 +81,26 @@ impl Interrupt {
         Ok(Self { requested, signal })
     }
 
-    /// Set once a signal has come, for those who look at it while they work.
+    /// Set once a signal has arrived; polled by long work.
     pub fn flag(&self) -> &AtomicBool {
         &self.requested
     }
 
-    /// [`flag`](Self::flag) for those who outlive this value.
+    /// A shared handle of [`flag`](Self::flag).
     pub fn shared(&self) -> Arc<AtomicBool> {
         self.requested.clone()
     }
 
-    /// Whether a signal has come.
+    /// Whether a signal has arrived.
     pub fn is_requested(&self) -> bool {
         self.requested.load(Ordering::Relaxed)
     }
 
-    /// The result of work that looks at the flag: ended by the signal if `is_interruption` says so of
-    /// its error, whose text then says how to continue.
+    /// The result of work that polls the flag. An error that satisfies `is_interruption` becomes
+    /// [`Interrupted`]; its text should tell the user how to continue.
     ///
     /// # Errors
-    /// [`Interrupted`], or the error as it is.
+    /// [`Interrupted`], or the error unchanged.
     pub fn result<T, E: std::error::Error + 'static>(
         &self,
         result: Result<T, E>,
@@ -111,13 +112,13 @@ impl Interrupt {
         })
     }
 
-    /// What a command returns that has ended because of the signal; `message` says how to go on.
+    /// The error of a command ended by the signal; `message` tells the user how to continue.
     pub fn ended(&self, message: String) -> Interrupted {
         Interrupted { signal: self.signal.load(Ordering::Relaxed), message }
     }
 }
 
-/// A command ended because a signal asked for it.
+/// A command was ended by a signal.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
 pub struct Interrupted {
@@ -126,7 +127,7 @@ pub struct Interrupted {
 }
 
 impl Interrupted {
-    /// The status that says which signal it was: 130 or 143.
+    /// The exit status for the signal: 130 or 143.
     pub fn status(&self) -> ExitCode {
         ExitCode::from(128 + (self.signal & 0x7f) as u8)
     }

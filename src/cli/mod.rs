@@ -1,5 +1,4 @@
-//! The command line: arguments to commands. Machine-readable results go to stdout,
-//! progress and messages to stderr.
+//! The command line. Machine-readable results go to stdout, progress and messages to stderr.
 
 mod arguments;
 mod control;
@@ -28,11 +27,11 @@ use crate::batch::start_global_pool;
 
 use arguments::{Arguments, Command};
 
-/// What a command returns: nothing, or one line for the person.
+/// The result of a command: nothing, or an error shown as one line.
 pub(crate) type Outcome = Result<(), Box<dyn std::error::Error>>;
 
-/// Runs the program. Status 0: done, 1: it failed (one line on stderr), 2: wrong usage, 130 or 143:
-/// a signal ended it (one line on stderr says how to continue).
+/// Runs the program. Exit status 0: success, 1: failure (one line on stderr), 2: wrong usage, 130 or 143:
+/// ended by a signal (one line on stderr tells how to continue).
 pub fn run() -> ExitCode {
     let outcome = match Arguments::try_parse() {
         Ok(arguments) => dispatch(arguments),
@@ -50,7 +49,7 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// Shows the help that was asked for, or what is wrong with the arguments.
+/// Prints the requested help, or the error in the arguments.
 fn print_usage(error: &clap::Error) -> Result<ExitCode, Box<dyn std::error::Error>> {
     if !error.use_stderr() {
         error.print().and_then(|()| io::stdout().flush()).map_err(output::OutputError::from)?;
@@ -58,7 +57,7 @@ fn print_usage(error: &clap::Error) -> Result<ExitCode, Box<dyn std::error::Erro
     }
     let plain = error.to_string();
     if output::shown_lines(&plain) == plain {
-        // Standard error may be a terminal that is gone.
+        // Writing fails if the terminal is closed.
         let _ = error.print();
     } else {
         output::message_lines(&plain);
@@ -68,7 +67,8 @@ fn print_usage(error: &clap::Error) -> Result<ExitCode, Box<dyn std::error::Erro
 
 fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>> {
     let Some(command) = arguments.command else { return runs::workbench(&arguments.workbench) };
-    start_global_pool();
+    // Its threads block the signals, so that one arriving while handlers are registered stays pending.
+    interrupt::blocked(start_global_pool);
     let outcome = match command {
         Command::Tasks(tasks) => brief(|| tasks::run(tasks)),
         Command::Puzzles(command) => puzzles::run(&command),
@@ -97,13 +97,13 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
     outcome.map(|()| ExitCode::SUCCESS)
 }
 
-/// Work that has nothing to save when a signal ends it.
+/// Runs work without state to save: the first signal ends it.
 fn brief(work: impl FnOnce() -> Outcome) -> Outcome {
     interrupt::end_at_once()?;
     work()
 }
 
-/// Whoever read our output has seen enough: that is no error.
+/// Whether the reader of our output has closed the pipe, which is not an error.
 fn is_broken_pipe(error: &(dyn std::error::Error + 'static)) -> bool {
     let mut cause = Some(error);
     while let Some(error) = cause {
