@@ -15,7 +15,7 @@ pub fn uniform_action(rng: &mut impl Rng) -> Action {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Placement {
-    /// It stands in the scene.
+    /// The tool was placed.
     Placed,
     /// Too near a tool placed earlier in the episode.
     Overlap,
@@ -37,9 +37,9 @@ pub enum EndReason {
     OutOfBounds,
     /// The marker ball left the screen before the target moved (terminated).
     MarkerOut,
-    /// Nothing moves any more (terminated).
+    /// Nothing moves (terminated).
     Standstill,
-    /// The limit of actions was reached (truncated).
+    /// The maximum number of actions was reached (truncated).
     MaxActions,
 }
 
@@ -64,11 +64,11 @@ pub struct Step {
     pub reward: f32,
     /// The task itself ended the episode.
     pub terminated: bool,
-    /// The limit of actions ended the episode.
+    /// The maximum number of actions ended the episode.
     pub truncated: bool,
-    /// Why, if the episode is over.
+    /// The reason, if the episode is over.
     pub end: Option<EndReason>,
-    /// What became of the tool.
+    /// Whether the tool was placed, and if not, why.
     pub placement: Placement,
     /// Subgoals reached in this action.
     pub subgoals: Vec<usize>,

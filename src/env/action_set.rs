@@ -1,4 +1,4 @@
-//! The tools among which an agent chooses, and their properties as numbers.
+//! The tools an agent can choose from, and their properties as numbers.
 
 use std::sync::{Arc, LazyLock};
 
@@ -6,50 +6,50 @@ use super::action::Action;
 use crate::physics::{NO_OP, Tool, ToolKind, catalogue_tool};
 use crate::task::Task;
 
-/// What an action asks for: a tool of the action set, and a place.
+/// An action: a tool of the action set and a position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Choice {
-    /// Index into the action set; 0 where the agent has the task's own tool alone.
+    /// Index into the action set; 0 if the agent has only the task's own tool.
     pub tool: usize,
-    /// Normalised place.
+    /// Normalised position.
     pub place: Action,
 }
 
 impl From<Action> for Choice {
-    /// The only tool of an agent that has one.
+    /// The task's own tool, for an agent without an action set.
     fn from(place: Action) -> Self {
         Self { tool: 0, place }
     }
 }
 
-/// A tool of CREATE's catalogue by its number, or the task's own, anywhere.
+/// A tool of CREATE's catalogue by its number, or the task's own tool; its position is arbitrary.
 pub fn held_tool(task: &Task, number: Option<usize>) -> Tool {
     number.and_then(catalogue_tool).copied().unwrap_or_else(|| task.placeable.tool([0.0; 2]))
 }
 
-/// Tools with the numbers by which they are known; cheap to clone.
+/// Tools with their catalogue numbers; cheap to clone.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ActionSet {
     entries: Arc<[(usize, Option<Tool>)]>,
 }
 
 impl ActionSet {
-    /// Tools by number; none is the no-op, which places nothing.
+    /// Tools by number; None is the no-op, which places nothing.
     pub fn new(entries: impl IntoIterator<Item = (usize, Option<Tool>)>) -> Self {
         Self { entries: entries.into_iter().collect() }
     }
 
-    /// Tools of the catalogue; a number that it does not have is the no-op.
+    /// Tools of the catalogue; a number outside it is the no-op.
     pub fn of_catalogue(numbers: &[usize]) -> Self {
         Self::new(numbers.iter().map(|&number| (number, catalogue_tool(number).copied())))
     }
 
-    /// How many there are, the no-op included.
+    /// Number of entries, the no-op included.
     pub fn len(&self) -> usize {
         self.entries.len()
     }
 
-    /// Whether there are none.
+    /// Whether the set is empty.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
@@ -59,12 +59,12 @@ impl ActionSet {
         self.entries.iter().map(|(number, _)| *number)
     }
 
-    /// The tools at the origin; none is the no-op.
+    /// The tools at the origin; None is the no-op.
     pub fn tools(&self) -> impl ExactSizeIterator<Item = Option<&Tool>> {
         self.entries.iter().map(|(_, tool)| tool.as_ref())
     }
 
-    /// The entry with an index, if there is one: a tool at the origin, or none for the no-op.
+    /// The entry at an index, if there is one: a tool at the origin, or None for the no-op.
     pub fn get(&self, index: usize) -> Option<Option<&Tool>> {
         self.entries.get(index).map(|(_, tool)| tool.as_ref())
     }
@@ -74,8 +74,8 @@ impl ActionSet {
 /// [`TOOL_PROPERTIES`].
 pub const TOOL_FEATURES: usize = ToolKind::ALL.len() + TOOL_PROPERTIES.len();
 
-/// Names of the numbers that follow a tool's type. A length of 20 units, a force of 100, a speed
-/// of 10 units/s and a mass of 10 are 1; angles are in units of pi/2; a roll friction is what exceeds 1.
+/// Names of the numbers that follow a tool's type. Scaling: 1 stands for a size of 20 units, a force of 100, a speed
+/// of 10 units/s and a mass of 10; `max_angle` is in units of pi/2; `roll_friction` is the excess over 1.
 pub const TOOL_PROPERTIES: [&str; 12] = [
     "size",
     "thickness",
@@ -91,7 +91,7 @@ pub const TOOL_PROPERTIES: [&str; 12] = [
     "roll_friction",
 ];
 
-/// The [`TOOL_FEATURES`] of a tool: what its type has no use for is 0. Zeros are the no-op.
+/// The [`TOOL_FEATURES`] of a tool; properties that its type does not use are 0. The no-op is all zeros.
 pub fn tool_features(tool: Option<&Tool>) -> [f32; TOOL_FEATURES] {
     use ToolKind::{Belt, Cannon, Fan, HingeConstrained, Ladder, SeeSaw};
     let mut features = [0.0; TOOL_FEATURES];
@@ -117,8 +117,8 @@ pub fn tool_features(tool: Option<&Tool>) -> [f32; TOOL_FEATURES] {
     features
 }
 
-/// A tool of the catalogue, or the no-op, as a point: its [`tool_features`], each brought to [-1, 1] over the
-/// catalogue. None for a number that is neither.
+/// The embedding of a catalogue tool or the no-op: its [`tool_features`], each scaled to [-1, 1] over the catalogue.
+/// None for any other number.
 pub fn tool_embedding(number: usize) -> Option<&'static [f32; TOOL_FEATURES]> {
     static EMBEDDINGS: LazyLock<Vec<[f32; TOOL_FEATURES]>> = LazyLock::new(embeddings);
     EMBEDDINGS.get(number)
@@ -141,7 +141,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_two_tools_of_the_catalogue_look_alike_and_the_no_op_is_nothing() {
+    fn features_differ_between_catalogue_tools_and_are_zero_for_the_no_op() {
         let mut seen: Vec<_> = (0..NO_OP).map(|number| tool_features(catalogue_tool(number))).collect();
         assert!(seen.iter().flatten().all(|value| value.abs() <= 2.0));
         seen.sort_by(|a, b| a.partial_cmp(b).unwrap());
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn every_tool_is_a_point_of_its_own() {
+    fn every_tool_has_its_own_embedding() {
         let mut seen: Vec<_> = (0..=NO_OP).map(|number| *tool_embedding(number).unwrap()).collect();
         assert!(seen.iter().flatten().all(|value| value.abs() <= 1.0) && tool_embedding(NO_OP + 1).is_none());
         seen.sort_by(|a, b| a.partial_cmp(b).unwrap());

@@ -1,5 +1,4 @@
-//! A checker of environments in the spirit of Gymnasium's: it plays a task and checks
-//! the contract that agents rely on.
+//! An environment checker modelled on Gymnasium's: it plays a task and checks the contract that agents rely on.
 
 use std::sync::Arc;
 
@@ -10,16 +9,16 @@ use super::observation::{OBJECT_FEATURES, OBJECT_SLOTS, observation_len};
 use crate::streams::Stream;
 use crate::task::Task;
 
-/// Episodes that are played for each of the checks.
+/// Episodes played for each check.
 const EPISODES: u64 = 8;
 
 /// A part of the contract that a task's environment violates.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{contract}: {message}")]
 pub struct Violation {
-    /// What the contract says.
+    /// The part that is violated.
     pub contract: Contract,
-    /// What happened instead, and when.
+    /// What happened and when.
     pub message: String,
 }
 
@@ -28,20 +27,21 @@ pub struct Violation {
 pub enum Contract {
     /// Observations have the task's length, are finite, and mark exactly one next stage.
     Observation,
-    /// Rewards are finite and within what the rules can add up to.
+    /// Rewards are finite and within the range that the rules allow.
     Bounds,
-    /// An episode ends by its limit of actions at the latest, either terminated or
-    /// truncated, with a reason; only then does `step` refuse to go on.
+    /// An episode ends after at most the maximum number of actions, either terminated or truncated, with a reason;
+    /// only then does `step` return an error.
     End,
     /// One seed gives the same episode, bit by bit.
     Determinism,
-    /// Another seed gives another start, if and only if the task has start noise.
+    /// Different seeds give different starts if the task has start noise. Without noise and random shifts, all starts
+    /// are equal.
     Seeding,
-    /// A reset after the end, or in the middle, starts afresh.
+    /// A reset, after the end or in the middle of an episode, starts a new episode.
     Reset,
-    /// A restored snapshot goes on as the original does.
+    /// A restored snapshot continues exactly as the original did.
     Snapshot,
-    /// Actions are clipped to [-1, 1]; what is not a number places nothing.
+    /// Actions are clipped to [-1, 1]; a non-finite action places nothing.
     Clipping,
 }
 
@@ -51,7 +51,7 @@ impl std::fmt::Display for Contract {
     }
 }
 
-/// What the checker needs of an environment.
+/// The operations that the checker needs.
 trait Subject {
     fn reset(&mut self, seed: u64) -> Vec<f32>;
     fn step(&mut self, action: Action) -> Result<Step, EpisodeOver>;
@@ -80,7 +80,7 @@ impl Subject for Environment {
 /// Plays the task and reports the first violation of the contract.
 ///
 /// # Errors
-/// The violation, with what happened instead.
+/// The first violation.
 pub fn check(task: &Arc<Task>) -> Result<(), Violation> {
     check_subject(&mut Environment::new(task.clone()), task)
 }
@@ -98,7 +98,7 @@ fn check_subject(subject: &mut impl Subject, task: &Task) -> Result<(), Violatio
     check_clipping(subject)
 }
 
-/// An episode as the agent sees it.
+/// An episode as seen by the agent.
 #[derive(PartialEq)]
 struct Episode {
     start: Vec<f32>,
@@ -145,7 +145,7 @@ fn check_observation(observation: &[f32], task: &Task, when: &str) -> Result<(),
     })
 }
 
-/// Every term of the reward can apply in one action, the subgoals' several times.
+/// All reward terms can apply in one action, the subgoal reward several times.
 fn check_reward(step: &Step, task: &Task, when: &str) -> Result<(), Violation> {
     let rewards = &task.rules.rewards;
     let marker_subgoals = task.marker.as_ref().map_or(0, |marker| marker.subgoals.len());
@@ -195,7 +195,7 @@ fn check_seeding(subject: &mut impl Subject, task: &Task) -> Result<(), Violatio
     let first = subject.reset(0);
     let differs = (1..EPISODES).any(|seed| subject.reset(seed) != first);
     let has_noise = task.rules.start_noise > 0.0;
-    // Random shifts may be of parts that the observation does not have.
+    // Random shifts may affect parts that the observation does not contain.
     let may_differ = has_noise || !task.shifts.is_empty();
     expect(Contract::Seeding, if differs { may_differ } else { !has_noise }, || match has_noise {
         true => format!("{EPISODES} seeds give one start in spite of the noise"),
@@ -236,7 +236,7 @@ mod tests {
     use crate::task::shipped;
 
     #[test]
-    fn a_level_with_random_shifts_keeps_the_contract() {
+    fn a_level_with_random_shifts_meets_the_contract() {
         for name in ["create/Push-random", "create/Obstacle-random"] {
             let task = crate::task::load(name).unwrap();
             check(&Arc::new(task)).unwrap_or_else(|violation| panic!("{name}: {violation}"));
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn every_shipped_task_keeps_the_contract() {
+    fn every_shipped_task_meets_the_contract() {
         for mut task in shipped() {
             check(&Arc::new(task.clone())).unwrap_or_else(|violation| panic!("{}: {violation}", task.name));
             task.rules.start_noise = 0.05;
@@ -297,7 +297,7 @@ mod tests {
         assert_eq!(broken(|_, _, step| step.end = None), Err(Contract::End));
         assert_eq!(broken(|_, _, step| step.truncated = step.end.is_some()), Err(Contract::End));
         assert_eq!(broken(|resets, _, step| step.reward += 1e-3 * resets as f32), Err(Contract::Determinism));
-        // The counter of actions is no part of the snapshot.
+        // The action counter is not part of the snapshot.
         assert_eq!(broken(|_, actions, step| step.reward -= 1e-4 * actions as f32), Err(Contract::Snapshot));
         assert_eq!(broken(|_, _, step| step.placement = Placement::Overlap), Err(Contract::Clipping));
     }

@@ -1,37 +1,36 @@
-//! What an agent that chooses among tools sees: the objects of the scene with their properties,
-//! how far the episode is, and the action set.
+//! The observation of an agent with an action set: the objects of the scene with their properties, the progress of
+//! the episode, and the action set.
 
 use super::action_set::{ActionSet, TOOL_FEATURES, tool_features};
 use super::episode::{MARKER, Snapshot, TARGET, goal_object};
-use super::observation::VELOCITY_SCALE;
+use super::observation::{VELOCITY_SCALE, kept_tools};
 use crate::physics::{ACTION_SET, Motion, ObjectId, ToolKind, World, exact, to_normalised, to_units};
 use crate::task::{GoalShape, Task};
 
-/// Objects that are described, unless [`Environment::with_slots`](super::Environment::with_slots) says another
-/// number. Of more, the tools placed first drop out.
+/// Default number of object slots; see [`Environment::with_slots`](super::Environment::with_slots). If there are more
+/// objects, the earliest placed tools are dropped.
 pub const SCENE_SLOTS: usize = 48;
-/// Numbers of one object: one-hot of its role, in the order of [`ROLES`]; velocity x, y, position
-/// x, y, angular velocity, cosine and sine of the angle by which it has turned; then its properties,
-/// as [`tool_features`] has them. Balls, boxes and regions have no type.
+/// Features of one object: one-hot of its role, in the order of [`ROLES`]; velocity x, y; position x, y; angular
+/// velocity; cosine and sine of its rotation; then its properties as in [`tool_features`]. The one-hot of the tool
+/// type is all zeros for balls, boxes and regions.
 pub const SCENE_FEATURES: usize = ROLES.len() + MOTION_FEATURES + TOOL_FEATURES;
-/// What an object can be.
+/// The roles of objects.
 pub const ROLES: [&str; 8] = ["target", "marker", "ball", "box", "goal", "subgoal", "marker_subgoal", "tool"];
 const MOTION_FEATURES: usize = 7;
-/// Place in a description of the position of the target ball, which is the first object: x, then y.
+/// Index of the target ball's position (x, then y) in a description. The target is the first object.
 pub const TARGET_POSITION: usize = ROLES.len() + 2;
 
 /// A part of an observation vector.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct ObservationPart {
-    /// `objects`, `progress` and `tools`; or `objects` and `stage` where the agent has the task's
-    /// own tool alone.
+    /// `objects`, `progress` and `tools`, or `objects` and `stage` if the agent has only the task's own tool.
     pub name: &'static str,
-    /// Its shape; parts follow one another.
+    /// Its shape; the parts are concatenated.
     pub shape: Vec<usize>,
 }
 
-/// Flags of progress: subgoals reached by the target and by the marker, whether the target counts
-/// as moved, whether the goal has been reached; then the share of the actions that are used up.
+/// Length of the progress part: flags for each subgoal reached by the target and by the marker, for whether the
+/// target counts as moved and whether the goal has been reached; then the fraction of actions used.
 fn progress_len(task: &Task) -> usize {
     task.subgoals.len() + task.marker.as_ref().map_or(0, |marker| marker.subgoals.len()) + 3
 }
@@ -45,7 +44,7 @@ pub(super) fn description_parts(task: &Task, slots: usize) -> Vec<ObservationPar
     ]
 }
 
-/// Describes an episode in so many slots, and an action set, of which the first [`ACTION_SET`] tools count.
+/// Describes an episode, with `slots` object slots, and the first [`ACTION_SET`] tools of an action set.
 pub(super) fn describe(task: &Task, now: &Snapshot, set: &ActionSet, slots: usize) -> Vec<f32> {
     let objects = slots * SCENE_FEATURES;
     let length = objects + progress_len(task) + ACTION_SET * TOOL_FEATURES;
@@ -66,7 +65,7 @@ pub(super) fn describe(task: &Task, now: &Snapshot, set: &ActionSet, slots: usiz
     numbers
 }
 
-/// Objects as they are written, as long as there is room.
+/// Writes objects until the slots are full.
 struct Scene<'a> {
     numbers: &'a mut Vec<f32>,
     free: usize,
@@ -86,7 +85,7 @@ impl Scene<'_> {
         self.numbers.extend(properties);
     }
 
-    /// Balls and boxes, by their index in the world.
+    /// Balls and boxes, in the order of their index in the world.
     fn push_movers(&mut self, task: &Task, world: &World) {
         let goal = goal_object(task);
         for index in 0..world.ball_count() {
@@ -99,40 +98,35 @@ impl Scene<'_> {
                 _ => "ball",
             };
             let properties =
-                form(material.radius, Some([material.elasticity, material.friction, material.mass / 10.0]));
+                properties(material.radius, Some([material.elasticity, material.friction, material.mass / 10.0]));
             self.push(role, &world.motion(index), properties);
         }
     }
 
-    /// The goal that does not move, and the subgoals that have not been reached.
+    /// The goal, unless it is a ball, and the subgoals not yet reached.
     fn push_regions(&mut self, task: &Task, now: &Snapshot) {
         let rest = |position: [f32; 2]| Motion::at_rest(to_units(position.map(exact)));
         if task.goal.shape != GoalShape::Ball {
-            self.push("goal", &rest(task.goal.position), form(task.goal.radius, None));
+            self.push("goal", &rest(task.goal.position), properties(task.goal.radius, None));
         }
         let marker = task.marker.iter().flat_map(|marker| &marker.subgoals);
         let target = task.subgoals.iter().zip(now.reached()).map(|pair| ("subgoal", pair));
         let marker = marker.zip(now.reached_by_marker()).map(|pair| ("marker_subgoal", pair));
         for (role, (region, _)) in target.chain(marker).filter(|(_, (_, reached))| !**reached) {
-            self.push(role, &rest(region.position), form(region.radius, None));
+            self.push(role, &rest(region.position), properties(region.radius, None));
         }
     }
 
-    /// Tools of the scene, then those the agent placed, of which the newest are kept.
     fn push_tools(&mut self, task: &Task, world: &World) {
-        let fixed = task.tools.len();
-        let dropped = world.tools().len().saturating_sub(self.free);
-        for (index, tool) in world.tools().enumerate() {
-            if index < fixed || index >= fixed + dropped {
-                let motion = world.plank(index).0.unwrap_or(Motion::at_rest(tool.position));
-                self.push("tool", &motion, tool_features(Some(tool)));
-            }
+        for (index, tool) in kept_tools(world, task.tools.len(), self.free) {
+            let motion = world.plank(index).0.unwrap_or(Motion::at_rest(tool.position));
+            self.push("tool", &motion, tool_features(Some(tool)));
         }
     }
 }
 
-/// Properties of what is no tool: its radius or half side; elasticity, friction and mass.
-fn form(radius: f32, material: Option<[f32; 3]>) -> [f32; TOOL_FEATURES] {
+/// Properties of an object that is not a tool: radius or half side; elasticity, friction and mass.
+fn properties(radius: f32, material: Option<[f32; 3]>) -> [f32; TOOL_FEATURES] {
     let mut features = [0.0; TOOL_FEATURES];
     let properties = &mut features[ToolKind::ALL.len()..];
     properties[0] = radius / 20.0;
@@ -142,7 +136,7 @@ fn form(radius: f32, material: Option<[f32; 3]>) -> [f32; TOOL_FEATURES] {
     features
 }
 
-/// Least and greatest value of every number: flags are 0 or 1, others have no bounds.
+/// Lower and upper bounds of every number: 0 and 1 for flags, infinite for the others.
 pub(super) fn description_bounds(task: &Task, slots: usize) -> [Vec<f32>; 2] {
     const PROPERTIES: usize = ROLES.len() + MOTION_FEATURES;
     let is_kind = |column: usize| column < ToolKind::ALL.len();

@@ -13,12 +13,12 @@ use super::observation::{observation_bounds, observation_len, observation_parts,
 use crate::physics::{BallState, ToolSplit, World};
 use crate::task::Task;
 
-/// What a reset draws: with it an episode can be begun again.
+/// The random draws of a reset, from which the episode can be started again.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Start {
-    /// How far noise shifts the ball, normalised.
+    /// Start noise: shift of the ball, normalised.
     pub shift: [f32; 2],
-    /// How far each of the task's random shifts goes, normalised.
+    /// The drawn value of each of the task's random shifts, normalised.
     pub shifts: Vec<[f32; 2]>,
     /// Numbers of the tools in the action set, if one is drawn.
     pub tools: Vec<usize>,
@@ -26,32 +26,31 @@ pub struct Start {
 
 /// A task being played.
 ///
-/// The agent has the task's own tool, or chooses among tools: see [`with_tools`](Self::with_tools).
+/// The agent has either the task's own tool or an action set; see [`with_tools`](Self::with_tools).
 #[derive(Debug, Clone)]
 pub struct Environment {
-    /// The task as it was loaded, and as it is played, with its random shifts carried out.
+    /// `loaded` is the task as loaded, `task` the task being played, with its random shifts applied.
     loaded: Arc<Task>,
     task: Arc<Task>,
     start: Start,
     split: Option<ToolSplit>,
-    /// None if the agent has the task's own tool.
+    /// The action set; None if the agent has the task's own tool.
     set: Option<ActionSet>,
-    /// Objects that are described to an agent that chooses among tools.
+    /// Object slots in the observation of an agent with an action set.
     slots: usize,
-    /// The start of every episode, where it is the same for all.
+    /// The start of every episode, if all start alike.
     first: Option<Arc<Snapshot>>,
     now: Snapshot,
-    pictures: Option<Arc<Pictures>>,
+    pub(super) pictures: Option<Arc<Pictures>>,
 }
 
 impl Environment {
-    /// The environment of a task, at its start without noise.
+    /// An environment at the task's start without noise.
     pub fn new(task: Arc<Task>) -> Self {
         Self::shifted(task, [0.0; 2])
     }
 
-    /// The environment of a task at a start that noise has shifted, as
-    /// [`Environment::shift`] reported it for an earlier episode.
+    /// An environment at a start shifted by noise, as [`Environment::shift`] reported it for an earlier episode.
     pub fn shifted(task: Arc<Task>, shift: [f32; 2]) -> Self {
         let now = Snapshot::new(&task, shift);
         let start = Start { shift, ..Start::default() };
@@ -70,59 +69,59 @@ impl Environment {
         }
     }
 
-    /// The agent chooses among an action set of CREATE's tools, which every [`reset`](Self::reset)
-    /// draws anew, as CREATE does: the no-op and 39 tools of the split. Before the first reset the
-    /// set is empty. Actions are [`Choice`]s, and observations describe the set.
+    /// Gives the agent an action set of CREATE's tools. As in CREATE, every [`reset`](Self::reset) draws a new one:
+    /// the no-op and 39 tools of the split. The set is empty before the first reset. Actions are then [`Choice`]s,
+    /// and observations describe the set.
     #[must_use]
     pub fn with_tools(self, split: ToolSplit) -> Self {
         Self { split: Some(split), set: Some(ActionSet::default()), ..self }
     }
 
-    /// The agent chooses among these tools in every episode; without any it has the task's own.
+    /// Gives the agent the same action set in every episode; None gives it the task's own tool.
     #[must_use]
     pub fn with_action_set(self, set: impl Into<Option<ActionSet>>) -> Self {
         Self { split: None, set: set.into(), ..self }
     }
 
-    /// Describes so many objects to an agent that chooses among tools. Of more, the tools placed first
-    /// drop out.
+    /// Sets the number of object slots in the observation of an agent with an action set. If there are more objects,
+    /// the earliest placed tools are dropped.
     #[must_use]
     pub fn with_slots(self, slots: usize) -> Self {
         Self { slots, ..self }
     }
 
-    /// Draws CREATE's own pictures of tools, with which images are those of CREATE.
+    /// Draws tools with CREATE's own pictures, so that images equal CREATE's.
     #[must_use]
     pub fn with_pictures(self, pictures: Arc<Pictures>) -> Self {
         Self { pictures: Some(pictures), ..self }
     }
 
-    /// From which tools an action set is drawn, if one is.
+    /// The split from which action sets are drawn, if they are drawn.
     pub fn split(&self) -> Option<ToolSplit> {
         self.split
     }
 
-    /// The tools among which the agent chooses; none where it has the task's own tool.
+    /// The agent's action set; None if it has the task's own tool.
     pub fn action_set(&self) -> Option<&ActionSet> {
         self.set.as_ref()
     }
 
-    /// What the reset of the present episode drew.
+    /// The random draws of the current episode's reset.
     pub fn start(&self) -> &Start {
         &self.start
     }
 
-    /// How far noise has shifted the start of the present episode, normalised.
+    /// How far noise has shifted the start of the current episode, normalised.
     pub fn shift(&self) -> [f32; 2] {
         self.start.shift
     }
 
-    /// The task being played; with its random shifts carried out, if it has any.
+    /// The task being played, with its random shifts applied.
     pub fn task(&self) -> &Arc<Task> {
         &self.task
     }
 
-    /// The task as it was loaded, from which every reset begins.
+    /// The task as loaded, without random shifts; every reset begins from it.
     pub fn loaded_task(&self) -> &Arc<Task> {
         &self.loaded
     }
@@ -137,7 +136,7 @@ impl Environment {
         self.observation()
     }
 
-    /// Starts an episode as an earlier one of the same task started.
+    /// Starts an episode from the start of an earlier one of the same task.
     pub fn begin(&mut self, start: Start) {
         if !self.loaded.shifts.is_empty() {
             self.task = Arc::new(self.loaded.shifted(&start.shifts));
@@ -146,7 +145,7 @@ impl Environment {
             self.set = Some(ActionSet::of_catalogue(&start.tools));
         }
         match &self.first {
-            // Into the memory of the episode before, which is as large as this one will need.
+            // Reuses the previous episode's memory, which has the size needed.
             Some(first) if start.shift == [0.0; 2] => self.now.clone_from(first),
             _ => self.now = Snapshot::new(&self.task, start.shift),
         }
@@ -158,14 +157,14 @@ impl Environment {
         &self.now
     }
 
-    /// Goes on from a snapshot of an environment of the same task.
+    /// Continues from a snapshot of an environment of the same task.
     pub fn restore(&mut self, snapshot: &Snapshot) {
         self.now.clone_from(snapshot);
     }
 
-    /// The current observation: vectors of objects and the next stage, or, where the agent chooses
-    /// among tools, a description with their properties. [`observation_parts`](Self::observation_parts)
-    /// names what is in it.
+    /// The current observation: object vectors and the next stage or, for an agent with an action set, a description
+    /// of the objects' properties, the progress and the tools. [`observation_parts`](Self::observation_parts) lists
+    /// its parts.
     pub fn observation(&self) -> Vec<f32> {
         if let Some(set) = &self.set {
             return describe(&self.task, &self.now, set, self.slots);
@@ -175,7 +174,7 @@ impl Environment {
         observation
     }
 
-    /// Writes the current [`observation`](Self::observation) to a row of its length.
+    /// Writes the current [`observation`](Self::observation) to `row`, which has exactly its length.
     pub fn write_observation(&self, row: &mut [f32]) {
         match &self.set {
             Some(set) => row.copy_from_slice(&describe(&self.task, &self.now, set, self.slots)),
@@ -183,7 +182,8 @@ impl Environment {
         }
     }
 
-    /// Draws the scene as CREATE's observations have it: rows from the top, mirrored, three bytes a pixel.
+    /// Draws the scene like CREATE's image observations: rows from the top, mirrored left to right, three bytes per
+    /// pixel.
     pub fn draw(&self, pixels: &mut [u8; IMAGE_LEN]) {
         image::draw(&self.task, &self.now, self.pictures.as_deref(), pixels);
     }
@@ -201,7 +201,7 @@ impl Environment {
         self.observation_parts().iter().map(|part| part.shape.iter().product::<usize>()).sum()
     }
 
-    /// Least and greatest values of observations; what has no bound is infinite.
+    /// Lower and upper bounds of observations; unbounded values are infinite.
     pub fn observation_bounds(&self) -> [Vec<f32>; 2] {
         match self.set {
             None => observation_bounds(&self.task),
@@ -209,8 +209,8 @@ impl Environment {
         }
     }
 
-    /// Places the tool that the action asks for if it may be placed, then lets the world run for
-    /// one action interval. The no-op, and an index that is not in the action set, place nothing.
+    /// Places the tool that the action asks for, if it may be placed, then runs the world for one action interval.
+    /// The no-op and an index outside the action set place nothing.
     ///
     /// # Errors
     /// When the episode is over.
@@ -218,7 +218,7 @@ impl Environment {
         self.step_watched(action, |_| {})
     }
 
-    /// Like [`Environment::step`]; `watch` sees the world after every physics step.
+    /// Like [`Environment::step`], calling `watch` with the world after every physics step.
     ///
     /// # Errors
     /// When the episode is over.
@@ -228,8 +228,8 @@ impl Environment {
         Ok(step)
     }
 
-    /// Like [`Environment::step`], with an empty observation: for callers that have a row to
-    /// [write](Self::write_observation) it to.
+    /// Like [`Environment::step`], but leaves the observation empty, for callers that
+    /// [write](Self::write_observation) it to their own row.
     ///
     /// # Errors
     /// When the episode is over.
@@ -238,10 +238,7 @@ impl Environment {
     }
 
     fn act(&mut self, action: Choice, mut watch: impl FnMut(&World)) -> Result<Step, EpisodeOver> {
-        if self.now.end().is_some() {
-            return Err(EpisodeOver);
-        }
-        let mut step = self.begin_step(action);
+        let mut step = self.begin_step(action)?;
         for _ in 0..self.task.rules.steps_per_action {
             self.now.advance(&self.task, &mut step);
             watch(self.now.world());
@@ -250,9 +247,8 @@ impl Environment {
         Ok(step)
     }
 
-    /// An imagined step: places the tool if it may be placed, then puts the ball where a
-    /// model predicts it after the action. `hit` says that it reached the next stage on the
-    /// way. The rules are those of [`step`](Self::step).
+    /// An imagined step: places the tool, if it may be placed, then moves the ball to its predicted state after the
+    /// action. `hit` means that it reached the next stage on the way. The rules are those of [`step`](Self::step).
     ///
     /// # Errors
     /// When the episode is over.
@@ -262,10 +258,7 @@ impl Environment {
         ball: BallState,
         hit: bool,
     ) -> Result<Step, EpisodeOver> {
-        if self.now.end().is_some() {
-            return Err(EpisodeOver);
-        }
-        let mut step = self.begin_step(action.into());
+        let mut step = self.begin_step(action.into())?;
         self.now.set_ball(ball);
         if hit {
             self.now.reach_stage(&self.task, &mut step);
@@ -275,8 +268,11 @@ impl Environment {
         Ok(step)
     }
 
-    /// A step in which nothing has happened yet but the placement.
-    fn begin_step(&mut self, Choice { tool, place }: Choice) -> Step {
+    /// The step right after the placement, before any physics.
+    fn begin_step(&mut self, Choice { tool, place }: Choice) -> Result<Step, EpisodeOver> {
+        if self.now.end().is_some() {
+            return Err(EpisodeOver);
+        }
         let placement = match &self.set {
             None if tool == 0 => self.now.place(&self.task, place),
             None => Placement::Invalid,
@@ -288,7 +284,7 @@ impl Environment {
         };
         let is_free = matches!(placement, Placement::Placed | Placement::NoOp);
         let blocked = if is_free { 0.0 } else { self.task.rules.rewards.blocked };
-        Step {
+        Ok(Step {
             observation: Vec::new(),
             reward: self.task.rules.rewards.step + blocked,
             terminated: false,
@@ -298,7 +294,7 @@ impl Environment {
             subgoals: Vec::new(),
             goal: false,
             touched: Vec::new(),
-        }
+        })
     }
 }
 
@@ -312,7 +308,7 @@ mod tests {
     use crate::task;
 
     #[test]
-    fn an_imagined_step_with_the_true_outcome_is_the_step() {
+    fn an_imagined_step_with_the_true_outcome_equals_the_real_step() {
         let mut rng = ChaCha8Rng::seed_from_u64(0);
         for task in task::shipped() {
             let stages = task.stage_count();

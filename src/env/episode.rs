@@ -1,4 +1,4 @@
-//! One episode of a task: placements, physics, stages reached, reward, end.
+//! One episode of a task: placements, physics, stages reached, rewards, termination.
 
 use super::action::{Action, EndReason, Placement, Step};
 use crate::physics::{Ball, BallState, Motion, ObjectId, SCREEN, Sensor, Tool, World, exact, to_normalised, to_units};
@@ -9,7 +9,7 @@ pub(super) const TARGET: usize = 0;
 /// Index of the marker ball in the world of a task that has one.
 pub(super) const MARKER: usize = 1;
 
-/// The goal among the objects of the world.
+/// The goal's object in the world.
 pub(super) fn goal_object(task: &Task) -> ObjectId {
     match task.goal.shape {
         GoalShape::Ball => ObjectId::Ball(1 + usize::from(task.marker.is_some())),
@@ -27,11 +27,11 @@ pub fn ball_names(task: &Task) -> Vec<String> {
 }
 
 /// Index of the first subgoal's sensor; the marker's subgoals come after the target's.
-fn first_subgoal(task: &Task) -> usize {
+pub(super) fn first_subgoal(task: &Task) -> usize {
     usize::from(matches!(goal_object(task), ObjectId::Sensor(_)))
 }
 
-/// Everything that changes during an episode. Cheap enough to take by the thousand.
+/// Everything that changes during an episode. Cheap to clone.
 #[derive(Debug)]
 pub struct Snapshot {
     world: World,
@@ -87,12 +87,12 @@ impl Snapshot {
         }
     }
 
-    /// The world as it is.
+    /// The current world.
     pub fn world(&self) -> &World {
         &self.world
     }
 
-    /// The world, for tests to change.
+    /// The world, mutable for tests.
     #[cfg(test)]
     pub(super) fn world_mut(&mut self) -> &mut World {
         &mut self.world
@@ -123,7 +123,8 @@ impl Snapshot {
         self.goal
     }
 
-    /// The next stage: the first subgoal not reached, or their number for the goal.
+    /// Index of the next stage: the first subgoal not reached or, if all are, the number of subgoals, which stands
+    /// for the goal.
     pub fn stage(&self) -> usize {
         self.reached.iter().position(|reached| !reached).unwrap_or(self.reached.len())
     }
@@ -143,7 +144,7 @@ impl Snapshot {
         self.end
     }
 
-    /// Every reason why the episode is over, in CREATE's order: more than one may apply.
+    /// All reasons why the episode is over, in CREATE's order: several may apply.
     pub fn end_reasons(&self) -> &[EndReason] {
         &self.reasons
     }
@@ -158,12 +159,12 @@ impl Snapshot {
         if !action.iter().all(|value| value.is_finite()) {
             return Placement::Invalid;
         }
-        let action = action.map(|value| value.clamp(-1.0, 1.0));
+        let (action, tool) = clipped(tool, action);
         let distance = |other: &Action| (action[0] - other[0]).hypot(action[1] - other[1]);
         if self.placed.iter().any(|other| distance(other) <= task.rules.overlap_threshold) {
             return Placement::Overlap;
         }
-        match self.world.obstruction(&tool.at(to_units(action.map(f64::from)))) {
+        match self.world.obstruction(&tool) {
             Some(_) => Placement::Collision,
             None => Placement::Placed,
         }
@@ -171,11 +172,10 @@ impl Snapshot {
 
     /// The first object that a tool would overlap at `action`.
     pub(super) fn obstruction(&self, tool: &Tool, action: Action) -> Option<ObjectId> {
-        let action = action.map(|value| value.clamp(-1.0, 1.0));
-        self.world.obstruction(&tool.at(to_units(action.map(f64::from))))
+        self.world.obstruction(&clipped(tool, action).1)
     }
 
-    /// Puts the target ball into another state of motion, as a model predicts it.
+    /// Sets the motion of the target ball, such as a model's prediction.
     pub fn set_ball(&mut self, state: BallState) {
         self.world.set_ball(TARGET, state);
     }
@@ -188,8 +188,7 @@ impl Snapshot {
     /// Places a tool at `action` if it may be placed there.
     pub fn place_tool(&mut self, task: &Task, tool: &Tool, action: Action) -> Placement {
         let placement = self.check_tool(task, tool, action);
-        let action = action.map(|value| value.clamp(-1.0, 1.0));
-        let tool = tool.at(to_units(action.map(f64::from)));
+        let (action, tool) = clipped(tool, action);
         match placement {
             Placement::Placed => {
                 self.world.add_tool(tool);
@@ -201,7 +200,7 @@ impl Snapshot {
         placement
     }
 
-    /// Runs one physics step and notes what it brought: touches, stages, the goal.
+    /// Runs one physics step and records touches, stages and the goal.
     pub(super) fn advance(&mut self, task: &Task, step: &mut Step) {
         self.world.step();
         if !step.reached_stage() {
@@ -229,7 +228,7 @@ impl Snapshot {
         }
     }
 
-    /// Whether the latest physics step found the ball touching the object.
+    /// Whether the ball touched the object in the latest physics step.
     fn touches(&self, ball: usize, object: ObjectId) -> bool {
         self.world.touches().iter().any(|touch| touch.ball == ball && touch.object == object)
     }
@@ -259,7 +258,7 @@ impl Snapshot {
         step.reward += self.worth(task, task.rules.rewards.subgoal).max(0.0);
     }
 
-    /// Counts the next stage as reached, as a model predicts it.
+    /// Counts the next stage as reached, when a model predicts it.
     pub(super) fn reach_stage(&mut self, task: &Task, step: &mut Step) {
         match self.stage() {
             goal if goal == self.reached.len() => self.reach_goal(task, step),
@@ -267,7 +266,7 @@ impl Snapshot {
         }
     }
 
-    /// The marker's subgoals, at the end of an action.
+    /// Checks the marker's subgoals at the end of an action.
     fn check_marker_subgoals(&mut self, task: &Task, step: &mut Step) {
         for index in 0..self.reached_by_marker.len() {
             let sensor = first_subgoal(task) + self.reached.len() + index;
@@ -290,7 +289,7 @@ impl Snapshot {
         step.reward += self.worth(task, task.rules.rewards.goal);
     }
 
-    /// A reward less the cost of the tools placed so far.
+    /// A reward minus the cost of the tools placed so far.
     fn worth(&self, task: &Task, reward: f32) -> f32 {
         reward - task.rules.rewards.cost_per_tool * self.placed.len() as f32
     }
@@ -353,7 +352,7 @@ impl Snapshot {
         by_weight.into_iter().find(|reason| self.reasons.contains(reason))
     }
 
-    /// Whether nothing moves: balls, boxes and planks.
+    /// Whether all balls, boxes and planks are at rest.
     fn rests(&self, task: &Task) -> bool {
         let is_slow = |motion: Motion| BallState::from(motion).speed() < task.rules.min_speed;
         let ball_rests = |ball: usize| {
@@ -364,7 +363,7 @@ impl Snapshot {
     }
 }
 
-/// The world of a task at its start, with another target ball.
+/// The world at the start of a task, with the given target ball.
 fn world(task: &Task, target: &BallSpec) -> World {
     let mut world = World::new(task.rules.gravity);
     let (mut balls, mut sensors) = (Vec::new(), Vec::new());
@@ -401,11 +400,10 @@ fn world(task: &Task, target: &BallSpec) -> World {
         }
     }
     if !task.order.is_empty() {
-        // Others know balls and sensors by the usual order.
-        let usual = Task { order: Vec::new(), ..task.clone() }.parts();
+        // Other code indexes balls and sensors in the usual order.
         let arranged = |added: &[(Part, usize)]| -> Vec<usize> {
-            let index = |part: &Part| added.iter().find(|(other, _)| other == part).map(|(_, index)| *index);
-            usual.iter().filter_map(index).collect()
+            let index = |part| added.iter().find(|(other, _)| *other == part).map(|(_, index)| *index);
+            task.usual_parts().filter_map(index).collect()
         };
         world.arrange(&arranged(&balls), &arranged(&sensors));
     }
@@ -427,7 +425,13 @@ fn goal_sensor(goal: &Goal) -> Option<Sensor> {
     }
 }
 
-/// A place of a task, in units.
+/// An action clipped to the screen, and the tool there.
+fn clipped(tool: &Tool, action: Action) -> (Action, Tool) {
+    let action = action.map(|value| value.clamp(-1.0, 1.0));
+    (action, tool.at(to_units(action.map(f64::from))))
+}
+
+/// A normalised position, in units.
 fn place(position: [f32; 2]) -> [f64; 2] {
     to_units(position.map(exact))
 }

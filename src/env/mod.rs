@@ -1,10 +1,10 @@
 //! The environment: reset, step, observation, reward, termination.
 //!
-//! An agent has the task's own tool, or chooses among an action set of CREATE's tools; then an action
-//! is a [`Choice`] of a tool and a place, and observations describe the tools and the scene.
+//! An agent has either the task's own tool or an action set of CREATE's tools. With an action set, an action is a
+//! [`Choice`] of a tool and a position, and observations describe the tools and the scene.
 //!
-//! Meanings are Gymnasium's: an episode is *terminated* by the task itself (goal, ball
-//! out of the screen or standing still) and *truncated* by the limit of actions.
+//! Terms are those of Gymnasium: an episode is *terminated* by the task itself (goal reached, ball out of the screen,
+//! standstill) and *truncated* by the maximum number of actions.
 
 mod action;
 mod action_set;

@@ -1,16 +1,16 @@
-//! What the agent sees: the padded collection of object feature vectors (paper,
-//! section 5.1), then which stage comes next.
+//! The observation: the padded collection of object feature vectors (paper, section 5.1), then a one-hot of the next
+//! stage.
 
 use super::description::ObservationPart;
-use crate::physics::{BallState, ToolKind, World, to_normalised};
+use crate::physics::{BallState, Tool, ToolKind, World, to_normalised};
 use crate::task::Task;
 
 /// Features of one object: velocity x, y; position x, y; one-hot type (ball, then
 /// [`ToolKind::PAPER`]).
 pub const OBJECT_FEATURES: usize = 4 + 1 + ToolKind::PAPER.len();
-/// Objects in an observation. Of more, the tools placed first drop out.
+/// Object slots in an observation. If there are more objects, the earliest placed tools are dropped.
 pub const OBJECT_SLOTS: usize = 16;
-/// Place in the observation of the position of the first ball, which starts the task: x, then y.
+/// Index of the position (x, then y) of the first ball, the target, in an observation.
 pub const BALL_POSITION: usize = 2;
 /// Velocities are divided by this many units/s.
 pub const VELOCITY_SCALE: f32 = 10.0;
@@ -29,8 +29,8 @@ pub(super) fn observation_parts(task: &Task) -> Vec<ObservationPart> {
     ]
 }
 
-/// Least and greatest values of a task's observations. Positions may leave the screen for a moment
-/// and velocities have no bound, so that theirs are infinite; one-hots have.
+/// Lower and upper bounds of a task's observations: infinite for positions, which may leave the screen for a moment,
+/// and for velocities; 0 and 1 for one-hots.
 pub fn observation_bounds(task: &Task) -> [Vec<f32>; 2] {
     let is_one_hot = |index: usize| index >= OBJECT_SLOTS * OBJECT_FEATURES || index % OBJECT_FEATURES >= 4;
     [(f32::NEG_INFINITY, 0.0), (f32::INFINITY, 1.0)].map(|(unbounded, bound)| {
@@ -38,8 +38,8 @@ pub fn observation_bounds(task: &Task) -> [Vec<f32>; 2] {
     })
 }
 
-/// Writes the balls, the scene's tools, the placed tools, zeros for empty slots, and the one-hot of the
-/// next stage to `observation`, which is as long as an observation.
+/// Writes to `observation`, which has exactly the observation's length: the balls, the scene's tools, the placed
+/// tools, zeros for empty slots, and the one-hot of the next stage.
 pub(super) fn observe(world: &World, fixed_tools: usize, stage: usize, observation: &mut [f32]) {
     observation.fill(0.0);
     let (objects, stages) = observation.split_at_mut(OBJECT_SLOTS * OBJECT_FEATURES);
@@ -52,18 +52,22 @@ pub(super) fn observe(world: &World, fixed_tools: usize, stage: usize, observati
     for (ball, slot) in of_balls.iter_mut().enumerate() {
         write_ball(&world.ball(ball), slot);
     }
-    let placed = world.tools().len() - fixed_tools;
-    let dropped = (fixed_tools + placed).saturating_sub(of_tools.len());
-    let keep = |index: &usize| *index < fixed_tools || *index >= fixed_tools + dropped;
-    let kept = world.tools().enumerate().filter(|(index, _)| keep(index));
+    let kept = kept_tools(world, fixed_tools, of_tools.len());
     for (slot, (_, tool)) in of_tools.iter_mut().zip(kept) {
         let [x, y] = to_normalised(tool.centre());
         (slot[2], slot[3]) = (x, y);
-        // Types beyond the paper's have no place.
+        // Tool types beyond the paper's have no one-hot entry.
         if let Some(kind) = slot.get_mut(5 + tool.kind.index()) {
             *kind = 1.0;
         }
     }
+}
+
+/// The tools of the scene, then those placed by the agent, with their indices; the earliest placed are dropped if there
+/// are more than `slots`.
+pub(super) fn kept_tools(world: &World, fixed: usize, slots: usize) -> impl Iterator<Item = (usize, &Tool)> {
+    let dropped = world.tools().len().saturating_sub(slots);
+    world.tools().enumerate().filter(move |(index, _)| *index < fixed || *index >= fixed + dropped)
 }
 
 fn write_ball(ball: &BallState, slot: &mut [f32; OBJECT_FEATURES]) {

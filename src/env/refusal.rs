@@ -1,7 +1,7 @@
 //! Why a tool cannot be placed, in words.
 
 use super::action::{Action, Placement};
-use super::episode::{Snapshot, ball_names, goal_object};
+use super::episode::{Snapshot, ball_names, first_subgoal, goal_object};
 use crate::physics::{ObjectId, Tool};
 use crate::task::Task;
 
@@ -31,8 +31,7 @@ fn name(task: &Task, object: ObjectId) -> String {
             format!("the {}", ball_names(task).get(index).map_or("ball", String::as_str).replace('_', " "))
         }
         ObjectId::Sensor(index) => {
-            let first = usize::from(matches!(goal_object(task), ObjectId::Sensor(_)));
-            let place = index.saturating_sub(first);
+            let place = index.saturating_sub(first_subgoal(task));
             match place.checked_sub(task.subgoals.len()) {
                 None => format!("subgoal {}", place + 1),
                 Some(of_marker) => format!("subgoal {} of the marker", of_marker + 1),
@@ -56,7 +55,7 @@ mod tests {
     use crate::env::Environment;
 
     #[test]
-    fn what_is_in_the_way_is_named() {
+    fn the_obstructing_object_is_named() {
         let task = Arc::new(crate::task::load("task1").unwrap());
         let mut env = Environment::new(task.clone());
         let tool = task.placeable.tool([0.0; 2]);

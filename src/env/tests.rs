@@ -1,4 +1,4 @@
-//! The rules of an episode, one by one, each at its edge.
+//! The rules of an episode, each tested at its boundary.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use super::{Action, EndReason, Environment, OBJECT_FEATURES, OBJECT_SLOTS, Place
 use crate::physics::{BallState, SCREEN, to_normalised};
 use crate::task::{self, Task};
 
-/// A place far from where the ball of these tests goes.
+/// A position far from the path of the ball in these tests.
 const ASIDE: Action = [-0.9, 0.9];
 
 /// A task with a ball in the middle of a scene without gravity.
@@ -30,7 +30,7 @@ fn environment(changes: Value) -> Environment {
     Environment::new(Arc::new(task(changes)))
 }
 
-/// A position in units, as task files and actions have it.
+/// Normalises a position in units, as task files and actions need it.
 fn at(x: f32, y: f32) -> Action {
     to_normalised([x, y])
 }
@@ -45,14 +45,14 @@ fn touches_count_until_the_first_stage_is_reached() {
         (step.touched, step.subgoals)
     };
     assert_eq!(touched(json!([])), (vec![0], vec![]));
-    // In the way before the box.
+    // The subgoal lies before the box.
     assert_eq!(touched(json!([{"position": at(36.0, 44.0), "radius": 1.0}])), (vec![], vec![0]));
-    // In the way back from the box.
+    // The subgoal lies on the way back from the box.
     assert_eq!(touched(json!([{"position": at(33.0, 56.0), "radius": 5.0}])), (vec![0], vec![0]));
 }
 
 #[test]
-fn stages_count_in_their_order_only() {
+fn stages_count_only_in_order() {
     let scene = |in_order: bool| {
         environment(json!({
             "ball": {"position": at(15.0, 42.0), "velocity": [20.0, 0.0]},
@@ -76,7 +76,7 @@ fn stages_count_in_their_order_only() {
 }
 
 #[test]
-fn a_blocked_action_costs_its_reward() {
+fn a_blocked_action_adds_its_reward() {
     let rewards = json!({"gravity": [0.0, 0.0], "rewards": {"step": 0.5, "blocked": -0.2}});
     let mut env = environment(json!({"ball": {"position": [0.0, 0.0], "velocity": [1.0, 0.0]}, "rules": rewards}));
     for (action, placement, reward) in [
@@ -90,7 +90,7 @@ fn a_blocked_action_costs_its_reward() {
     }
 }
 
-/// Why and after how many actions a task's episode ends.
+/// The reason for the end of a task's episode, and its number of actions.
 fn end(task: Task) -> (EndReason, usize) {
     let mut env = Environment::new(Arc::new(task));
     let ends = std::iter::from_fn(|| env.step(ASIDE).ok().map(|step| step.end));
@@ -112,7 +112,7 @@ fn a_captured_ball_stands_still_if_the_rules_say_so() {
 }
 
 #[test]
-fn standstill_ends_the_episode_after_its_number_of_actions() {
+fn standstill_ends_the_episode_after_still_actions() {
     for actions in [1, 2, 3, 4] {
         let resting = task(json!({
             "ball": {"position": at(42.0, 25.0)},
@@ -150,7 +150,7 @@ fn the_screen_ends_at_its_edges() {
 }
 
 #[test]
-fn the_start_noise_is_two_uniform_numbers_of_the_stream_and_no_noise_takes_none() {
+fn start_noise_draws_two_uniform_numbers_and_no_noise_draws_none() {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     let mut env = environment(json!({"rules": {"start_noise": 0.25}}));
     for _ in 0..10 {
@@ -176,7 +176,7 @@ fn slots(observation: &[f32]) -> Vec<Action> {
 }
 
 #[test]
-fn of_more_objects_than_slots_the_tools_placed_first_drop_out() {
+fn if_objects_exceed_slots_the_earliest_placed_tools_are_dropped() {
     let fixed: Vec<Action> = (0..12).map(|index| at(4.0 + 6.5 * index as f32, 4.0)).collect();
     let tools: Vec<Value> = fixed.iter().map(|place| json!({"type": "box", "position": place, "size": 2})).collect();
     let mut env = environment(

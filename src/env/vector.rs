@@ -1,4 +1,4 @@
-//! Many environments of one task stepped together, each with random numbers of its own.
+//! Vectorised environments of one task, each with its own random numbers.
 
 use std::sync::Arc;
 
@@ -19,36 +19,35 @@ use crate::task::Task;
 #[cfg(test)]
 mod tests;
 
-/// Environments that a thread takes at once: a step takes microseconds, so that handing over
-/// a single one would cost as much.
+/// Minimum number of environments per thread: a step takes microseconds, about as long as handing over one
+/// environment.
 const AT_ONCE: usize = 16;
 
-/// What an environment does once its episode is over (the modes of Gymnasium's vector environments).
+/// What an environment does after the end of an episode (the autoreset modes of Gymnasium's vector environments).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Autoreset {
-    /// The next step ignores its action and begins the next episode, with reward 0.
+    /// The next step ignores its action and starts the next episode, with reward 0.
     NextStep,
-    /// The step that ends the episode begins the next one; the last observation is in
-    /// [`Outcome::ended`].
+    /// The step that ends the episode also starts the next one; the last observation is in [`Outcome::ended`].
     SameStep,
-    /// A step after the end is refused.
+    /// A step after the end is an error.
     Disabled,
 }
 
-/// What is known after a reset or a step, beyond the observation.
+/// The result of a reset or a step, apart from the observation.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Outcome {
     /// Reward of the step.
     pub reward: f32,
     /// The task itself ended the episode.
     pub terminated: bool,
-    /// The limit of actions ended the episode.
+    /// The maximum number of actions ended the episode.
     pub truncated: bool,
-    /// The episode as it is now.
+    /// The state of the current episode.
     pub info: Info,
-    /// The episode that this step ended, where the next one has already begun.
+    /// The episode that this step ended, if the next one has already started.
     pub ended: Option<Ended>,
-    /// The last image of that episode, if images are wanted.
+    /// The last image of that episode, if images are enabled.
     pub ended_image: Option<Vec<u8>>,
 }
 
@@ -57,13 +56,13 @@ pub struct Outcome {
 pub struct Ended {
     /// Its last observation.
     pub observation: Vec<f32>,
-    /// The facts about it.
+    /// Its final state.
     pub info: Info,
-    /// Numbers of the tools in its action set, where the agent chooses among tools.
+    /// Catalogue numbers of its action set, if it had one.
     pub tools: Vec<usize>,
 }
 
-/// Facts about an episode: what is known beyond observation and reward.
+/// Facts about an episode beyond observation and reward.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Info {
     /// The goal has been reached.
@@ -72,7 +71,7 @@ pub struct Info {
     pub subgoals: Vec<bool>,
     /// Tools placed so far.
     pub placed: usize,
-    /// What became of the latest action's tool.
+    /// Whether the latest action's tool was placed, and if not, why.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub placement: Option<Placement>,
     /// Why the episode is over, if it is.
@@ -81,14 +80,14 @@ pub struct Info {
 }
 
 impl Info {
-    /// The facts about the episode that is `now` there.
+    /// The facts about the episode `now`.
     pub fn of(now: &Snapshot, placement: Option<Placement>) -> Self {
         let mut info = Self::default();
         info.note(now, placement);
         info
     }
 
-    /// Becomes [`of`](Self::of), in the memory that it has.
+    /// Like [`of`](Self::of), but reuses its memory.
     fn note(&mut self, now: &Snapshot, placement: Option<Placement>) {
         self.goal = now.goal_reached();
         self.subgoals.clear();
@@ -99,7 +98,7 @@ impl Info {
     }
 }
 
-/// Why environments cannot be stepped, reset or restored. Nothing has changed then.
+/// Why environments cannot be stepped, reset or restored. Nothing has changed in that case.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum VectorError {
     /// No reset yet.
@@ -108,7 +107,7 @@ pub enum VectorError {
         /// Which one.
         index: usize,
     },
-    /// Its episode is over, and nothing begins the next one by itself.
+    /// The episode is over and is not reset automatically.
     #[error("the episode of environment {index} is over: reset that environment before the next step")]
     Over {
         /// Which one.
@@ -132,23 +131,23 @@ pub enum VectorError {
         /// Tools in the action set.
         count: usize,
     },
-    /// The state is of an environment with other tools.
+    /// The state belongs to an environment with other tools.
     #[error("the state is one with {found} tools, the environment has {wanted}: make one with the same tools")]
     OtherTools {
-        /// The state's.
+        /// The tools of the state.
         found: &'static str,
-        /// The environment's.
+        /// The tools of the environment.
         wanted: &'static str,
     },
-    /// There is no environment with this number.
+    /// There is no environment with this index.
     #[error("there is no environment {index}: the last of {count} is {}", count.saturating_sub(1))]
     NoSuch {
-        /// The number.
+        /// The index.
         index: usize,
-        /// Environments.
+        /// Number of environments.
         count: usize,
     },
-    /// The state is of another task.
+    /// The state belongs to another task.
     #[error("the state is one of `{found}`, the environment plays `{wanted}`: make an environment of that task")]
     OtherTask {
         /// Name of the state's task.
@@ -172,8 +171,7 @@ struct Player {
 #[derive(Debug, Clone)]
 pub struct State(Player);
 
-/// A state as text. The episode is played again when it is read: one start and one list of actions
-/// give one episode, bit by bit.
+/// A state as text. Reading it replays the episode: the start and the actions determine an episode exactly.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Recorded {
@@ -187,7 +185,7 @@ struct Recorded {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     tools: Vec<usize>,
     actions: Vec<Action>,
-    /// The tools that the actions asked for, where the agent chooses among some.
+    /// The tools that the actions chose, if the agent has an action set.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     chosen: Vec<usize>,
 }
@@ -198,7 +196,7 @@ impl State {
         self.0.env.loaded_task()
     }
 
-    /// The environment as it is.
+    /// The environment in this state.
     pub fn environment(&self) -> &Environment {
         &self.0.env
     }
@@ -221,10 +219,10 @@ impl State {
         serde_json::to_string(&recorded).expect("a state is plain data")
     }
 
-    /// Reads a state of a task that [`to_json`](Self::to_json) wrote.
+    /// Parses a state of `task` written by [`to_json`](Self::to_json).
     ///
     /// # Errors
-    /// When the text is no state.
+    /// When the text is not a state of this task.
     pub fn parse(text: &str, task: &Arc<Task>) -> Result<Self, serde_json::Error> {
         let Recorded { rng, begun, shift, shifts, split, tools, actions, chosen } = serde_json::from_str(text)?;
         let mut env = Environment::new(task.clone());
@@ -256,12 +254,12 @@ pub struct VectorEnvironment {
 }
 
 impl VectorEnvironment {
-    /// `count` environments of a task, none of which has begun an episode.
+    /// `count` environments of a task; each needs a reset before its first step.
     pub fn new(task: Arc<Task>, count: usize, autoreset: Autoreset) -> Self {
         Self::of(Environment::new(task), count, autoreset)
     }
 
-    /// As [`new`](Self::new), where the agent chooses among tools: see [`Environment::with_tools`].
+    /// Like [`new`](Self::new), with action sets: see [`Environment::with_tools`].
     pub fn with_tools(task: Arc<Task>, tools: ToolSplit, count: usize, autoreset: Autoreset) -> Self {
         Self::of(Environment::new(task).with_tools(tools), count, autoreset)
     }
@@ -274,13 +272,13 @@ impl VectorEnvironment {
         Self { task, autoreset, split, has_images: false, players: vec![player; count], observation_len }
     }
 
-    /// Keeps the last image of an episode that a step ends and follows by the next one.
+    /// Keeps the last image of an episode when its final step also starts the next one.
     #[must_use]
     pub fn with_images(self) -> Self {
         Self { has_images: true, ..self }
     }
 
-    /// Draws CREATE's own pictures of tools.
+    /// Draws tools with CREATE's own pictures.
     #[must_use]
     pub fn with_pictures(mut self, pictures: &Arc<Pictures>) -> Self {
         for player in &mut self.players {
@@ -289,13 +287,13 @@ impl VectorEnvironment {
         self
     }
 
-    /// Draws all scenes as they are now, [`IMAGE_LEN`] bytes each, as [`Environment::draw`] does.
+    /// Draws all current scenes, [`IMAGE_LEN`] bytes each, like [`Environment::draw`].
     pub fn draw(&self, pixels: &mut [u8]) {
         let (images, _) = pixels.as_chunks_mut();
         self.players.iter().zip(images).for_each(|(player, image)| player.env.draw(image));
     }
 
-    /// As [`draw`](Self::draw), on the threads of the rayon pool that it is called in.
+    /// Like [`draw`](Self::draw), on the threads of the current rayon pool.
     pub fn par_draw(&self, pixels: &mut [u8]) {
         let (images, _) = pixels.as_chunks_mut();
         self.players.par_iter().zip(images).with_min_len(AT_ONCE).for_each(|(player, image)| player.env.draw(image));
@@ -316,7 +314,7 @@ impl VectorEnvironment {
         self.observation_len
     }
 
-    /// From which tools the agents' action sets are drawn, if they choose among tools.
+    /// The split from which action sets are drawn, if agents have them.
     pub fn split(&self) -> Option<ToolSplit> {
         self.split
     }
@@ -326,31 +324,31 @@ impl VectorEnvironment {
         self.players.first().map_or(Vec::new(), |player| player.env.observation_parts())
     }
 
-    /// Least and greatest values of observations; what has no bound is infinite.
+    /// Lower and upper bounds of observations; unbounded values are infinite.
     pub fn observation_bounds(&self) -> [Vec<f32>; 2] {
         self.players.first().map_or([const { Vec::new() }; 2], |player| player.env.observation_bounds())
     }
 
-    /// Tools among which an agent chooses, the no-op included; none if it has the task's own tool.
+    /// Size of an action set, the no-op included; None if agents have the task's own tool.
     pub fn tool_count(&self) -> Option<usize> {
         self.split.map(|_| ACTION_SET)
     }
 
-    /// The tools among which agents choose, by environment; nothing where they have the task's own.
+    /// The action sets by environment; empty if agents have the task's own tool.
     pub fn action_sets(&self) -> impl Iterator<Item = &ActionSet> {
         self.players.iter().filter_map(|player| player.env.action_set())
     }
 
-    /// What the latest reset or step brought, by environment.
+    /// The results of the latest reset or step, by environment.
     pub fn outcomes(&self) -> impl ExactSizeIterator<Item = &Outcome> + Clone {
         self.players.iter().map(|player| &player.outcome)
     }
 
-    /// Begins an episode in each environment that `mask` names (all without one), and writes the
-    /// observations of these. An environment with a seed starts its random numbers anew: one seed
-    /// gives the episodes of `mge env serve --seed`. One without goes on with its own.
+    /// Starts an episode in each environment selected by `mask` (in all if None), and writes the observations of
+    /// those environments. A seed restarts an environment's random numbers: one seed gives the same episodes as `mge
+    /// env serve --seed`. Without a seed the environment continues its own.
     ///
-    /// `observations` has a row for each environment.
+    /// `observations` has one row per environment.
     pub fn reset(&mut self, seeds: &[Option<u64>], mask: Option<&[bool]>, observations: &mut [f32]) {
         let rows = observations.chunks_mut(self.observation_len);
         for (index, ((player, seed), row)) in self.players.iter_mut().zip(seeds).zip(rows).enumerate() {
@@ -364,11 +362,11 @@ impl VectorEnvironment {
         }
     }
 
-    /// One action in each environment: a place, or a [`Choice`] of a tool and a place. The observations are written to `observations`, which has a
-    /// row for each environment; the rest is in [`outcomes`](Self::outcomes).
+    /// Takes one action in each environment: a position, or a [`Choice`] of a tool and a position. The observations
+    /// are written to `observations`, which has one row per environment; the rest is in [`outcomes`](Self::outcomes).
     ///
     /// # Errors
-    /// When an environment cannot take its action; then no environment has taken one.
+    /// When any environment cannot take its action; then none has taken one.
     pub fn step<A: Into<Choice> + Copy>(&mut self, actions: &[A], observations: &mut [f32]) -> Result<(), VectorError> {
         self.check(actions)?;
         let rows = observations.chunks_mut(self.observation_len);
@@ -378,7 +376,7 @@ impl VectorEnvironment {
         Ok(())
     }
 
-    /// As [`step`](Self::step), on the threads of the rayon pool that it is called in.
+    /// Like [`step`](Self::step), on the threads of the current rayon pool.
     ///
     /// # Errors
     /// As [`step`](Self::step).
@@ -423,10 +421,10 @@ impl VectorEnvironment {
         self.players.get(index).cloned().map(State).ok_or(missing)
     }
 
-    /// Puts an environment into a state, which may be that of another one, and writes its observation.
+    /// Restores a state, possibly that of another environment, and writes the observation.
     ///
     /// # Errors
-    /// When there is no such environment, or the state is of another task or with other tools.
+    /// When there is no such environment, or the state belongs to another task or to other tools.
     pub fn restore(&mut self, index: usize, state: &State, observation: &mut [f32]) -> Result<(), VectorError> {
         if *state.task() != self.task {
             let (found, wanted) = (state.task().name.clone(), self.task.name.clone());
@@ -438,13 +436,16 @@ impl VectorEnvironment {
         }
         let count = self.players.len();
         let player = self.players.get_mut(index).ok_or(VectorError::NoSuch { index, count })?;
+        // A state read from text has no pictures.
+        let pictures = player.env.pictures.take();
         player.clone_from(&state.0);
+        player.env.pictures = pictures;
         player.outcome = Outcome { info: player.info(None), ..Outcome::default() };
         observation.copy_from_slice(&player.env.observation());
         Ok(())
     }
 
-    /// The environment of this number.
+    /// The environment with this index.
     pub fn environment(&self, index: usize) -> Option<&Environment> {
         self.players.get(index).map(|player| &player.env)
     }
@@ -459,7 +460,7 @@ impl Player {
         Info::of(self.env.snapshot(), placement)
     }
 
-    /// Begins an episode and returns its first observation.
+    /// Starts an episode and returns its first observation.
     fn reset(&mut self) -> Vec<f32> {
         self.begun = true;
         self.actions.clear();

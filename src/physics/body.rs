@@ -1,4 +1,4 @@
-//! Bodies: what moves and how, and the ground.
+//! Bodies: balls, boxes, their motion, and the ground.
 
 use rapier2d::prelude::*;
 
@@ -6,10 +6,10 @@ use super::outline::{Bounds, Frame, Outline, direction};
 use super::units::DT;
 use crate::validation::{ValidationError, in_range};
 
-/// Index of the body of all that does not move.
+/// Index of the body of everything that does not move.
 pub(super) const GROUND: usize = 0;
 
-/// What a ball is made of.
+/// Size and material of a ball.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ball {
     /// Radius in units.
@@ -29,7 +29,7 @@ impl Default for Ball {
 }
 
 impl Ball {
-    /// Whether the numbers make a ball that can move in a world.
+    /// Checks that the ball can be added to a world.
     ///
     /// # Errors
     /// The first field, by name, whose number is not finite or out of range.
@@ -45,7 +45,7 @@ fn check_material(mass: f32, elasticity: f32, friction: f32) -> Result<(), Valid
     in_range(friction, "friction", 0.0, 100.0)
 }
 
-/// What a box that moves is made of.
+/// Size and material of a moving box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MovingBox {
     /// Side in units.
@@ -59,7 +59,7 @@ pub struct MovingBox {
 }
 
 impl MovingBox {
-    /// Whether the numbers make a box that can move in a world.
+    /// Checks that the box can be added to a world.
     ///
     /// # Errors
     /// The first field, by name, whose number is not finite or out of range.
@@ -69,7 +69,7 @@ impl MovingBox {
     }
 }
 
-/// How a body moves: units, units/s, radians (not wrapped), radians/s.
+/// Motion of a body: units, units/s, radians (not wrapped), radians/s.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Motion {
     /// Centre.
@@ -82,7 +82,7 @@ pub struct Motion {
     pub angular_velocity: f64,
 }
 
-/// A [`Motion`] in single precision, as networks and screens have it.
+/// A [`Motion`] in single precision, for networks and screens.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct BallState {
     /// Centre.
@@ -136,7 +136,7 @@ impl From<Motion> for BallState {
     }
 }
 
-/// A body: its motion, what acts on it and what is remembered about it.
+/// A body: its motion, the forces on it and its bookkeeping.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Body {
     pub position: Vector,
@@ -144,12 +144,12 @@ pub(super) struct Body {
     /// Not wrapped.
     pub angle: f64,
     pub spin: f64,
-    /// Cosine and sine of the angle; not kept of balls, which are the same however they have turned.
+    /// Cosine and sine of the angle; not updated for balls, whose shape does not depend on it.
     rotation: Vector,
-    /// Velocity that undoes overlap in the next step and never enters the velocity.
+    /// Velocity that removes overlap in the next step; never added to `velocity`.
     pub bias_velocity: Vector,
     pub bias_spin: f64,
-    /// Acts in this step only.
+    /// Force that acts in this step only.
     pub force: Vector,
     pub mass: f64,
     pub moment: f64,
@@ -160,18 +160,18 @@ pub(super) struct Body {
     /// Its shape in its own frame, if it has one, and that shape's index.
     pub outline: Option<Outline>,
     pub shape: u32,
-    /// Whether it is a disc that moves freely: rolling friction is for those.
+    /// Whether it is a ball, to which rolling friction applies.
     pub is_ball: bool,
     /// Whether a bucket has captured it.
     pub captured: bool,
-    /// The first of the bodies that it hangs together with, and the next of them; of those
-    /// that are awake only while a step looks for sleepers.
+    /// The first body of its group and the next body in the group. Awake bodies have these only while a step forms
+    /// groups.
     pub root: Option<u32>,
     pub next: Option<u32>,
 }
 
 impl Body {
-    /// The body of all that does not move.
+    /// The body of everything that does not move.
     pub fn ground() -> Self {
         let mut ground = Self::new(1.0, 1.0, Motion::default());
         (ground.inverse_mass, ground.inverse_moment) = (0.0, 0.0);
@@ -211,7 +211,7 @@ impl Body {
         }
     }
 
-    /// Puts it into another state of motion.
+    /// Sets its motion, and resets forces, idle time and capture.
     pub fn set_motion(&mut self, motion: Motion) {
         self.position = motion.position.into();
         self.velocity = motion.velocity.into();
@@ -250,20 +250,20 @@ impl Body {
         self.bias_spin = 0.0;
     }
 
-    /// Gravity and the force of this step.
+    /// Applies gravity and the force of this step.
     pub fn accelerate(&mut self, gravity: Vector) {
         self.velocity += (gravity + self.force * self.inverse_mass) * DT;
         self.force = Vector::ZERO;
     }
 
-    /// Counts one more idle step, or starts again. A body is idle while its energy is at
-    /// most what one step of gravity gives it.
+    /// Adds this step to the idle time, or resets it. A body is idle while its energy is at most what one step of
+    /// gravity gives it.
     pub fn count_idle(&mut self, squared_gain: f64) {
         let energy = self.velocity.length_squared() * self.mass + self.spin * self.spin * self.moment;
         self.idle = if energy > self.mass * squared_gain { 0.0 } else { self.idle + DT };
     }
 
-    /// Moves it somewhere, at rest and at angle 0.
+    /// Moves it to `position`, at rest and at angle 0.
     pub fn put_to_rest(&mut self, position: Vector) {
         self.position = position;
         self.velocity = Vector::ZERO;
@@ -295,7 +295,7 @@ impl Body {
         self.bias_spin += self.inverse_moment * arm.perp_dot(impulse);
     }
 
-    /// Inverse of the mass that an impulse in this direction at the end of an arm meets.
+    /// Inverse of the effective mass for an impulse in this direction at the end of an arm.
     pub fn inverse_mass_along(&self, arm: Vector, direction: Vector) -> f64 {
         let lever = arm.perp_dot(direction);
         self.inverse_mass + self.inverse_moment * lever * lever
@@ -305,13 +305,13 @@ impl Body {
 /// A shape in the world.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shape {
-    /// The number by which the engine knows it; counts up as shapes are added.
+    /// The engine's number of the shape; counts up as shapes are added.
     pub number: u64,
     pub outline: Outline,
     pub bounds: Bounds,
     /// Index of its body.
     pub body: u32,
-    /// Where the body of a shape that does not move stands.
+    /// Position of the body of a shape that does not move.
     pub origin: Vector,
     pub elasticity: f64,
     pub friction: f64,

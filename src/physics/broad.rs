@@ -1,21 +1,22 @@
-//! Which shapes may touch, in the engine's order.
+//! The broad phase: finds pairs of shapes that may touch, in the engine's order.
 //!
-//! Two bounding box trees: one of shapes that move, one of those that do not (sleeping ones
-//! included). The order in which pairs are found is the order in which contacts are solved, and
-//! ten iterations do not converge where two contacts act on one body: so the shape of the trees,
-//! the order of the table of moving leaves and that of remembered pairs are the engine's.
+//! There are two bounding box trees: one of moving shapes and one of resting shapes (sleeping ones included).
+//! Contacts are solved in the order in which pairs are found, and ten iterations do not converge where two contacts
+//! act on one body. Therefore the shape of the trees, the order of the table of moving leaves and the order of
+//! remembered pairs equal the engine's.
 
 use super::outline::Bounds;
 use rapier2d::prelude::Vector;
 
 /// No node, leaf or pair.
 const NONE: u32 = u32::MAX;
-/// A moving leaf's box is larger than its shape by this share of its size, or of its velocity.
+/// A moving leaf's box extends beyond its shape by this fraction of its size or, in the direction of motion, of its
+/// velocity if that is more.
 const MARGIN: f64 = 0.1_f32 as f64;
-/// Sizes of the table of moving leaves.
+/// Sizes that the table of moving leaves can have.
 const TABLE_SIZES: [usize; 9] = [5, 13, 23, 47, 97, 193, 389, 769, 1543];
 
-/// Two shapes that may touch, and the remembered pair they come from, if any.
+/// Two shapes that may touch, and the remembered pair they come from, or [`NONE`].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Candidate {
     pub first: u32,
@@ -23,7 +24,7 @@ pub(super) struct Candidate {
     pub pair: u32,
 }
 
-/// What the trees ask about a shape.
+/// Bounds and velocity of a shape.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Extent {
     pub bounds: Bounds,
@@ -46,7 +47,7 @@ enum Kind {
 #[derive(Debug, Clone, Copy)]
 struct Leaf {
     shape: u32,
-    /// When its box was renewed last.
+    /// The stamp of its box's latest renewal.
     stamp: u64,
     /// The newest of its pairs.
     pairs: u32,
@@ -55,7 +56,7 @@ struct Leaf {
     number: u64,
 }
 
-/// A pair of leaves, in the lists of both.
+/// A pair of leaves, linked into the pair lists of both.
 #[derive(Debug, Clone, Copy)]
 struct Pair {
     a: Thread,
@@ -79,10 +80,10 @@ pub(super) struct BroadPhase {
     free_pairs: Vec<u32>,
     moving: u32,
     resting: u32,
-    /// Moving leaves in bins by their number, the newest of a bin first.
+    /// Hash table of moving leaves by number; each bin is a list, newest first.
     table: Vec<u32>,
     entries: usize,
-    /// Leaf of each shape; [`NONE`] for those that are gone.
+    /// Leaf of each shape; [`NONE`] for removed shapes.
     leaves: Vec<u32>,
     stamp: u64,
 }
@@ -137,8 +138,7 @@ impl BroadPhase {
         self.stamp += 1;
     }
 
-    /// What is left of a moving shape that was added and removed at once: the table may have
-    /// grown.
+    /// The lasting effect of adding a moving shape and removing it at once: the table may have grown.
     pub fn make_room(&mut self) {
         self.entries += 1;
         self.grow_table();
@@ -158,8 +158,7 @@ impl BroadPhase {
         self.free_leaf(leaf);
     }
 
-    /// Renews the boxes of moving shapes that left theirs, and lists all pairs that may touch,
-    /// in the order in which they are to be solved.
+    /// Renews the boxes of moving shapes that left theirs, and lists all pairs that may touch, in solving order.
     pub fn update(&mut self, extent: impl Fn(u32) -> Extent, found: &mut Vec<Candidate>) {
         found.clear();
         if self.moving == NONE {
@@ -198,7 +197,7 @@ impl BroadPhase {
         self.leaf_mut(leaf).stamp = self.stamp;
     }
 
-    // Walking.
+    // Traversal.
 
     fn mark_subtree(&mut self, node: u32, found: &mut impl FnMut(Candidate)) {
         match self.nodes[node as usize].kind {
@@ -242,8 +241,8 @@ impl BroadPhase {
         }
     }
 
-    /// What of a subtree meets a leaf. To its left, pairs are only remembered: they are found
-    /// when the other leaf is marked.
+    /// Finds the leaves of a subtree that intersect a leaf. If the leaf is left of the subtree, pairs are only
+    /// remembered: they are reported when the other leaf is marked.
     fn query(&mut self, subtree: u32, leaf: u32, is_left: bool, found: &mut impl FnMut(Candidate)) {
         let node = self.nodes[subtree as usize];
         if !self.nodes[leaf as usize].bounds.intersects(&node.bounds) {
@@ -267,7 +266,7 @@ impl BroadPhase {
 
     // Trees.
 
-    /// Puts a leaf where it makes the boxes grow least; returns the subtree's root.
+    /// Inserts a leaf where the boxes grow least; returns the subtree's root.
     fn insert(&mut self, subtree: u32, leaf: u32) -> u32 {
         if subtree == NONE {
             return leaf;
@@ -289,7 +288,7 @@ impl BroadPhase {
         subtree
     }
 
-    /// Takes a leaf out; its sibling takes the parent's place. Returns the subtree's root.
+    /// Removes a leaf; its sibling takes the parent's place. Returns the subtree's root.
     fn remove(&mut self, subtree: u32, leaf: u32) -> u32 {
         if leaf == subtree {
             return NONE;
@@ -476,7 +475,7 @@ impl BroadPhase {
     }
 }
 
-/// A moving leaf's box: larger than the shape, so that it need not be renewed in every step.
+/// A moving leaf's box, larger than the shape so that it need not be renewed in every step.
 fn widened(extent: &Extent) -> Bounds {
     let Extent { bounds, velocity } = extent;
     let margin = (bounds.high - bounds.low) * MARGIN;

@@ -1,5 +1,5 @@
-//! CREATE's catalogue: 2,365 variants of tools and the no-op, generated from ranges, with the
-//! split into tools to train with and tools to test with.
+//! CREATE's catalogue: 2,365 tool variants and the no-op, generated from ranges, with the split into training,
+//! validation and test tools.
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;
@@ -17,8 +17,8 @@ pub const NO_OP: usize = 2365;
 /// Tools in an action set, the no-op included.
 pub const ACTION_SET: usize = 40;
 
-/// Lengths of runs of equal marks over the catalogue: `t` to train with, `v` to validate, `e`
-/// to test, `.` none of them. CREATE's split `full_clean`; `n`, the no-op, is in all.
+/// Run-length encoding of CREATE's split `full_clean` over the catalogue: `t` training, `v` validation, `e` test, `.`
+/// none. The no-op, `n`, is in all splits.
 const SPLITS: &str = "\
 400t40.2v2e2v5e1v1e1v1e1v1e1v2e3v2e3v2e2v2e2v2e1v1e1v1e4v2e1v1e2v3e2v2e2v1e3v2e1v1e3v2e2v4e9v6e2v1e1v2e2v2e2v1e1v2e2\
 v2e2v2e1v2e2v1e2v1e1v1e1v1e1v1e2v1e1v1e1v1e2v4e2v1e1v1e2v2e3v1e3v1e1v1e2v2e3v1e2v3e1v1e3v3e4v1e1v2e1v2e1v2e2v2e5v1e1\
@@ -36,7 +36,7 @@ pub enum ToolSplit {
     All,
     /// Tools to train with.
     Train,
-    /// Tools to choose settings with.
+    /// Tools for tuning settings.
     Validation,
     /// Tools to test with.
     Test,
@@ -82,8 +82,7 @@ impl ToolSplit {
         tools
     }
 
-    /// Draws an action set as CREATE does at every reset: the no-op, then tools that
-    /// differ, all equally likely.
+    /// Draws an action set as CREATE does at every reset: the no-op, then distinct tools, all equally likely.
     pub fn draw(self, rng: &mut impl Rng) -> Vec<usize> {
         let tools = self.tools();
         let drawn = index::sample(rng, tools.len(), ACTION_SET - 1);
@@ -93,7 +92,7 @@ impl ToolSplit {
 
 by_name!(ToolSplit, "tools");
 
-/// A tool of the catalogue, at the origin. None is the no-op, and whatever is not there.
+/// A tool of the catalogue, at the origin. None for the no-op and for numbers beyond the catalogue.
 pub fn catalogue_tool(number: usize) -> Option<&'static Tool> {
     static TOOLS: LazyLock<Vec<Tool>> = LazyLock::new(generate);
     TOOLS.get(number)
@@ -101,7 +100,7 @@ pub fn catalogue_tool(number: usize) -> Option<&'static Tool> {
 
 /// Evenly spaced numbers.
 fn range(first: f64, step: f64, count: usize) -> Vec<f64> {
-    // As numpy does: the step is what is left of it after the first addition.
+    // As in numpy, the step is the rounded difference of the first two numbers.
     let step = (first + step) - first;
     (0..count).map(|index| first + index as f64 * step).collect()
 }
@@ -132,7 +131,7 @@ fn generate() -> Vec<Tool> {
     }
     for (kind, mut turns) in [(Triangle, angles(8)), (Square, angles(6)), (Pentagon, angles(5)), (Hexagon, angles(4))] {
         if kind == Square {
-            // At 45 degrees it is a box.
+            // At 45 degrees a square is a box.
             turns.remove(3);
         }
         for elasticities in [fixed, bouncy] {
@@ -193,7 +192,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_action_set_is_the_no_op_and_different_tools_of_the_split() {
+    fn an_action_set_is_the_no_op_and_distinct_tools_of_the_split() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
         for split in ToolSplit::ALL {
             let tools = split.tools();

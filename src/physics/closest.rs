@@ -1,7 +1,7 @@
-//! Closest points of two convex outlines: GJK on the Minkowski difference, and EPA where they
-//! overlap, as in the engine, because its roundings decide where contacts begin.
+//! Closest points of two convex outlines: GJK on the Minkowski difference, and EPA for overlaps. The arithmetic
+//! follows the engine's, because rounding decides where contacts begin.
 
-// `clamp` would keep the NaN of a side without length.
+// `clamp` would keep the NaN of a side of zero length.
 #![expect(clippy::manual_clamp)]
 
 use rapier2d::prelude::*;
@@ -10,10 +10,10 @@ use smallvec::{SmallVec, smallvec};
 use super::collide::Side;
 use super::outline::{Outline, clockwise, normalised};
 
-/// After so many rounds an edge is taken as it is.
+/// Largest number of iterations; then the current edge is used.
 const MAX_ROUNDS: usize = 30;
 
-/// Corners of a hull, rarely more than fit: what overlaps would ask for memory in every step.
+/// Corners of a hull, stored inline: overlaps would otherwise allocate in every step. Hulls rarely have more corners.
 type Hull = SmallVec<[Difference; 8]>;
 
 /// The closest points of two outlines without their radii.
@@ -27,11 +27,11 @@ pub(super) struct Closest {
     pub normal: Vector,
     /// Signed distance along the normal.
     pub distance: f64,
-    /// The corners it was found between, to begin with in the next step; 0 is none.
+    /// The corners between which it was found, where the search starts in the next step; 0 for none.
     pub hint: u32,
 }
 
-/// A point of the Minkowski difference: corner of the second less corner of the first outline.
+/// A point of the Minkowski difference: a corner of the second outline minus a corner of the first.
 #[derive(Debug, Clone, Copy)]
 struct Difference {
     first: Vector,
@@ -46,7 +46,7 @@ impl Difference {
     }
 }
 
-/// The closest points of two outlines, beginning from an earlier hint.
+/// The closest points of two outlines, starting from an earlier hint.
 pub(super) fn closest(first: Side, second: Side, hint: u32) -> Closest {
     let pair = Pair { first: first.outline, second: second.outline };
     let (start, end) = if hint == 0 {
@@ -73,7 +73,7 @@ impl Pair<'_> {
         Difference::new(farthest(self.first, -direction), farthest(self.second, direction))
     }
 
-    /// GJK: walks to the edge of the difference that is nearest to the origin.
+    /// GJK: finds the edge of the difference that is nearest to the origin.
     fn approach(&self, mut v0: Difference, mut v1: Difference) -> Closest {
         let mut round = 1;
         while round <= MAX_ROUNDS {
@@ -105,7 +105,7 @@ impl Pair<'_> {
         on_edge(&v0, &v1)
     }
 
-    /// EPA: the origin is inside; pushes the nearest side of a growing hull outwards.
+    /// EPA, for an origin inside the difference: repeatedly moves the nearest side of a growing hull outwards.
     fn expand(&self, v0: Difference, v1: Difference, v2: Difference) -> Closest {
         let (mut hull, mut grown): (Hull, Hull) = (smallvec![v0, v1, v2], Hull::new());
         let (mut hull, mut grown) = (&mut hull, &mut grown);
@@ -142,7 +142,7 @@ impl Pair<'_> {
     }
 }
 
-/// An outline's point farthest along a direction, the first of equals, and its number.
+/// The point of an outline that is farthest along a direction, the first of equals, and its number.
 fn farthest(outline: &Outline, direction: Vector) -> (Vector, usize) {
     match outline {
         Outline::Disc { centre, .. } => (*centre, 0),
@@ -173,7 +173,7 @@ pub(super) fn farthest_corner(corners: &[super::outline::Corner], direction: Vec
     index
 }
 
-/// A corner by its number; numbers of an outline that has changed mean the first corner.
+/// A corner by its number; a number that a changed outline no longer has gives the first corner.
 fn corner_of(outline: &Outline, number: usize) -> (Vector, usize) {
     match outline {
         Outline::Disc { centre, .. } => (*centre, 0),
@@ -185,7 +185,7 @@ fn corner_of(outline: &Outline, number: usize) -> (Vector, usize) {
     }
 }
 
-/// Where on the edge from `a` (-1) to `b` (1) the origin is nearest.
+/// The position nearest to the origin on the edge from `a` (-1) to `b` (1).
 fn nearest(a: Vector, b: Vector) -> f64 {
     let edge = b - a;
     -(edge.dot(a + b) / (edge.length_squared() + f64::MIN_POSITIVE)).max(-1.0).min(1.0)
@@ -201,7 +201,7 @@ fn edge_distance(a: Vector, b: Vector) -> f64 {
     mix(a, b, nearest(a, b)).length_squared()
 }
 
-/// Whether `c` is to the left of the line from `a` to `b`, without dividing.
+/// Whether `c` is to the left of the line from `a` to `b`, without division.
 fn is_left(a: Vector, b: Vector, c: Vector) -> bool {
     (b.y - a.y) * (a.x + b.x - 2.0 * c.x) > (b.x - a.x) * (a.y + b.y - 2.0 * c.y)
 }
@@ -218,7 +218,7 @@ fn on_edge(v0: &Difference, v1: &Difference) -> Closest {
     if distance <= 0.0 || (-1.0 < t && t < 1.0) {
         return Closest { on_first, on_second, normal, distance, hint };
     }
-    // Corner against corner: the axis is not that of an edge.
+    // Corner against corner: the axis is not the normal of an edge.
     let distance = between.length();
     Closest { on_first, on_second, normal: between * (1.0 / (distance + f64::MIN_POSITIVE)), distance, hint }
 }

@@ -1,6 +1,6 @@
-//! Where two outlines touch: one point where a disc is involved, up to two where sides meet.
+//! Contact points of two outlines: one point if a disc is involved, up to two where sides meet.
 
-// `clamp` would keep the NaN of a side without length.
+// `clamp` would keep the NaN of a side of zero length.
 #![expect(clippy::manual_clamp)]
 
 use rapier2d::prelude::*;
@@ -8,16 +8,16 @@ use rapier2d::prelude::*;
 use super::closest::{closest, farthest_corner};
 use super::outline::{Bounds, Outline};
 
-/// Multiplier of the engine's numbers for pairs.
+/// Multiplier of the engine's pair hash.
 const PAIR: u64 = 3_344_921_057;
 
-/// A place where two outlines touch, in the world.
+/// A point where two outlines touch, in world coordinates.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Point {
     pub on_first: Vector,
     pub on_second: Vector,
-    /// Which corners meet here: the same number in two steps is the same point. Rarely
-    /// different points have one number, as in the engine.
+    /// Identifies the corners that meet here, to recognise the point in the next step. As in the engine, different
+    /// points may in rare cases share a key.
     pub key: u64,
 }
 
@@ -28,12 +28,12 @@ pub(super) struct Touching {
     pub normal: Vector,
     count: usize,
     points: [Point; 2],
-    /// Where the search for the closest points may begin in the next step.
+    /// Hint for the search for closest points in the next step.
     pub hint: u32,
 }
 
 impl Touching {
-    /// No point where they are apart.
+    /// The contact points; empty if the outlines are apart.
     pub fn points(&self) -> &[Point] {
         &self.points[..self.count]
     }
@@ -44,7 +44,7 @@ impl Touching {
     }
 }
 
-/// An outline in the world, the box around it, and the number of its shape.
+/// An outline in world coordinates, its bounding box, and its shape's number.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Side<'a> {
     pub outline: &'a Outline,
@@ -52,7 +52,7 @@ pub(super) struct Side<'a> {
     pub number: u64,
 }
 
-/// Where two outlines touch; the first has the lower rank.
+/// Contact points of two outlines, of which the first has the lower or equal rank.
 pub(super) fn collide(first: Side, second: Side, hint: u32) -> Touching {
     match (first.outline, second.outline) {
         (&Outline::Disc { centre, radius }, &Outline::Disc { centre: other, radius: other_radius }) => {
@@ -68,7 +68,7 @@ pub(super) fn collide(first: Side, second: Side, hint: u32) -> Touching {
     }
 }
 
-/// Two discs, of which one may stand for the nearest part of a segment.
+/// Contact of two discs; the second may stand for the nearest part of a segment.
 fn point_contact(
     centre: Vector,
     radius: f64,
@@ -111,7 +111,7 @@ fn edge_contact(first: Side, second: Side, hint: u32) -> Touching {
     let across = |edge: &Edge, end: usize| edge.ends[end].0.perp_dot(normal);
     let spread = |edge: &Edge| 1.0 / (across(edge, 1) - across(edge, 0) + f64::MIN_POSITIVE);
     let (spread1, spread2) = (spread(&e1), spread(&e2));
-    // An end of one side, projected on the other side.
+    // The point of a side that corresponds to an end of the other side.
     let on = |edge: &Edge, from: f64, spread: f64| {
         let t = ((from - across(edge, 0)) * spread).min(1.0).max(0.0);
         edge.ends[0].0 * (1.0 - t) + edge.ends[1].0 * t
@@ -130,7 +130,7 @@ fn edge_contact(first: Side, second: Side, hint: u32) -> Touching {
 fn facing(side: Side, direction: Vector) -> Edge {
     let number = |corner: usize| pair_number(side.number, corner as u64);
     match side.outline {
-        // Discs have no sides and are dealt with before.
+        // Discs have no sides; they are handled earlier.
         Outline::Disc { centre, radius } => Edge { ends: [(*centre, number(0)); 2], radius: *radius },
         Outline::Segment { a, b, normal, radius } => {
             let (a, b) = ((*a, number(0)), (*b, number(1)));
@@ -148,7 +148,7 @@ fn facing(side: Side, direction: Vector) -> Edge {
     }
 }
 
-/// The engine's number for a pair of numbers.
+/// The engine's hash of a pair of numbers.
 fn pair_number(a: u64, b: u64) -> u64 {
     a.wrapping_mul(PAIR) ^ b.wrapping_mul(PAIR)
 }

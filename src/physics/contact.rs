@@ -1,6 +1,5 @@
-//! The response to contacts in the order and with the constants of CREATE's engine
-//! (Chipmunk 7 at a fixed step of 1/30 s): accumulated impulses, separate bias
-//! velocities for overlap, elasticity from the velocity before gravity.
+//! Contact response with the order and constants of CREATE's engine (Chipmunk 7 at a fixed step of 1/30 s):
+//! accumulated impulses, separate bias velocities for overlap, elasticity from the velocity before gravity.
 
 use rapier2d::prelude::*;
 
@@ -10,31 +9,31 @@ use super::units::DT;
 
 /// Iterations of the solver in one step, each over all contacts, then all joints.
 pub(super) const ITERATIONS: usize = 10;
-/// Penetration that is left alone, in units; single precision in the engine too.
+/// Penetration that is not corrected, in units; single precision in the engine too.
 const SLOP: f64 = 0.1_f32 as f64;
-/// Share of the remaining penetration, or of a joint's separation, that one step removes:
-/// 1 - 0.9^(60 dt), with the engine's 0.9 in single precision. A test computes it.
+/// Fraction of the remaining penetration, or of a joint's separation, that one step removes: 1 - 0.9^(60 dt), with
+/// the engine's 0.9 in single precision. A test computes it.
 pub(super) const BIAS_SHARE: f64 = 0.190_000_042_915_343_67;
 /// Steps after which a lost contact forgets its accumulated impulses.
 pub(super) const PERSISTENCE: u64 = 3;
 
-/// Where a contact of two shapes stands.
+/// State of a contact between two shapes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum State {
     /// It began in this step.
     New,
-    /// It was there in the step before.
+    /// It already existed in the previous step.
     Lasting,
-    /// A rule has dropped it until the shapes have been apart.
+    /// A rule has dropped it until the shapes separate.
     Ignored,
-    /// It was not there in the latest step, but is remembered.
+    /// It was not found in the latest step, but is remembered.
     Lost,
 }
 
-/// A place of a contact, with what the solver knows about it.
+/// A contact point with its solver data.
 #[derive(Debug, Clone, Copy, Default)]
 struct Place {
-    /// From the first body's centre to its surface, and from the second's.
+    /// From the first body's centre to the point on its surface, and the same for the second body.
     arm: Vector,
     other_arm: Vector,
     key: u64,
@@ -53,13 +52,14 @@ pub(super) struct Contact {
     pub shapes: [u32; 2],
     pub bodies: [u32; 2],
     pub state: State,
-    /// The step that found it last.
+    /// The latest step that found it.
     pub seen: u64,
-    /// Found among those that may be found again; contacts of sleeping bodies are not.
+    /// Whether detection can find it again; contacts of sleeping bodies cannot be found.
     pub is_cached: bool,
-    /// Hangs on its bodies since so many contacts before it; bodies hang together by these.
+    /// If it is linked to its bodies, the number of its link, in order of linking. Linked contacts connect bodies
+    /// into groups.
     pub linked: Option<u64>,
-    /// Where the bodies of shapes that do not move stand.
+    /// Positions of the bodies of shapes that do not move.
     origins: [Vector; 2],
     normal: Vector,
     count: usize,
@@ -69,7 +69,7 @@ pub(super) struct Contact {
 }
 
 impl Contact {
-    /// A contact that has not been seen yet.
+    /// A contact that no step has found yet.
     pub fn new() -> Self {
         Self {
             shapes: [0; 2],
@@ -100,8 +100,7 @@ impl Contact {
         if self.bodies[0] == body { self.bodies[1] } else { self.bodies[0] }
     }
 
-    /// Takes over what detection found. Places whose number was there before keep their
-    /// impulses.
+    /// Stores the result of detection. Points whose key existed before keep their impulses.
     pub fn refresh(&mut self, indices: [u32; 2], shapes: [&Shape; 2], bodies: &[Body], touching: &Touching) {
         let before = *self;
         self.shapes = indices;
@@ -131,7 +130,7 @@ impl Contact {
         }
     }
 
-    /// A rule or a sensor leaves the solver nothing.
+    /// Removes all points: after a rule or for a sensor there is nothing to solve.
     pub fn drop_places(&mut self) {
         self.count = 0;
         if self.state != State::Ignored {
@@ -146,8 +145,8 @@ impl Contact {
         })
     }
 
-    /// Effective masses, target bias velocity and target bounce, from the velocities
-    /// before this step's gravity.
+    /// Computes effective masses, target bias velocity and target bounce, from the velocities before this step's
+    /// gravity.
     pub fn prepare(&mut self, bodies: &[Body]) {
         let [centre, other_centre] = self.centres(bodies);
         let between = other_centre - centre;
@@ -167,7 +166,7 @@ impl Contact {
         }
     }
 
-    /// Applies the impulses of the step before again.
+    /// Applies the impulses of the previous step again.
     pub fn warm_start(&self, bodies: &mut [Body]) {
         if self.state == State::New {
             return;
@@ -179,8 +178,8 @@ impl Contact {
         }
     }
 
-    /// One iteration: bias, normal and friction impulse towards their targets. Returns whether
-    /// any of them changed.
+    /// One iteration: moves bias, normal and friction impulses towards their targets. Returns whether any of them
+    /// changed.
     pub fn solve(&mut self, bodies: &mut [Body]) -> bool {
         let (normal, tangent) = (self.normal, self.normal.perp());
         let [first, second] = self.bodies.map(|body| body as usize);
@@ -220,7 +219,7 @@ impl Contact {
     }
 }
 
-/// The impulse of its parts along the normal and across.
+/// The impulse with these components along and across the normal.
 fn combined(normal: Vector, along: f64, across: f64) -> Vector {
     Vector::new(normal.x * along - normal.y * across, normal.x * across + normal.y * along)
 }

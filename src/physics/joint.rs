@@ -1,5 +1,5 @@
-//! Joints of planks: accumulated impulses, applied again in every step, solved after the
-//! contacts in the same iterations.
+//! Joints of planks: accumulated impulses, warm-started in every step and solved after the contacts in the same
+//! iterations.
 
 use rapier2d::prelude::*;
 
@@ -8,46 +8,45 @@ use super::contact::BIAS_SHARE;
 use super::outline::normalised;
 use super::units::DT;
 
-/// Target velocity for a unit of separation.
+/// Target velocity per unit of separation.
 const PULL: f64 = -BIAS_SHARE / DT;
 
 /// A joint between a plank and another body or the ground.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Joint {
-    /// The plank, and what it is joined to.
+    /// The plank, and the body it is joined to.
     pub bodies: [u32; 2],
-    /// Anchors in the bodies' own frames; on the ground, none.
+    /// Anchors in the bodies' frames; zero for the ground.
     anchors: [Vector; 2],
-    /// Where on the ground.
+    /// The anchor on the ground.
     place: Vector,
     kind: Kind,
     arms: [Vector; 2],
-    /// Accumulated impulse: along the normal, as a vector, or of the angle in x.
+    /// Accumulated impulse: along the normal in x (pin, slide), a vector (pivot), or an angular impulse in x (gear).
     impulse: Vector,
 }
 
-/// What a joint holds.
+/// The type of a joint.
 #[derive(Debug, Clone, Copy)]
 enum Kind {
     /// Keeps the anchors together, along the line between them.
     Pin { normal: Vector, mass: f64, target: f64 },
-    /// Keeps the anchors at most so far apart.
+    /// Keeps the anchors at most `longest` apart.
     Slide { longest: f64, normal: Vector, mass: f64, target: f64 },
-    /// Keeps the anchors together in every direction; `rows` is the inverse of the matrix that
-    /// makes velocities of impulses.
+    /// Keeps the anchors together in every direction; `rows` is the matrix that maps velocities to impulses.
     Pivot { rows: [Vector; 2], target: Vector },
     /// Keeps the angles equal.
     Gear { mass: f64, target: f64 },
 }
 
 impl Joint {
-    /// Holds a plank's centre at a place.
+    /// Holds a plank's centre at a position.
     pub fn pin(plank: u32, place: Vector) -> Self {
         let kind = Kind::Pin { normal: Vector::ZERO, mass: 0.0, target: 0.0 };
         Self::new([plank, GROUND as u32], [Vector::ZERO; 2], place, kind)
     }
 
-    /// Keeps a point of a plank within a distance of a place.
+    /// Keeps a point of a plank within a distance of a position.
     pub fn slide(plank: u32, anchor: Vector, place: Vector, longest: f64) -> Self {
         let kind = Kind::Slide { longest, normal: Vector::ZERO, mass: 0.0, target: 0.0 };
         Self::new([plank, GROUND as u32], [anchor, Vector::ZERO], place, kind)
@@ -59,7 +58,7 @@ impl Joint {
         Self::new([plank, body], [anchor, Vector::ZERO], Vector::ZERO, kind)
     }
 
-    /// Turns a body with a plank.
+    /// Rotates a body with a plank.
     pub fn gear(plank: u32, body: u32) -> Self {
         Self::new([plank, body], [Vector::ZERO; 2], Vector::ZERO, Kind::Gear { mass: 0.0, target: 0.0 })
     }
@@ -73,13 +72,13 @@ impl Joint {
         if self.bodies[0] == body { self.bodies[1] } else { self.bodies[0] }
     }
 
-    /// Arms, effective masses and targets for this step.
+    /// Computes arms, effective masses and targets for this step.
     pub fn prepare(&mut self, bodies: &[Body]) {
         let [a, b] = self.bodies.map(|body| &bodies[body as usize]);
         self.arms = [a.frame().vector(self.anchors[0]), b.frame().vector(self.anchors[1])];
         let [arm, other_arm] = self.arms;
         let end = if self.bodies[1] == GROUND as u32 { self.place } else { b.position };
-        // In this order: a see-saw begins exactly at its limit, where it matters.
+        // The order of the additions matters: a see-saw starts exactly at its limit, where rounding decides.
         let apart = (end - a.position) + other_arm - arm;
         let along =
             |normal: Vector| 1.0 / (a.inverse_mass_along(arm, normal) + b.inverse_mass_along(other_arm, normal));
@@ -113,7 +112,7 @@ impl Joint {
         }
     }
 
-    /// Applies the impulses of the step before again.
+    /// Applies the impulses of the previous step again.
     pub fn warm_start(&self, bodies: &mut [Body]) {
         let impulse = match self.kind {
             Kind::Pin { normal, .. } | Kind::Slide { normal, .. } => normal * self.impulse.x,
@@ -166,7 +165,7 @@ impl Joint {
     }
 }
 
-/// The matrix that makes impulses of velocities at the ends of two arms, by rows.
+/// The matrix that maps velocities at the ends of two arms to impulses, by rows.
 fn inverse_mass_matrix(bodies: [&Body; 2], arms: [Vector; 2]) -> [Vector; 2] {
     let sum = bodies[0].inverse_mass + bodies[1].inverse_mass;
     let (mut xx, mut xy, mut yy) = (sum, 0.0, sum);

@@ -1,14 +1,14 @@
-//! Outlines of shapes: discs, thick segments and convex polygons, in a body's frame or in
-//! the world, with the box around them.
+//! Outlines of shapes: discs, thick segments and convex polygons, in a body's frame or in the world, with their
+//! bounding boxes.
 
 use rapier2d::prelude::*;
 
 use super::body::Body;
 
-/// Corners that a polygon can have.
+/// Largest number of corners of a polygon.
 pub(super) const MAX_CORNERS: usize = 6;
 
-/// Place and rotation of a body.
+/// Position and rotation of a body.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Frame {
     pub position: Vector,
@@ -38,17 +38,17 @@ pub(super) fn direction(angle: f64) -> Vector {
     Vector::new(cos, sin)
 }
 
-/// A vector turned by a rotation given as cosine and sine.
+/// A vector rotated by an angle given as cosine and sine.
 pub(super) fn turned(vector: Vector, rotation: Vector) -> Vector {
     Vector::new(rotation.x * vector.x - rotation.y * vector.y, rotation.y * vector.x + rotation.x * vector.y)
 }
 
-/// The unit vector along `vector`; nothing becomes nothing.
+/// The unit vector along `vector`; the zero vector stays zero.
 pub(super) fn normalised(vector: Vector) -> Vector {
     vector * (1.0 / (vector.length() + f64::MIN_POSITIVE))
 }
 
-/// A vector turned by a quarter clockwise.
+/// A vector rotated clockwise by a right angle.
 pub(super) fn clockwise(vector: Vector) -> Vector {
     Vector::new(vector.y, -vector.x)
 }
@@ -83,7 +83,7 @@ impl Bounds {
         (self.high.x - self.low.x) * (self.high.y - self.low.y)
     }
 
-    /// Twice the distance of the centres, along the axes.
+    /// Twice the Manhattan distance between the centres.
     pub fn proximity(&self, other: &Self) -> f64 {
         (self.low.x + self.high.x - other.low.x - other.high.x).abs()
             + (self.low.y + self.high.y - other.low.y - other.high.y).abs()
@@ -114,7 +114,7 @@ impl Polygon {
     }
 }
 
-/// The form of a shape.
+/// The geometry of a shape.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Outline {
     Disc {
@@ -151,8 +151,8 @@ impl Outline {
         Self::Polygon(polygon)
     }
 
-    /// As [`Outline::polygon`], beginning with the corner farthest to the left (then lowest): so
-    /// the engine numbers the corners of a hull.
+    /// Like [`Outline::polygon`], starting with the leftmost (then lowest) corner, as the engine numbers the corners
+    /// of a hull.
     pub fn hull(corners: &[Vector]) -> Self {
         let before = |a: &Vector, b: &Vector| (a.x, a.y) < (b.x, b.y);
         let first = (1..corners.len())
@@ -162,13 +162,13 @@ impl Outline {
         Self::polygon(&ordered)
     }
 
-    /// A rectangle, from its lower right corner.
+    /// A rectangle centred at the origin; its first corner is the lower right one.
     pub fn rectangle(width: f64, height: f64) -> Self {
         let (x, y) = (width / 2.0, height / 2.0);
         Self::polygon(&[Vector::new(x, -y), Vector::new(x, y), Vector::new(-x, y), Vector::new(-x, -y)])
     }
 
-    /// The outline of a body's frame, in the world.
+    /// The outline, given in a body's frame, in world coordinates.
     pub fn placed(&self, frame: &Frame) -> Self {
         match self {
             Self::Disc { centre, radius } => Self::Disc { centre: frame.point(*centre), radius: *radius },
@@ -185,10 +185,10 @@ impl Outline {
         }
     }
 
-    /// Becomes the outline of a body in the world, as [`placed`](Self::placed) has it.
+    /// Sets it to the outline `local` of a body in world coordinates, like [`placed`](Self::placed).
     pub fn place(&mut self, local: &Self, body: &Body) {
         match (&mut *self, local) {
-            // Nearly all that moves: a disc is where its body is, however that has turned.
+            // Fast path for most moving shapes: a centred disc does not depend on the rotation.
             (Self::Disc { centre, .. }, Self::Disc { centre: local, .. }) if *local == Vector::ZERO => {
                 *centre = body.position;
             }
@@ -210,7 +210,7 @@ impl Outline {
         }
     }
 
-    /// How far the surface is from the outline's inner points.
+    /// Distance of the surface from the disc's centre or the segment; 0 for polygons.
     pub fn radius(&self) -> f64 {
         match self {
             Self::Disc { radius, .. } | Self::Segment { radius, .. } => *radius,
@@ -218,7 +218,7 @@ impl Outline {
         }
     }
 
-    /// Of two shapes that touch, the one of the lower rank comes first.
+    /// Of two touching shapes, the one with the lower rank comes first.
     pub fn rank(&self) -> u8 {
         match self {
             Self::Disc { .. } => 0,

@@ -1,4 +1,4 @@
-//! Hinges and see-saws: a plank on a pin, with a limit and a weight where the type has them.
+//! Hinges and see-saws: a plank on a pin, with an angle limit and a weight if the type has them.
 
 use rapier2d::prelude::*;
 
@@ -9,15 +9,15 @@ use super::tool::Tool;
 use super::tool_kind::ToolKind;
 use super::world::World;
 
-/// Mass and moment of inertia of a plank, whatever its length.
+/// Mass and moment of inertia of a plank of any length.
 const MASS: f64 = 10.0;
 const MOMENT: f64 = 10_000.0;
-/// A limit holds a point this far from the pin.
+/// Distance from the pin of the point that the limit holds.
 const LIMIT_ARM: f64 = 1.0;
 
 impl World {
-    /// Adds what a tool with a plank consists of, in the engine's order: shape, plank, joints,
-    /// weight. Returns the plank's body.
+    /// Adds the parts of a tool with a plank, in the engine's order: shape, plank, joints, weight. Returns the
+    /// plank's body.
     pub(super) fn add_plank(&mut self, tool: &Tool, owner: super::ObjectId) -> u32 {
         let place = Vector::from(tool.position);
         let (outline, _) = tool.local_outline();
@@ -32,17 +32,17 @@ impl World {
             self.add_joint(Joint::slide(plank, anchor, place - Vector::X * LIMIT_ARM, longest));
         }
         if tool.kind == ToolKind::SeeSaw {
-            let hangs = place + weight_place(tool);
-            let weight = self.add_body(Body::new(tool.weight, tool.weight, Motion::at_rest(hangs.into())));
-            self.add_joint(Joint::pivot(plank, hangs - place, weight));
+            let weight_position = place + weight_offset(tool);
+            let weight = self.add_body(Body::new(tool.weight, tool.weight, Motion::at_rest(weight_position.into())));
+            self.add_joint(Joint::pivot(plank, weight_position - place, weight));
             self.add_joint(Joint::gear(plank, weight));
         }
         plank
     }
 }
 
-/// Where a see-saw's weight hangs, from its centre: on the lower end.
-fn weight_place(tool: &Tool) -> Vector {
+/// Offset of a see-saw's weight from its centre: at the lower end.
+fn weight_offset(tool: &Tool) -> Vector {
     let angle = if tool.on_left { tool.max_angle } else { std::f64::consts::PI - tool.max_angle };
     let along = direction(angle);
     Vector::new(along.x, -along.y) * (3.0 * tool.size / 8.0)

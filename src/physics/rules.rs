@@ -1,7 +1,7 @@
-//! What tools do to the bodies that touch them.
+//! Effects of tools on the bodies that touch them.
 //!
-//! A rule moves a body at once, but the body's shape stays where it was until the next step's
-//! detection. To move a body resets its idle time.
+//! A rule moves a body at once, but the body's shape stays in place until the next step's detection. Moving a body
+//! resets its idle time.
 
 use rapier2d::prelude::Vector;
 
@@ -10,19 +10,19 @@ use super::outline::direction;
 use super::tool::Tool;
 use super::tool_kind::ToolKind;
 
-/// Half the width of a cannon, of which its muzzle is that far.
+/// Offset of a cannon's muzzle from its centre, scaled by the direction in which it points.
 const MUZZLE: [f64; 2] = [5.0, 3.65];
 
-/// A tool as the rules see it: with the places that they compare.
+/// A tool with the corners that the rules compare.
 #[derive(Debug)]
 pub(super) struct Actor {
     pub tool: Tool,
-    /// Bucket and funnel: corners, in the order in which CREATE makes them.
+    /// Corners of a bucket or funnel, in the order in which CREATE creates them.
     pub corners: Vec<Vector>,
 }
 
 impl Tool {
-    /// The direction in which it drives bodies, as a unit vector; none for tools that drive none.
+    /// The direction in which it drives bodies, as a unit vector; None for tools that drive none.
     pub fn drive(&self) -> Option<[f64; 2]> {
         let along = match self.kind {
             ToolKind::Cannon | ToolKind::Fan => direction(self.angle) * self.force.signum(),
@@ -34,10 +34,11 @@ impl Tool {
     }
 }
 
-/// What a tool does to a body. The answer is whether the contact goes on.
+/// The effect of a tool on a body. Before the solver, the result says whether the contact is kept; after it, whether
+/// the rule changed the body.
 pub(super) type Rule = fn(&Actor, &mut Body) -> bool;
 
-/// Cannon: takes the body to its muzzle and throws it.
+/// Cannon: moves the body to its muzzle and fires it.
 pub(super) fn fire(cannon: &Actor, body: &mut Body) -> bool {
     let Tool { position, angle, force, .. } = cannon.tool;
     let aim = direction(angle);
@@ -46,7 +47,7 @@ pub(super) fn fire(cannon: &Actor, body: &mut Body) -> bool {
     false
 }
 
-/// Fan: a force on the centre, which acts in this step.
+/// Fan: applies a force to the body's centre for this step.
 pub(super) fn blow(fan: &Actor, body: &mut Body) -> bool {
     let local = direction(fan.tool.angle - body.angle) * fan.tool.force;
     body.force += body.frame().vector(local);
@@ -54,14 +55,14 @@ pub(super) fn blow(fan: &Actor, body: &mut Body) -> bool {
     false
 }
 
-/// Belt: its own velocity.
+/// Belt: sets the body's velocity to its own.
 pub(super) fn carry(belt: &Actor, body: &mut Body) -> bool {
     body.velocity = Vector::new(belt.tool.velocity, 0.0);
     body.idle = 0.0;
     false
 }
 
-/// Ladder: up along it, four times as fast to the side.
+/// Ladder: sets a velocity along the ladder, with the horizontal part four times as large.
 pub(super) fn climb(ladder: &Actor, body: &mut Body) -> bool {
     let Tool { velocity, angle, .. } = ladder.tool;
     let along = direction(angle);
@@ -70,8 +71,8 @@ pub(super) fn climb(ladder: &Actor, body: &mut Body) -> bool {
     false
 }
 
-/// Funnel: a body that is farther from the nozzle than from the two upper corners is put on
-/// the nozzle; against others it is solid.
+/// Funnel: a body that is farther from the nozzle than from both upper corners is moved to the nozzle; for others the
+/// funnel is solid.
 pub(super) fn swallow(funnel: &Actor, body: &mut Body) -> bool {
     let [left, nozzle, right] = [0, 1, 2].map(|corner| (body.position - funnel.corners[corner]).length());
     let is_inside = nozzle > left && nozzle > right;
@@ -81,8 +82,8 @@ pub(super) fn swallow(funnel: &Actor, body: &mut Body) -> bool {
     !is_inside
 }
 
-/// Bucket: a body nearer to both upper corners than to both lower ones is captured for
-/// good; against others the bucket is solid.
+/// Bucket: a body nearer to both upper corners than to both lower ones is captured permanently; for others the bucket
+/// is solid.
 pub(super) fn capture(bucket: &Actor, body: &mut Body) -> bool {
     let centre = Vector::from(bucket.tool.position);
     if body.captured {
@@ -101,7 +102,7 @@ pub(super) fn capture(bucket: &Actor, body: &mut Body) -> bool {
     !is_above
 }
 
-/// Plank: rolling friction brakes balls. The answer is whether it does.
+/// Plank: rolling friction slows balls. Returns whether it did.
 pub(super) fn brake(plank: &Actor, body: &mut Body) -> bool {
     let friction = plank.tool.roll_friction;
     let brakes = body.is_ball && friction > 1.0;

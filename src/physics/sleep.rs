@@ -1,20 +1,20 @@
-//! Sleeping: bodies that hang together by contacts and joints and have all been idle long
-//! enough are no longer simulated, until something awake touches one of them.
+//! Sleeping: a group of bodies connected by contacts and joints that have all been idle long enough is no longer
+//! simulated, until something awake touches one of them.
 //!
-//! A sleeping body leaves the lists of bodies, contacts and joints, the last of a list taking
-//! its place, and comes back at their ends; its shape moves to the tree of those that do not
-//! move. These orders decide later results, as in the engine.
+//! A body that falls asleep leaves the lists of bodies, contacts and joints, where the last entry takes its place,
+//! and returns to their ends when it wakes; its shape moves to the tree of resting shapes. As in the engine, these
+//! orders affect later results.
 
 use super::body::{Body, GROUND};
 use super::broad::Extent;
 use super::units::DT;
 use super::world::World;
 
-/// How long bodies must be idle, in seconds: nine steps.
+/// Idle time before bodies sleep, in seconds: nine steps.
 const IDLE_TIME: f64 = 0.3;
 
 impl World {
-    /// Counts idle times, wakes what awake bodies touch and puts groups to sleep.
+    /// Updates idle times, wakes bodies touched by awake ones and puts idle groups to sleep.
     pub(super) fn update_sleep(&mut self) {
         let gained = self.gravity.length_squared() * DT * DT;
         for &body in &self.awake {
@@ -41,7 +41,7 @@ impl World {
         }
     }
 
-    /// Hangs the contacts of this step on their bodies, waking those that sleep.
+    /// Links the contacts of this step to their bodies, and wakes the sleeping ones.
     fn link_contacts(&mut self) {
         for index in 0..self.order.len() {
             let contact = self.order[index] as usize;
@@ -55,7 +55,7 @@ impl World {
         }
     }
 
-    /// Contacts that hang on a body, the newest first.
+    /// Contacts linked to a body, newest first.
     fn linked(&self, body: u32) -> Vec<u32> {
         let is_linked = |index: &u32| {
             let contact = &self.contacts[*index as usize];
@@ -66,13 +66,13 @@ impl World {
         linked
     }
 
-    /// Joints of a body, the newest first.
+    /// Joints of a body, newest first.
     fn joints_of(&self, body: u32) -> impl Iterator<Item = u32> {
         let joints = &self.joints;
         (0..joints.len() as u32).rev().filter(move |&joint| joints[joint as usize].bodies.contains(&body))
     }
 
-    /// Adds a body and all that hang on it to the group of `root`, depth first.
+    /// Adds a body and all bodies connected to it to the group of `root`, depth first.
     fn gather(&mut self, root: u32, body: u32) {
         if body == GROUND as u32 || self.bodies[body as usize].root.is_some() {
             return;
@@ -105,21 +105,22 @@ impl World {
             self.broad.insert_resting(shape, number, bounds);
         }
         for contact in self.linked(body) {
-            if self.is_kept_by(self.contacts[contact as usize].bodies[0], body) {
+            if self.is_stored_with(self.contacts[contact as usize].bodies[0], body) {
                 self.contacts[contact as usize].is_cached = false;
                 swap_out(&mut self.order, contact);
             }
         }
         let joints: Vec<u32> = self.joints_of(body).collect();
         for joint in joints {
-            if self.is_kept_by(self.joints[joint as usize].bodies[0], body) {
+            if self.is_stored_with(self.joints[joint as usize].bodies[0], body) {
                 swap_out(&mut self.active_joints, joint);
             }
         }
     }
 
-    /// Of two bodies the first keeps what is between them, the ground nothing.
-    fn is_kept_by(&self, first: u32, body: u32) -> bool {
+    /// Whether a contact or joint is stored with `body`: its first body stores it; if that is the ground, the other
+    /// does.
+    fn is_stored_with(&self, first: u32, body: u32) -> bool {
         first == body || first == GROUND as u32
     }
 
@@ -131,7 +132,7 @@ impl World {
             (found.idle, found.root, found.next) = (0.0, None, None);
             self.restore(member);
         }
-        self.rouse(body);
+        self.reset_idle(body);
     }
 
     fn restore(&mut self, body: u32) {
@@ -143,7 +144,7 @@ impl World {
             self.broad.insert_moving(shape, number, &extent);
         }
         for index in self.linked(body) {
-            if self.is_kept_by(self.contacts[index as usize].bodies[0], body) {
+            if self.is_stored_with(self.contacts[index as usize].bodies[0], body) {
                 let contact = &mut self.contacts[index as usize];
                 contact.is_cached = true;
                 contact.seen = self.step;
@@ -152,14 +153,14 @@ impl World {
         }
         let joints: Vec<u32> = self.joints_of(body).collect();
         for joint in joints {
-            if self.is_kept_by(self.joints[joint as usize].bodies[0], body) {
+            if self.is_stored_with(self.joints[joint as usize].bodies[0], body) {
                 self.active_joints.push(joint);
             }
         }
     }
 
-    /// A rule has moved a body: its idle time and that of the bodies that touch it begin anew.
-    pub(super) fn rouse(&mut self, body: u32) {
+    /// Resets the idle time of a body that a rule has changed, and of the bodies that touch it.
+    pub(super) fn reset_idle(&mut self, body: u32) {
         self.bodies[body as usize].idle = 0.0;
         for index in 0..self.contacts.len() {
             let contact = self.contacts[index];
@@ -170,7 +171,7 @@ impl World {
     }
 }
 
-/// Removes an entry, the last taking its place.
+/// Removes an entry; the last entry takes its place.
 fn swap_out(list: &mut Vec<u32>, entry: u32) {
     if let Some(index) = list.iter().position(|&other| other == entry) {
         list.swap_remove(index);

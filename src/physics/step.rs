@@ -1,5 +1,4 @@
-//! One physics step in the engine's order: positions, detection with the rules of tools,
-//! sleeping, gravity, impulses.
+//! One physics step in the engine's order: positions, detection with the tools' rules, sleeping, gravity, impulses.
 
 use super::body::GROUND;
 use super::broad::{Candidate, Extent};
@@ -13,7 +12,7 @@ impl World {
     /// Advances by one physics step of 1/30 s.
     pub fn step(&mut self) {
         self.step += 1;
-        self.let_go();
+        self.unlink_contacts();
         for &body in &self.awake {
             self.bodies[body as usize].advance();
         }
@@ -23,8 +22,8 @@ impl World {
         self.respond();
     }
 
-    /// Contacts of the step before no longer hang on bodies that are awake.
-    fn let_go(&mut self) {
+    /// Unlinks the previous step's contacts from bodies that are awake.
+    fn unlink_contacts(&mut self) {
         for &index in &self.order {
             let contact = &mut self.contacts[index as usize];
             contact.state = State::Lasting;
@@ -35,7 +34,7 @@ impl World {
         self.order.clear();
     }
 
-    /// Finds what touches now. Contacts are solved in the order in which they are found.
+    /// Finds the current contacts, which are solved in the order of detection.
     fn detect(&mut self) {
         self.touches.clear();
         self.moved.clear();
@@ -114,7 +113,7 @@ impl World {
         }
     }
 
-    /// Lets a tool act on a body that touches it. Returns whether the contact goes on.
+    /// Applies a tool's rules to a body that touches it. Returns whether the contact is kept.
     fn apply_rules(&mut self, index: u32, owners: [ObjectId; 2]) -> bool {
         let contact = &self.contacts[index as usize];
         let state = contact.state;
@@ -140,7 +139,7 @@ impl World {
         rule(&self.tools[acting.tool], &mut self.bodies[acting.body as usize])
     }
 
-    /// Forgets contacts that have been lost for long. Those between what rests stay.
+    /// Forgets contacts that have been lost for a while, except those between resting bodies.
     fn forget_contacts(&mut self) {
         for (index, contact) in self.contacts.iter_mut().enumerate() {
             if !contact.is_cached || contact.seen == self.step {
@@ -158,7 +157,7 @@ impl World {
         }
     }
 
-    /// Gravity and the impulses of contacts and joints, then the rules that follow them.
+    /// Applies gravity and the impulses of contacts and joints, then the rules that follow the solver.
     fn respond(&mut self) {
         let Self { bodies, contacts, order, joints, active_joints, awake, gravity, .. } = self;
         for &index in order.iter() {
@@ -184,7 +183,7 @@ impl World {
             for &index in active_joints.iter() {
                 changed |= joints[index as usize].solve(bodies);
             }
-            // Further iterations would change nothing either.
+            // Further iterations would not change anything.
             if !changed {
                 break;
             }
@@ -196,13 +195,13 @@ impl World {
             if let Some(rule) = self.tools[acting.tool].tool.kind.row().post_solve
                 && self.act(rule, acting)
             {
-                self.rouse(acting.body);
+                self.reset_idle(acting.body);
             }
         }
     }
 }
 
-/// A tool and the body that it may act on.
+/// A tool and the ball or box that it acts on.
 #[derive(Debug, Clone, Copy)]
 struct Acting {
     tool: usize,
@@ -211,7 +210,7 @@ struct Acting {
 }
 
 impl Acting {
-    /// Of a contact between a tool and a ball or box; rules are for those.
+    /// The tool and body of a contact between a tool and a ball or box; other contacts have no rules.
     fn of(owners: [ObjectId; 2], bodies: [u32; 2]) -> Option<Self> {
         match owners {
             [ObjectId::Ball(ball), ObjectId::Tool(tool)] => Some(Self { tool, ball, body: bodies[0] }),

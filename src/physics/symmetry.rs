@@ -1,4 +1,4 @@
-//! Turns and mirror images of tools: which of them are the same tool.
+//! Equivalent rotations of tools, and mirror images.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -6,23 +6,23 @@ use super::tool::Tool;
 use super::tool_kind::ToolKind;
 
 impl Tool {
-    /// The same tool with the least angle from 0 on: a ramp is the same after half a turn.
+    /// The same tool with the smallest equivalent angle from 0 upwards: a ramp is the same after half a turn.
     pub fn with_least_angle(mut self) -> Self {
         let period = self.kind.period();
         let angle = self.angle.rem_euclid(period);
-        // What rounding leaves of a whole period is none.
+        // An angle just below a whole period is a rounding error of 0.
         self.angle = if period - angle < 1e-9 { 0.0 } else { angle };
         self
     }
 
-    /// The mirror image, left and right exchanged about the vertical line at `axis` (units). None for a cannon:
-    /// its body lies turned to one side, wherever it points.
+    /// The mirror image about the vertical line at `axis` (units). None for a cannon: its body is rotated to one
+    /// side, wherever it points.
     pub fn mirrored(mut self, axis: f64) -> Option<Self> {
         use ToolKind::{Belt, Bucket, Cannon, Funnel, SeeSaw};
         self.position[0] = 2.0 * axis - self.position[0];
         match self.kind {
             Cannon => return None,
-            // Their angle is that of their upper side, not of a corner or of where they push.
+            // Their angle is measured at the upper side, not at a corner or along a direction.
             Bucket | Funnel => self.angle = 0.0 - self.angle,
             SeeSaw => self.on_left = !self.on_left,
             Belt => (self.angle, self.velocity) = (PI - self.angle, -self.velocity),
@@ -53,7 +53,7 @@ mod tests {
 
     const AXIS: f64 = SCREEN as f64 / 2.0;
 
-    /// Where a ball that falls past the middle of the screen is after an action.
+    /// The position of a ball after falling for 30 steps near the middle of the screen.
     fn falls(tool: Tool, side: f32) -> [f32; 2] {
         let mut world = World::new(GRAVITY);
         world.add_tool(tool);
@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mirrored_tool_does_what_the_tool_does_mirrored() {
+    fn a_mirrored_tool_acts_as_the_mirror_image_of_the_tool() {
         let mut compared = 0;
         for number in (0..NO_OP).step_by(29) {
             let tool = catalogue_tool(number).unwrap().at([AXIS + 1.0, 44.0]);
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn tools_of_the_catalogue_have_their_least_angle_and_two_mirrors_undo_each_other() {
+    fn catalogue_tools_have_the_least_angle_and_mirroring_twice_is_the_identity() {
         for tool in (0..NO_OP).filter_map(catalogue_tool) {
             assert_eq!(tool.with_least_angle(), *tool);
             let Some(image) = tool.mirrored(AXIS) else { continue };

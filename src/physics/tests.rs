@@ -1,4 +1,4 @@
-//! The rules of the world, one by one, and its determinism.
+//! The rules of the world, and its determinism.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -23,7 +23,7 @@ fn is_near(a: [f32; 2], b: [f32; 2]) -> bool {
 }
 
 #[test]
-fn positions_move_with_the_velocity_of_the_step_before() {
+fn positions_move_with_the_velocity_of_the_previous_step() {
     let mut world = world();
     world.add_ball(Ball::default(), moving([40.0, 40.0], [3.0, 0.0]));
     world.step();
@@ -71,7 +71,7 @@ fn every_tool_is_solid_where_it_should_be() {
 }
 
 #[test]
-fn no_tool_is_beyond_its_own_distance() {
+fn is_beyond_never_contradicts_the_surface_distance() {
     let mut rng = ChaCha8Rng::seed_from_u64(0);
     let mut beyond = 0;
     for number in (0..NO_OP).step_by(7) {
@@ -83,19 +83,19 @@ fn no_tool_is_beyond_its_own_distance() {
             beyond += usize::from(tool.is_beyond(point, 8.0));
         }
     }
-    assert!(beyond > 5000, "most points are known to be farther away: {beyond}");
+    assert!(beyond > 5000, "few points are beyond: {beyond}");
 }
 
 #[test]
 fn overlap_is_pushed_out_without_adding_speed() {
     let mut world = World::new([0.0; 2]);
-    // It slides, because a ball at rest would fall asleep first.
+    // The ball slides, because at rest it would fall asleep first.
     world.add_ball(Ball::default(), moving([40.0, 14.0], [1.0, 0.0]));
     world.add_tool(Tool { friction: 0.0, ..Tool::new(ToolKind::Floor, [40.0, 10.0]) });
     run(&mut world, 60);
     let ball = world.ball(0);
     assert!((ball.velocity[0] - 1.0).abs() < 1e-6 && ball.velocity[1].abs() < 1e-6, "{ball:?}");
-    // A tenth of a unit is left alone.
+    // A tenth of a unit is not corrected.
     assert!((14.89..14.91).contains(&ball.position[1]), "{ball:?}");
 }
 
@@ -123,7 +123,7 @@ fn a_bucket_captures_from_above_only() {
 }
 
 #[test]
-fn sensors_notice_and_do_not_push() {
+fn sensors_detect_and_do_not_push() {
     let mut world = world();
     world.add_ball(Ball::default(), BallState::at_rest([40.0, 50.0]));
     let mut free = world.clone();
@@ -192,7 +192,7 @@ fn degenerate_starts_stay_finite() {
 }
 
 #[test]
-fn the_table_of_tools_is_in_the_order_of_the_types() {
+fn the_tool_table_is_in_the_order_of_tool_kinds() {
     for (index, kind) in ToolKind::ALL.into_iter().enumerate() {
         assert_eq!(kind.index(), index);
         assert_eq!(kind.name().parse(), Ok(kind));
@@ -201,18 +201,18 @@ fn the_table_of_tools_is_in_the_order_of_the_types() {
 }
 
 #[test]
-fn the_share_of_overlap_that_a_step_removes_is_that_of_single_precision() {
+fn the_share_of_overlap_removed_per_step_uses_single_precision() {
     let kept = libm::pow(f64::from(1.0_f32 - 0.1_f32), 60.0);
     assert!((contact::BIAS_SHARE - (1.0 - libm::pow(kept, 1.0 / 30.0))).abs() < 1e-16);
 }
 
-/// Kinetic energy of all that moves.
+/// Total kinetic energy.
 fn energy(world: &World) -> f64 {
     let moving = world.bodies.iter().skip(1);
     moving.map(|body| (body.mass * body.velocity.length_squared() + body.moment * body.spin * body.spin) / 2.0).sum()
 }
 
-/// Numbers that are different in every call.
+/// A pseudo-random number generator.
 fn numbers(seed: u64) -> impl FnMut(f64, f64) -> f64 {
     let mut state = seed;
     move |low, high| {
@@ -221,7 +221,7 @@ fn numbers(seed: u64) -> impl FnMut(f64, f64) -> f64 {
     }
 }
 
-/// A tool of a type and a ball that is thrown at it.
+/// A random tool of a type and a ball thrown at it.
 fn throw(kind: ToolKind, seed: u64) -> (Tool, Motion) {
     let mut number = numbers(seed);
     let tool = Tool {
@@ -239,16 +239,16 @@ fn throw(kind: ToolKind, seed: u64) -> (Tool, Motion) {
 }
 
 #[test]
-fn energy_never_grows_but_where_a_tool_gives_it() {
+fn energy_grows_only_where_a_tool_adds_it() {
     use ToolKind::*;
     let gives = [Cannon, Fan, Belt, Ladder];
-    // These move bodies about.
+    // These relocate bodies.
     let moves = [Funnel, Bucket];
     let is_plain = |kind: &ToolKind| !gives.contains(kind) && !moves.contains(kind) && !kind.is_hinged();
     for kind in ToolKind::ALL.into_iter().filter(is_plain) {
         for seed in 0..20 {
             let (tool, motion) = throw(kind, seed);
-            // Without gravity, which makes up for what pushes overlapping bodies apart.
+            // Without gravity, which would offset the energy added when overlapping bodies are pushed apart.
             let mut world = World::new([0.0; 2]);
             world.add_tool(tool);
             world.add_ball(Ball::default(), motion);
@@ -307,7 +307,7 @@ fn mirrored_scenes_give_mirrored_trajectories() {
     }
 }
 
-/// A screen with every type of tool, with balls and boxes among them.
+/// A screen with every tool type, balls and boxes.
 fn everything() -> World {
     let mut world = world();
     for (index, kind) in ToolKind::ALL.into_iter().enumerate() {
@@ -325,7 +325,7 @@ fn everything() -> World {
 }
 
 #[test]
-fn a_snapshot_of_everything_goes_on_to_the_same_bits() {
+fn a_snapshot_of_everything_continues_bit_for_bit() {
     let mut world = everything();
     let state = |world: &World| -> Vec<u64> {
         let numbers = |body: &body::Body| {
@@ -348,7 +348,7 @@ fn a_snapshot_of_everything_goes_on_to_the_same_bits() {
     assert!(state(&world).into_iter().all(|bits| f64::from_bits(bits).is_finite()));
 }
 
-/// Three lively balls in a pen with every type of tool.
+/// Three bouncing balls in a pen with the paper's tool types.
 fn pen() -> World {
     let mut world = world();
     for (position, velocity) in [([20.0, 60.0], [9.0, 2.0]), ([45.0, 62.0], [-7.0, 4.0]), ([60.0, 30.0], [5.0, -11.0])]
@@ -394,12 +394,12 @@ fn ten_thousand_steps_give_the_same_bytes() {
 }
 
 #[test]
-fn a_restored_snapshot_goes_on_with_the_same_bytes() {
+fn a_restored_snapshot_continues_with_the_same_bytes() {
     let mut sha = Sha256::new();
     let mut world = pen();
     for _ in 0..100 {
         let snapshot = world.clone();
-        // What happens after the snapshot must leave no trace in it.
+        // Changes after the snapshot must leave no trace in it.
         world.add_tool(Tool::new(ToolKind::Box, [42.0, 42.0]));
         run(&mut world, 50);
         world.clone_from(&snapshot);
@@ -418,6 +418,6 @@ fn worlds_on_other_threads_do_not_disturb_one_another() {
     });
 }
 
-/// Of the positions, velocities and numbers of touches of [`pen`] over 10,000 steps. It
-/// changes only when the physics does.
+/// Digest of the states of all balls and the numbers of touches of [`pen`] over 10,000 steps. It changes only when
+/// the physics changes.
 const PEN_DIGEST: &str = "411e9d6e6cae72f6cfecd5e21752fa51160e5b6a9811a086328aa033c8548d07";

@@ -9,7 +9,7 @@ use super::outline::{Frame, Outline, direction};
 use super::tool_kind::{ToolKind, regular};
 use crate::validation::{ValidationError, in_range};
 
-/// A tool at a place.
+/// A tool at a position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tool {
     /// Type, which decides the shape.
@@ -30,13 +30,14 @@ pub struct Tool {
     pub force: f64,
     /// Belt and ladder: speed in units/s.
     pub velocity: f64,
-    /// Constrained hinge and see-saw: how far the plank turns, in radians.
+    /// Constrained hinge and see-saw: largest angle of the plank, in radians.
     pub max_angle: f64,
     /// See-saw: the left end is up, and the weight on the right.
     pub on_left: bool,
     /// See-saw: mass of the weight.
     pub weight: f64,
-    /// Planks: from 1 to 2, brakes balls that touch it by this less 1 in every step.
+    /// Planks: if it exceeds 1, the excess is the fraction of its velocity and spin that a ball in contact loses in
+    /// every step.
     pub roll_friction: f64,
 }
 
@@ -71,13 +72,13 @@ impl Tool {
         self
     }
 
-    /// The same tool at another place, in units.
+    /// The same tool at another position, in units.
     pub fn at(mut self, position: [f64; 2]) -> Self {
         self.position = position;
         self
     }
 
-    /// Whether the numbers make a tool that can stand in a world.
+    /// Checks that the tool can be added to a world.
     ///
     /// # Errors
     /// The first field, by name, whose number is not finite or out of range.
@@ -97,13 +98,13 @@ impl Tool {
         in_range(self.roll_friction, "roll_friction", 0.0, 2.0)
     }
 
-    /// World coordinates of the corners, counter-clockwise; the two end points of segments,
-    /// points all around a circle. In single precision, for networks and screens.
+    /// World coordinates of the corners, counter-clockwise; for segments the two ends, for circles points along the
+    /// circumference. In single precision, for networks and screens.
     pub fn vertices(&self) -> Vec<[f32; 2]> {
         self.corner_points().into_iter().map(|corner| corner.map(|p| p as f32)).collect()
     }
 
-    /// The same in the precision of the physics.
+    /// Like [`vertices`](Self::vertices), in the precision of the physics.
     pub fn corner_points(&self) -> Vec<[f64; 2]> {
         let corners: Vec<Vector> = match self.outline() {
             Outline::Disc { centre, radius } => {
@@ -126,10 +127,10 @@ impl Tool {
         single((bounds.high - centre).max(centre - bounds.low))
     }
 
-    /// Whether a point (in units) is farther than `distance` from the box around the tool, and so from its surface:
-    /// much quicker to find than the [distance](Self::surface) itself.
+    /// Whether a point (in units) is farther than `distance` from the tool's bounding box, and thus from its surface:
+    /// a much faster test than the [distance](Self::surface) itself.
     pub fn is_beyond(&self, point: [f32; 2], distance: f32) -> bool {
-        // More than what single precision loses.
+        // More than the rounding error of single precision.
         const MARGIN: f32 = 0.01;
         let (centre, halves) = (self.centre(), self.half_extents());
         (0..2).any(|axis| (point[axis] - centre[axis]).abs() > halves[axis] + distance + MARGIN)
@@ -148,7 +149,7 @@ impl Tool {
         (contact.dist as f32, single(contact.normal1))
     }
 
-    /// The shape for rapier, and where it stands in the world.
+    /// The shape for rapier, and its position in the world.
     pub(crate) fn shape(&self) -> (SharedShape, Vector) {
         match self.outline() {
             Outline::Disc { centre, radius } => (SharedShape::ball(radius), centre),
@@ -156,7 +157,7 @@ impl Tool {
             Outline::Segment { a, b, .. } => (SharedShape::segment(a, b), Vector::ZERO),
             Outline::Polygon(polygon) => {
                 let corners = polygon.corners().iter().map(|corner| corner.position).collect();
-                // Checked sizes make corners that differ; a point is the worst that can come.
+                // With checked sizes the corners are distinct; a point is the fallback.
                 (SharedShape::convex_polyline(corners).unwrap_or_else(|| SharedShape::ball(0.0)), Vector::ZERO)
             }
         }
@@ -173,7 +174,7 @@ impl Tool {
         (self.kind.row().outline)(self)
     }
 
-    /// How far a plank is drawn tilted while its body's angle is 0.
+    /// Angle of a plank while its body's angle is 0.
     pub fn tilt(&self) -> f64 {
         match self.kind {
             ToolKind::SeeSaw if self.on_left => -self.max_angle,
@@ -182,7 +183,7 @@ impl Tool {
         }
     }
 
-    /// Corners of a regular polygon around the tool's place, as the engine numbers them.
+    /// Corners of a bucket's or funnel's polygon, as the engine numbers them; empty for other types.
     pub(super) fn corners(&self) -> Vec<Vector> {
         let (count, turn) = match self.kind {
             ToolKind::Bucket => (4, FRAC_PI_4),

@@ -1,4 +1,4 @@
-//! The types of CREATE's tools: one table of shapes, materials and rules.
+//! CREATE's tool types: one table of shapes, materials and rules.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI, TAU};
 
@@ -10,7 +10,7 @@ use super::rules::{self, Rule};
 use super::tool::Tool;
 use crate::spelling::by_name;
 
-/// Types of tools. The paper has the first five (section 5.1).
+/// Tool types. The paper has the first five (section 5.1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ToolKind {
@@ -26,7 +26,7 @@ pub enum ToolKind {
     Floor,
     /// A segment at any angle.
     Ramp,
-    /// A segment that may give back more than it takes.
+    /// A segment whose elasticity may exceed 1.
     Trampoline,
     /// A disc without friction.
     Circle,
@@ -38,11 +38,11 @@ pub enum ToolKind {
     Hexagon,
     /// A plank that turns freely around its centre.
     Hinge,
-    /// A plank that turns up to an angle.
+    /// A plank that turns up to a maximum angle.
     HingeConstrained,
-    /// A plank that turns up to an angle, with a weight on one side.
+    /// A plank that turns up to a maximum angle, with a weight on one side.
     SeeSaw,
-    /// Throws a body that touches it.
+    /// Fires a body that touches it.
     Cannon,
     /// Blows on bodies in front of it.
     Fan,
@@ -54,26 +54,25 @@ pub enum ToolKind {
     Ladder,
 }
 
-/// What makes a type of tool: a row of [`TYPES`].
+/// A tool type: a row of [`TYPES`].
 pub(super) struct ToolType {
-    /// Its place in the table.
+    /// The type; rows are in the order of [`ToolKind`].
     kind: ToolKind,
     name: &'static str,
-    /// What its size is called in files.
+    /// Name of its size in files.
     measure: &'static str,
-    /// The size CREATE's tools of this type have unless they say otherwise, in units.
+    /// CREATE's default size, in units.
     pub size: f64,
     pub outline: fn(&Tool) -> (Outline, Frame),
     pub elasticity: f64,
     pub friction: f64,
-    /// Notices bodies and exerts no contact forces.
+    /// Whether it detects bodies and exerts no contact forces.
     is_sensor: bool,
-    /// When a body begins to touch it; if this returns false, nothing more happens until
-    /// they have been apart.
+    /// Runs when a body begins to touch it; if it returns false, the contact is ignored until they separate.
     pub begin: Option<Rule>,
-    /// In every step of contact, before the solver; false drops the contact.
+    /// Runs in every step of contact, before the solver; false drops the contact.
     pub pre_solve: Option<Rule>,
-    /// In every step of contact, after the solver.
+    /// Runs in every step of contact, after the solver.
     pub post_solve: Option<Rule>,
 }
 
@@ -162,7 +161,7 @@ impl ToolKind {
     /// The paper's tool types, in the order of the one-hot encoding of observations.
     pub const PAPER: [ToolKind; 5] = [Self::Bucket, Self::Square, Self::Box, Self::Wall, Self::Floor];
 
-    /// Position in [`ToolKind::ALL`], and in [`ToolKind::PAPER`] for those.
+    /// Index in [`ToolKind::ALL`], and in [`ToolKind::PAPER`] for the paper's types.
     pub fn index(self) -> usize {
         self as usize
     }
@@ -177,12 +176,12 @@ impl ToolKind {
         self.row().name
     }
 
-    /// What the size is called in recordings: `size`, `length` or `radius`.
+    /// Name of the size in recordings: `size`, `length` or `radius`.
     pub fn measure(self) -> &'static str {
         self.row().measure
     }
 
-    /// Whether tools of the type come in sizes; cannons and fans do not.
+    /// Whether tools of the type have different sizes; cannons and fans do not.
     pub fn has_size(self) -> bool {
         !matches!(self, Self::Cannon | Self::Fan)
     }
@@ -202,13 +201,7 @@ impl ToolKind {
         self.row().is_sensor
     }
 
-    /// CREATE's elasticity of the type.
-    pub fn elasticity(self) -> f64 {
-        self.row().elasticity
-    }
-
-    /// The size (or length) CREATE's tools of this type have in our launches and
-    /// tasks unless they say otherwise, in units.
+    /// Default size (or length) of the type in launches and tasks, in units.
     pub fn default_size(self) -> f64 {
         self.row().size
     }
@@ -216,7 +209,7 @@ impl ToolKind {
 
 by_name!(ToolKind, "tool");
 
-/// Corners of a regular polygon around the origin, the first one step after `angle`.
+/// Corners of a regular polygon around the origin; the first is one corner after `angle`.
 pub(super) fn regular(count: usize, angle: f64, size: f64) -> Vec<Vector> {
     let mut angle = angle;
     let corner = |_| {
@@ -226,13 +219,13 @@ pub(super) fn regular(count: usize, angle: f64, size: f64) -> Vec<Vector> {
     (0..count).map(corner).collect()
 }
 
-/// A body that is not turned.
-fn upright_at(position: [f64; 2]) -> Frame {
+/// The frame of a body that is not rotated.
+fn unrotated(position: [f64; 2]) -> Frame {
     Frame { position: position.into(), rotation: Vector::X }
 }
 
 fn polygon(tool: &Tool, corners: usize, turn: f64) -> (Outline, Frame) {
-    (Outline::hull(&regular(corners, turn + tool.angle, tool.size)), upright_at(tool.position))
+    (Outline::hull(&regular(corners, turn + tool.angle, tool.size)), unrotated(tool.position))
 }
 
 fn bucket(tool: &Tool) -> (Outline, Frame) {
@@ -248,13 +241,13 @@ fn square(tool: &Tool) -> (Outline, Frame) {
 }
 
 fn disc(tool: &Tool) -> (Outline, Frame) {
-    (Outline::disc(tool.size), upright_at(tool.position))
+    (Outline::disc(tool.size), unrotated(tool.position))
 }
 
-/// Segments are made in the world: their body stands at the origin.
+/// Segments are built in world coordinates: their body is at the origin.
 fn segment_along(tool: &Tool, along: Vector) -> (Outline, Frame) {
     let (place, half) = (Vector::from(tool.position), along / 2.0);
-    (Outline::segment(place - half, place + half, tool.radius), upright_at([0.0; 2]))
+    (Outline::segment(place - half, place + half, tool.radius), unrotated([0.0; 2]))
 }
 
 fn segment(tool: &Tool) -> (Outline, Frame) {
@@ -265,7 +258,7 @@ fn upright(tool: &Tool) -> (Outline, Frame) {
     segment_along(tool, direction(tool.angle).perp() * tool.size)
 }
 
-/// Beyond 90 degrees it is turned round, so that its upper side stays up.
+/// Beyond 90 degrees it is rotated by half a turn, so that its upper side stays up.
 fn trampoline(tool: &Tool) -> (Outline, Frame) {
     let angle = if tool.angle > FRAC_PI_2 { tool.angle + PI } else { tool.angle };
     segment_along(tool, direction(angle) * tool.size)
@@ -273,11 +266,10 @@ fn trampoline(tool: &Tool) -> (Outline, Frame) {
 
 fn plank(tool: &Tool) -> (Outline, Frame) {
     let half = direction(tool.tilt()) * tool.size / 2.0;
-    (Outline::segment(-half, half, tool.radius), upright_at(tool.position))
+    (Outline::segment(-half, half, tool.radius), unrotated(tool.position))
 }
 
-/// CREATE hands the cannon's width over as its angle: it lies turned by 10 radians,
-/// wherever it points.
+/// CREATE passes the cannon's width as its angle: it is rotated by 10 radians, wherever it points.
 fn cannon(tool: &Tool) -> (Outline, Frame) {
     (Outline::rectangle(7.3, 10.0), Frame::new(tool.position.into(), 10.0))
 }
@@ -286,5 +278,5 @@ fn fan(tool: &Tool) -> (Outline, Frame) {
     (Outline::rectangle(6.7, 10.0), Frame::new(tool.position.into(), tool.angle))
 }
 
-/// Corners of CREATE's star, of which the engine keeps the hull.
+/// Angle for the corners of CREATE's star; the engine keeps only the convex hull.
 pub(super) const STAR_TURN: f64 = PI / 10.0;

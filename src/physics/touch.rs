@@ -1,9 +1,9 @@
-//! Objects of the world and what touches what.
+//! Objects of the world and touches between them.
 
-/// An object of the world, by the order in which its kind was added.
+/// An object of the world, by its index among objects of its kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ObjectId {
-    /// A ball, or a box that moves.
+    /// A ball or a moving box.
     Ball(usize),
     /// A tool.
     Tool(usize),
@@ -11,11 +11,11 @@ pub enum ObjectId {
     Sensor(usize),
 }
 
-/// A ball overlapped an object when a step looked for collisions.
+/// An overlap of a ball with an object, found by the collision detection of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Touch {
     /// Index of the ball.
     pub ball: usize,
-    /// What it touched.
+    /// The object it touched.
     pub object: ObjectId,
 }

@@ -16,7 +16,7 @@ use super::tool_kind::{STAR_TURN, regular};
 use super::touch::{ObjectId, Touch};
 use super::units::exact;
 
-/// A static region that notices balls and exerts no force.
+/// A static region that detects balls and exerts no force.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Sensor {
     /// A disc: centre and radius in units.
@@ -27,7 +27,7 @@ pub enum Sensor {
     Square { position: [f64; 2], side: f64 },
 }
 
-/// What a ball or a moving box is.
+/// Size and material of a ball or a moving box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Mover {
     Ball(Ball),
@@ -45,27 +45,27 @@ pub struct World {
     /// Number of the next shape.
     next_number: u64,
     pub(super) joints: Vec<Joint>,
-    /// Bodies that are awake and joints that act, in the engine's order.
+    /// Awake bodies and active joints, in the engine's order.
     pub(super) awake: Vec<u32>,
     pub(super) active_joints: Vec<u32>,
     pub(super) broad: BroadPhase,
-    /// Contacts, remembered ones and free places among them.
+    /// Contacts, including remembered ones and free slots.
     pub(super) contacts: Vec<Contact>,
     pub(super) free_contacts: Vec<u32>,
-    /// The contacts of the latest step in the order in which they are solved.
+    /// The contacts of the latest step in solving order.
     pub(super) order: Vec<u32>,
-    /// How many contacts have been hung on bodies.
+    /// Number of contact links made so far.
     pub(super) links: u64,
     pub(super) step: u64,
     /// Bodies of balls and boxes.
     balls: Vec<(u32, Mover)>,
     pub(super) tools: Vec<Arc<Actor>>,
-    /// Shapes of tools and of sensors; of sensors that are gone, none.
+    /// Shapes of tools and sensors; None for removed sensors.
     tool_shapes: Vec<u32>,
     sensors: Vec<Option<u32>>,
     pub(super) touches: Vec<Touch>,
     pub(super) moved: Vec<Touch>,
-    /// Buffer of a step.
+    /// Scratch buffer of a step.
     pub(super) candidates: Vec<Candidate>,
 }
 
@@ -128,7 +128,7 @@ impl World {
         self.add_mover(body, Outline::disc(radius), material, Mover::Ball(ball))
     }
 
-    /// Adds a box that moves and returns its index, among those of the balls.
+    /// Adds a moving box and returns its index; balls and boxes share one numbering.
     pub fn add_box(&mut self, moving: MovingBox, motion: impl Into<Motion>) -> usize {
         let (mass, side) = (exact(moving.mass), exact(moving.size));
         let body = Body::new(mass, mass * (side * side + side * side) / 12.0, motion.into());
@@ -145,7 +145,7 @@ impl World {
         index
     }
 
-    /// Adds a tool and returns its index. Wakes nothing, as in CREATE.
+    /// Adds a tool and returns its index. As in CREATE, this wakes nothing.
     pub fn add_tool(&mut self, tool: Tool) -> usize {
         let index = self.tools.len();
         let owner = ObjectId::Tool(index);
@@ -162,8 +162,7 @@ impl World {
         index
     }
 
-    /// Takes note of a tool that was tried and taken back: in CREATE it uses up the number of
-    /// a shape, on which the order of contacts depends.
+    /// Accounts for a rejected tool: in CREATE it uses up a shape number, on which the order of contacts depends.
     pub fn reject_tool(&mut self, tool: &Tool) {
         if tool.kind.is_hinged() {
             self.broad.make_room();
@@ -181,7 +180,7 @@ impl World {
         index
     }
 
-    /// Removes a sensor; the indices of the others stay.
+    /// Removes a sensor; the others keep their indices.
     pub fn remove_sensor(&mut self, index: usize) {
         if let Some(shape) = self.sensors[index].take() {
             self.broad.remove_resting(shape);
@@ -262,12 +261,12 @@ impl World {
         (Some(self.bodies[plank as usize].motion()), weight)
     }
 
-    /// Whether a tool's plank rests and is no longer simulated until something touches it.
+    /// Whether a tool's plank is asleep: not simulated until something touches it.
     pub fn is_plank_asleep(&self, tool: usize) -> bool {
         self.bodies[self.shapes[self.tool_shapes[tool] as usize].body as usize].is_asleep()
     }
 
-    /// Number of balls, and boxes that move.
+    /// Number of balls and moving boxes.
     pub fn ball_count(&self) -> usize {
         self.balls.len()
     }
@@ -286,7 +285,7 @@ impl World {
         self.body(index).motion()
     }
 
-    /// Puts a ball into another state of motion, awake and with its old contacts forgotten.
+    /// Sets the motion of a ball, wakes it and forgets its contacts.
     pub fn set_ball(&mut self, index: usize, motion: impl Into<Motion>) {
         let body = self.balls[index].0;
         if self.bodies[body as usize].is_asleep() {
@@ -310,9 +309,8 @@ impl World {
         }
     }
 
-    /// Gives balls and sensors other indices than those of the order in which they were
-    /// added, which decides the order of contacts: entry i is the old index of the new i. Only
-    /// before the first step.
+    /// Renumbers balls and sensors without changing the order in which they were added, which decides the order of
+    /// contacts: entry i is the old index of the new index i. Only valid before the first step.
     pub fn arrange(&mut self, balls: &[usize], sensors: &[usize]) {
         let new_index = |order: &[usize], old: usize| order.iter().position(|&entry| entry == old).unwrap_or(old);
         for shape in &mut self.shapes {
@@ -326,7 +324,7 @@ impl World {
         self.sensors = sensors.iter().map(|&old| self.sensors[old]).collect();
     }
 
-    /// What a ball is made of; of a box that moves, a ball of the same width.
+    /// Size and material of a ball; for a moving box, a ball of the same width.
     pub fn ball_material(&self, index: usize) -> Ball {
         match self.balls[index].1 {
             Mover::Ball(ball) => ball,
@@ -336,7 +334,7 @@ impl World {
         }
     }
 
-    /// The box with an index, if it is one.
+    /// The moving box with this index; None for a ball.
     pub fn moving_box(&self, index: usize) -> Option<MovingBox> {
         match self.balls[index].1 {
             Mover::Ball(_) => None,
@@ -349,17 +347,17 @@ impl World {
         self.body(index).captured
     }
 
-    /// Whether the ball rests and is no longer simulated until something touches it.
+    /// Whether the ball is asleep: not simulated until something touches it.
     pub fn is_asleep(&self, index: usize) -> bool {
         self.body(index).is_asleep()
     }
 
-    /// Everything the latest step found touching, in the order in which it was found.
+    /// All touches found in the latest step, in the order of detection.
     pub fn touches(&self) -> &[Touch] {
         &self.touches
     }
 
-    /// The balls that a cannon, funnel or bucket has moved in the latest step.
+    /// The balls that a cannon, funnel or bucket moved in the latest step, with the tool.
     pub fn moved(&self) -> &[Touch] {
         &self.moved
     }
@@ -368,13 +366,12 @@ impl World {
     pub fn touches_sensor(&self, ball: usize, sensor: usize) -> bool {
         self.sensors[sensor].is_some_and(|shape| {
             let shape = &self.shapes[shape as usize];
-            overlap(self.now(self.balls[ball].0), &shape.outline, shape.number)
+            overlap(self.detected_outline(self.balls[ball].0), &shape.outline, shape.number)
         })
     }
 
-    /// A body's outline where the latest step's detection had it: a rule may have moved the
-    /// body since.
-    fn now(&self, body: u32) -> &Outline {
+    /// A body's outline as of the latest step's detection; a rule may have moved the body since.
+    fn detected_outline(&self, body: u32) -> &Outline {
         &self.shapes[self.bodies[body as usize].shape as usize].outline
     }
 
@@ -383,7 +380,7 @@ impl World {
         let outline = tool.outline();
         let bounds = outline.bounds();
         let ball = |&ball: &usize| {
-            let other = self.now(self.balls[ball].0);
+            let other = self.detected_outline(self.balls[ball].0);
             other.bounds().intersects(&bounds) && overlap(other, &outline, 0)
         };
         let near = |shape: u32| {
@@ -397,7 +394,7 @@ impl World {
     }
 }
 
-/// Whether two outlines in the world have a contact.
+/// Whether two outlines in world coordinates touch.
 fn overlap(a: &Outline, b: &Outline, number: u64) -> bool {
     let (a, b) = if a.rank() > b.rank() { (b, a) } else { (a, b) };
     let (first, second) = (a.bounds(), b.bounds());
@@ -407,7 +404,7 @@ fn overlap(a: &Outline, b: &Outline, number: u64) -> bool {
 }
 
 impl Sensor {
-    /// The outline in its own frame, and where it stands.
+    /// The outline in its own frame, and its position.
     fn outline(&self) -> (Outline, [f64; 2]) {
         match *self {
             Self::Circle { position, radius } => (Outline::disc(radius), position),

@@ -1,4 +1,4 @@
-//! The catalogue of tools that recorded action sets name: CREATE's own, or that of a file.
+//! The catalogue of tools to which recorded action sets refer: CREATE's own, or one from a file.
 
 use std::collections::BTreeMap;
 use std::io::BufRead;
@@ -13,7 +13,7 @@ use crate::env::ActionSet;
 use crate::physics::{NO_OP, Tool, catalogue_tool};
 use crate::validation::ValidationError;
 
-/// More tools than these are refused.
+/// Largest number of tools.
 const MOST_TOOLS: usize = 100_000;
 
 /// Tools by number.
@@ -23,7 +23,7 @@ pub struct Catalogue {
     tools: BTreeMap<usize, Option<Tool>>,
 }
 
-/// A line of a catalogue's file.
+/// A line of a catalogue file.
 struct Line {
     number: usize,
     tool: Option<Box<RecordedTool>>,
@@ -56,15 +56,15 @@ impl<'de> Deserialize<'de> for Line {
 }
 
 impl Catalogue {
-    /// CREATE's own.
+    /// CREATE's catalogue.
     pub fn of_create() -> Self {
         Self { tools: (0..=NO_OP).map(|number| (number, catalogue_tool(number).copied())).collect() }
     }
 
-    /// Reads a catalogue, one tool a line; `origin` names it in errors.
+    /// Reads a catalogue, one tool per line; `origin` names it in errors.
     ///
     /// # Errors
-    /// At the first line that is no tool, or whose number has been there before, with its number.
+    /// At the first line that is not a tool or repeats a number.
     pub fn read(input: impl BufRead, origin: &str) -> Result<Self, LinesError> {
         let mut tools = BTreeMap::new();
         for_each_line(input, origin, |line: Line| {
@@ -74,7 +74,7 @@ impl Catalogue {
             let tool = line.tool.map(|tool| tool.tool_at([0.0; 2])).transpose()?;
             match tools.insert(line.number, tool) {
                 None => Ok(()),
-                Some(_) => Err(ValidationError::new("tool_id", format_args!("{} is there twice", line.number)).into()),
+                Some(_) => Err(ValidationError::new("tool_id", format_args!("{} appears twice", line.number)).into()),
             }
         })?;
         Ok(Self { tools })
@@ -83,7 +83,7 @@ impl Catalogue {
     /// The action set of a recorded episode.
     ///
     /// # Errors
-    /// At the first number that the catalogue does not have.
+    /// At the first number that is not in the catalogue.
     pub(super) fn action_set(&self, inventory: &[usize]) -> Result<ActionSet, ValidationError> {
         if inventory.len() > self.tools.len() {
             let message = format_args!("has {} entries; there are {} tools", inventory.len(), self.tools.len());
@@ -116,7 +116,7 @@ mod tests {
         let missing = catalogue.action_set(&[3, 8]).unwrap_err().to_string();
         assert_eq!(missing, "inventory[1]: is 8, but the catalogue has no such tool");
         for (text, expected) in [
-            (format!("{ramp}\n{ramp}"), "tools.jsonl:2: tool_id: 7 is there twice"),
+            (format!("{ramp}\n{ramp}"), "tools.jsonl:2: tool_id: 7 appears twice"),
             (ramp.replace("6.5", "0"), "tools.jsonl:1: length: is 0"),
             (ramp.replace("\"tool_id\":7,", ""), "missing field `tool_id`"),
             (no_op.replace("3", "-3"), "tools.jsonl:1"),

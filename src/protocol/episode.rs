@@ -1,4 +1,4 @@
-//! Replaying actions: given ones in a task, and episodes that were recorded in CREATE.
+//! Replays actions in a task, and episodes recorded in CREATE.
 
 use std::collections::BTreeMap;
 use std::io::{self, BufRead, Write};
@@ -17,13 +17,13 @@ use crate::physics::MAX_OBJECTS;
 use crate::task::Task;
 use crate::validation::ValidationError;
 
-/// How far a recorded start may be from the level's, in units: recordings are rounded.
+/// How far a recorded start may be from the level's, in units, because recordings are rounded.
 const START_TOLERANCE: f64 = 1e-3;
 
 /// The outcome of one action, as a line of JSON.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StepLine {
-    /// The normalised position asked for; after the index into the action set, if there is one.
+    /// The requested normalised position, preceded by the index into the action set, if there is one.
     pub action: Vec<f32>,
     /// Whether the tool was placed.
     pub outcome: Placement,
@@ -31,9 +31,9 @@ pub struct StepLine {
     pub reward: f32,
     /// The task ended the episode.
     pub terminated: bool,
-    /// The limit of actions ended the episode.
+    /// The maximum number of actions ended the episode.
     pub truncated: bool,
-    /// Why the episode is over, in CREATE's words.
+    /// Why the episode is over, in CREATE's terms.
     pub done_reasons: Vec<&'static str>,
     /// The goal has been reached in this episode.
     pub goal_hit: bool,
@@ -48,14 +48,13 @@ pub struct StepLine {
     pub balls: BTreeMap<String, Row>,
 }
 
-/// A recorded episode: the level, the tool and the actions. What the recording measured is
-/// ignored.
+/// A recorded episode: the level, the tool and the actions. The recorded results are ignored.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RecordedEpisode {
     id: String,
     level: String,
-    /// The only tool of the agent, or the numbers of those in its action set.
+    /// The agent's only tool; with an action set, `inventory` has the tools' numbers instead.
     tool: Option<RecordedTool>,
     inventory: Option<Vec<usize>>,
     steps: Vec<RecordedStep>,
@@ -87,8 +86,7 @@ struct EpisodeLine {
     steps: Vec<StepLine>,
 }
 
-/// Plays actions from the start of a task, without start noise, until they or the
-/// episode are over.
+/// Plays actions from the start of a task, without start noise, until the actions or the episode end.
 pub fn replay(task: Arc<Task>, actions: impl IntoIterator<Item = Action>) -> impl Iterator<Item = StepLine> {
     replay_in(Environment::new(task), actions)
 }
@@ -98,7 +96,7 @@ fn replay_in<C: Into<Choice>>(
     choices: impl IntoIterator<Item = C>,
 ) -> impl Iterator<Item = StepLine> {
     let names = ball_names(environment.task());
-    // After the end of the episode `step` refuses to go on.
+    // After the end of the episode `step` returns an error.
     choices.into_iter().map_while(move |choice| {
         let choice = choice.into();
         let step = environment.step(choice).ok()?;
@@ -144,8 +142,8 @@ fn balls(environment: &Environment, names: &[String]) -> BTreeMap<String, Row> {
     names.iter().enumerate().map(|(index, name)| (name.clone(), row(world.motion(index)))).collect()
 }
 
-/// Plays actions in a task and writes one line of JSON per action. Returns how many
-/// were played: fewer than there are if the episode ended before.
+/// Plays actions in a task and writes one line of JSON per action. Returns how many were played, which is fewer if
+/// the episode ends early.
 ///
 /// # Errors
 /// When the output cannot be written.
@@ -159,8 +157,8 @@ pub fn play_actions(task: Arc<Task>, actions: &[Action], mut output: impl Write)
     Ok(played)
 }
 
-/// Replays recorded episodes, one a line, in recorded levels, and writes one line each. Action sets
-/// name tools of the catalogue.
+/// Replays recorded episodes in recorded levels, one line of input and one of output per episode. Action sets refer
+/// to tools of the catalogue.
 ///
 /// # Errors
 /// At the first line that cannot be read or played, with its number.
@@ -174,7 +172,7 @@ pub fn play_episodes(
     let mut known: Vec<RecordedLevel> = Vec::new();
     for_each_line(levels, levels_origin, |level: RecordedLevel| {
         if known.iter().any(|other| other.name == level.name) {
-            return Err(ValidationError::new("level", format_args!("`{}` is there twice", level.name)).into());
+            return Err(ValidationError::new("level", format_args!("`{}` appears twice", level.name)).into());
         }
         if known.len() == MAX_OBJECTS {
             return Err(ValidationError::new("level", format_args!("is one of more than {MAX_OBJECTS} levels")).into());
@@ -207,7 +205,9 @@ impl RecordedEpisode {
             Some(inventory) => {
                 let set = catalogue.action_set(inventory)?;
                 let choice = |(i, step): (usize, &RecordedStep)| match step.action[..] {
-                    [index, x, y] if index >= 0.0 && (index as usize) < inventory.len() => {
+                    [index, x, y]
+                        if index >= 0.0 && index.fract() == 0.0 && (index as usize) < inventory.len() =>
+                    {
                         Ok(Choice { tool: index as usize, place: [x, y] })
                     }
                     _ => Err(wrong(i, "must be an index into the inventory and a place, [index, x, y]")),
@@ -232,13 +232,13 @@ impl RecordedEpisode {
         Ok(task)
     }
 
-    /// A recording that starts elsewhere cannot be compared.
+    /// Checks that the recording starts like the level; otherwise they cannot be compared.
     fn check_start(&self, task: &Task) -> Result<(), ValidationError> {
         let environment = Environment::new(Arc::new(task.clone()));
         let balls = balls(&environment, &ball_names(task));
         for (name, row) in &self.start {
             let same = |ours: &Row| ours.iter().zip(row).all(|(a, b)| (a - b).abs() <= START_TOLERANCE);
-            // Other objects of the level have names of their own.
+            // Other objects of the level, with other names, are not compared.
             if !balls.get(name).is_none_or(same) {
                 let message = format_args!("is not how level `{}` starts", self.level);
                 return Err(ValidationError::new(format_args!("start.{name}"), message));

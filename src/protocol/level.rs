@@ -1,4 +1,4 @@
-//! Levels that were recorded in CREATE with every number resolved.
+//! Levels recorded in CREATE with all numbers resolved.
 
 use serde::de::{Error, IgnoredAny};
 use serde::{Deserialize, Deserializer};
@@ -12,7 +12,7 @@ use crate::task::{
 };
 use crate::validation::ValidationError;
 
-/// A recorded level: all of a task but the tool that the agent places.
+/// A recorded level: a task without the tool that the agent places.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RecordedLevel {
@@ -27,7 +27,7 @@ pub(super) struct RecordedLevel {
     #[serde(default)]
     marker_subgoals: Vec<Object>,
     fixed: Vec<Fixed>,
-    /// Names of all objects in the order in which they are put into the world.
+    /// Names of all objects in the order in which they are added to the world.
     #[serde(default)]
     order: Vec<String>,
     #[serde(default, rename = "kind")]
@@ -61,8 +61,8 @@ struct RecordedRules {
     _reward_invalid: IgnoredAny,
 }
 
-/// A ball, a box, a goal or a subgoal of a level. Its place is `pos_norm` where there is one:
-/// that is the exact value, `pos` is rounded. Corners are computed, not read.
+/// A ball, a box, a goal or a subgoal of a level. Its position is `pos_norm` if present, which is exact, while `pos`
+/// is rounded. Corners are computed, not read.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Object {
@@ -93,7 +93,7 @@ struct Object {
 /// An object of a level that is neither target, marker, goal nor subgoal.
 #[derive(Debug, Clone)]
 enum Fixed {
-    /// A ball or box that moves.
+    /// A moving ball or box.
     Moving(Object),
     /// A tool, with its name in the level.
     Tool(Box<RecordedTool>, Option<String>),
@@ -113,10 +113,10 @@ impl<'de> Deserialize<'de> for Fixed {
 }
 
 impl RecordedLevel {
-    /// The task in which the agent places `tool`, or tools of an action set.
+    /// The task in which the agent places `tool`, or the tools of an action set if None.
     ///
     /// # Errors
-    /// When the level has an object or a rule this program lacks, or makes no valid task.
+    /// When the level has an object or a rule that this program does not support, or does not give a valid task.
     pub fn task(&self, tool: Option<&RecordedTool>) -> Result<Task, ValidationError> {
         let list = |objects: &[Object], path: &str| -> Result<Vec<Region>, ValidationError> {
             let region = |(i, object): (usize, &Object)| {
@@ -159,13 +159,13 @@ impl RecordedLevel {
         Ok(task)
     }
 
-    /// Adds the other objects, and the order of all if the recording has it.
+    /// Adds the other objects, and the order of all objects if the recording has it.
     fn add_objects(&self, task: &mut Task) -> Result<(), ValidationError> {
         let mut parts: Vec<(&str, Part)> = vec![("target", Part::Target), ("goal", Part::Goal)];
         let named = |object: &'_ Object| object.name.clone().unwrap_or_default();
         let subgoals: Vec<String> = self.subgoals.iter().map(named).collect();
         let marker_subgoals: Vec<String> = self.marker_subgoals.iter().map(named).collect();
-        // CREATE takes the first object of a marker level for its marker.
+        // In a marker level, CREATE uses the first object as the marker.
         let marker = self.marker.as_ref().map(|marker| marker.name.clone().unwrap_or_else(|| "env0".to_owned()));
         parts.extend(subgoals.iter().enumerate().map(|(i, name)| (name.as_str(), Part::Subgoal(i))));
         parts.extend(marker_subgoals.iter().enumerate().map(|(i, name)| (name.as_str(), Part::MarkerSubgoal(i))));
@@ -192,7 +192,9 @@ impl RecordedLevel {
         }
         for (i, name) in self.order.iter().enumerate() {
             let part = parts.iter().find(|(other, _)| other == name);
-            let unknown = || ValidationError::new(format_args!("order[{i}]"), format_args!("`{name}` is no object"));
+            let unknown = || {
+                ValidationError::new(format_args!("order[{i}]"), format_args!("`{name}` is not an object of the level"))
+            };
             task.order.push(part.ok_or_else(unknown)?.1);
         }
         Ok(())
@@ -240,7 +242,7 @@ impl Object {
         place.ok_or_else(|| ValidationError::new("pos_norm", "is missing"))
     }
 
-    /// Refuses a measure that the object does not have; 0 says that it has none.
+    /// Rejects a size that does not apply to the object; 0 counts as absent.
     fn without(&self, name: &str, measure: Option<f32>) -> Result<(), ValidationError> {
         match measure {
             None | Some(0.0) => Ok(()),
@@ -295,6 +297,6 @@ impl Object {
     }
 
     fn lacking(&self, name: &str) -> ValidationError {
-        ValidationError::new("type", format_args!("`{name}`, an object this program does not have"))
+        ValidationError::new("type", format_args!("`{name}` is not an object that this program supports"))
     }
 }

@@ -1,4 +1,4 @@
-//! Streams of JSON Lines, with bounded memory and errors that name the line.
+//! Streams of JSON Lines, with bounded memory and errors that give the line number.
 
 use std::io::{self, BufRead, Read, Write};
 
@@ -17,7 +17,7 @@ pub enum LinesError {
     /// A line is not JSON or not of the expected form.
     #[error(transparent)]
     Syntax(#[from] SyntaxError),
-    /// A line says something that cannot be used.
+    /// A line has a value that is not allowed.
     #[error("{origin}:{line}: {error}")]
     Invalid {
         /// Name of the stream.
@@ -27,7 +27,7 @@ pub enum LinesError {
         /// What is wrong in it.
         error: ValidationError,
     },
-    /// A line does not end.
+    /// A line is too long.
     #[error("{origin}:{line}: the line is longer than {} MB: write one record a line", MAX_LINE >> 20)]
     TooLong {
         /// Name of the stream.
@@ -48,7 +48,7 @@ pub enum LinesError {
     Write(#[source] io::Error),
 }
 
-/// The lines of a stream that are not empty.
+/// The non-empty lines of a stream.
 pub(super) struct Lines<'a, R> {
     input: R,
     origin: &'a str,
@@ -62,7 +62,7 @@ impl<'a, R: BufRead> Lines<'a, R> {
         Self { input, origin, text: Vec::new(), number: 0 }
     }
 
-    /// The number, from 1, and the text of the next line; none at the end of the stream.
+    /// The number, from 1, and the text of the next line; None at the end of the stream.
     ///
     /// # Errors
     /// When the input cannot be read or the line is longer than [`MAX_LINE`].
@@ -88,7 +88,7 @@ impl<'a, R: BufRead> Lines<'a, R> {
 /// Passes every value of a stream of JSON Lines to `each`, in order, until one fails.
 ///
 /// # Errors
-/// The first line that cannot be read, with its number, or the error of `each`.
+/// The first line that cannot be read, or the error of `each`, with the line number.
 pub(super) fn for_each_line<T: DeserializeOwned>(
     input: impl BufRead,
     origin: &str,
@@ -108,7 +108,7 @@ pub(super) fn for_each_line<T: DeserializeOwned>(
 /// Why a well-formed line could not be processed.
 #[derive(Debug)]
 pub(super) enum LineFailure {
-    /// It says something that cannot be used.
+    /// It has a value that is not allowed.
     Invalid(ValidationError),
     /// The result cannot be written.
     Write(io::Error),
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_that_does_not_end_is_refused_before_it_fills_the_memory() {
+    fn an_endless_line_is_refused_before_it_fills_the_memory() {
         let endless = BufReader::new(b"1\n".chain(io::repeat(b' ')));
         let error = sum(endless).unwrap_err();
         assert!(matches!(error, LinesError::TooLong { line: 2, .. }), "{error}");

@@ -1,8 +1,7 @@
-//! JSON Lines spoken with other programs: recorded scenes in and trajectories out
-//! ([`simulate`]), recorded episodes replayed ([`play_episodes`]), a task as an environment
-//! that answers requests ([`serve()`]).
+//! JSON Lines interfaces to other programs: simulating recorded scenes ([`simulate`]), replaying recorded episodes
+//! ([`play_episodes`]), and serving a task as an environment ([`serve()`]).
 //!
-//! The formats of scenes, levels and episodes are those of the recordings made in CREATE.
+//! Scenes, levels and episodes have the formats of the recordings made in CREATE.
 
 mod catalogue;
 mod episode;

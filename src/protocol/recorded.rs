@@ -1,4 +1,4 @@
-//! Objects as the recordings made in CREATE write them.
+//! Objects in the format of the recordings made in CREATE.
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -7,8 +7,8 @@ use crate::physics::{Tool, ToolKind, to_units};
 use crate::task::Form;
 use crate::validation::ValidationError;
 
-/// A tool of a recording. Its place is `pos_norm` where there is one: that is the exact
-/// value, `pos` is rounded. Corners, end points and joints are computed, not read.
+/// A tool of a recording. Its position is `pos_norm` if present, which is exact, while `pos` is rounded. Corners, end
+/// points and joints are computed, not read.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RecordedTool {
@@ -63,16 +63,16 @@ pub(super) struct RecordedTool {
 }
 
 impl RecordedTool {
-    /// The tool where the recording has it.
+    /// The tool at its recorded position.
     ///
     /// # Errors
-    /// When the place or the size is missing, or a number is out of range.
+    /// When the position or the size is missing, or a number is out of range.
     pub fn tool(&self) -> Result<Tool, ValidationError> {
         let place = self.pos_norm.map(to_units).or(self.pos);
         self.tool_at(place.ok_or_else(|| ValidationError::new("pos_norm", "is missing"))?)
     }
 
-    /// The tool at another place, in units.
+    /// The tool at another position, in units.
     ///
     /// # Errors
     /// When the size is missing or a number is out of range.
@@ -101,7 +101,7 @@ impl RecordedTool {
         let thickness = self.thickness.map(|thickness| (thickness / 2.0).floor());
         let form = Form {
             size,
-            // The corners of the others are sharp, which recordings may say.
+            // Other shapes have sharp corners; recordings may give their radius as 0.
             radius: match name {
                 "radius" => None,
                 _ => self.radius.or(thickness).filter(|radius| kind.is_segment() || *radius != 0.0),

@@ -1,4 +1,4 @@
-//! Recorded scenes: tools and bodies that move, and their simulation to trajectories.
+//! Recorded scenes of tools and moving bodies, and their simulation.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, Write};
@@ -13,20 +13,20 @@ use crate::physics::{
 };
 use crate::validation::{ValidationError, in_range};
 
-/// The longest trajectory of a scene, in physics steps.
+/// Largest number of physics steps of a scene.
 const MAX_STEPS: u32 = 100_000;
 
 /// One body's motion as a row: x, y, vx, vy, angle, angular velocity.
 pub(super) type Row = [f64; 6];
 
-/// Tools and bodies with their first states, to be simulated for some steps.
-/// What the recording measured (contacts, the rest of the trajectories) is ignored.
+/// Tools and bodies with their initial states, to be simulated for some steps. The recorded results (contacts, the
+/// rest of the trajectories) are ignored.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Scene {
     id: String,
     tools: Vec<RecordedTool>,
-    /// The first body: a `ball` where only balls are, else a `mover`.
+    /// The first body: a `ball` in scenes with balls only, otherwise a `mover`.
     ball: Option<Mover>,
     mover: Option<Mover>,
     #[serde(default)]
@@ -34,7 +34,7 @@ struct Scene {
     steps: u32,
     #[serde(rename = "traj")]
     start: FirstRow,
-    /// First rows of the other bodies, by name.
+    /// Trajectories of the other bodies, by name, of which only the first rows are read.
     #[serde(default)]
     parts: BTreeMap<String, FirstRow>,
     #[serde(default, rename = "kind")]
@@ -57,7 +57,7 @@ struct Scene {
     _sleep_steps: IgnoredAny,
 }
 
-/// A body that moves: a ball has a radius, a box a size.
+/// A moving body: a ball with a radius or a box with a size.
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Mover {
@@ -87,17 +87,17 @@ struct Trajectory {
     id: String,
     /// The first body's start and its state after every step.
     traj: Vec<Row>,
-    /// The same of every other body, by name.
+    /// The trajectory of every other body, by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     parts: BTreeMap<String, Vec<Row>>,
-    /// The first step that found the first body touching a tool, from 1.
+    /// The first step, from 1, in which the first body touched a tool.
     first_contact: Option<u32>,
-    /// Kind of tool, body, tool, first and last step of every run of steps in which a cannon,
-    /// funnel or bucket moved a body.
+    /// Tool type, body, tool, first and last step of every sequence of steps in which a cannon, funnel or bucket
+    /// moved a body.
     events: Vec<(String, String, String, u32, u32)>,
-    /// The first step after which a bucket had captured the first body, from 1.
+    /// The first step, from 1, in which a bucket captured the first body.
     captured_step: Option<u32>,
-    /// The first step after which a body slept, from 1, by name.
+    /// The first step, from 1, after which each body was asleep, by name.
     sleep_steps: BTreeMap<String, u32>,
 }
 
@@ -122,7 +122,9 @@ impl Scene {
             (Some(ball), None) => ("ball", ball),
             (None, Some(mover)) => ("mover", mover),
             (None, None) => return Err(ValidationError::new("ball", "is missing: a scene has a `ball` or a `mover`")),
-            (Some(_), Some(_)) => return Err(ValidationError::new("mover", "is there beside `ball`: remove one")),
+            (Some(_), Some(_)) => {
+                return Err(ValidationError::new("mover", "cannot be given together with `ball`: remove one"));
+            }
         };
         first.add_to(&mut world, name, "traj", Some(&self.start))?;
         for (index, other) in self.others.iter().enumerate() {
@@ -136,7 +138,7 @@ impl Scene {
     /// Runs the scene to its end.
     ///
     /// # Errors
-    /// When the scene cannot be built or asks for no steps or too many.
+    /// When the scene is invalid, or the number of steps is 0 or too large.
     fn simulate(&self) -> Result<Trajectory, ValidationError> {
         if !(1..=MAX_STEPS).contains(&self.steps) {
             return Err(ValidationError::new("steps", format_args!("is {}, but must be 1 to {MAX_STEPS}", self.steps)));
@@ -159,7 +161,7 @@ impl Scene {
     }
 }
 
-/// Every body but the first: name, motion, whether it sleeps.
+/// Every body except the first: name, motion, whether it is asleep.
 fn parts(world: &World) -> impl Iterator<Item = (String, Motion, bool)> {
     let movers =
         (1..world.ball_count()).map(|ball| (format!("mover{ball}"), world.motion(ball), world.is_asleep(ball)));
@@ -210,7 +212,7 @@ impl Trajectory {
 }
 
 impl Mover {
-    /// Adds the body with its first row; `path` and `rows` are where the file has them.
+    /// Adds the body with its first row; `path` and `rows` are the JSON paths of the two.
     fn add_to(
         &self,
         world: &mut World,
@@ -252,7 +254,7 @@ impl Mover {
     }
 }
 
-/// No ball may start inside a tool that is solid and stands still.
+/// Checks that the ball does not start inside a solid, fixed tool.
 fn check_clear(world: &World, ball: Ball, motion: Motion, rows: &str) -> Result<(), ValidationError> {
     let is_solid = |tool: &&Tool| !tool.kind.is_sensor() && !tool.kind.is_hinged();
     let centre = BallState::from(motion).position;
@@ -297,10 +299,10 @@ impl<'de> Visitor<'de> for Rows {
     }
 }
 
-/// Reads scenes, one a line, and writes their trajectories, one a line.
+/// Reads scenes, one per line, and writes their trajectories, one per line.
 ///
 /// # Errors
-/// At the first line that is not a scene that can be simulated, with its number.
+/// At the first line that is not a valid scene.
 pub fn simulate(input: impl BufRead, mut output: impl Write) -> Result<(), LinesError> {
     for_each_line(input, "stdin", |scene: Scene| {
         write_line(&mut output, &scene.simulate()?)?;

@@ -1,4 +1,4 @@
-//! The environment for other programs: requests in, answers out, one line of JSON each.
+//! The environment as a server for other programs: requests and answers, one line of JSON each.
 //!
 //! ```text
 //! {"command": "spaces"}                   {"observation_space": {"shape": [..], "low": [..], "high": [..]}, "observation_parts": [..], "action_space": {..}}
@@ -7,15 +7,14 @@
 //! {"command": "close"}                    {"closed": true}
 //! ```
 //!
-//! Where the agent chooses among tools, a reset also brings `"tools": [..]`, the numbers of those in
-//! its action set in the catalogue; a step names one by its index there, `"tool": 3`; `"tool_space":
-//! {"n": 40}` is their number.
+//! With an action set, the answer to a reset also has `"tools": [..]`, the catalogue numbers of the tools in the set.
+//! A step chooses one by its index in that list, `"tool": 3`; `"tool_space": {"n": 40}` gives their number.
 //!
-//! With images, resets and steps also bring `"image"`: 84 x 84 x 3 bytes, rows from the top, in base64.
+//! With images, the answers to resets and steps also have `"image"`: 84 x 84 x 3 bytes, rows from the top, in base64.
 //!
-//! Bounds that are null do not exist. `observation_parts` names what is in an observation. Without a seed, `reset` goes on with the stream of the
-//! last seed. A request that cannot be carried out is answered by `{"error": ".."}`, and the
-//! environment stays as it was.
+//! A bound of null means unbounded. `observation_parts` lists the parts of an observation. Without a seed, `reset`
+//! continues the stream of the last seed. A request that cannot be executed is answered by `{"error": ".."}` and
+//! leaves the environment unchanged.
 
 use std::io::{BufRead, Write};
 
@@ -84,13 +83,13 @@ enum Answer {
     },
 }
 
-/// Numbers from 0 to n - 1, as Gymnasium's `Discrete`.
+/// Integers from 0 to n - 1, like Gymnasium's `Discrete`.
 #[derive(Debug, Serialize)]
 struct Discrete {
     n: usize,
 }
 
-/// A box of 32-bit floats, as Gymnasium's `Box`.
+/// A box of 32-bit floats, like Gymnasium's `Box`.
 #[derive(Debug, Serialize)]
 struct Space {
     shape: [usize; 1],
@@ -104,11 +103,11 @@ struct ImageSpace {
     shape: [usize; 3],
 }
 
-/// Plays an environment as the requests in `input` ask, until one closes it or they end. `seed` holds
-/// until a reset brings another. With `has_images`, answers show the scene.
+/// Serves the requests in `input` until a `close` request or the end of the input. `seed` applies until a reset gives
+/// another. With `has_images`, answers include images of the scene.
 ///
 /// # Errors
-/// When the input cannot be read, a line does not end, or an answer cannot be written.
+/// When the input cannot be read, a line is too long, or an answer cannot be written.
 pub fn serve(
     env: Environment,
     has_images: bool,
@@ -123,7 +122,7 @@ pub fn serve(
             Ok(request) => server.answer(request),
             Err(error) => Answer::Error { error: json::SyntaxError { line, ..error }.to_string() },
         };
-        // Whoever asked waits for the answer.
+        // The client waits for the answer, so it is flushed at once.
         write_line(&mut output, &answer).and_then(|()| output.flush()).map_err(LinesError::Write)?;
         if matches!(answer, Answer::Closed { .. }) {
             break;
@@ -190,7 +189,7 @@ impl Server {
         })
     }
 
-    /// Bounds that are infinite do not exist.
+    /// Infinite bounds are given as null.
     fn spaces(&self) -> Answer {
         let finite = |bounds: Vec<f32>| bounds.into_iter().map(|bound| bound.is_finite().then_some(bound)).collect();
         let [low, high]: [Vec<Option<f32>>; 2] = self.env.observation_bounds().map(finite);
@@ -226,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn an_episode_is_that_of_the_environment() {
+    fn an_episode_equals_that_of_the_environment() {
         let answers = talk(
             "{\"command\":\"spaces\"}\n{\"command\":\"reset\",\"seed\":3}\n{\"command\":\"step\",\"action\":[0.5,-0.5]}\n\n{\"command\":\"close\"}\n{\"command\":\"spaces\"}\n",
         );
@@ -247,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn with_tools_a_step_names_one_of_the_set_that_the_reset_brought() {
+    fn with_tools_a_step_chooses_from_the_action_set_of_the_reset() {
         let task = Arc::new(crate::task::load("create/Push").unwrap());
         let mut env = Environment::new(task.clone()).with_tools(ToolSplit::Test);
         let answers = talk_to(
@@ -279,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn one_seed_gives_one_episode_and_the_stream_goes_on_without() {
+    fn a_seed_fixes_the_episode_and_without_one_the_stream_continues() {
         let mut task = crate::task::load("task1").unwrap();
         task.rules.start_noise = 1.0;
         let reset = |requests: &str| {

@@ -1,4 +1,4 @@
-//! Editing a task: small steps, each valid as a whole, undone and redone.
+//! Editing a task in small steps that keep it valid, with undo and redo.
 
 use std::collections::VecDeque;
 
@@ -6,7 +6,7 @@ use super::{Form, Part, Placeable, Property, Region, Task, ToolSpec, Values};
 use crate::physics::{ToolKind, exact};
 use crate::validation::ValidationError;
 
-/// One change of a task. Numbers of subgoals and tools count from 0 here.
+/// One change of a task. Indices of subgoals and tools count from 0.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Edit {
     /// Appends a subgoal, before the goal.
@@ -15,7 +15,7 @@ pub enum Edit {
     MoveSubgoal { index: usize, position: [f32; 2] },
     /// Resizes a subgoal.
     ResizeSubgoal { index: usize, radius: f32 },
-    /// Exchanges two subgoals' places in the order.
+    /// Swaps two subgoals in the order.
     SwapSubgoals { first: usize, second: usize },
     /// Deletes a subgoal.
     DeleteSubgoal { index: usize },
@@ -37,20 +37,19 @@ pub enum Edit {
     DeleteTool { index: usize },
     /// Gives the agent another tool to place.
     SetPlaceable { kind: ToolKind, size: Option<f32>, values: Values },
-    /// Moves the start of a part: of the marker, another ball or a box, for which there is no other edit.
+    /// Moves the start of a part that has no dedicated edit: the marker, another ball or a box.
     MovePart { part: Part, position: [f32; 2] },
     /// Moves a proposed subgoal.
     MoveProposal { index: usize, position: [f32; 2] },
     /// Resizes a proposed subgoal.
     ResizeProposal { index: usize, radius: f32 },
-    /// Appends a proposed subgoal to the task's own; without a number, all that are
-    /// proposed take the place of the task's own.
+    /// Appends a proposed subgoal to the task's own; without an index, all proposals replace the task's own subgoals.
     AcceptProposal { index: Option<usize> },
     /// Rejects a proposed subgoal, or all of them.
     DeleteProposal { index: Option<usize> },
 }
 
-/// A task with the subgoals that are proposed for it and were neither accepted nor rejected yet.
+/// A task with proposed subgoals that have been neither accepted nor rejected.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Draft {
     /// The task.
@@ -63,7 +62,7 @@ impl Edit {
     /// The task after the change.
     ///
     /// # Errors
-    /// When there is no such object, or the result could not be played.
+    /// When there is no such object, or the result is not playable.
     pub fn apply(&self, draft: &Draft) -> Result<Draft, ValidationError> {
         let Draft { mut task, mut proposed } = draft.clone();
         match *self {
@@ -84,7 +83,7 @@ impl Edit {
             Self::MoveBall { position } => task.ball.position = position,
             Self::AddTool { kind, position, size, ref values } => {
                 task.tools.push(ToolSpec { kind, position, form: form(kind, size, values)? });
-                // An order that names tools names them all.
+                // An order that contains tools contains all of them.
                 if task.order.iter().any(|part| matches!(part, Part::Tool(_))) {
                     task.order.push(Part::Tool(task.tools.len() - 1));
                 }
@@ -123,19 +122,19 @@ impl Edit {
             _ => {}
         }
         task.validate()?;
-        // What is proposed must be fit to be accepted.
+        // Proposals must be acceptable together.
         let unordered = Task { order: Vec::new(), shifts: Vec::new(), ..task.clone() };
         Task { subgoals: proposed.clone(), ..unordered }.validate()?;
         Ok(Draft { task, proposed })
     }
 }
 
-/// The numbers of a tool of a type, with a size and properties.
+/// The form of a tool of a type, with a size and properties.
 fn form(kind: ToolKind, size: Option<f32>, values: &[(Property, f64)]) -> Result<Form, ValidationError> {
     Form { size: size.map(exact), ..Form::default() }.with(kind, values)
 }
 
-/// Takes one of the proposals away, or all of them, and returns what was taken.
+/// Removes and returns one of the proposals, or all of them.
 fn taken(proposed: &mut Vec<Region>, index: Option<usize>) -> Result<Vec<Region>, ValidationError> {
     match index {
         Some(index) => {
@@ -150,7 +149,7 @@ fn taken(proposed: &mut Vec<Region>, index: Option<usize>) -> Result<Vec<Region>
     }
 }
 
-/// The object with a number, from 0. The error counts from 1, as a person does.
+/// The object at an index, from 0. The error message counts from 1.
 fn entry<'a, T>(list: &'a mut [T], name: &str, index: usize) -> Result<&'a mut T, ValidationError> {
     let choice = match list.len() {
         0 => "there is none".to_owned(),
@@ -160,10 +159,10 @@ fn entry<'a, T>(list: &'a mut [T], name: &str, index: usize) -> Result<&'a mut T
     list.get_mut(index).ok_or_else(|| ValidationError::new(format_args!("{name} {}", index.saturating_add(1)), choice))
 }
 
-/// Changes that can be undone at most.
+/// Largest number of changes that can be undone.
 const PAST: usize = 1000;
 
-/// A task being edited, with what can be undone and redone.
+/// A task being edited, with its undo and redo history.
 #[derive(Debug, Clone)]
 pub struct Editor {
     now: Draft,
@@ -173,13 +172,13 @@ pub struct Editor {
 }
 
 impl Editor {
-    /// Begins with a task as it was loaded.
+    /// Starts with a task as it was loaded.
     pub fn new(task: Task) -> Self {
         let now = Draft { task: task.clone(), proposed: Vec::new() };
         Self { now, saved: task, past: VecDeque::new(), future: Vec::new() }
     }
 
-    /// The task as it is now.
+    /// The current task.
     pub fn task(&self) -> &Task {
         &self.now.task
     }
@@ -189,10 +188,10 @@ impl Editor {
         &self.now.proposed
     }
 
-    /// Makes a change; what was undone before is forgotten.
+    /// Applies a change and clears the redo history.
     ///
     /// # Errors
-    /// When the change makes no playable task; nothing is changed then.
+    /// When the resulting task is not playable; then nothing is changed.
     pub fn apply(&mut self, edit: &Edit) -> Result<(), ValidationError> {
         let changed = edit.apply(&self.now)?;
         self.go_to(changed);
@@ -200,14 +199,14 @@ impl Editor {
         Ok(())
     }
 
-    /// Proposes subgoals in place of those that were proposed before. A change like others,
-    /// but one that comes by itself: what was undone before can still be redone.
+    /// Replaces the proposed subgoals. The change can be undone like others but, because it does not come from the
+    /// user, it keeps the redo history.
     pub fn propose(&mut self, regions: Vec<Region>) {
         let changed = Draft { proposed: regions, ..self.now.clone() };
         self.go_to(changed);
     }
 
-    /// Goes to another version, from which the present one can be reached by undoing.
+    /// Switches to another version; the current one becomes the latest to undo.
     fn go_to(&mut self, version: Draft) {
         if self.past.len() == PAST {
             self.past.pop_front();
@@ -215,26 +214,26 @@ impl Editor {
         self.past.push_back(std::mem::replace(&mut self.now, version));
     }
 
-    /// Takes the latest change back. False if there is none.
+    /// Undoes the latest change. False if there is none.
     pub fn undo(&mut self) -> bool {
         let Some(before) = self.past.pop_back() else { return false };
         self.future.push(std::mem::replace(&mut self.now, before));
         true
     }
 
-    /// Makes the change again that was undone last. False if there is none.
+    /// Redoes the change that was undone last. False if there is none.
     pub fn redo(&mut self) -> bool {
         let Some(after) = self.future.pop() else { return false };
         self.go_to(after);
         true
     }
 
-    /// Whether the task differs from the one that was loaded or saved last.
+    /// Whether the task differs from the version last loaded or saved.
     pub fn is_dirty(&self) -> bool {
         self.now.task != self.saved
     }
 
-    /// Takes note that the task was saved, under a new name if `name` says so.
+    /// Records that the task was saved under this name.
     pub fn mark_saved(&mut self, name: String) {
         self.now.task.name = name;
         self.saved = self.now.task.clone();
@@ -298,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn an_object_that_is_not_there_is_named_as_a_person_counts() {
+    fn a_missing_object_is_named_by_its_number_from_1() {
         let check = |editor: &mut Editor, edit: &Edit, expected: &str| {
             assert_eq!(editor.apply(edit).unwrap_err().to_string(), expected);
         };
@@ -312,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn a_new_edit_leaves_nothing_to_redo_and_what_was_redone_can_be_undone() {
+    fn a_new_edit_clears_the_redo_history_and_redone_edits_can_be_undone() {
         let mut editor = editor();
         let before = editor.task().clone();
         let [first, second] = [0.1, 0.2].map(|x| Edit::MoveGoal { position: [x, 0.3] });
@@ -321,14 +320,14 @@ mod tests {
         assert_eq!(editor.task(), &before);
         editor.apply(&second).unwrap();
         let edited = editor.task().clone();
-        assert!(!editor.redo(), "the first edit is gone");
+        assert!(!editor.redo(), "the first edit is forgotten");
         assert_eq!(editor.task(), &edited);
         assert!(editor.undo() && !editor.undo());
         assert_eq!(editor.task(), &before);
     }
 
     #[test]
-    fn a_task_is_dirty_until_it_is_saved_and_after_a_step_back_from_there() {
+    fn a_task_is_dirty_until_it_is_saved_and_after_an_undo_from_there() {
         let mut editor = editor();
         assert!(!editor.is_dirty());
         editor.apply(&Edit::MoveGoal { position: [0.1, 0.3] }).unwrap();
@@ -364,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tool_is_added_in_its_size_and_a_proposal_is_moved_only_to_where_it_can_be_accepted() {
+    fn a_tool_is_added_with_its_size_and_a_proposal_must_stay_acceptable() {
         let mut editor = editor();
         let add = |size| Edit::AddTool { kind: ToolKind::Box, position: [-0.9, 0.9], size, values: Vec::new() };
         editor.apply(&add(Some(5.0))).unwrap();
@@ -375,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn every_level_is_edited_in_its_order_and_loads_as_it_was_saved() {
+    fn every_level_keeps_its_order_when_edited_and_loads_as_saved() {
         for name in crate::task::level_names() {
             let level = load(&format!("create/{name}-random")).unwrap();
             let mut editor = Editor::new(level.clone());
@@ -408,7 +407,7 @@ mod tests {
     }
 
     #[test]
-    fn the_agent_gets_another_tool_and_what_no_tool_can_be_is_refused() {
+    fn the_placeable_tool_is_replaced_and_invalid_ones_are_refused() {
         let mut editor = editor();
         let give = |size, values| Edit::SetPlaceable { kind: ToolKind::Cannon, size, values };
         editor.apply(&give(None, vec![(Property::Force, 70.0)])).unwrap();
@@ -428,7 +427,7 @@ mod tests {
     }
 
     #[test]
-    fn proposals_that_arrive_leave_what_can_be_redone() {
+    fn arriving_proposals_keep_the_redo_history() {
         let mut editor = editor();
         editor.apply(&Edit::MoveGoal { position: [0.1, 0.1] }).unwrap();
         let edited = editor.task().clone();

@@ -1,4 +1,4 @@
-//! Task files on disk and the tasks that are shipped with the program.
+//! Task files on disk and the tasks shipped with the program.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use crate::json::{self, SyntaxError};
 use crate::spelling::did_you_mean;
 use crate::validation::ValidationError;
 
-/// The six tasks, by name, as they lie in `tasks/`.
+/// The six tasks in `tasks/`, by name.
 const SHIPPED: [(&str, &str); 6] = [
     ("task1", include_str!("../../tasks/task1.json")),
     ("task2", include_str!("../../tasks/task2.json")),
@@ -22,7 +22,7 @@ const SHIPPED: [(&str, &str); 6] = [
     ("task6", include_str!("../../tasks/task6.json")),
 ];
 
-/// Why a task cannot be had.
+/// Why a task cannot be loaded or saved.
 #[derive(Debug, thiserror::Error)]
 pub enum TaskError {
     /// Neither a shipped name nor a readable file.
@@ -34,12 +34,12 @@ pub enum TaskError {
     /// The text is not a task.
     #[error(transparent)]
     Syntax(#[from] SyntaxError),
-    /// The numbers make no playable task.
+    /// The task is not playable.
     #[error("{origin}: {error}")]
     Invalid { origin: String, error: ValidationError },
 }
 
-/// CREATE's levels, as its level files have them (MIT licence; their notice is in the folder).
+/// CREATE's level files (MIT licence; the notice is in the folder).
 const LEVELS: [(&str, &str); 13] = [
     ("Basket", include_str!("../../tasks/create/level_basket.json")),
     ("Belt", include_str!("../../tasks/create/level_belt.json")),
@@ -92,7 +92,7 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
         Ok(text) => parse(&text, name),
         Err(source) if source.kind() == std::io::ErrorKind::NotFound => {
             let known = shipped_names().collect::<Vec<_>>().join(", ");
-            // What looks like a path is no misspelt name.
+            // A path is not a misspelt name.
             let hint = if name.contains(['/', '.']) { String::new() } else { did_you_mean(shipped_names(), name) };
             Err(TaskError::Unknown { name: name.to_owned(), known, hint })
         }
@@ -100,15 +100,14 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
     }
 }
 
-/// The name that [`load`] has for this very task, if it is shipped or a level of CREATE.
+/// The name by which [`load`] loads an equal task, if it is shipped or a level of CREATE.
 pub fn name_of(task: &Task) -> Option<String> {
     let levels = level_names().flat_map(|level| ["", "-random"].map(|end| format!("create/{level}{end}")));
     let mut names = shipped_names().map(str::to_owned).chain(levels);
     names.find(|name| load(name).is_ok_and(|known| known == *task))
 }
 
-/// A task from its JSON text, in our format or in that of CREATE's level files; `origin`
-/// names the text in errors.
+/// Parses a task from JSON, in our format or that of CREATE's level files; `origin` names the text in errors.
 ///
 /// # Errors
 /// When the text is not JSON, not a task, or a task that cannot be played.
@@ -122,7 +121,7 @@ pub fn parse(text: &str, origin: &str) -> Result<Task, TaskError> {
     Ok(task)
 }
 
-/// A level from the text of its file, with its random shifts or without.
+/// Parses a level file, with or without its random shifts.
 fn parse_level(text: &str, origin: &str, is_random: bool) -> Result<Task, TaskError> {
     let invalid = |error| TaskError::Invalid { origin: origin.to_owned(), error };
     let task = create::level_task(json::parse(text.as_bytes(), origin)?, is_random).map_err(invalid)?;
@@ -130,8 +129,8 @@ fn parse_level(text: &str, origin: &str, is_random: bool) -> Result<Task, TaskEr
     Ok(task)
 }
 
-/// A task whose form is right. Checked here and not while it is read, for errors that name
-/// the file and the path alone.
+/// A well-formed but unvalidated task. Validation is separate from parsing so that its errors have only the file and
+/// the path.
 struct Unchecked(Task);
 
 impl<'de> Deserialize<'de> for Unchecked {
@@ -140,7 +139,7 @@ impl<'de> Deserialize<'de> for Unchecked {
     }
 }
 
-/// CREATE's level files list their objects in `env` and have no version.
+/// Whether the text is one of CREATE's level files, which list their objects in `env` and have no version.
 fn is_create_level(text: &str) -> bool {
     #[derive(Deserialize)]
     struct Marks {
@@ -156,7 +155,7 @@ pub fn to_json(task: &Task) -> String {
     serde_json::to_string_pretty(task).expect("a task is plain data") + "\n"
 }
 
-/// Writes the task to `path`, atomically: the old file stays whole until the new one is.
+/// Writes the task to `path` atomically.
 ///
 /// # Errors
 /// When the task is invalid or the file cannot be written.
@@ -171,7 +170,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tasks_have_the_names_that_they_are_loaded_by_until_they_are_edited() {
+    fn tasks_are_known_by_the_name_they_were_loaded_by_until_edited() {
         for name in ["task4", "create/Push", "create/Push-random"] {
             let mut task = load(name).unwrap();
             assert_eq!(name_of(&task).as_deref(), Some(name));
@@ -181,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_cannot_be_read_is_no_misspelt_name() {
+    fn an_unreadable_file_is_not_an_unknown_name() {
         let folder = tempfile::tempdir().unwrap();
         let found = load(&folder.path().display().to_string());
         assert!(matches!(found, Err(TaskError::Io { .. })), "{found:?}");

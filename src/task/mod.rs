@@ -1,8 +1,8 @@
 //! Task files: schema, validation with JSON paths, the shipped tasks, saving.
 //!
-//! A task is a scene (ball, tools, goal, ordered subgoals), the tool the agent may
-//! place, and the rules of an episode, in one versioned JSON file. Positions are
-//! normalised to [-1, 1]; sizes are in units of the 84 x 84 screen.
+//! A task is a scene (ball, tools, goal, ordered subgoals), the tool that the agent places, and the rules of an
+//! episode, in one versioned JSON file. Positions are normalised to [-1, 1]; sizes are in units of the 84 x 84
+//! screen.
 
 mod create;
 mod edit;

@@ -1,10 +1,10 @@
-//! What moves in a scene, and the regions that the ball is to reach.
+//! The moving objects of a scene, and the regions that the ball must reach.
 
 use serde::{Deserialize, Serialize};
 
 use crate::physics::{Ball, BallState, Motion, MovingBox, exact, to_units};
 
-/// Radius of CREATE's balls and stars, and of regions unless a task says otherwise, in units.
+/// Radius of CREATE's balls and stars, and default radius of regions, in units.
 pub const STANDARD_RADIUS: f32 = 4.0;
 
 /// A ball and its start.
@@ -36,23 +36,23 @@ impl BallSpec {
         Self { position, velocity: [0.0; 2], radius: STANDARD_RADIUS, mass: 10.0, elasticity: 1.0, friction: 1.0 }
     }
 
-    /// What the ball is made of.
+    /// Size and material of the ball.
     pub fn material(&self) -> Ball {
         Ball { radius: self.radius, mass: self.mass, elasticity: self.elasticity, friction: self.friction }
     }
 
-    /// How it starts, in units, in the precision of the physics.
+    /// Initial motion, in units and in the precision of the physics.
     pub fn motion(&self) -> Motion {
         Motion { velocity: self.velocity.map(exact), ..Motion::at_rest(to_units(self.position.map(exact))) }
     }
 
-    /// How it starts, in units.
+    /// Initial state, in units.
     pub fn start(&self) -> BallState {
         BallState { velocity: self.velocity, ..BallState::at_rest(to_units(self.position)) }
     }
 }
 
-/// A box that moves, and its start.
+/// A moving box and its start.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BoxSpec {
@@ -76,33 +76,32 @@ pub struct BoxSpec {
 }
 
 impl BoxSpec {
-    /// What the box is made of.
+    /// Size and material of the box.
     pub fn material(&self) -> MovingBox {
         let Self { size, mass, elasticity, friction, .. } = *self;
         MovingBox { size, mass, elasticity, friction }
     }
 
-    /// How it starts, in units, in the precision of the physics.
+    /// Initial motion, in units and in the precision of the physics.
     pub fn motion(&self) -> Motion {
         Motion { velocity: self.velocity.map(exact), ..Motion::at_rest(to_units(self.position.map(exact))) }
     }
 }
 
-/// A marker ball and when it counts.
+/// A marker ball and its rules.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Marker {
     /// The marker ball.
     pub ball: BallSpec,
-    /// The target has moved once it is farther than this from its start, normalised
-    /// and divided by the square root of 8.
+    /// The target counts as moved once it is farther than this from its start, normalised and divided by the square
+    /// root of 8.
     #[serde(default = "default_move_threshold")]
     pub move_threshold: f32,
     /// The move counts only once the marker has touched the target.
     #[serde(default)]
     pub must_hit: bool,
-    /// Regions the marker ball is rewarded for touching at the end of an action, each
-    /// once, in any order.
+    /// Regions that the marker ball is rewarded for touching at the end of an action, each once, in any order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub subgoals: Vec<Region>,
 }
@@ -124,10 +123,10 @@ pub struct Region {
 pub struct Goal {
     /// Normalised centre.
     pub position: [f32; 2],
-    /// Centre to edge (circle, ball), to vertex (star) or to side (basket), in units.
+    /// Distance from the centre to the edge (circle, ball), to a vertex (star) or to a side (basket), in units.
     #[serde(default = "default_radius")]
     pub radius: f32,
-    /// What it is made of.
+    /// Its shape.
     #[serde(default)]
     pub shape: GoalShape,
 }
@@ -136,14 +135,14 @@ pub struct Goal {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GoalShape {
-    /// A disc that notices the ball.
+    /// A disc that detects the ball.
     #[default]
     Circle,
     /// A five-pointed star; the engine keeps its convex hull, a pentagon.
     Star,
-    /// A ball that moves.
+    /// A moving ball.
     Ball,
-    /// An axis-aligned square that notices the ball.
+    /// An axis-aligned square that detects the ball.
     Basket,
 }
 

@@ -1,11 +1,11 @@
-//! The numbers of a tool that a person can change, and which tools have them.
+//! The numbers of a tool that users can change, and which tools have them.
 
 use super::Form;
 use crate::physics::{Tool, ToolKind};
 use crate::spelling::did_you_mean;
 use crate::validation::{ValidationError, in_range};
 
-/// A number of a tool, by its name in task files. Angles are in degrees here; files have radians.
+/// A number of a tool, by its name in task files. Angles are in degrees here, in radians in files.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Property {
     /// Polygons: centre to corner; box: side; circle: radius; segments: length. Units.
@@ -23,31 +23,32 @@ pub enum Property {
     Force,
     /// Belt and ladder: speed in units/s.
     Velocity,
-    /// Constrained hinge and see-saw: how far the plank turns.
+    /// Constrained hinge and see-saw: largest angle of the plank.
     MaxAngle,
     /// See-saw: 1 if the weight is on the right, the left end up; otherwise 0.
     OnLeft,
     /// See-saw: mass of the weight.
     BallMass,
-    /// Planks: from 1 to 2, brakes balls by this less 1 in every step.
+    /// Planks: if it exceeds 1, the excess is the fraction of its velocity and spin that a ball in contact loses in
+    /// every step.
     RollFriction,
 }
 
 /// Properties and their new values.
 pub type Values = Vec<(Property, f64)>;
 
-/// What makes a property: a row of [`PROPERTIES`].
+/// A row of [`PROPERTIES`].
 struct Row {
     name: &'static str,
     unit: &'static str,
-    /// How much one key changes it.
+    /// Change per key press.
     step: f64,
     belongs_to: fn(ToolKind) -> bool,
-    /// The least and the greatest value, where a tool's own check knows another unit.
+    /// The allowed range, for properties whose unit differs from that of [`Tool::check`].
     range: Option<[f64; 2]>,
-    /// Files have it in radians.
+    /// Whether files have it in radians.
     is_angle: bool,
-    /// Its value in a tool, and how a form gets it, both as in files.
+    /// Reads it from a tool and writes it to a form, both in the units of files.
     of: fn(&Tool) -> f64,
     set: fn(&mut Form, f64),
 }
@@ -160,12 +161,12 @@ static PROPERTIES: [Row; 11] = {
     ]
 };
 
-/// As CREATE's catalogue computes it, so that its tools come out the same.
+/// Computed as in CREATE's catalogue, so that its tools are reproduced exactly.
 fn radians(degrees: f64) -> f64 {
     degrees * std::f64::consts::PI / 180.0
 }
 
-/// Without what a conversion or a sum leaves behind the sixth decimal.
+/// Rounds to six decimals, which removes the rounding errors of conversions and sums.
 fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }
@@ -186,7 +187,7 @@ impl Property {
         self.row().name
     }
 
-    /// What it is measured in; nothing for plain numbers.
+    /// Its unit; empty for plain numbers.
     pub fn unit(self) -> &'static str {
         self.row().unit
     }
@@ -202,7 +203,7 @@ impl Property {
         rounded(if self.row().is_angle { value.to_degrees() } else { value })
     }
 
-    /// Its value some steps on; angles go round.
+    /// Its value after some steps; angles wrap around.
     pub fn stepped(self, tool: &Tool, steps: f64) -> f64 {
         let value = self.of(tool) + steps * self.row().step;
         match self {
@@ -213,7 +214,7 @@ impl Property {
         }
     }
 
-    /// The properties of a tool that are not the usual ones of its type.
+    /// The properties of a tool that differ from its type's defaults.
     pub fn unusual(tool: &Tool) -> Values {
         let usual = Tool::new(tool.kind, tool.position);
         let values = Self::of_kind(tool.kind).map(|property| (property, property.of(tool)));
@@ -239,10 +240,11 @@ impl std::str::FromStr for Property {
 }
 
 impl Form {
-    /// The numbers with these in place of their own, for a tool of a type.
+    /// The form with these properties replaced, for a tool of a type.
     ///
     /// # Errors
-    /// When a tool of the type has no such property, or not such an angle. Other numbers are checked with the task.
+    /// When a tool of the type has no such property, or a value with a range here is outside it. Other values are
+    /// checked with the task.
     pub fn with(mut self, kind: ToolKind, values: &[(Property, f64)]) -> Result<Self, ValidationError> {
         for &(property, value) in values {
             if Property::of_kind(kind).all(|own| own != property) {
@@ -258,7 +260,7 @@ impl Form {
         Ok(self)
     }
 
-    /// The numbers of a tool: its size, and those that are not the usual ones of its type.
+    /// The form of a tool: its size, and the properties that differ from its type's defaults.
     pub fn of(tool: &Tool) -> Self {
         let usual = Tool::new(tool.kind, tool.position);
         let mut form = Self { size: Some(tool.size), ..Self::default() };
@@ -275,7 +277,7 @@ mod tests {
     use crate::physics::{NO_OP, catalogue_tool};
 
     #[test]
-    fn what_is_set_is_read_again_in_every_type() {
+    fn properties_are_read_back_as_set_for_every_type() {
         for kind in ToolKind::ALL {
             for property in Property::of_kind(kind) {
                 let tool = Tool::new(kind, [0.0; 2]);
@@ -290,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn every_tool_of_the_catalogue_is_its_type_with_its_unusual_properties() {
+    fn every_catalogue_tool_is_its_type_with_its_unusual_properties() {
         for number in 0..NO_OP {
             let tool = catalogue_tool(number).unwrap();
             let form = Form::default().with(tool.kind, &Property::unusual(tool)).unwrap();
@@ -303,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_type_does_not_have_and_angles_out_of_range_are_refused() {
+    fn missing_properties_and_angles_out_of_range_are_refused() {
         let said = |kind, property, value| Form::default().with(kind, &[(property, value)]).unwrap_err().to_string();
         let circle = said(ToolKind::Circle, Property::Angle, 45.0);
         assert_eq!(circle, "angle: a circle has none: it has size, elasticity, friction");
@@ -315,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_go_round() {
+    fn angles_wrap_around() {
         let mut tool = Tool::new(ToolKind::Ramp, [0.0; 2]);
         assert_eq!(Property::Angle.stepped(&tool, -1.0), 345.0);
         tool.angle = radians(345.0);

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::physics::{GRAVITY, STEPS_PER_ACTION};
 
-/// CREATE's own levels are loaded with CREATE's rules.
+/// The rules of a task. CREATE's own levels are loaded with [`Rules::of_create`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Rules {
@@ -20,21 +20,21 @@ pub struct Rules {
     pub overlap_threshold: f32,
     /// When a subgoal counts as reached.
     pub subgoal_check: SubgoalCheck,
-    /// Subgoals count in their order only, and the goal after all of them.
+    /// Subgoals count only in order, and the goal only after all of them.
     pub in_order: bool,
     /// Reaching the goal terminates the episode.
     pub goal_ends_episode: bool,
-    /// A captured target ball terminates the episode like one that stands still.
+    /// A captured ball counts as standing still.
     pub capture_is_standstill: bool,
     /// A ball slower than this (units/s) stands still.
     pub min_speed: f32,
-    /// Actions that end in standstill after which the episode terminates.
+    /// Number of actions ending in standstill after which the episode terminates.
     pub still_actions: u32,
     /// Half width of the uniform noise on the ball's start, normalised.
     pub start_noise: f32,
 }
 
-/// Reward terms of one action; those that apply are added up.
+/// Reward terms of one action; all that apply are added.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Rewards {
@@ -48,7 +48,7 @@ pub struct Rewards {
     pub blocked: f32,
     /// The target ball was set in motion (marker levels).
     pub target_moved: f32,
-    /// Taken off the goal's and a subgoal's reward for every tool placed so far.
+    /// Subtracted from the goal's and a subgoal's reward for every tool placed so far.
     pub cost_per_tool: f32,
 }
 
@@ -88,8 +88,8 @@ impl Default for Rewards {
 }
 
 impl Rules {
-    /// The rules of CREATE's own levels. The action after the last allowed one ends the
-    /// episode there, hence 31 actions.
+    /// The rules of CREATE's own levels. In CREATE the action after the last allowed one ends the episode, hence 31
+    /// actions.
     pub fn of_create() -> Self {
         Self {
             max_actions: 31,

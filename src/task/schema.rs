@@ -1,4 +1,4 @@
-//! What a task file says.
+//! The schema of task files.
 
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -9,20 +9,20 @@ use super::shift::{Part, Shift};
 use super::tools::{Placeable, ToolSpec};
 use crate::physics::ToolKind;
 
-/// The version of the format this program writes.
+/// The format version that this program reads and writes.
 pub const VERSION: u32 = 1;
 
-/// A puzzle: scene, placeable tool, subgoals, goal and rules. What is read is checked: no file
-/// makes a task that cannot be played.
+/// A puzzle: scene, placeable tool, subgoals, goal and rules. Deserialising validates it, so that every task read
+/// from a file is playable.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-// Derives `Task::deserialize` without the check, on which the trait's is built.
+// Derives `Task::deserialize` without validation, which the trait implementation below calls.
 #[serde(deny_unknown_fields, remote = "Self")]
 pub struct Task {
     /// Format version, [`VERSION`].
     pub version: u32,
     /// Short name, as on the command line.
     pub name: String,
-    /// One sentence for people.
+    /// A description in one sentence.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub description: String,
     /// The target ball.
@@ -30,13 +30,13 @@ pub struct Task {
     /// A second ball that must set the target ball in motion (CREATE's marker levels).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub marker: Option<Marker>,
-    /// Other balls that move.
+    /// Other moving balls.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub balls: Vec<BallSpec>,
-    /// Boxes that move.
+    /// Moving boxes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub boxes: Vec<BoxSpec>,
-    /// Tools that belong to the scene.
+    /// Static tools of the scene.
     #[serde(default)]
     pub tools: Vec<ToolSpec>,
     /// The tool the agent places.
@@ -49,12 +49,12 @@ pub struct Task {
     /// Limits, rewards and termination.
     #[serde(default)]
     pub rules: Rules,
-    /// The order in which the parts are put into the world, where it is not the usual one:
-    /// target, marker, goal, balls, boxes, subgoals, those of the marker, tools. Contacts that
-    /// act on one ball at the same time are solved in an order that depends on it.
+    /// The order in which the parts are added to the world, if it is not the default: target, marker, goal, balls,
+    /// boxes, subgoals, the marker's subgoals, tools. The solving order of simultaneous contacts of a ball depends on
+    /// it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub order: Vec<Part>,
-    /// Random shifts of parts, drawn anew for every episode.
+    /// Random shifts of parts, drawn in every episode.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shifts: Vec<Shift>,
 }
@@ -84,8 +84,8 @@ impl Task {
         self.subgoals.len() + 1
     }
 
-    /// The tool types of the scene and of the agent, each once, in canonical order:
-    /// the tool set a dynamics model of this task must know.
+    /// The distinct tool types of the scene and the agent, in the order of [`ToolKind::ALL`]: the tool set that a
+    /// dynamics model of this task must cover.
     pub fn tool_set(&self) -> Vec<ToolKind> {
         let used = |kind: &ToolKind| self.placeable.kind == *kind || self.tools.iter().any(|tool| tool.kind == *kind);
         ToolKind::ALL.into_iter().filter(used).collect()

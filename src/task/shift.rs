@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::schema::Task;
 
-/// A part of a scene; tools, balls, boxes and subgoals by their place in the task's lists.
+/// A part of a scene; tools, balls, boxes and subgoals by their index in the task's lists.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Part {
@@ -28,10 +28,10 @@ pub enum Part {
     MarkerSubgoal(usize),
 }
 
-/// The part of a list that has an index.
+/// Makes a part from its index in a list.
 type Indexed = fn(usize) -> Part;
 
-/// Lists of parts by the names of one in commands, where they count from 1.
+/// Indexed parts by their names in commands, where indices count from 1.
 const NAMES: [(&str, Indexed); 5] = [
     ("ball", Part::Ball),
     ("box", Part::Box),
@@ -75,13 +75,13 @@ impl std::str::FromStr for Part {
     }
 }
 
-/// A random shift that parts have in common, normalised.
+/// A random shift shared by several parts, normalised.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Shift {
-    /// What is shifted.
+    /// The parts that are shifted.
     pub parts: Vec<Part>,
-    /// By how much.
+    /// The distance of the shift.
     pub by: Offset,
 }
 
@@ -89,17 +89,25 @@ pub struct Shift {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Offset {
-    /// Uniformly between two numbers, for x and for y.
+    /// Uniform between two numbers, for x and for y.
     Uniform { x: [f32; 2], y: [f32; 2] },
     /// One of these.
     OneOf(Vec<[f32; 2]>),
 }
 
 impl Task {
-    /// The scene's parts in the order in which they are put into the world.
+    /// The scene's parts in the order in which they are added to the world.
     pub fn parts(&self) -> Vec<Part> {
+        let mut parts = self.order.clone();
+        let missing: Vec<Part> = self.usual_parts().filter(|part| !parts.contains(part)).collect();
+        parts.extend(missing);
+        parts
+    }
+
+    /// The scene's parts in the order of a task that sets none.
+    pub(crate) fn usual_parts(&self) -> impl Iterator<Item = Part> {
         let marker_subgoals = self.marker.as_ref().map_or(0, |marker| marker.subgoals.len());
-        let usual = [Part::Target]
+        [Part::Target]
             .into_iter()
             .chain(self.marker.is_some().then_some(Part::Marker))
             .chain([Part::Goal])
@@ -107,14 +115,10 @@ impl Task {
             .chain((0..self.boxes.len()).map(Part::Box))
             .chain((0..self.subgoals.len()).map(Part::Subgoal))
             .chain((0..marker_subgoals).map(Part::MarkerSubgoal))
-            .chain((0..self.tools.len()).map(Part::Tool));
-        let mut parts = self.order.clone();
-        let missing: Vec<Part> = usual.filter(|part| !parts.contains(part)).collect();
-        parts.extend(missing);
-        parts
+            .chain((0..self.tools.len()).map(Part::Tool))
     }
 
-    /// Takes a tool or subgoal that is gone out of the order and the random shifts; those after it move up.
+    /// Removes a deleted tool or subgoal from the order and the random shifts; later indices move down by one.
     pub(super) fn forget(&mut self, gone: Part) {
         for parts in self.shifts.iter_mut().map(|shift| &mut shift.parts).chain([&mut self.order]) {
             parts.retain(|part| *part != gone);
@@ -131,7 +135,7 @@ impl Task {
         }
     }
 
-    /// Draws its random shifts, in their order, normalised.
+    /// Draws the random shifts, in order, normalised.
     pub fn draw_shifts(&self, rng: &mut impl Rng) -> Vec<[f32; 2]> {
         let draw = |shift: &Shift| match &shift.by {
             Offset::Uniform { x, y } => [x, y].map(|[low, high]| rng.gen_range(*low..=*high)),
@@ -140,7 +144,7 @@ impl Task {
         self.shifts.iter().map(draw).collect()
     }
 
-    /// The task with its random shifts carried out; those without an offset go nowhere.
+    /// The task with its random shifts applied; shifts without an offset are dropped.
     pub fn shifted(&self, offsets: &[[f32; 2]]) -> Self {
         let mut task = self.clone();
         for (shift, [x, y]) in std::mem::take(&mut task.shifts).into_iter().zip(offsets) {
@@ -153,7 +157,7 @@ impl Task {
         task
     }
 
-    /// The place of a part, to be changed; none if there is no such part.
+    /// The position of a part, mutable; None if there is no such part.
     pub fn position_mut(&mut self, part: Part) -> Option<&mut [f32; 2]> {
         match part {
             Part::Target => Some(&mut self.ball.position),

@@ -25,7 +25,7 @@ impl ToolSpec {
     }
 }
 
-/// The tool the agent places, without a place.
+/// The tool that the agent places, without a position.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(from = "PlaceableFields")]
 pub struct Placeable {
@@ -38,13 +38,13 @@ pub struct Placeable {
 }
 
 impl Placeable {
-    /// The tool, placed at a normalised position.
+    /// The tool at a normalised position.
     pub fn tool(&self, position: [f32; 2]) -> Tool {
         self.form.apply(Tool::new(self.kind, to_units(position.map(f64::from))))
     }
 }
 
-/// The optional numbers of a tool; what is missing is CREATE's value for the type.
+/// The optional numbers of a tool; missing ones are CREATE's defaults for the type.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Form {
     /// Polygons: centre to corner; box: side; circle: radius; segments: length. Units.
@@ -68,7 +68,7 @@ pub struct Form {
     /// Belt and ladder: speed in units/s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vel: Option<f64>,
-    /// Constrained hinge and see-saw: how far the plank turns, in radians.
+    /// Constrained hinge and see-saw: largest angle of the plank, in radians.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_angle: Option<f64>,
     /// See-saw: the weight is on the right, the left end up.
@@ -77,13 +77,14 @@ pub struct Form {
     /// See-saw: mass of the weight.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ball_mass: Option<f64>,
-    /// Planks: from 1 to 2, brakes balls by this less 1 in every step.
+    /// Planks: if it exceeds 1, the excess is the fraction of its velocity and spin that a ball in contact loses in
+    /// every step.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub roll_friction: Option<f64>,
 }
 
 impl Form {
-    /// The tool with these numbers in place of its own.
+    /// The tool with these numbers applied.
     pub fn apply(&self, mut tool: Tool) -> Tool {
         for (given, field) in [
             (self.size, &mut tool.size),
@@ -104,7 +105,7 @@ impl Form {
     }
 }
 
-/// A struct with a [`Form`] as it is read. Reading a flattened [`Form`] would lose the path and the line of a mistake.
+/// Deserialises a struct with a [`Form`]. A flattened [`Form`] would lose the path and the line of errors.
 macro_rules! read_with_form {
     ($name:ident from $fields:ident { $($own:ident: $type:ty)? }) => {
         #[derive(Deserialize)]

@@ -1,26 +1,26 @@
-//! What a task must satisfy beyond its schema.
+//! Validation of tasks beyond their schema.
 
 use super::{BallSpec, Form, GoalShape, Offset, Part, Region, Shift, Task, VERSION};
 use crate::physics::{MAX_OBJECTS, START_OVERLAP, Tool, ToolKind, to_units};
 use crate::validation::{Range, Setting, ValidationError, check_settings, in_range};
 
-/// The longest name of a task, in characters.
+/// Longest name of a task, in characters.
 const LONGEST_NAME: usize = 100;
 
 impl Task {
-    /// Checks that the task can be played: every number in its range, a clear start.
+    /// Checks that the task is playable: every number in range, no overlaps at the start.
     ///
     /// # Errors
-    /// The first reason why it cannot.
+    /// The first reason why it is not.
     pub fn validate(&self) -> Result<(), ValidationError> {
         validate(self)
     }
 }
 
-/// Checks the name of a task: names become parts of the names of files.
+/// Checks the name of a task, which becomes part of file names.
 ///
 /// # Errors
-/// When it is none.
+/// When it is not allowed.
 pub fn check_name(name: &str) -> Result<(), ValidationError> {
     let is_allowed = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     if !(1..=LONGEST_NAME).contains(&name.len()) || name.starts_with('.') || !name.chars().all(is_allowed) {
@@ -78,17 +78,12 @@ fn validate(task: &Task) -> Result<(), ValidationError> {
     clear_start(task)
 }
 
-/// The order names parts that are there, each once, tools in the order of their list.
+/// Checks that the order names existing parts, each once, and tools in the order of their list.
 fn order(task: &Task) -> Result<(), ValidationError> {
-    let usual = Task { order: Vec::new(), ..task.clone() }.parts();
+    let known: Vec<Part> = task.usual_parts().collect();
     let mut last_tool = None;
     for (i, part) in task.order.iter().enumerate() {
-        if !usual.contains(part) {
-            return problem(&format!("order[{i}]"), "is not a part of the scene");
-        }
-        if task.order[..i].contains(part) {
-            return problem(&format!("order[{i}]"), "is there before: name each part once");
-        }
+        listed(&task.order[..=i], &known, &format!("order[{i}]"))?;
         if let Part::Tool(tool) = *part {
             if last_tool.map_or(tool != 0, |last: usize| tool != last + 1) {
                 return problem(
@@ -105,13 +100,19 @@ fn order(task: &Task) -> Result<(), ValidationError> {
     Ok(())
 }
 
-fn shifted(task: &Task, shift: &Shift, path: &str) -> Result<(), ValidationError> {
-    let known = Task { order: Vec::new(), ..task.clone() }.parts();
-    if let Some(i) = shift.parts.iter().position(|part| !known.contains(part)) {
-        return problem(&format!("{path}.parts[{i}]"), "is not a part of the scene");
+/// Checks that the last of these parts exists and is not among those before it.
+fn listed(parts: &[Part], known: &[Part], path: &str) -> Result<(), ValidationError> {
+    match parts.split_last() {
+        Some((part, _)) if !known.contains(part) => problem(path, "is not a part of the scene"),
+        Some((part, before)) if before.contains(part) => problem(path, "is listed twice: name each part once"),
+        _ => Ok(()),
     }
-    if shift.parts.len() > known.len() {
-        return problem(&format!("{path}.parts"), "names a part more than once");
+}
+
+fn shifted(task: &Task, shift: &Shift, path: &str) -> Result<(), ValidationError> {
+    let known: Vec<Part> = task.usual_parts().collect();
+    for i in 0..shift.parts.len() {
+        listed(&shift.parts[..=i], &known, &format!("{path}.parts[{i}]"))?;
     }
     match &shift.by {
         Offset::Uniform { x, y } => {
@@ -136,7 +137,7 @@ fn shifted(task: &Task, shift: &Shift, path: &str) -> Result<(), ValidationError
     Ok(())
 }
 
-/// The numbers among a task's rules.
+/// The numeric rules of a task.
 pub const RULES: [Setting; 13] = [
     Setting::count("max_actions", 1, 1000, "actions after which the episode is truncated"),
     Setting::count("steps_per_action", 1, 10_000, "physics steps after each action"),
@@ -153,7 +154,7 @@ pub const RULES: [Setting; 13] = [
     Setting::number("start_noise", 0.0, 1.0, "half width of the uniform noise on the ball's start, normalised"),
 ];
 
-/// No ball may start inside a tool or another ball.
+/// Checks that no ball starts inside a tool or another ball.
 fn clear_start(task: &Task) -> Result<(), ValidationError> {
     let mut balls = vec![("ball".to_owned(), task.ball)];
     balls.extend(task.marker.as_ref().map(|marker| ("marker.ball".to_owned(), marker.ball)));
@@ -200,10 +201,10 @@ fn velocity(velocity: [f32; 2], path: &str) -> Result<(), ValidationError> {
 }
 
 impl Form {
-    /// Checks that the numbers are those of a tool of this type, and in range.
+    /// Checks that all properties apply to a tool of this type and are in range.
     ///
     /// # Errors
-    /// The first that is not.
+    /// The first that is not allowed.
     pub fn check(&self, kind: ToolKind) -> Result<(), ValidationError> {
         use ToolKind::{Belt, Cannon, Fan, HingeConstrained, Ladder, Ramp, SeeSaw};
         let turns = matches!(kind, HingeConstrained | SeeSaw);
@@ -214,13 +215,13 @@ impl Form {
             ("max_angle", self.max_angle.is_some(), turns),
             ("on_left", self.on_left.is_some(), kind == SeeSaw),
             ("ball_mass", self.ball_mass.is_some(), kind == SeeSaw),
-            // CREATE gives it to ramps too.
+            // CREATE sets it for ramps too.
             ("roll_friction", self.roll_friction.is_some(), kind.is_hinged() || kind == Ramp),
         ];
         if let Some((name, ..)) = fitting.into_iter().find(|(_, is_there, fits)| *is_there && !fits) {
             return Err(ValidationError::new(name, format_args!("does not belong to a {kind}: remove it")));
         }
-        // In files the names are those of the recordings.
+        // The names in files are those of [`Tool::check`].
         self.apply(Tool::new(kind, [0.0; 2])).check()
     }
 }
@@ -237,7 +238,7 @@ fn regions(regions: &[Region], path: &str) -> Result<(), ValidationError> {
     Ok(())
 }
 
-/// Levels place walls just outside the screen, hence the margin.
+/// Levels place walls slightly outside the screen, hence the margin.
 fn position(position: [f32; 2], path: &str) -> Result<(), ValidationError> {
     position.iter().enumerate().try_for_each(|(axis, value)| in_range(*value, format!("{path}[{axis}]"), -1.5, 1.5))
 }
@@ -252,7 +253,7 @@ mod tests {
     use crate::physics::SCREEN;
     use crate::task::load;
 
-    /// A task with a ball of 4 units and something at a distance from it, in units.
+    /// A task with a ball of radius 4 and another object at a distance from it, in units.
     fn with(change: impl Fn(&mut Task, [f32; 2]), distance: f32) -> Result<(), ValidationError> {
         let mut task = load("task1").unwrap();
         task.subgoals.clear();
@@ -272,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn a_goal_that_is_a_ball_is_as_large_as_it_says() {
+    fn a_goal_ball_has_the_goal_radius() {
         let goal = |task: &mut Task, position| {
             (task.goal.shape, task.goal.position, task.goal.radius) = (GoalShape::Ball, position, 2.0);
         };
@@ -280,6 +281,17 @@ mod tests {
         assert!(
             with(goal, 6.0 - 1.5 * START_OVERLAP).unwrap_err().to_string().starts_with("goal.position: overlaps ball")
         );
+    }
+
+    #[test]
+    fn a_shift_names_each_part_once() {
+        let shifted = |parts: &[Part]| {
+            let shift = Shift { parts: parts.to_vec(), by: Offset::OneOf(vec![[0.1, 0.0]]) };
+            with(|task, _| task.shifts.push(shift.clone()), 30.0)
+        };
+        shifted(&[Part::Target, Part::Goal]).unwrap();
+        let error = shifted(&[Part::Target, Part::Target]).unwrap_err().to_string();
+        assert_eq!(error, "shifts[0].parts[1]: is listed twice: name each part once");
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! An 84 x 84 image and the shapes that are drawn on it, pixel for pixel as pygame draws them:
-//! CREATE's observations are drawn with it.
+//! An 84 x 84 image with drawing primitives that match pygame's pixel for pixel. CREATE's observations are drawn with
+//! it.
 
 use crate::physics::SCREEN;
 
@@ -10,12 +10,12 @@ pub const IMAGE_LEN: usize = IMAGE_SIDE * IMAGE_SIDE * 3;
 
 /// Red, green, blue.
 pub type Colour = [u8; 3];
-/// A pixel, from the upper left corner; may lie outside.
+/// A pixel position, from the upper left corner; may lie outside the image.
 pub type Pixel = [i32; 2];
 
 const LAST: i32 = IMAGE_SIDE as i32 - 1;
 
-/// An image being drawn. Column x is written to column 83 - x, as CREATE mirrors what it shows.
+/// An image being drawn. Column x is written to column 83 - x, because CREATE mirrors its images.
 pub struct Canvas<'a> {
     pixels: &'a mut [u8; IMAGE_LEN],
 }
@@ -27,7 +27,7 @@ impl<'a> Canvas<'a> {
         Self { pixels }
     }
 
-    /// A row of pixels, both ends included.
+    /// A horizontal run of pixels, both ends included.
     fn row(&mut self, from: i32, y: i32, to: i32, colour: Colour) {
         let (from, to) = (from.min(to).max(0), from.max(to).min(LAST));
         if (0..=LAST).contains(&y) && from <= to {
@@ -56,7 +56,7 @@ impl<'a> Canvas<'a> {
         }
     }
 
-    /// A disc; pygame's are centred between pixels.
+    /// A disc, centred between pixels as in pygame.
     pub fn disc(&mut self, [x, y]: Pixel, radius: i32, colour: Colour) {
         if radius == 1 {
             return self.rectangle([x - 1, y - 1], [2, 2], colour);
@@ -73,7 +73,7 @@ impl<'a> Canvas<'a> {
             step_x += 2;
             error += step_x + 1;
             for (half, offset) in [(across, down), (down, across)] {
-                // The outer rows are complete only before the next step inwards.
+                // An outer row has its full width only when `down` is about to decrease.
                 if half == down || error >= 0 {
                     self.row(x - half, y + offset - 1, x + half - 1, colour);
                     self.row(x - half, y - offset, x + half - 1, colour);
@@ -114,7 +114,7 @@ impl<'a> Canvas<'a> {
         }
     }
 
-    /// A line of one or two pixels' width.
+    /// A line one or two pixels wide.
     pub fn line(&mut self, [mut x, mut y]: Pixel, [to_x, to_y]: Pixel, is_wide: bool, colour: Colour) {
         let (dx, dy) = ((to_x - x).abs(), (to_y - y).abs());
         let (step_x, step_y) = (if x < to_x { 1 } else { -1 }, if y < to_y { 1 } else { -1 });

@@ -1,8 +1,8 @@
-//! Images as CREATE's observations: 84 x 84 pixels of 3 bytes, drawn without a screen, row 0 the top,
-//! mirrored left to right.
+//! Images like CREATE's observations: 84 x 84 pixels of 3 bytes, drawn without a display, row 0 at the top, mirrored
+//! left to right.
 //!
-//! Balls, polygons, segments and planks are drawn as in CREATE. Where CREATE has pictures, of ladders,
-//! belts and the like, there are plain shapes in their colours, or CREATE's own [`Pictures`].
+//! Balls, polygons, segments and planks are drawn as in CREATE. Objects for which CREATE uses pictures, such as
+//! ladders and belts, are drawn as plain shapes in similar colours, or with CREATE's own [`Pictures`].
 
 mod canvas;
 mod pictures;
@@ -11,7 +11,7 @@ mod tests;
 
 use super::episode::{Snapshot, goal_object};
 use crate::physics::{Motion, ObjectId, SCREEN, Tool, ToolKind, World, exact, to_units};
-use crate::task::{GoalShape, Part, Task};
+use crate::task::{GoalShape, Part, Region, Task};
 use canvas::{Canvas, Colour, Pixel};
 use pictures::Picture;
 
@@ -25,7 +25,7 @@ const SUBGOAL: Colour = [211, 254, 185];
 const BALL: Colour = [0, 0, 0];
 const BASKETBALL: Colour = [248, 133, 0];
 const MOVING_BOX: Colour = [140, 124, 103];
-/// Solid tools that take energy, and those that hardly do or give some.
+/// `FIXED` is for solid tools of low elasticity, `BOUNCY` for those that keep most of the energy or add some.
 const FIXED: Colour = [250, 133, 53];
 const BOUNCY: Colour = [8, 103, 136];
 const PLANK: Colour = [250, 145, 73];
@@ -65,7 +65,7 @@ struct Image<'a> {
     pictures: Option<&'a Pictures>,
 }
 
-/// The pixel of a point in units: the origin is the upper left corner, fractions are cut off.
+/// The pixel of a point in units: the origin is the upper left corner, coordinates are truncated.
 fn pixel([x, y]: [f64; 2]) -> Pixel {
     [x as i32, (f64::from(SCREEN) - y) as i32]
 }
@@ -75,7 +75,7 @@ impl Image<'_> {
         self.now.world()
     }
 
-    /// Everything but tools.
+    /// Draws anything except tools.
     fn part(&mut self, part: Part) {
         let Self { task, now, .. } = *self;
         let marker = usize::from(task.marker.is_some());
@@ -86,25 +86,24 @@ impl Image<'_> {
             Part::Goal => self.goal(),
             Part::Ball(index) => self.ball(others + index, BALL),
             Part::Box(index) => self.moving_box(others + task.balls.len() + index),
-            Part::Subgoal(index) if !now.reached()[index] => {
-                let region = task.subgoals[index];
-                self.disc(to_units(region.position.map(exact)), region.radius, SUBGOAL);
-            }
+            Part::Subgoal(index) if !now.reached()[index] => self.subgoal(&task.subgoals[index]),
             Part::MarkerSubgoal(index) if !now.reached_by_marker()[index] => {
-                let region = task.marker.iter().flat_map(|marker| &marker.subgoals).nth(index).copied();
-                region
-                    .iter()
-                    .for_each(|region| self.disc(to_units(region.position.map(exact)), region.radius, SUBGOAL));
+                task.marker.iter().for_each(|marker| self.subgoal(&marker.subgoals[index]));
             }
             Part::Subgoal(_) | Part::MarkerSubgoal(_) | Part::Tool(_) => {}
         }
+    }
+
+    fn subgoal(&mut self, region: &Region) {
+        self.disc(to_units(region.position.map(exact)), region.radius, SUBGOAL);
     }
 
     fn disc(&mut self, centre: [f64; 2], radius: f32, colour: Colour) {
         self.canvas.disc(pixel(centre), radius as i32, colour);
     }
 
-    /// Draws a picture over the points and what is within `reach` of them. False if there are no pictures.
+    /// Draws a picture into the bounding box of `points`, extended by `reach`. Returns false if no pictures are
+    /// loaded.
     fn picture(&mut self, picture: Picture, angle: f64, points: &[[f64; 2]], reach: f64) -> bool {
         let Some(pictures) = self.pictures else { return false };
         let least = |axis: usize| points.iter().map(|point| point[axis]).fold(f64::INFINITY, f64::min) - reach;
@@ -205,7 +204,7 @@ impl Image<'_> {
     }
 }
 
-/// The picture that CREATE has of a tool, and the angle by which it turns it.
+/// CREATE's picture of a tool, and the angle by which it is turned.
 fn picture(tool: &Tool) -> Option<(Picture, f64)> {
     use std::f64::consts::{FRAC_PI_2, PI};
     let picture = match tool.kind {

@@ -1,5 +1,5 @@
-//! CREATE's pictures of tools, turned and scaled as pygame does it, so that images are CREATE's own pixel
-//! for pixel. They are not part of this program: they lie in `create_game/assets` of CREATE.
+//! CREATE's pictures of tools, rotated and scaled as in pygame, so that images equal CREATE's pixel for pixel. The
+//! pictures are not part of this program; CREATE has them in `create_game/assets`.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -21,12 +21,12 @@ const FILES: [&str; 11] = [
     "ladder.png",
     "trampoline.png",
 ];
-/// So many turned and scaled pictures are remembered.
+/// Most rotated and scaled pictures kept in the cache.
 const REMEMBERED: usize = 10_000;
-/// Larger pictures are refused.
+/// Largest accepted width or height of a picture, in pixels.
 const LARGEST_SIDE: u32 = 4096;
 
-/// A picture, by its place among the files.
+/// A picture; its discriminant is its index in `FILES`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Picture {
     Basket,
@@ -42,7 +42,7 @@ pub(super) enum Picture {
     Trampoline,
 }
 
-/// Why the pictures cannot be had.
+/// Why the pictures cannot be loaded.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {message}; give the folder `create_game/assets` of CREATE", path.display())]
 pub struct PicturesError {
@@ -50,17 +50,17 @@ pub struct PicturesError {
     message: String,
 }
 
-/// Pixels by row; what shows the background is none.
+/// Pixels by row; background pixels are None.
 #[derive(Debug, Clone)]
 struct Pixels {
     width: usize,
     pixels: Vec<Option<Colour>>,
 }
 
-/// What a picture looks like at an angle in a box of a size: the bits of angle, width and height.
+/// Cache key of a rotated and scaled picture: the bits of angle, width and height.
 type Look = (Picture, [u64; 3]);
 
-/// The pictures of a folder.
+/// CREATE's pictures, with a cache of rotated and scaled versions.
 #[derive(Debug)]
 pub struct Pictures {
     pictures: Vec<Pixels>,
@@ -81,7 +81,7 @@ impl Pictures {
                 return Err(failed(format!("has more than {LARGEST_SIDE} pixels a side")));
             }
             let colour = |pixel: &image::Rgba<u8>| [pixel[0], pixel[1], pixel[2]];
-            // The first pixel has the colour of the background; opacity does not count.
+            // The first pixel has the background colour; alpha is ignored.
             let background = picture.pixels().next().map(colour).ok_or_else(|| failed("is empty".to_owned()))?;
             let pixels = picture.pixels().map(colour).map(|pixel| (pixel != background).then_some(pixel)).collect();
             Ok(Pixels { width: picture.width() as usize, pixels })
@@ -90,12 +90,12 @@ impl Pictures {
         Ok(Self { pictures, looks: Mutex::default() })
     }
 
-    /// Draws a picture, turned by an angle in radians, into the box from `low` to `high`, pixels from the
-    /// upper left corner.
+    /// Draws a picture, rotated by an angle in radians, into the box from `low` to `high`, in pixels from the upper
+    /// left corner.
     pub(super) fn draw(&self, canvas: &mut Canvas, picture: Picture, angle: f64, low: [f64; 2], high: [f64; 2]) {
         let size = [high[0] - low[0], high[1] - low[1]];
         let look = (picture, [angle, size[0], size[1]].map(f64::to_bits));
-        // Entries are inserted whole, so that a panic elsewhere leaves none half made.
+        // Ignores poisoning: entries are inserted whole, so a panic elsewhere leaves no partial entry.
         let mut looks = self.looks.lock().unwrap_or_else(PoisonError::into_inner);
         if looks.len() >= REMEMBERED {
             looks.clear();
@@ -126,7 +126,7 @@ impl Pixels {
         self.pixels.len() / self.width.max(1)
     }
 
-    /// The smallest part that has all of the picture: from where, and how large.
+    /// The bounding box of the non-background pixels: its corner and its size.
     fn extent(&self) -> ([usize; 2], [usize; 2]) {
         let (mut low, mut high) = ([usize::MAX; 2], [0; 2]);
         for (index, _) in self.pixels.iter().enumerate().filter(|(_, pixel)| pixel.is_some()) {
@@ -139,7 +139,7 @@ impl Pixels {
         if high[0] == 0 { ([0; 2], [0; 2]) } else { (low, [high[0] - low[0], high[1] - low[1]]) }
     }
 
-    /// Turned counter-clockwise, with room for all of it; each pixel is the nearest of the original.
+    /// Rotated counter-clockwise, with nearest-neighbour sampling, and enlarged to hold the whole picture.
     fn turned(&self, angle: f64) -> Self {
         let degrees = (angle * (180.0 / std::f64::consts::PI)) as f32;
         if degrees % 90.0 == 0.0 {
@@ -170,7 +170,7 @@ impl Pixels {
         Self { width: width as usize, pixels }
     }
 
-    /// Turned counter-clockwise by so many right angles.
+    /// Rotated counter-clockwise by a number of quarter turns.
     fn turned_square(&self, quarters: usize) -> Self {
         let (w, h) = (self.width, self.height());
         let at = |x: usize, y: usize| self.pixels[y * w + x];
@@ -187,13 +187,14 @@ impl Pixels {
         Self { width, pixels: (0..width * height).map(pixel).collect() }
     }
 
-    /// So large that what shows fills the size; each pixel is one of the original.
+    /// Scaled, with nearest-neighbour sampling, so that the non-background part fills `size`. None if nothing would
+    /// be visible.
     fn scaled(&self, size: [f64; 2]) -> Option<Self> {
         let own = [self.width, self.height()];
         let (_, shown) = self.extent();
         let side = |axis: usize| (size[axis] / (shown[axis] as f64 / own[axis] as f64)) as usize;
         let [width, height] = [side(0), side(1)];
-        // A picture in a box of the screen; what is larger than the largest picture comes from no scene.
+        // No scene needs a picture larger than `LARGEST_SIDE`.
         if shown[0] == 0 || width == 0 || height == 0 || width.max(height) > LARGEST_SIDE as usize {
             return None;
         }
@@ -209,7 +210,7 @@ impl Pixels {
     }
 }
 
-/// Which of `from` pixels each of `to` shows.
+/// For each of `to` output pixels, the index of the input pixel (of `from`) that it shows.
 fn steps(from: usize, to: usize) -> Vec<usize> {
     let (from2, to2) = (2 * from as i64, 2 * to as i64);
     let mut error = from2 - to2;
@@ -228,13 +229,17 @@ fn steps(from: usize, to: usize) -> Vec<usize> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::super::canvas::IMAGE_LEN;
     use super::*;
+    use crate::env::{Autoreset, State, VectorEnvironment};
+    use crate::task::load;
 
     const RED: Colour = [255, 0, 0];
     const BLUE: Colour = [0, 0, 255];
 
-    /// A folder of pictures: in a white frame red on the left, blue on the right.
+    /// A folder of test pictures: a white border around red on the left and blue on the right.
     fn folder() -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         let mut picture = image::RgbImage::from_pixel(6, 4, image::Rgb([255; 3]));
@@ -247,7 +252,7 @@ mod tests {
         folder
     }
 
-    /// Colours of an image that are not white, with the corners of the box around each, unmirrored.
+    /// The colours in an image other than white, each with its bounding box, with the mirroring undone.
     fn drawn(angle: f64, low: [f64; 2], high: [f64; 2]) -> Vec<(Colour, [usize; 4])> {
         let folder = folder();
         let pictures = Pictures::load(folder.path()).unwrap();
@@ -268,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn what_shows_of_a_picture_fills_the_box() {
+    fn the_visible_part_of_a_picture_fills_the_box() {
         let whole = drawn(0.0, [10.5, 20.9], [18.5, 24.9]);
         assert_eq!(whole, [(BLUE, [14, 20, 17, 23]), (RED, [10, 20, 13, 23])]);
     }
@@ -282,12 +287,30 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_is_named() {
+    fn missing_and_unreadable_pictures_are_named() {
         let folder = folder();
         std::fs::write(folder.path().join("fan.png"), "no picture").unwrap();
         let error = Pictures::load(folder.path()).unwrap_err().to_string();
         assert!(error.contains("fan.png") && error.contains("create_game/assets"), "{error}");
         std::fs::remove_file(folder.path().join("box.png")).unwrap();
         assert!(Pictures::load(folder.path()).unwrap_err().to_string().contains("box.png"));
+    }
+
+    #[test]
+    fn an_environment_keeps_its_pictures_when_a_state_is_restored() {
+        let pictures = Arc::new(Pictures::load(folder().path()).unwrap());
+        let task = Arc::new(load("create/Ladder").unwrap());
+        let mut vector = VectorEnvironment::new(task.clone(), 1, Autoreset::Disabled).with_pictures(&pictures);
+        let mut row = vec![0.0; vector.observation_len()];
+        vector.reset(&[Some(1)], None, &mut row);
+        let image = |vector: &VectorEnvironment| {
+            let mut pixels = vec![0; IMAGE_LEN];
+            vector.draw(&mut pixels);
+            pixels
+        };
+        let before = image(&vector);
+        let read = State::parse(&vector.state(0).unwrap().to_json(), &task).unwrap();
+        vector.restore(0, &read, &mut row).unwrap();
+        assert!(image(&vector) == before);
     }
 }

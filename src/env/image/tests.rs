@@ -1,4 +1,4 @@
-//! Images against observations of CREATE (`tests/data/create/all/frames.jsonl.gz`).
+//! Compares images with recorded observations of CREATE (`tests/data/create/all/frames.jsonl.gz`).
 
 use image::ImageReader;
 use serde_json::Value;
@@ -7,7 +7,7 @@ use super::*;
 use crate::physics::catalogue_tool;
 use crate::task::load;
 
-/// The records, one a line.
+/// The records, one per line.
 fn frames() -> String {
     let bytes = include_bytes!("../../../tests/data/create/all/frames.jsonl.gz");
     // Ten bytes of header, eight of checksum and length.
@@ -19,7 +19,7 @@ fn numbers<const N: usize>(value: &Value) -> [f64; N] {
     std::array::from_fn(|index| value[index].as_f64().unwrap())
 }
 
-/// What CREATE showed.
+/// CREATE's image.
 fn recorded(record: &Value) -> Vec<u8> {
     use base64::prelude::{BASE64_STANDARD, Engine};
     let png = BASE64_STANDARD.decode(record["png"].as_str().unwrap()).unwrap();
@@ -27,7 +27,7 @@ fn recorded(record: &Value) -> Vec<u8> {
     reader.decode().unwrap().into_rgb8().into_raw()
 }
 
-/// What we draw in the recorded state.
+/// Our image of the recorded state.
 fn drawn(record: &Value) -> Vec<u8> {
     let task = load(&format!("create/{}", record["level"].as_str().unwrap())).unwrap();
     let mut now = Snapshot::new(&task, [0.0; 2]);
@@ -46,13 +46,13 @@ fn drawn(record: &Value) -> Vec<u8> {
     image.to_vec()
 }
 
-/// The trampoline of one level is a picture in CREATE: column and row of its pixels.
+/// Whether a pixel belongs to the trampoline of one level, which CREATE draws as a picture.
 fn is_picture(level: &Value, column: usize, row: usize) -> bool {
     level == "Moving" && (60..83).contains(&column) && (69..79).contains(&row)
 }
 
 #[test]
-fn what_has_no_pictures_is_create_s_image_pixel_for_pixel() {
+fn scenes_without_pictures_equal_create_pixel_for_pixel() {
     let frames = frames();
     assert!(frames.lines().count() > 30);
     for line in frames.lines() {

@@ -12,7 +12,7 @@ fn noisy_task() -> Arc<Task> {
     Arc::new(task)
 }
 
-/// Episodes of one environment with the actions that it is given, each with its first observation.
+/// Plays the actions in a single environment. Returns its episodes, each with its first observation.
 fn alone(task: &Arc<Task>, seed: u64, actions: &[Action]) -> Vec<(Vec<f32>, Vec<Step>)> {
     let mut rng = Stream::Episode.of(seed);
     let mut env = Environment::new(task.clone());
@@ -33,7 +33,7 @@ fn actions(steps: usize, count: usize) -> Vec<Vec<Action>> {
 }
 
 #[test]
-fn each_environment_plays_as_if_it_were_alone_on_any_number_of_threads() {
+fn each_environment_plays_as_if_alone_on_any_number_of_threads() {
     const COUNT: usize = 100;
     let task = noisy_task();
     let actions = actions(40, COUNT);
@@ -79,7 +79,7 @@ fn each_environment_plays_as_if_it_were_alone_on_any_number_of_threads() {
             for step in expected.iter_mut().flat_map(|(_, steps)| steps) {
                 (step.subgoals, step.touched) = (Vec::new(), Vec::new());
             }
-            // The one that the last step has begun.
+            // Drops the episode that the last step has just started.
             episodes.retain(|(_, steps)| !steps.is_empty());
             assert_eq!(*episodes, expected, "environment {index}, {threads} threads");
         }
@@ -118,7 +118,7 @@ fn the_next_step_after_the_end_begins_an_episode_and_ignores_its_action() {
 }
 
 #[test]
-fn what_cannot_be_stepped_is_refused_and_nothing_changes() {
+fn invalid_steps_are_refused_and_change_nothing() {
     let mut vector = VectorEnvironment::new(noisy_task(), 3, Autoreset::Disabled);
     let length = vector.observation_len();
     let mut rows = vec![0.0; 3 * length];
@@ -128,7 +128,7 @@ fn what_cannot_be_stepped_is_refused_and_nothing_changes() {
     };
     assert_eq!(refused(&mut vector, [[0.0; 2]; 3]), VectorError::NotBegun { index: 0 });
     vector.reset(&[Some(1); 3], Some(&[true, false, true]), &mut rows);
-    assert!(rows[length..2 * length].iter().all(|value| *value == 0.0), "the row of the other stays");
+    assert!(rows[length..2 * length].iter().all(|value| *value == 0.0), "the other row is unchanged");
     assert_eq!(refused(&mut vector, [[0.0; 2]; 3]), VectorError::NotBegun { index: 1 });
     vector.reset(&[Some(1); 3], None, &mut rows);
     let before = vector.state(0).unwrap().to_json();
@@ -141,7 +141,7 @@ fn what_cannot_be_stepped_is_refused_and_nothing_changes() {
 }
 
 #[test]
-fn a_state_goes_on_as_the_original_does_also_after_it_was_written_and_read() {
+fn a_state_continues_like_the_original_also_after_a_round_trip() {
     let task = noisy_task();
     let mut vector = VectorEnvironment::new(task.clone(), 2, Autoreset::NextStep);
     let length = vector.observation_len();
@@ -166,7 +166,7 @@ fn a_state_goes_on_as_the_original_does_also_after_it_was_written_and_read() {
 }
 
 #[test]
-fn images_are_those_of_the_environments_and_the_last_of_an_episode_is_kept() {
+fn images_show_each_environment_and_the_last_of_an_episode_is_kept() {
     let task = Arc::new(crate::task::load("create/Buckets").unwrap());
     let new = |reset| VectorEnvironment::with_tools(task.clone(), ToolSplit::All, 2, reset);
     let (mut same, mut next) = (new(Autoreset::SameStep).with_images(), new(Autoreset::NextStep));
@@ -194,14 +194,14 @@ fn images_are_those_of_the_environments_and_the_last_of_an_episode_is_kept() {
     panic!("no episode has ended");
 }
 
-/// Choices of tools and places.
+/// Random choices of tools and positions.
 fn choices(steps: usize, tools: usize) -> Vec<Choice> {
     let mut rng = Stream::Episode.of(78);
     (0..steps).map(|_| Choice { tool: rng.gen_range(0..tools), place: uniform_action(&mut rng) }).collect()
 }
 
 #[test]
-fn with_tools_every_episode_has_an_action_set_of_its_own_that_is_described() {
+fn with_tools_every_episode_draws_an_action_set_and_observes_it() {
     let task = Arc::new(crate::task::load("create/Ladder-random").unwrap());
     let mut vector = VectorEnvironment::with_tools(task, ToolSplit::Train, 1, Autoreset::NextStep);
     let mut row = vec![0.0; vector.observation_len()];
@@ -231,7 +231,7 @@ fn with_tools_every_episode_has_an_action_set_of_its_own_that_is_described() {
 }
 
 #[test]
-fn a_state_with_tools_and_random_shifts_goes_on_after_it_was_written_and_read() {
+fn a_state_with_tools_and_random_shifts_continues_after_a_round_trip() {
     let task = Arc::new(crate::task::load("create/Obstacle-random").unwrap());
     let new = |count| VectorEnvironment::with_tools(task.clone(), ToolSplit::Test, count, Autoreset::NextStep);
     let mut vector = new(2);

@@ -1,4 +1,4 @@
-//! The small arithmetic that CREATE's level files write into strings.
+//! The arithmetic expressions in strings of CREATE's level files.
 
 use crate::task::STANDARD_RADIUS;
 
@@ -14,7 +14,7 @@ pub(super) enum Value {
     Choice(Vec<Value>),
 }
 
-/// Longer expressions are refused, which bounds their nesting too.
+/// Longest accepted expression, which also bounds the nesting depth.
 const MAX_LENGTH: usize = 200;
 
 /// Names that level files use in expressions, with CREATE's values.
@@ -24,19 +24,18 @@ const CONSTANTS: [(&str, f64); 8] = [
     ("MID_NOISE", 0.1),
     ("HIGH_NOISE", 0.2),
     ("LARGE_NOISE", 0.5),
-    // A ball's centre above the middle of the floor it lies on, normalised.
+    // Height of a ball's centre above the middle of the floor it lies on, normalised.
     ("OFFSET", 0.11),
     ("GOAL_RADIUS", STANDARD_RADIUS as f64),
     ("LINE_THICKNESS", 2.0),
     ("np.pi", std::f64::consts::PI),
 ];
 
-/// Evaluates numbers, `True`, `False`, CREATE's constants, `+ - * /`, parentheses, lists, and
-/// the two calls with which random shifts are written, `uniform` and `random.choice`. Nothing
-/// else is understood: no other calls, no other names.
+/// Evaluates numbers, `True`, `False`, CREATE's constants, `+ - * /`, parentheses, lists, and the two calls that
+/// define random shifts, `uniform` and `random.choice`. Other calls and names are errors.
 ///
 /// # Errors
-/// One sentence that names the first thing that is not understood.
+/// A sentence that names the first part that is not understood.
 pub(super) fn evaluate(text: &str) -> Result<Value, String> {
     if text.len() > MAX_LENGTH {
         return Err(format!("is an expression of more than {MAX_LENGTH} characters"));
@@ -142,7 +141,7 @@ impl<'a> Reader<'a> {
         Ok(value)
     }
 
-    /// The arguments of a number that is drawn.
+    /// The arguments of `uniform`.
     fn uniform(&mut self) -> Result<Value, String> {
         let is_open = self.take("(");
         let low = if is_open { number(&self.sum()?)? } else { return Err(self.unexpected()) };
@@ -151,7 +150,7 @@ impl<'a> Reader<'a> {
         if self.take(")") { Ok(Value::Uniform(low, high)) } else { Err(self.unexpected()) }
     }
 
-    /// The argument of a choice.
+    /// The argument of `random.choice`.
     fn choice(&mut self) -> Result<Value, String> {
         let is_open = self.take("(");
         let Value::List(choices) = (if is_open { self.sum()? } else { return Err(self.unexpected()) }) else {
@@ -213,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_understood_is_named() {
+    fn errors_name_what_is_not_understood() {
         let long = "(".repeat(100_000);
         let deep = "(".repeat(MAX_LENGTH);
         for (text, part) in [

@@ -1,15 +1,15 @@
-//! CREATE's level files: objects by name, numbers as numbers or as small expressions.
+//! CREATE's level files: objects by name, numbers as numbers or as expressions.
 //!
-//! A level is loaded as its deterministic variant, or with the random shifts of `rnd`, drawn
-//! at every reset. CREATE hands the agent a sample of tools at every episode; the environment
-//! does too if it is asked to, and else places a box.
+//! A level is loaded as its deterministic variant, or with the random shifts of `rnd`, drawn at every reset. In
+//! CREATE the agent gets a sample of tools in every episode; the environment does the same if it is asked to, and
+//! otherwise places a box.
 
 use serde::Deserialize;
 use serde_json::{Map, Value as Json};
 
 use super::expression::Value;
 use super::objects::{BASKETBALL_RADIUS, Objects};
-use super::value::{number, pair, truth, value};
+use super::value::{as_pair, number, pair, truth, value};
 use crate::physics::ToolKind;
 use crate::task::{
     BallSpec, Form, Goal, GoalShape, Marker, Offset, Part, Placeable, Region, Rules, STANDARD_RADIUS, Shift, Task,
@@ -21,10 +21,10 @@ use crate::validation::ValidationError;
 const SUBSTANDARD_RADIUS: f32 = 3.0;
 /// Half the side of the basket, in units.
 const BASKET_HALF_SIDE: f32 = 5.0;
-/// The target has moved once it is this far from its start (normalised, over the root of 8).
+/// The target counts as moved once it is this far from its start (normalised, divided by the square root of 8).
 const MOVE_THRESHOLD: f32 = 0.03;
 
-/// A level file as CREATE reads it.
+/// A level file in CREATE's format.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct LevelFile {
@@ -55,8 +55,7 @@ pub(crate) struct LevelFile {
 /// The task of a level.
 ///
 /// # Errors
-/// At the first object or rule this program lacks, and at the first number that cannot
-/// be read.
+/// At the first object or rule that this program does not support, or the first number that cannot be read.
 pub(in crate::task) fn level_task(level: LevelFile, is_random: bool) -> Result<Task, ValidationError> {
     let is_marker_level = match level.lvl_type.as_deref() {
         None => false,
@@ -153,14 +152,14 @@ fn rules(level: &LevelFile) -> Result<Rules, ValidationError> {
     Ok(rules)
 }
 
-/// The walls at the sides and the floor at the top that a level may ask for.
+/// The two side walls and the top floor that a level may request.
 fn edge_walls() -> [ToolSpec; 3] {
     let edge = |kind, position| ToolSpec { kind, position, form: Form { size: Some(90.0), ..Form::default() } };
     [edge(ToolKind::Wall, [1.0, 0.0]), edge(ToolKind::Wall, [-1.0, 0.0]), edge(ToolKind::Floor, [0.0, 1.0])]
 }
 
-/// The random shifts of a level: objects by name, with their id if they have one, and a pair
-/// of ranges, or a choice. Names of which there is none are CREATE's way to switch one off.
+/// The random shifts of a level: object names, with their id if they have one, each with a pair of ranges or a
+/// choice. CREATE switches a shift off by using a name that does not exist.
 fn shifts(rnd: &Map<String, Json>, named: &[(String, Part)]) -> Result<Vec<Shift>, ValidationError> {
     let mut shifts = Vec::new();
     for (names, by) in rnd {
@@ -181,14 +180,10 @@ fn shifts(rnd: &Map<String, Json>, named: &[(String, Part)]) -> Result<Vec<Shift
                 _ => return Err(ValidationError::new(path, "must be two numbers or ranges, [x, y]")),
             },
             Value::Choice(choices) => {
-                let pair = |choice: &Value| match choice {
-                    Value::List(pair) => match pair[..] {
-                        [Value::Number(x), Value::Number(y)] => Ok([x as f32, y as f32]),
-                        _ => Err(ValidationError::new(&path, "must be a choice of pairs of numbers")),
-                    },
-                    _ => Err(ValidationError::new(&path, "must be a choice of pairs of numbers")),
-                };
-                Offset::OneOf(choices.iter().map(pair).collect::<Result<_, _>>()?)
+                let pairs: Option<_> = choices.iter().map(as_pair).collect();
+                Offset::OneOf(
+                    pairs.ok_or_else(|| ValidationError::new(&path, "must be a choice of pairs of numbers"))?,
+                )
             }
             _ => return Err(ValidationError::new(path, "must be two numbers or ranges, [x, y], or a choice")),
         };

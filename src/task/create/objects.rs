@@ -1,4 +1,4 @@
-//! The objects of a level by name, with the sizes and materials that CREATE gives them.
+//! The objects of a level by name, with CREATE's sizes and materials.
 
 use std::f64::consts::FRAC_PI_4;
 
@@ -9,20 +9,20 @@ use crate::physics::{Tool, ToolKind};
 use crate::task::{BallSpec, BoxSpec, Form, Part, STANDARD_RADIUS, ToolSpec};
 use crate::validation::ValidationError;
 
-/// Radius of the basketball that stands in for the target ball, in units.
+/// Radius of the basketball that replaces the target ball, in units.
 pub(super) const BASKETBALL_RADIUS: f32 = 3.5;
 
-/// The objects of a level, by what they become here.
+/// The objects of a level, by their type in a task.
 #[derive(Default)]
 pub(super) struct Objects {
     pub balls: Vec<BallSpec>,
     pub boxes: Vec<BoxSpec>,
     pub tools: Vec<ToolSpec>,
-    /// What random shifts call each, and what it is, in the order of the level.
+    /// The name of each object in random shifts, and its part, in the order of the level.
     pub named: Vec<(String, Part)>,
 }
 
-/// A tool of CREATE by its name in level files, with the sizes and materials it has there.
+/// A tool of CREATE by its name in level files, with its sizes and materials there.
 struct Named {
     name: &'static str,
     kind: ToolKind,
@@ -36,88 +36,39 @@ const SEGMENT: &[&str] = &["length", "friction", "elasticity", "sensor", "thickn
 const RAMP: &[&str] = &["length", "angle", "friction", "elasticity", "thickness"];
 const POLYGON: &[&str] = &["size", "angle", "friction", "elasticity"];
 
+/// A tool with the default material of its type.
+const fn named(name: &'static str, kind: ToolKind, size: f64, properties: &'static [&'static str]) -> Named {
+    Named { name, kind, size, change: |_| {}, properties }
+}
+
 /// Names, default sizes and materials are CREATE's.
 const NAMED: &[Named] = &[
-    Named { name: "floor", kind: ToolKind::Floor, size: 16.0, change: |_| {}, properties: SEGMENT },
-    Named { name: "long_floor", kind: ToolKind::Floor, size: 24.0, change: |_| {}, properties: &["thickness"] },
-    Named { name: "medium_floor", kind: ToolKind::Floor, size: 16.0, change: |_| {}, properties: &["thickness"] },
-    Named { name: "short_floor", kind: ToolKind::Floor, size: 8.0, change: |_| {}, properties: &["thickness"] },
-    Named { name: "very_short_floor", kind: ToolKind::Floor, size: 4.0, change: |_| {}, properties: &["thickness"] },
-    Named { name: "wall", kind: ToolKind::Wall, size: 16.0, change: |_| {}, properties: SEGMENT },
-    Named {
-        name: "wall_elastic",
-        kind: ToolKind::Wall,
-        size: 16.0,
-        change: |tool| tool.elasticity = 0.8,
-        properties: &["thickness"],
-    },
-    Named { name: "ramp", kind: ToolKind::Ramp, size: 16.0, change: |_| {}, properties: RAMP },
-    Named { name: "trampoline", kind: ToolKind::Trampoline, size: 16.0, change: |_| {}, properties: &["elasticity"] },
-    Named {
-        name: "bucket",
-        kind: ToolKind::Bucket,
-        size: 10.0,
-        change: |tool| tool.angle = FRAC_PI_4,
-        properties: &["size", "angle"],
-    },
-    Named {
-        name: "funnel",
-        kind: ToolKind::Funnel,
-        size: 10.0,
-        change: |tool| tool.angle = FRAC_PI_4,
-        properties: &["size", "angle"],
-    },
-    Named { name: "fixed_triangle", kind: ToolKind::Triangle, size: 10.0, change: |_| {}, properties: POLYGON },
-    Named { name: "fixed_square", kind: ToolKind::Square, size: 10.0, change: |_| {}, properties: POLYGON },
-    Named { name: "fixed_pentagon", kind: ToolKind::Pentagon, size: 10.0, change: |_| {}, properties: POLYGON },
-    Named { name: "fixed_hexagon", kind: ToolKind::Hexagon, size: 10.0, change: |_| {}, properties: POLYGON },
-    Named {
-        name: "fixed_box",
-        kind: ToolKind::Box,
-        size: 10.0,
-        change: |_| {},
-        properties: &["size", "friction", "elasticity"],
-    },
-    Named {
-        name: "fixed_circle",
-        kind: ToolKind::Circle,
-        size: 5.0,
-        change: |_| {},
-        properties: &["radius", "elasticity"],
-    },
-    Named {
-        name: "hinge_ramp",
-        kind: ToolKind::Hinge,
-        size: 24.0,
-        change: |_| {},
-        properties: &["length", "friction"],
-    },
-    Named {
-        name: "see_saw",
-        kind: ToolKind::SeeSaw,
-        size: 24.0,
-        change: |_| {},
-        properties: &["length", "friction", "max_angle", "on_left", "ball_mass"],
-    },
-    Named { name: "cannon", kind: ToolKind::Cannon, size: 10.0, change: |_| {}, properties: &["angle", "force"] },
-    Named { name: "fan", kind: ToolKind::Fan, size: 10.0, change: |_| {}, properties: &["angle", "force"] },
-    Named { name: "belt", kind: ToolKind::Belt, size: 20.0, change: |_| {}, properties: &["length", "vel"] },
-    Named {
-        name: "right_belt",
-        kind: ToolKind::Belt,
-        size: 20.0,
-        change: |tool| tool.velocity = -4.0,
-        properties: &["length", "vel"],
-    },
-    Named { name: "ladder", kind: ToolKind::Ladder, size: 20.0, change: |_| {}, properties: &["length", "vel"] },
-    Named {
-        name: "down_ladder",
-        kind: ToolKind::Ladder,
-        size: 20.0,
-        change: |tool| tool.velocity = -4.0,
-        properties: &["vel"],
-    },
-    Named { name: "fast_ladder", kind: ToolKind::Ladder, size: 15.0, change: |_| {}, properties: &["length", "vel"] },
+    named("floor", ToolKind::Floor, 16.0, SEGMENT),
+    named("long_floor", ToolKind::Floor, 24.0, &["thickness"]),
+    named("medium_floor", ToolKind::Floor, 16.0, &["thickness"]),
+    named("short_floor", ToolKind::Floor, 8.0, &["thickness"]),
+    named("very_short_floor", ToolKind::Floor, 4.0, &["thickness"]),
+    named("wall", ToolKind::Wall, 16.0, SEGMENT),
+    Named { change: |tool| tool.elasticity = 0.8, ..named("wall_elastic", ToolKind::Wall, 16.0, &["thickness"]) },
+    named("ramp", ToolKind::Ramp, 16.0, RAMP),
+    named("trampoline", ToolKind::Trampoline, 16.0, &["elasticity"]),
+    Named { change: |tool| tool.angle = FRAC_PI_4, ..named("bucket", ToolKind::Bucket, 10.0, &["size", "angle"]) },
+    Named { change: |tool| tool.angle = FRAC_PI_4, ..named("funnel", ToolKind::Funnel, 10.0, &["size", "angle"]) },
+    named("fixed_triangle", ToolKind::Triangle, 10.0, POLYGON),
+    named("fixed_square", ToolKind::Square, 10.0, POLYGON),
+    named("fixed_pentagon", ToolKind::Pentagon, 10.0, POLYGON),
+    named("fixed_hexagon", ToolKind::Hexagon, 10.0, POLYGON),
+    named("fixed_box", ToolKind::Box, 10.0, &["size", "friction", "elasticity"]),
+    named("fixed_circle", ToolKind::Circle, 5.0, &["radius", "elasticity"]),
+    named("hinge_ramp", ToolKind::Hinge, 24.0, &["length", "friction"]),
+    named("see_saw", ToolKind::SeeSaw, 24.0, &["length", "friction", "max_angle", "on_left", "ball_mass"]),
+    named("cannon", ToolKind::Cannon, 10.0, &["angle", "force"]),
+    named("fan", ToolKind::Fan, 10.0, &["angle", "force"]),
+    named("belt", ToolKind::Belt, 20.0, &["length", "vel"]),
+    Named { change: |tool| tool.velocity = -4.0, ..named("right_belt", ToolKind::Belt, 20.0, &["length", "vel"]) },
+    named("ladder", ToolKind::Ladder, 20.0, &["length", "vel"]),
+    Named { change: |tool| tool.velocity = -4.0, ..named("down_ladder", ToolKind::Ladder, 20.0, &["vel"]) },
+    named("fast_ladder", ToolKind::Ladder, 15.0, &["length", "vel"]),
 ];
 
 impl Objects {
@@ -168,7 +119,7 @@ impl Objects {
                 }
                 "friction" if named.kind != ToolKind::Box => object.expect_friction_one()?,
                 "thickness" => {
-                    // CREATE divides as integers: a thickness of 1 leaves no rounding at all.
+                    // CREATE uses integer division: a thickness of 1 gives no rounding at all.
                     let thickness = object.number("thickness")?.unwrap_or(2.0);
                     tool.radius = (thickness / 2.0).floor();
                 }
@@ -200,7 +151,7 @@ impl Objects {
         Ok(Part::Ball(self.balls.len() - 1))
     }
 
-    /// CREATE takes the first object of a marker level for its marker.
+    /// Removes and returns the marker: in a marker level, CREATE uses the first object.
     pub fn take_marker(&mut self) -> Result<BallSpec, ValidationError> {
         match self.named.first_mut() {
             Some((_, first)) if *first == Part::Ball(0) => *first = Part::Marker,
@@ -215,11 +166,11 @@ impl Objects {
     }
 }
 
-/// An object of a level whose properties are taken one by one.
+/// An object of a level; its properties are removed as they are read.
 struct Object<'a> {
     path: &'a str,
     name: &'a str,
-    /// What random shifts call it: its name, with its id if it has one.
+    /// Its name in random shifts: the object's name, with its id if it has one.
     handle: String,
     properties: Map<String, Json>,
 }
@@ -234,7 +185,7 @@ impl<'a> Object<'a> {
             Some(id) => format!("{name}:{id}"),
             None => name.to_owned(),
         };
-        // Looks do not matter here.
+        // These are already read or do not matter here.
         for unused in ["name", "color", "id"] {
             properties.shift_remove(unused);
         }
@@ -261,7 +212,7 @@ impl<'a> Object<'a> {
         pair(&value.ok_or_else(|| ValidationError::new(&path, "is missing"))?, &path)
     }
 
-    /// In CREATE a segment's friction above 1 brakes rolling balls by a rule of its own.
+    /// In CREATE a separate rule slows rolling balls if a segment's friction is above 1.
     fn expect_friction_one(&mut self) -> Result<(), ValidationError> {
         match self.number("friction")? {
             None | Some(1.0) => Ok(()),
@@ -282,11 +233,12 @@ impl<'a> Object<'a> {
     }
 
     fn lacking(&self, what: &str) -> ValidationError {
-        let message = format_args!("{what}, an object this program does not have: remove it or use another level");
+        let message =
+            format_args!("{what} is not an object that this program supports: remove it or use another level");
         ValidationError::new(self.at("name"), message)
     }
 
-    /// What is left over is a property that CREATE's object does not have either.
+    /// Rejects remaining properties, which CREATE's object does not have either.
     fn finish(self) -> Result<(), ValidationError> {
         match self.properties.keys().next() {
             None => Ok(()),

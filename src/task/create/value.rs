@@ -1,18 +1,21 @@
-//! Values in level files, as JSON or as expressions in strings; errors name their place.
+//! Values in level files, as JSON or as expressions in strings; errors give their path.
 
 use serde_json::Value as Json;
 
 use super::expression::{Value, evaluate};
 use crate::validation::ValidationError;
 
-/// Two numbers of a level file; `path` names them in errors, here and below.
+/// Two numbers of a level file. Here and below, `path` names the value in errors.
 pub(super) fn pair(json: &Json, path: &str) -> Result<[f32; 2], ValidationError> {
-    match value(json, path)? {
-        Value::List(values) => match values[..] {
-            [Value::Number(x), Value::Number(y)] => Ok([x as f32, y as f32]),
-            _ => Err(ValidationError::new(path, "must be two numbers, [x, y]")),
-        },
-        _ => Err(ValidationError::new(path, "must be two numbers, [x, y]")),
+    as_pair(&value(json, path)?).ok_or_else(|| ValidationError::new(path, "must be two numbers, [x, y]"))
+}
+
+/// A value that is a list of two numbers.
+pub(super) fn as_pair(value: &Value) -> Option<[f32; 2]> {
+    let Value::List(values) = value else { return None };
+    match values[..] {
+        [Value::Number(x), Value::Number(y)] => Some([x as f32, y as f32]),
+        _ => None,
     }
 }
 
