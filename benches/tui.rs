@@ -1,10 +1,9 @@
-//! Time of a frame of the workbench at 200 x 60 cells: `cargo bench --bench tui`.
+//! Time per frame of the workbench at 200 x 60 cells: `cargo bench --bench tui`.
 //!
-//! The session watches a finished run of 5000 episodes and has action clusters. A frame is
-//! what a 60th of a second brings: time passes, the whole screen is drawn, and the cells
-//! that differ are found. The heaviest screens are those of 10 groups of 10 runs of 10,000 episodes.
-//! `cargo bench --bench tui -- training` says how much of the processor's time the screen takes while a run is trained.
-//! A frame should take at most 4 ms, and an answer to a key that moves the scene 100 ms.
+//! The session watches a finished run of 5000 episodes and has action clusters. A frame lets a 60th of a second pass,
+//! draws the whole screen, and finds the cells that differ. The heaviest screens show 10 groups of 10 runs of 10,000
+//! episodes. `cargo bench --bench tui -- training` reports the processor time that the screen takes during training.
+//! A frame should take at most 4 ms, and the response to a key that moves the scene at most 100 ms.
 
 #![allow(clippy::print_stdout, reason = "the report of a benchmark")]
 
@@ -21,11 +20,11 @@ use mge::workbench::{Command, Session};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
-/// Episodes of the run that is watched.
+/// Episodes of the watched run.
 const EPISODES: u64 = 5000;
 /// Time between two frames.
 const FRAME: Duration = Duration::from_micros(16_667);
-/// Time between two looks at the session while nothing else happens.
+/// Polling interval of the session while nothing else happens.
 const LOOK: Duration = Duration::from_millis(60);
 
 fn main() {
@@ -35,17 +34,17 @@ fn main() {
     }
 }
 
-/// Processor seconds of a process or thread, as a file in `/proc` says.
+/// Processor time of a process or thread in seconds, from a file in `/proc`.
 fn processor_seconds(path: &str) -> f64 {
     let text = std::fs::read_to_string(path).expect("a system with /proc");
     let fields: Vec<&str> = text.rsplit(')').next().expect("fields").split_whitespace().collect();
     let ticks = |field: &str| field.parse::<f64>().expect("a number");
-    // User and system time, of which a second has 100 ticks.
+    // User and system time, in ticks of 1/100 s.
     (ticks(fields[11]) + ticks(fields[12])) / 100.0
 }
 
-/// Trains with the screen open, looked at as often as in a terminal of 200 x 60 cells while no key is pressed: how much
-/// of the processor's time the screen takes of what the training takes.
+/// Trains with the screen open, polled as often as in a terminal of 200 x 60 cells while no key is pressed, and
+/// reports the screen's processor time relative to that of the training.
 fn cost_of_the_screen() {
     for keys in ["1", "4", "5"] {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -128,7 +127,7 @@ fn frame_200x60(bencher: Bencher, keys: &str) {
     });
 }
 
-/// A key on the list of 10,000 runs, and the frame after it.
+/// A key press on the list of 10,000 runs, and the frame after it.
 #[divan::bench]
 fn key_among_10000_runs(bencher: Bencher) {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -154,7 +153,7 @@ fn key_among_10000_runs(bencher: Bencher) {
     });
 }
 
-/// Lets time pass until nothing more is read: the screen has been the same for a while.
+/// Lets time pass until the screen has not changed for a while, so that nothing more is being read.
 fn settle(still: &mut Still, terminal: &mut Terminal<TestBackend>) {
     const QUIET: Duration = Duration::from_secs(3);
     let mut changed = Instant::now();
@@ -170,8 +169,8 @@ fn settle(still: &mut Still, terminal: &mut Terminal<TestBackend>) {
     }
 }
 
-/// 10 groups of 10 runs of 10,000 episodes: their list, their bands, their hundred single curves, all of
-/// them smoothed over 200 episodes, and one metric alone.
+/// 10 groups of 10 runs of 10,000 episodes: their list, their bands, their hundred single curves, all curves smoothed
+/// over 200 episodes, and one metric alone.
 #[divan::bench(args = ["5", "4 v", "4 v tab", "4 v tab s s", "4 v enter"])]
 fn frame_of_10_groups_of_10_runs(bencher: Bencher, keys: &str) {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -202,14 +201,14 @@ fn frame_of_10_groups_of_10_runs(bencher: Bencher, keys: &str) {
     still.press(keys).expect("keys");
     settle(&mut still, &mut terminal);
     bencher.bench_local(|| {
-        // As when an episode has been finished: everything is drawn anew.
+        // As after the end of an episode, everything is redrawn.
         still.redraw();
         still.pass(FRAME);
         still.draw(&mut terminal)
     });
 }
 
-/// A key that moves the crosshair, and with it the scene, to another episode of the past.
+/// A key that moves the crosshair, and with it the scene, to an earlier episode.
 #[divan::bench]
 fn key_that_scrubs(bencher: Bencher) {
     let folder = tempfile::tempdir().expect("a temporary folder");

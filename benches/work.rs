@@ -1,5 +1,5 @@
-//! The timed work of `mge bench` under divan: `cargo bench --bench work`, pinned to one core
-//! (`taskset -c 0`) for figures that compare.
+//! The timed work of `mge bench` under divan: `cargo bench --bench work`, pinned to one core (`taskset -c 0`) for
+//! comparable results.
 
 use divan::Bencher;
 use mge::{WORKS, Work};

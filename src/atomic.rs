@@ -1,5 +1,5 @@
-//! Atomic file writes: a file is written beside its place, synced and renamed, so that it is there
-//! whole or as it was before.
+//! Atomic file writes: the new content goes to a temporary file in the same folder, is synced, and is renamed over
+//! the target, so that the target holds either the whole new content or the old.
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -10,24 +10,24 @@ use tempfile::TempPath;
 
 use crate::bounded;
 
-/// Prefix of the name of a file that is being written.
+/// Prefix of the names of temporary files.
 const TEMPORARY: &str = ".mge-";
 
-/// Held while a file is written; [`end_writes`] waits until none is.
+/// Read-locked during each write; [`end_writes`] takes the write lock.
 static WRITING: RwLock<()> = RwLock::new(());
 
-/// Waits until no file is being written. None will be as long as the result is held: for the end of the
-/// program in the middle of its work.
+/// Waits until no file is being written, and blocks new writes while the result is held. For ending the program while
+/// other threads may be writing.
 pub(crate) fn end_writes() -> impl Sized {
     WRITING.write().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Replaces the file at `path` with `bytes`, or leaves what was there. Removes what writers that
-/// were killed have left in the folder.
+/// Replaces the file at `path` with `bytes`, or leaves it unchanged on error. Also removes temporary files that
+/// killed writers left in the folder.
 ///
 /// # Errors
-/// When the folder does not exist, is not writable, or the disk is full, or a pipe or a device is
-/// there, which a file must not replace.
+/// When the folder does not exist or is not writable, the disk is full, or `path` is a pipe or a device, which must
+/// not be replaced.
 pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let _writing = WRITING.read().unwrap_or_else(PoisonError::into_inner);
     if let Err(error) = bounded::regular(path)
@@ -45,14 +45,13 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     file.write_all(bytes)?;
     file.sync_all()?;
     std::fs::rename(&temporary, path)?;
-    // It has another name now and is no longer to be removed.
+    // The temporary name no longer exists, so nothing is to be removed.
     let _ = temporary.keep();
     drop(file);
     File::open(folder)?.sync_all()
 }
 
-/// A new file to be written, and its name until then. It is held while it is open: one that is
-/// not held is a leftover.
+/// Creates a temporary file. It stays locked while it is open: an unlocked one is a leftover.
 fn create(folder: &Path) -> io::Result<(File, TempPath)> {
     loop {
         // Not `tempfile_in`: its files are private, and its errors name the temporary file.
@@ -63,27 +62,28 @@ fn create(folder: &Path) -> io::Result<(File, TempPath)> {
             _ => error,
         })?;
         let (file, temporary) = created.into_parts();
-        // Where files cannot be locked nobody takes them for leftovers either.
+        // Where files cannot be locked, `remove_leftovers` cannot lock it either and leaves it alone.
         let held = file.lock().is_ok();
-        // Another writer may have removed it as a leftover before it was held.
+        // Another writer may have removed it as a leftover before it was locked.
         if !held || temporary.exists() {
             return Ok((file, temporary));
         }
     }
 }
 
-/// Whether a file of this name is one that is being written, or was when its writer was killed.
+/// Whether this is the name of a temporary file, of a live or a killed writer.
 pub(crate) fn is_temporary(name: &str) -> bool {
     name.starts_with(TEMPORARY)
 }
 
-/// Removes the temporary files of writers that were killed. What cannot be removed stays: it does no harm.
+/// Removes the temporary files of killed writers. Files that cannot be removed are left: they do no harm.
 pub(crate) fn remove_leftovers(folder: &Path) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     let temporary = entries.flatten().filter(|entry| is_temporary(&entry.file_name().to_string_lossy()));
     for entry in temporary.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file())) {
         let Ok(file) = File::open(entry.path()) else { continue };
-        // Held until it is gone: whoever has just created it waits, and then creates another.
+        // The lock is held during the removal: a writer that has just created this file waits for the lock, finds the
+        // file removed, and creates another.
         if file.try_lock().is_ok() {
             let _ = std::fs::remove_file(entry.path());
         }

@@ -1,19 +1,19 @@
-//! Files that a person names, read whole: what never ends is an error, and takes neither all memory nor
-//! for ever.
+//! Reads files named by the user into memory, up to a size limit, so that an endless file is an error instead of
+//! exhausting memory or time.
 
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Bytes of a text at most.
+/// Largest text file, in bytes.
 pub(crate) const TEXT: u64 = 16 << 20;
-/// Bytes of a dynamics model at most.
+/// Largest dynamics model, in bytes.
 pub(crate) const MODEL: u64 = 1 << 30;
 
 /// All bytes of a file.
 ///
 /// # Errors
-/// When it cannot be read, or has more than `most` bytes.
+/// When the file cannot be read, or has more than `most` bytes.
 pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
@@ -26,16 +26,16 @@ pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 /// The text in a file.
 ///
 /// # Errors
-/// As [`read`] with [`TEXT`], and when it is no text.
+/// As [`read`] with [`TEXT`], and when the file is not UTF-8.
 pub(crate) fn read_text(path: &Path) -> io::Result<String> {
     String::from_utf8(read(path, TEXT)?)
         .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, format!("it is no text: {}", error.utf8_error())))
 }
 
-/// Refuses folders, and pipes and devices, which might keep a reader waiting: for those who must not wait.
+/// Refuses folders, and pipes and devices, on which a read might block.
 ///
 /// # Errors
-/// When there is no file, or no regular one.
+/// When there is no file, or it is not a regular file.
 pub(crate) fn regular(path: &Path) -> io::Result<()> {
     if path.metadata()?.is_file() {
         return Ok(());
@@ -48,7 +48,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_too_large_or_no_text_is_refused() {
+    fn files_too_large_or_not_text_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("text");
         std::fs::write(&path, b"four").unwrap();
@@ -64,7 +64,7 @@ mod tests {
 
     #[test]
     #[cfg(target_os = "linux")]
-    fn a_file_without_end_ends() {
+    fn an_endless_file_is_refused() {
         let error = read_text(Path::new("/dev/zero")).unwrap_err();
         assert_eq!(error.to_string(), "it is larger than 16 MB");
         assert!(regular(Path::new("/dev/zero")).is_err());

@@ -1,5 +1,5 @@
-//! Every parser of the program, and the whole workbench, as a function of bytes, for the fuzz targets in
-//! `fuzz/`. None may panic, and what a parser accepts must come back from its own output.
+//! Every parser of the program, and the whole workbench, as a function of bytes, for the fuzz targets in `fuzz/`.
+//! None may panic, and a parser must read back what it prints.
 
 use std::io::sink;
 use std::path::Path;
@@ -21,7 +21,7 @@ use crate::{nn, protocol};
 /// A parser as a function of bytes.
 type Target = fn(&[u8]);
 
-/// The targets: the name of each is that of its corpus.
+/// The targets. Each has the name of its corpus.
 pub const TARGETS: [(&str, Target); 16] = [
     ("task", task),
     ("level", task),
@@ -44,18 +44,18 @@ pub const TARGETS: [(&str, Target); 16] = [
 /// Runs one target on one input.
 ///
 /// # Panics
-/// When there is no such target, or a parser has a fault.
+/// When there is no such target, or the target finds a fault.
 pub fn run(target: &str, input: &[u8]) {
     let (_, parse) = TARGETS.iter().find(|(name, _)| *name == target).expect("a target of the table");
     parse(input);
 }
 
-/// An input as text; what is not UTF-8 is no input of a parser of texts.
+/// An input as text; empty if it is not UTF-8.
 fn text(input: &[u8]) -> &str {
     std::str::from_utf8(input).unwrap_or_default()
 }
 
-/// Our tasks and CREATE's levels: a task that is accepted can be played and saved.
+/// Our tasks and CREATE's levels: every accepted task can be played and saved.
 fn task(input: &[u8]) {
     let Ok(task) = task::parse(text(input), "fuzz") else { return };
     let saved = task::to_json(&task);
@@ -69,7 +69,7 @@ fn task(input: &[u8]) {
 }
 
 fn script(input: &[u8]) {
-    // A script whose mistakes are reported; its commands are not carried out.
+    // The script is only parsed; its commands are not executed.
     let _ = Script::parse(text(input), "fuzz", &[]);
 }
 
@@ -120,7 +120,7 @@ fn events(input: &[u8]) {
     let _ = read_events(file.path());
 }
 
-/// What others ask of a training, which is read from a file.
+/// The requests of other processes to a training, which are read from a file.
 fn requests(input: &[u8]) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let run = RunDirectory::create(folder.path(), &0).expect("a run");
@@ -139,7 +139,7 @@ fn index(input: &[u8]) {
     assert_eq!(Index::load(folder.path()).expect("a saved index is read"), Some(index));
 }
 
-/// The tools of a recording.
+/// The tool catalogue of a recording.
 fn catalogue(input: &[u8]) {
     let _ = protocol::Catalogue::read(input, "fuzz");
 }
@@ -170,7 +170,7 @@ mod tests {
         std::fs::read_dir(folder).unwrap().map(|entry| std::fs::read(entry.unwrap().path()).unwrap()).collect()
     }
 
-    /// An input with a few bytes changed, left out, repeated, or taken from another input.
+    /// An input with a few parts replaced, removed, repeated, or taken from another input.
     fn mutated(inputs: &[Vec<u8>], rng: &mut ChaCha8Rng) -> Vec<u8> {
         let pick = |rng: &mut ChaCha8Rng| &inputs[rng.gen_range(0..inputs.len())];
         let part = |input: &[u8], rng: &mut ChaCha8Rng| {
@@ -192,10 +192,10 @@ mod tests {
         input
     }
 
-    /// Texts that parsers of numbers find hard.
+    /// Numbers that are hard to parse.
     const NUMBERS: [&str; 8] = ["-1", "0", "1e38", "1e999", "18446744073709551615", "4294967296", "NaN", "null"];
 
-    /// `MGE_FUZZ_INPUTS=1000000 cargo test fuzz` tries so many inputs a target.
+    /// `MGE_FUZZ_INPUTS=1000000 cargo test fuzz` tries that many inputs per target.
     #[test]
     fn mutated_inputs_pass() {
         let count = std::env::var("MGE_FUZZ_INPUTS").ok().and_then(|count| count.parse().ok()).unwrap_or(100);

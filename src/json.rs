@@ -1,11 +1,11 @@
-//! JSON whose errors a person can act on: where in the text, at which path, what is wrong.
+//! JSON parsing with errors that give the line, the column, the JSON path and the problem.
 
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::text::{LONGEST_EXCERPT, excerpt};
 
-/// A text is not JSON, or not of the expected form.
+/// The text is not JSON, or does not have the expected form.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{origin}:{line}:{column}: at `{path}`: {message}")]
 pub struct SyntaxError {
@@ -38,15 +38,14 @@ fn syntax_error(path: String, error: &serde_json::Error, origin: &str) -> Syntax
     SyntaxError { origin: origin.to_owned(), line: error.line(), column: error.column(), path, message }
 }
 
-/// What is wrong with a text, without the place, which is named beside it.
+/// The message of an error without its line and column, which are shown separately.
 pub fn message(error: &serde_json::Error) -> String {
     let message = error.to_string();
     let place = format!(" at line {} column {}", error.line(), error.column());
     message.strip_suffix(&place).unwrap_or(&message).to_owned()
 }
 
-/// The paths and values of everything in a JSON value that is not an object itself, such as
-/// `ddpg.gamma`.
+/// The paths, such as `ddpg.gamma`, and values of everything in a JSON value that is not an object.
 pub fn leaves(value: &Value) -> Vec<(String, &Value)> {
     fn walk<'a>(value: &'a Value, path: &str, leaves: &mut Vec<(String, &'a Value)>) {
         let Value::Object(entries) = value else { return leaves.push((path.to_owned(), value)) };
@@ -65,7 +64,7 @@ pub fn at_mut<'a>(value: &'a mut Value, path: &str) -> Option<&'a mut Value> {
     path.split('.').try_fold(value, |place, part| place.get_mut(part))
 }
 
-/// The line, from 1, on which the value at a JSON path begins, in a text that is JSON.
+/// The line, from 1, on which the value at a JSON path begins, in valid JSON.
 pub fn line_of(text: &[u8], path: &str) -> Option<usize> {
     let mut places = Places { text, at: 0, found: Vec::new() };
     places.value(String::new());
@@ -73,7 +72,7 @@ pub fn line_of(text: &[u8], path: &str) -> Option<usize> {
     Some(1 + text.iter().take(at).filter(|byte| **byte == b'\n').count())
 }
 
-/// Walks through JSON and notes where the values begin.
+/// Walks through JSON and records where each value begins.
 struct Places<'t> {
     text: &'t [u8],
     at: usize,
@@ -81,12 +80,12 @@ struct Places<'t> {
 }
 
 impl Places<'_> {
-    /// Goes on over bytes like these.
+    /// Skips bytes that satisfy `like`.
     fn skip(&mut self, like: impl Fn(u8) -> bool) {
         self.at += self.text.iter().skip(self.at).take_while(|byte| like(**byte)).count();
     }
 
-    /// The next byte that is not white space; at the end one that ends everything.
+    /// The next byte that is not white space; at the end of the text `}`, which ends any list or object.
     fn next(&mut self) -> u8 {
         self.skip(|byte| byte.is_ascii_whitespace());
         self.text.get(self.at).copied().unwrap_or(b'}')

@@ -1,11 +1,10 @@
 //! MGE Workbench: intuitive-physics puzzles, learned dynamics models and DDPG with
 //! model-guided exploration (MGE), in the terminal and headless.
 //!
-//! The library is for programs that want more than the `mge` program offers: to play the
-//! puzzles with an agent of their own ([`task`], [`mod@env`]), to predict and to cluster actions
-//! with a dynamics model ([`dynamics`], [`guidance`]), to train ([`trainer`], [`agent`]), and to
-//! read, compare and draw what trainings have written ([`run`], [`evidence`], [`figures`], [`stats`]).
-//! [`workbench`] carries out the commands of scripts.
+//! The library is for programs that need more than the `mge` program offers: playing the puzzles with another agent
+//! ([`task`], [`mod@env`]), predicting and clustering actions with a dynamics model ([`dynamics`], [`guidance`]),
+//! training ([`trainer`], [`agent`]), and reading, comparing and plotting the results of trainings ([`run`],
+//! [`evidence`], [`figures`], [`stats`]). [`workbench`] executes the commands of scripts.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -22,12 +21,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The other modules belong to the program: [`ARCHITECTURE.md`] says what each is for and
-//! which others it may use.
+//! The other modules belong to the program: [`ARCHITECTURE.md`] describes the purpose of each and which others it may
+//! use.
 //!
 //! [`ARCHITECTURE.md`]: https://docs.rs/crate/mge/latest/source/ARCHITECTURE.md
 
-// `nn::kernel` has reasons for it, and arguments.
+// `nn::kernel` allows it, with a justification.
 #![deny(unsafe_code)]
 
 pub mod agent;

@@ -2,13 +2,13 @@
 
 use std::ffi::{c_char, c_void};
 
-/// Gives memory that is free back to the system, whichever thread had it, and leaves few gaps between what is in
-/// use: with others a long session holds many times what it uses.
+/// Returns free memory to the system, whichever thread freed it, with little fragmentation: with other allocators a
+/// long session holds many times the memory it uses.
 #[global_allocator]
 static ALLOCATOR: tikv_jemallocator::Jemalloc = tikv_jemallocator::Jemalloc;
 
-/// The pointer to a C string that jemalloc reads when memory is first allocated (`malloc_conf` in its manual): what
-/// has been free for a second goes back, not after ten.
+/// The C string that jemalloc reads at its first allocation (`malloc_conf` in its manual): unused memory is returned
+/// after one second instead of ten.
 #[unsafe(export_name = "_rjem_malloc_conf")]
 static CONFIGURATION: &[u8; 20] = b"dirty_decay_ms:1000\0";
 
@@ -17,15 +17,15 @@ fn main() -> std::process::ExitCode {
     mge::run_program()
 }
 
-/// Threads that have nothing more to do give nothing back themselves. Where the system allows no thread for it,
-/// the others do it while they work.
+/// Starts jemalloc's background thread, because idle threads return no memory themselves. If the system allows no
+/// further thread, the others return it while they work.
 fn free_memory_in_the_background() {
-    // SAFETY: nobody else is there yet who could read or write the variable.
+    // SAFETY: no other thread exists yet that could read or write the variable.
     unsafe { tikv_jemalloc_sys::malloc_message = Some(ignore) };
     let _ = tikv_jemalloc_ctl::background_thread::write(true);
 }
 
-/// Takes the place of what writes messages of the allocator to the terminal, in the middle of ours.
+/// Discards the allocator's messages, which would otherwise be written to the terminal over the screen.
 unsafe extern "C" fn ignore(_: *mut c_void, _: *const c_char) {}
 
 #[cfg(test)]

@@ -1,17 +1,17 @@
-//! Markdown in which the text of others stays text: names, settings and messages cannot change the
-//! structure of a document, nor bring control characters into it.
+//! Markdown with untrusted text escaped: names, settings and messages can neither change the structure of a document
+//! nor put control characters into it.
 
 use std::fmt::Write as _;
 
 use crate::text::printable;
 
-/// A text for a paragraph, a list item or a cell of a table.
+/// Escapes text for a paragraph, a list item or a table cell.
 pub fn text(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
             '\\' | '`' | '*' | '<' | '|' => escaped.extend(['\\', c]),
-            // Brackets alone are text, and part of every interval.
+            // Brackets alone are plain text, and intervals contain them; only `](` makes a link.
             '(' if escaped.ends_with(']') => escaped.push_str("\\("),
             c => escaped.push(c),
         }
@@ -24,12 +24,12 @@ pub fn code(text: &str) -> String {
     let text = printable(text);
     let longest = text.split(|c| c != '`').map(str::len).max().unwrap_or(0);
     let fence = "`".repeat(longest + 1);
-    // A backtick beside the fence would be a part of it.
+    // A backtick next to the fence would become part of it.
     let pad = if text.starts_with('`') || text.ends_with('`') { " " } else { "" };
     format!("{fence}{pad}{text}{pad}{fence}")
 }
 
-/// A row of a table, each cell as [`text()`].
+/// A table row; each cell is escaped by [`text()`].
 pub fn row<S: AsRef<str>>(cells: impl IntoIterator<Item = S>) -> String {
     let mut line = String::from("|");
     for cell in cells {
@@ -39,7 +39,7 @@ pub fn row<S: AsRef<str>>(cells: impl IntoIterator<Item = S>) -> String {
     line + "\n"
 }
 
-/// The first row of a table, and the line below it.
+/// The header row of a table and the separator line.
 pub fn header<S: AsRef<str>>(cells: impl IntoIterator<Item = S>) -> String {
     let cells: Vec<S> = cells.into_iter().collect();
     format!("{}|{}\n", row(&cells), "---|".repeat(cells.len()))
@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn text_of_others_stays_text() {
+    fn untrusted_text_is_escaped() {
         assert_eq!(
             text("DDPG-MGE, epsilon 0.5 to 0, model_replay.rollouts 2"),
             "DDPG-MGE, epsilon 0.5 to 0, model_replay.rollouts 2"

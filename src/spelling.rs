@@ -1,10 +1,10 @@
 //! Suggestions for misspelt names.
 
-/// Longer texts are no misspelt name; comparing them would take time that grows with the
-/// square of their length.
+/// Longer texts are not compared: they are not misspelt names, and comparison time grows with the square of the
+/// length.
 pub const LONGEST: usize = 64;
 
-/// The known name most similar to what was typed, if any is similar.
+/// The known name most similar to the typed one, if any is similar enough.
 pub fn nearest<'a>(known: impl IntoIterator<Item = &'a str>, typed: &str) -> Option<&'a str> {
     if typed.len() > LONGEST {
         return None;
@@ -19,12 +19,13 @@ pub fn did_you_mean<'a>(known: impl IntoIterator<Item = &'a str>, typed: &str) -
     nearest(known, typed).map(|name| format!(": did you mean `{name}`?")).unwrap_or_default()
 }
 
-/// What to say of a name that is none of those known.
+/// The message for a name that is not among the known ones.
 pub fn unknown<const N: usize>(what: &str, known: [&str; N], typed: &str) -> String {
     format!("unknown {what} `{typed}`: use one of {}{}", known.join(", "), did_you_mean(known, typed))
 }
 
-/// Writes and reads an enum that has `ALL` and `name()` by its name. The text says what it is to people.
+/// Implements `Display` and `FromStr` for an enum that has `ALL` and `name()`. `$what` describes the enum in error
+/// messages.
 macro_rules! by_name {
     ($enum:ident, $what:literal) => {
         impl std::fmt::Display for $enum {

@@ -1,4 +1,4 @@
-//! The request to end that long work looks at: one kind for all.
+//! The stop request that all long-running work polls.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,28 +8,27 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::bounded;
 
-/// Set once work is to end. A clone is the same request.
+/// A flag that asks work to stop. Clones share the flag.
 #[derive(Debug, Clone, Default)]
 pub struct Stop(Arc<AtomicBool>);
 
 impl Stop {
-    /// Asks all that look at it to end.
+    /// Asks all work that polls this flag to stop.
     pub fn request(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Whether the work is to end.
+    /// Whether the work should stop.
     pub fn is_requested(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 }
 
-/// Time between two looks at whether work is to be left behind.
+/// Interval between two checks of `is_stopped`.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// Does work that may not look at a request to stop while it computes, on a thread of its own. None if
-/// it has not ended `patience` after `is_stopped` first said so: the thread is left behind, what it
-/// comes to is lost.
+/// Runs `work`, which may not poll a stop request while it computes, on a separate thread. Returns None if it is
+/// still running `patience` after `is_stopped` first returned true: the thread is then abandoned and its result lost.
 pub fn or_left_behind<T: Send + 'static>(
     is_stopped: impl Fn() -> bool,
     patience: Duration,
@@ -39,13 +38,13 @@ pub fn or_left_behind<T: Send + 'static>(
     let work = Arc::new(Mutex::new(Some(work)));
     let shared = work.clone();
     let body = move || {
-        // Nobody panics while it is locked.
+        // Nothing panics while the lock is held.
         let work = shared.lock().unwrap_or_else(PoisonError::into_inner).take();
-        // Nobody may wait for the result any more.
+        // The receiver may have given up waiting.
         let _ = work.map(|work| sender.send(catch_unwind(AssertUnwindSafe(work))));
     };
     if thread::Builder::new().name("mge-work".to_owned()).spawn(body).is_err() {
-        // Without a thread it is done here, to its end.
+        // No thread could be started: run the work here, to completion.
         let work = work.lock().unwrap_or_else(PoisonError::into_inner).take();
         return work.map(|work| work());
     }
@@ -65,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn work_is_awaited_until_it_is_asked_to_stop_and_then_left_behind() {
+    fn work_is_awaited_until_it_is_asked_to_stop_and_then_abandoned() {
         let stop = Stop::default();
         let result = or_left_behind(|| stop.is_requested(), Duration::ZERO, || 7);
         assert_eq!(result, Some(7));
@@ -73,7 +72,7 @@ mod tests {
         let asked = stop.clone();
         let endless = move || {
             asked.request();
-            // Until the test is over.
+            // Blocks until the test is over.
             let _ = ended.recv();
         };
         assert!(or_left_behind(|| stop.is_requested(), Duration::from_millis(20), endless).is_none());
@@ -83,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_of_the_work_is_one_of_the_caller() {
+    fn a_panic_of_the_work_reaches_the_caller() {
         let work = || -> () { panic!("on purpose") };
         let panic = catch_unwind(|| or_left_behind(|| false, Duration::ZERO, work)).unwrap_err();
         assert_eq!(panic.downcast_ref::<&str>(), Some(&"on purpose"));

@@ -1,23 +1,23 @@
-//! Random streams: which stream of a seed serves which purpose, all in one place.
+//! Random streams: the assignment of a seed's streams to purposes.
 //!
-//! A seed gives 2^64 independent ChaCha8 streams. Every purpose draws from one of its own, so that,
-//! for example, one evaluation more leaves the training as it was. The numbers are part of every
-//! recorded result and must not change.
+//! A seed gives 2^64 independent ChaCha8 streams. Every purpose has its own stream, so that, for example, an
+//! additional evaluation does not change the training. The stream numbers determine every recorded result and must
+//! not change.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// What random numbers are drawn for.
+/// A purpose for which random numbers are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stream {
-    /// The start noise of an episode outside of training, or whatever else is alone with its seed.
+    /// Start noise of an episode outside training, or the only purpose for which a seed is used.
     Episode,
     /// Start of the episode from which an action prior is built.
     PriorStart,
     /// Rollouts and clusters of a stage of an action prior, from 0.
     PriorStage(usize),
-    /// Rollouts for a proposed subgoal: others than those the subgoal's clusters come from, so that a
-    /// place is never proposed for the very rollouts it is then reached in.
+    /// Rollouts for a proposed subgoal. They differ from the rollouts of the subgoal's clusters, so that a proposal
+    /// is not evaluated on the rollouts it was derived from.
     Proposal {
         /// Which proposal, from 0.
         attempt: usize,
@@ -42,7 +42,7 @@ pub enum Stream {
     Minibatch,
     /// Plans, imagined rollouts and refined clusters.
     ModelRollouts,
-    /// A launch for a dynamics model: part of the data, index of the tool's type, number.
+    /// A launch for a dynamics model.
     Launch {
         /// Training, validation or test, from 0.
         split: u64,
@@ -53,21 +53,21 @@ pub enum Stream {
     },
     /// A generated puzzle.
     Puzzle {
-        /// What it is for, from 0.
+        /// Its split, from 0.
         split: u64,
         /// Its number.
         number: u64,
     },
     /// Initial weights of a dynamics model.
     ModelWeights,
-    /// Order and draws of a dynamics model's epoch, from 0.
+    /// Sample order and random draws of one epoch of a dynamics model, from 0.
     ModelEpoch(u32),
-    /// Tools beside those that a dynamics model's launches are made at.
+    /// Additional tools in the launch scenes of a dynamics model.
     Bystanders,
 }
 
 impl Stream {
-    /// The stream of a seed for this purpose, at its beginning.
+    /// This purpose's stream of a seed, at its start.
     pub fn of(self, seed: u64) -> ChaCha8Rng {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(self.number());
@@ -92,8 +92,8 @@ impl Stream {
             Self::ModelRollouts => TRAINING + 7,
             Self::Trial => TRAINING + 8,
             Self::Practice => TRAINING + 9,
-            // The first launches have the numbers of a prior's streams. Where both have the same seed
-            // they use the same random numbers for different things, which does no harm.
+            // The first launches share stream numbers with an action prior. With equal seeds both draw the same
+            // random numbers for different things, which does no harm.
             Self::Launch { split, kind, index } => split << 48 | kind << 40 | index,
             Self::Puzzle { split, number } => PUZZLES | split << 48 | number,
             Self::ModelWeights => MODEL,

@@ -1,20 +1,20 @@
-//! Text that comes from files and people, made fit to be shown.
+//! Makes text from files and users safe to display.
 
 use std::borrow::Cow;
 use std::fmt::Write;
 
-/// One line of text without anything a terminal would act on: control characters, line
-/// breaks included, and characters that reorder text are written as escapes such as `\u{1b}`.
+/// One line of text without anything a terminal would interpret: control characters, including line breaks, and
+/// bidirectional formatting characters are written as escapes such as `\u{1b}`.
 pub fn printable(text: &str) -> Cow<'_, str> {
     escape(text, is_unsafe)
 }
 
-/// [`printable`], but with its line breaks and tabs.
+/// Like [`printable`], but keeps line breaks and tabs.
 pub fn printable_lines(text: &str) -> Cow<'_, str> {
     escape(text, |c| is_unsafe(c) && c != '\n' && c != '\t')
 }
 
-/// Control characters (C0, DEL, C1), line separators and marks that reorder text.
+/// Control characters (C0, DEL, C1), line separators and bidirectional formatting characters.
 fn is_unsafe(c: char) -> bool {
     c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
@@ -34,10 +34,10 @@ fn escape(text: &str, is_unsafe: impl Fn(char) -> bool) -> Cow<'_, str> {
     Cow::Owned(escaped)
 }
 
-/// Errors show at most so many characters of what they are about.
+/// Most characters of a value that an error message shows.
 pub const LONGEST_EXCERPT: usize = 300;
 
-/// At most `most` characters of a text: what is left out of the middle is counted.
+/// Shortens a text to `most` characters by cutting out the middle; a note in its place counts the characters removed.
 pub fn excerpt(text: &str, most: usize) -> Cow<'_, str> {
     let count = text.chars().count();
     if count <= most {
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_terminal_would_act_on_is_written_out() {
+    fn what_a_terminal_would_interpret_is_escaped() {
         let hostile = "a\u{1b}]52;c;eA==\u{7}b\u{9b}2Jc\u{202e}d\u{7f}\ne\tf";
         let shown = printable(hostile);
         assert_eq!(shown, "a\\u{1b}]52;c;eA==\\u{7}b\\u{9b}2Jc\\u{202e}d\\u{7f}\\ne\\tf");

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::text::{LONGEST_EXCERPT, excerpt};
 
-/// A value is well formed but cannot be used: which one, and why.
+/// A well-formed value that is not allowed: its place and the reason.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{path}: {message}")]
 pub struct ValidationError {
@@ -18,14 +18,14 @@ pub struct ValidationError {
 }
 
 impl ValidationError {
-    /// An error of the value at a JSON path.
+    /// An error about the value at a JSON path.
     pub fn new(path: impl Display, message: impl Display) -> Self {
         let [path, message] = [path.to_string(), message.to_string()];
         let short = |text: String| excerpt(&text, LONGEST_EXCERPT).into_owned();
         Self { path: short(path), message: short(message) }
     }
 
-    /// The same error, seen from the whole: `parent` goes before the path.
+    /// The same error with `parent` prepended to the path.
     pub fn within(self, parent: impl Display) -> Self {
         let Self { path, message } = self;
         let path = match path.as_str() {
@@ -53,19 +53,19 @@ pub fn in_range<T: PartialOrd + Display + Copy>(
     Err(ValidationError::new(path, format_args!("is {value}, but must be a number from {low} to {high}")))
 }
 
-/// A number of a configuration: what it may be and what it means. Tables of these check
-/// configurations and are printed in the manual.
+/// A number of a configuration: its range and its meaning. Tables of settings validate configurations and are printed
+/// in the manual.
 #[derive(Debug, Clone, Copy)]
 pub struct Setting {
     /// JSON path within the configuration, such as `ou.theta`.
     pub path: &'static str,
-    /// What it may be.
+    /// Its allowed values.
     pub range: Range,
-    /// One line for people.
+    /// A description in one line.
     pub about: &'static str,
 }
 
-/// The range of a number, its ends included.
+/// The range of a number, both ends included.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Range {
     /// A whole number.
@@ -144,8 +144,8 @@ impl Range {
     }
 }
 
-/// Checks the numbers of a configuration against their table. What the configuration does
-/// not have, such as the other variant of an enumeration, is not checked.
+/// Checks the numbers of a configuration against their table. Settings that the configuration does not contain, such
+/// as those of another enum variant, are skipped.
 ///
 /// # Errors
 /// The first number that is out of its range.
@@ -162,7 +162,7 @@ pub fn check_settings(config: &impl Serialize, settings: &[Setting]) -> Result<(
     Ok(())
 }
 
-/// The text of a value; numbers as they are written with single precision.
+/// The text of a value; numbers in their shortest single-precision form.
 fn shortest(value: &Value) -> String {
     match value {
         Value::Number(number) if number.is_f64() => {
@@ -173,8 +173,8 @@ fn shortest(value: &Value) -> String {
     }
 }
 
-/// The paths of the numbers of a configuration that have no row in its table, and of the rows
-/// that are about none of its numbers.
+/// The paths of a configuration's numbers that are missing from the table, and of table rows that match none of its
+/// numbers.
 #[cfg(test)]
 pub fn differences(config: &impl Serialize, settings: &[Setting]) -> Vec<String> {
     let config = serde_json::to_value(config).unwrap();

@@ -1,11 +1,11 @@
-//! Wrong scenes, tasks, levels and episodes: one clear line each that says where.
+//! Invalid scenes, tasks, levels and episodes: each is refused with one clear line that gives the location.
 
 use mge::protocol::{self, Catalogue};
 use mge::task;
 use serde_json::{Value, json};
 
-/// A record with one thing changed: JSON pointer of the parent, key, and the new value
-/// (or none, which removes it).
+/// The record with one change: `parent` is the JSON pointer of the parent, `new` the new value of `key` (`None` removes
+/// the key).
 fn changed(mut record: Value, parent: &str, key: &str, new: Option<Value>) -> String {
     let parent = record.pointer_mut(parent).expect("the parent exists");
     match (parent, new) {
@@ -14,16 +14,16 @@ fn changed(mut record: Value, parent: &str, key: &str, new: Option<Value>) -> St
         (Value::Array(list), Some(new)) => list[key.parse::<usize>().unwrap()] = new,
         _ => panic!("cannot change {key}"),
     }
-    // JSON has no such numbers, but people write them.
+    // A `Value` cannot hold such numbers, so the cases give them as strings.
     record.to_string().replace("\"1e999\"", "1e999").replace("\"1e300\"", "1e300")
 }
 
-/// The message is one line and says everything expected.
+/// Asserts that the message is one short line that contains all expected parts.
 fn assert_says(message: &str, expected: &[&str]) {
     assert!(!message.contains('\n'), "more than one line: {message}");
     assert!(message.len() < 400, "too long: {message}");
     for part in expected {
-        assert!(message.contains(part), "`{part}` is not said in: {message}");
+        assert!(message.contains(part), "`{part}` is missing in: {message}");
     }
 }
 
@@ -46,7 +46,7 @@ fn simulate(input: &str) -> Result<String, String> {
 }
 
 #[test]
-fn a_right_scene_is_simulated() {
+fn a_valid_scene_is_simulated() {
     let output = simulate(&format!("\n{}\n\n", scene())).unwrap();
     let answer: Value = serde_json::from_str(output.trim()).unwrap();
     assert_eq!(answer["id"], "a");
@@ -63,7 +63,7 @@ fn wrong_scenes() {
         json!({"shape": "box", "size": 5.0, "radius": 4.0, "mass": 10.0, "elasticity": 1.0, "friction": 1.0});
     let cases = [
         ("", "ball", None, "ball: is missing: a scene has a `ball` or a `mover`"),
-        ("", "mover", Some(scene()["ball"].clone()), "mover: is there beside `ball`"),
+        ("", "mover", Some(scene()["ball"].clone()), "mover: cannot be given together with `ball`"),
         ("/ball", "size", Some(json!(5.0)), "ball.size: a ball has a radius: remove it"),
         ("", "others", Some(json!([moving_box])), "others[0].radius: a box has a size: remove it"),
         ("/ball", "radius", Some(json!(0.0)), "ball.radius: is 0"),
@@ -269,5 +269,5 @@ fn wrong_recordings() {
         assert_says(&error, &[expected]);
     }
     let error = play(&format!("{level}\n{level}"), &episode.to_string()).unwrap_err();
-    assert_says(&error, &["levels.jsonl:2: level: `Buckets` is there twice"]);
+    assert_says(&error, &["levels.jsonl:2: level: `Buckets` appears twice"]);
 }

@@ -1,4 +1,4 @@
-//! Physics and environment against measurements of CREATE (`tests/data/create`).
+//! Compares physics and environment with recordings of CREATE (`tests/data/create`).
 
 use std::io::BufReader;
 
@@ -11,7 +11,7 @@ const SCENES: &str = include_str!("data/create/scenes.jsonl");
 const LEVELS: &str = include_str!("data/create/levels.jsonl");
 const EPISODES: &str = include_str!("data/create/episodes.jsonl");
 
-/// The records with our answers beside them.
+/// Pairs of records and our answers.
 fn pairs(records: &str, answers: &[u8]) -> Vec<(Value, Value)> {
     let parse = |text: &str| -> Vec<Value> { text.lines().map(|line| serde_json::from_str(line).unwrap()).collect() };
     let (records, answers) = (parse(records), parse(std::str::from_utf8(answers).unwrap()));
@@ -31,7 +31,7 @@ fn row(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
 }
 
-/// Normalised distance of the positions of two rows.
+/// Normalised distance between the positions of two rows.
 fn distance(theirs: &Value, ours: &Value) -> f64 {
     let (theirs, ours) = (row(theirs), row(ours));
     (theirs[0] - ours[0]).hypot(theirs[1] - ours[1]) * 2.0 / 84.0
@@ -66,7 +66,7 @@ fn scenes_agree_at_every_step() {
         errors.push(largest(&theirs, &ours));
     }
     errors.sort_by(f64::total_cmp);
-    // A grazing contact can be found a step earlier or later, which is worth up to 1e-3.
+    // A grazing contact may be detected a step earlier or later, which changes positions by up to 1e-3.
     assert!(errors[errors.len() / 2] < 1e-5, "median {}", errors[errors.len() / 2]);
     assert!(errors[errors.len() - 2] < 1e-4, "all but one {}", errors[errors.len() - 2]);
     assert!(errors[errors.len() - 1] < 2e-3, "largest {}", errors[errors.len() - 1]);
@@ -104,19 +104,19 @@ fn episodes_agree_in_every_rule() {
     assert!(quantile(0.95) < 1e-3, "95th percentile {}", quantile(0.95));
 }
 
-/// Records of `data/create/all`, one of which is a line.
+/// Decompresses a file of `data/create/all`: one JSON record per line.
 fn all(bytes: &[u8]) -> String {
-    // Ten bytes of header, eight of checksum and length.
+    // A gzip header has ten bytes, the trailer (checksum and length) eight.
     let body = &bytes[10..bytes.len() - 8];
     String::from_utf8(miniz_oxide::inflate::decompress_to_vec(body).unwrap()).unwrap()
 }
 
-/// The largest difference of two rows.
+/// The largest absolute difference between two rows.
 fn difference(theirs: &Value, ours: &Value) -> f64 {
     row(theirs).iter().zip(row(ours)).map(|(theirs, ours)| (theirs - ours).abs()).fold(0.0, f64::max)
 }
 
-/// Every number of every body at every step, contacts, events and sleepers.
+/// Compares every number of every body at every step, the first contact, sleeping and events.
 fn assert_repeated(theirs: &Value, ours: &Value) {
     let id = &theirs["id"];
     let rows = |record: &Value| record.as_array().unwrap().clone();

@@ -1,5 +1,5 @@
-//! What goes wrong outside of the program: a full disk, a folder that cannot be written, a run
-//! in use, a file of an older version. One clear line, and nothing lost.
+//! External failures: a full disk, an unwritable folder, a run in use, a file of an older version, signals. Each gives
+//! one clear line and loses nothing.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -8,7 +8,7 @@ use mge::run::{RunDirectory, RunState};
 
 const MGE: &str = env!("CARGO_BIN_EXE_mge");
 
-/// Settings under which the log outgrows a checkpoint.
+/// Settings with which the log grows larger than a checkpoint.
 const SMALL: [&str; 14] = [
     "--method",
     "ddpg",
@@ -34,7 +34,7 @@ fn mge(arguments: &[&str]) -> Output {
     Command::new(MGE).args(arguments).output().expect("the program starts")
 }
 
-/// The one line with which it failed.
+/// The one-line error of a failed command.
 #[track_caller]
 fn failure(output: &Output) -> String {
     assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
@@ -55,13 +55,13 @@ fn metrics(run: &Path) -> String {
 
 #[cfg(unix)]
 #[test]
-fn a_file_that_cannot_grow_stops_the_run_and_it_goes_on_when_there_is_room() {
+fn a_full_disk_stops_a_run_that_can_be_resumed_when_there_is_space() {
     let folder = tempfile::tempdir().unwrap();
     let [whole, broken] = ["whole", "broken"].map(|name| folder.path().join(name));
     let output = Command::new(MGE).args(train(&whole, "200")).output().unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
 
-    // Files of at most 64 blocks: like a full disk, but only for this process.
+    // Limits files to 64 blocks: like a full disk, but only for this process.
     let limited = "trap '' XFSZ; ulimit -f 64; exec \"$@\"";
     let output = Command::new("sh").args(["-c", limited, "sh", MGE]).args(train(&broken, "200")).output().unwrap();
     let message = failure(&output);
@@ -104,7 +104,7 @@ fn a_run_in_use_is_refused() {
     assert_eq!(metrics(&run), before);
 }
 
-/// A run of another process, steered from a shell; also one that has left its terminal.
+/// A run of another process is controlled from a shell, also after it has detached from its terminal.
 #[cfg(unix)]
 #[test]
 fn a_run_is_paused_re_scheduled_continued_and_stopped_by_other_processes() {
@@ -121,7 +121,7 @@ fn a_run_is_paused_re_scheduled_continued_and_stopped_by_other_processes() {
     let at_rest = metrics(&run);
     assert_eq!(asked(&["pause", &path]), "paused already\n");
     assert!(asked(&["epsilon", &path, "0.25"]).ends_with(": epsilon is now 0.25\n"));
-    assert_eq!(metrics(&run), at_rest, "it waits");
+    assert_eq!(metrics(&run), at_rest, "a paused run went on");
     assert!(asked(&["resume", &path]).ends_with(": going on\n"));
     while metrics(&run) == at_rest {
         std::thread::sleep(std::time::Duration::from_millis(5));
@@ -132,7 +132,7 @@ fn a_run_is_paused_re_scheduled_continued_and_stopped_by_other_processes() {
     assert!(message.contains("nobody is training") && message.contains("mge resume"), "{message}");
 
     let detached = ["resume", "--detached", "--quiet", &path].map(str::to_owned);
-    // It listens to the signal before it trains.
+    // The program installs its signal handlers before it trains.
     let child = under_way(&detached, &run, metrics(&run).lines().count());
     signal(&child, rustix::process::Signal::HUP);
     let before = metrics(&run);
@@ -140,10 +140,10 @@ fn a_run_is_paused_re_scheduled_continued_and_stopped_by_other_processes() {
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
     asked(&["stop", &path]);
-    assert!(ended(child).status.success(), "a closed terminal ends nothing");
+    assert!(ended(child).status.success(), "a closed terminal ended a detached run");
 }
 
-/// A training in a process of its own that has finished at least so many episodes.
+/// Starts a training in its own process and waits until it has finished at least this many episodes.
 #[cfg(unix)]
 fn under_way(arguments: &[String], run: &Path, episodes: usize) -> std::process::Child {
     let mut child = Command::new(MGE)
@@ -202,7 +202,7 @@ fn a_signal_saves_everything_and_says_how_to_continue() {
 fn a_second_signal_ends_the_program_at_once() {
     use rustix::process::Signal;
     let folder = tempfile::tempdir().unwrap();
-    // It waits for its task, which never comes.
+    // It blocks on its task, which is never written.
     assert!(Command::new("mkfifo").arg(folder.path().join("task.json")).status().unwrap().success());
     let mut child = listening("train task.json --method ddpg --quiet --out run", folder.path());
     signal(&child, Signal::TERM);
@@ -212,7 +212,7 @@ fn a_second_signal_ends_the_program_at_once() {
     assert_eq!(child.wait().unwrap().code(), Some(143));
 }
 
-/// The output of a program that must end soon.
+/// The output of a program that must end within two minutes.
 #[cfg(unix)]
 fn ended(mut child: std::process::Child) -> Output {
     let begun = std::time::Instant::now();
@@ -226,7 +226,7 @@ fn ended(mut child: std::process::Child) -> Output {
     child.wait_with_output().unwrap()
 }
 
-/// A command that listens to SIGTERM by now.
+/// Starts a command and waits until it handles SIGTERM.
 #[cfg(target_os = "linux")]
 fn listening(line: &str, folder: &Path) -> std::process::Child {
     let mut command = Command::new(MGE);
@@ -239,7 +239,7 @@ fn listening(line: &str, folder: &Path) -> std::process::Child {
         u64::from_str_radix(caught.trim(), 16).unwrap() & 1 << 14 != 0
     };
     while !listens() {
-        assert!(begun.elapsed().as_secs() < 60, "{line}: it never listens");
+        assert!(begun.elapsed().as_secs() < 60, "{line}: no handler was installed");
         std::thread::sleep(std::time::Duration::from_millis(1));
     }
     child
@@ -280,18 +280,18 @@ fn a_signal_ends_every_long_command_with_one_line() {
     assert!(text(&output.stderr).contains("s.mge:4: interrupted; `mge resume`"), "{}", text(&output.stderr));
     let made = RunDirectory::open(folder.path().join("made")).unwrap();
     assert!(matches!(made.status().unwrap().state, RunState::Stopped(_)));
-    // The two runs, the script, and the checkpoint of the model.
+    // Two runs, the script, and the checkpoint of the model.
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4, "something else was left");
 }
 
-/// The largest settings of what happens within one episode, or before the first.
+/// Uses the largest settings for work within one episode or before the first.
 #[cfg(unix)]
 #[test]
-fn a_signal_ends_a_training_in_the_middle_of_an_endless_episode() {
+fn a_signal_ends_a_training_during_a_very_long_episode() {
     let planning = "--set planner.rollouts=10000 --set planner.iterations=1000 --set planner.horizon=100";
     let clusters = "--set guidance.model_rollouts=100000 --set guidance.horizon=100 \
         --set guidance.environment_rollouts=100000";
-    // An update takes minutes.
+    // One update takes minutes.
     let networks = "--set ddpg.batch_size=65536 --set ddpg.hidden=1024 --set ddpg.layers=4 --set ddpg.warmup_steps=0";
     for (method, source, settings) in [
         ("planning", "true", planning),
@@ -324,15 +324,15 @@ fn a_signal_ends_a_training_in_the_middle_of_an_endless_episode() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_signal_in_the_first_moments_is_heard() {
+fn a_signal_right_after_the_start_is_handled() {
     let folder = tempfile::tempdir().unwrap();
-    // It waits for its task until it was sent the signal.
+    // It blocks on its task until after the signal was sent.
     assert!(Command::new("mkfifo").arg(folder.path().join("task.json")).status().unwrap().success());
     let child = listening("train task.json --method ddpg --quiet --out run", folder.path());
     signal(&child, rustix::process::Signal::TERM);
     let task = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tasks/task1.json")).unwrap();
     let pipe = folder.path().join("task.json");
-    // As often as it is read; nobody waits for the last time.
+    // Writes the task as often as it is read. The thread is not joined, as its last write may block forever.
     std::thread::spawn(move || {
         while std::fs::write(&pipe, &task).is_ok() {
             std::thread::sleep(std::time::Duration::from_millis(100));
@@ -345,7 +345,7 @@ fn a_signal_in_the_first_moments_is_heard() {
 
 #[cfg(unix)]
 #[test]
-fn a_sweep_and_a_study_end_on_a_signal_and_go_on() {
+fn a_sweep_and_a_study_end_on_a_signal_and_can_be_continued() {
     use rustix::process::Signal;
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("s.json");
@@ -392,19 +392,19 @@ fn a_sweep_and_a_study_end_on_a_signal_and_go_on() {
 
 #[cfg(unix)]
 #[test]
-fn a_run_whose_folder_is_deleted_or_moved_ends_with_an_error_and_does_not_come_back() {
+fn a_run_whose_folder_is_deleted_or_moved_ends_with_an_error_and_does_not_recreate_it() {
     let folder = tempfile::tempdir().unwrap();
     let [run, moved] = ["run", "moved"].map(|name| folder.path().join(name));
     for delete in [true, false] {
         let child = under_way(&train(&run, "100000"), &run, 30);
         match delete {
-            // The training may write a file between two removals.
+            // The training may write a file during the removal.
             true => while std::fs::remove_dir_all(&run).is_err() {},
             false => std::fs::rename(&run, &moved).unwrap(),
         }
         let message = failure(&child.wait_with_output().unwrap());
         assert!(message.contains("was moved or deleted while it was being trained"), "{message}");
-        assert!(!run.exists(), "it came back");
+        assert!(!run.exists(), "the folder was created again");
     }
     assert!(matches!(RunDirectory::open(&moved).unwrap().status().unwrap().state, RunState::Failed(_)));
     let child = under_way(&["resume".to_owned(), moved.display().to_string(), "--quiet".to_owned()], &moved, 60);
@@ -413,7 +413,7 @@ fn a_run_whose_folder_is_deleted_or_moved_ends_with_an_error_and_does_not_come_b
 }
 
 #[test]
-fn a_folder_in_which_a_run_was_being_created_is_taken_over() {
+fn a_folder_with_a_partly_created_run_is_reused() {
     let folder = tempfile::tempdir().unwrap();
     let run = folder.path().join("run");
     std::fs::create_dir(&run).unwrap();
@@ -421,7 +421,7 @@ fn a_folder_in_which_a_run_was_being_created_is_taken_over() {
     std::fs::write(run.join(".mge-abcdef"), "{\"format\": 1, \"mge").unwrap();
     let output = Command::new(MGE).args(train(&run, "5")).output().unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
-    assert!(!run.join(".mge-abcdef").exists(), "the temporary file stays");
+    assert!(!run.join(".mge-abcdef").exists(), "the temporary file remains");
     std::fs::write(run.join(".mge-later"), "x").unwrap();
     let output = mge(&["resume", &run.display().to_string(), "--quiet"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
@@ -443,7 +443,7 @@ fn links_are_not_followed_and_pipes_do_not_block() {
         std::os::unix::fs::symlink(&elsewhere, run.join(name)).unwrap();
         let message = failure(&mge(&["resume", &path, "--quiet"]));
         assert!(message.contains(&format!("{name}: it is no folder but a link")), "{message}");
-        assert_eq!(std::fs::read_dir(&elsewhere).unwrap().count(), kept, "it was written to");
+        assert_eq!(std::fs::read_dir(&elsewhere).unwrap().count(), kept, "the target of the link was written to");
         std::fs::remove_file(run.join(name)).unwrap();
         std::fs::rename(&elsewhere, run.join(name)).unwrap();
     }
@@ -469,7 +469,7 @@ fn links_are_not_followed_and_pipes_do_not_block() {
     assert_eq!(std::fs::read_to_string(&thesis).unwrap(), "years of work");
 }
 
-/// A copy of the run that the first version of the format left, stopped in the middle.
+/// A copy of a run in the first version of the format, stopped in the middle.
 fn first_version(folder: &Path) -> PathBuf {
     fn copy(from: &Path, to: &Path) {
         std::fs::create_dir_all(to).unwrap();
@@ -485,7 +485,7 @@ fn first_version(folder: &Path) -> PathBuf {
 }
 
 #[test]
-fn runs_of_the_first_format_keep_loading() {
+fn runs_of_the_first_format_still_load() {
     let folder = tempfile::tempdir().unwrap();
     let run = first_version(folder.path());
     let path = run.display().to_string();
@@ -501,7 +501,7 @@ fn runs_of_the_first_format_keep_loading() {
     }
     assert_eq!(RunDirectory::open(&run).unwrap().status().unwrap().state, RunState::Finished);
     let resumed = metrics(&run);
-    assert!(resumed.starts_with(&recorded), "what was recorded has changed:\n{resumed}");
+    assert!(resumed.starts_with(&recorded), "recorded episodes have changed:\n{resumed}");
     assert_eq!(resumed.lines().count(), 1 + 12);
 }
 

@@ -1,5 +1,5 @@
-//! What nobody means to do to the program: outputs that are closed or full, texts that a
-//! terminal would act on, lines without an end, runs that were tampered with.
+//! Hostile conditions: closed or full outputs, text with terminal control sequences, endless lines, runs that were
+//! tampered with.
 
 use std::fs::{self, File};
 use std::io::{Read, Write};
@@ -20,7 +20,7 @@ fn run(folder: &Path, arguments: &[&str]) -> Output {
     mge(folder, arguments).output().expect("the program starts")
 }
 
-/// Runs the program with this on its standard input.
+/// Runs the program with `input` on its standard input.
 fn run_with_input(folder: &Path, arguments: &[&str], mut input: impl Read) -> Output {
     let mut command = mge(folder, arguments);
     let mut child = command
@@ -40,7 +40,7 @@ fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).expect("messages are UTF-8")
 }
 
-/// The program failed with one short line that a terminal can show.
+/// Asserts that the program failed with one short line without control characters.
 #[track_caller]
 fn assert_fails_plainly(output: &Output, expected: &str) {
     let message = stderr(output);
@@ -84,7 +84,7 @@ fn a_closed_output_ends_quietly_and_a_full_one_is_an_error() {
     }
 }
 
-/// Clears the screen, sets the title, writes to the clipboard, and hides what follows.
+/// Clears the screen, sets the title, writes to the clipboard, and hides the following text.
 const ESCAPES: &str = "\u{1b}[2J\u{1b}]0;owned\u{7}\u{1b}]52;c;eA==\u{7}\u{9b}8m\u{202e}";
 
 #[test]
@@ -129,7 +129,7 @@ fn escapes_in_names_and_texts_never_reach_the_terminal() {
 }
 
 #[test]
-fn messages_show_a_bounded_piece_of_a_long_text() {
+fn messages_shorten_long_text() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let long = "x".repeat(2 << 20);

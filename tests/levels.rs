@@ -1,4 +1,4 @@
-//! CREATE's rules and level files, one small level for each.
+//! CREATE's rules and level files, tested with one small level each.
 
 use std::sync::Arc;
 
@@ -8,10 +8,10 @@ use mge::protocol::{StepLine, replay};
 use mge::task::{self, GoalShape, Task};
 use serde_json::{Value, json};
 
-/// A box placed here is out of everybody's way; placed again it is an overlap.
+/// A box placed here affects nothing; a second box overlaps it.
 const ASIDE: [f32; 2] = [-0.9, 0.9];
 
-/// A level with a falling target and a goal that it does not reach.
+/// A level with a falling target that does not reach the goal, with some changes.
 fn level(changes: Value) -> Task {
     let mut level = json!({"name": "Own", "target": [0.0, 0.8], "goal": [0.8, -0.8], "env": []});
     level.as_object_mut().unwrap().extend(changes.as_object().unwrap().clone());
@@ -26,8 +26,8 @@ fn rewards(lines: &[StepLine]) -> Vec<f32> {
     lines.iter().map(|line| (line.reward * 1000.0).round() / 1000.0).collect()
 }
 
-/// The normalised height of a ball that started at `from` (normalised) and has been
-/// falling freely for some actions.
+/// The normalised height of a ball that started at `from` (normalised) and has fallen freely for
+/// `actions` actions.
 fn fallen(from: f32, actions: f32) -> f32 {
     let steps = 40.0 * actions;
     from - 2.0 / 84.0 * (2.0 / 900.0 * steps * (steps - 1.0) / 2.0)
@@ -111,7 +111,7 @@ fn rules_of_the_level() {
 }
 
 #[test]
-fn blocked_placements_cost_what_a_step_gives() {
+fn blocked_placements_lose_the_reward_of_a_step() {
     let task = level(json!({"target_sec_goals": [[-0.5, -0.5]]}));
     let actions = [[0.0, 0.8], [0.8, -0.8], [-0.5, -0.4], [-0.5, 0.5], [-0.3, 0.6], [-7.0, 0.5], [-1.0, 0.4]];
     let lines: Vec<_> = replay(Arc::new(task), actions).collect();
@@ -123,7 +123,7 @@ fn blocked_placements_cost_what_a_step_gives() {
 }
 
 #[test]
-fn the_goal_counts_in_passing_once_and_does_not_end_the_episode() {
+fn the_goal_counts_once_in_passing_and_does_not_end_the_episode() {
     // In free fall the ball is above the goal after four actions and below it after five.
     let task = level(json!({"goal": [0.0, fallen(0.8, 4.55)], "env": [{"name": "wall", "pos": [0.9, 0.0]}]}));
     let lines = play(task, 20);
@@ -157,7 +157,7 @@ fn a_goal_that_moves_is_reached_by_contact() {
 }
 
 #[test]
-fn a_basket_notices_the_ball_and_lets_it_through() {
+fn a_basket_detects_the_ball_and_lets_it_through() {
     let basket = json!({"goal": [0.0, fallen(0.8, 3.0)], "goal_is_basket": "True", "ball_is_basket": "True"});
     let task = level(basket);
     assert_eq!((task.goal.shape, task.goal.radius, task.ball.radius), (GoalShape::Basket, 5.0, 3.5));
@@ -172,7 +172,7 @@ fn the_goal_of_a_marker_level_waits_for_the_target_to_move() {
         "lvl_type": "marker", "goal": [0.0, fallen(0.8, 2.6)],
         "env": [{"name": "marker_ball", "pos": [-0.5, 0.8]}],
     });
-    // Moved at the end of the second action, in which it touches the goal too.
+    // The target counts as moved at the end of the second action, in which it also touches the goal.
     let lines = play(level(marker.clone()), 4);
     assert_eq!(rewards(&lines), [0.01, 1.0, 9.9, 0.0]);
     let mut must_hit = marker.clone();
@@ -190,7 +190,7 @@ fn the_goal_of_a_marker_level_waits_for_the_target_to_move() {
 }
 
 #[test]
-fn a_lost_marker_ends_the_episode_until_the_target_has_moved() {
+fn a_lost_marker_ends_the_episode_unless_the_target_has_moved() {
     let marker = |must_hit: bool| {
         level(json!({
             "lvl_type": "marker", "marker_must_hit": must_hit, "target": [0.5, 0.8],
@@ -279,7 +279,7 @@ fn the_marker_is_the_first_object_of_its_level() {
     assert_eq!((task.balls.len(), task.tools.len()), (0, 1));
     let error = parse([&floor, &marker]).unwrap_err().to_string();
     assert!(error.contains("env[0]: must be the marker ball"), "{error}");
-    // A file of our own need not say how far the target has to move.
+    // Task files may omit how far the target has to move.
     let mut without = own.clone();
     without["marker"].as_object_mut().unwrap().remove("move_threshold").unwrap();
     let read = task::parse(&without.to_string(), "own").unwrap();

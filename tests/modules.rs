@@ -1,9 +1,9 @@
-//! The modules of `src/` use only those that ARCHITECTURE.md gives them: data flows forward.
+//! The modules of `src/` use only the modules that ARCHITECTURE.md allows: data flows forward.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// The modules of the table, with those that each may use; None for all.
+/// The modules of the table and the modules that each may use; `None` for all.
 fn table() -> BTreeMap<String, Option<BTreeSet<String>>> {
     let text = std::fs::read_to_string("ARCHITECTURE.md").unwrap();
     let row = |line: &str| {
@@ -20,7 +20,7 @@ fn table() -> BTreeMap<String, Option<BTreeSet<String>>> {
     text.lines().filter_map(row).collect()
 }
 
-/// What the files of a module say of other modules, their tests left out.
+/// The modules that the files of a module name, except in their tests.
 fn used(folder: &Path, modules: &BTreeSet<String>) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
     for entry in std::fs::read_dir(folder).unwrap() {
@@ -44,7 +44,7 @@ fn used(folder: &Path, modules: &BTreeSet<String>) -> BTreeSet<String> {
 }
 
 #[test]
-fn modules_use_what_the_architecture_gives_them() {
+fn modules_use_what_the_architecture_allows() {
     let table = table();
     let folders = std::fs::read_dir("src").unwrap().map(|entry| entry.unwrap()).filter(|entry| entry.path().is_dir());
     let modules: BTreeSet<String> = folders.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();

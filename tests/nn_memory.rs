@@ -1,4 +1,4 @@
-//! Memory of training and prediction stays as it is after the first steps.
+//! Memory of training and prediction is constant after the first steps.
 
 use std::{
     alloc::{GlobalAlloc, Layout, System},
@@ -10,7 +10,7 @@ use mge::nn::{Activation, InitScheme, Mlp, MlpShape, Optimiser, OptimiserKind, m
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-// Of the thread that works: the test harness allocates on its own when it likes.
+// Counted per thread, because the test harness allocates on its own thread at any time.
 thread_local! {
     static LIVE: Cell<isize> = const { Cell::new(0) };
     static COUNT: Cell<usize> = const { Cell::new(0) };
@@ -18,7 +18,7 @@ thread_local! {
 
 struct Counting;
 
-// SAFETY: passes everything on to the system's allocator.
+// SAFETY: forwards every call to the system's allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         LIVE.set(LIVE.get() + layout.size() as isize);

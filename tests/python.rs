@@ -1,8 +1,8 @@
-//! Runs as Python programs see them: TensorBoard's own reader, the NumPy snippet of docs/python.md.
-//! They need a Python with the packages of `tests/python/requirements.txt`, named by `MGE_PYTHON`;
-//! without one they are skipped. The Python package has tests of its own in `python/tests/`.
+//! Python programs read runs: TensorBoard's reader and the NumPy snippet of docs/python.md.
+//! The tests need a Python with the packages of `tests/python/requirements.txt`, named by `MGE_PYTHON`;
+//! without it they are skipped. The tests of the Python package are in `python/tests/`.
 
-// A skipped check says so.
+// Skipped tests print a note.
 #![allow(clippy::print_stderr)]
 
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use std::process::{Command, Output};
 
 const MGE: &str = env!("CARGO_BIN_EXE_mge");
 
-/// The Python to check with, if there is one.
+/// The Python interpreter to test with, if any.
 fn python() -> Option<PathBuf> {
     let python = std::env::var_os("MGE_PYTHON").map(PathBuf::from);
     if python.is_none() {
@@ -29,7 +29,7 @@ fn mge(arguments: &[&str]) -> Vec<u8> {
     output.stdout
 }
 
-/// Runs a script of `tests/python`, which must succeed. Returns what it says.
+/// Runs a script of `tests/python`, which must succeed. Returns its output.
 fn check(python: &Path, script: &str, argument: &Path) -> String {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python").join(script);
     let output = Command::new(python).arg(script).arg(argument).output().expect("Python starts");
@@ -37,7 +37,7 @@ fn check(python: &Path, script: &str, argument: &Path) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// A short run that learned something.
+/// A short training with updates.
 fn run(folder: &Path) -> PathBuf {
     let run = folder.join("run");
     let path = run.display().to_string();
@@ -57,7 +57,7 @@ fn tensorboard_reads_the_values_of_a_run() {
 }
 
 #[test]
-fn the_snippet_in_the_docs_acts_as_the_actor() {
+fn the_snippet_in_the_docs_computes_the_actions_of_the_actor() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
     let run = run(folder.path()).display().to_string();

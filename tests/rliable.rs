@@ -1,8 +1,8 @@
-//! Our statistics against those of Google's rliable: on the runs of a real study, whose numbers
-//! lie in `tests/data/rliable/` as `tests/python/rliable_numbers.py` wrote them, and on a report
-//! made now, where a Python with rliable is at hand (`MGE_PYTHON`).
+//! Compares our statistics with those of Google's rliable: on the runs of a real study, whose numbers
+//! `tests/python/rliable_numbers.py` wrote to `tests/data/rliable/`, and on a new report, if a Python with rliable is
+//! available (`MGE_PYTHON`).
 
-// A skipped check says so.
+// Skipped tests print a note.
 #![allow(clippy::print_stderr)]
 
 use std::path::{Path, PathBuf};
@@ -15,10 +15,10 @@ use mge::stats::{Bootstrap, Estimate, TaskScores};
 use serde_json::Value;
 
 const MGE: &str = env!("CARGO_BIN_EXE_mge");
-/// Largest difference of point estimates.
+/// Largest allowed difference of point estimates.
 const POINT: f64 = 1e-6;
-/// Largest difference of the ends of intervals, as both libraries draw their own resamples: of
-/// 10 000 and of 1000 resamples.
+/// Largest allowed differences of interval ends with 10 000 and with 1000 resamples, because each library draws its own
+/// resamples.
 const END: f64 = 0.02;
 const END_OF_FEW: f64 = 0.06;
 
@@ -36,7 +36,7 @@ fn check(what: &str, ours: Estimate, theirs: &[f64], end: f64) {
     let near = |ours: f64, theirs: f64, most: f64| (ours - theirs).abs() <= most;
     let agrees =
         near(ours.value, theirs[0], POINT) && near(ours.lower, theirs[1], end) && near(ours.upper, theirs[2], end);
-    assert!(agrees, "{what}: {ours:?}, and rliable says {theirs:?}");
+    assert!(agrees, "{what}: {ours:?}, but rliable has {theirs:?}");
 }
 
 #[test]

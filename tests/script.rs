@@ -1,4 +1,4 @@
-//! The shipped scripts, played by the program itself as a user would.
+//! The shipped scripts and other commands, run as a user would.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -36,7 +36,7 @@ fn the_tour_runs_and_its_recording_gives_the_same_figures() {
 }
 
 #[test]
-fn a_wrong_script_fails_before_it_does_anything() {
+fn an_invalid_script_fails_before_any_command_runs() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("wrong.mge");
     std::fs::write(&file, "out nowhere\nepisodes 3\ntrian\n").unwrap();
@@ -70,7 +70,7 @@ fn a_run_is_forked_from_the_command_line() {
         let out: Vec<&str> = out.iter().map(String::as_str).collect();
         let output = mge(&[&changed[..], &out].concat());
         assert!(output.status.success(), "{}", text(&output.stderr));
-        assert_eq!(text(&output.stdout).lines().count(), 1, "the result of the new run alone");
+        assert_eq!(text(&output.stdout).lines().count(), 1, "only the result of the new run");
     }
     let [source, fork] = ["run", "run-at7"].map(rows);
     assert_eq!((&fork[..7], fork.len()), (&source[..7], 14));
@@ -86,5 +86,5 @@ fn a_run_is_forked_from_the_command_line() {
         assert_eq!((output.status.code(), message.lines().count()), (Some(1), 1), "{message}");
         assert!(message.contains(reason), "{message}");
     }
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3, "nothing is left of what failed");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3, "a failed fork left files");
 }

@@ -1,6 +1,6 @@
-//! Sweeps as a user runs them: at once, through GNU parallel, as a Slurm array; and the report.
+//! Sweeps as a user runs them: in one process, through GNU parallel, as a Slurm array; and the report.
 
-// A skipped check says so.
+// Skipped tests print a note.
 #![allow(clippy::print_stderr)]
 
 use std::os::unix::fs::PermissionsExt;
@@ -33,7 +33,7 @@ fn read(path: &Path) -> String {
     std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// Carries the lines of a plan out in a shell.
+/// Runs a script in a shell, as the Slurm array task `task`.
 fn shell(folder: &Path, script: &str, task: &str) -> Output {
     Command::new("bash")
         .args(["-c", script])
@@ -54,12 +54,12 @@ fn a_plan_gives_the_same_results_as_the_sweep_itself() {
     assert_eq!(expected.lines().count(), 9, "{expected}");
     assert_eq!(expected.matches(",finished,").count(), 8, "{expected}");
 
-    // A folder that a shell would take apart, and a plan that needs no file beside it.
+    // The folder's name needs quoting in a shell, and the plan must not need the sweep file.
     let out = "it's a \"folder\" $HOME";
     let plan = succeed(mge(here, &["sweep", "s.json", "--plan", "--out", out]));
     let array = succeed(mge(here, &["sweep", "s.json", "--slurm", "--out", out]));
     assert_eq!(plan.lines().count(), 8);
-    assert!(!here.join(out).exists(), "planning did something");
+    assert!(!here.join(out).exists(), "planning created files");
     std::fs::rename(here.join("s.json"), here.join("kept.json")).unwrap();
     let elsewhere = tempfile::tempdir().unwrap();
     let lines: Vec<&str> = plan.lines().collect();
@@ -81,7 +81,7 @@ fn a_plan_gives_the_same_results_as_the_sweep_itself() {
     assert_eq!(read(&here.join("merged/results.csv")), expected);
 }
 
-/// Carries the plan out with the real GNU parallel, which skips nothing and repeats nothing.
+/// Runs the plan with the real GNU parallel; every line must run exactly once.
 fn through_parallel(folder: &Path, plan: &str) {
     let file = folder.join("plan.txt");
     std::fs::write(&file, plan).unwrap();
@@ -93,7 +93,7 @@ fn through_parallel(folder: &Path, plan: &str) {
 }
 
 #[test]
-fn mistakes_are_one_line_and_change_nothing() {
+fn errors_are_one_line_and_change_nothing() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("bad.json"), SWEEP.replace("ddpg.hidden", "ddpg.hiden")).unwrap();
     let output = mge(folder.path(), &["sweep", "bad.json"]);
@@ -125,7 +125,7 @@ fn a_sweep_finishes_a_run_whose_creation_was_killed() {
     let here = folder.path();
     let one = SWEEP.replace(r#""method": ["ddpg", "ddpg-mge"]"#, r#""method": ["ddpg"]"#);
     std::fs::write(here.join("s.json"), one.replace("[0, 1]", "[0]")).unwrap();
-    // What a kill at the first rename leaves: the lock of a process that is gone, and the beginning of
+    // The state after a kill at the first rename: the lock of an ended process, and the beginning of
     // the configuration under a temporary name.
     let run = here.join("sweep/runs/task1-ddpg-seed0");
     std::fs::create_dir_all(&run).unwrap();
@@ -135,8 +135,8 @@ fn a_sweep_finishes_a_run_whose_creation_was_killed() {
     assert_eq!(read(&here.join("sweep/results.csv")).matches(",finished,").count(), 2);
 }
 
-/// The program as a user who may have so many processes, threads included. None where the test does
-/// not run as root, or that user cannot run the program.
+/// Runs the program as a user with a limit on processes and threads. `None` if the test does not run as root or that
+/// user cannot run the program.
 fn with_threads(most: u32, folder: &Path, arguments: &[&str]) -> Option<Output> {
     const NOBODY_ELSE: u32 = 54_321;
     let limit = |most: u32, arguments: &[&str]| {
@@ -149,14 +149,14 @@ fn with_threads(most: u32, folder: &Path, arguments: &[&str]) -> Option<Output> 
 }
 
 #[test]
-fn too_few_threads_are_an_error_or_make_it_slower() {
+fn too_few_threads_slow_the_program_down_or_are_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     std::fs::set_permissions(here, std::fs::Permissions::from_mode(0o777)).unwrap();
     std::fs::write(here.join("s.json"), SWEEP).unwrap();
     let clusters = ["clusters", "task1", "--model", "true", "--seed", "1"];
     let Some(alone) = with_threads(1, here, &clusters) else {
-        eprintln!("skipped: it takes root, prlimit, and a program that others can run");
+        eprintln!("skipped: needs root, prlimit, and a program that other users can run");
         return;
     };
     assert_eq!(succeed(alone), succeed(mge(here, &clusters)));

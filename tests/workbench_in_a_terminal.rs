@@ -1,4 +1,4 @@
-//! The workbench in a real pseudo-terminal: a whole session, and every way out.
+//! The workbench in a real pseudo-terminal: a whole session, and every way to end it.
 #![cfg(unix)]
 
 #[allow(dead_code, reason = "shared: each test file needs a part of it")]
@@ -21,7 +21,7 @@ fn open(folder: &Path, arguments: &[&str]) -> Terminal {
 }
 
 #[test]
-fn a_whole_session_trains_edits_exports_resizes_and_leaves() {
+fn a_whole_session_trains_edits_exports_resizes_and_quits() {
     let folder = tempfile::tempdir().unwrap();
     let mut terminal = open(folder.path(), &[]);
     terminal.wait_for("welcome, 1/4");
@@ -57,13 +57,13 @@ fn a_whole_session_trains_edits_exports_resizes_and_leaves() {
 }
 
 #[test]
-fn the_copied_command_gives_the_same_training() {
+fn the_copied_command_reproduces_the_training() {
     let folder = tempfile::tempdir().unwrap();
     let mut terminal = open(folder.path(), &["--task", "create/Push", "--runs", "my runs"]);
     terminal.wait_for("welcome");
     terminal.type_text("x");
     terminal.wait_for("no episodes yet");
-    // A method that `mge train` does not take unless it is asked for.
+    // A method that is not the default of `mge train`.
     for line in ["method ddpg-mge", "model uniform", "episodes 2", "set ddpg.hidden 8", "seed 3"] {
         terminal.type_text(&format!(":{line}\r"));
     }
@@ -93,7 +93,7 @@ fn the_copied_command_gives_the_same_training() {
 }
 
 #[test]
-fn signals_end_it_with_the_terminal_restored_and_the_run_checkpointed() {
+fn signals_restore_the_terminal_and_checkpoint_the_run() {
     for (signal, status) in [("TERM", 143), ("INT", 130), ("HUP", 129), ("QUIT", 131)] {
         let folder = tempfile::tempdir().unwrap();
         let mut terminal = open(folder.path(), &["--task", "task3"]);
@@ -122,11 +122,11 @@ fn signals_end_it_with_the_terminal_restored_and_the_run_checkpointed() {
 }
 
 #[test]
-fn it_is_left_at_once_whatever_is_computed() {
+fn quitting_does_not_wait_for_computations() {
     let folder = tempfile::tempdir().unwrap();
     let mut terminal = open(folder.path(), &[]);
     terminal.wait_for("welcome");
-    // The tour makes way for those who know what to do.
+    // A key that the tour does not use ends the tour.
     terminal.type_text(":seed 7\r");
     terminal.wait_for("seed 7");
     for line in ["set guidance.model_rollouts 100000", "set guidance.horizon 100", "model true", "train", "clusters"] {
@@ -141,7 +141,7 @@ fn it_is_left_at_once_whatever_is_computed() {
 }
 
 #[test]
-fn a_closed_window_ends_it_with_the_run_checkpointed() {
+fn closing_the_window_checkpoints_the_run() {
     let folder = tempfile::tempdir().unwrap();
     let mut terminal = open(folder.path(), &[]);
     terminal.wait_for("welcome");
@@ -176,7 +176,7 @@ fn a_figure_is_shown_in_sixels_where_the_terminal_has_them() {
 }
 
 #[test]
-fn a_stop_and_a_return_keep_the_screen() {
+fn suspending_and_continuing_restores_the_screen() {
     let folder = tempfile::tempdir().unwrap();
     let mut terminal = open(folder.path(), &[]);
     terminal.wait_for("welcome");
@@ -194,7 +194,7 @@ fn a_stop_and_a_return_keep_the_screen() {
 }
 
 #[test]
-fn bursts_of_input_leave_the_keyboard_alive() {
+fn bursts_of_input_do_not_block_the_keyboard() {
     let folder = tempfile::tempdir().unwrap();
     let mut terminal = open(folder.path(), &[]);
     terminal.wait_for("welcome");
@@ -220,7 +220,7 @@ fn bursts_of_input_leave_the_keyboard_alive() {
 }
 
 #[test]
-fn a_wrong_key_file_and_a_missing_terminal_are_one_line() {
+fn an_invalid_key_file_and_a_missing_terminal_give_one_line() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("keys"), "trian = t\n").unwrap();
     let run = |arguments: &[&str]| {

@@ -1,4 +1,4 @@
-"""Draws success against actions: tables of `peers.py` beside runs of `mge train`. Needs matplotlib.
+"""Plots success against actions: tables of `peers.py` together with runs of `mge train`. Needs matplotlib.
 
     python python/benchmarks/curves.py peers/task1-*.csv --runs runs/ddpg runs/ddpg-mge --out learning.png
 """

@@ -1,11 +1,11 @@
-"""How closely this program, and CREATE itself when it is run again, follow recorded episodes of CREATE.
+"""How closely this program, and CREATE itself when replayed, follow recorded episodes of CREATE.
 
     python python/benchmarks/exactness.py EPISODES LEVELS TOOLS --create FOLDER [--program mge]
 
-EPISODES, LEVELS and TOOLS are JSON Lines as `mge play` takes them; tests/data/create/all has some, to be unpacked by gunzip.
-FOLDER is a clone of CREATE's repository, which needs gym 0.21, pymunk 5.7, pygame, pillow and opencv-python. Prints Markdown: for each level the
-episodes in which the target ball leaves the recorded path by more than rounding, and the share of actions whose
-outcome is the recorded one.
+EPISODES, LEVELS and TOOLS are JSON Lines in the format of `mge play`; tests/data/create/all has some, compressed with
+gzip. FOLDER is a clone of CREATE's repository, which needs gym 0.21, pymunk 5.7, pygame, pillow and opencv-python.
+Prints Markdown: for each level the number of episodes in which the target ball leaves the recorded path by more than
+rounding, and the share of actions with the recorded outcome.
 """
 
 import argparse
@@ -26,7 +26,7 @@ def lines(path):
 
 
 def ours(options):
-    """Steps of every episode: the outcome and the place of the target."""
+    """The steps of every episode: outcome and position of the target."""
     with open(options.episodes) as file:
         command = [options.program, "play", "--levels", options.levels, "--tools", options.tools]
         output = subprocess.run(command, stdin=file, capture_output=True, text=True, check=True).stdout
@@ -35,24 +35,24 @@ def ours(options):
 
 
 def theirs(folder, records):
-    """The same of CREATE, which is played again."""
+    """The same for a replay in CREATE."""
     os.environ["SDL_VIDEODRIVER"] = "dummy"
     sys.path.insert(0, folder)
     for name, kind in (("bool", bool), ("float", float), ("int", int)):
-        # Names that NumPy has dropped since.
+        # Aliases that newer NumPy versions have removed.
         if name not in vars(np):
             setattr(np, name, kind)
-    import create_game  # names its levels
+    import create_game  # registers its levels
     import gym
 
-    # A space that is dropped while others are used can end the interpreter.
+    # Freeing a pymunk space while others are in use can crash the interpreter.
     kept = []
     for record in records:
         env = gym.make(f"CreateLevel{record['level']}_Det-v0").unwrapped
         kept.append(env)
         env.set_settings(create_game.settings.CreateGameSettings())
         env.render = lambda *_, **__: None
-        # It refuses places in double precision, in which they were recorded.
+        # CREATE's own check refuses float64 places, and the recorded places are float64.
         env.check_out_of_range = lambda place: not (abs(place) <= 1).all()
         env.reset()
         env.inventory = np.array(record["inventory"])
@@ -70,7 +70,7 @@ def theirs(folder, records):
 
 
 def compared(record, steps):
-    """Whether the target leaves its recorded path, and how many outcomes are alike."""
+    """Whether the target leaves its recorded path, and how many outcomes agree."""
     pairs = list(zip(record["steps"], steps))
     leaves = any(abs(x - y) > ROUNDING for step, (_, at) in pairs for x, y in zip(step["balls"]["target"], at))
     return leaves, sum(step["outcome"] == outcome for step, (outcome, _) in pairs)
@@ -86,7 +86,7 @@ def main():
     options = parser.parse_args()
     records = lines(options.episodes)
     played = [ours(options), dict(theirs(options.create, records))]
-    print("| level | episodes | mge leaves the path in | CREATE, run again, in | outcomes alike: mge | CREATE |")
+    print("| level | episodes | mge leaves the path in | CREATE, replayed, in | recorded outcomes: mge | CREATE |")
     print("|---|--:|--:|--:|--:|--:|")
     levels = sorted({record["level"] for record in records})
     for level in [*levels, None]:

@@ -1,9 +1,9 @@
-"""Goals in 1000 episodes whose actions all come from clusters, by the model that predicted them: how near guidance
-by a dynamics model comes to guidance by the true physics.
+"""Number of episodes out of 1000 that reach the goal with all actions from clusters, for each model that predicted the
+clusters: compares guidance by a dynamics model with guidance by the true physics.
 
     python python/benchmarks/guided.py --models old/ assets/models -- task1 task2 puzzle.json
 
-A folder of models stands for those in it: for every task the first that knows its tools is taken.
+A folder stands for the models in it: for every task, the first one that covers its tools is used.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ SEEDS, EPISODES = 2, 500
 
 
 def goals(task: mge.Task, prior: mge.ActionPrior, seed: int) -> int:
-    """Of `EPISODES` episodes those that reach the goal."""
+    """The number of episodes out of `EPISODES` that reach the goal."""
     env = mge.PuzzleVectorEnv(EPISODES, task, autoreset_mode=AutoresetMode.DISABLED)
     env.reset(seed=seed)
     shape = (task.max_actions, EPISODES, 2)
-    # Drawn for every stage; each episode takes those of the stage that it is in.
+    # Drawn for every stage; each episode uses those of its current stage.
     drawn = np.stack([prior.sample(stage, shape[0] * shape[1], 100 * seed + stage) for stage in range(len(prior))])
     drawn = drawn.reshape(len(prior), *shape)
     stage = np.zeros(EPISODES, int)
@@ -38,14 +38,14 @@ def goals(task: mge.Task, prior: mge.ActionPrior, seed: int) -> int:
         over |= ended
         if over.all():
             break
-        # An episode that has ended is not played on: it begins again, and is not looked at.
+        # An ended episode is reset and ignored from then on.
         env.reset(options={"reset_mask": ended}) if ended.any() else None
     env.close()
     return int(success.sum())
 
 
 def prior(task: mge.Task, models: str, seed: int) -> mge.ActionPrior | None:
-    """Clusters from the first of the models that knows the task's tools."""
+    """Clusters from the first model that covers the task's tools."""
     folder = Path(models)
     for model in sorted(folder.glob("*.safetensors")) if folder.is_dir() else [models]:
         try:

@@ -3,12 +3,12 @@
     pip install ./python stable-baselines3 sbx-rl
     python python/benchmarks/peers.py task1 sb3-td3 --seed 0 --steps 20000 --start-noise 0.01 --out peers
 
-Writes `peers/TASK-ALGORITHM-seedN.csv`, a row after every `--every` actions. `success` is the share of the
-latest 100 training episodes that reached the goal, as in our runs; `greedy` that of `--evaluations` episodes
-without exploration. `wall_seconds` and `cpu_seconds` are those of training alone, all threads together.
+Writes `peers/TASK-ALGORITHM-seedN.csv`, with a row after every `--every` actions. `success` is the share of the
+latest 100 training episodes that reached the goal, as in our runs; `greedy` is that of `--evaluations` episodes
+without exploration. `wall_seconds` and `cpu_seconds` (all threads) are for the training alone.
 
-Each algorithm has its library's settings but for the discount, which is ours (0.95), and noise on the
-actions of TD3 and DDPG, which have none by themselves; `--set learning_rate=3e-4` changes a setting.
+Each algorithm has its library's defaults except for the discount, which is ours (0.95), and action noise for
+TD3 and DDPG, which have none by default; `--set learning_rate=3e-4` changes a setting.
 """
 
 import argparse
@@ -29,13 +29,13 @@ def noise():
     return {"action_noise": NormalActionNoise(np.zeros(2), 0.2 * np.ones(2))}
 
 
-# DroQ is SAC with dropout and layer normalisation in critics that learn 20 times an action.
+# DroQ is SAC with dropout and layer normalisation in critics that are updated 20 times per action.
 DROQ = {
     "policy_kwargs": {"dropout_rate": 0.01, "layer_norm": True},
     "gradient_steps": 20,
     "policy_delay": 20,
 }
-# Library, class, settings other than the library's.
+# Library, class, settings that differ from the library's defaults.
 ALGORITHMS = {
     "sb3-ddpg": ("stable_baselines3", "DDPG", noise),
     "sb3-td3": ("stable_baselines3", "TD3", noise),
@@ -50,7 +50,7 @@ COLUMNS = ["task", "algorithm", "seed", "start_noise", "actions", "episodes", "s
 
 
 def with_start_noise(name, start_noise):
-    """The task with a shift of the start, in normalised units, drawn anew for each episode."""
+    """The task with a random shift of the start, in normalised units, for each episode."""
     task = json.loads(mge.Task(name).to_json())
     if start_noise is not None:
         task["rules"]["start_noise"] = start_noise
@@ -72,14 +72,14 @@ def greedy_success(model, task, episodes, seed):
 
 
 def train(options, write):
-    """Trains one agent; `write` gets the rows."""
+    """Trains one agent and passes the rows to `write`."""
     import importlib
 
     import torch
     from stable_baselines3.common.callbacks import BaseCallback
     from stable_baselines3.common.vec_env import VecMonitor
 
-    torch.set_num_threads(1)  # networks this small are faster on one
+    torch.set_num_threads(1)  # faster for small networks
     task, start_noise = with_start_noise(options.task, options.start_noise)
     library, name, settings = ALGORITHMS[options.algorithm]
     settings = {"gamma": 0.95, **settings(), **dict(options.set)}
@@ -88,7 +88,7 @@ def train(options, write):
     )
 
     class Recorder(BaseCallback):
-        """Writes a row after so many actions. What it does itself takes no time of the training's."""
+        """Writes a row after every `--every` actions. Its own time is not counted as training time."""
 
         episodes = 0
         due = options.every
@@ -129,10 +129,10 @@ def main():
     parser.add_argument("algorithm", choices=ALGORITHMS)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--steps", type=int, default=20_000, help="actions to train for (default 20000)")
-    parser.add_argument("--start-noise", type=float, help="in place of the task's")
-    parser.add_argument("--envs", type=int, default=1, help="environments side by side (default 1)")
-    parser.add_argument("--every", type=int, default=1000, help="actions between two rows (default 1000)")
-    parser.add_argument("--evaluations", type=int, default=100, help="episodes without exploration for a row (default 100)")
+    parser.add_argument("--start-noise", type=float, help="replaces the task's")
+    parser.add_argument("--envs", type=int, default=1, help="parallel environments (default 1)")
+    parser.add_argument("--every", type=int, default=1000, help="actions between rows (default 1000)")
+    parser.add_argument("--evaluations", type=int, default=100, help="episodes without exploration per row (default 100)")
     parser.add_argument("--set", type=setting, action="append", default=[], metavar="NAME=VALUE", help="a setting of the algorithm")
     parser.add_argument("--out", type=Path, default=Path("peers"), help="folder (default peers)")
     options = parser.parse_args()

@@ -1,15 +1,16 @@
-"""How fast the environments are: ours, those of others, and Rust alone.
+"""Speed of the environments: ours, those of other libraries, and Rust alone.
 
     pip install ./python envpool stable-baselines3 sbx-rl
     python python/benchmarks/speed.py [--program mge] [--create FOLDER] [--seconds 3] [part ...]
 
-Parts: random (random actions through vector environments), rust (the same work in Rust alone; with the
+Parts: random (random actions in vector environments), rust (the same work in Rust alone; with the
 program, also its benchmark), create (CREATE itself, from a clone of its repository; needs gym 0.21, pymunk
-5.7, pygame, pillow and opencv-python), others (EnvPool's, Gymnasium's), trainers (Stable-Baselines3 and SBX), memory (10 million
-steps). All without names. What is not installed is left out, which is said. Prints lines of Markdown.
+5.7, pygame, pillow and opencv-python), others (EnvPool's, Gymnasium's), trainers (Stable-Baselines3 and SBX), memory
+(10 million steps). Without names, all parts run. Packages that are not installed are skipped with a note. Prints
+Markdown.
 
-Rates are given by the clock and by the time that processors spent on the process, all its threads together:
-the latter is nearly the same on a machine that does other things too. Of five runs the best counts.
+Rates are per wall time and per CPU time of the process (all threads); other work on the machine hardly affects the
+latter. The best of five runs counts.
 """
 
 import argparse
@@ -28,7 +29,7 @@ import mge
 
 
 def rate(step, actions_a_step, seconds):
-    """Actions in a second by the clock and by processor time: the best of five runs of a fifth of the seconds."""
+    """Actions per second of wall time and of CPU time: the best of five runs that take a fifth of `seconds` each."""
     best = [0.0, 0.0]
     for _ in range(5):
         begun, calls = (time.perf_counter(), time.process_time()), 0
@@ -45,12 +46,12 @@ def row(*cells):
 
 
 def shown(rates):
-    """Cells of a row."""
+    """Rates as cells of a row."""
     return [f"{actions:,.0f}" for actions in rates]
 
 
 def random_actions(envs, seconds, batches=64):
-    """Steps with actions that were drawn before: Gymnasium's sampling is not what is measured."""
+    """Steps with actions drawn in advance, so that Gymnasium's sampling is not measured."""
     envs.reset(seed=0)
     envs.action_space.seed(0)
     actions = [envs.action_space.sample() for _ in range(batches)]
@@ -84,8 +85,8 @@ def part_random(options):
 
 
 def part_rust(options):
-    """The same environments and actions with and without Python, in turns; and `env_action` of
-    `mge bench`: a single environment of task5 under random play, resets included."""
+    """The same environments and actions with and without Python, alternating; and `env_action` of
+    `mge bench`: a single environment of task5 under random play, including resets."""
     for threads in dict.fromkeys((1, os.cpu_count())):
         envs = mge.PuzzleVectorEnv(1024, "task5", num_threads=threads)
         envs.reset(seed=0)
@@ -113,7 +114,7 @@ def part_others(options):
     ready = gymnasium.make_vec("CartPole-v1", num_envs=1024, vectorization_mode="vector_entry_point")
     row("Gymnasium's vector CartPole-v1 (NumPy), 1024 environments", "1 threads", *shown(random_actions(ready, options.seconds)))
     if importlib.util.find_spec("envpool") is None:
-        return row("EnvPool", "left out: not installed", "", "")
+        return row("EnvPool", "skipped: not installed", "", "")
     import envpool
 
     for name in ("Pendulum-v1", "BipedalWalker-v3", "LunarLanderContinuous-v2"):
@@ -125,21 +126,21 @@ def part_others(options):
                 envs.reset()
                 row(f"EnvPool, {name}, 1024 environments", f"{threads} threads", *shown(rate(lambda: envs.step(actions), 1024, options.seconds)))
             except Exception as error:
-                row(f"EnvPool, {name}", f"left out: {str(error).splitlines()[0][:80]}", "", "")
+                row(f"EnvPool, {name}", f"skipped: {str(error).splitlines()[0][:80]}", "", "")
 
 
 def part_create(options):
-    """CREATE's levels with its own action sets, resets included, with and without drawing their images; and ours
-    with the same, through Python and, with the program, in Rust alone. In turns, level by level."""
+    """CREATE's levels with its own action sets, including resets, with and without drawing images; the same in our
+    environments, through Python and, with the program, in Rust alone. Alternates level by level."""
     if options.create is None:
-        return row("CREATE", "left out: name a clone of its repository with `--create`", "", "")
+        return row("CREATE", "skipped: give a clone of its repository with `--create`", "", "")
     os.environ["SDL_VIDEODRIVER"] = "dummy"
     sys.path.insert(0, options.create)
     for name, kind in (("bool", bool), ("float", float), ("int", int)):
-        # Names that NumPy has dropped since.
+        # Aliases that newer NumPy versions have removed.
         if name not in vars(np):
             setattr(np, name, kind)
-    import create_game  # names its levels
+    import create_game  # registers its levels
     import gym
 
     for name in mge.level_names():
@@ -149,7 +150,7 @@ def part_create(options):
             theirs.set_settings(create_game.settings.CreateGameSettings())
             if not image:
                 theirs.render = lambda *_, **__: None
-            # It refuses places in double precision, all of them, and cannot draw tools at others.
+            # CREATE's own check refuses all float64 places, but it cannot draw tools at float32 ones.
             theirs.check_out_of_range = lambda place: False
             random = np.random.default_rng(0)
             theirs.reset()
@@ -168,9 +169,9 @@ def part_create(options):
 
 
 class Toy(gymnasium.Env):
-    """The least that plays the part of a puzzle in pure Python: spaces and observations as ours, a ball that falls
-    for 40 steps an action, no contacts but the floor. Tools lie where the agent puts them: learning, whose time
-    depends on how many numbers are 0, is the same work as on ours."""
+    """A minimal stand-in for a puzzle in pure Python: our spaces and observations, a ball that falls
+    for 40 steps per action, no contacts but the floor. Placed tools appear in the observation, because the time
+    of learning depends on the number of zeros and should equal that on our tasks."""
 
     def __init__(self):
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (162,), np.float32)
@@ -203,7 +204,7 @@ class Toy(gymnasium.Env):
 
 def part_trainers(options):
     if importlib.util.find_spec("stable_baselines3") is None:
-        return row("Stable-Baselines3", "left out: not installed", "", "")
+        return row("Stable-Baselines3", "skipped: not installed", "", "")
     import stable_baselines3
     import torch
     from mge.sb3 import PuzzleVecEnv
@@ -221,29 +222,29 @@ def part_trainers(options):
         toy, ours = DummyVecEnv([Toy] * number), PuzzleVecEnv("task1", number, num_threads=1)
         models = [agent("MlpPolicy", envs, policy_kwargs={"net_arch": [64, 64]}, seed=0, **settings) for envs in (toy, ours)]
         for model in models:
-            model.learn(2 * 4096)  # compiles, and fills the caches
-        # In short turns, which the machine's other work disturbs alike, and by processor time.
+            model.learn(2 * 4096)  # compilation and cache warm-up
+        # Short alternating turns, so that other work disturbs both alike; CPU time.
         spent = np.array([[learning_time(model) for model in models] for _ in range(options.rounds)])
         inside = np.array([[environment_time(envs) for envs in (toy, ours)] for _ in range(options.rounds)])
         mean, saved = spent.mean(axis=0), spent[:, 0] - spent[:, 1]
         error = 1.96 * saved.std() / len(saved) ** 0.5
         row(
             f"{name}, {number} environments, 20,000 steps: toy in pure Python, task1",
-            f"{mean[0]:.2f}, {mean[1]:.2f} s of a processor",
-            f"{saved.mean():.2f} ± {error:.2f} s less",
-            "of it in the environments {:.2f}, {:.2f} s".format(*np.median(inside, axis=0)),
+            f"{mean[0]:.2f}, {mean[1]:.2f} CPU seconds",
+            f"{saved.mean():.2f} ± {error:.2f} s saved",
+            "of which in the environments {:.2f}, {:.2f} s".format(*np.median(inside, axis=0)),
         )
 
 
 def learning_time(model, steps=4096):
-    """Processor time of 20,000 steps of training, from fewer."""
+    """CPU time of 20,000 training steps, extrapolated from `steps`."""
     start = time.process_time()
     model.learn(steps, reset_num_timesteps=False)
     return (time.process_time() - start) * 20_000 / steps
 
 
 def environment_time(envs, steps=4096):
-    """Processor time of 20,000 steps in a vector of environments, from fewer."""
+    """CPU time of 20,000 steps in a vector of environments, extrapolated from `steps`."""
     envs.reset()
     actions = np.zeros((envs.num_envs, 2), np.float32)
     start = time.process_time()
@@ -275,14 +276,14 @@ PARTS = {"random": part_random, "rust": part_rust, "create": part_create, "other
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("parts", nargs="*", choices=[*PARTS, []], help="all without names")
+    parser.add_argument("parts", nargs="*", choices=[*PARTS, []], help="default: all")
     parser.add_argument("--program", help="the program `mge`")
     parser.add_argument("--create", metavar="FOLDER", help="a clone of CREATE's repository")
-    parser.add_argument("--seconds", type=float, default=3.0, help="for each measurement")
-    parser.add_argument("--rounds", type=int, default=50, help="of the trainers, in turns")
-    parser.add_argument("--steps", type=int, default=10_000_000, help="of the measurement of memory")
+    parser.add_argument("--seconds", type=float, default=3.0, help="per measurement")
+    parser.add_argument("--rounds", type=int, default=50, help="alternating rounds of the trainers")
+    parser.add_argument("--steps", type=int, default=10_000_000, help="steps of the memory measurement")
     options = parser.parse_args()
-    row("what", "how", "actions in a second", "in a second of a processor")
+    row("what", "how", "actions per second", "per CPU second")
     row("---", "---", "--:", "--:")
     for name in options.parts or PARTS:
         PARTS[name](options)

@@ -1,4 +1,4 @@
-"""DDPG of Stable-Baselines3 on task1; with `--own-model`, guided by a dynamics model written here."""
+"""DDPG of Stable-Baselines3 on task1; with `--own-model`, guided by a custom dynamics model."""
 
 import sys
 
@@ -14,7 +14,7 @@ from own_model import Bounces
 
 
 class Guided(DDPG):
-    """Explores in a falling share of the steps with actions from the clusters of the next stage."""
+    """Takes a decreasing share of actions from the clusters of the next stage."""
 
     def _sample_action(self, learning_starts, action_noise=None, n_envs=1):
         actions, stored = super()._sample_action(learning_starts, action_noise, n_envs)
@@ -25,7 +25,7 @@ class Guided(DDPG):
         return actions, stored
 
 
-torch.set_num_threads(1)  # networks this small are faster on one
+torch.set_num_threads(1)  # faster for small networks
 random, task = np.random.default_rng(0), mge.Task("task1")
 steps = int(next((word for word in sys.argv[1:] if word.isdigit()), 20_000))
 guided = "--own-model" in sys.argv
@@ -41,8 +41,8 @@ agent = (Guided if guided else DDPG)(
     seed=0,
 )
 for tenth in range(10):
-    # Without noise in the second half: the box must be placed to about 0.035.
+    # No noise in the second half: the box must be placed to within about 0.035.
     agent.action_noise = NormalActionNoise(np.zeros(2), 0.2 * max(0, 1 - tenth / 5) * np.ones(2))
     agent.learn(steps // 10, reset_num_timesteps=tenth == 0)
-    # The rolling success over the last 100 episodes, as in our runs.
+    # Rolling success over the last 100 episodes, as in mge's runs.
     print(f"{agent.num_timesteps:6} actions: success {np.mean(agent.ep_success_buffer):.2f}", flush=True)

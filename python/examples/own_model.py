@@ -1,4 +1,4 @@
-"""A dynamics model of one's own: a ball that bounces off discs, in NumPy."""
+"""A custom dynamics model in NumPy: a ball that bounces off discs."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ class Bounces:
     interval = 5  # physics steps of 1/30 s
 
     def advance(self, balls, tools):
-        """The balls (x, y, velocity x, y, spin) 5/30 s later among tools (type, x, y, size, ...)."""
+        """Returns the balls (x, y, velocity x, y, spin) 5/30 s later among tools (type, x, y, size, ...)."""
         balls, dt = balls.copy(), 1 / 30
         places, sizes = tools[:, :, 1:3] * 42, tools[:, :, 3] / 2  # the screen is 84 units wide
         for _ in range(self.interval):
@@ -17,6 +17,6 @@ class Bounces:
             distance = np.linalg.norm(away, axis=2)
             normal = away / np.maximum(distance, 1e-6)[:, :, None]
             into = (balls[:, None, 2:4] * normal).sum(axis=2)
-            hit = (distance < sizes + 4) & (into < 0)  # NaN, where there is no tool, is never near
+            hit = (distance < sizes + 4) & (into < 0)  # NaN (no tool) is never a hit
             balls[:, 2:4] -= np.where(hit[:, :, None], 1.5 * into[:, :, None] * normal, 0).sum(axis=1)
         return balls

@@ -1,9 +1,9 @@
-"""Random search on a task: 1024 environments, one call a step."""
+"""Random search on a task: 1024 environments, one call per step."""
 
 import sys
 
 import gymnasium
-import mge  # names the tasks to Gymnasium
+import mge  # registers the tasks with Gymnasium
 import numpy as np
 
 task, steps = sys.argv[1] if len(sys.argv) > 1 else "task1", int(sys.argv[2]) if len(sys.argv) > 2 else 1000

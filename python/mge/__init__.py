@@ -1,5 +1,5 @@
-"""Intuitive-physics puzzles as fast Gymnasium environments, with dynamics models and
-model-guided exploration: the library of MGE Workbench.
+"""MGE Workbench's library: intuitive-physics puzzles as fast Gymnasium environments, with dynamics
+models and model-guided exploration.
 
     import gymnasium, mge
     envs = gymnasium.make_vec("mge/task1-v0", num_envs=1024)

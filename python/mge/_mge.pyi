@@ -35,11 +35,11 @@ class Task:
 
     @property
     def description(self) -> str:
-        """One sentence for people."""
+        """A description in one sentence."""
 
     @property
     def max_actions(self) -> int:
-        """Actions of an episode, at most."""
+        """Maximum number of actions per episode."""
 
     @property
     def observation_len(self) -> int:
@@ -47,16 +47,16 @@ class Task:
 
     @property
     def observation_bounds(self) -> tuple[_Float32, _Float32]:
-        """Least and greatest values of an observation."""
+        """Lower and upper bounds of an observation."""
 
     @property
     def stages(self) -> _Float32:
-        """Subgoals in order, then the goal: a row of x, y (normalised) and radius (units) each."""
+        """Subgoals in order, then the goal: one row each of x, y (normalised) and radius (units)."""
 
 @final
 class State:
-    """States of one or several environments: episodes and random numbers. Made by `get_state()` of
-    an environment; can be pickled."""
+    """States of one or several environments: episodes and random streams. Returned by an environment's
+    `get_state()`; can be pickled."""
 
     @staticmethod
     def parse(task: str, states: Sequence[str]) -> State: ...
@@ -64,14 +64,14 @@ class State:
     def __getitem__(self, index: int, /) -> State: ...
     @property
     def balls(self) -> _Float32:
-        """Balls, one row a state: x, y (normalised), velocity x, y (units/s), spin (radians/s)."""
+        """Balls, one row per state: x, y (normalised), velocity x, y (units/s), spin (radians/s)."""
 
     def figure(self) -> Figure:
         """The scene of the first state as a figure."""
 
 @final
 class VectorCore:
-    """Environments of one task, with arrays that every reset and step writes anew."""
+    """Environments of one task, with arrays that every reset and step overwrites."""
 
     def __new__(
         cls,
@@ -85,42 +85,42 @@ class VectorCore:
     ) -> VectorCore: ...
     @property
     def tool_count(self) -> int | None:
-        """Tools among which an agent chooses; None if it has the task's own tool."""
+        """Number of tools an agent chooses among; None if it has only the task's own tool."""
 
     def bounds(self) -> tuple[_Float32, _Float32]:
-        """Least and greatest values of an observation."""
+        """Lower and upper bounds of an observation."""
 
     def parts(self) -> list[tuple[str, list[int]]]:
         """The parts of an observation in order: their names and shapes."""
 
     def reset(self, seeds: Sequence[int | None], mask: NDArray[np.bool_] | None = None) -> None:
-        """Begins episodes, in all environments or in those of the mask."""
+        """Begins episodes in all environments or in the masked ones."""
 
     def step(self, places: _Float32, tools: NDArray[np.int64] | None = None) -> None:
-        """One action in each environment: a place, and the index of a tool where agents choose."""
+        """Takes one action in each environment: a place and, where agents choose tools, the index of a tool."""
 
     def time_alone(self, actions: _Float32) -> float:
-        """Seconds in which the library alone takes these actions, steps x count x 2: what `step` is
-        measured against."""
+        """Seconds that the Rust library alone needs for these actions, steps x count x 2: the baseline
+        for `step`."""
 
     def arrays(self) -> tuple[_Float32, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_]]:
         """The arrays of observations, rewards, terminations, truncations."""
 
     def images(self) -> NDArray[np.uint8] | None:
-        """The images of the scenes, count x 84 x 84 x 3; None if they are not wanted."""
+        """The images of the scenes, count x 84 x 84 x 3; None unless requested."""
 
     def facts(self) -> dict[str, NDArray[Any]]:
         """The arrays of facts, by name."""
 
     def ended(self) -> tuple[NDArray[np.int64], _Float32, NDArray[np.uint8] | None, dict[str, NDArray[Any]]] | None:
-        """Of the episodes that the latest step ended and followed by the next: which environments,
-        their last observations and images, the facts about them. None if there are none."""
+        """The episodes that the latest step ended and replaced (autoreset): their environments, last
+        observations and images, and facts. None if there are none."""
 
     def state(self, indices: Sequence[int]) -> State:
         """The states of these environments."""
 
     def restore(self, indices: Sequence[int], state: State) -> None:
-        """Puts these environments into these states, or all into a single one."""
+        """Puts these environments into these states, or all into a single state."""
 
     def render(self, index: int, width: int, height: int) -> NDArray[np.uint8]:
         """The scene of an environment as rows of pixels, height x width x 3."""
@@ -132,7 +132,7 @@ class Model:
     def __new__(cls, name: _Path) -> Model: ...
     @staticmethod
     def shipped_for(task: Task) -> Model:
-        """The shipped model that knows the tools of a task."""
+        """The shipped model for the tools of a task."""
 
     @property
     def name(self) -> str:
@@ -140,7 +140,7 @@ class Model:
 
     @property
     def tools(self) -> list[str]:
-        """Tool types that it knows."""
+        """The tool types it was trained on."""
 
     @property
     def interval(self) -> int:
@@ -148,18 +148,18 @@ class Model:
 
     @property
     def provenance(self) -> str:
-        """Where it comes from, as JSON."""
+        """How it was trained, as JSON."""
 
     def predict(self, task: Task, balls: ArrayLike, placed: ArrayLike | None = None, steps: int = 1) -> _Float32:
-        """The balls `steps` prediction intervals later, among the tools of a task and those placed.
+        """Predicts the balls `steps` prediction intervals later, among the tools of a task and those placed.
 
         Args:
             balls: n x 5: x, y (normalised), velocity x, y (units/s), spin (radians/s).
-            placed: n x m x 2, normalised places of further tools; rows with NaN are none.
+            placed: n x m x 2, normalised places of further tools; rows with NaN are ignored.
         """
 
     def rollout(self, task: Task, actions: ArrayLike, start: State | None = None) -> Rollouts:
-        """As `mge.rollout` with this model."""
+        """Same as `mge.rollout` with this model."""
 
 @final
 class ActionPrior:
@@ -168,7 +168,7 @@ class ActionPrior:
 
     @staticmethod
     def parse(text: str, task: Task, origin: str = "prior") -> ActionPrior:
-        """The prior in the text of a `prior.json`."""
+        """The prior from the text of a `prior.json`."""
 
     @staticmethod
     def of_run(path: _Path) -> ActionPrior:
@@ -183,20 +183,20 @@ class ActionPrior:
 
     @property
     def model(self) -> str:
-        """What predicted the rollouts."""
+        """Name of the model that predicted the rollouts."""
 
     def __len__(self) -> int: ...
     def clusters(self, stage: int) -> dict[str, NDArray[Any]]:
         """The clusters of a stage, the largest first: `mean` and `std` (k x 2), `weight` and `count` (k)."""
 
     def actions(self, stage: int) -> _Float32:
-        """The rewarding actions that the clusters of a stage were made from, n x 2."""
+        """The rewarding actions from which the clusters of a stage were computed, n x 2."""
 
     def rollouts(self, stage: int) -> tuple[int, int, int, int]:
-        """Rollouts made for a stage and those that reached it: in the model, in the real environment."""
+        """Rollouts made for a stage and how many reached it, in the model; the same in the real environment."""
 
     def sample(self, stage: int, count: int, seed: int) -> _Float32:
-        """Actions for a stage, count x 2. A stage without clusters samples uniformly."""
+        """Samples actions for a stage, count x 2; uniformly if the stage has no clusters."""
 
 @final
 class Actor:
@@ -207,15 +207,15 @@ class Actor:
         """The actions for observations: n x 2 for n x length."""
 
     def values(self, observations: ArrayLike, actions: ArrayLike) -> _Float32:
-        """The values that the critic gives pairs of observations and actions."""
+        """The critic's values of pairs of observations and actions."""
 
 @final
 class Figure:
-    """A figure: drawn in notebooks as it is, written by `save`."""
+    """A figure: displayed by notebooks, written by `save`."""
 
     @property
     def size(self) -> tuple[float, float]:
-        """Width and height on paper, in points (1/72 inch)."""
+        """Width and height in print, in points (1/72 inch)."""
 
     def svg(self) -> str:
         """The figure as SVG."""
@@ -224,10 +224,10 @@ class Figure:
         """The figure as pixels, height x width x 3."""
 
     def csv(self) -> str:
-        """The numbers in the figure, as CSV."""
+        """The figure's data as CSV."""
 
     def save(self, path: _Path, dpi: int | None = None) -> None:
-        """Writes the figure in the format of the path's ending (.png, .svg, .pdf), and its numbers
+        """Writes the figure in the format of the path's extension (.png, .svg, .pdf), and its data
         beside it as CSV."""
 
 def task_names() -> list[str]:
@@ -241,8 +241,8 @@ def tool_numbers(split: str = "all") -> NDArray[np.int64]:
     `"validation"` or `"test"`."""
 
 def tool_features(numbers: Sequence[int]) -> _Float32:
-    """What describes tools of the catalogue, a row for each number: one-hot of the type, then properties.
-    Zeros are the no-op."""
+    """Features of tools of the catalogue, one row per number: one-hot of the type, then properties.
+    The no-op is all zeros."""
 
 def tool_feature_names() -> list[str]:
     """Names of the columns of `tool_features`."""
@@ -251,17 +251,17 @@ def model_names() -> list[str]:
     """Names of the shipped models."""
 
 def tool_types() -> list[str]:
-    """Names of the types of tools, by the number that the observation and `advance` give them."""
+    """Names of the tool types, indexed by their number in observations and in `advance`."""
 
 def words() -> list[list[str | None]]:
-    """The words for the codes of `placement` and `end`; None for code 0."""
+    """The names of the codes of `placement` and `end`; None for code 0."""
 
 def build_prior(task: Task, model: Model | DynamicsModel | str, seed: int = 0, settings: str = "{}") -> ActionPrior:
     """Builds the action prior of a task from rollouts in a model.
 
     Args:
-        model: a `Model`, `"physics"`, `"rapier"`, the name or path of a model, or one of your own.
-        settings: JSON of those settings of guidance that are not the defaults.
+        model: a `Model`, `"physics"`, `"rapier"`, the name or path of a model, or a custom one.
+        settings: JSON of the guidance settings that differ from their defaults.
     """
 
 def rollout(

@@ -1,4 +1,4 @@
-"""The puzzles as environments of Gymnasium: one (`PuzzleEnv`), or many stepped by one call
+"""The puzzles as Gymnasium environments: a single one (`PuzzleEnv`), or many stepped by one call
 (`PuzzleVectorEnv`)."""
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ DEFAULT_SIZE = (480, 480)
 
 
 def register() -> None:
-    """Names the tasks to Gymnasium: `mge/task1-v0` and so on; CREATE's levels, `mge/create-push-v0` and
-    `mge/create-push-random-v0`, with tools to choose among; and `mge/Task-v0`, which takes any task
+    """Registers the tasks with Gymnasium: `mge/task1-v0` and so on; CREATE's levels with a choice of tools,
+    `mge/create-push-v0` and `mge/create-push-random-v0`; and `mge/Task-v0`, which takes any task
     or task file as `task`."""
     tasks: dict[str, dict[str, str]] = {name: {"task": name} for name in _mge.task_names()}
     for level in _mge.level_names():
@@ -47,11 +47,12 @@ def _task(task: Task | str | os.PathLike[str]) -> Task:
 
 
 class _Parts:
-    """What is wanted of observations, and where it is in the arrays.
+    """The requested parts of observations, and where they are in the arrays.
 
     Args:
         core: the environments.
-        observation: a name (`"vector"`, `"image"`, or a part of the vector): that array; names: a dictionary.
+        observation: one name (`"vector"`, `"image"`, or a part of the vector) for that array, or several names
+            for a dictionary.
     """
 
     def __init__(self, core: _mge.VectorCore, observation: str | Sequence[str]) -> None:
@@ -75,7 +76,7 @@ class _Parts:
         self.space: Space[Any] = next(iter(spaces.values())) if self._is_one else Dict(spaces)
 
     def of(self, rows: np.ndarray, images: np.ndarray | None, copy: bool) -> Any:
-        """What is wanted of all environments, or of one."""
+        """The requested parts of all environments, or of one."""
         parts: dict[str, Any] = {}
         for name, place in self._places.items():
             if place is None:
@@ -99,7 +100,7 @@ def _action_space(tools: int | None) -> Space[Any]:
 
 
 def _numbers(values: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
-    """Numbers of any type. Wrong shapes and types are said here; what is not finite, by the library."""
+    """Numbers of any type. Reports wrong shapes and types; the library reports numbers that are not finite."""
     values = np.asarray(values)
     if values.shape != shape:
         raise ValueError(f"the {what} have the shape {values.shape}, and should have {shape}")
@@ -109,7 +110,8 @@ def _numbers(values: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
 
 
 def _step(core: _mge.VectorCore, tools: int | None, actions: Any, shape: tuple[int, ...]) -> None:
-    """One action in each environment, of which each has that many tools; `shape` is () for a single one."""
+    """Takes one action in each environment. `tools` is the number of tools to choose among; `shape` is () for a
+    single environment."""
     if tools is None:
         core.step(_floats(_numbers(actions, (*shape, 2), "actions")))
         return
@@ -118,7 +120,7 @@ def _step(core: _mge.VectorCore, tools: int | None, actions: Any, shape: tuple[i
             raise ValueError(f"an action has the parts {sorted(actions)}, and should have 'index' and 'pos'")
         index, places = _numbers(actions["index"], shape, "indices"), _numbers(actions["pos"], (*shape, 2), "places")
     else:
-        # As CREATE takes them: the index before the place.
+        # CREATE's order: the index before the place.
         actions = _numbers(actions, (*shape, 3), "actions")
         index, places = actions[..., 0], actions[..., 1:]
     if index.dtype.kind == "f":
@@ -146,25 +148,25 @@ def _seed(seed: int | None) -> int | None:
 
 
 class PuzzleEnv(gymnasium.Env[Any, Any]):
-    """A puzzle: each action places one tool, then 1.33 seconds pass.
+    """A puzzle: each action places one tool and simulates 1.33 seconds.
 
     Args:
         task: a `Task`, the name of a shipped one, `"create/Push"`, or the path of a task file.
-        tools: without, the agent places the task's own tool. `"train"`, `"validation"`, `"test"` or `"all"`:
-            it chooses among 40 of CREATE's tools, which every reset draws anew from that split.
-        observation: `"vector"`, `"image"` (84 x 84 x 3, as CREATE's), or the name of a part of the vector;
-            or several of them, such as `["objects", "image"]`: a dictionary.
-        pictures: CREATE's folder `create_game/assets`: images with its own pictures of tools, which are
-            plain shapes without.
+        tools: None: the agent places the task's own tool. `"train"`, `"validation"`, `"test"` or `"all"`:
+            it chooses among 40 of CREATE's tools, which every reset draws from that split.
+        observation: `"vector"`, `"image"` (84 x 84 x 3, as in CREATE), or the name of a part of the vector;
+            or a list of these, such as `["objects", "image"]`, for a dictionary.
+        pictures: CREATE's folder `create_game/assets`, to draw its pictures of tools in images; plain
+            shapes if None.
         render_mode: None or `"rgb_array"`.
         render_size: width and height of rendered images, in pixels.
 
-    The observation holds 16 objects (velocity, position, one-hot type), then a one-hot of the next
-    stage; the action is the normalised place of the tool. With tools the observation holds 48 objects
+    The observation has 16 objects (velocity, position, one-hot type) and a one-hot encoding of the next
+    stage; the action is the normalised place of the tool. With tools the observation has 48 objects
     with their properties, the progress, and the 40 tools; the action is `{"index": 3, "pos": [x, y]}`,
     or CREATE's `[3, x, y]`. `info` has `is_success`, `subgoals` (reached), `placed` (number of tools),
-    `placement` (`placed`, `no_op`, `overlap`, `collision`), `end` (why the episode is over) and, with
-    tools, `tools` (their numbers in the catalogue). One seed gives one episode, bit by bit, the one of
+    `placement` (`placed`, `no_op`, `overlap`, `collision`), `end` (why the episode ended) and, with
+    tools, `tools` (their numbers in the catalogue). A seed determines the episode to the bit, equal to that of
     `mge env serve --seed`.
     """
 
@@ -195,8 +197,8 @@ class PuzzleEnv(gymnasium.Env[Any, Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """Begins an episode. Without a seed the random numbers go on; before any seed was given
-        they begin with a random one."""
+        """Begins an episode. Without a seed the random streams continue; the first reset without one uses a
+        random seed."""
         core = self._open()
         super().reset(seed=_seed(seed))
         if seed is None and not self._seeded:
@@ -206,8 +208,8 @@ class PuzzleEnv(gymnasium.Env[Any, Any]):
         return self._seen(), self._info()
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Places a tool at a normalised place (clipped to [-1, 1]) if it may stand there, and lets
-        1.33 seconds pass."""
+        """Places a tool at a normalised place (clipped to [-1, 1]) if the placement is allowed, and
+        simulates 1.33 seconds."""
         _step(self._open(), self._tools, action, ())
         return (
             self._seen(),
@@ -218,18 +220,18 @@ class PuzzleEnv(gymnasium.Env[Any, Any]):
         )
 
     def render(self) -> np.ndarray | None:
-        """The scene as it is, uint8 of height x width x 3."""
+        """The current scene, uint8 of height x width x 3."""
         if self.render_mode is None:
             gymnasium.logger.warn("render() needs render_mode='rgb_array'")
             return None
         return self._open().render(0, *self.render_size)
 
     def get_state(self) -> State:
-        """The episode and the random numbers as they are; can be pickled."""
+        """The current state of the episode and of the random streams; can be pickled."""
         return self._open().state([0])
 
     def set_state(self, state: State) -> tuple[Any, dict[str, Any]]:
-        """Goes on from a state of an environment of the same task. Returns what `reset` does."""
+        """Continues from a state of an environment of the same task. Returns the same as `reset`."""
         if len(state) != 1:
             raise ValueError(f"{len(state)} states cannot be that of one environment: use state[i]")
         self._open().restore([0], state)
@@ -237,7 +239,7 @@ class PuzzleEnv(gymnasium.Env[Any, Any]):
         return self._seen(), self._info()
 
     def close(self) -> None:
-        """Ends the environment: every further use is an error. Closing twice is none."""
+        """Closes the environment: any further use raises an error; closing again does not."""
         self._core = None
 
     def _seen(self) -> Any:
@@ -267,17 +269,17 @@ class PuzzleVectorEnv(VectorEnv[Any, Any, np.ndarray]):
 
     Args:
         num_envs: number of environments.
-        task, tools, observation, pictures: as of `PuzzleEnv`.
+        task, tools, observation, pictures: as in `PuzzleEnv`.
         autoreset_mode: what happens after the end of an episode, as in Gymnasium: `NEXT_STEP`,
             `SAME_STEP` or `DISABLED`.
-        copy: whether `reset` and `step` return observations of their own. Without, they return one
+        copy: whether `reset` and `step` return copies of the observations. If False, they return one
             array, which the next call overwrites.
-        num_threads: threads to step on; all cores without. Results do not depend on it.
+        num_threads: number of threads; None for all cores. Results do not depend on it.
         render_mode: None or `"rgb_array"`.
         render_size: width and height of rendered images, in pixels.
 
-    Everything is as in a `SyncVectorEnv` of as many `PuzzleEnv`: environment i of a vector that is
-    reset with the seed s is that of a `PuzzleEnv` reset with the seed s + i, bit by bit.
+    Behaves like a `SyncVectorEnv` of as many `PuzzleEnv`: environment i of a vector reset with seed s equals
+    a `PuzzleEnv` reset with seed s + i, to the bit.
     """
 
     metadata: dict[str, Any] = {**METADATA, "autoreset_mode": AutoresetMode.NEXT_STEP}
@@ -326,9 +328,9 @@ class PuzzleVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         """Begins episodes.
 
         Args:
-            seed: a number s gives environment i the seed s + i; a list, each its own. Without a seed
-                an environment's random numbers go on; before any was given they begin with a random one.
-            options: `{"reset_mask": mask}` resets only those environments where the array of bool is true.
+            seed: a number s gives environment i the seed s + i; a list gives each its own. Without a seed
+                an environment's random streams continue; its first reset without one uses a random seed.
+            options: `{"reset_mask": mask}` resets only the environments where the boolean array is true.
         """
         core = self._open()
         mask = self._mask(options)
@@ -348,8 +350,8 @@ class PuzzleVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         return self._seen(), self._infos(self._facts, mask)
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """One action in each environment: normalised places of tools, num_envs x 2. With tools
-        `{"index": ..., "pos": ...}` of num_envs and num_envs x 2, or num_envs x 3."""
+        """Takes one action in each environment: normalised places of tools, num_envs x 2. With tools:
+        `{"index": ..., "pos": ...}` of num_envs and num_envs x 2, or an array of num_envs x 3."""
         core = self._open()
         _step(core, self._tools, actions, (self.num_envs,))
         infos: dict[str, Any] = {}
@@ -359,7 +361,7 @@ class PuzzleVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         return self._seen(), self._rewards.copy(), self._terminated.copy(), self._truncated.copy(), infos
 
     def render(self) -> tuple[np.ndarray, ...] | None:
-        """The scenes as they are, each uint8 of height x width x 3."""
+        """The current scenes, each uint8 of height x width x 3."""
         if self.render_mode is None:
             gymnasium.logger.warn("render() needs render_mode='rgb_array'")
             return None
@@ -367,20 +369,20 @@ class PuzzleVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         return tuple(core.render(i, *self.render_size) for i in range(self.num_envs))
 
     def get_state(self, indices: Sequence[int] | None = None) -> State:
-        """The states of these environments, or of all: their episodes and random numbers. Can be
-        pickled; `state[i]` is one of them."""
+        """The states of these environments, or of all: episodes and random streams. Can be
+        pickled; `state[i]` is a single state."""
         return self._open().state(self._indices(indices))
 
     def set_state(self, state: State, indices: Sequence[int] | None = None) -> Any:
-        """Goes on from states of environments of the same task: one for each of these environments
-        (all without indices), or one for all of them. Returns the observations of all."""
+        """Continues from states of environments of the same task: one state per environment of `indices`
+        (default: all), or one state for all of them. Returns the observations of all environments."""
         places = self._indices(indices)
         self._open().restore(places, state)
         self._seeded[places] = True
         return self._seen()
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Ends the environments; `close` calls it."""
+        """Closes the environments; called by `close`."""
         self._core = None
 
     def _open(self) -> _mge.VectorCore:
@@ -413,7 +415,7 @@ class PuzzleVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         return self._parts.of(self._observations, self._images, self.copy)
 
     def _infos(self, facts: dict[str, np.ndarray], mask: np.ndarray | None) -> dict[str, Any]:
-        """Facts in the form of Gymnasium's vector environments: each with a mask of who has it."""
+        """Facts in the format of Gymnasium's vector environments: each with a mask of the environments that have it."""
         infos: dict[str, Any] = {}
         for name, values in facts.items():
             if name in ("placement", "end"):

@@ -1,4 +1,4 @@
-"""The figures of MGE Workbench. Each is a `Figure`: shown by notebooks, written by `save`."""
+"""The figures of MGE Workbench. Each is a `Figure`: displayed by notebooks, written by `save`."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def clusters(task: Task, prior: ActionPrior, seed: int = 0) -> Figure:
 
 
 def learning_curves(folders: Folders, greedy: bool = False, steps: bool = False) -> Figure:
-    """Success of runs, interquartile mean over seeds with its interval: in training, against episodes or
-    (`steps`) actions in the environment, or of the greedy policy."""
+    """Success of runs, interquartile mean over seeds with its interval: in training against episodes or, with
+    `steps`, against actions in the environment; or of the greedy policy."""
     return _mge.figure_learning(folder_list(folders), greedy, steps)
 
 

@@ -12,21 +12,21 @@ from mge._mge import Model, State, Task
 
 
 class DynamicsModel(Protocol):
-    """What a dynamics model of your own has, to be used wherever a `Model` is.
+    """The interface of a custom dynamics model, accepted wherever a `Model` is.
 
     Attributes:
-        interval: physics steps (1/30 s) of one prediction; divides the 40 of an action.
+        interval: physics steps (1/30 s) per prediction; must divide the 40 of an action.
     """
 
     interval: int
 
     def advance(self, balls: np.ndarray, tools: np.ndarray) -> np.ndarray:
-        """The balls one interval later.
+        """Predicts the balls one interval later.
 
         Args:
             balls: float32, n x 5: x, y (normalised), velocity x, y (units/s; the screen is 84 units
                 wide), spin (radians/s).
-            tools: float32, n x m x 8: type (place in `mge.tool_types()`), x, y (normalised), size,
+            tools: float32, n x m x 8: type (index in `mge.tool_types()`), x, y (normalised), size,
                 angle, radius, elasticity, friction; NaN where a scene has fewer tools.
 
         Returns:
@@ -36,14 +36,14 @@ class DynamicsModel(Protocol):
 
 
 class Rollouts(NamedTuple):
-    """What becomes of the ball under n sequences of actions.
+    """The outcome of n sequences of actions.
 
     Attributes:
-        hit: n; whether the next stage of the start is reached, in the last action taken.
-        length: n; actions taken until the end of the rollout.
+        hit: n; whether the next stage after the start is reached (in the last action taken).
+        length: n; number of actions taken until the end of the rollout.
         placed: n x length; whether each action's tool was placed.
         touched: n x length; whether the ball touched that tool before the stage was reached.
-        path: n x points x 2; normalised positions of the ball, one a prediction, then NaN.
+        path: n x points x 2; normalised positions of the ball, one per prediction, then NaN.
         balls: n x length x 5; the ball after each action (x, y, velocity x, y, spin), then NaN.
     """
 
@@ -58,13 +58,13 @@ class Rollouts(NamedTuple):
 def rollout(
     task: Task, model: Model | DynamicsModel | str, actions: npt.ArrayLike, start: State | None = None
 ) -> Rollouts:
-    """Rolls out sequences of actions, all as one batch.
+    """Rolls out sequences of actions in one batch.
 
     Args:
         task: the task.
-        model: a `Model`, `"physics"`, `"rapier"` (another engine), the name or path of a model, or one
-            of your own.
+        model: a `Model`, `"physics"`, `"rapier"` (another engine), the name or path of a model, or a
+            custom one.
         actions: n x length x 2, normalised places of tools.
-        start: one state for all sequences or one for each; the start of the task without.
+        start: one state for all sequences or one for each; None for the start of the task.
     """
     return Rollouts(**_mge.rollout(task, model, actions, start))

@@ -1,4 +1,4 @@
-"""What runs, sweeps and reports hold, as tables."""
+"""The data of runs, sweeps and reports as tables."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ class Table(dict[str, Any]):
     """Columns by name: NumPy arrays of bool, int64 or float64 (NaN where a number is missing), or lists."""
 
     def to_pandas(self) -> pandas.DataFrame:
-        """The table as a frame of pandas, which must be installed."""
+        """The table as a pandas `DataFrame`; needs pandas."""
         import pandas
 
         return pandas.DataFrame(dict(self))
 
     def to_polars(self) -> polars.DataFrame:
-        """The table as a frame of polars, which must be installed."""
+        """The table as a polars `DataFrame`; needs polars."""
         import polars
 
         return polars.DataFrame(dict(self))
@@ -34,9 +34,9 @@ class Run(NamedTuple):
     """A run on disk.
 
     Attributes:
-        config: its whole configuration.
+        config: the complete configuration.
         state: `finished`, `running` and so on.
-        episodes: one row for each episode, the columns of `metrics.csv`.
+        episodes: one row for each episode, with the columns of `metrics.csv`.
         evaluations: one row for each greedy evaluation.
     """
 
@@ -65,8 +65,8 @@ def write_report(
     seed: int = 0,
     dpi: int | None = None,
 ) -> dict[str, Any]:
-    """Writes a report of all finished runs in folders to `out`, as `mge report`, and returns what its
-    `report.json` holds."""
+    """Writes a report of all finished runs in folders to `out`, like `mge report`, and returns the content of its
+    `report.json`."""
     text = _mge.write_report(folder_list(folders), out, resamples, confidence, seed, dpi)
     return json.loads(text)
 

@@ -1,5 +1,5 @@
-"""The puzzles for agents of Stable-Baselines3 and SBX, which have vector environments of a kind of
-their own. Needs `stable-baselines3`."""
+"""The puzzles for agents of Stable-Baselines3 and SBX, which have their own type of vector environment.
+Needs `stable-baselines3`."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class PuzzleVecEnv(VecEnv):
     Args:
         task: a `Task`, the name of a shipped one, or the path of a task file.
         num_envs: number of environments.
-        num_threads: threads to step on; all cores without.
-        tools, observation, pictures: as of `PuzzleEnv`. With tools an action is three numbers in [-1, 1], since these
-            agents have no actions of two kinds: the first names the tool, by equal parts of its range.
+        num_threads: number of threads; None for all cores.
+        tools, observation, pictures: as in `PuzzleEnv`. With tools an action is three numbers in [-1, 1], since these
+            agents have no mixed action spaces: the first selects the tool, by equal parts of its range.
     """
 
     def __init__(
@@ -85,7 +85,7 @@ class PuzzleVecEnv(VecEnv):
         return [getattr(self.envs, attr_name) for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        raise AttributeError(f"`{attr_name}` cannot be set: the environments are one")
+        raise AttributeError(f"`{attr_name}` cannot be set on single environments: use `envs`")
 
     def env_method(self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any) -> list[Any]:
         raise AttributeError(f"there is no `{method_name}` of single environments: use `envs`")

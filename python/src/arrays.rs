@@ -1,11 +1,11 @@
-//! Arrays that Python hands over.
+//! Arrays passed in from Python.
 
 use numpy::PyReadonlyArray;
 use numpy::ndarray::Dimension;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
-/// Numbers of any type as float32, contiguous. `wanted` is the shape they should have, in words.
+/// Converts numbers of any type to contiguous float32. `wanted` is the expected shape, for the error message.
 pub fn numbers<'py, D: Dimension>(
     values: &Bound<'py, PyAny>,
     name: &str,

@@ -1,4 +1,4 @@
-//! Errors of the library as exceptions of Python.
+//! Errors of the library as Python exceptions.
 
 use std::io::ErrorKind;
 
@@ -7,8 +7,7 @@ use pyo3::prelude::*;
 
 use mge::env::VectorError;
 
-/// `OSError` and its kinds where the system has refused something, else `ValueError`; the message
-/// is the library's.
+/// `OSError` or a subclass for I/O errors, else `ValueError`, with the library's message.
 pub fn exception(error: impl std::error::Error + 'static) -> PyErr {
     let message = error.to_string();
     let mut cause: Option<&(dyn std::error::Error + 'static)> = Some(&error);
@@ -25,7 +24,7 @@ pub fn exception(error: impl std::error::Error + 'static) -> PyErr {
     PyValueError::new_err(message)
 }
 
-/// An environment that must be reset first is Gymnasium's `ResetNeeded`.
+/// Gymnasium's `ResetNeeded` for an environment that must be reset first; otherwise `IndexError` or `ValueError`.
 pub fn vector_exception(py: Python<'_>, error: VectorError) -> PyErr {
     let message = error.to_string();
     match error {

@@ -1,4 +1,4 @@
-//! Facts about episodes, as columns.
+//! Facts about episodes (the `info` of Gymnasium), as columns.
 
 use numpy::{Element, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
@@ -6,19 +6,19 @@ use pyo3::types::PyDict;
 
 use mge::env::{EndReason, Info, Placement, VectorEnvironment};
 
-/// What became of a tool, by its code; 0 is "not known yet".
+/// Placement outcomes by code, from 1; 0 means "not known yet".
 const PLACEMENTS: [Placement; 5] =
     [Placement::Placed, Placement::Overlap, Placement::Collision, Placement::Invalid, Placement::NoOp];
-/// Why an episode is over, by its code; 0 is "it is not".
+/// Why an episode ended, by code, from 1; 0 means "not ended".
 const ENDS: [EndReason; 5] =
     [EndReason::Goal, EndReason::OutOfBounds, EndReason::MarkerOut, EndReason::Standstill, EndReason::MaxActions];
 
 fn code<T: PartialEq>(of: &[T], value: Option<T>) -> u8 {
-    // Fewer than 256 of each.
+    // There are fewer than 256 of each, so the cast does not truncate.
     value.and_then(|value| of.iter().position(|known| *known == value)).map_or(0, |place| place as u8 + 1)
 }
 
-/// The words for the codes of `placement` and `end`, as in `mge env serve`; None for code 0.
+/// The names of the codes of `placement` and `end`, as in `mge env serve`; None for code 0.
 #[pyfunction]
 pub fn words() -> [Vec<Option<String>>; 2] {
     fn names(values: &[impl serde::Serialize]) -> Vec<Option<String>> {
@@ -39,12 +39,12 @@ pub struct Facts {
     tools: Option<Py<PyArray2<i64>>>,
 }
 
-/// An array to write into.
+/// A zeroed array.
 pub fn zeros<T: Element>(py: Python<'_>, count: usize) -> Py<PyArray1<T>> {
     PyArray1::zeros(py, count, false).unbind()
 }
 
-/// Writes one value for each row.
+/// Writes one value per row.
 pub fn fill<T: Element>(py: Python<'_>, array: &Py<PyArray1<T>>, values: impl Iterator<Item = T>) -> PyResult<()> {
     let mut array = array.bind(py).try_readwrite()?;
     array.as_slice_mut()?.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
@@ -52,7 +52,7 @@ pub fn fill<T: Element>(py: Python<'_>, array: &Py<PyArray1<T>>, values: impl It
 }
 
 impl Facts {
-    /// Nothing known yet about so many.
+    /// Empty facts about `count` episodes.
     pub fn new(py: Python<'_>, count: usize, env: &VectorEnvironment) -> Self {
         let tools = env.tool_count().map(|tools| PyArray2::zeros(py, [count, tools], false).unbind());
         Self {
@@ -65,7 +65,7 @@ impl Facts {
         }
     }
 
-    /// Notes the facts of each.
+    /// Writes the facts of every environment.
     pub fn note<'a>(&self, py: Python<'_>, infos: impl Iterator<Item = &'a Info> + Clone) -> PyResult<()> {
         fill(py, &self.success, infos.clone().map(|info| info.goal))?;
         fill(py, &self.placed, infos.clone().map(|info| info.placed as i64))?;
@@ -77,7 +77,7 @@ impl Facts {
         Ok(())
     }
 
-    /// Notes the numbers of the tools in action sets.
+    /// Writes the numbers of the tools in the action sets.
     pub fn note_tools(&self, py: Python<'_>, numbers: impl Iterator<Item = usize>) -> PyResult<()> {
         let Some(tools) = &self.tools else { return Ok(()) };
         let mut tools = tools.bind(py).try_readwrite()?;

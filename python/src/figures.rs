@@ -1,4 +1,4 @@
-//! Our figures, drawn from Python.
+//! The library's figures for Python.
 
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ use mge::evidence::figures::{learning_curves, method_scores, step_curves};
 use mge::figures::{self, ActionSamples, DEFAULT_DPI, Provenance, TaskActions, TaskGrid};
 use mge::stats::Bootstrap;
 
-/// A figure: drawn in notebooks as it is, written by `save`.
+/// A figure: displayed by notebooks, written by `save`.
 #[pyclass(module = "mge.figures", frozen)]
 pub struct Figure {
     figure: Box<dyn figures::Figure + Send + Sync>,
@@ -23,7 +23,7 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// A figure that the call `command` makes.
+    /// A figure made by the call `command`, which its metadata records.
     pub fn new(figure: impl figures::Figure + Send + Sync + 'static, command: &str) -> Self {
         Self { figure: Box::new(figure), provenance: Provenance::new(command, &[], "") }
     }
@@ -40,7 +40,7 @@ impl Figure {
         self.svg()
     }
 
-    /// Width and height on paper, in points (1/72 inch).
+    /// Width and height in print, in points (1/72 inch).
     #[getter]
     fn size(&self) -> [f64; 2] {
         self.figure.size()
@@ -52,12 +52,12 @@ impl Figure {
         pixels.into_pyarray(py).reshape([height as usize, width as usize, 3])
     }
 
-    /// The numbers in the figure, as CSV.
+    /// The figure's data as CSV.
     fn csv(&self) -> String {
         String::from_utf8_lossy(&self.figure.table().to_csv()).into_owned()
     }
 
-    /// Writes the figure in the format of the path's ending (.png, .svg, .pdf), and its numbers
+    /// Writes the figure in the format of the path's extension (.png, .svg, .pdf), and its data
     /// beside it as CSV.
     #[pyo3(signature = (path, dpi = None))]
     fn save(&self, py: Python<'_>, path: PathBuf, dpi: Option<u32>) -> PyResult<()> {
@@ -77,8 +77,8 @@ pub fn figure_tasks(tasks: Vec<PyRef<'_, Task>>) -> Figure {
     Figure::new(TaskGrid { tasks }, "mge.figures.tasks()")
 }
 
-/// Learning curves of runs in folders: interquartile mean over seeds of the rolling success, against
-/// episodes or, with `steps`, actions; or of the greedy evaluations.
+/// Learning curves of the runs in folders: interquartile mean over seeds of the rolling success, against
+/// episodes or, with `steps`, against actions; or of the greedy evaluations.
 #[pyfunction]
 #[pyo3(signature = (folders, greedy = false, steps = false))]
 pub fn figure_learning(py: Python<'_>, folders: Vec<PathBuf>, greedy: bool, steps: bool) -> PyResult<Figure> {

@@ -1,7 +1,7 @@
-//! The extension module `mge._mge`: the library's functions with arguments and arrays of Python.
-//! What the package can do is decided and computed in the library; here values change their shape.
+//! The extension module `mge._mge`: the library's functions with Python arguments and arrays.
+//! All logic is in the library; this crate only converts values.
 
-// What Python calls takes arguments by value and answers with tuples.
+// Functions called from Python take arguments by value and return tuples.
 #![allow(clippy::needless_pass_by_value, clippy::type_complexity)]
 
 mod arrays;

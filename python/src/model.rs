@@ -1,4 +1,4 @@
-//! Dynamics models, those written in Python included: predictions and rollouts as arrays.
+//! Dynamics models, including those written in Python: predictions and rollouts as arrays.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -58,7 +58,7 @@ impl Model {
         dynamics::named(&name.to_string_lossy()).map(Self).map_err(exception)
     }
 
-    /// The shipped model that knows the tools of a task.
+    /// The shipped model for the tools of a task.
     #[staticmethod]
     fn shipped_for(task: &Task) -> PyResult<Self> {
         let tools = task.0.tool_set();
@@ -73,7 +73,7 @@ impl Model {
         self.0.name()
     }
 
-    /// Tool types that it knows.
+    /// The tool types it was trained on.
     #[getter]
     fn tools(&self) -> Vec<&'static str> {
         self.0.tools().iter().map(|kind| kind.name()).collect()
@@ -85,17 +85,17 @@ impl Model {
         self.0.interval()
     }
 
-    /// Where it comes from, as JSON.
+    /// How it was trained, as JSON.
     #[getter]
     fn provenance(&self) -> String {
         serde_json::json!(self.0.provenance()).to_string()
     }
 
-    /// The balls `steps` prediction intervals later, among the tools of a task and those placed.
+    /// Predicts the balls `steps` prediction intervals later, among the tools of a task and those placed.
     ///
     /// `balls`: n x 5: x, y (normalised), velocity x, y (units/s), spin (radians/s).
-    /// `placed`: n x m x 2, normalised places of further tools; rows with NaN are none. Float32 in the
-    /// shape of `balls` comes back. Balls outside of the screen are predicted too.
+    /// `placed`: n x m x 2, normalised places of further tools; rows with NaN are ignored. Returns
+    /// float32 in the shape of `balls`. Balls outside the screen are predicted too.
     #[pyo3(signature = (task, balls, placed = None, steps = 1))]
     fn predict<'py>(
         &self,
@@ -119,7 +119,7 @@ impl Model {
         ball_array(py, &predicted.map_err(exception)?)
     }
 
-    /// As `mge.rollout` with this model.
+    /// Same as `mge.rollout` with this model.
     #[pyo3(signature = (task, actions, start = None))]
     fn rollout<'py>(
         slf: Bound<'py, Self>,
@@ -170,7 +170,7 @@ fn tools_of(task: &task::Task, count: usize, placed: Option<PyReadonlyArray3<'_,
     Ok(scenes)
 }
 
-/// What predicts rollouts.
+/// Any model that predicts rollouts.
 pub enum AnyModel {
     Learned(Arc<dynamics::Model>),
     Physics,
@@ -179,7 +179,7 @@ pub enum AnyModel {
 }
 
 impl AnyModel {
-    /// A [`Model`], `"physics"`, `"rapier"`, the name or path of a model, or an object with `interval`
+    /// Converts a [`Model`], `"physics"`, `"rapier"`, the name or path of a model, or an object with `interval`
     /// and `advance(balls, tools)`.
     pub fn of(model: &Bound<'_, PyAny>, task: &task::Task) -> PyResult<Self> {
         if let Ok(model) = model.cast::<Model>() {
@@ -201,7 +201,7 @@ impl AnyModel {
         PythonModel::of(model, task).map(Self::Python)
     }
 
-    /// Its name, as a prior records it.
+    /// The name that a prior records.
     pub fn name(&self) -> String {
         match self {
             Self::Learned(model) => model.name(),
@@ -211,8 +211,8 @@ impl AnyModel {
         }
     }
 
-    /// Uses it, with the threads of all cores and while other threads of Python go on. An exception of
-    /// a model in Python comes back as itself.
+    /// Runs `using` with this model on the default pool, without holding the GIL. An exception raised by a model in
+    /// Python is returned unchanged.
     pub fn used<T: Send>(
         &self,
         py: Python<'_>,
@@ -237,12 +237,12 @@ impl AnyModel {
     }
 }
 
-/// A model that is an object of Python.
+/// A model that is a Python object.
 pub struct PythonModel {
     object: Py<PyAny>,
     name: String,
     interval: u32,
-    /// The exception that ended its latest use.
+    /// The exception that its latest use raised.
     raised: Mutex<Option<PyErr>>,
 }
 
@@ -323,11 +323,11 @@ impl RolloutModel for PythonModel {
     }
 }
 
-/// Rolls out sequences of actions in a model, as one batch.
+/// Rolls out sequences of actions in a model, in one batch.
 ///
-/// `actions`: n x length x 2. `start`: one state for all, or one for each sequence; without
-/// it, the start of the task. A rollout ends when the next stage of its start is reached, the ball
-/// leaves the screen, or the sequence or the episode ends. What comes after the end is NaN or False.
+/// `actions`: n x length x 2. `start`: one state for all sequences or one for each; by default the start
+/// of the task. A rollout ends when it reaches the next stage after its start, when the ball leaves the
+/// screen, or when the sequence or the episode ends. Entries after the end are NaN or False.
 #[pyfunction]
 #[pyo3(signature = (task, model, actions, start = None))]
 pub fn rollout<'py>(
@@ -401,7 +401,7 @@ pub fn model_names() -> Vec<&'static str> {
     dynamics::shipped_models().iter().map(|(name, _)| *name).collect()
 }
 
-/// Names of the types of tools, by the number that the observation and `advance` give them.
+/// Names of the tool types, indexed by their number in observations and in `advance`.
 #[pyfunction]
 pub fn tool_types() -> Vec<&'static str> {
     mge::physics::ToolKind::PAPER.map(mge::physics::ToolKind::name).to_vec()

@@ -1,4 +1,4 @@
-//! Threads for work that Python asks for.
+//! Thread pools for work requested by Python.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -6,14 +6,14 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// Pools by their number of threads, and the process that made them.
+/// The process that created the pools, and the pools by number of threads.
 static POOLS: Mutex<(u32, Vec<(usize, Arc<ThreadPool>)>)> = Mutex::new((0, Vec::new()));
 
-/// The pool of so many threads; without a number as many as there are cores, or as the variable
-/// `RAYON_NUM_THREADS` says. One for all who ask, so that many environments do not make many threads.
+/// The shared pool with this number of threads; by default `RAYON_NUM_THREADS` or the number of cores.
+/// Sharing keeps many environments from creating many threads.
 ///
-/// A process that was forked has the pools of its parent without their threads, which would be
-/// waited for without end. It gets pools of its own.
+/// A forked process inherits its parent's pools without their threads and would wait for them forever, so it
+/// gets its own pools.
 pub fn pool(threads: Option<usize>) -> PyResult<Arc<ThreadPool>> {
     let threads = threads.unwrap_or(0);
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
@@ -31,7 +31,7 @@ pub fn pool(threads: Option<usize>) -> PyResult<Arc<ThreadPool>> {
     Ok(pool)
 }
 
-/// Does work on the pool of all cores, while other threads of Python go on.
+/// Runs `work` on the default pool without holding the GIL.
 pub fn work<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     let pool = pool(None)?;
     Ok(py.detach(|| pool.install(work)))

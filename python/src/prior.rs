@@ -26,11 +26,11 @@ pub struct ActionPrior(pub guidance::ActionPrior);
 
 /// Builds the action prior of a task from rollouts in a model.
 ///
-/// `model`: a `Model`, "physics", "rapier", the name or path of a model, or an object of Python with an
-/// `interval` (physics steps of a prediction) and `advance(balls, tools)`: the balls, float32 of n x 5
+/// `model`: a `Model`, "physics", "rapier", the name or path of a model, or a Python object with an
+/// `interval` (physics steps per prediction) and `advance(balls, tools)`, which returns the balls, float32 of n x 5
 /// (x, y, velocity x, y, spin), one interval later, among tools, float32 of n x m x 8 (type, x, y,
 /// size, angle, radius, elasticity, friction; NaN where a scene has fewer).
-/// `settings`: JSON of those settings of guidance that are not the defaults.
+/// `settings`: JSON of the guidance settings that differ from their defaults.
 #[pyfunction]
 #[pyo3(signature = (task, model, seed = 0, settings = "{}"))]
 pub fn build_prior(
@@ -45,13 +45,13 @@ pub fn build_prior(
     let model = AnyModel::of(model, &task.0)?;
     let name = model.name();
     let built = model.used(py, |model| guidance::build(&task.0, model, &name, &config, seed, |_| ()))?;
-    // Nothing stops the build.
+    // `None` means a stopped model; these models are never stopped.
     built.map(ActionPrior).ok_or_else(|| PyValueError::new_err("the build was stopped"))
 }
 
 #[pymethods]
 impl ActionPrior {
-    /// The prior in the text of a `prior.json`.
+    /// The prior from the text of a `prior.json`.
     #[staticmethod]
     #[pyo3(signature = (text, task, origin = "prior"))]
     fn parse(text: &str, task: &Task, origin: &str) -> PyResult<Self> {
@@ -78,7 +78,7 @@ impl ActionPrior {
         &self.0.task
     }
 
-    /// What predicted the rollouts.
+    /// Name of the model that predicted the rollouts.
     #[getter]
     fn model(&self) -> &str {
         &self.0.model
@@ -104,19 +104,19 @@ impl ActionPrior {
         Ok(dict)
     }
 
-    /// The rewarding actions that the clusters of a stage were made from, float32 of n x 2.
+    /// The rewarding actions from which the clusters of a stage were computed, float32 of n x 2.
     fn actions<'py>(&self, py: Python<'py>, stage: usize) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let actions = &self.stage(stage)?.actions;
         actions.concat().into_pyarray(py).reshape([actions.len(), 2])
     }
 
-    /// Rollouts made for a stage, and those that reached it: in the model, in the real environment.
+    /// Rollouts made for a stage and how many reached it, in the model; the same in the real environment.
     fn rollouts(&self, stage: usize) -> PyResult<[usize; 4]> {
         let stage = self.stage(stage)?;
         Ok([stage.model_rollouts, stage.model_hits, stage.environment_rollouts, stage.environment_hits])
     }
 
-    /// `count` actions for a stage, float32 of count x 2. A stage without clusters samples uniformly.
+    /// Samples `count` actions for a stage, float32 of count x 2; uniformly if the stage has no clusters.
     fn sample<'py>(
         &self,
         py: Python<'py>,
@@ -170,7 +170,7 @@ impl Actor {
         actions.into_pyarray(py).reshape([count, agent.action_len()])
     }
 
-    /// The values that the critic gives pairs of observations and actions, float32 of n.
+    /// The critic's values of pairs of observations and actions, float32 of n.
     fn values<'py>(
         &self,
         py: Python<'py>,

@@ -1,4 +1,4 @@
-//! What runs hold, as columns.
+//! The data of runs, as columns.
 
 use std::path::PathBuf;
 
@@ -17,7 +17,7 @@ use mge::run::{RunDirectory, RunHistory};
 use mge::stats::Bootstrap;
 use mge::trainer::RunConfig;
 
-/// Rows as columns, in the order of the first row's keys: arrays of bool, int64 or float64 (NaN where
+/// Rows as columns, in order of first appearance: arrays of bool, int64 or float64 (NaN where
 /// there is no number), else lists.
 fn columns<'py>(py: Python<'py>, rows: &[Map<String, Value>]) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
@@ -35,7 +35,7 @@ fn columns<'py>(py: Python<'py>, rows: &[Map<String, Value>]) -> PyResult<Bound<
 }
 
 fn column<'py>(py: Python<'py>, values: &[&Value]) -> PyResult<Bound<'py, PyAny>> {
-    // Numbers that are not finite are words in our files.
+    // Our files have non-finite numbers as strings.
     let number = |value: &Value| match value {
         Value::Null => Some(f64::NAN),
         Value::String(word) => matches!(word.as_str(), "NaN" | "inf" | "-inf").then(|| word.parse().ok()).flatten(),
@@ -59,7 +59,7 @@ fn column<'py>(py: Python<'py>, values: &[&Value]) -> PyResult<Bound<'py, PyAny>
 }
 
 fn row(value: &impl Serialize) -> Map<String, Value> {
-    // Plain structs of numbers and strings always serialise, to objects.
+    // Plain structs of numbers and strings always serialise to objects.
     match serde_json::to_value(value) {
         Ok(Value::Object(row)) => row,
         _ => Map::new(),
@@ -76,7 +76,7 @@ pub fn read_run<'py>(
     let config: RunConfig = directory.config().map_err(exception)?;
     let history = py.detach(|| RunHistory::read(&directory));
     let history = match history {
-        // It was created, but has not begun.
+        // The run was created but has not begun.
         Err(error) if error.is_not_found() => RunHistory::default(),
         read => read.map_err(exception)?,
     };
@@ -90,12 +90,12 @@ pub fn read_run<'py>(
     Ok((json!(config).to_string(), state.name().to_owned(), columns(py, &episodes)?, columns(py, &evaluations)?))
 }
 
-/// Runs in folders.
+/// Finds and reads the runs in folders.
 pub fn found(py: Python<'_>, folders: Vec<PathBuf>) -> PyResult<Vec<FoundRun>> {
     work(py, || read_runs(&find_runs(&folders)?))?.map_err(exception)
 }
 
-/// The results of runs in folders, as columns: one row a run, with the label that figures give it.
+/// The results of the runs in folders, as columns: one row per run, with its label in figures.
 #[pyfunction]
 pub fn read_results(py: Python<'_>, folders: Vec<PathBuf>) -> PyResult<Bound<'_, PyDict>> {
     let rows: Vec<_> = found(py, folders)?
@@ -113,7 +113,7 @@ pub fn read_results(py: Python<'_>, folders: Vec<PathBuf>) -> PyResult<Bound<'_,
     columns(py, &rows)
 }
 
-/// Writes a report of runs in folders to `out`, as `mge report`, and returns its `report.json`.
+/// Writes a report of the runs in folders to `out`, like `mge report`, and returns its `report.json`.
 #[pyfunction]
 #[pyo3(signature = (folders, out, resamples = 2000, confidence = 0.95, seed = 0, dpi = None))]
 pub fn write_report(

@@ -13,7 +13,7 @@ use mge::env;
 use mge::figures::{Animation, Moment};
 use mge::physics::{PHYSICS_DT, to_normalised};
 
-/// The scene as it is now.
+/// The current scene.
 pub fn scene(env: &env::Environment) -> Animation {
     let (task, now) = (env.task(), env.snapshot());
     let time = now.actions() as f32 * task.rules.steps_per_action as f32 * PHYSICS_DT;
@@ -23,14 +23,14 @@ pub fn scene(env: &env::Environment) -> Animation {
     Animation { task: task.as_ref().clone(), moments: vec![moment], frame_ms: 0, trail: 0 }
 }
 
-/// States of one or several environments: episodes and random numbers. Made by `get_state()` of
-/// an environment; can be pickled.
+/// States of one or several environments: episodes and random streams. Returned by an environment's
+/// `get_state()`; can be pickled.
 #[pyclass(module = "mge", frozen)]
 pub struct State(pub Vec<env::State>);
 
 #[pymethods]
 impl State {
-    /// The states that `to_json` wrote.
+    /// The states from JSON, as written by `__reduce__`; `task` is the JSON of their task.
     #[staticmethod]
     fn parse(task: &str, states: Vec<String>) -> PyResult<Self> {
         let task = Arc::new(mge::task::parse(task, "state").map_err(exception)?);
@@ -49,13 +49,13 @@ impl State {
         Ok(Self(vec![state.clone()]))
     }
 
-    /// The scenes as figures, for `save` and notebooks.
+    /// The scene of the first state as a figure.
     fn figure(&self) -> PyResult<Figure> {
         let first = self.0.first().ok_or_else(|| PyIndexError::new_err("there is no state"))?;
         Ok(Figure::new(scene(first.environment()), "State.figure()"))
     }
 
-    /// Balls, one row a state: x, y (normalised), velocity x, y (units/s), spin (radians/s); float32.
+    /// Balls, one row per state: x, y (normalised), velocity x, y (units/s), spin (radians/s); float32.
     #[getter]
     fn balls<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let balls: Vec<f32> =

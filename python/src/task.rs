@@ -45,13 +45,13 @@ impl Task {
         &self.0.name
     }
 
-    /// One sentence for people.
+    /// A description in one sentence.
     #[getter]
     fn description(&self) -> &str {
         &self.0.description
     }
 
-    /// Actions of an episode, at most.
+    /// Maximum number of actions per episode.
     #[getter]
     fn max_actions(&self) -> u32 {
         self.0.rules.max_actions
@@ -63,13 +63,13 @@ impl Task {
         observation_len(&self.0)
     }
 
-    /// Least and greatest values of an observation, float32.
+    /// Lower and upper bounds of an observation, float32.
     #[getter]
     fn observation_bounds<'py>(&self, py: Python<'py>) -> [Bound<'py, PyArray1<f32>>; 2] {
         observation_bounds(&self.0).map(|bounds| bounds.into_pyarray(py))
     }
 
-    /// Subgoals in order, then the goal: a row of x, y (normalised) and radius (units) each, float32.
+    /// Subgoals in order, then the goal: one row each of x, y (normalised) and radius (units), float32.
     #[getter]
     fn stages<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let stages = self.0.stages();

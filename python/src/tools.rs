@@ -15,7 +15,7 @@ pub fn tool_numbers<'py>(py: Python<'py>, split: &str) -> PyResult<Bound<'py, Py
     Ok(split.tools().into_iter().map(|number| number as i64).collect::<Vec<_>>().into_pyarray(py))
 }
 
-/// What describes tools, a row for each number: one-hot of the type, then properties; float32.
+/// Features of tools, one row per number: one-hot of the type, then properties; float32.
 #[pyfunction]
 pub fn tool_features(py: Python<'_>, numbers: Vec<usize>) -> PyResult<Bound<'_, PyArray2<f32>>> {
     if let Some(number) = numbers.iter().find(|number| **number > NO_OP) {

@@ -1,4 +1,4 @@
-//! Environments stepped together.
+//! Vectors of environments.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -20,14 +20,14 @@ use mge::env::{self, Action, ActionSet, Autoreset, Choice, IMAGE_SIDE, Pictures,
 use mge::figures::Figure;
 use mge::physics::ToolSplit;
 
-/// Fewer environments than these are stepped on the caller's thread: handing over would take longer.
+/// Fewer environments than this are stepped on the caller's thread, because a hand-over to the pool would take longer.
 const FEW: usize = 64;
 
-/// Environments, their last observations, their last images, facts.
+/// Ended episodes: indices of their environments, last observations, last images, facts.
 type Ended<'py> =
     (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray2<f32>>, Option<Bound<'py, PyArray4<u8>>>, Bound<'py, PyDict>);
 
-/// Environments of one task, with arrays that every reset and step writes anew.
+/// Environments of one task, with arrays that every reset and step overwrites.
 #[pyclass(module = "mge._mge")]
 pub struct VectorCore {
     env: VectorEnvironment,
@@ -37,7 +37,7 @@ pub struct VectorCore {
     terminated: Py<PyArray1<bool>>,
     truncated: Py<PyArray1<bool>>,
     facts: Facts,
-    /// The scenes as images, if they are wanted.
+    /// The images of the scenes, if requested.
     images: Option<Py<PyArray4<u8>>>,
 }
 
@@ -45,7 +45,7 @@ pub struct VectorCore {
 impl VectorCore {
     #[new]
     #[pyo3(signature = (task, count, autoreset, threads = None, tools = None, images = false, pictures = None))]
-    #[expect(clippy::too_many_arguments)] // As Python has them by name.
+    #[expect(clippy::too_many_arguments)] // Keyword arguments in Python.
     fn new(
         py: Python<'_>,
         task: &Task,
@@ -91,7 +91,7 @@ impl VectorCore {
         })
     }
 
-    /// Begins episodes, in all environments or in those of the mask.
+    /// Begins episodes in all environments or in the masked ones.
     #[pyo3(signature = (seeds, mask = None))]
     fn reset(slf: &Bound<'_, Self>, seeds: Vec<Option<u64>>, mask: Option<PyReadonlyArray1<'_, bool>>) -> PyResult<()> {
         let (py, this) = (slf.py(), &mut *alone(slf)?);
@@ -109,13 +109,13 @@ impl VectorCore {
         this.note(py)
     }
 
-    /// Tools among which an agent chooses; None if it has the task's own tool.
+    /// Number of tools an agent chooses among; None if it has only the task's own tool.
     #[getter]
     fn tool_count(&self) -> Option<usize> {
         self.env.tool_count()
     }
 
-    /// Least and greatest values of an observation, float32.
+    /// Lower and upper bounds of an observation, float32.
     fn bounds<'py>(&self, py: Python<'py>) -> [Bound<'py, PyArray1<f32>>; 2] {
         self.env.observation_bounds().map(|bounds| bounds.into_pyarray(py))
     }
@@ -125,12 +125,12 @@ impl VectorCore {
         self.env.observation_parts().into_iter().map(|part| (part.name, part.shape)).collect()
     }
 
-    /// The images of the scenes, uint8 of count x 84 x 84 x 3; None if they are not wanted.
+    /// The images of the scenes, uint8 of count x 84 x 84 x 3; None unless requested.
     fn images<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray4<u8>>> {
         self.images.as_ref().map(|images| images.bind(py).clone())
     }
 
-    /// One action in each environment: a place, and the index of a tool where agents choose.
+    /// Takes one action in each environment: a place and, where agents choose tools, the index of a tool.
     #[pyo3(signature = (places, tools = None))]
     fn step(
         slf: &Bound<'_, Self>,
@@ -161,8 +161,8 @@ impl VectorCore {
         }
     }
 
-    /// Seconds in which the library alone takes these actions, float32 of steps x count x 2: what
-    /// `step` is measured against.
+    /// Seconds that the Rust library alone needs for these actions, float32 of steps x count x 2: the baseline
+    /// for `step`.
     fn time_alone(&mut self, py: Python<'_>, actions: PyReadonlyArray3<'_, f32>) -> PyResult<f64> {
         let count = self.env.count();
         if actions.shape()[1..] != [count, 2] {
@@ -204,8 +204,8 @@ impl VectorCore {
         self.facts.dict(py)
     }
 
-    /// Of the episodes that the latest step ended and followed by the next: which environments, their
-    /// last observations and images, the facts about them. None if there are none.
+    /// The episodes that the latest step ended and replaced (autoreset): their environments, last
+    /// observations and images, and facts. None if there are none.
     fn ended<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Ended<'py>>> {
         let (py, this) = (slf.py(), alone(slf)?);
         let ended = || this.env.outcomes().filter_map(|outcome| outcome.ended.as_ref());
@@ -236,7 +236,7 @@ impl VectorCore {
         states.map(State).map_err(|error| vector_exception(slf.py(), error))
     }
 
-    /// Puts these environments into these states, or all into a single one.
+    /// Puts these environments into these states, or all into a single state.
     fn restore(slf: &Bound<'_, Self>, indices: Vec<usize>, state: &State) -> PyResult<()> {
         let (py, this) = (slf.py(), &mut *alone(slf)?);
         if state.0.len() != 1 && state.0.len() != indices.len() {
@@ -272,13 +272,13 @@ impl VectorCore {
     }
 }
 
-/// The environments, if no other thread of Python is stepping them.
+/// Borrows the environments, unless another Python thread is using them.
 fn alone<'py>(core: &Bound<'py, VectorCore>) -> PyResult<PyRefMut<'py, VectorCore>> {
     let hint = "another thread is using these environments: give each thread its own, or take turns with a lock";
     core.try_borrow_mut().map_err(|_| PyRuntimeError::new_err(hint))
 }
 
-/// Tools and places together.
+/// Combines tools and places.
 fn choices(places: &[Action], tools: &[i64]) -> PyResult<Vec<Choice>> {
     if tools.len() != places.len() {
         let (tools, places) = (tools.len(), places.len());
@@ -294,12 +294,12 @@ fn choices(places: &[Action], tools: &[i64]) -> PyResult<Vec<Choice>> {
 }
 
 impl VectorCore {
-    /// Whether the caller's thread steps all.
+    /// Whether all environments are stepped on the caller's thread.
     fn is_alone(&self) -> bool {
         self.threads == Some(1) || self.env.count() < FEW
     }
 
-    /// Takes an action in each environment, while other threads of Python go on.
+    /// Takes an action in each environment, without holding the GIL.
     fn take<A: Into<Choice> + Copy + Sync>(&mut self, py: Python<'_>, actions: &[A]) -> PyResult<()> {
         let mut observations = self.observations.bind(py).try_readwrite()?;
         let is_alone = self.is_alone();
@@ -315,7 +315,7 @@ impl VectorCore {
         self.note(py)
     }
 
-    /// Writes what the latest reset or step brought to the arrays.
+    /// Writes the results of the latest reset or step to the arrays.
     fn note(&mut self, py: Python<'_>) -> PyResult<()> {
         fill(py, &self.rewards, self.env.outcomes().map(|outcome| outcome.reward.into()))?;
         fill(py, &self.terminated, self.env.outcomes().map(|outcome| outcome.terminated))?;
@@ -325,7 +325,7 @@ impl VectorCore {
         self.draw(py)
     }
 
-    /// Draws the scenes as they are, if images are wanted.
+    /// Draws the current scenes, if images are requested.
     fn draw(&self, py: Python<'_>) -> PyResult<()> {
         let Some(images) = &self.images else { return Ok(()) };
         let mut images = images.bind(py).try_readwrite()?;

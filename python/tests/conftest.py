@@ -1,4 +1,4 @@
-"""What the tests share."""
+"""Shared fixtures."""
 
 import os
 import subprocess
@@ -8,7 +8,7 @@ import pytest
 
 @pytest.fixture(scope="session")
 def program():
-    """The program `mge`, named by the variable `MGE_PROGRAM`."""
+    """The path of the program `mge`, from `MGE_PROGRAM`."""
     path = os.environ.get("MGE_PROGRAM")
     if path is None:
         pytest.skip("set MGE_PROGRAM to the program `mge`")
@@ -27,7 +27,7 @@ def train(program, folder, *arguments):
 
 @pytest.fixture(scope="session")
 def run(program, tmp_path_factory):
-    """A short run that learned something, with clusters; its actor acts relative to the ball."""
+    """A short trained run with clusters and actions relative to the ball; its folder has two seeds."""
     folder = tmp_path_factory.mktemp("runs")
     return [train(program, folder / f"seed{seed}", "--seed", str(seed)) for seed in (0, 1)][0]
 

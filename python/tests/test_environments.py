@@ -1,4 +1,4 @@
-"""The environments: Gymnasium's checks, ours for vectors, states, mistakes."""
+"""The environments: Gymnasium's checks, our checks for vectors, states, misuse."""
 
 import copy
 import os
@@ -17,7 +17,7 @@ import mge
 
 @pytest.fixture(scope="module")
 def noisy(tmp_path_factory):
-    """A task file whose starts differ from seed to seed."""
+    """A task file whose start depends on the seed."""
     import json
 
     task = json.loads(mge.Task("task5").to_json())
@@ -30,14 +30,14 @@ def noisy(tmp_path_factory):
 
 @pytest.mark.parametrize("name", mge.task_names())
 @pytest.mark.filterwarnings("ignore:.*infinity.*")
-def test_gymnasium_finds_no_fault(name):
+def test_environments_pass_gymnasiums_checker(name):
     check_env(gymnasium.make(f"mge/{name}-v0", render_mode="rgb_array").unwrapped)
 
 
 @pytest.mark.parametrize("level", mge.level_names())
 @pytest.mark.parametrize("variant", ["", "-random"])
 @pytest.mark.filterwarnings("ignore:.*infinity.*")
-def test_gymnasium_finds_no_fault_with_the_levels_of_create(level, variant):
+def test_levels_of_create_pass_gymnasiums_checker(level, variant):
     env = gymnasium.make(f"mge/create-{level.lower()}{variant}-v0", render_mode="rgb_array", render_size=(84, 84))
     check_env(env.unwrapped)
     assert env.action_space["index"].n == 40
@@ -47,7 +47,7 @@ def test_gymnasium_finds_no_fault_with_the_levels_of_create(level, variant):
     assert (observation["tools"] == mge.tool_features(info["tools"])).all()
 
 
-def test_a_level_of_create_plays_with_its_own_tool_too():
+def test_a_level_of_create_can_be_played_with_its_own_tool():
     env = gymnasium.make("mge/create-push-v0", tools=None)
     assert env.action_space.shape == (2,)
     assert "tools" not in env.reset(seed=0)[1]
@@ -55,7 +55,7 @@ def test_a_level_of_create_plays_with_its_own_tool_too():
 
 @pytest.mark.parametrize("observation", ["vector", "objects", ["tools", "image"]])
 @pytest.mark.parametrize("threads", [1, 2])
-def test_a_vector_with_tools_is_as_many_single_environments(threads, observation):
+def test_a_vector_with_tools_equals_single_environments(threads, observation):
     settings = {"task": "create/Ladder-random", "tools": "train", "observation": observation}
     check_vector(
         lambda n, mode: mge.PuzzleVectorEnv(n, autoreset_mode=mode, num_threads=threads, **settings),
@@ -64,7 +64,7 @@ def test_a_vector_with_tools_is_as_many_single_environments(threads, observation
     )
 
 
-def test_an_action_with_a_tool_is_a_dictionary_or_as_in_create():
+def test_an_action_with_a_tool_is_a_dictionary_or_an_array_as_in_create():
     envs = mge.PuzzleVectorEnv(3, "create/Push", tools="train")
 
     def step(actions):
@@ -117,14 +117,14 @@ def test_the_catalogue_of_tools():
 
 @pytest.mark.parametrize("name", ["task1", "task6", "noisy"])
 @pytest.mark.parametrize("threads", [1, 2, None])
-def test_a_vector_is_as_many_single_environments(name, threads, noisy):
+def test_a_vector_equals_single_environments(name, threads, noisy):
     task = noisy if name == "noisy" else name
     check_vector(
         lambda n, mode: mge.PuzzleVectorEnv(n, task, mode, num_threads=threads), lambda: mge.PuzzleEnv(task)
     )
 
 
-def test_a_vector_that_is_stepped_on_threads_is_as_many_single_environments(noisy):
+def test_a_vector_stepped_on_threads_equals_single_environments(noisy):
     def many(n, mode):
         return mge.PuzzleVectorEnv(n, noisy, mode, num_threads=3)
 
@@ -138,7 +138,7 @@ def test_gymnasium_makes_vectors_by_name(noisy):
     by_file = gymnasium.make_vec("mge/Task-v0", num_envs=2, task=noisy)
     assert by_file.task.name == "noisy"
     first, _ = by_file.reset(seed=4)
-    assert not (first[0] == first[1]).all(), "each environment has a seed of its own"
+    assert not (first[0] == first[1]).all(), "each environment has its own seed"
     wrapped = gymnasium.wrappers.vector.RecordEpisodeStatistics(envs)
     wrapped.reset(seed=0)
     seen = [wrapped.step(wrapped.action_space.sample())[4] for _ in range(60)]
@@ -163,7 +163,7 @@ def test_processes_of_gymnasium_step_the_same_episodes():
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
 @pytest.mark.filterwarnings("ignore:.*fork.*")
-def test_a_forked_process_has_threads_of_its_own():
+def test_a_forked_process_gets_its_own_threads():
     envs = mge.PuzzleVectorEnv(200, num_threads=2)
     envs.reset(seed=0)
     envs.step(np.zeros((200, 2), np.float32))
@@ -174,7 +174,7 @@ def test_a_forked_process_has_threads_of_its_own():
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
 
 
-def test_without_copies_one_array_is_written_again_and_again():
+def test_without_copies_one_array_is_overwritten():
     envs = mge.PuzzleVectorEnv(4, copy=False)
     first, _ = envs.reset(seed=0)
     start = first.copy()
@@ -201,7 +201,7 @@ def test_success_is_known():
     assert goals > 0
 
 
-def test_states_with_tools_go_on_as_the_original():
+def test_restored_states_with_tools_continue_as_the_original():
     envs, others = (mge.PuzzleVectorEnv(3, "create/Moving-random", tools="all") for _ in range(2))
     envs.reset(seed=3)
     envs.action_space.seed(1)
@@ -213,7 +213,7 @@ def test_states_with_tools_go_on_as_the_original():
 
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))
-def test_states_go_on_as_the_original(mode, noisy):
+def test_restored_states_continue_as_the_original(mode, noisy):
     envs, others = (mge.PuzzleVectorEnv(6, noisy, mode) for _ in range(2))
     envs.reset(seed=3)
     envs.action_space.seed(1)
@@ -229,7 +229,7 @@ def test_states_go_on_as_the_original(mode, noisy):
             got, expected = others.step(action), envs.step(action)
             assert got[0].tobytes() == expected[0].tobytes() and (got[1] == expected[1]).all()
     assert len(state) == 6 and state.balls.shape == (6, 5) and len(state[-1]) == 1
-    # One state for several environments: a search tries actions from where it stands.
+    # One state for several environments, as a search uses it.
     observations = others.set_state(state[2], [0, 4])
     assert (observations[0] == observations[4]).all()
     one = mge.PuzzleEnv(noisy)
@@ -238,7 +238,7 @@ def test_states_go_on_as_the_original(mode, noisy):
     assert (one.get_state().balls == state.balls[2:3]).all()
 
 
-def test_mistakes_with_states_are_said(noisy):
+def test_misuse_of_states_is_reported(noisy):
     envs = mge.PuzzleVectorEnv(3)
     envs.reset(seed=0)
     with pytest.raises(ValueError, match="one of `task1`, the environment plays `noisy`"):
@@ -263,7 +263,7 @@ def test_images_are_observations():
     def many(n, mode):
         return mge.PuzzleVectorEnv(n, "task2", mode, num_threads=2, observation=["image", "vector"])
 
-    # So many that threads draw them, and episodes end in the middle.
+    # Enough environments to be drawn on threads, and steps during which episodes end.
     check_vector(many, lambda: mge.PuzzleEnv("task2", observation=["image", "vector"]), num_envs=70, steps=40)
     envs = mge.PuzzleVectorEnv(3, "task2", observation="image", copy=False)
     first, _ = envs.reset(seed=0)
@@ -338,7 +338,7 @@ def test_numbers_of_any_type_and_layout_are_actions(kind):
     assert (step(actions.tolist()) == expected).all()
 
 
-def test_mistakes_are_exceptions_that_say_what_to_do():
+def test_misuse_raises_exceptions_that_say_what_to_do():
     envs = mge.PuzzleVectorEnv(2, autoreset_mode="Disabled")
     with pytest.raises(ResetNeeded, match="reset it before the first step"):
         envs.step(np.zeros((2, 2)))

@@ -1,4 +1,4 @@
-"""The programs of docs/python.md: the page shows them as they are, and they run."""
+"""The programs of docs/python.md: the page shows them verbatim, and they run."""
 
 import re
 import subprocess

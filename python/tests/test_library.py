@@ -40,7 +40,7 @@ def test_a_prediction_is_a_step_of_a_rollout():
     ball = start
     for _ in range(8):
         ball = model.predict(task, ball, places)
-    # The library goes on in units, so that a prediction of a prediction differs by rounding.
+    # The library keeps balls in units between predictions, so repeated single predictions differ by rounding.
     at_once = model.predict(task, start, places, steps=8)
     np.testing.assert_allclose(ball, at_once, atol=1e-2)
     whole = rolled.length > 1
@@ -50,18 +50,18 @@ def test_a_prediction_is_a_step_of_a_rollout():
         np.testing.assert_array_equal(ours, theirs)
 
 
-def test_rapier_is_a_model_too():
+def test_rapier_is_a_model():
     task = mge.Task("task1")
     actions = np.random.default_rng(1).uniform(-1, 1, (200, 6, 2))
     other, true = (mge.rollout(task, model, actions) for model in ("rapier", "physics"))
     apart = np.linalg.norm(other.balls[:, :, :2] - true.balls[:, :, :2], axis=2)
-    # Nearly the same laws, another solver: what contacts have touched differs.
+    # Nearly the same laws, but a different solver: trajectories differ after contacts.
     assert np.nanmedian(apart) < 0.01 and np.nanmax(apart) > 0.05
     prior = mge.build_prior(task, "rapier", seed=1)
     assert prior.model == "rapier" and prior.rollouts(0)[1] > 0
 
 
-def test_the_true_physics_is_a_model_too():
+def test_the_true_physics_is_a_model():
     task = mge.Task("task1")
     env = mge.PuzzleEnv(task)
     env.reset(seed=0)
@@ -75,7 +75,7 @@ def test_the_true_physics_is_a_model_too():
 
 
 class Inertia:
-    """Nothing but gravity."""
+    """A model with gravity alone."""
 
     interval = 8
 
@@ -93,7 +93,7 @@ class Inertia:
         return after
 
 
-def test_a_model_of_ones_own_guides():
+def test_a_custom_model_builds_a_prior():
     task = mge.Task("task1")
     model = Inertia()
     prior = mge.build_prior(task, model, seed=3, settings=json.dumps({"model_rollouts": 50, "environment_rollouts": 10}))
@@ -121,12 +121,12 @@ class Broken(Inertia):
         (lambda balls: 1 / 0, ZeroDivisionError, "division"),
     ],
 )
-def test_mistakes_of_a_model_come_back_as_exceptions(answer, error, message):
+def test_errors_of_a_custom_model_are_raised(answer, error, message):
     with pytest.raises(error, match=message):
         mge.rollout(mge.Task("task1"), Broken(answer), np.zeros((3, 1, 2)))
 
 
-def test_what_is_no_model_or_no_action_is_said():
+def test_invalid_models_and_actions_are_reported():
     task = mge.Task("task1")
     with pytest.raises(TypeError, match="interval"):
         mge.rollout(task, object(), np.zeros((1, 1, 2)))
@@ -216,7 +216,7 @@ def test_a_run_is_a_table(run):
     assert isinstance(mge.ActionPrior.of_run(run), mge.ActionPrior)
 
 
-def test_what_a_run_has_not_measured_yet_is_not_a_number(plain):
+def test_missing_measurements_are_nan(plain):
     read = mge.read_run(plain)
     assert read.episodes["critic_loss"].dtype == np.float64 and np.isnan(read.episodes["critic_loss"][0])
 

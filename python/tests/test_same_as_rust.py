@@ -1,4 +1,4 @@
-"""A thousand random episodes are those of the Rust environment, to the bit."""
+"""A thousand random episodes equal those of the Rust environment, to the bit."""
 
 import base64
 import json
@@ -13,8 +13,8 @@ EPISODES_PER_TASK = 100
 
 
 def served(program, task, seed, actions, episodes, tools=None):
-    """Episodes of `mge env serve` as lists of observations, rewards and ends, and the tools of each;
-    each takes the actions in turn: a place, and before it an index with tools."""
+    """Episodes of `mge env serve`: for each, the steps (observation, reward, terminated, truncated) and the tools.
+    They consume the actions in order: a place, preceded by an index if there are tools."""
     requests = [{"command": "reset", "seed": seed}]
     command = [program, "env", "serve", task, *([] if tools is None else ["--tools", tools])]
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
@@ -99,7 +99,7 @@ def compare(vector, seed, actions, expected):
     observations, infos = vector.reset(seed=seed)
     for number, (steps, inventory) in enumerate(expected):
         if number > 0:
-            # The step after the end begins the next episode and ignores its action.
+            # The step after the end begins the next episode and ignores the action.
             observations, rewards, terminated, truncated, infos = vector.step(np.zeros((1, actions.shape[1])))
             assert (rewards[0], terminated[0], truncated[0]) == (0, False, False)
         if inventory is not None:

@@ -1,4 +1,4 @@
-"""Agents of others train on the environments: TD3 of Stable-Baselines3, SAC of SBX."""
+"""Third-party agents train on the environments: TD3 of Stable-Baselines3, SAC of SBX."""
 
 import gymnasium
 import numpy as np
@@ -48,7 +48,7 @@ def test_agents_learn_from_images():
 
     torch.set_num_threads(1)
     env = PuzzleVecEnv("task1", 2, observation="image")
-    # One frame and few features: enough to see that images arrive as a network of convolutions takes them.
+    # One frame and few features suffice to check that a convolutional network accepts the images.
     small = {"net_arch": [16], "features_extractor_kwargs": {"features_dim": 16}}
     model = TD3("CnnPolicy", env, buffer_size=100, learning_starts=20, batch_size=4, policy_kwargs=small, seed=0)
     before = [parameter.detach().numpy().copy() for parameter in model.critic.parameters()]
@@ -71,7 +71,7 @@ def test_sac_of_sbx():
     check_learning(model, weights(), weights)
 
 
-def test_the_adapter_is_what_stable_baselines3_makes_of_single_environments():
+def test_the_adapter_equals_a_dummy_vec_env_of_single_environments():
     from mge.sb3 import PuzzleVecEnv
     from stable_baselines3.common.vec_env import DummyVecEnv
 

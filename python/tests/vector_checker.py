@@ -1,9 +1,8 @@
-"""A checker of vector environments, as strict as Gymnasium's of single ones.
+"""A checker of vector environments, as strict as Gymnasium's checker of single ones (Gymnasium has none for vectors).
 
-Gymnasium has none. This one plays a vector environment beside a `SyncVectorEnv` of single
-environments, which is what Gymnasium's documentation says that a vector environment is: in each
-autoreset mode, everything that `reset` and `step` return must be the same to the bit, infos and
-their masks included, with the types of the spaces.
+It compares a vector environment with a `SyncVectorEnv` of single environments, the reference in
+Gymnasium's documentation: in each autoreset mode, everything that `reset` and `step` return must be equal
+to the bit, including infos and their masks, and of the types of the spaces.
 """
 
 import copy
@@ -15,7 +14,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 
 def same(ours, theirs, where):
-    """Equal in type, shape and every bit; dictionaries by their keys."""
+    """Asserts equal types, shapes and bits; recursive for dictionaries and tuples."""
     if isinstance(theirs, dict):
         assert isinstance(ours, dict) and sorted(ours) == sorted(theirs), f"{where}: {sorted(ours)}, {sorted(theirs)}"
         for key in theirs:
@@ -39,7 +38,7 @@ def same(ours, theirs, where):
 
 
 def draw(space, random):
-    """An action for each environment; places go a little beyond the space."""
+    """Draws an action for each environment; places may be slightly outside the space."""
     if isinstance(space, Dict):
         return {name: draw(part, random) for name, part in space.items()}
     if isinstance(space, MultiDiscrete):
@@ -80,7 +79,7 @@ def check_vector(make_vector, make_single, num_envs=5, steps=60, seed=11):
         assert ended >= num_envs, f"{mode}: only {ended} episodes ended: play more steps"
         for returned, copied in kept:
             same(returned, copied, f"{mode}: an array returned was overwritten")
-        # In the middle of episodes: seeds in a list, some of them None, and nothing at all.
+        # Resets in the middle of episodes: with a list of seeds, some of them None, and without seeds.
         seeds = [seed + 7, *[None] * (num_envs - 2), seed]
         same(ours.reset(seed=list(seeds)), theirs.reset(seed=list(seeds)), f"{mode}: seeds in a list")
         same(ours.reset(), theirs.reset(), f"{mode}: reset without a seed")
@@ -100,7 +99,7 @@ def check_spaces(ours, theirs, mode):
 
 
 def check_closing(envs, mode):
-    """Closed once or twice, an environment refuses to go on."""
+    """Closed once or twice, an environment refuses further use."""
     envs.close()
     envs.close()
     assert envs.closed

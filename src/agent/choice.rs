@@ -1,36 +1,36 @@
-//! How an agent with [`Options`] chooses among them: candidates near its proto item, the critic's
-//! best of them (Wolpertinger, algorithm 1).
+//! How an agent chooses among its [`Options`]: the critic selects the best of the candidates near the
+//! proto item (Wolpertinger, algorithm 1).
 
 use std::borrow::Cow;
 
 use super::{Ddpg, Options, join::join};
 use crate::nn::Mlp;
 
-/// The best candidate of a row, and its value. Without a candidate it is the proto item itself.
+/// The best candidate of a row, and its value. Without candidates, it is the proto item itself.
 struct Best<'a> {
     embedding: &'a [f32],
     value: f32,
 }
 
 impl Ddpg {
-    /// What the agent chooses among; none if its actions are numbers alone.
+    /// The items that the agent chooses among; none if its actions are purely continuous.
     pub fn options(&self) -> Option<&Options> {
         self.options.as_ref()
     }
 
-    /// From now on the critic looks at so many of the options, if there are any.
+    /// Sets the number of options that the critic evaluates per action, if there are options.
     pub fn set_candidates(&mut self, candidates: usize) {
         if let Some(options) = &mut self.options {
             options.set_candidates(candidates);
         }
     }
 
-    /// Numbers of an action that are not those of an item.
+    /// Length of the part of an action that is not an item's embedding.
     pub(super) fn free_len(&self) -> usize {
         self.action_len() - self.options.as_ref().map_or(0, Options::embedding_len)
     }
 
-    /// Observations as the networks see them: without the numbers of what is on offer.
+    /// The part of observations that the networks see: without the numbers of the items on offer.
     pub(super) fn seen<'a>(&self, observations: &'a [f32]) -> Cow<'a, [f32]> {
         if self.options.is_none() {
             return Cow::Borrowed(observations);
@@ -51,7 +51,7 @@ impl Ddpg {
         }
     }
 
-    /// `Q'(s', a')` for actions of the target actor, after the choice among what is on offer.
+    /// `Q'(s', a')` for actions of the target actor, after the choice among the items on offer.
     pub(super) fn target_values(&self, observations: &[f32], offsets: &[f32]) -> Vec<f32> {
         let Some(options) = &self.options else {
             let rows = offsets.len() / self.action_len();
@@ -61,7 +61,7 @@ impl Ddpg {
         best.into_iter().map(|best| best.value).collect()
     }
 
-    /// The best candidate of every row by a critic; `offsets` are actions measured from their origins.
+    /// The best candidate of every row according to `critic`; `offsets` are actions relative to their origins.
     fn best<'a>(&self, options: &'a Options, critic: &Mlp, observations: &[f32], offsets: &'a [f32]) -> Vec<Best<'a>> {
         let (free, seen) = (self.free_len(), self.actor.shape().inputs());
         let (mut inputs, mut found) = (Vec::new(), Vec::new());
@@ -82,7 +82,7 @@ impl Ddpg {
         let mut values = super::ddpg::predict(critic, &inputs).into_iter();
         let best = |near: Vec<&'a [f32]>| {
             let valued = near.into_iter().zip(&mut values).map(|(embedding, value)| Best { embedding, value });
-            // Of two worth the same the nearer one.
+            // For equal values, the nearer one.
             valued.reduce(|best, other| if other.value > best.value { other } else { best })
         };
         found.into_iter().filter_map(best).collect()
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
     use crate::agent::{Batch, DdpgConfig, Learner, Streams, Transition};
 
-    /// Numbers that the networks see, on offer, and of a place.
+    /// Lengths of the seen part of an observation, of the offer, and of the free part of an action.
     const SEEN: usize = 2;
     const OFFERED: usize = 4;
     const FREE: usize = 1;
@@ -128,7 +128,7 @@ mod tests {
         Ddpg::with_options(SEEN + OFFERED, FREE + 1, Some(line(candidates)), &config(), &mut rng(1)).unwrap()
     }
 
-    /// Observations of which each has another offer, the last one less than the others.
+    /// Observations with random offers; the last slot of each offer is empty.
     fn observations(rows: usize, seed: u64) -> Vec<f32> {
         let mut rng = rng(seed);
         let row = |_| {
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_are_chosen_for_alone() {
+    fn each_row_is_settled_independently() {
         let (agent, observations) = (agent(3), observations(8, 3));
         let rows = observations.chunks_exact(SEEN + OFFERED);
         assert_eq!(agent.act(&observations), rows.flat_map(|row| agent.act(row)).collect::<Vec<f32>>());
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn a_saved_agent_chooses_and_learns_as_before() {
+    fn a_loaded_agent_chooses_and_learns_as_before() {
         let streams = Streams { noise: rng(6), replay: rng(7) };
         let options = Some(line(3));
         let mut learner = Learner::new(SEEN + OFFERED, FREE + 1, options, &config(), &mut rng(1), streams).unwrap();
@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn items_that_were_never_on_offer_are_chosen_by_where_they_are() {
+    fn items_never_offered_before_are_chosen_by_their_embedding() {
         // The nearer to 0.5 the better; only every other item is ever on offer.
         let mut agent = agent(3);
         let mut rng = rng(10);
@@ -239,7 +239,7 @@ mod tests {
             }
             agent.update(&batch).unwrap();
         }
-        // Of the items at -0.9, 0.1, 0.5 and 0.9 the third.
+        // The items on offer are at -0.9, 0.1, 0.5 and 0.9.
         let action = agent.act(&[0.0, 0.0, 1.0, 11.0, 15.0, 19.0]);
         assert_eq!(action[FREE], 0.5);
         let action = agent.act(&[0.0, 0.0, 1.0, 3.0, 13.0, 5.0]);

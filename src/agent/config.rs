@@ -1,65 +1,64 @@
-//! The settings of DDPG (paper, section 5.3 and table 2) and what is wrong with them, if anything.
+//! The settings of DDPG (paper, section 5.3 and table 2) and their validation.
 
 use serde::{Deserialize, Serialize};
 
 use crate::nn::{Activation, OptimiserKind};
 use crate::validation::{Range, Setting, ValidationError, check_settings};
 
-/// Settings of [`Ddpg`](super::Ddpg) and [`Learner`](super::Learner). The defaults are the
-/// measured choices; where the paper differs, its value is named and can be set.
+/// Settings of [`Ddpg`](super::Ddpg) and [`Learner`](super::Learner). The defaults were chosen by
+/// measurement; where the paper differs, its value is given and can be set.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DdpgConfig {
-    /// Linear layers of each network, the output layer included. Paper: 3 of {3, 6, 10}.
+    /// Linear layers of each network, including the output layer. Paper: 3 of {3, 6, 10}.
     pub layers: usize,
     /// Width of the hidden layers. Paper: 64.
     pub hidden: usize,
-    /// Activation of the hidden layers; the actor ends in tanh. The paper does not say.
+    /// Activation of the hidden layers; the actor ends in tanh. Not given in the paper.
     pub activation: Activation,
-    /// Place in the observation of the point that actions are measured from, `null` to measure them
-    /// from 0. The networks then see and give differences from that point.
+    /// Index in the observation of the point that actions are measured from; `null` to measure them
+    /// from 0. If set, the networks' action inputs and outputs are relative to that point.
     pub action_origin: Option<usize>,
-    /// Bound of the uniform initial weights and biases of the output layers. The paper does not
-    /// say; 0.003 as in DDPG's own paper.
+    /// Bound of the uniform initial weights and biases of the output layers. Not given in the paper;
+    /// 0.003 as in the original DDPG paper.
     pub output_init_bound: f32,
     /// Learning rate of the actor. Paper: 1e-4 of {1e-3, 1e-4, 1e-5}.
     pub actor_learning_rate: f32,
-    /// Learning rate of the critic. Paper: 1e-4 of {1e-3, 1e-4, 1e-5}; 1e-3 learns sooner.
+    /// Learning rate of the critic. Paper: 1e-4 of {1e-3, 1e-4, 1e-5}; 1e-3 learns faster.
     pub critic_learning_rate: f32,
-    /// Transitions of an update. Paper: 128 of {32, 64, 128, 256}.
+    /// Transitions per update. Paper: 128 of {32, 64, 128, 256}.
     pub batch_size: usize,
     /// Optimiser of both networks. Paper: Adam of {Adam, SGD, RMSprop}.
     pub optimiser: OptimiserKind,
-    /// Discount of future rewards. The paper does not say.
+    /// Discount factor. Not given in the paper.
     pub gamma: f32,
-    /// Part of the way that the target networks go towards the online ones in an update. The
-    /// paper does not say.
+    /// Fraction by which the target networks move towards the online networks in each update. Not
+    /// given in the paper.
     pub tau: f32,
-    /// Transitions that the replay buffer holds. The paper does not say.
+    /// Capacity of the replay buffer, in transitions. Not given in the paper.
     pub replay_capacity: usize,
-    /// Transitions recorded before the first update. The paper does not say.
+    /// Transitions recorded before the first update. Not given in the paper.
     pub warmup_steps: usize,
-    /// Updates for every transition recorded after that. The paper does not say.
+    /// Updates per recorded transition after the warm-up. Not given in the paper.
     pub updates_per_step: usize,
     /// Range `[low, high]` that the critic's target is clamped to, `null` for none. It should
-    /// hold every return that can be earned. The paper does not say; without it the critic can
-    /// diverge.
+    /// contain every possible return. Not given in the paper; without it the critic can diverge.
     pub target_clamp: Option<[f32; 2]>,
     /// The exploration noise.
     pub ou: OuConfig,
-    /// Learning from segments that reached their stage.
+    /// Imitation of segments that reached their stage.
     pub imitation: ImitationConfig,
 }
 
-/// What is learned from segments: the transitions of an episode from one stage reached to the next.
+/// Imitation of segments: the transitions of an episode between one reached stage and the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ImitationConfig {
-    /// Share of a minibatch that is drawn from segments that reached their stage, every stage as
-    /// often; 0 for none.
+    /// Share of a minibatch that is drawn from segments that reached their stage, with equal
+    /// probability for every stage; 0 for none.
     pub share: f32,
-    /// Weight of the imitation of their actions in the actor's loss, where the critic values them
-    /// more than the actor's own (Q filter, Nair et al., 2018); 0 for none.
+    /// Weight of imitating the segments' actions in the actor's loss, for actions that the critic
+    /// values more than the actor's own (Q filter, Nair et al., 2018); 0 for none.
     pub weight: f32,
 }
 
@@ -67,11 +66,11 @@ pub struct ImitationConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct OuConfig {
-    /// Pull towards the mean in a step. Paper: 0.15 of {0.1, 0.15, 0.2}.
+    /// Rate of return to the mean, per step. Paper: 0.15 of {0.1, 0.15, 0.2}.
     pub theta: f32,
     /// Mean. Paper: 0.0 of {0.0, 0.1, 0.2}.
     pub mu: f32,
-    /// Standard deviation of a step's kick. Paper: 0.2 of {0.1, 0.2, 0.4}.
+    /// Standard deviation of the random increment, per step. Paper: 0.2 of {0.1, 0.2, 0.4}.
     pub sigma: f32,
 }
 
@@ -105,7 +104,7 @@ impl Default for OuConfig {
     }
 }
 
-/// The numbers among the settings.
+/// The numeric settings of [`DdpgConfig`].
 pub const SETTINGS: [Setting; 18] = [
     Setting::count("layers", 1, 32, "linear layers of each network, the output layer included"),
     Setting::count("hidden", 1, 1024, "width of the hidden layers"),
@@ -128,7 +127,7 @@ pub const SETTINGS: [Setting; 18] = [
         range: Range::IntervalOrNull(-1e9, 1e9),
         about: "range that the critic's target is clamped to",
     },
-    // From 2 on the process would run away from its mean.
+    // From 2 on, the process diverges from its mean.
     Setting::number("ou.theta", 1e-6, 1.999, "pull of the exploration noise towards its mean in a step"),
     Setting::number("ou.mu", -1.0, 1.0, "mean of the exploration noise"),
     Setting::number("ou.sigma", 0.0, 10.0, "standard deviation of a step's kick of the exploration noise"),
@@ -151,7 +150,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn defaults_are_valid_and_survive_json() {
+    fn defaults_are_valid_and_round_trip_through_json() {
         let config = DdpgConfig::default();
         config.validate().unwrap();
         let json = serde_json::to_string(&config).unwrap();
@@ -159,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn the_paper_s_sweep_is_selectable() {
+    fn the_paper_s_sweep_values_are_accepted() {
         for (layers, batch_size, rate, optimiser, ou) in [
             (3, 32, "1e-3", "adam", r#"{"theta": 0.1, "mu": 0.1, "sigma": 0.1}"#),
             (6, 64, "1e-4", "sgd", r#"{"theta": 0.2, "mu": 0.2, "sigma": 0.4}"#),

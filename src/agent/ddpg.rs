@@ -1,4 +1,4 @@
-//! Deep deterministic policy gradients (paper, section 2.2) and nothing else.
+//! Deep deterministic policy gradient (paper, section 2.2).
 
 use dfdx::{losses::mse_loss, prelude::*};
 use rand_chacha::ChaCha8Rng;
@@ -12,28 +12,29 @@ use crate::validation::ValidationError;
 #[derive(Clone, Debug)]
 pub struct Ddpg {
     pub(super) config: DdpgConfig,
-    /// What it chooses among, if it does.
+    /// The items that it chooses among, if any.
     pub(super) options: Option<Options>,
     pub(super) actor: Mlp,
     pub(super) critic: Mlp,
     pub(super) target_actor: Mlp,
     pub(super) target_critic: Mlp,
-    /// Acts in place of the actor, if any policy is held.
+    /// The held policy, which acts in place of the actor, if any.
     pub(super) held: Option<Mlp>,
-    /// A held policy that is kept to be returned to.
+    /// An earlier held policy, stored so that the agent can return to it.
     pub(super) proven: Option<Mlp>,
     pub(super) actor_optimiser: Optimiser,
     pub(super) critic_optimiser: Optimiser,
-    /// What the learning rate of the actor is multiplied by.
+    /// Factor of the actor's learning rate.
     pub(super) actor_rate_scale: f32,
     pub(super) device: Cpu,
 }
 
-/// Least mean magnitude that values are divided by where actions are imitated.
+/// Lower bound of the mean magnitude of values that the actor's loss is divided by during imitation.
 const LEAST_SCALE: f32 = 1e-3;
 
-/// What an update saw and did. All but the norms are means over the minibatch before the networks
-/// change; the actor's see the critic after its step. The [metrics](super#metrics) have the formulas.
+/// Metrics of an update. Except for norms and maxima they are means over the minibatch, computed before
+/// the step of the network they describe; the actor's use the critic after its step. The
+/// [metrics](super#metrics) give the formulas.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct UpdateMetrics {
     /// Mean squared difference of the critic from its target.
@@ -47,16 +48,16 @@ pub struct UpdateMetrics {
     pub max_q: f32,
     /// Fraction of the actor's action components beyond ±0.99.
     pub action_saturation: f32,
-    /// Euclidean norm of the critic's gradient, `‖∇θ critic_loss‖₂`; watch for spikes.
+    /// Euclidean norm of the critic's gradient, `‖∇θ critic_loss‖₂`; spikes indicate instability.
     pub critic_gradient_norm: f32,
-    /// Euclidean norm of the actor's gradient, `‖∇θ actor_loss‖₂`; at 0 the actor learns nothing.
+    /// Euclidean norm of the actor's gradient, `‖∇θ actor_loss‖₂`; at 0 the actor does not learn.
     pub actor_gradient_norm: f32,
 }
 
-/// Why there was no update.
+/// Why an update failed.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum UpdateError {
-    /// The batch is empty or its vectors are not those of this agent.
+    /// The batch is empty or its vectors do not match this agent.
     #[error(
         "a batch of {rows} transitions with {observations} observation and {actions} action \
          numbers does not fit an agent with {observation_len} and {action_len} of them"
@@ -73,20 +74,20 @@ pub enum UpdateError {
         /// Length of an action of the agent.
         action_len: usize,
     },
-    /// A loss is NaN or infinite. The agent cannot learn any more.
+    /// A loss is NaN or infinite. The agent cannot continue learning.
     #[error(
         "the {quantity} is {value} at update {update}: learning has diverged; lower the learning \
          rates or set `target_clamp`"
     )]
     Diverged {
-        /// Which number.
+        /// Name of the quantity.
         quantity: &'static str,
         /// Its value.
         value: f32,
         /// The update, counted from 1.
         update: u64,
     },
-    /// The optimiser refused the gradients.
+    /// The optimiser rejected the gradients.
     #[error(transparent)]
     Network(#[from] NnError),
 }
@@ -95,7 +96,7 @@ impl Ddpg {
     /// An agent with networks drawn from `rng`: actor first, then critic; targets are copies.
     ///
     /// # Errors
-    /// If the config is not valid.
+    /// If the config is invalid.
     ///
     /// # Panics
     /// If a length is 0.
@@ -108,15 +109,15 @@ impl Ddpg {
         Self::with_options(observation_len, action_len, None, config, rng)
     }
 
-    /// Like [`Ddpg::new`], for an agent that chooses among options, if there are any. Observations then
-    /// end with the numbers of those on offer, and actions with the embedding of the one taken; both
-    /// lengths are with these.
+    /// Like [`Ddpg::new`], for an agent that chooses among `options`, if given. Observations then end
+    /// with the numbers of the items on offer, and actions with the embedding of the chosen item; both
+    /// lengths include these parts.
     ///
     /// # Errors
-    /// If the config is not valid.
+    /// If the config is invalid.
     ///
     /// # Panics
-    /// If a length is 0, or nothing is left of it without the options.
+    /// If a length is 0 without the part for options.
     pub fn with_options(
         observation_len: usize,
         action_len: usize,
@@ -145,12 +146,12 @@ impl Ddpg {
         })
     }
 
-    /// Shapes of actor, `s` to `u`, and critic, `[s, u]` to `Q`, where `u` is the action `a` measured
-    /// from its origin: `a` itself, or `a - s[origin..]` with [`DdpgConfig::action_origin`]. What is on
-    /// offer is no part of `s` here, and items have no origin.
+    /// Shapes of actor, `s` to `u`, and critic, `[s, u]` to `Q`, where `u` is the action `a` relative
+    /// to its origin: `a` itself, or `a - s[origin..]` with [`DdpgConfig::action_origin`]. Here `s`
+    /// excludes the items on offer, and embeddings of items have no origin.
     ///
     /// # Errors
-    /// If the config is not valid, by itself or for these lengths.
+    /// If the config is invalid, by itself or for these lengths.
     pub(super) fn shapes(
         observation_len: usize,
         action_len: usize,
@@ -194,25 +195,25 @@ impl Ddpg {
         self.actor_rate_scale = scale;
     }
 
-    /// Acts with a copy of the target actor, which averages the last of the actor's changes, until it is
-    /// exchanged by another call or [released](Self::release_policy). Learning goes on without it.
+    /// Acts with a copy of the target actor, which averages the actor's recent changes, until another call
+    /// replaces the copy or it is [released](Self::release_policy). Learning does not affect the copy.
     pub fn hold_policy(&mut self) {
         self.held = Some(self.target_actor.clone());
     }
 
-    /// Keeps the held policy for [`return_to_proven_policy`](Self::return_to_proven_policy).
+    /// Stores the held policy for [`return_to_proven_policy`](Self::return_to_proven_policy).
     pub fn prove_policy(&mut self) {
         self.proven.clone_from(&self.held);
     }
 
-    /// Acts with the policy that was proven last; with the one held already if there is none.
+    /// Acts with the policy that was proven last; a no-op if there is none.
     pub fn return_to_proven_policy(&mut self) {
         if self.proven.is_some() {
             self.held.clone_from(&self.proven);
         }
     }
 
-    /// Acts with the actor itself, and forgets the proven policy.
+    /// Acts with the actor itself, and discards the held and proven policies.
     pub fn release_policy(&mut self) {
         (self.held, self.proven) = (None, None);
     }
@@ -227,8 +228,8 @@ impl Ddpg {
         self.held.as_ref().unwrap_or(&self.actor)
     }
 
-    /// The policy's action, `μ(s)` if none is held, for one or several observations, row-major; each
-    /// component in [-1, 1]. With options: after the choice among those on offer.
+    /// The policy's actions (`μ(s)` if no policy is held) for one or more observations, row-major; each
+    /// component is in [-1, 1]. With options, after the choice among the items on offer.
     ///
     /// # Panics
     /// If there is not a whole number of observations.
@@ -238,7 +239,7 @@ impl Ddpg {
         actions
     }
 
-    /// As [`act`](Self::act), before the choice among options.
+    /// Like [`act`](Self::act), but before the choice among options.
     pub(super) fn propose(&self, observations: &[f32]) -> Vec<f32> {
         let mut actions = predict(self.policy(), &self.seen(observations));
         self.add_origins(observations, 1.0, &mut actions);
@@ -246,14 +247,14 @@ impl Ddpg {
         actions
     }
 
-    /// Actions measured from their origins.
+    /// Actions relative to their origins.
     pub(super) fn offsets(&self, observations: &[f32], actions: &[f32]) -> Vec<f32> {
         let mut offsets = actions.to_vec();
         self.add_origins(observations, -1.0, &mut offsets);
         offsets
     }
 
-    /// Adds to every action its origin, a part of its observation, times `sign`.
+    /// Adds `sign` times its origin, a part of its observation, to every action.
     fn add_origins(&self, observations: &[f32], sign: f32, actions: &mut [f32]) {
         let Some(origin) = self.config.action_origin else { return };
         let free = self.free_len();
@@ -263,10 +264,10 @@ impl Ddpg {
         }
     }
 
-    /// `Q(s, a)` for several actions, in as many observations or all in a single one; row-major.
+    /// `Q(s, a)` for several actions, each with its own observation or all with a single one; row-major.
     ///
     /// # Panics
-    /// If the numbers of observations and actions do not fit.
+    /// If the numbers of observations and actions do not match.
     pub fn q_values(&self, observations: &[f32], actions: &[f32]) -> Vec<f32> {
         let n = actions.len() / self.action_len();
         if n > 1 && observations.len() == self.observation_len() {
@@ -276,11 +277,11 @@ impl Ddpg {
     }
 
     /// One step of DDPG on a minibatch of N transitions (s, a, r, s', d), the last M of which may be
-    /// imitated. Here actions, those of the networks too, are measured from their origins.
+    /// imitated. Here all actions, including those of the networks, are relative to their origins.
     ///
     /// # Errors
-    /// If the batch does not fit the agent, or a loss or gradient is not finite; then the agent
-    /// should not learn on.
+    /// If the batch does not match the agent, or a loss or gradient is not finite; in the latter case
+    /// the agent should not continue learning.
     pub fn update(&mut self, batch: &Batch) -> Result<UpdateMetrics, UpdateError> {
         self.check(batch)?;
         let n = batch.len();
@@ -331,8 +332,9 @@ impl Ddpg {
         Ok(metrics)
     }
 
-    /// Weights of the squared distances of the actor's actions, worth `q`, from those of the batch:
-    /// w/M in the imitated rows whose own action is worth more; none if nothing is imitated.
+    /// Weights of the squared distances between the actor's actions, which have values `q`, and the
+    /// batch's: w/M in imitated rows whose own action has a greater value, 0 elsewhere; none if nothing
+    /// is imitated.
     fn imitation_weights(&self, batch: &Batch, q: &[f32]) -> Option<Vec<f32>> {
         let (m, weight, len) = (batch.imitated, self.config.imitation.weight, self.action_len());
         if m == 0 || weight == 0.0 {
@@ -394,7 +396,7 @@ impl Ddpg {
     }
 }
 
-/// Numbers at the end of an observation and of an action that belong to options.
+/// Lengths of the parts at the end of an observation and of an action that belong to options.
 fn lengths(options: Option<&Options>) -> (usize, usize) {
     options.map_or((0, 0), |options| (options.offered(), options.embedding_len()))
 }
@@ -412,7 +414,7 @@ fn mean_and_max(values: &[f32]) -> (f32, f32) {
     (sum / values.len() as f32, values.iter().copied().fold(f32::NEG_INFINITY, f32::max))
 }
 
-/// Fraction of action components beyond ±0.99, where tanh hardly lets a gradient through.
+/// Fraction of action components beyond ±0.99, where the gradient of tanh almost vanishes.
 fn saturation(actions: &[f32]) -> f32 {
     let saturated = actions.iter().filter(|a| a.abs() > 0.99).count();
     saturated as f32 / actions.len() as f32

@@ -3,7 +3,7 @@
 /// Row `i` of `observations` followed by row `i` of `actions`, for all `rows`.
 ///
 /// # Panics
-/// If the values do not make as many whole rows.
+/// If the values are not `rows` whole rows.
 pub(super) fn join(rows: usize, observations: &[f32], actions: &[f32]) -> Vec<f32> {
     if rows == 0 {
         return Vec::new();
@@ -24,7 +24,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_stand_side_by_side() {
+    fn rows_are_joined_side_by_side() {
         let joined = join(2, &[1.0, 2.0, 3.0, 4.0], &[0.1, 0.2]);
         assert_eq!(joined, [1.0, 2.0, 0.1, 3.0, 4.0, 0.2]);
     }

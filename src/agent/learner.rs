@@ -1,4 +1,4 @@
-//! The learner: agent, replay buffer, noise and their random streams as one value.
+//! The learner: agent, replay buffer, noise and their random streams in one value.
 
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,7 @@ use super::{
 };
 use crate::validation::ValidationError;
 
-/// The random streams of a learner, one a purpose.
+/// The random streams of a learner, one per purpose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Streams {
     /// Exploration noise.
@@ -18,11 +18,11 @@ pub struct Streams {
     pub replay: ChaCha8Rng,
 }
 
-/// Everything that changes while an agent learns. [`save`](Self::save) and [`load`](Self::load)
-/// make a checkpoint of it, from which learning continues bit by bit the same.
+/// Everything that changes while an agent learns. [`save`](Self::save) writes a checkpoint and
+/// [`load`](Self::load) restores it; learning then continues bit for bit.
 ///
-/// An environment loop calls, for each episode, [`start_episode`](Self::start_episode) and then
-/// for each step [`explore`](Self::explore) (or chooses an action of its own),
+/// For each episode, an environment loop calls [`start_episode`](Self::start_episode), and then for
+/// each step [`explore`](Self::explore) (or chooses an action in another way),
 /// [`record`](Self::record) and [`learn`](Self::learn).
 #[derive(Clone, Debug)]
 pub struct Learner {
@@ -30,23 +30,23 @@ pub struct Learner {
     pub(super) replay: ReplayBuffer,
     pub(super) noise: OrnsteinUhlenbeck,
     pub(super) streams: Streams,
-    /// Transitions recorded so far, those overwritten included.
+    /// Number of transitions recorded so far, including overwritten ones.
     pub(super) recorded: u64,
     /// Segments that reached their stage.
     pub(super) segments: Segments,
-    /// Memory of the minibatch; holds nothing between updates that matters.
+    /// Memory of the minibatch; its content is not needed between updates.
     pub(super) batch: Batch,
 }
 
 impl Learner {
-    /// A learner that knows nothing, its networks drawn from `initialisation`; of an agent that chooses among options
-    /// if there are any, as [`Ddpg::with_options`].
+    /// An untrained learner, with networks drawn from `initialisation`. Lengths and options are those of
+    /// [`Ddpg::with_options`].
     ///
     /// # Errors
-    /// If the config is not valid.
+    /// If the config is invalid.
     ///
     /// # Panics
-    /// If a length is 0, or nothing is left of it without the options.
+    /// If a length is 0 without the part for options.
     pub fn new(
         observation_len: usize,
         action_len: usize,
@@ -66,10 +66,11 @@ impl Learner {
         })
     }
 
-    /// Goes on learning with other settings.
+    /// Changes the settings.
     ///
     /// # Errors
-    /// Names the setting that cannot change: what was learned has another shape with it.
+    /// When a setting is invalid or cannot change because the learned state depends on it; names the
+    /// setting.
     pub fn change(&mut self, config: &DdpgConfig) -> Result<(), ValidationError> {
         config.validate()?;
         let old = &self.ddpg.config;
@@ -96,7 +97,7 @@ impl Learner {
         &self.ddpg
     }
 
-    /// The transitions held.
+    /// The replay buffer.
     pub fn replay(&self) -> &ReplayBuffer {
         &self.replay
     }
@@ -106,7 +107,7 @@ impl Learner {
         &self.noise
     }
 
-    /// Transitions recorded so far, those overwritten included.
+    /// Number of transitions recorded so far, including overwritten ones.
     pub fn recorded(&self) -> u64 {
         self.recorded
     }
@@ -116,7 +117,7 @@ impl Learner {
         self.noise.set_scale(scale);
     }
 
-    /// Begins an episode: the noise starts again at its mean.
+    /// Begins an episode: resets the noise to its mean.
     pub fn start_episode(&mut self) {
         self.noise.reset();
         if self.has_segments() {
@@ -124,19 +125,19 @@ impl Learner {
         }
     }
 
-    /// Notes that the latest transition reached a stage.
+    /// Records that the latest transition reached a stage.
     pub fn reach(&mut self, stage: usize) {
         if self.has_segments() {
             self.segments.reach(stage, self.recorded);
         }
     }
 
-    /// Whether anything is learned from segments.
+    /// Whether segments are used.
     fn has_segments(&self) -> bool {
         self.ddpg.config().imitation.share > 0.0
     }
 
-    /// The networks, to change which policy acts.
+    /// The networks, mutable, for changing the policy that acts.
     pub fn ddpg_mut(&mut self) -> &mut Ddpg {
         &mut self.ddpg
     }
@@ -147,7 +148,7 @@ impl Learner {
     }
 
     /// `clip(μ(s) + noise, -1, 1)`: the exploratory action (paper, equation 2). The greedy one is
-    /// `self.ddpg().act(observation)`. With options the noise comes before the choice among them.
+    /// `self.ddpg().act(observation)`. With options, noise is added before the choice among them.
     ///
     /// # Panics
     /// If the observation has the wrong length.
@@ -158,10 +159,10 @@ impl Learner {
         action
     }
 
-    /// Puts a transition into the replay buffer.
+    /// Adds a transition to the replay buffer.
     ///
     /// # Errors
-    /// If its vectors have wrong lengths or hold numbers that are not finite.
+    /// If its vectors have wrong lengths or contain numbers that are not finite.
     pub fn record(&mut self, transition: Transition<'_>) -> Result<(), ReplayError> {
         self.replay.push(transition)?;
         self.recorded += 1;
@@ -187,7 +188,7 @@ impl Learner {
         Ok(metrics)
     }
 
-    /// Draws a minibatch: uniformly, but for the share that comes from segments.
+    /// Draws a minibatch: uniformly, except for the share from segments.
     pub(super) fn sample(&mut self, count: usize) {
         let Self { ddpg, replay, segments, batch, recorded, streams: Streams { replay: rng, .. }, .. } = self;
         segments.forget_before(*recorded - replay.len() as u64);
@@ -196,7 +197,7 @@ impl Learner {
         replay.sample(count - imitated, rng, batch);
         for _ in 0..imitated {
             let age = *recorded - 1 - segments.sample(rng);
-            batch.push(replay.latest(age as usize).expect("segments that are not held any more are forgotten"));
+            batch.push(replay.latest(age as usize).expect("overwritten segments have been removed"));
         }
         batch.imitated = imitated;
     }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::config::OuConfig;
 
-/// A process that is drawn back to its mean and kicked at every step, component by component:
+/// A mean-reverting random process, independent for each component:
 /// `x += theta * (mu - x) + scale * sigma * N(0, 1)`.
 ///
 /// The time step is 1, as in the usual DDPG implementations. With `scale` 1 its stationary
@@ -27,22 +27,22 @@ impl OrnsteinUhlenbeck {
         Self { parameters, scale: 1.0, state: vec![parameters.mu; action_len] }
     }
 
-    /// Puts the process back to its mean: call it at the start of an episode. The scale stays.
+    /// Resets the process to its mean at the start of an episode. The scale is unchanged.
     pub fn reset(&mut self) {
         self.state.fill(self.parameters.mu);
     }
 
-    /// Multiplies sigma by `scale` from now on: the hook for an annealing schedule.
+    /// Multiplies sigma by `scale` from now on, for annealing schedules.
     pub fn set_scale(&mut self, scale: f32) {
         self.scale = scale;
     }
 
-    /// What sigma is multiplied by.
+    /// The factor of sigma.
     pub fn scale(&self) -> f32 {
         self.scale
     }
 
-    /// The present value, one number for each action component.
+    /// The current value, one number per action component.
     pub fn state(&self) -> &[f32] {
         &self.state
     }
@@ -56,7 +56,7 @@ impl OrnsteinUhlenbeck {
         &self.state
     }
 
-    /// Makes a step and turns `action` into the exploratory one, `clip(action + x, -1, 1)`
+    /// Makes a step and turns `action` into the exploratory action, `clip(action + x, -1, 1)`
     /// (paper, equation 2).
     pub fn perturb(&mut self, action: &mut [f32], rng: &mut ChaCha8Rng) {
         for (a, x) in action.iter_mut().zip(self.step(rng)) {
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn a_saved_process_goes_on_equally() {
+    fn a_process_round_trips_through_json() {
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         let mut noise = OrnsteinUhlenbeck::new(2, OuConfig::default());
         noise.set_scale(0.3);

@@ -1,71 +1,71 @@
-//! What an agent chooses among: items that are known by their embeddings.
+//! Items that an agent chooses among, represented by embeddings.
 
 use std::sync::Arc;
 
-/// Items of which an agent takes one with every action, each known by a point, its embedding. Which
-/// of them are on offer may change with every observation, and items that were never offered before
-/// are met by where they are.
+/// Items of which an agent chooses one with every action; each is represented by a point, its
+/// embedding. The items on offer may change with every observation, and an item that was never offered
+/// before can be chosen by its embedding.
 ///
 /// An agent with options is Wolpertinger (Dulac-Arnold et al., 2015: "Deep Reinforcement Learning in
-/// Large Discrete Action Spaces") on DDPG, with a part of the action that stays continuous: the actor
-/// gives that part and the point of an item that need not exist, a proto item; of the items on offer
-/// the [`candidates`](Self::candidates) nearest to it are looked at, and the critic takes the one
-/// that it values most. Its observations end with the numbers of the items on offer, which the
-/// networks do not see, and its actions with the embedding of the item taken. That items are described
-/// by what they are, so that a policy generalises over sets of them, follows Jain et al., 2020
+/// Large Discrete Action Spaces") on DDPG, with a part of the action that stays continuous. The actor
+/// outputs that part and the embedding of an item that need not exist, the proto item. The
+/// [`candidates`](Self::candidates) nearest to it among the items on offer are evaluated, and the one
+/// that the critic values most is taken. Observations end with the numbers of the items on offer, which
+/// the networks do not see, and actions end with the embedding of the item taken. Describing items by
+/// their properties, so that a policy generalises over sets of items, follows Jain et al., 2020
 /// ("Generalization to New Actions in Reinforcement Learning").
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Numbers of an embedding, at least 1.
+    /// Length of an embedding, at least 1.
     len: usize,
-    /// Embeddings, one a row.
+    /// Embeddings, one per row.
     embeddings: Arc<[f32]>,
     offered: usize,
     candidates: usize,
 }
 
 impl Options {
-    /// Items with these embeddings, one a row of `len` numbers. At most `offered` are on offer at a
-    /// time: so many numbers end an observation, and those that are no item's fill it up.
+    /// Items with these embeddings, one per row of `len` numbers. At most `offered` items are on offer at
+    /// a time: an observation ends with this many numbers, and unused ones do not denote any item.
     ///
     /// # Panics
-    /// If the embeddings do not make whole rows, or a count is 0.
+    /// If the embeddings are not whole rows, or a count is 0.
     pub fn new(len: usize, embeddings: Vec<f32>, offered: usize, candidates: usize) -> Self {
         assert!(len > 0 && offered > 0 && candidates > 0 && embeddings.len().is_multiple_of(len), "options");
         Self { len, embeddings: embeddings.into(), offered, candidates }
     }
 
-    /// Numbers of an embedding.
+    /// Length of an embedding.
     pub fn embedding_len(&self) -> usize {
         self.len
     }
 
-    /// All embeddings, one a row.
+    /// All embeddings, one per row.
     pub fn embeddings(&self) -> &[f32] {
         &self.embeddings
     }
 
-    /// Items on offer at a time, at most.
+    /// Maximum number of items on offer at a time.
     pub fn offered(&self) -> usize {
         self.offered
     }
 
-    /// Items that the critic looks at for an action.
+    /// Number of items that the critic evaluates for an action.
     pub fn candidates(&self) -> usize {
         self.candidates
     }
 
-    /// The same items; from now on the critic looks at another number of them, at least 1.
+    /// Sets the number of items that the critic evaluates for an action, at least 1.
     pub(super) fn set_candidates(&mut self, candidates: usize) {
         self.candidates = candidates.max(1);
     }
 
-    /// The embedding of an item; none if there is no item of that number.
+    /// The embedding of an item; none if there is no item with this number.
     pub fn embedding(&self, number: usize) -> Option<&[f32]> {
         self.embeddings.get(number.checked_mul(self.len)?..)?.get(..self.len)
     }
 
-    /// The place in `offer` of the item nearest to a point; none if nothing is on offer.
+    /// The index in `offer` of the item nearest to a point; none if nothing is on offer.
     pub fn nearest(&self, offer: &[f32], point: &[f32]) -> Option<usize> {
         self.by_distance(offer, point).first().map(|(place, _)| *place)
     }
@@ -76,7 +76,8 @@ impl Options {
         ordered.take(self.candidates).map(|(_, embedding)| embedding).collect()
     }
 
-    /// Places in `offer` and embeddings of its items, the nearest first; of two as near the first.
+    /// Indices in `offer` and embeddings of its items, the nearest first; equally near ones keep their
+    /// order.
     fn by_distance(&self, offer: &[f32], point: &[f32]) -> Vec<(usize, &[f32])> {
         let distance = |embedding: &[f32]| embedding.iter().zip(point).map(|(a, b)| (a - b).powi(2)).sum::<f32>();
         let items = offer.iter().enumerate().filter_map(|(place, number)| Some((place, self.item(*number)?)));
@@ -85,7 +86,7 @@ impl Options {
         items.into_iter().map(|(_, place, embedding)| (place, embedding)).collect()
     }
 
-    /// The embedding of the item that a number of an observation stands for, if it is an item's.
+    /// The embedding of the item that a number of an observation denotes, if it denotes one.
     fn item(&self, number: f32) -> Option<&[f32]> {
         (number >= 0.0 && number.fract() == 0.0).then(|| self.embedding(number as usize))?
     }
@@ -95,20 +96,20 @@ impl Options {
 mod tests {
     use super::*;
 
-    /// Four points on a line, of which the critic looks at two.
+    /// Four points on a line; the critic evaluates two.
     fn line() -> Options {
         Options::new(1, vec![-1.0, -0.5, 0.5, 1.0], 5, 2)
     }
 
     #[test]
-    fn the_nearest_on_offer_are_the_candidates() {
+    fn the_nearest_items_on_offer_are_the_candidates() {
         let near = |offer: &[f32], point: f32| -> Vec<f32> {
             line().near(offer, &[point]).into_iter().map(|embedding| embedding[0]).collect()
         };
         assert_eq!(near(&[0.0, 1.0, 2.0, 3.0], 0.6), [0.5, 1.0]);
         assert_eq!(near(&[3.0, 0.0, 1.0], 0.6), [1.0, -0.5], "others are not on offer");
-        assert_eq!(near(&[2.0, 1.0], 0.0), [0.5, -0.5], "of two as near the first");
-        assert_eq!(near(&[-1.0, 2.0, 4.0, 0.5, f32::NAN], 0.0), [0.5], "what is no item is none");
+        assert_eq!(near(&[2.0, 1.0], 0.0), [0.5, -0.5], "equally near: the first of the offer first");
+        assert_eq!(near(&[-1.0, 2.0, 4.0, 0.5, f32::NAN], 0.0), [0.5], "other numbers denote no item");
         assert_eq!(line().nearest(&[-1.0, 3.0, 2.0], &[0.0]), Some(2));
         assert_eq!(line().nearest(&[-1.0, 7.0], &[0.0]), None);
     }

@@ -1,5 +1,5 @@
 //! Probe environments in which only one thing can go wrong, and a small task with a known
-//! optimum: if one of these fails, its name says which part of the algorithm is broken.
+//! optimum. The name of a failing probe tells which part of the algorithm is broken.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -25,7 +25,7 @@ fn config() -> DdpgConfig {
     }
 }
 
-/// One step of experience of a probe, actions drawn evenly from [-1, 1].
+/// Appends experience of a probe to a batch, with actions drawn uniformly from [-1, 1].
 type Probe = fn(&mut ChaCha8Rng, &mut Batch);
 
 fn push(batch: &mut Batch, s: f32, a: f32, r: f32, next_s: f32, terminated: bool) {
@@ -112,7 +112,7 @@ fn observation_to_action() {
 }
 
 #[test]
-fn saturation_is_seen() {
+fn saturation_is_reported() {
     let (ddpg, metrics) = trained(&config(), 1000, |rng, batch| {
         let a = any_action(rng);
         push(batch, 0.0, a, a, 0.0, true);
@@ -124,8 +124,8 @@ fn saturation_is_seen() {
 #[test]
 fn truncation_bootstraps_and_termination_does_not() {
     let config = DdpgConfig { gamma: 0.5, ..config() };
-    // The same experience, in which each episode is one step long: cut off, the value is that of
-    // going on, 1 / (1 - γ).
+    // The same experience of one-step episodes: if truncated, the value is that of continuing
+    // forever, 1 / (1 - γ).
     let (truncated, _) = trained(&config, 1000, |rng, batch| {
         push(batch, 0.0, any_action(rng), 1.0, 0.0, false);
     });
@@ -145,9 +145,9 @@ fn targets_are_clamped() {
     assert_near(ddpg.q_values(&[0.0], &[0.0])[0], 1.5, 0.05);
 }
 
-/// The ball `x` is pushed by up to half a unit towards 0 in ten steps, which cost its squared
-/// position. The best push is `clip(-2 x, -1, 1)`; from |x| up to 1 it costs
-/// `max(|x| - 0.5, 0)²`, once.
+/// Pushes the ball `x` by up to half a unit per step; each step costs the squared position. Returns the
+/// new position and the reward. The best push is `clip(-2 x, -1, 1)`; from |x| up to 1 its total cost
+/// is `max(|x| - 0.5, 0)²`.
 fn push_to_the_middle(x: f32, a: f32) -> (f32, f32) {
     let next_x = x + 0.5 * a;
     (next_x, -next_x.powi(2))
@@ -184,7 +184,7 @@ fn a_small_task_is_solved_close_to_its_optimum() {
                 action: &action,
                 reward,
                 next_observation: &[next_x],
-                // The end of the tenth step is a time limit, not an end of the task.
+                // The tenth step ends at a time limit, which is not a termination.
                 terminated: false,
             };
             learner.record(transition).unwrap();
@@ -198,7 +198,7 @@ fn a_small_task_is_solved_close_to_its_optimum() {
 }
 
 #[test]
-fn noise_is_what_the_config_says() {
+fn noise_follows_the_config() {
     let config = DdpgConfig { ou: OuConfig { theta: 1.0, mu: 0.3, sigma: 0.0 }, ..config() };
     let streams = Streams { noise: rng(4), replay: rng(5) };
     let mut learner = Learner::new(1, 1, None, &config, &mut rng(3), streams).unwrap();

@@ -1,9 +1,9 @@
 //! The replay buffer: a ring of transitions and uniform minibatches from it.
 //!
-//! One transition is one contiguous row, so that a minibatch touches as few cache lines as it
-//! can. What an agent saw after a step is mostly what it saw before the following one: the next
-//! observation is kept once, in the row behind, unless an episode ends there. Storage grows with
-//! what is recorded, up to the capacity.
+//! One transition is one contiguous row, so that a minibatch touches as few cache lines as
+//! possible. The next observation of a step usually equals the observation of the following step, so
+//! it is stored only once, in the following row, unless an episode ends there. Storage grows with
+//! the recorded transitions, up to the capacity.
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -14,18 +14,17 @@ mod codec;
 /// One step of experience, `(s, a, r, s', d)`, borrowed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition<'a> {
-    /// `s`: what the agent saw.
+    /// `s`: the observation.
     pub observation: &'a [f32],
-    /// `a`: what it did, each component in [-1, 1].
+    /// `a`: the action, each component in [-1, 1].
     pub action: &'a [f32],
-    /// `r`: what it got.
+    /// `r`: the reward.
     pub reward: f32,
-    /// `s'`: what it saw next. At a time limit this is the true last observation of the episode,
+    /// `s'`: the next observation. At a time limit this is the true last observation of the episode,
     /// not the first of the next one.
     pub next_observation: &'a [f32],
-    /// `d`: whether `s'` is a terminal state, after which nothing can be earned. An episode that
-    /// was only cut off (truncated) is stored with `false`, so that its value is still
-    /// bootstrapped from `s'`.
+    /// `d`: whether `s'` is a terminal state, after which no reward is possible. The last transition
+    /// of a truncated episode is stored with `false`, so that its value is still bootstrapped from `s'`.
     pub terminated: bool,
 }
 
@@ -42,7 +41,7 @@ pub struct Batch {
     pub next_observations: Vec<f32>,
     /// `d`, shape `[n]`.
     pub terminated: Vec<bool>,
-    /// M: so many transitions, the last ones, are from segments that reached their stage.
+    /// M: the number of transitions, at the end of the batch, from segments that reached their stage.
     pub imitated: usize,
 }
 
@@ -77,13 +76,13 @@ impl Batch {
     }
 }
 
-/// Why a replay buffer refused a transition or its saved bytes.
+/// Why a replay buffer rejected a transition or its saved bytes.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ReplayError {
     /// A vector of the transition has the wrong length.
     #[error("the transition's {part} has {found} numbers, but this buffer holds {expected}")]
     Length {
-        /// Which vector.
+        /// Name of the vector.
         part: &'static str,
         /// Its length.
         found: usize,
@@ -93,7 +92,7 @@ pub enum ReplayError {
     /// A number of the transition is NaN or infinite and would poison the networks.
     #[error("the transition's {part} contains {value}, but only finite numbers can be learned from")]
     NotFinite {
-        /// Which part.
+        /// Name of the vector or number.
         part: &'static str,
         /// The number.
         value: f32,
@@ -111,17 +110,17 @@ pub struct ReplayBuffer {
     capacity: usize,
     /// Slot that the next transition is written to.
     next: usize,
-    /// Rows `[s, a, r]`, one a slot.
+    /// Rows `[s, a, r]`, one per slot.
     rows: Vec<f32>,
-    /// `s'` where the following slot does not begin with it, and always that of the latest
-    /// transition: the row behind it will be written over.
+    /// `s'` of each slot, unless the following slot begins with it. Always present for the latest
+    /// transition, because the following row will be overwritten.
     next_observations: Vec<Option<Box<[f32]>>>,
-    /// `d`, one a slot.
+    /// `d`, one per slot.
     terminated: Vec<bool>,
 }
 
 impl ReplayBuffer {
-    /// An empty buffer for vectors of the given lengths. A `capacity` of 0 is taken as 1.
+    /// An empty buffer for vectors of the given lengths. A `capacity` of 0 is treated as 1.
     pub fn new(observation_len: usize, action_len: usize, capacity: usize) -> Self {
         Self {
             observation_len,
@@ -173,10 +172,10 @@ impl ReplayBuffer {
         Some(Transition { observation, action, reward: reward[0], next_observation, terminated })
     }
 
-    /// Records a transition, over the oldest one if the buffer is full.
+    /// Records a transition; overwrites the oldest one if the buffer is full.
     ///
     /// # Errors
-    /// If a vector has the wrong length or a number is not finite; nothing is recorded then.
+    /// If a vector has the wrong length or a number is not finite; then nothing is recorded.
     pub fn push(&mut self, transition: Transition<'_>) -> Result<(), ReplayError> {
         self.check(&transition)?;
         let slot = self.next;
@@ -206,18 +205,18 @@ impl ReplayBuffer {
         Ok(())
     }
 
-    /// Fills `batch` with `count` transitions drawn uniformly with replacement. From an empty
-    /// buffer the batch comes back empty.
+    /// Fills `batch` with `count` transitions drawn uniformly with replacement; leaves it empty if the
+    /// buffer is empty.
     pub fn sample(&self, count: usize, rng: &mut ChaCha8Rng, batch: &mut Batch) {
         batch.clear();
         for _ in 0..if self.is_empty() { 0 } else { count } {
-            // A u64 draw is the same on machines of every word size.
+            // A u64 draw is the same for every word size.
             let index = rng.gen_range(0..self.len() as u64) as usize;
             batch.push(self.get(index).expect("the index is below the length"));
         }
     }
 
-    /// The transition that was recorded `age` transitions before the latest one, if it is still held.
+    /// The transition recorded `age` transitions before the latest one, if it is still held.
     pub fn latest(&self, age: usize) -> Option<Transition<'_>> {
         let slot = (age < self.len()).then(|| (self.next + self.capacity - 1 - age) % self.capacity);
         self.get(slot?)
@@ -251,7 +250,7 @@ impl ReplayBuffer {
     }
 }
 
-/// Equal bits, not equal numbers: 0 and -0 differ.
+/// The bits of the values, for comparisons in which 0 and -0 differ.
 fn bits(values: &[f32]) -> impl Iterator<Item = u32> {
     values.iter().map(|value| value.to_bits())
 }
@@ -277,14 +276,15 @@ mod tests {
     }
 
     #[test]
-    fn what_is_kept_once_is_never_seen_to_be() {
+    fn sharing_of_observations_is_not_visible() {
         let mut rng = ChaCha8Rng::seed_from_u64(5);
         for capacity in 1..6 {
             let mut buffer = ReplayBuffer::new(1, 1, capacity);
             let mut ring: Vec<[f32; 2]> = Vec::new();
             let mut seen = 0.0;
             for step in 0..200 {
-                // Few values: a new episode often begins as an old one ended, and 0 meets -0.
+                // With few values, a new episode often begins with the observation that ended the previous
+                // one, and 0 meets -0.
                 let value = |rng: &mut ChaCha8Rng| [0.0, -0.0, 1.0][rng.gen_range(0..3)];
                 let begins = rng.gen_bool(0.3);
                 let pair = [if begins { value(&mut rng) } else { seen }, value(&mut rng)];
@@ -347,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_are_whole_transitions_drawn_evenly() {
+    fn samples_are_whole_transitions_drawn_uniformly() {
         let mut buffer = ReplayBuffer::new(2, 1, 10);
         numbered(&mut buffer, 0..10);
         let (mut batch, mut counts) = (Batch::default(), [0; 10]);

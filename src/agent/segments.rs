@@ -1,4 +1,4 @@
-//! Which recorded transitions belong to segments that reached their stage.
+//! Bookkeeping of the recorded transitions that belong to segments that reached their stage.
 
 use std::collections::VecDeque;
 
@@ -6,13 +6,13 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-/// Segments of episodes by the stage that they reached. A segment is the transitions from one stage
-/// reached, or the start of the episode, to the next; transitions are numbered from 0 in the order
+/// Segments of episodes by the stage that they reached. A segment consists of the transitions from one
+/// reached stage, or the start of the episode, to the next; transitions are numbered from 0 in the order
 /// of recording.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Segments {
-    /// First transition since the latest stage reached.
+    /// First transition after the latest reached stage.
     start: u64,
     /// First transition and length of the segments of each stage, the oldest first.
     by_stage: Vec<VecDeque<(u64, u64)>>,
@@ -24,7 +24,7 @@ impl Segments {
         self.start = next;
     }
 
-    /// Notes that the transition before number `next` reached `stage`.
+    /// Records that the transition before number `next` reached `stage`.
     pub fn reach(&mut self, stage: usize, next: u64) {
         if self.by_stage.len() <= stage {
             self.by_stage.resize(stage + 1, VecDeque::new());
@@ -35,7 +35,7 @@ impl Segments {
         self.start = next;
     }
 
-    /// Forgets segments that begin before transition number `oldest`.
+    /// Removes segments that begin before transition number `oldest`.
     pub fn forget_before(&mut self, oldest: u64) {
         for segments in &mut self.by_stage {
             while segments.front().is_some_and(|(start, _)| *start < oldest) {
@@ -49,7 +49,7 @@ impl Segments {
         *self == Self::default()
     }
 
-    /// Whether this can be so after `recorded` transitions.
+    /// Whether this state is possible after `recorded` transitions.
     pub fn is_possible(&self, recorded: u64) -> bool {
         let is_before =
             |&(start, length): &(u64, u64)| length > 0 && start.checked_add(length).is_some_and(|end| end <= recorded);
@@ -62,14 +62,14 @@ impl Segments {
         self.by_stage.iter().all(VecDeque::is_empty)
     }
 
-    /// The number of a transition: of every stage that was reached as often, of its segments as
-    /// often.
+    /// The number of a random transition: first a reached stage is drawn, then one of its segments, then a
+    /// transition of that, each uniformly.
     ///
     /// # Panics
     /// If there is no segment.
     pub fn sample(&self, rng: &mut ChaCha8Rng) -> u64 {
         let stages = self.by_stage.iter().filter(|segments| !segments.is_empty());
-        // A u64 draw is the same on machines of every word size.
+        // A u64 draw is the same for every word size.
         let stage = rng.gen_range(0..stages.clone().count() as u64) as usize;
         let segments = stages.clone().nth(stage).expect("the index is below the count");
         let (start, length) = segments[rng.gen_range(0..segments.len() as u64) as usize];
@@ -83,8 +83,8 @@ mod tests {
 
     use super::*;
 
-    /// Two episodes: transitions 0 to 4 reach stages 0 and 1 after 3 and 5 of them, 5 to 8 reach
-    /// stage 0 after one and no other.
+    /// Two episodes: transitions 0 to 4 reach stages 0 and 1 after 3 and 5 steps; transitions 5 to 8
+    /// reach stage 0 after one step and no other stage.
     fn segments() -> Segments {
         let mut segments = Segments::default();
         segments.begin(0);
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn stages_and_their_segments_are_drawn_as_often() {
+    fn stages_and_their_segments_are_drawn_uniformly() {
         let expected = [1000, 1000, 1000, 3000, 3000, 3000, 0, 0, 0];
         for (transition, (found, expected)) in counts(&segments()).into_iter().zip(expected).enumerate() {
             assert!(found.abs_diff(expected) <= expected / 10, "transition {transition}: {found}, not {expected}");
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn damage_is_seen() {
+    fn damage_is_detected() {
         let read = |text: &str| serde_json::from_str::<Segments>(text).unwrap();
         for (text, possible) in [
             (r#"{"start": 9, "by_stage": [[[0, 3], [5, 1]], [[3, 2]]]}"#, true),
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_overwritten_is_forgotten() {
+    fn overwritten_segments_are_removed() {
         let mut segments = segments();
         segments.forget_before(1);
         let found = counts(&segments);

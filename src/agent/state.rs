@@ -1,4 +1,4 @@
-//! Agents and learners on their way to a disk and back, to the bit.
+//! Saving and loading of agents and learners, bit for bit.
 //!
 //! An agent is a safetensors file: networks as `actor.0.weight`, `target_critic.2.bias` and so
 //! on, moments as `actor_optimiser.mean`, and the rest as JSON in the metadata.
@@ -13,12 +13,12 @@ use crate::nn::{Mlp, MlpShape, Optimiser, TensorFile, TensorFileError};
 use crate::validation::ValidationError;
 
 const VERSION: u32 = 1;
-/// Longest vectors believed of a file.
+/// Maximum length of vectors that is accepted from a file.
 const MAX_LEN: usize = 1 << 20;
 const AGENT_KEY: &str = "agent";
 const LEARNER_KEY: &str = "learner";
 
-/// A saved learner: two files' contents that belong together.
+/// A saved learner: the contents of two files that belong together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checkpoint {
     /// Agent, noise, streams and counters, as safetensors. [`Ddpg::load`] reads it as well.
@@ -30,24 +30,24 @@ pub struct Checkpoint {
 /// Why a saved agent or learner could not be loaded.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum StateError {
-    /// The tensors are not those of an agent.
+    /// The tensors do not form an agent.
     #[error("the saved agent cannot be used: {0}")]
     Tensors(#[from] TensorFileError),
-    /// The metadata is not that of an agent or learner.
+    /// The metadata is not valid for an agent or learner.
     #[error("the saved agent cannot be used: its `{key}` metadata is wrong: {reason}")]
     Metadata {
-        /// Which entry.
+        /// Name of the entry.
         key: &'static str,
         /// What is wrong with it.
         reason: String,
     },
-    /// It was written by another version of the program.
+    /// The file has another format version.
     #[error("the saved agent has format {found}, but this program reads {VERSION}; train again")]
     Version {
         /// The version found.
         found: u32,
     },
-    /// Its settings are not valid.
+    /// The settings are invalid.
     #[error("the saved agent cannot be used: {0}")]
     Config(#[from] ValidationError),
     /// The replay buffer cannot be read.
@@ -58,7 +58,7 @@ pub enum StateError {
     Foreign,
 }
 
-/// The part of an agent that is not tensors.
+/// The part of an agent that is not stored as tensors.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct AgentState {
@@ -74,7 +74,7 @@ struct AgentState {
     options: Option<OptionsState>,
 }
 
-/// What an agent chooses among, but for the embeddings, which are a tensor.
+/// The agent's options without the embeddings, which are a tensor.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct OptionsState {
@@ -104,14 +104,14 @@ impl Ddpg {
     /// The agent that [`save`](Self::save) wrote.
     ///
     /// # Errors
-    /// If the bytes are damaged or anything else.
+    /// If the bytes are damaged or not an agent.
     pub fn load(bytes: &[u8]) -> Result<Self, StateError> {
         Self::from_file(&TensorFile::from_bytes(bytes)?)
     }
 
-    /// The policy alone, the held one if there is one, as safetensors bytes, for other programs: `actor.N.weight` (inputs x
-    /// outputs) and `actor.N.bias` of its layers, and in the metadata entry `mge`, as JSON,
-    /// their number, the activations of the hidden layers and of the output, and the
+    /// Only the policy that acts, as safetensors bytes for other programs: `actor.N.weight` (inputs x
+    /// outputs) and `actor.N.bias` of its layers. The metadata entry `mge` contains, as JSON, the number of
+    /// layers, the activations of the hidden layers and of the output, and the
     /// [origin](DdpgConfig::action_origin) of actions if there is one.
     pub fn export_actor(&self) -> Vec<u8> {
         let mut file = TensorFile::default();
@@ -250,7 +250,7 @@ fn read_metadata<T: for<'a> Deserialize<'a>>(file: &TensorFile, key: &'static st
     serde_json::from_str(text).map_err(|error| StateError::Metadata { key, reason: error.to_string() })
 }
 
-/// The agent's metadata, its version looked at before anything that may have changed with it.
+/// The agent's metadata. The version is checked first, because other fields depend on it.
 fn read_agent_state(file: &TensorFile) -> Result<AgentState, StateError> {
     #[derive(Deserialize)]
     struct Version {
@@ -263,11 +263,11 @@ fn read_agent_state(file: &TensorFile) -> Result<AgentState, StateError> {
     read_metadata(file, AGENT_KEY)
 }
 
-/// The optimiser saved under `name`, if it is of the kind that `config` asks for.
+/// The optimiser saved under `name`; an error if its kind is not that of `config`.
 fn load_optimiser(file: &TensorFile, name: &'static str, config: &DdpgConfig) -> Result<Optimiser, StateError> {
     let optimiser = Optimiser::load(file, name)?;
     if optimiser.kind() != config.optimiser {
-        let reason = format!("{name} is of another kind than the config says");
+        let reason = format!("the kind of {name} differs from that in the config");
         return Err(StateError::Metadata { key: AGENT_KEY, reason });
     }
     Ok(optimiser)

@@ -1,4 +1,4 @@
-//! What the agent guarantees: the target update, equal runs, resuming to the bit, clear errors.
+//! The agent's guarantees: target update, reproducible runs, exact resuming, clear errors.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -26,8 +26,7 @@ fn learner(config: &DdpgConfig, seed: u64) -> Learner {
     Learner::new(OBSERVATION, ACTION, None, config, &mut rng(seed), streams).unwrap()
 }
 
-/// Lets the learner live through steps number `steps` of a made-up world, in which everything
-/// follows from its actions.
+/// Runs the learner through the steps `steps` of a synthetic, deterministic environment.
 fn live(learner: &mut Learner, steps: std::ops::Range<usize>) {
     for step in steps {
         if step % 10 == 0 {
@@ -75,7 +74,7 @@ fn tensors(ddpg: &Ddpg) -> Vec<(String, Vec<f32>)> {
 }
 
 #[test]
-fn targets_start_equal_and_follow_by_tau() {
+fn targets_start_equal_and_move_by_tau() {
     let tau = 0.25;
     let mut ddpg = Ddpg::new(OBSERVATION, ACTION, &DdpgConfig { tau, ..small() }, &mut rng(1)).unwrap();
     let before = tensors(&ddpg);
@@ -99,7 +98,7 @@ fn targets_start_equal_and_follow_by_tau() {
 }
 
 #[test]
-fn metrics_are_those_of_the_batch() {
+fn metrics_describe_the_batch() {
     let mut ddpg = Ddpg::new(OBSERVATION, ACTION, &small(), &mut rng(1)).unwrap();
     let batch = any_batch(2);
     let q = ddpg.q_values(&batch.observations, &batch.actions);
@@ -116,8 +115,8 @@ fn metrics_are_those_of_the_batch() {
 }
 
 #[test]
-fn the_target_is_made_by_the_target_networks() {
-    // Targets that stay behind: the online networks would give another loss.
+fn the_target_is_computed_with_the_target_networks() {
+    // Target networks lag behind, so the online networks would give another loss.
     let rates = DdpgConfig { actor_learning_rate: 0.02, critic_learning_rate: 0.02, ..small() };
     let config = DdpgConfig { tau: 0.001, output_init_bound: 0.5, ..rates };
     let mut ddpg = Ddpg::new(OBSERVATION, ACTION, &config, &mut rng(1)).unwrap();
@@ -144,14 +143,14 @@ fn the_target_is_made_by_the_target_networks() {
 }
 
 #[test]
-fn one_observation_serves_many_actions() {
+fn one_observation_can_be_used_for_many_actions() {
     let ddpg = Ddpg::new(OBSERVATION, ACTION, &small(), &mut rng(1)).unwrap();
     let (observation, actions) = ([0.5; OBSERVATION], [0.1, 0.2, 0.3, 0.4]);
     assert_eq!(ddpg.q_values(&observation, &actions), ddpg.q_values(&[0.5; 2 * OBSERVATION], &actions));
 }
 
 #[test]
-fn the_networks_see_actions_from_their_origin() {
+fn the_networks_see_actions_relative_to_their_origin() {
     let moved = DdpgConfig { action_origin: Some(1), ..small() };
     let mut relative = Ddpg::new(OBSERVATION, ACTION, &moved, &mut rng(1)).unwrap();
     let mut plain = Ddpg::new(OBSERVATION, ACTION, &small(), &mut rng(1)).unwrap();
@@ -194,7 +193,7 @@ fn a_held_policy_stays_while_the_networks_learn() {
 }
 
 #[test]
-fn an_origin_that_no_observation_has_is_refused() {
+fn an_origin_outside_the_observation_is_refused() {
     for (origin, fits) in [(OBSERVATION - ACTION, true), (OBSERVATION - ACTION + 1, false)] {
         let config = DdpgConfig { action_origin: Some(origin), ..small() };
         let agent = Ddpg::new(OBSERVATION, ACTION, &config, &mut rng(1));
@@ -230,7 +229,7 @@ fn threads_change_nothing() {
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            // Full width: small products are not worth sharing out.
+            // Full width: small products are not distributed over threads.
             let config = DdpgConfig { hidden: 64, batch_size: 256, ..small() };
             let mut learner = learner(&config, 1);
             live(&mut learner, 0..60);
@@ -241,20 +240,20 @@ fn threads_change_nothing() {
 }
 
 #[test]
-fn a_loaded_learner_goes_on_to_the_bit() {
+fn a_loaded_learner_continues_bit_for_bit() {
     for optimiser in [OptimiserKind::Adam, OptimiserKind::Sgd, OptimiserKind::RmsProp] {
         let imitation = ImitationConfig { share: 0.25, weight: 1.0 };
         let config = DdpgConfig { optimiser, imitation, ..small() };
         let mut whole = learner(&config, 1);
         live(&mut whole, 0..240);
-        // Stopped within an episode, with the ring once around.
+        // Stopped within an episode, after the ring has wrapped around.
         let mut first = learner(&config, 1);
         first.set_noise_scale(1.0);
         live(&mut first, 0..125);
         let mut second = Learner::load(&first.save()).unwrap();
         assert_eq!(second.save(), first.save());
         live(&mut second, 125..240);
-        assert!(second.save() == whole.save(), "{optimiser:?} went another way");
+        assert!(second.save() == whole.save(), "{optimiser:?} diverged from the uninterrupted run");
     }
 }
 
@@ -271,7 +270,7 @@ fn an_agent_is_loaded_from_its_own_bytes_and_from_a_checkpoint() {
 }
 
 #[test]
-fn the_actor_is_exported_alone_with_what_its_layers_are() {
+fn the_actor_is_exported_with_a_description_of_its_layers() {
     let learner = learner(&small(), 1);
     let file = TensorFile::from_bytes(&learner.ddpg().export_actor()).unwrap();
     let mut expected = TensorFile::default();
@@ -332,7 +331,7 @@ fn wrong_metadata_is_refused_with_the_reason() {
         (r#""version":1"#, r#""version":2"#, "has format 2, but this program reads 1"),
         (r#""tau":0.005"#, r#""tau":7"#, "tau: is 7, but must be a number from 1e-6 to 1"),
         (r#""tau""#, r#""tao""#, "unknown field `tao`"),
-        (r#""optimiser":"adam""#, r#""optimiser":"sgd""#, "another kind than the config says"),
+        (r#""optimiser":"adam""#, r#""optimiser":"sgd""#, "the kind of actor_optimiser differs"),
         (r#""hidden":16"#, r#""hidden":17"#, "has shape"),
         (r#""observation_len":5"#, r#""observation_len":0"#, "vectors of 0 and 2 numbers"),
         (r#""action_len":2"#, r#""action_len":18446744073709551615"#, "vectors of 5 and 18446744073709551615 numbers"),
@@ -376,8 +375,8 @@ fn divergence_is_an_error_and_changes_nothing() {
     assert_eq!(ddpg.save(), before);
 }
 
-/// The actor's loss of a batch with everything but the actor held constant: rows from `first` on
-/// are imitated with weights `better`, and `scale` divides the values.
+/// The actor's loss on a batch as a function of the actor only: the last rows are imitated where
+/// `better`, and `scale` divides the values.
 fn actor_loss(ddpg: &Ddpg, batch: &Batch, weight: f32, scale: f32, better: &[bool]) -> f64 {
     let mu = ddpg.act(&batch.observations);
     let q = ddpg.q_values(&batch.observations, &mu);
@@ -402,10 +401,10 @@ fn changed(ddpg: &Ddpg, tensor: &str, shape: &[usize], index: usize, by: f32) ->
 }
 
 #[test]
-fn the_actor_goes_down_the_gradient_of_value_and_imitation() {
+fn the_actor_descends_the_gradient_of_value_and_imitation() {
     let weight = 0.7;
     let imitation = ImitationConfig { share: 0.5, weight };
-    // Plain steps of rate 1 of the actor, no step of the critic: a change is minus the gradient.
+    // SGD with rate 1 for the actor and almost none for the critic: the change is minus the gradient.
     let rates = DdpgConfig { optimiser: OptimiserKind::Sgd, critic_learning_rate: 1e-12, ..small() };
     let config = DdpgConfig { imitation, output_init_bound: 0.5, actor_learning_rate: 1.0, ..rates };
     let ddpg = Ddpg::new(OBSERVATION, ACTION, &config, &mut rng(1)).unwrap();
@@ -452,7 +451,7 @@ fn a_share_of_the_minibatch_is_from_segments() {
     let of_segments: Vec<f32> = (0..3).map(|age| learner.replay.latest(age).unwrap().reward).collect();
     let found = |reward: &f32| of_segments.contains(reward);
     assert!(rewards[24..].iter().all(found) && !rewards[..24].iter().all(found));
-    // What is not held any more is not drawn.
+    // Overwritten transitions are not drawn.
     live(&mut learner, 6..230);
     learner.sample(32);
     assert_eq!(learner.batch.imitated, 8);

@@ -1,12 +1,12 @@
 //! Batches: independent jobs on several threads.
 //!
-//! [`Batch::run`] is the one way to do many trainings, models or counts at once. Its contract:
+//! Everything that runs many trainings, models or counts uses [`Batch::run`]. Its contract:
 //!
-//! 1. Jobs start in their order, each on a thread of its own; outcomes are returned in the order of
-//!    the jobs, whatever the threads.
-//! 2. A job that fails, or panics, does not stop the others; its failure is its outcome.
-//! 3. A job that another process works on is put off until all others have started, and tried
-//!    again until the other process has finished it or left it.
+//! 1. Jobs start in order, each on its own thread; outcomes are returned in job order, independent of the
+//!    number of threads.
+//! 2. A job that fails or panics does not stop the others; the failure is its outcome.
+//! 3. A job that another process is working on is deferred until all others have started, then retried until
+//!    the other process has finished or released it.
 //! 4. When an interruption is requested, no further job starts, and running jobs are asked to stop;
 //!    trainings then save a checkpoint.
 //! 5. Progress is reported on the calling thread, at each job's end and at least every 200 ms.

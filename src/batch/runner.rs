@@ -14,15 +14,14 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use crate::stop::Stop;
 use crate::trainer::{Control, Watch, panic_message};
 
-/// Longest time between two reports of progress, and between two tries of a job that another
-/// process works on.
+/// Longest time between two progress reports, and the pause before retrying a job that another process is working on.
 const REPORT_EVERY: Duration = Duration::from_millis(200);
 
-/// One piece of work that depends on no other.
+/// An independent piece of work.
 pub struct Job<'a, T, E> {
     /// Its name in messages.
     pub name: String,
-    /// How much work it is, in a unit that all jobs of the batch have in common, such as episodes.
+    /// Its amount of work, in a unit common to all jobs of the batch, such as episodes.
     pub size: u64,
     work: Box<Work<'a, T, E>>,
 }
@@ -30,8 +29,8 @@ pub struct Job<'a, T, E> {
 type Work<'a, T, E> = dyn Fn(&JobHandle) -> Result<Option<T>, E> + Send + Sync + 'a;
 
 impl<'a, T, E> Job<'a, T, E> {
-    /// A job that does `work`, which may be called again after [`JobError::is_in_use`]. It gives None if
-    /// it stopped early because [`JobHandle::is_stopped`].
+    /// A job that runs `work`, which may be called again after [`JobError::is_in_use`]. `work` returns None if it
+    /// stopped early because of [`JobHandle::is_stopped`].
     pub fn new(
         name: impl Into<String>,
         size: u64,
@@ -43,11 +42,11 @@ impl<'a, T, E> Job<'a, T, E> {
 
 /// An error of a job.
 pub trait JobError: std::error::Error + Send {
-    /// Whether it means that another process works on the job.
+    /// Whether the error means that another process is working on the job.
     fn is_in_use(&self) -> bool;
 }
 
-/// What became of a job.
+/// The result of a job.
 pub type Outcome<T, E> = Result<T, JobFailure<E>>;
 
 /// Why a job has no result.
@@ -56,7 +55,7 @@ pub enum JobFailure<E: JobError> {
     /// Its error.
     #[error(transparent)]
     Error(E),
-    /// A mistake of the program.
+    /// A bug in the program.
     #[error("it panicked: {0}")]
     Panic(String),
     /// The batch was interrupted before the job's end.
@@ -67,31 +66,31 @@ pub enum JobFailure<E: JobError> {
 /// A batch cannot be started.
 #[derive(Debug, thiserror::Error)]
 pub enum BatchError {
-    /// The system has no thread left.
+    /// The system cannot start another thread.
     #[error("cannot start a thread: {0}: raise the limit on processes (`ulimit -u`) or end other programs")]
     Threads(String),
 }
 
-/// How far a batch is.
+/// The progress of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BatchProgress<'a> {
     /// Work done, in the unit of [`Job::size`](Job).
     pub done: u64,
-    /// Work in all.
+    /// Total work.
     pub total: u64,
     /// Jobs that have ended.
     pub ended: usize,
-    /// Jobs of those that failed.
+    /// Ended jobs that failed.
     pub failed: usize,
-    /// Jobs in all.
+    /// Total number of jobs.
     pub jobs: usize,
-    /// What a job reported last; empty if none has reported anything.
+    /// The latest message of any job; empty if there is none.
     pub message: &'a str,
-    /// Name of a job that failed just now, and why.
+    /// Name of a job that has just failed, and the reason.
     pub failure: Option<(&'a str, &'a str)>,
 }
 
-/// A running job's connection to its batch: progress out, the request to stop in.
+/// Connects a running job to its batch: it reports progress and receives the stop request.
 #[derive(Debug)]
 pub struct JobHandle {
     done: AtomicU64,
@@ -119,27 +118,27 @@ impl JobHandle {
         self.done.store(done, Ordering::Relaxed);
     }
 
-    /// Reports what is being done.
+    /// Reports what the job is doing.
     pub fn report(&self, message: String) {
         *lock(&self.message) = Some(message);
     }
 
-    /// Whether the job should save what it has and return.
+    /// Whether the job should save its state and return.
     pub fn is_stopped(&self) -> bool {
         self.stop.is_requested()
     }
 
-    /// The request that [`is_stopped`](Self::is_stopped) tells of, for those who look at it themselves.
+    /// The stop request behind [`is_stopped`](Self::is_stopped), for code that polls it directly.
     pub fn stop(&self) -> &Stop {
         &self.stop
     }
 
-    /// The view of the training that the job does; its episodes count as work done.
+    /// The view of the job's training; its episodes count as work done.
     pub(super) fn watch(&self) -> &Watch {
         &self.watch
     }
 
-    /// The controls of the training that the job does.
+    /// The control channel of the job's training.
     pub(super) fn controls(&self) -> &Receiver<Control> {
         &self.controls.1
     }
@@ -159,27 +158,27 @@ impl JobHandle {
     }
 }
 
-/// How a batch is run.
+/// Settings of a batch.
 #[derive(Debug, Clone, Copy)]
 pub struct Batch<'a> {
-    /// Jobs at the same time. Each has a thread pool of its own: jobs side by side keep a core
-    /// busier than one job on several cores. Threads beyond the jobs are shared out among them.
+    /// Number of jobs that run at the same time. Each has its own thread pool: parallel jobs use cores better than
+    /// one job on several cores. If there are more threads than jobs, the jobs share them equally.
     pub threads: usize,
-    /// Becomes true when the batch is to be interrupted.
+    /// Set to true to interrupt the batch.
     pub interrupt: &'a AtomicBool,
 }
 
-/// Threads of a batch for which no number is given: one for each processor.
+/// Default number of threads of a batch: one per processor.
 pub fn default_threads() -> usize {
     thread::available_parallelism().map_or(1, NonZeroUsize::get)
 }
 
 impl Batch<'_> {
-    /// Runs all jobs and returns their outcomes in the order of the jobs. If the system has fewer
-    /// threads left than asked for, those are used.
+    /// Runs all jobs and returns their outcomes in the order of the jobs. If the system cannot start all the threads
+    /// asked for, runs on fewer.
     ///
     /// # Errors
-    /// When no thread can be started; no job has been started then.
+    /// When no thread can be started; then no job has run.
     pub fn run<T: Send, E: JobError>(
         &self,
         jobs: &[Job<'_, T, E>],
@@ -209,7 +208,7 @@ impl Batch<'_> {
         })
     }
 
-    /// Waits for all jobs on the calling thread.
+    /// Collects outcomes and reports progress on the calling thread until all jobs have ended.
     fn collect<T: Send, E: JobError>(
         &self,
         state: &State<'_, T, E>,
@@ -253,10 +252,10 @@ impl Batch<'_> {
     }
 }
 
-/// The outputs of all jobs, if every job has one.
+/// The outputs of all jobs, if every job succeeded.
 ///
 /// # Errors
-/// The first failure in the order of the jobs; an interruption only if nothing failed.
+/// The first failure in job order; an interruption only if no job failed.
 pub fn all<T, E: JobError>(outcomes: Vec<Result<T, JobFailure<E>>>) -> Result<Vec<T>, JobFailure<E>> {
     let (mut outputs, mut interrupted) = (Vec::new(), false);
     for outcome in outcomes {
@@ -273,13 +272,13 @@ fn pool(threads: usize) -> Result<ThreadPool, String> {
     ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| error.to_string())
 }
 
-/// The jobs that have not ended yet.
+/// The jobs still to be run.
 #[derive(Debug, Default)]
 struct Queue {
-    /// The next job that was never tried.
+    /// The next job not yet tried.
     next: AtomicUsize,
-    /// Jobs that other processes worked on.
-    put_off: Mutex<VecDeque<usize>>,
+    /// Jobs deferred because another process was working on them.
+    deferred: Mutex<VecDeque<usize>>,
 }
 
 struct State<'a, T, E> {
@@ -297,11 +296,11 @@ impl<T: Send, E: JobError> State<'_, T, E> {
             if let Err(JobFailure::Error(error)) = &outcome
                 && error.is_in_use()
             {
-                lock(&self.queue.put_off).push_back(index);
+                lock(&self.queue.deferred).push_back(index);
                 continue;
             }
             if !matches!(outcome, Err(JobFailure::Interrupted)) {
-                // Whether it failed or was finished before: nothing of it is left to do.
+                // Failed or already finished before: either way no work remains.
                 self.handles[index].set_done(self.jobs[index].size);
             }
             // The receiver lives until all workers have ended.
@@ -309,15 +308,15 @@ impl<T: Send, E: JobError> State<'_, T, E> {
         }
     }
 
-    /// The next job to be tried.
+    /// The next job to try: first those not yet tried, then the deferred ones.
     fn next(&self) -> Option<usize> {
         let next = self.queue.next.fetch_add(1, Ordering::Relaxed);
         if next < self.jobs.len() {
             return Some(next);
         }
-        let put_off = lock(&self.queue.put_off).pop_front()?;
+        let deferred = lock(&self.queue.deferred).pop_front()?;
         thread::sleep(REPORT_EVERY);
-        Some(put_off)
+        Some(deferred)
     }
 
     fn attempt(&self, index: usize) -> Outcome<T, E> {
@@ -330,7 +329,7 @@ impl<T: Send, E: JobError> State<'_, T, E> {
     }
 }
 
-/// The values are replaced whole, so a panic elsewhere leaves them whole.
+/// Ignores poisoning: the values are only ever replaced whole, so they stay consistent after a panic.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

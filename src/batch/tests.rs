@@ -1,4 +1,4 @@
-//! The contract of a batch.
+//! Tests of the batch contract.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -20,8 +20,8 @@ impl JobError for Trouble {
     }
 }
 
-/// Runs jobs that call a function with their number, their try, counted from 0, and their handle: outcomes
-/// as text, and every report of progress: done, ended, failed.
+/// Runs jobs that call a function with their number, their attempt (from 0) and their handle. Returns the outcomes as
+/// text, and every progress report as (done, ended, failed).
 fn run<F>(threads: usize, count: usize, interrupt: &AtomicBool, work: F) -> (Vec<String>, Vec<(u64, usize, usize)>)
 where
     F: Fn(usize, usize, &JobHandle) -> Result<Option<usize>, Trouble> + Sync,
@@ -48,11 +48,11 @@ where
 }
 
 #[test]
-fn outcomes_are_in_the_order_of_the_jobs_whatever_the_threads() {
+fn outcomes_are_in_job_order_on_any_number_of_threads() {
     for threads in [1, 2, 5, 40] {
         let never = AtomicBool::new(false);
         let (outcomes, reports) = run(threads, 12, &never, |number, _, _| {
-            // The first ones end last.
+            // The first jobs end last.
             std::thread::sleep(Duration::from_millis(12 - number as u64));
             Ok(Some(number * number))
         });
@@ -86,7 +86,7 @@ fn failures_and_panics_are_outcomes_and_stop_nothing() {
         _ => Ok(Some(number)),
     });
     assert_eq!(outcomes, ["0", "no luck", "it panicked: on purpose", "3"]);
-    assert_eq!(reports.last(), Some(&(60, 4, 2)), "what failed is not left to do");
+    assert_eq!(reports.last(), Some(&(60, 4, 2)), "failed jobs count as done");
 }
 
 #[test]

@@ -6,26 +6,26 @@ use rayon::ThreadPoolBuilder;
 
 use super::runner::default_threads;
 
-/// Starts rayon's global pool, which otherwise starts at its first use and panics where the system
-/// has too few threads left: with as many threads as rayon would use, or else with one, or else on
-/// the calling thread.
+/// Starts rayon's global pool with as many threads as rayon would use; if the system cannot start that many, with
+/// one, or else on the calling thread. Without this, rayon starts the pool at its first use and panics if threads are
+/// missing.
 pub fn start_global_pool() {
     let wanted = std::env::var("RAYON_NUM_THREADS").ok().and_then(|text| text.parse().ok());
     let wanted = wanted.filter(|&threads| threads > 0).unwrap_or_else(default_threads);
-    // The global pool can be started only once, even if that fails: so the threads are tried first.
+    // `build_global` can be called only once, even if it fails, so the threads are tried first.
     let builder = match [wanted, 1].into_iter().find(|&threads| can_start(threads)) {
         Some(threads) => ThreadPoolBuilder::new().num_threads(threads),
         None => ThreadPoolBuilder::new().num_threads(1).use_current_thread(),
     };
-    // One that has been started before is as good.
+    // A pool that already exists will do.
     let _ = builder.build_global();
 }
 
-/// Whether so many threads can exist at the same time.
+/// Whether this many threads can exist at the same time.
 fn can_start(threads: usize) -> bool {
     let (hold, held) = crossbeam_channel::bounded::<()>(0);
     thread::scope(|scope| {
-        // Until the other end of the channel is dropped.
+        // Blocks until the other end of the channel is dropped.
         let wait = || {
             let _ = held.recv();
         };

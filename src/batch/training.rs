@@ -1,4 +1,4 @@
-//! One training of a batch: created, resumed or left alone, whichever it needs.
+//! One training of a batch: created, resumed or, if finished, left alone.
 
 use std::path::Path;
 
@@ -6,8 +6,8 @@ use super::runner::JobHandle;
 use crate::run::{RunDirectory, RunError, RunState};
 use crate::trainer::{Ending, RunConfig, TrainerError, train};
 
-/// Trains the run in `path` to its end: creates it if it does not exist, continues it if it was
-/// interrupted, and does nothing if it is finished. None if it was asked to stop before its end.
+/// Trains the run in `path` to its end: creates it if it does not exist, resumes it if it was interrupted, and does
+/// nothing if it is finished. Returns None if it was stopped before its end.
 ///
 /// # Errors
 /// As [`train`], and when the folder cannot be used.

@@ -1,4 +1,4 @@
-//! DDPG on the shapes of the tasks.
+//! DDPG with the shapes of the tasks.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -1,4 +1,4 @@
-//! The environment under random play, resets included.
+//! The environment under random play, including resets.
 
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ pub(super) fn middle() -> Box<dyn FnMut()> {
     play(middle_task())
 }
 
-/// A screen of tools of every type, and three balls.
+/// A scene full of tools of every type, with three balls.
 pub(super) fn full() -> Box<dyn FnMut()> {
     let mut task = middle_task();
     task.balls = vec![BallSpec::at([-0.3, 0.9]), BallSpec::at([0.1, 0.9])];

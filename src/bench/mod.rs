@@ -1,6 +1,6 @@
-//! The project's own timed work: what `mge bench` and `benches/work.rs` measure. Its shapes are
-//! fixed, those of the paper's networks, so that times can be compared between versions and with
-//! other programs; the default model has a few more features.
+//! The work timed by `mge bench` and `benches/work.rs`. Its shapes are fixed to those of the paper's
+//! networks, so that times can be compared between versions and with other programs; the default
+//! model has a few more features.
 
 mod agent;
 mod environment;
@@ -15,14 +15,14 @@ use serde::Serialize;
 pub struct Work {
     /// Its name.
     pub name: &'static str,
-    /// What one call of it does.
+    /// What one call does.
     pub note: &'static str,
-    /// Calls in a group that is timed as one.
+    /// Number of calls timed together as a group.
     calls: u32,
     prepare: fn() -> Box<dyn FnMut()>,
 }
 
-/// All pieces of work.
+/// All work items.
 pub const WORKS: &[Work] = &[
     Work {
         name: "gnn_train_step",
@@ -81,7 +81,7 @@ pub const WORKS: &[Work] = &[
     level("level_Seesaw", || environment::level("Seesaw")),
 ];
 
-/// An action on a level of CREATE.
+/// The work of an action on a level of CREATE.
 const fn level(name: &'static str, prepare: fn() -> Box<dyn FnMut()>) -> Work {
     let note = "one action of 40 physics steps on a level of CREATE, with its observation: any of 40 tools anywhere, \
                 resets included";
@@ -95,10 +95,10 @@ pub struct Measurement {
     pub peer: &'static str,
     /// The work's name.
     pub work: &'static str,
-    /// Milliseconds for one call: the median of five groups. With several threads, the
-    /// time in which all of them together do one.
+    /// Milliseconds per call: the median of five groups. With several threads, the mean over them divided
+    /// by their number.
     pub ms: f64,
-    /// Threads.
+    /// Number of threads.
     pub threads: usize,
     /// What one call does.
     pub note: &'static str,
@@ -111,13 +111,13 @@ impl std::fmt::Display for Work {
 }
 
 impl Work {
-    /// The work, ready to be called.
+    /// Prepares the work; each call of the closure does it once.
     pub fn prepare(&self) -> Box<dyn FnMut()> {
         (self.prepare)()
     }
 
-    /// Times the work with the rayon pool it is called in. Work that is one stream of
-    /// calls is done by every thread on its own.
+    /// Times the work in the current rayon pool. Work that is not parallel itself runs on every thread
+    /// independently.
     pub fn measure(&self) -> Measurement {
         let threads = rayon::current_num_threads();
         let shared = self.name.starts_with("gnn");
@@ -136,7 +136,7 @@ impl Work {
         times.iter().sum::<f64>() / (threads * threads) as f64
     }
 
-    /// Milliseconds for a call, over a group of calls.
+    /// Mean milliseconds per call over a group of calls.
     fn group(&self, call: &mut dyn FnMut(), calls: u32) -> f64 {
         let start = Instant::now();
         (0..calls).for_each(|_| call());

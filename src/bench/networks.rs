@@ -1,4 +1,4 @@
-//! The paper's graph network (appendix A.1) on the shapes of its training.
+//! The paper's graph network (appendix A.1) with the shapes of its training.
 
 use std::ops::Range;
 
@@ -23,7 +23,7 @@ pub(super) fn train_step() -> Box<dyn FnMut()> {
     Box::new(move || {
         let predicted = network.forward(&graphs, &device);
         let mut gradients = (predicted - targets.clone()).square().mean().backward();
-        // The rate is tiny and the data bounded: a few thousand steps stay finite.
+        // With a tiny learning rate and bounded data, a few thousand steps stay finite.
         optimiser.update(&mut network.networks_mut(), &mut gradients, 1e-4).expect("the loss is finite");
     })
 }
@@ -38,12 +38,12 @@ pub(super) fn forward() -> Box<dyn FnMut()> {
 /// Two edge functions, node function and decoder.
 fn network() -> Network {
     let layout = Layout { node: NODE, edge: EDGE, functions: 2 };
-    // The shapes are constants without a zero.
+    // No constant shape is zero.
     Network::new(&ModelConfig::default(), layout, OUTPUTS, &mut ChaCha8Rng::seed_from_u64(0))
         .expect("no layer is empty")
 }
 
-/// Scenes with an edge of each function to these.
+/// Random graphs of `scenes` nodes; `receivers` are the receiving nodes of each edge function.
 fn graphs(scenes: usize, receivers: [Range<usize>; 2]) -> Graphs {
     let edges = receivers.map(|scenes| Edges { inputs: random(scenes.len() * EDGE), receivers: scenes.collect() });
     Graphs { scenes, nodes: random(scenes * NODE), edges: edges.into() }

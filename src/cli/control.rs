@@ -1,4 +1,4 @@
-//! Runs that other processes train, steered from the shell, and trainings that outlive their terminal.
+//! Control of runs that other processes train, and trainings that outlive their terminal.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,8 +9,8 @@ use super::{Outcome, output};
 use crate::guidance::EpsilonSchedule;
 use crate::run::{Event, Request, RunDirectory, RunState};
 
-/// Time between two looks at the log.
-const LOOK: Duration = Duration::from_millis(50);
+/// Polling interval of the log.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 pub fn pause(run: &Path) -> Outcome {
     if state(run)? == RunState::Paused {
@@ -28,7 +28,7 @@ pub fn epsilon(run: &Path, schedule: &EpsilonSchedule) -> Outcome {
     ask(run, &request, |event| matches!(event, Event::ScheduleChanged { .. }))
 }
 
-/// Lets a run go on that another process has paused; false if none has.
+/// Resumes a run that another process has paused; false if it is not paused.
 pub fn resume(run: &Path) -> Result<bool, Box<dyn std::error::Error>> {
     if state(run)? != RunState::Paused {
         return Ok(false);
@@ -40,15 +40,15 @@ fn state(run: &Path) -> Result<RunState, Box<dyn std::error::Error>> {
     Ok(RunDirectory::open(run)?.status()?.state)
 }
 
-/// Asks something of the process that trains a run and waits until its log says that it took effect.
+/// Sends a request to the process that trains a run and waits until its effect is in the log.
 fn ask(run: &Path, request: &Request, is_effect: fn(&Event) -> bool) -> Outcome {
     let directory = RunDirectory::open(run)?;
     let mut log = directory.events();
-    // What happened before is no effect.
+    // Skips earlier events.
     while log.poll()?.more {}
     directory.request(request)?;
     loop {
-        // Asked first, so that what happened before is read afterwards.
+        // Checked before reading, so that events written before the end are not missed.
         let is_over = !directory.is_locked()?;
         let news = log.poll()?;
         for logged in news.events {
@@ -59,7 +59,7 @@ fn ask(run: &Path, request: &Request, is_effect: fn(&Event) -> bool) -> Outcome 
         if is_over && !news.more {
             return Err(format!("{} ended before it could do what was asked", run.display()).into());
         }
-        std::thread::sleep(LOOK);
+        std::thread::sleep(POLL_INTERVAL);
     }
 }
 
@@ -70,18 +70,18 @@ fn ask(run: &Path, request: &Request, is_effect: fn(&Event) -> bool) -> Outcome 
 pub fn detach() -> io::Result<()> {
     #[cfg(unix)]
     {
-        // A process that leads its group already, as one started by a shell or the workbench, keeps its session.
+        // Fails if the process leads its group, as when started by a shell or the workbench; it then keeps its session.
         let _ = rustix::process::setsid();
-        // The signal of a terminal that is closed is taken note of, and nothing else.
+        // Replaces the default action of SIGHUP, which a closing terminal sends, by a flag that nothing reads.
         signal_hook::flag::register(signal_hook::consts::SIGHUP, std::sync::Arc::default())?;
     }
     Ok(())
 }
 
-/// Begins a process that goes on with runs when this one has ended.
+/// Starts a process that continues runs after this one has ended.
 ///
 /// # Errors
-/// When a folder is gone, or the system refuses another process.
+/// When a folder does not exist, or the process cannot be started.
 pub fn continue_in_background(runs: &[PathBuf]) -> io::Result<()> {
     let runs: Vec<PathBuf> = runs.iter().map(std::fs::canonicalize).collect::<Result<_, _>>()?;
     let mut command = Command::new(std::env::current_exe()?);
@@ -90,7 +90,7 @@ pub fn continue_in_background(runs: &[PathBuf]) -> io::Result<()> {
     {
         use std::os::unix::process::CommandExt;
 
-        // A terminal that is closed just now hangs up its foreground group, before the process can leave it.
+        // In its own group, so that a terminal closing before `setsid` does not send it SIGHUP.
         command.process_group(0);
     }
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn()?;

@@ -70,7 +70,7 @@ fn settings(arguments: &DynamicsTrain) -> Result<(ModelConfig, TrainConfig), Box
     Ok((config, training))
 }
 
-/// The command that makes the model again, for its provenance.
+/// The command that reproduces the model, for its provenance.
 fn command_line(arguments: &DynamicsTrain) -> String {
     let mut command = format!("mge dynamics train --tools {} --seed {}", arguments.tools, arguments.seed);
     let options = [
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn the_command_in_a_model_makes_it_again() {
+    fn the_command_in_a_model_reproduces_it() {
         let options = [
             "--epochs 7 --layers 3 --learning-rate 0.001 --batch 9 --optimiser rmsprop --observations 5 --bystanders 0.5",
             "--loss huber:0.25 --ablate absolute",
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn an_interrupted_training_goes_on_to_the_same_model() {
+    fn an_interrupted_training_continues_to_the_same_model() {
         let folder = tempfile::tempdir().unwrap();
         let [whole, resumed] = ["whole", "resumed"].map(|name| folder.path().join(name).join("a.safetensors"));
         for path in [&whole, &resumed] {
@@ -206,7 +206,7 @@ mod tests {
         let checkpoint = checkpoint_of(&resumed);
         std::fs::write(&checkpoint, first.checkpoint().to_bytes()).unwrap();
 
-        // Nobody else's checkpoint is taken for this training's.
+        // The checkpoint of a training with other settings is refused.
         let refused = |change: &dyn Fn(&mut DynamicsTrain)| {
             let mut other = tiny(&resumed);
             change(&mut other);
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn a_diverged_training_leaves_the_last_good_model_and_says_why() {
+    fn a_diverged_training_keeps_the_last_good_model_and_the_reason() {
         let folder = tempfile::tempdir().unwrap();
         let mut given = tiny(&folder.path().join("a.safetensors"));
         (given.optimiser, given.learning_rate, given.loss) = (Some("sgd".to_owned()), Some(1e30), Some(Loss::Squared));

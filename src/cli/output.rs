@@ -1,11 +1,11 @@
-//! All printing of the program: results to standard output, messages to standard error.
+//! All output of the program: results to standard output, messages to standard error.
 
 use std::fmt::Display;
 use std::io::{self, BufWriter, IsTerminal, Write};
 
 use crate::text::{excerpt, printable, printable_lines};
 
-/// More of a message than this, in characters, is not shown.
+/// Maximum length of a message, in characters.
 const LONGEST_MESSAGE: usize = 2000;
 
 /// Standard output cannot be written.
@@ -21,14 +21,14 @@ pub fn line(text: impl Display) -> Result<(), OutputError> {
     lines(format_args!("{text}\n"))
 }
 
-/// Writes results that end their lines themselves.
+/// Writes results that include their line ends.
 ///
 /// # Errors
 /// When standard output is closed or full.
 pub fn lines(text: impl Display) -> Result<(), OutputError> {
     let mut out = io::stdout().lock();
     let text = text.to_string();
-    // Other programs get the names of files as they are; a terminal would act on some.
+    // Control characters are escaped for terminals only: other programs need file names unchanged.
     let shown = if out.is_terminal() { printable_lines(&text) } else { text.into() };
     out.write_all(shown.as_bytes())?;
     Ok(out.flush()?)
@@ -46,11 +46,11 @@ pub fn message(text: impl Display) {
 
 /// Writes a message that may have several lines to standard error.
 pub fn message_lines(text: &str) {
-    // Standard error may be a terminal that is gone.
+    // Writing fails if the terminal is closed.
     let _ = writeln!(io::stderr(), "{}", shown_lines(text).trim_end());
 }
 
-/// A message as it is shown: on one line, without control characters, not too long.
+/// A message for display: one line, without control characters, of bounded length.
 pub fn shown(text: &str) -> String {
     printable(&excerpt(text, LONGEST_MESSAGE)).into_owned()
 }

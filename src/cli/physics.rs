@@ -1,5 +1,5 @@
-//! `mge simulate`, `mge play` and `mge env`: physics without tasks, actions replayed in
-//! them, and tasks as environments of other programs.
+//! `mge simulate`, `mge play` and `mge env`: physics without tasks, replay of actions, and tasks as
+//! environments for other programs.
 
 use std::fs::File;
 use std::io::{self, BufReader};
@@ -45,7 +45,7 @@ fn play_episodes(levels: &Path, tools: Option<&Path>) -> Outcome {
     Ok(protocol::play_episodes(levels, &name, &catalogue, io::stdin().lock(), output::stream())?)
 }
 
-/// A file and its name for errors.
+/// Opens a file, and returns it with its name for errors.
 fn open(path: &Path) -> Result<(BufReader<File>, String), String> {
     let name = path.display().to_string();
     let file = File::open(path).map_err(|error| format!("{name}: {error}"))?;

@@ -1,4 +1,4 @@
-//! Progress for a person: a bar on a terminal, lines elsewhere, nothing if quiet.
+//! Progress display: a bar on a terminal, lines elsewhere, nothing if quiet.
 
 use std::io::{IsTerminal, stderr};
 use std::sync::{Mutex, PoisonError};
@@ -8,24 +8,24 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::output;
 
-/// Time between two lines where there is no terminal.
+/// Time between two lines when not on a terminal.
 const LINE_EVERY: Duration = Duration::from_secs(10);
 
-/// The bar that is on the terminal.
+/// The bar currently on the terminal.
 static SHOWN: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
-/// Clears the line of the bar that is shown, if one is, for a message that ends the program.
+/// Clears the current bar, if any, before a final message.
 pub(super) fn clear() {
     if let Some(bar) = &*SHOWN.lock().unwrap_or_else(PoisonError::into_inner) {
         bar.finish_and_clear();
     }
 }
 
-/// A bar or its substitute, on stderr.
+/// A progress bar or its substitute, on stderr.
 pub struct Progress {
     bar: Option<ProgressBar>,
     quiet: bool,
-    /// When the first steps were shown as done, and how many: all before were done earlier.
+    /// The time of the first update and the steps done then, which belong to earlier work.
     first: Option<(Instant, u64)>,
     last_line: Instant,
 }
@@ -36,7 +36,7 @@ impl Progress {
         let on_terminal = !quiet && stderr().is_terminal();
         let bar = on_terminal.then(|| {
             let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
-            // The template is a constant that a test draws.
+            // The template is constant and valid.
             let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg} ({eta} left)");
             bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
         });
@@ -63,7 +63,7 @@ impl Progress {
         }
     }
 
-    /// Prints a line that stays.
+    /// Prints a permanent line.
     pub fn say(&self, line: &str) {
         match &self.bar {
             Some(bar) => bar.println(output::shown_lines(line)),
@@ -75,7 +75,7 @@ impl Progress {
 
 fn time_left((started, first): (Instant, u64), done: u64, length: u64) -> String {
     let elapsed = started.elapsed().as_secs_f64();
-    // The first seconds say little about the rest.
+    // The estimate of the first seconds is unreliable.
     if done <= first || elapsed < 5.0 {
         return String::new();
     }

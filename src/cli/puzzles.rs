@@ -1,4 +1,4 @@
-//! `mge puzzles`: generated puzzles, and methods on them.
+//! `mge puzzles`: generates puzzles and trains methods on them.
 
 use std::path::Path;
 
@@ -80,7 +80,7 @@ fn report(arguments: &PuzzlesBench, index: Index, out: &Path) -> Outcome {
     Ok(output::line(out.join("report.md").display())?)
 }
 
-/// Runs a batch of puzzles with progress, ended in good order by a signal.
+/// Runs a batch of puzzles with progress; a signal ends it cleanly.
 fn in_batch<T>(
     threads: Option<usize>,
     quiet: bool,

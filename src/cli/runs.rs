@@ -1,5 +1,5 @@
-//! Runs from the command line: `train`, `resume`, `evaluate`, `export`, `figures`, `script`,
-//! and the workbench itself.
+//! Commands on runs: `train`, `resume`, `fork`, `evaluate`, `export`, `figures`, `script`, and the
+//! workbench itself.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ use crate::trainer::{Method, Trace, TracedStep, seen};
 use crate::tui;
 use crate::workbench::{self, Command, FigureKind, Notice, Output, RunView, Session, SessionError, command};
 
-/// Opens the workbench; the status is that of the signal that ended it, if one did.
+/// Opens the workbench. If a signal ends it, the exit status is that of the signal.
 pub fn workbench(arguments: &Workbench) -> Result<ExitCode, Box<dyn std::error::Error>> {
     let session = Session::on_task(&arguments.task, arguments.runs.clone())?;
     let first_start = !arguments.runs.exists();
@@ -75,7 +75,7 @@ pub fn resume(arguments: &Resume) -> Outcome {
         return Ok(());
     }
     let interrupt = Interrupt::listen()?;
-    // At least one is required.
+    // clap requires at least one.
     let mut session = Session::on_run(&arguments.runs[0])?;
     if let Some(episodes) = arguments.episodes {
         session.apply(command::Episodes(episodes))?;
@@ -99,11 +99,11 @@ pub fn fork(arguments: &Fork) -> Outcome {
     let fork = Command::from(command::Fork { episode: arguments.at, changes, folder, until: None });
     session.apply(fork.clone())?;
     interrupt.result(repeat(&mut session, &fork, arguments.quiet, &interrupt), |_| interrupt.is_requested())?;
-    // The run that was forked is the first of the session.
+    // Run 0 of the session is the source of the fork.
     follow(&mut session, 1, arguments.quiet, &interrupt)
 }
 
-/// Shows on stderr how a fork learns again what the run had learned, until it is trained itself.
+/// Shows progress on stderr while a fork repeats the episodes of its source.
 fn repeat(session: &mut Session, fork: &Command, quiet: bool, interrupt: &Interrupt) -> Result<(), SessionError> {
     let mut progress = Progress::new(1, quiet);
     loop {
@@ -125,15 +125,15 @@ fn repeat(session: &mut Session, fork: &Command, quiet: bool, interrupt: &Interr
     }
 }
 
-/// Shows the runs of the session, from the one of a number on, on stderr until they end, then their results on stdout.
+/// Shows the progress of the session's runs from number `first` on, on stderr, and their results on stdout.
 fn follow(session: &mut Session, first: usize, quiet: bool, interrupt: &Interrupt) -> Outcome {
     let followed = |run: &&RunView| run.number() >= first;
     let episodes = session.runs().iter().filter(followed).map(|run| u64::from(run.config().episodes)).sum();
     let mut viewer = Viewer { progress: Progress::new(episodes, quiet), episodes: BTreeMap::new() };
     let mut stopping = false;
     loop {
-        // Asked first, so that what happened before is polled afterwards.
-        // One that another process has paused is waited for, too.
+        // Checked before polling, so that the final events are not missed. A run that another process has
+        // paused is waited for, too.
         let idle = session.is_idle() && !session.runs().iter().any(RunView::is_active);
         session.poll().iter().for_each(|notice| viewer.show(notice));
         if idle {
@@ -143,7 +143,7 @@ fn follow(session: &mut Session, first: usize, quiet: bool, interrupt: &Interrup
             stopping = true;
             let runs: Vec<usize> = session.runs().iter().filter(followed).map(RunView::number).collect();
             for run in runs {
-                // A run that has just ended cannot be stopped any more.
+                // Fails if the run has just ended.
                 let _ = session.apply(command::Watch(run)).and_then(|_| session.apply(command::Stop));
             }
         }
@@ -155,7 +155,7 @@ fn follow(session: &mut Session, first: usize, quiet: bool, interrupt: &Interrup
     results.into_iter().collect()
 }
 
-/// The result of a run, on stdout.
+/// Prints the result of a run on stdout.
 fn result(run: &RunView, stopping: bool, interrupt: &Interrupt) -> Outcome {
     let episodes = run.config().episodes;
     if let Some(failure) = run.failure() {
@@ -178,10 +178,10 @@ fn result(run: &RunView, stopping: bool, interrupt: &Interrupt) -> Outcome {
     Ok(output::line(result)?)
 }
 
-/// Shows on stderr what happens in a session.
+/// Shows the notices of a session on stderr.
 struct Viewer {
     progress: Progress,
-    /// Episodes of each run.
+    /// Number of episodes of each run.
     episodes: BTreeMap<usize, u64>,
 }
 
@@ -238,7 +238,7 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
     Ok(())
 }
 
-/// What the agent saw before each action of an episode.
+/// The agent's observation before each action of an episode.
 fn observations(task: &Arc<Task>, trace: &Trace) -> Vec<Vec<f32>> {
     let mut env = trace.environment(task);
     let seen = trace.steps.iter().map_while(|step| {
@@ -260,7 +260,7 @@ pub fn export_actor(arguments: &Export) -> Outcome {
 }
 
 pub fn figures(arguments: &Figures) -> Outcome {
-    // At least one is required.
+    // clap requires at least one.
     let mut session = Session::on_run(&arguments.runs[0])?;
     for run in &arguments.runs {
         let open = Command::from(command::Open(run.clone()));
@@ -293,7 +293,7 @@ pub fn figures(arguments: &Figures) -> Outcome {
     Ok(())
 }
 
-/// Writes a figure, and the name of its file to stdout.
+/// Writes a figure, and prints its path on stdout.
 fn export(session: &mut Session, figure: command::Figure) -> Outcome {
     let path = figure.path.clone();
     let figure = Command::from(figure);
@@ -314,7 +314,7 @@ pub fn script(arguments: &Script) -> Outcome {
     after_script(arguments).map(|_| ())
 }
 
-/// The session as it is at the end of a script.
+/// Runs a script and returns its session.
 pub fn after_script(arguments: &Script) -> Result<Session, Box<dyn std::error::Error>> {
     let interrupt = Interrupt::listen()?;
     let variables: Vec<(String, String)> =
@@ -328,7 +328,7 @@ pub fn after_script(arguments: &Script) -> Result<Session, Box<dyn std::error::E
         Output::Notice(notice) => viewer.show(notice),
     });
     drop(viewer);
-    // Trainings end with a checkpoint before the program does.
+    // On an error, dropping the session ends its trainings with a checkpoint.
     let outcome = outcome.map(|()| session);
     interrupt.result(outcome, |_| interrupt.is_requested())
 }

@@ -1,4 +1,4 @@
-//! `mge screenshot`: screens of the workbench as pictures.
+//! `mge screenshot`: images of the workbench's screens.
 
 use std::path::Path;
 
@@ -33,7 +33,7 @@ pub fn run(arguments: &Screenshot) -> Outcome {
     Ok(())
 }
 
-/// Columns and rows, at least as many as the workbench needs.
+/// Parses columns and rows, within the supported range.
 fn size(text: &str) -> Result<(u16, u16), String> {
     let parsed = text.split_once('x').and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
     parsed
@@ -55,7 +55,7 @@ mod tests {
     }
 
     #[test]
-    fn screens_are_drawn_one_after_the_other() {
+    fn screens_are_drawn_in_sequence() {
         let folder = tempfile::tempdir().unwrap();
         let svg = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
         run(&arguments(folder.path(), &["DIR/a.svg=", "DIR/b.svg=?", "DIR/b.png="], "80x24")).unwrap();
@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_drawn_is_refused() {
+    fn invalid_screens_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let error =
             |screens: &[&str], size: &str| run(&arguments(folder.path(), screens, size)).unwrap_err().to_string();

@@ -33,7 +33,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     if arguments.file.is_some() {
         match sweep::read_results(&folder) {
             Ok(results) => output::line(results.write(&folder)?.display())?,
-            // Without any run there is no table, and the failures below say why.
+            // Without any run there is no table; the failures are reported below.
             Err(_) if !failures.is_empty() => {}
             Err(error) => return Err(error.into()),
         }
@@ -51,7 +51,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     }
 }
 
-/// Works on the sweep and shows how far it is. Returns the failures.
+/// Runs a sweep with a progress display. Returns the failures: names and reasons.
 pub fn work(
     sweep: &Sweep,
     folder: &Path,
@@ -82,7 +82,7 @@ fn folder(arguments: &Arguments) -> PathBuf {
     arguments.out.clone().unwrap_or_else(|| Path::new("sweeps").join(stem(arguments)))
 }
 
-/// The name of the sweep file without its ending.
+/// The name of the sweep file without its extension.
 fn stem(arguments: &Arguments) -> String {
     let stem = arguments.file.as_deref().and_then(Path::file_stem);
     stem.map_or_else(|| "sweep".to_owned(), |stem| stem.to_string_lossy().into_owned())

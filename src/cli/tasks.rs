@@ -34,7 +34,7 @@ fn listed() -> Result<Vec<(Task, String)>, TaskError> {
         Ok((task, path))
     });
     let levels = task::level_names().map(|name| {
-        // CREATE's files are called after its levels, but for this one.
+        // CREATE's files have the names of their levels, except this one.
         let file = if name == "GoalTest" { "test".to_owned() } else { name.to_lowercase() };
         let name = format!("create/{name}");
         let task = task::load(&name)?;
@@ -87,7 +87,7 @@ fn check(files: &[String]) -> Outcome {
     if wrong > 0 { Err(format!("{wrong} of {} tasks cannot be used", files.len()).into()) } else { Ok(()) }
 }
 
-/// A task is right if it is valid and its environment keeps the contract.
+/// Checks that a task is valid and that its environment keeps the contract.
 fn check_file(file: &str) -> Result<Arc<Task>, Box<dyn std::error::Error>> {
     let task = Arc::new(task::load(file)?);
     env::check(&task).map_err(|violation| format!("{file}: {violation}"))?;
@@ -139,7 +139,7 @@ fn run_audit(names: &[String], episodes: u32, seeds: u64, as_json: bool) -> Outc
     Ok(())
 }
 
-/// A Markdown table: tasks down, ways of exploring across; one number a seed.
+/// A Markdown table: one row per task and kind of exploration, one number per seed.
 fn table(rows: &[AuditRow], episodes: u32) -> String {
     let mut table =
         format!("Episodes of {episodes} that reached each subgoal, and the goal (bold), one entry a seed.\n\n");

@@ -1,4 +1,4 @@
-//! Two predictors that learn nothing, next to which a model's errors are reported.
+//! Two baseline predictors without learning, with which a model's errors are compared.
 
 use super::codec::Codec;
 use super::config::{ModelConfig, Targets};
@@ -26,7 +26,7 @@ impl Predictor for ConstantVelocity {
     fn advance(&self, balls: &[BallState], _: &[&[Tool]]) -> Result<Vec<BallState>> {
         let steps = self.interval as f32;
         let seconds = steps * PHYSICS_DT;
-        // Positions move before gravity acts, so a step sees the gravity of those before it.
+        // Positions move before gravity acts, so a step only includes the gravity of earlier steps.
         let fall = PHYSICS_DT * PHYSICS_DT * steps * (steps - 1.0) / 2.0;
         let fly = |ball: &BallState| BallState {
             position: std::array::from_fn(|axis| {
@@ -39,9 +39,8 @@ impl Predictor for ConstantVelocity {
     }
 }
 
-/// The change that followed the most similar stored sample: the nearest in normalised
-/// edge features among those of the same tool type, for the nearest active tool; free
-/// flight if no tool is near.
+/// The state change of the most similar stored sample: the nearest one in normalised edge
+/// features with the same tool type as the nearest tool; free flight if no edge is active.
 #[derive(Debug, Clone)]
 pub struct NearestSample {
     builder: GraphBuilder,
@@ -50,25 +49,26 @@ pub struct NearestSample {
     tables: Vec<Table>,
 }
 
-/// Launches of each tool among which the nearest sample is looked for: of more it would take minutes.
+/// Launches per tool that are searched for the nearest sample; searching more would take minutes.
 const STORED: usize = 1000;
 
 /// Stored samples of one edge function.
 #[derive(Debug, Clone)]
 struct Table {
     columns: Columns,
-    /// The columns that vary, of which alone `inputs` consists.
+    /// The columns that vary; `inputs` consists of these only.
     used: Vec<usize>,
     inputs: Vec<f32>,
     targets: Vec<f32>,
 }
 
 impl NearestSample {
-    /// Stores launches that `model` was trained on, the first [`STORED`] of each tool, one sample for each
-    /// prediction interval, with the model's own features, distinct and near.
+    /// Stores the first [`STORED`] training launches of each of the model's tools, one sample per
+    /// prediction interval. Features follow the model's settings, but with distinct edge functions,
+    /// dynamic edges and relative coordinates.
     ///
     /// # Errors
-    /// When the model's settings make no graphs.
+    /// When no graph can be built with the model's settings.
     pub fn of(model: &Model) -> Result<Self> {
         let config = ModelConfig {
             targets: Targets::Residual,
@@ -92,7 +92,7 @@ impl NearestSample {
     }
 }
 
-/// The active samples of launches at one tool type, with their targets.
+/// The samples with an active edge from launches at one tool type, with their targets.
 fn stored(
     builder: &GraphBuilder,
     codec: &Codec,
@@ -138,8 +138,8 @@ impl Predictor for NearestSample {
 }
 
 impl Table {
-    /// Samples with these inputs and targets. Columns that do not vary, as those of types, say nothing about what is
-    /// nearest and are left out.
+    /// Samples with these inputs and targets. Columns that do not vary, such as the one-hot types, do
+    /// not affect which sample is nearest and are left out.
     fn new(edges: Edges, targets: Vec<f32>, columns: usize) -> Self {
         let statistics = Columns::of(&edges.inputs, columns);
         let first = edges.inputs.get(..columns).unwrap_or_default();
@@ -154,7 +154,7 @@ impl Table {
     /// The target of the sample nearest to normalised inputs.
     fn nearest(&self, inputs: &[f32], outputs: usize) -> Option<&[f32]> {
         if self.used.is_empty() {
-            // All samples are alike, if there are any.
+            // All samples are alike, or there are none.
             return self.targets.get(..outputs);
         }
         let wanted: Vec<f32> = self.used.iter().map(|column| inputs[*column]).collect();
@@ -176,5 +176,5 @@ impl Table {
     }
 }
 
-/// Numbers between two looks at whether a sample is farther than the nearest so far.
+/// Numbers that are compared between two checks whether a sample is farther than the nearest so far.
 const NUMBERS: usize = 4;

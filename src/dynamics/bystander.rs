@@ -1,4 +1,4 @@
-//! Tools beside those that launches are made at: near the ball, and without effect on it.
+//! Additional tools in launches: near the ball, but without effect on it.
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -9,29 +9,29 @@ use crate::physics::{BallState, Tool, ToolKind};
 
 /// Least gap between the ball's surface and a bystander, in units.
 const CLEAR: f32 = 0.1;
-/// Places that are tried for one.
+/// Places tried for each bystander.
 const TRIES: usize = 20;
 
-/// Adds bystanders to a share of the scenes of single-tool launches. The ball does not touch them and moves
-/// as if they were not there: a model learns that such tools have no effect. Without them it never sees
-/// more than one tool near the ball, as it will in tasks.
+/// Adds bystanders to a share of the scenes of single-tool launches. The ball does not touch them and
+/// moves as if they were not there, so a model learns that such tools have no effect. Without
+/// bystanders, training scenes never have more than one tool near the ball, but tasks do.
 #[derive(Debug)]
 pub struct Bystanders {
     /// Share of scenes that get one.
     pub share: f32,
-    /// Distance from the ball's centre to the tool's surface below which models look at a tool, in units.
+    /// The models' cutoff: largest distance of an active edge, in units.
     pub cutoff: f32,
-    /// Types of what there can be.
+    /// Types of bystanders.
     pub tools: Vec<ToolKind>,
     /// Which tools of these types.
     pub variety: Variety,
-    /// Where the random numbers come from.
+    /// Random number generator.
     pub rng: ChaCha8Rng,
 }
 
 impl Bystanders {
-    /// A bystander of a ball that is in `states` one after the other; none for the other scenes, and if
-    /// there seems to be no room.
+    /// A bystander for a ball that passes through `states` in order; none if this scene is not among
+    /// the share, or if no free place was found.
     pub fn draw(&mut self, states: &[BallState]) -> Option<Tool> {
         if self.share == 0.0 || self.rng.r#gen::<f32>() >= self.share {
             return None;
@@ -59,7 +59,7 @@ mod tests {
         Bystanders { share, cutoff: 8.0, tools, variety: Variety::Sizes, rng: Stream::Bystanders.of(3) }
     }
 
-    /// A ball that falls for a sixth of a second, beside `tool` if there is one.
+    /// The states of a ball that falls for a sixth of a second, beside `tool` if given.
     fn falls(tool: Option<Tool>) -> Vec<BallState> {
         let mut world = World::new(GRAVITY);
         tool.into_iter().for_each(|tool| _ = world.add_tool(tool));

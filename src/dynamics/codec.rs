@@ -1,6 +1,5 @@
-//! Targets and their inverse: what the decoder's outputs say about the ball's next
-//! state. [`Codec::encode`] and [`Codec::decode`] stand side by side because each must
-//! undo the other.
+//! Conversion between states of the ball and the network's targets and outputs.
+//! [`Codec::decode`] is the inverse of [`Codec::encode`].
 
 use super::config::{Coordinates, ModelConfig, Targets};
 use super::graph::normalised_length;
@@ -31,7 +30,7 @@ impl Codec {
         }
     }
 
-    /// Outputs a prediction has. Position: x, y. Residual: displacement beyond `v t` (x,
+    /// Number of outputs of a prediction. Position: x, y. Residual: displacement beyond `v t` (x,
     /// y), change of velocity (x, y), change of spin if it is modelled.
     pub fn outputs(&self) -> usize {
         match self.targets {
@@ -58,8 +57,8 @@ impl Codec {
         }
     }
 
-    /// The state that `output` predicts for a ball in state `before`. Positions alone say
-    /// nothing about velocity: it is then the mean velocity, corrected for gravity.
+    /// The state that `output` predicts for a ball in state `before`. If only positions are
+    /// predicted, the velocity is the mean velocity, corrected for gravity.
     pub fn decode(&self, before: &BallState, output: &[f32]) -> BallState {
         let length = |output: f32| output * SCREEN / 2.0;
         let mut after = *before;

@@ -1,4 +1,4 @@
-//! Settings of a dynamics model, of its training and of the launches it learns from.
+//! Settings of a dynamics model, its training and the launches it learns from.
 
 use std::fmt;
 use std::str::FromStr;
@@ -15,13 +15,13 @@ use crate::validation::{Setting, ValidationError, check_settings};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ModelConfig {
-    /// Assumption 1: an edge function for each pair of object types, or one for all.
+    /// Assumption 1: one edge function for each pair of object types, or one for all.
     pub edge_functions: EdgeFunctions,
-    /// Assumption 2: edges only between near objects, or between all.
+    /// Assumption 2: edges only between nearby objects, or between all.
     pub edges: EdgeActivation,
-    /// Assumption 3: positions relative to the ball, or on the screen.
+    /// Assumption 3: positions relative to the ball, or absolute positions on the screen.
     pub coordinates: Coordinates,
-    /// Which distance edges carry.
+    /// The distance that edges carry.
     pub geometry: Geometry,
     /// Largest distance of an active edge, in units.
     pub cutoff: f32,
@@ -29,7 +29,8 @@ pub struct ModelConfig {
     pub interval: u32,
     /// What the decoder predicts.
     pub targets: Targets,
-    /// Tools have all properties of CREATE's tools, which edges carry; else they differ in size only.
+    /// Tools have all properties of CREATE's tools, and edges carry them; otherwise tools differ in
+    /// size only.
     #[serde(skip_serializing_if = "is_false")]
     pub properties: bool,
     /// The ball's spin is part of its state.
@@ -42,19 +43,19 @@ pub struct ModelConfig {
     pub embedding: usize,
 }
 
-/// Models without properties are written as they were before there were any.
+/// Models without properties are written in the older format, which had no such field.
 fn is_false(value: &bool) -> bool {
     !value
 }
 
-/// Whether each pair of object types has an edge function of its own.
+/// Whether each pair of object types has its own edge function.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EdgeFunctions {
     /// One for each edge type.
     #[default]
     Distinct,
-    /// One for all; the one-hot types in its input tell them apart.
+    /// One for all; the one-hot types in its input distinguish them.
     Shared,
 }
 
@@ -98,7 +99,7 @@ pub enum Geometry {
 pub enum Targets {
     /// The next position only: the paper's literal reading.
     Position,
-    /// Displacement beyond that of the present velocity, and change of velocity.
+    /// Displacement beyond that of the current velocity, and change of velocity.
     #[default]
     Residual,
 }
@@ -123,7 +124,7 @@ impl Default for ModelConfig {
 }
 
 impl ModelConfig {
-    /// The paper's literal reading: the next position after a whole action interval from
+    /// The paper's literal reading: predicts the position after a whole action interval, from
     /// centre distances. The cutoff covers the distance that a fast ball moves in that time.
     pub fn literal() -> Self {
         Self {
@@ -153,7 +154,7 @@ impl ModelConfig {
     }
 }
 
-/// The numbers among the settings of [`ModelConfig`].
+/// The numeric settings of [`ModelConfig`].
 pub const MODEL_SETTINGS: [Setting; 5] = [
     Setting::number("cutoff", 1e-3, 1000.0, "largest distance of an active edge, in units"),
     Setting::count("interval", 1, STEPS_PER_ACTION as u64, "physics steps from one prediction to the next"),
@@ -162,7 +163,7 @@ pub const MODEL_SETTINGS: [Setting; 5] = [
     Setting::count("embedding", 1, 1024, "size of messages and of the node embedding"),
 ];
 
-/// The numbers among the settings of [`TrainConfig`].
+/// The numeric settings of [`TrainConfig`].
 pub const TRAIN_SETTINGS: [Setting; 8] = [
     Setting::count("observations", 1, 1_000_000, "one-step observations (launches) for each tool type"),
     Setting::count("validation", 1, 100_000, "launches for each tool type that measure the error"),
@@ -187,23 +188,23 @@ pub struct TrainConfig {
     pub observations: usize,
     /// Launches for each tool type that measure the error and are never trained on.
     pub validation: usize,
-    /// Passes over the observations, each taking one row of every observation.
+    /// Passes over the observations; each pass uses one row of every observation.
     pub epochs: u32,
     /// Rows in a batch.
     pub batch: usize,
     /// Learning rate at the start.
     pub learning_rate: f32,
-    /// How the learning rate changes.
+    /// Learning-rate schedule.
     pub schedule: RateSchedule,
     /// Optimiser.
     pub optimiser: OptimiserKind,
     /// Loss of the normalised outputs.
     pub loss: Loss,
-    /// Also train on the mirror image of every launch (left and right exchanged).
+    /// Also train on the mirror image of every launch (left and right swapped).
     pub mirror: bool,
     /// Share of rows drawn from those close to a contact; the rest is drawn from all.
     pub contact_share: f32,
-    /// Share of rows in which a second tool, which the ball does not touch, is near.
+    /// Share of rows with a second tool near the ball, which the ball does not touch.
     pub bystanders: f32,
     /// Seed of launches, initial weights and batches.
     pub seed: u64,
@@ -213,7 +214,7 @@ pub struct TrainConfig {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RateSchedule {
-    /// The same throughout.
+    /// Constant.
     Constant,
     /// Half a cosine from the full rate to 0.
     #[default]
@@ -226,8 +227,7 @@ pub enum RateSchedule {
 pub enum Loss {
     /// `squared`: the squared error.
     Squared,
-    /// `huber:WIDTH`: Huber's loss, half the squared error up to this width and a straight
-    /// line beyond.
+    /// `huber:WIDTH`: Huber's loss, half the squared error up to this width and linear beyond.
     Huber(f32),
 }
 
@@ -311,8 +311,8 @@ impl Default for TrainConfig {
 }
 
 impl TrainConfig {
-    /// The paper's literal reading: what was observed and nothing else, each row as often
-    /// as any other, the squared error, one learning rate.
+    /// The paper's literal reading: only observed launches, rows drawn uniformly, squared error,
+    /// constant learning rate.
     pub fn literal() -> Self {
         Self {
             schedule: RateSchedule::Constant,
@@ -335,7 +335,7 @@ impl TrainConfig {
         }
     }
 
-    /// The learning rate when `progress` of all updates, from 0 to 1, is done.
+    /// The learning rate at `progress`, the share of all updates that is done, from 0 to 1.
     pub fn rate(&self, progress: f64) -> f32 {
         match self.schedule {
             RateSchedule::Constant => self.learning_rate,

@@ -6,19 +6,19 @@ use super::object::ObjectType;
 use crate::nn::{NnError, TensorFileError};
 use crate::validation::ValidationError;
 
-/// What comes of work with dynamics models.
+/// Result of work with dynamics models.
 pub type Result<T, E = DynamicsError> = std::result::Result<T, E>;
 
-/// A model cannot be made, trained or used for what was asked.
+/// A model cannot be created, trained, read, written or used as asked.
 #[derive(Debug, Error)]
 pub enum DynamicsError {
     /// A setting is out of range.
     #[error("dynamics.{0}")]
     Config(#[from] ValidationError),
-    /// It was asked to stop.
+    /// The caller asked to stop.
     #[error("stopped before its end")]
     Stopped,
-    /// No tool type was given, or one twice.
+    /// No tool type was given, or a type was given twice.
     #[error("the tool set `{given}` is not usable: name each of its tool types once, at least one")]
     ToolSet { given: String },
     /// The scene has an edge of a type the model was never trained on.
@@ -26,7 +26,7 @@ pub enum DynamicsError {
         "the model was never trained on {sender}-to-ball edges: it knows the tools {known}; train one for this tool set"
     )]
     UnseenEdge { sender: ObjectType, known: String },
-    /// More moves in the task than the one ball that a model predicts.
+    /// Something else than the one ball that a model predicts moves in the task.
     #[error(
         "task `{task}`: the model was never trained on ball-to-ball edges, and {what} moves here besides the target: take the true physics"
     )]
@@ -34,22 +34,22 @@ pub enum DynamicsError {
     /// An object's state or size is not a finite number.
     #[error("an object of the scene has a position, velocity or size that is not finite")]
     NotFinite,
-    /// The task's rules are not those of the launches.
+    /// The task's physics differ from those of the launches.
     #[error("task `{task}`: {what} differs from that of the launches the model learned from")]
     OtherPhysics { task: String, what: &'static str },
-    /// The networks.
+    /// An error of the networks.
     #[error(transparent)]
     Network(#[from] NnError),
-    /// The model file.
+    /// The content of the model file is invalid.
     #[error("{origin}: {source}")]
     File { origin: String, source: TensorFileError },
     /// The model file cannot be read or written.
     #[error("{origin}: {source}")]
     Io { origin: String, source: std::io::Error },
-    /// The file is of another version of the format.
+    /// The file has another format version.
     #[error("{origin}: the model file has format version {found}, this program reads version {wanted}: train it again")]
     Version { origin: String, found: String, wanted: u32 },
-    /// The file is a checkpoint or model of another kind than expected.
+    /// The file is not the expected checkpoint or model.
     #[error("{origin}: {reason}")]
     Content { origin: String, reason: String },
 }

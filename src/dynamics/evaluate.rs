@@ -1,5 +1,5 @@
-//! How well a model predicts what it never saw: fresh launches and whole scenes of tasks,
-//! next to two baselines that learn nothing and rapier's own solver.
+//! Evaluation of a model on unseen data: fresh launches and complete task scenes, compared with
+//! two baselines without learning and with rapier's own solver.
 
 use std::sync::Arc;
 
@@ -20,17 +20,17 @@ use crate::env::{Action, Snapshot, uniform_action};
 use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind, to_normalised};
 use crate::task::Task;
 
-/// What is evaluated.
+/// Settings of an evaluation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct EvaluationConfig {
     /// Fresh launches for each tool type.
     pub launches: usize,
-    /// Random episodes of each task, whose states start the scene rollouts.
+    /// Random episodes of each task; scene rollouts start from their states.
     pub episodes: usize,
     /// Actions of a scene rollout.
     pub horizon: usize,
-    /// Rollouts of each task that compare predicted with real hits of the next stage.
+    /// Rollouts of each task in which predicted and real hits of the next stage are compared.
     pub hit_rollouts: usize,
     /// Seed of launches, episodes and actions.
     pub seed: u64,
@@ -47,16 +47,16 @@ impl Default for EvaluationConfig {
 pub struct Evaluation {
     /// The model's tool set.
     pub model: String,
-    /// Its data hash.
+    /// The model's data hash.
     pub data_hash: String,
-    /// What was evaluated.
+    /// The settings.
     pub config: EvaluationConfig,
-    /// Fresh launches, by tool type.
+    /// Errors on fresh launches, by tool type.
     pub launches: Vec<LaunchErrors>,
-    /// Launches at tools of CREATE's catalogue to test with, by type: no model has seen these tools.
+    /// Errors on launches at the test tools of CREATE's catalogue, by type: no model is trained on these.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub held_out: Vec<LaunchErrors>,
-    /// Whole scenes, by task.
+    /// Errors on complete scenes, by task.
     pub scenes: Vec<SceneErrors>,
 }
 
@@ -69,7 +69,7 @@ pub struct Compared<T> {
     pub constant_velocity: T,
     /// The nearest stored sample.
     pub nearest_sample: T,
-    /// rapier's own solver; none in evaluations that were made before it was compared.
+    /// rapier's own solver; none in older evaluations, which did not include it.
     #[serde(default = "Option::default", skip_serializing_if = "Option::is_none")]
     pub rapier: Option<T>,
 }
@@ -77,7 +77,7 @@ pub struct Compared<T> {
 /// Distances between predicted and true positions, normalised.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
-    /// Predictions.
+    /// Number of predictions.
     pub count: usize,
     /// Mean distance.
     pub mean: f64,
@@ -99,13 +99,13 @@ pub struct LaunchErrors {
 pub struct OneTool {
     /// After one prediction interval.
     pub one_step: Errors,
-    /// The same, of those in which the ball was deflected.
+    /// The same, only for intervals in which the ball was deflected.
     pub one_step_contact: Errors,
     /// After each prediction of a rollout over one action.
     pub rollout: Vec<Errors>,
-    /// After the whole action, of launches in which the ball was deflected.
+    /// After the whole action, only for launches in which the ball was deflected.
     pub action_contact: Errors,
-    /// Predicted against real hits of a subgoal near the ball's path, of the same launches.
+    /// Predicted against real hits of a subgoal near the ball's path, for the same launches.
     pub hits: Hits,
 }
 
@@ -137,31 +137,30 @@ pub struct Hits {
     pub recall: Option<f64>,
 }
 
-/// How far an evaluation is.
+/// Progress of an evaluation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct EvaluationProgress {
     /// Parts done.
     pub done: usize,
-    /// Parts in all: one for each predictor and tool type, another where tools of it are held out, two for each
-    /// predictor and task.
+    /// Total number of parts: for each predictor, one per tool type, one more per tool type with held-out
+    /// tools, and two per task.
     pub total: usize,
-    /// What is evaluated now: a tool type or a task.
+    /// The part now being evaluated: a tool type or a task.
     pub part: String,
 }
 
-/// Evaluates a model on fresh launches of its tools, and on scenes of those of `tasks`
-/// whose tools it knows.
+/// Evaluates a model on fresh launches at its tools, and on scenes of those `tasks` that it supports.
 ///
 /// # Errors
 /// When the model cannot predict a scene of such a task.
 pub fn evaluate(model: &Model, tasks: &[Task], config: &EvaluationConfig) -> Result<Evaluation> {
     let evaluation = evaluate_with_progress(model, tasks, config, &mut |_| true)?;
-    // There is no evaluation only if the callback returns false.
+    // `None` is returned only if the callback returns false.
     Ok(evaluation.expect("the evaluation was not stopped"))
 }
 
-/// As [`evaluate()`]. `on_progress` is called before every part; if it returns false, the evaluation
-/// stops, and nothing is returned.
+/// Like [`evaluate()`]. `on_progress` is called before every part; if it returns false, the evaluation
+/// stops and returns `None`.
 ///
 /// # Errors
 /// As [`evaluate()`].
@@ -180,12 +179,12 @@ pub fn evaluate_with_progress(
     }
 }
 
-/// The tools that a model's errors are measured at: such as it learned from, then such as it never saw, if any.
+/// The tools on which a model's errors are measured: those like its training tools, then the held-out ones.
 fn varieties(model: &Model) -> [Variety; 2] {
     [Variety::of(model.config()), Variety::HeldOut]
 }
 
-/// The types that launches of a variety are made at.
+/// The tool types that are launched at for a variety.
 fn kinds(model: &Model, variety: Variety) -> impl Iterator<Item = ToolKind> {
     let has = move |kind: &ToolKind| match variety {
         Variety::HeldOut => model.config().properties && variety.has(*kind),
@@ -194,7 +193,7 @@ fn kinds(model: &Model, variety: Variety) -> impl Iterator<Item = ToolKind> {
     model.tools().iter().copied().filter(has)
 }
 
-/// Predictors that are compared.
+/// Number of predictors that are compared.
 const PREDICTORS: usize = 4;
 
 struct Parts<'a> {
@@ -292,8 +291,8 @@ fn scene_errors(
 }
 
 impl Evaluation {
-    /// Mean error of one prediction on fresh launches, and mean errors after 1, 2, ... actions in
-    /// unseen scenes: over the tools and over the scenes.
+    /// The model's mean error of one prediction on fresh launches, averaged over tool types, and its mean
+    /// errors after 1, 2, ... actions in unseen scenes, averaged over tasks.
     pub fn mean_errors(&self) -> (f64, Vec<f64>) {
         let average = |values: &mut dyn Iterator<Item = f64>| {
             let values: Vec<f64> = values.collect();
@@ -341,9 +340,9 @@ fn distance(predicted: &BallState, real: &BallState) -> f64 {
     f64::from(a[0] - b[0]).hypot(f64::from(a[1] - b[1]))
 }
 
-/// Radius of a launch's subgoal in units: that of the tasks.
+/// Radius of a launch's subgoal in units, as in the tasks.
 const SUBGOAL_RADIUS: f32 = 4.0;
-/// Farthest that a launch's subgoal is from the ball's last position, along each axis, in units.
+/// Largest offset of a launch's subgoal from the ball's last position, along each axis, in units.
 const SUBGOAL_OFFSET: f32 = 16.0;
 
 /// Centres of subgoals near the end of the path, which about half of the launches hit.
@@ -433,7 +432,7 @@ mod tests {
             reports.push((now.done, now.total));
             true
         });
-        // Two tools and one task that the model knows, four predictors each.
+        // Two tools and one supported task, four predictors each.
         assert_eq!(reports, (0..16).map(|done| (done, 16)).collect::<Vec<_>>());
         assert_eq!(whole.unwrap().unwrap(), evaluate(&model, &tasks, &config).unwrap());
         let mut parts = 0;

@@ -1,8 +1,8 @@
 //! Scenes as graphs: nodes, typed edges, the distance cutoff (paper, section 4.1).
 //!
-//! A scene has one moving ball, the receiver of all edges and the reference object, and
-//! static tools, the senders. Positions in features are normalised lengths (42 units are
-//! 1), velocities are divided by [`VELOCITY_SCALE`].
+//! A scene has one moving ball, which is the receiver of all edges and the reference object, and
+//! static tools, which are the senders. Positions in features are normalised lengths (42 units are
+//! 1); velocities are divided by [`VELOCITY_SCALE`].
 
 use super::config::{Coordinates, EdgeActivation, EdgeFunctions, Geometry, ModelConfig};
 use super::error::{DynamicsError, Result};
@@ -14,8 +14,8 @@ use crate::physics::{Ball, BallState, SCREEN, Tool, ToolKind};
 /// Features of a node without the ball's spin: velocity x, y; position x, y; one-hot type.
 pub const NODE_FEATURES: usize = 4 + ObjectType::COUNT;
 
-/// Graphs of many scenes, ready for the network: one receiver node a scene and the
-/// active edges, sorted by edge function.
+/// Graphs of many scenes, ready for the network: one receiver node per scene and the
+/// active edges, grouped by edge function.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Graphs {
     /// Number of scenes.
@@ -57,15 +57,15 @@ pub struct GraphBuilder {
 }
 
 impl GraphBuilder {
-    /// A builder for the edge types ball and each of `tools`, in canonical order.
+    /// A builder for edges between the ball and each of `tools`, which are in canonical order.
     pub fn new(config: ModelConfig, tools: Vec<ToolKind>) -> Self {
         Self { config, tools, radius: Ball::default().radius }
     }
 
-    /// Sizes of the feature vectors it makes. With default settings a node has velocity
-    /// (2), position (2), type (6) and the ball's spin (1); an edge has both nodes, the
-    /// distance (1), the nearest surface point (2) and half extents (2), and with properties
-    /// those of the tool ([`tool_features`]).
+    /// Sizes of the feature vectors. With default settings a node has velocity (2), position
+    /// (2), type (6) and the ball's spin (1); an edge has both nodes, the distance (1), the
+    /// nearest surface point (2) and half extents (2). With properties it also has those of the
+    /// tool ([`tool_features`]).
     pub fn layout(&self) -> Layout {
         let node = NODE_FEATURES + usize::from(self.config.spin);
         let geometry = match self.config.geometry {
@@ -89,8 +89,8 @@ impl GraphBuilder {
     ///
     /// # Errors
     /// [`DynamicsError::UnseenEdge`] for a tool type outside the tool set, whether or not
-    /// it is near; [`DynamicsError::NotFinite`] for a state or size that is no number.
-    /// Nothing is added then.
+    /// it is near; [`DynamicsError::NotFinite`] for a state or size that is not finite.
+    /// In both cases nothing is added.
     pub fn push<'a>(
         &self,
         graphs: &mut Graphs,
@@ -144,7 +144,7 @@ impl GraphBuilder {
     fn function(&self, kind: ToolKind) -> usize {
         match self.config.edge_functions {
             EdgeFunctions::Shared => 0,
-            // `check` has refused other kinds.
+            // `check` has rejected all other kinds.
             EdgeFunctions::Distinct => self.tools.iter().position(|known| *known == kind).unwrap_or(0),
         }
     }
@@ -159,8 +159,8 @@ impl GraphBuilder {
         }
     }
 
-    /// A tool as a ball of the launches' radius would find it: the gap is the same, so the tool is moved along the line
-    /// between them by what the radius differs.
+    /// The tool, moved along the surface normal by the difference between the radii, so that a ball of
+    /// the launches' radius has the same gap to it.
     fn seen(&self, ball: &BallState, tool: &Tool) -> Tool {
         let thinner = Ball::default().radius - self.radius;
         if thinner == 0.0 || tool.is_beyond(ball.position, self.config.cutoff + thinner.abs()) {
@@ -170,7 +170,7 @@ impl GraphBuilder {
         tool.at([0, 1].map(|axis| tool.position[axis] - f64::from(thinner * normal[axis])))
     }
 
-    /// A position in units as the configured coordinates have it.
+    /// A position in units, converted to the configured coordinates.
     fn coordinates(&self, position: [f32; 2], reference: [f32; 2]) -> [f32; 2] {
         let origin = match self.config.coordinates {
             Coordinates::Relative => reference,
@@ -179,7 +179,7 @@ impl GraphBuilder {
         std::array::from_fn(|axis| normalised_length(position[axis] - origin[axis]))
     }
 
-    /// Edge features, none if the edge is not active.
+    /// Edge features; none if the edge is not active.
     fn active_edge(&self, ball: &BallState, tool: &Tool) -> Option<[f32; 5]> {
         let is_limited = self.config.edges != EdgeActivation::FullyConnected;
         let (distance, features) = match self.config.geometry {
@@ -204,7 +204,7 @@ impl GraphBuilder {
 }
 
 impl Graphs {
-    /// Adds scene `row` of `other`, which was made by the same builder.
+    /// Adds scene `row` of `other`, which must come from the same builder.
     pub fn push_from(&mut self, other: &Graphs, row: usize) {
         let node = other.nodes.len() / other.scenes;
         self.nodes.extend_from_slice(&other.nodes[row * node..(row + 1) * node]);
@@ -218,7 +218,7 @@ impl Graphs {
         self.scenes += 1;
     }
 
-    /// Forgets all scenes and keeps the memory.
+    /// Removes all scenes and keeps the memory.
     pub fn clear(&mut self) {
         self.scenes = 0;
         self.nodes.clear();

@@ -11,8 +11,8 @@ use crate::env::tool_features;
 use crate::physics::{Ball, BallState, GRAVITY, PHYSICS_DT, SCREEN, STEPS_PER_ACTION, Tool, ToolKind, World};
 use crate::streams::Stream;
 
-/// One observation of a tool's dynamics: one interaction with the environment of 40
-/// physics steps.
+/// One observation of a tool's dynamics: one interaction with the environment, 40
+/// physics steps long.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Launch {
     /// The only tool of the scene.
@@ -21,23 +21,23 @@ pub struct Launch {
     pub states: Vec<BallState>,
 }
 
-/// Which part of a seed's launches: no launch is in two of them.
+/// The disjoint parts of a seed's launches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Split {
-    /// Those a model learns from.
+    /// Launches that a model learns from.
     Training,
-    /// Those that measure its error during training.
+    /// Launches that measure its error during training.
     Validation,
-    /// Those that measure it afterwards.
+    /// Launches that measure its error after training.
     Test,
 }
 
-/// Fastest launch, in units/s: a ball that falls through the screen has 18.
+/// Largest launch speed, in units/s. A ball that falls through the whole screen reaches 18.
 const MAX_SPEED: f32 = 16.0;
-/// Latest first contact aimed at, in seconds: within the interval that is observed.
+/// Latest time at which the ball reaches its aim, in seconds: within the observed interval.
 const MAX_LEAD: f32 = 1.0;
 
-/// `count` launches at tools of one type, each from a random stream of its own.
+/// `count` launches at tools of one type, each from its own random stream.
 pub fn collect(kind: ToolKind, variety: Variety, count: usize, split: Split, seed: u64) -> Vec<Launch> {
     let launch = |index: usize| {
         let stream = Stream::Launch { split: split as u64, kind: kind.index() as u64, index: index as u64 };
@@ -46,7 +46,8 @@ pub fn collect(kind: ToolKind, variety: Variety, count: usize, split: Split, see
     (0..count).into_par_iter().map(launch).collect()
 }
 
-/// SHA-256 of all numbers of the launches, as hexadecimal digits; those of the tools' properties if tools have any.
+/// SHA-256 of all numbers of the launches, as hexadecimal digits; includes the tools' properties if
+/// `properties`.
 pub fn data_hash<'a>(launches: impl IntoIterator<Item = &'a Launch>, properties: bool) -> String {
     let mut hash = Sha256::new();
     for launch in launches {
@@ -81,9 +82,9 @@ fn launch(kind: ToolKind, variety: Variety, rng: &mut ChaCha8Rng) -> Launch {
     }
 }
 
-/// A ball that moves to a point around the tool: most fall or are thrown down at it, some
-/// come from anywhere, some roll or slide along its surface, some fly free. Those aimed
-/// past the tool graze it or miss it.
+/// Initial state of a ball aimed at a point on or near the tool: most fall or are thrown down at it,
+/// some come from any direction, some roll or slide along its surface, some fly freely. Balls aimed
+/// past the tool graze or miss it.
 fn start(tool: &Tool, rng: &mut impl Rng) -> BallState {
     let radius = Ball::default().radius;
     let reach = tool.half_extents().map(|half| half + 1.1 * radius);
@@ -101,7 +102,7 @@ fn start(tool: &Tool, rng: &mut impl Rng) -> BallState {
     };
     let velocity = [angle.cos() * speed, angle.sin() * speed];
     let lead = rng.gen_range(0.0..MAX_LEAD);
-    // Back in time from the aim under gravity.
+    // Go back in time from the aim, under gravity.
     BallState {
         position: std::array::from_fn(|axis| aim[axis] - velocity[axis] * lead + GRAVITY[axis] * lead * lead / 2.0),
         velocity: std::array::from_fn(|axis| velocity[axis] - GRAVITY[axis] * lead),
@@ -110,7 +111,7 @@ fn start(tool: &Tool, rng: &mut impl Rng) -> BallState {
     }
 }
 
-/// A ball so far from the tool that it mostly flies free, often straight down from rest.
+/// A ball beside the tool, so far away that it mostly flies freely, often straight down.
 fn flying(tool: &Tool, spin: f32, rng: &mut impl Rng) -> BallState {
     let side = if rng.gen_bool(0.5) { -1.0 } else { 1.0 };
     let away = tool.half_extents()[0] + rng.gen_range(10.0..30.0);

@@ -18,7 +18,7 @@ use crate::nn::{TensorFile, TensorFileError};
 use crate::physics::{Ball, BallState, GRAVITY, STEPS_PER_ACTION, Tool, ToolKind};
 use crate::task::{GoalShape, Task, ToolSpec};
 
-/// Version of the file format this program writes and reads.
+/// Version of the file format that this program writes and reads.
 const VERSION: u32 = 1;
 
 /// A dynamics model of one tool set.
@@ -42,9 +42,9 @@ pub struct Provenance {
     pub epoch: u32,
     /// SHA-256 of the launches it was trained on.
     pub data_hash: String,
-    /// Version of the program that made it.
+    /// Version of the program that trained it.
     pub crate_version: String,
-    /// The command that makes it again.
+    /// The command that reproduces it.
     pub command: String,
 }
 
@@ -66,24 +66,24 @@ impl Model {
         &self.config
     }
 
-    /// The tool types it knows, in canonical order.
+    /// The tool types that it supports, in canonical order.
     pub fn tools(&self) -> &[ToolKind] {
         &self.tools
     }
 
-    /// The names of its tools, joined by hyphens; `create` if it knows all of CREATE's with their properties.
+    /// The names of its tools, joined by hyphens; `create` if it supports all of CREATE's tools with their
+    /// properties.
     pub fn name(&self) -> String {
         model_name(&self.config, &self.tools)
     }
 
-    /// Where it comes from.
+    /// How it was made.
     pub fn provenance(&self) -> &Provenance {
         &self.provenance
     }
 
     /// The states of the balls one prediction interval later. `graphs` holds one scene for
-    /// each of `balls`, in order, as the model's builder made them; their features
-    /// are normalised in place.
+    /// each of `balls`, in order, from the model's builder; their features are normalised in place.
     pub(super) fn predict(&self, graphs: &mut Graphs, balls: &[BallState]) -> Vec<BallState> {
         assert_eq!(graphs.scenes, balls.len(), "one ball a scene");
         self.normaliser.normalise(graphs);
@@ -93,8 +93,8 @@ impl Model {
         balls.iter().zip(outputs).map(|(ball, output)| self.codec.decode(ball, output)).collect()
     }
 
-    /// The model for a task's scenes. With [`properties`](ModelConfig::properties) balls may have another radius
-    /// than those of the launches: surfaces are then moved by the difference, which is exact for flat ones.
+    /// The model for a task's scenes. With [`properties`](ModelConfig::properties) the ball's radius may differ
+    /// from that of the launches: surfaces are then moved by the difference, which is exact for flat ones.
     ///
     /// # Errors
     /// As [`check_task`](Self::check_task).
@@ -112,9 +112,9 @@ impl Model {
     ///
     /// # Errors
     /// [`DynamicsError::UnseenEdge`] for a tool type it was never trained on,
-    /// [`DynamicsError::OtherMovers`] for a second ball or a box that moves,
-    /// [`DynamicsError::OtherPhysics`] for other rules, another ball or
-    /// tools of another form or material than the launches had.
+    /// [`DynamicsError::OtherMovers`] for a second ball or a moving box,
+    /// [`DynamicsError::OtherPhysics`] for rules, a ball, or tool forms or materials that differ from
+    /// those of the launches.
     pub fn check_task(&self, task: &Task) -> Result<()> {
         let tools: Vec<Tool> = task.tools.iter().map(ToolSpec::tool).chain([task.placeable.tool([0.0; 2])]).collect();
         self.check_kinds(&tools)?;
@@ -143,11 +143,11 @@ impl Model {
         self.check_tools(task, &tools)
     }
 
-    /// Checks that the model can predict what tools do in the scenes of a task.
+    /// Checks that the model can predict the effect of `tools` in the scenes of a task.
     ///
     /// # Errors
     /// [`DynamicsError::UnseenEdge`] for a tool type it was never trained on,
-    /// [`DynamicsError::OtherPhysics`] for a tool of another form or material than the launches had.
+    /// [`DynamicsError::OtherPhysics`] for a tool whose form or material differs from the launches.
     pub fn check_tools(&self, task: &Task, tools: &[Tool]) -> Result<()> {
         self.check_kinds(tools)?;
         let is_known = |tool: &Tool| *tool == Tool::new(tool.kind, tool.position).with_size(tool.size);
@@ -185,7 +185,7 @@ impl Model {
     /// The model in a tensor file; `origin` names it in errors.
     ///
     /// # Errors
-    /// When the file is of another kind or version, or a part is missing or does not fit.
+    /// When the file is of another kind or version, or a part is missing or invalid.
     pub fn from_file(file: &TensorFile, origin: &str) -> Result<Self> {
         let wrong = |source| DynamicsError::File { origin: origin.to_owned(), source };
         let content = |reason: &str| DynamicsError::Content { origin: origin.to_owned(), reason: reason.to_owned() };
@@ -214,7 +214,7 @@ impl Model {
     /// Reads a model from the bytes of a file; `origin` names it in errors.
     ///
     /// # Errors
-    /// When the bytes are truncated, foreign, of another version, or do not fit.
+    /// When the bytes are truncated, not a model, of another version, or invalid.
     pub fn from_bytes(bytes: &[u8], origin: &str) -> Result<Self> {
         let file = TensorFile::from_bytes(bytes)
             .map_err(|source| DynamicsError::File { origin: origin.to_owned(), source })?;
@@ -242,12 +242,12 @@ impl Model {
     }
 }
 
-/// Radii of balls, in units, that a model with properties predicts.
+/// Ball radii that a model with properties supports, in units.
 const RADII: std::ops::RangeInclusive<f32> = 2.0..=6.0;
 
 const FORMAT: &str = "mge dynamics model";
 
-/// A metadata entry that holds JSON.
+/// A metadata entry, parsed from JSON.
 pub(super) fn entry<T: serde::de::DeserializeOwned>(file: &TensorFile, key: &str) -> Result<T, TensorFileError> {
     let invalid = |reason: String| TensorFileError::Metadata { key: key.to_owned(), reason };
     let text = file.metadata.get(key).ok_or_else(|| invalid("it is missing".to_owned()))?;

@@ -38,7 +38,7 @@ impl Network {
     /// seventeen layers of tanh.
     ///
     /// # Errors
-    /// When the configured sizes make no network.
+    /// When the configured sizes are not usable.
     pub fn new(config: &ModelConfig, layout: Layout, outputs: usize, rng: &mut ChaCha8Rng) -> Result<Self, NnError> {
         let [edge, node, decoder] = shapes(config, layout, outputs);
         let init = InitScheme::Orthogonal;
@@ -49,12 +49,12 @@ impl Network {
         })
     }
 
-    /// All networks in the order in which an optimiser knows them.
+    /// All networks, in the order used by the optimiser.
     pub fn networks(&self) -> Vec<&Mlp> {
         self.edges.iter().chain([&self.node, &self.decoder]).collect()
     }
 
-    /// All networks in the order in which an optimiser knows them, to be changed.
+    /// All networks, mutable, in the order used by the optimiser.
     pub fn networks_mut(&mut self) -> Vec<&mut Mlp> {
         self.edges.iter_mut().chain([&mut self.node, &mut self.decoder]).collect()
     }

@@ -1,29 +1,28 @@
-//! Mean and scale of every feature and target, from the data, kept in the model.
+//! Mean and scale of every feature and target, computed from the data and stored in the model.
 
 use super::graph::Graphs;
 use crate::nn::{TensorFile, TensorFileError};
 
-/// Statistics of the rows of a matrix, column by column.
+/// Mean and scale of each column of a matrix.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Columns {
     mean: Vec<f32>,
     scale: Vec<f32>,
 }
 
-/// The normalisation of a model's inputs and outputs: an input to the network, no hidden
-/// constant.
+/// The normalisation of a model's inputs and targets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Normaliser {
-    /// Of the inputs of each edge function.
+    /// Statistics of the inputs of each edge function.
     pub edges: Vec<Columns>,
-    /// Of the node features.
+    /// Statistics of the node features.
     pub nodes: Columns,
-    /// Of the targets.
+    /// Statistics of the targets.
     pub targets: Columns,
 }
 
 impl Columns {
-    /// Statistics of `columns` columns. Columns that do not vary keep scale 1.
+    /// Statistics of `columns` columns. Constant columns get scale 1.
     pub fn of(values: &[f32], columns: usize) -> Self {
         let rows = (values.len() / columns).max(1) as f64;
         let mut mean = vec![0.0f64; columns];

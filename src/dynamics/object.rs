@@ -18,7 +18,7 @@ impl ObjectType {
     /// Length of the one-hot encoding.
     pub const COUNT: usize = 1 + ToolKind::PAPER.len();
 
-    /// Place in the one-hot encoding: the ball, then [`ToolKind::PAPER`].
+    /// Index in the one-hot encoding: the ball, then [`ToolKind::PAPER`].
     pub fn index(self) -> usize {
         match self {
             Self::Ball => 0,
@@ -26,7 +26,7 @@ impl ObjectType {
         }
     }
 
-    /// The encoding itself.
+    /// The one-hot encoding; all zeros for tool types outside [`ToolKind::PAPER`].
     pub(super) fn one_hot(self) -> [f32; Self::COUNT] {
         std::array::from_fn(|slot| f32::from(u8::from(slot == self.index())))
     }

@@ -1,10 +1,10 @@
-//! What predicts the ball: a learned model, or one of the baselines it is measured against.
+//! Predictors of the ball's motion: learned models, and the baselines they are compared with.
 
 use super::error::Result;
 use super::model::Model;
 use crate::physics::{BallState, Tool};
 
-/// Predicts the state of balls among static tools one prediction interval ahead.
+/// Predicts the states of balls among static tools one prediction interval ahead.
 pub trait Predictor: Sync {
     /// Physics steps from one prediction to the next; divides those of an action.
     fn interval(&self) -> u32;
@@ -12,7 +12,7 @@ pub trait Predictor: Sync {
     /// The state of each ball one interval later; `tools[i]` surround `balls[i]`.
     ///
     /// # Errors
-    /// When it cannot predict a scene, as when it was never trained on a tool type.
+    /// When it cannot predict a scene, for example because it was never trained on a tool type.
     fn advance(&self, balls: &[BallState], tools: &[&[Tool]]) -> Result<Vec<BallState>>;
 }
 

@@ -1,8 +1,8 @@
 //! rapier's own solver as a model: between a learned network and the true physics.
 //!
-//! It knows the ball and the shapes and materials of tools, at CREATE's time step. What CREATE's tools do
-//! beyond that it ignores, but for the bucket: fans, belts, ladders and cannons let the ball through,
-//! funnels are solid, planks do not turn.
+//! It simulates the ball and the shapes and materials of tools, at CREATE's time step. Except for the
+//! bucket, special effects of CREATE's tools are ignored: fans, belts, ladders and cannons let the ball
+//! through, funnels are solid, planks do not turn.
 
 use rapier2d::prelude::*;
 use rayon::prelude::*;
@@ -12,10 +12,10 @@ use super::predictor::Predictor;
 use crate::physics::{Ball, BallState, PHYSICS_DT, Tool, ToolKind, exact};
 use crate::task::Task;
 
-/// Most physics steps of one prediction: the ball is seen at its end only.
+/// Largest number of physics steps of one prediction, because callers see the ball only at its end.
 const LONGEST_INTERVAL: u32 = 5;
 
-/// The balls of a task among its tools, as rapier sees them.
+/// Predicts a task's ball with rapier.
 #[derive(Debug, Clone, Copy)]
 pub struct Rapier {
     interval: u32,
@@ -24,14 +24,14 @@ pub struct Rapier {
 }
 
 impl Rapier {
-    /// For a task: its gravity and ball, and predictions that divide its actions.
+    /// A predictor with a task's gravity and ball, and an interval that divides its actions.
     pub fn new(task: &Task) -> Self {
         let steps = task.rules.steps_per_action;
         let interval = (1..=LONGEST_INTERVAL).rev().find(|interval| steps.is_multiple_of(*interval)).unwrap_or(1);
         Self { interval, ..Self::every(interval, task.rules.gravity, task.ball.material()) }
     }
 
-    /// Predictions of so many physics steps.
+    /// A predictor with this interval, in physics steps.
     pub(super) fn every(interval: u32, gravity: [f32; 2], ball: Ball) -> Self {
         Self { interval, gravity, ball }
     }
@@ -51,7 +51,7 @@ impl Rapier {
                 world.insert_collider(material(collider, tool.elasticity, tool.friction), None);
             }
         }
-        // CREATE moves a body before gravity acts, rapier after, in so many parts of a step.
+        // CREATE moves a body before it applies gravity, rapier afterwards, in `parts` substeps.
         let parts = world.integration_parameters.num_solver_iterations as f64;
         let ahead = gravity * dt * (0.5 + 0.5 / parts);
         let velocity = Vector::from(ball.velocity.map(f64::from)) - ahead;
@@ -80,7 +80,7 @@ impl Rapier {
         }
     }
 
-    /// Whether a ball touches a bucket from above.
+    /// Whether the tool is a bucket and a ball at `place` touches it from above.
     fn captures(&self, tool: &Tool, place: Vector) -> bool {
         if tool.kind != ToolKind::Bucket {
             return false;
@@ -92,7 +92,7 @@ impl Rapier {
     }
 }
 
-/// A collider whose pairs have the product of elasticities and of frictions.
+/// A collider that combines elasticities and frictions by multiplication.
 fn material(collider: ColliderBuilder, elasticity: f64, friction: f64) -> ColliderBuilder {
     collider
         .restitution(elasticity)
@@ -116,7 +116,7 @@ mod tests {
     use super::*;
     use crate::physics::{Motion, World};
 
-    /// Where rapier and the true physics have the ball after an action, in units.
+    /// The ball after an action, according to rapier and to the true physics.
     fn both(tool: Tool, start: BallState) -> [BallState; 2] {
         let mut world = World::new([0.0, -2.0]);
         world.add_tool(tool);
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_near_the_true_physics_in_flight_and_at_tools() {
+    fn predictions_are_close_to_the_true_physics_in_flight_and_at_tools() {
         let falling = BallState { velocity: [1.0, -6.0], ..BallState::at_rest([42.0, 60.0]) };
         let far = Tool::new(ToolKind::Box, [10.0, 10.0]);
         let apart = distance(both(far, falling));
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bucket_captures_from_above_and_a_fan_lets_through() {
+    fn a_bucket_captures_from_above_and_a_fan_has_no_effect() {
         let falling = BallState { velocity: [0.0, -8.0], ..BallState::at_rest([42.0, 60.0]) };
         let [predicted, real] = both(Tool::new(ToolKind::Bucket, [42.0, 50.0]), falling);
         assert_eq!(predicted.position, real.position);

@@ -1,4 +1,4 @@
-//! Model rollouts: thousands of action sequences as one batch for every prediction.
+//! Model rollouts: every prediction is one batch over thousands of action sequences.
 
 use super::error::Result;
 use super::predictor::Predictor;
@@ -6,18 +6,18 @@ use crate::env::{Action, ActionSet, Choice, Placement, Snapshot};
 use crate::physics::{BallState, SCREEN, Tool, to_normalised, to_units};
 use crate::task::{Region, SubgoalCheck, Task};
 
-/// A ball counts as having touched a tool when its surface was predicted to be nearer to
-/// the tool's than this, in units: predictions see the ball only once in an interval.
+/// Largest predicted gap between the surfaces of ball and tool that counts as a touch, in units;
+/// above 0 because the ball is predicted only once per interval.
 const TOUCH_GAP: f32 = 2.0;
 
-/// What becomes of a ball under one sequence of actions, predicted or simulated.
+/// The outcome of one sequence of actions, predicted or simulated.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Rollout {
     /// The actions taken, up to the end of the rollout.
     pub actions: Vec<RolloutAction>,
-    /// The next stage was reached, in the last of `actions`.
+    /// The next stage was reached, during the last of `actions`.
     pub hit: bool,
-    /// Normalised positions of the ball from the start on, one a prediction.
+    /// Normalised positions of the ball, the start and then one per prediction.
     pub path: Vec<[f32; 2]>,
     /// Motion of the ball after each of `actions`, in units.
     pub balls: Vec<BallState>,
@@ -26,9 +26,9 @@ pub struct Rollout {
 /// One action of a rollout.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RolloutAction {
-    /// Where the tool was to be placed.
+    /// The requested position of the tool.
     pub action: Action,
-    /// The tool was placed, not blocked.
+    /// The tool was placed.
     pub placed: bool,
     /// The ball touched that tool before the stage was reached.
     pub touched: bool,
@@ -41,25 +41,25 @@ struct Scene {
     /// Radius of the ball in units.
     radius: f32,
     tools: Vec<Tool>,
-    /// The action that placed each tool; tools of the start belong to none.
+    /// The index of the action that placed each tool; none for initial tools.
     placed_by: Vec<Option<usize>>,
     targets: Vec<Target>,
-    /// Actions that the episode still allows.
+    /// Number of actions that the episode still allows.
     actions_left: usize,
     over: bool,
     rollout: Rollout,
 }
 
-/// A region that the ball is to reach.
+/// A region that the ball should reach.
 struct Target {
     region: Region,
-    /// The ball must be there at the end of an action.
+    /// Whether the ball must be there at the end of an action, not just at any time.
     at_end: bool,
 }
 
 /// Rolls out `sequences[i]` from `starts[i]`, each until the next stage of its start is
-/// predicted to be reached, the ball leaves the screen, the episode's limit of actions or
-/// the end of the sequence.
+/// predicted to be reached, the ball leaves the screen, the episode's action limit is reached or
+/// the sequence ends.
 ///
 /// # Errors
 /// When the predictor cannot predict a scene of the task.
@@ -74,11 +74,11 @@ pub fn rollouts(
     roll_out(predictor, task, None, next, starts, sequences)
 }
 
-/// As [`rollouts`], of an agent that chooses among the tools of `set`, until any stage that counts now is predicted
-/// to be reached.
+/// Like [`rollouts`], for an agent that chooses among the tools of `set`, until any stage that can be
+/// reached next is predicted to be reached.
 ///
 /// # Errors
-/// When the predictor cannot predict a scene of the task, or what one of the tools does.
+/// When the predictor cannot predict a scene of the task or one of the tools.
 pub fn rollouts_among(
     predictor: &dyn Predictor,
     task: &Task,
@@ -153,7 +153,7 @@ impl Scene {
         }
     }
 
-    /// Places the task's tool, or that of the set. The no-op, and what is not in the set, place nothing.
+    /// Places the task's tool, or the chosen tool of `set`. The no-op and choices outside the set place nothing.
     fn place(&mut self, task: &Task, set: Option<&ActionSet>, Choice { tool, place: action }: Choice) {
         self.snapshot.set_ball(self.ball);
         let placement = match set {
@@ -171,7 +171,8 @@ impl Scene {
         self.rollout.actions.push(RolloutAction { action, placed, touched: false });
     }
 
-    /// Whether a target is reached on the way to a state, or, of those that count then, in it at the end of an action.
+    /// Whether a target is reached: for `at_end`, one that counts at the end of an action, by the state `next`
+    /// itself; otherwise one that counts at any time, on the way to `next`.
     fn reaches(&self, next: &BallState, at_end: bool) -> bool {
         let from = if at_end { next.position } else { self.ball.position };
         self.targets.iter().filter(|target| target.at_end == at_end).any(|Target { region, .. }| {

@@ -1,5 +1,4 @@
-//! Launches as rows to learn from: a graph and a target for every stretch of one
-//! prediction interval.
+//! Launches as training rows: a graph and a target for every stretch of one prediction interval.
 
 use rand::Rng;
 
@@ -11,15 +10,15 @@ use super::graph::{GraphBuilder, Graphs};
 use super::launch::{Launch, gap};
 use crate::physics::{BallState, SCREEN, STEPS_PER_ACTION};
 
-/// Gap in units at either end of a stretch below which it counts as close to a contact.
+/// A stretch counts as close to a contact if the gap at either end is below this, in units.
 const CLOSE: f32 = 1.0;
 
 /// Graphs and targets of launches. An observation gives one row for each physics step at
-/// which a prediction interval can start within it; its mirror image as many more, or the
-/// same again where the tool has none.
+/// which a prediction interval can start. Its mirror image gives as many more; where the tool has no
+/// mirror image, the same rows are repeated.
 #[derive(Debug, Clone)]
 pub struct Samples {
-    /// One scene a row; the rows of an observation follow each other.
+    /// One scene per row; the rows of an observation are consecutive.
     pub graphs: Graphs,
     /// Targets, rows × outputs.
     pub targets: Vec<f32>,
@@ -72,13 +71,13 @@ impl Samples {
         Ok(samples)
     }
 
-    /// Observations.
+    /// Number of observations.
     pub fn observations(&self) -> usize {
         self.close.len()
     }
 
-    /// A row of an observation: with probability `contact_share` one close to a contact,
-    /// if it has any, else any.
+    /// A random row of an observation: with probability `contact_share` one close to a contact,
+    /// if there is any; otherwise any row.
     pub fn draw(&self, observation: usize, contact_share: f32, rng: &mut impl Rng) -> usize {
         let close = &self.close[observation];
         let row = if !close.is_empty() && rng.r#gen::<f32>() < contact_share {
@@ -90,7 +89,7 @@ impl Samples {
     }
 }
 
-/// Left and right exchanged about the middle of the screen.
+/// The mirror image about the vertical centre line of the screen.
 fn reflect(mut state: BallState) -> BallState {
     state.position[0] = SCREEN - state.position[0];
     state.velocity[0] = -state.velocity[0];

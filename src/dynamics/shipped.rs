@@ -13,30 +13,30 @@ static MODELS: LazyLock<[(&str, Arc<Model>); 3]> = LazyLock::new(|| {
         ("square-floor", include_bytes!("../../assets/models/square-floor.safetensors")),
         ("box-wall-floor", include_bytes!("../../assets/models/box-wall-floor.safetensors")),
     ]
-    // The files are part of the program, and a test reads them all.
+    // The files are part of the binary, and a test reads them all.
     .map(|(name, bytes)| (name, Arc::new(Model::from_bytes(bytes, name).expect("a shipped model"))))
 });
 
-/// The shipped models by name: their tool sets in canonical order. They are read once.
+/// The shipped models by name, which is their tool set in canonical order. They are loaded once.
 pub fn shipped_models() -> &'static [(&'static str, Arc<Model>)] {
     &*MODELS
 }
 
-/// The shipped model that knows all of `tools`, and as few others as possible.
+/// The shipped model with the smallest tool set that includes all of `tools`.
 pub fn shipped_for(tools: &[ToolKind]) -> Option<Arc<Model>> {
     let fitting = MODELS.iter().filter(|(_, model)| tools.iter().all(|tool| model.tools().contains(tool)));
     fitting.min_by_key(|(_, model)| model.tools().len()).map(|(_, model)| model.clone())
 }
 
-/// The shipped model of that name, or the model in the file of that path.
+/// The shipped model with this name, or else the model in the file at this path.
 ///
 /// # Errors
-/// When it cannot be read.
+/// When the file cannot be read.
 pub fn named(name: &str) -> Result<Arc<Model>> {
     shipped(name).map_or_else(|| Model::load(Path::new(name)).map(Arc::new), Ok)
 }
 
-/// The shipped model of that name, if there is one.
+/// The shipped model with this name, if there is one.
 pub fn shipped(name: &str) -> Option<Arc<Model>> {
     MODELS.iter().find(|(known, _)| *known == name).map(|(_, model)| model.clone())
 }

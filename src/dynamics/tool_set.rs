@@ -1,4 +1,4 @@
-//! Tool sets: what a model knows, in one order and under one name.
+//! Tool sets of models, with canonical order and name.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,13 +7,13 @@ use super::config::ModelConfig;
 use super::error::{DynamicsError, Result};
 use crate::physics::ToolKind;
 
-/// The name of the set of all tools of CREATE, with their properties.
+/// The name of the set of all of CREATE's tools, with their properties.
 const CREATE: &str = "create";
 
-/// The tools that a model is to know, as people name them.
+/// The tools that a model should support, as users name them.
 ///
-/// `box,bucket` are types of tools in CREATE's usual form and material, of which the size alone differs. `create`
-/// are all types, with all properties that tools of CREATE have.
+/// `box,bucket` stands for these types in CREATE's default form and material, of any size. `create`
+/// stands for all types, with all properties of CREATE's tools.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ToolSet {
     kinds: Vec<ToolKind>,
@@ -26,7 +26,7 @@ impl ToolSet {
         &self.kinds
     }
 
-    /// The configuration of a model that knows these tools.
+    /// `config` for a model of these tools.
     pub fn apply(&self, config: ModelConfig) -> ModelConfig {
         ModelConfig { properties: self.properties, ..config }
     }

@@ -1,9 +1,9 @@
 //! Training of a dynamics model (paper, section 5.2 and table 1).
 //!
-//! An epoch takes one row of every observation in a random order, so the number of
-//! updates is the paper's: epochs × observations of the tool set / batch. Launches,
-//! initial weights and every epoch's draws have random streams of their own, which is why
-//! a training that is resumed after any epoch ends with the same bits.
+//! An epoch uses one row of every observation in random order, so the number of updates is the
+//! paper's: epochs × observations of the tool set / batch. Launches, initial weights and every
+//! epoch's draws have separate random streams, so a training resumed after any epoch gives
+//! bit-identical results.
 
 use dfdx::losses::{huber_loss, mse_loss};
 use dfdx::prelude::*;
@@ -35,12 +35,12 @@ pub struct Training {
     device: Cpu,
 }
 
-/// How far a training is.
+/// Progress of a training.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
     /// Epochs done.
     pub epoch: u32,
-    /// Epochs in all.
+    /// Total number of epochs.
     pub epochs: u32,
     /// Mean loss of the latest epoch, of normalised outputs.
     pub loss: f32,
@@ -53,18 +53,18 @@ pub enum Ended {
     Done,
     /// The callback asked to stop; the training can be resumed.
     Stopped,
-    /// The loss or a gradient was not finite. The model is that of the epoch before.
+    /// The loss or a gradient was not finite. The model is that of the previous epoch.
     Diverged {
         /// The epoch that failed, counted from 1.
         epoch: u32,
-        /// What was found.
+        /// The error.
         reason: String,
     },
 }
 
 impl Training {
-    /// A new training: collects the launches of `tools` and draws initial weights.
-    /// `command` is recorded in the model, so that it can be trained again.
+    /// A new training: collects the launches at `tools` and draws initial weights.
+    /// `command` is recorded in the model, so that it can be reproduced.
     ///
     /// # Errors
     /// When a setting is out of range or the tool set is not usable.
@@ -91,7 +91,7 @@ impl Training {
         Ok(Self { model, optimiser, samples: data.samples, validation: data.validation, device: Cpu::default() })
     }
 
-    /// The model as it is now.
+    /// The current model.
     pub fn model(&self) -> &Model {
         &self.model
     }
@@ -107,7 +107,7 @@ impl Training {
         let epochs = self.model.provenance.training.epochs;
         while self.epoch() < epochs {
             let good = (self.model.network.clone(), self.optimiser.clone());
-            // A thread of the pool itself divides its work with less overhead than one from outside.
+            // On a thread of the rayon pool, work is divided with less overhead than from outside.
             let loss = match rayon::scope(|_| self.train_epoch()) {
                 Ok(loss) => loss,
                 Err(reason) => {
@@ -160,7 +160,7 @@ impl Training {
         Ok((sum / order.len() as f64) as f32)
     }
 
-    /// Mean loss on the launches that are kept for validation.
+    /// Mean loss on the validation launches.
     pub fn validation_loss(&self) -> f32 {
         let outputs = self.model.network.predict(&self.validation.graphs);
         let loss = self.model.provenance.training.loss;
@@ -169,7 +169,7 @@ impl Training {
         (sum / outputs.len().max(1) as f64) as f32
     }
 
-    /// Everything needed to resume: the model and the optimiser's state.
+    /// The model and the optimiser's state: everything needed to resume.
     pub fn checkpoint(&self) -> TensorFile {
         let mut file = self.model.to_file();
         self.optimiser.save(&mut file, OPTIMISER);
@@ -177,10 +177,10 @@ impl Training {
     }
 
     /// Resumes from a checkpoint; `origin` names it in errors. The launches are collected
-    /// again from the seed and must be the same.
+    /// again from the seed and must be identical.
     ///
     /// # Errors
-    /// When the file is no checkpoint, does not fit, or the launches differ.
+    /// When the file is not a valid checkpoint or the launches differ.
     pub fn resume(file: &TensorFile, origin: &str) -> Result<Self> {
         let model = Model::from_file(file, origin)?;
         let wrong = |source| DynamicsError::File { origin: origin.to_owned(), source };

@@ -1,5 +1,5 @@
-//! The training of a model into a file, with a checkpoint beside it from which it continues after
-//! an interruption.
+//! Training of a model into a file, with a checkpoint beside it from which an interrupted training
+//! continues.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -15,25 +15,25 @@ use crate::physics::ToolKind;
 /// Epochs between two checkpoints.
 const CHECKPOINT_EVERY: u32 = 100;
 
-/// A training into a file that has ended.
+/// An ended training into a file.
 #[derive(Debug)]
 pub struct TrainedModel {
-    /// The training as it is at its end.
+    /// The training in its final state.
     pub training: Training,
     /// How it ended.
     pub ended: Ended,
-    /// Mean loss of the last epoch, of normalised outputs; None if no epoch was trained now.
+    /// Mean loss of the last epoch, of normalised outputs; `None` if this call trained no epoch.
     pub train_loss: Option<f32>,
     checkpoint: PathBuf,
 }
 
 impl TrainedModel {
-    /// The model: of the last epoch, or of the last one before the training diverged.
+    /// The model after the last epoch, or after the last one before the training diverged.
     pub fn model(&self) -> &Model {
         self.training.model()
     }
 
-    /// The epoch in which the training diverged and what was found, in words; None if it did not.
+    /// The epoch in which the training diverged and the reason, as text; `None` if it did not diverge.
     pub fn divergence(&self) -> Option<String> {
         match &self.ended {
             Ended::Diverged { epoch, reason } => Some(format!("epoch {epoch}: {reason}")),
@@ -41,29 +41,29 @@ impl TrainedModel {
         }
     }
 
-    /// Removes the checkpoint, once everything that is wanted of the training has been saved. One
-    /// that cannot be removed does no harm: the same training would only continue from it.
+    /// Removes the checkpoint. Call this once everything needed from the training has been saved. A
+    /// failure is harmless: the same training would just continue from the checkpoint.
     pub fn remove_checkpoint(&self) {
         let _ = std::fs::remove_file(&self.checkpoint);
     }
 }
 
-/// The checkpoint of a training into the model file `path`: beside it, under its whole name and
-/// `.checkpoint`, so that no two model files share one and none is its own.
+/// The checkpoint of a training into the model file `path`: the full file name with `.checkpoint`
+/// appended, so that each model file has its own checkpoint and none is its own checkpoint.
 pub fn checkpoint_of(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".checkpoint");
     name.into()
 }
 
-/// Trains a model into the file `path`, from the checkpoint beside it if there is one. A training
-/// that is done has saved its model; one that diverged has not, because the model of the epoch
-/// before is not what was asked for: the caller may save it. One that was stopped has saved its
-/// checkpoint. `on_progress` is called after every epoch; if it returns false, the training stops.
-/// The other arguments are those of [`Training::new`].
+/// Trains a model into the file `path`, starting from the checkpoint beside it if there is one. A
+/// completed training saves its model; a stopped one saves its checkpoint. A diverged one saves
+/// nothing, because the model of the previous epoch is not what was asked for; the caller may save
+/// it. `on_progress` is called after every epoch; if it returns false, the training stops. The other
+/// arguments are those of [`Training::new`].
 ///
 /// # Errors
-/// As [`Training::new`] and [`Training::resume`]; when the checkpoint is that of a training with
+/// As [`Training::new`] and [`Training::resume`]; when the checkpoint belongs to a training with
 /// other settings, or a file cannot be read or written.
 pub fn train_to_file(
     path: &Path,
@@ -123,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_model_file_is_its_own_checkpoint_or_that_of_another() {
+    fn every_model_file_has_its_own_checkpoint_file() {
         let of = |path: &str| checkpoint_of(Path::new(path)).display().to_string();
         assert_eq!(of("m/a.safetensors"), "m/a.safetensors.checkpoint");
         assert_eq!(of("a.checkpoint"), "a.checkpoint.checkpoint");

@@ -1,4 +1,4 @@
-//! What really happens in whole scenes of tasks, with which predictions are compared.
+//! True outcomes in complete task scenes, with which predictions are compared.
 
 use std::sync::Arc;
 
@@ -27,7 +27,7 @@ pub(super) fn random_states(task: &Arc<Task>, episodes: usize, rng: &mut ChaCha8
     states
 }
 
-/// Whether actions really reach the next stage of a state.
+/// Whether `actions` really reach the next stage of `start`.
 pub(super) fn really_hits(task: &Arc<Task>, start: &Snapshot, actions: &[Action]) -> bool {
     let mut env = Environment::new(task.clone());
     env.restore(start);
@@ -35,8 +35,8 @@ pub(super) fn really_hits(task: &Arc<Task>, start: &Snapshot, actions: &[Action]
     actions.iter().any(|&action| env.step(action).is_ok() && reached(&env))
 }
 
-/// Real rollouts: for each start the ball before every action and at the end, and the
-/// tools that stood during every action.
+/// Real rollouts: for each start, the ball before every action and at the end, and the tools
+/// present during every action.
 pub(super) struct TrueScenes(Vec<(Vec<BallState>, Vec<Vec<Tool>>)>);
 
 impl TrueScenes {
@@ -58,7 +58,7 @@ impl TrueScenes {
         Self(starts.iter().zip(sequences).map(play).collect())
     }
 
-    /// Errors after 1, 2, ... actions, of the rollouts that lasted so long.
+    /// Errors after 1, 2, ... actions, over the rollouts that lasted that long.
     pub fn errors(&self, predictor: &dyn Predictor, horizon: usize) -> Result<Vec<Errors>> {
         let mut balls: Vec<BallState> = self.0.iter().map(|(balls, _)| balls[0]).collect();
         let mut errors = Vec::new();

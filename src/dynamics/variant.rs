@@ -1,4 +1,4 @@
-//! The whole model, and three models with one structural assumption of section 4.1 switched off.
+//! The full model, and three models without one of the structural assumptions of section 4.1.
 
 use serde::{Deserialize, Serialize};
 
@@ -23,7 +23,7 @@ impl Variant {
     /// The four variants.
     pub const ALL: [Variant; 4] = [Self::Full, Self::SharedEdges, Self::FullyConnected, Self::Absolute];
 
-    /// Name in commands and files.
+    /// The name in commands and files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Full => "full",
@@ -33,7 +33,7 @@ impl Variant {
         }
     }
 
-    /// Name for people.
+    /// The display name.
     pub fn label(self) -> &'static str {
         match self {
             Self::Full => "full",

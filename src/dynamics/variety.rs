@@ -1,4 +1,4 @@
-//! Which tools launches are made at.
+//! The tools that launches are made at.
 
 use std::sync::LazyLock;
 
@@ -7,30 +7,30 @@ use rand::Rng;
 use super::config::ModelConfig;
 use crate::physics::{NO_OP, Tool, ToolKind, ToolSplit, catalogue_tool};
 
-/// Which tools of a type launches are made at.
+/// The tools of each type that launches are made at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Variety {
-    /// Tools in CREATE's usual form and material, in sizes around those in use.
+    /// Tools in CREATE's default form and material, with sizes around those used in tasks.
     Sizes,
-    /// Tools of CREATE's catalogue, but for those to test with. Of walls, floors and ladders, which are not in it,
-    /// such as levels have.
+    /// Tools of CREATE's catalogue without its test tools. Walls, floors and ladders, which are not in the
+    /// catalogue, have random sizes and speeds as in levels.
     Catalogue,
-    /// Tools of the catalogue to test with: no model learns from launches at these.
+    /// The catalogue's test tools: no model learns from launches at these.
     HeldOut,
 }
 
 impl Variety {
-    /// What a model of this configuration learns from.
+    /// The tools that a model of this configuration learns from.
     pub fn of(config: &ModelConfig) -> Self {
         if config.properties { Self::Catalogue } else { Self::Sizes }
     }
 
-    /// Whether there are tools of a type.
+    /// Whether there are tools of this type.
     pub fn has(self, kind: ToolKind) -> bool {
         self != Self::HeldOut || !self.catalogue(kind).is_empty()
     }
 
-    /// A tool of a type, at the origin.
+    /// A random tool of this type, at the origin.
     pub(super) fn draw(self, kind: ToolKind, rng: &mut impl Rng) -> Tool {
         let listed = self.catalogue(kind);
         if !listed.is_empty() {
@@ -46,7 +46,7 @@ impl Variety {
         Tool { velocity: if down { -speed } else { speed }, ..tool.with_size(rng.gen_range(lengths)) }
     }
 
-    /// The tools of a type, none if there is no list of them.
+    /// The listed tools of this type; empty if there is no list.
     fn catalogue(self, kind: ToolKind) -> &'static [Tool] {
         static LISTS: LazyLock<[[Vec<Tool>; ToolKind::ALL.len()]; 2]> = LazyLock::new(|| {
             let test = ToolSplit::Test.tools();
@@ -64,13 +64,13 @@ impl Variety {
     }
 }
 
-/// Sizes around those in use, so that models generalise.
+/// A random size around those used in tasks, so that models generalise.
 fn size(kind: ToolKind, rng: &mut impl Rng) -> f32 {
     let range = match kind {
         ToolKind::Bucket => 4.0..8.0,
         ToolKind::Square | ToolKind::Box => 6.0..10.0,
         ToolKind::Wall | ToolKind::Floor => 10.0..45.0,
-        // Without properties models know the paper's types.
+        // Not one of the paper's types.
         other => return other.default_size() as f32,
     };
     rng.gen_range(range)
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tools_to_test_with_are_never_learned_from() {
+    fn test_tools_are_never_used_for_training() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let test: Vec<&Tool> = ToolSplit::Test.tools().into_iter().filter_map(catalogue_tool).collect();
         for kind in ToolKind::ALL {

@@ -1,4 +1,4 @@
-//! Actions in the real environment that a run takes outside of its own episodes.
+//! The actions in the real environment that a run takes outside its own episodes.
 
 use std::collections::HashMap;
 
@@ -6,17 +6,17 @@ use crate::dynamics::{self, Model};
 use crate::physics::ToolKind;
 use crate::trainer::{PriorSource, RunConfig};
 
-/// Counts the actions that runs take outside of their episodes; reads each dynamics model once.
+/// Counts the actions that runs take outside their episodes; reads each dynamics model once.
 #[derive(Debug, Default)]
 pub(super) struct Charges {
     launches: HashMap<(String, Vec<ToolKind>), u64>,
 }
 
 impl Charges {
-    /// The real rollouts from which a run's first clusters are built (those of the true physics are all
-    /// real, and counted as many as there are at least), and the launches from which its dynamics model
-    /// learned, each of one action. Rollouts that end early are counted whole, and the launches in every run
-    /// that uses the model. A model that cannot be read has no launches.
+    /// The actions of the real rollouts from which a run's first clusters are built, plus the launches on which
+    /// its dynamics model was trained, one action each. With the true physics all rollouts are real, and their
+    /// minimum number is counted. Rollouts that end early are counted in full, and the launches are counted for
+    /// every run that uses the model. A model that cannot be read has no launches.
     pub fn of(&mut self, config: &RunConfig) -> u64 {
         let source = config.rollout_source();
         let uses_model = config.is_guided() || config.method.consults_model();
@@ -63,7 +63,7 @@ mod tests {
     use crate::trainer::Method;
 
     #[test]
-    fn clusters_and_models_are_charged_to_those_who_use_them() {
+    fn clusters_and_models_are_charged_to_the_runs_that_use_them() {
         let mut config = RunConfig::new(Arc::new(task::load("task2").unwrap()));
         config.epsilon = EpsilonSchedule::Constant(0.5);
         (config.guidance.environment_rollouts, config.guidance.model_rollouts, config.guidance.horizon) = (10, 100, 4);

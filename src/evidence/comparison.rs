@@ -1,4 +1,4 @@
-//! Runs compared: which method is better, by how much, how surely.
+//! Comparison of runs: which method is better, by how much, and with what certainty.
 
 use std::path::PathBuf;
 
@@ -12,22 +12,22 @@ use crate::stats::aggregate::{iqm, mean, median, optimality_gap};
 use crate::stats::comparison::improvement_interval;
 use crate::stats::{Bootstrap, Estimate, StatsError, TaskScores};
 
-/// Training results, and how their methods compare.
+/// Training results and the comparison of their methods.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
     /// Format version.
     pub version: u32,
-    /// The command that makes the report again.
+    /// The command that reproduces the report.
     pub command: String,
-    /// Version of the program that made it.
+    /// Version of the program that wrote it.
     pub mge_version: String,
-    /// How intervals were computed.
+    /// Parameters of the intervals.
     pub bootstrap: Bootstrap,
     /// Every finished run.
     pub learning: Vec<LearningRow>,
-    /// Runs that are not finished, and so left out.
+    /// Runs that are left out: unfinished ones and duplicates.
     pub left_out: Vec<LeftOut>,
-    /// Tasks on which every method was trained: over these the methods are aggregated.
+    /// Tasks on which every method was trained; scores are aggregated over these.
     pub common_tasks: Vec<String>,
     /// Each method's scores over the common tasks.
     pub aggregates: Vec<AggregateRow>,
@@ -40,20 +40,20 @@ pub struct Comparison {
 pub struct LeftOut {
     /// Its folder.
     pub run: PathBuf,
-    /// Why.
+    /// The reason.
     pub reason: String,
 }
 
-/// One method over several tasks.
+/// Scores of one method, aggregated over several tasks.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AggregateRow {
     /// Its label.
     pub method: String,
-    /// What is aggregated: the key of a measure, `auc`, `final_success` or `held_success`.
+    /// The aggregated measure: `auc`, `final_success` or `held_success`.
     pub measure: String,
-    /// Runs behind the numbers.
+    /// Number of runs.
     pub runs: usize,
-    /// Their scores, for each of the common tasks.
+    /// Their scores on each of the common tasks.
     #[serde(default)]
     pub scores: Vec<Vec<f64>>,
     /// Interquartile mean.
@@ -62,18 +62,18 @@ pub struct AggregateRow {
     pub mean: Estimate,
     /// Median.
     pub median: Estimate,
-    /// How far the mean falls short of always succeeding.
+    /// How far the mean falls short of 1.
     pub optimality_gap: Estimate,
 }
 
-/// How likely a run of one method beats a run of another.
+/// The probability that a run of one method beats a run of another.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ImprovementRow {
-    /// Label of the one.
+    /// Label of the method.
     pub method: String,
-    /// Label of the other.
+    /// Label of the method it is compared with.
     pub over: String,
-    /// What is compared: `auc`.
+    /// The compared measure: `auc`.
     pub measure: String,
     /// The probability; a tie counts one half.
     pub probability: Estimate,
@@ -83,7 +83,7 @@ pub struct ImprovementRow {
 pub(super) struct Measure {
     /// Its name in `report.json`.
     pub key: &'static str,
-    /// Its name for people.
+    /// Its name in tables.
     pub label: &'static str,
     score: Score,
 }
@@ -95,8 +95,8 @@ pub(super) const MEASURES: [Measure; 3] = [
     Measure { key: "held_success", label: "held success", score: HELD },
 ];
 
-/// The runs without those that repeat another with the same settings and seed: counted twice,
-/// they would make an interval too narrow.
+/// Separates runs from duplicates with the same settings and seed, which would make intervals too
+/// narrow.
 pub(super) fn without_copies(runs: Vec<FoundRun>) -> (Vec<FoundRun>, Vec<LeftOut>) {
     let mut kept: Vec<FoundRun> = Vec::new();
     let mut copies = Vec::new();
@@ -173,7 +173,7 @@ impl Comparison {
         Ok(report)
     }
 
-    /// Master seeds of the runs, each once.
+    /// The distinct master seeds of the runs.
     pub(super) fn seeds(&self) -> Vec<u64> {
         let mut seeds: Vec<u64> = self.learning.iter().map(|row| row.seed).collect();
         seeds.sort_unstable();

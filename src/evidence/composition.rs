@@ -1,5 +1,5 @@
-//! A figure of learning curves as a person wants it: which runs and curves, under which names, in which
-//! order and look. The same options are words of the command `figure` and of `mge figures --set`.
+//! Options of a figure of learning curves: the runs, the curves with their names and order, and the look.
+//! They are the options of the command `figure` and of `mge figures --set`.
 
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
@@ -14,24 +14,24 @@ use crate::figures::{LearningCurves, Look};
 use crate::run::{RunState, config_hash};
 use crate::spelling::did_you_mean;
 
-/// What a figure of learning curves shows, and how. Without anything said: all curves, as in reports.
+/// The content and look of a figure of learning curves. By default all curves, as in reports.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Composition {
     /// Folders of runs: each a run, or one that holds runs.
     pub runs: Vec<PathBuf>,
-    /// Labels of the curves that are shown, in the order of the legend, and other names for them; none for all.
+    /// Labels of the curves to show, in the order of the legend, with optional other names; empty for all.
     pub curves: Vec<(String, Option<String>)>,
-    /// Label of the curve that the others are to be seen against.
+    /// Label of the reference curve.
     pub reference: Option<String>,
-    /// What is counted as success.
+    /// Which success is shown.
     pub success: Success,
-    /// What it is drawn against.
+    /// The quantity on the x axis.
     pub against: Against,
     /// Its width, font and axis.
     pub look: Look,
 }
 
-/// Successes of which episodes.
+/// Whether the success of training or of greedy evaluations is shown.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Success {
     /// Of training.
@@ -41,7 +41,7 @@ pub enum Success {
     Greedy,
 }
 
-/// What success is drawn against.
+/// The quantity on the x axis.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Against {
     /// Episodes of training.
@@ -51,23 +51,23 @@ pub enum Against {
     Steps,
 }
 
-/// A composed figure, and the settings behind it.
+/// A composed figure with its provenance.
 #[derive(Debug)]
 pub struct Composed {
     /// The figure.
     pub figure: LearningCurves,
-    /// Seeds of the runs that it shows.
+    /// Seeds of the runs shown.
     pub seeds: Vec<u64>,
     /// Hash of their configurations.
     pub config_hash: String,
 }
 
-/// The options by name, each with what it takes.
+/// The names of the options and their values.
 pub const OPTIONS: [(&str, &str); 9] = [
     ("runs", "a run's folder, or one that holds runs; may be given again"),
-    ("curve", "the label of a curve that is shown, in the order of the legend; may be given again"),
-    ("name", "another name for the curve before"),
-    ("reference", "the label of the curve that the others are seen against"),
+    ("curve", "the label of a curve to show, in the order of the legend; may be given again"),
+    ("name", "another name for the preceding curve"),
+    ("reference", "the label of the curve that the others are compared with"),
     ("success", "training or greedy"),
     ("against", "episodes or steps"),
     ("width", "single or double: the columns of the page"),
@@ -75,7 +75,7 @@ pub const OPTIONS: [(&str, &str); 9] = [
     ("axis", "linear or log"),
 ];
 
-/// Values that are one of two words, the usual one first.
+/// Options with two values, the default first.
 const SUCCESS: [(&str, Success); 2] = [("training", Success::Training), ("greedy", Success::Greedy)];
 const AGAINST: [(&str, Against); 2] = [("episodes", Against::Episodes), ("steps", Against::Steps)];
 const WIDTH: [(&str, bool); 2] = [("double", false), ("single", true)];
@@ -87,16 +87,16 @@ fn read<T: Copy>(values: &[(&'static str, T); 2], key: &str, word: &str) -> Resu
     known.map(|(_, value)| *value).ok_or_else(|| format!("{key} is `{first}` or `{second}`, not `{word}`"))
 }
 
-/// The word of a value that is not the usual one.
+/// The name of a value, unless it is the default.
 fn unusual<T: PartialEq>(values: &[(&'static str, T); 2], value: &T) -> Option<String> {
     (values[0].1 != *value).then(|| values[1].0.to_owned())
 }
 
 impl Composition {
-    /// Takes in an option.
+    /// Sets an option.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// Why the name or the value is invalid.
     pub fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
         match key {
             "runs" => self.runs.push(value.into()),
@@ -106,7 +106,7 @@ impl Composition {
             "curve" => self.curves.push((value.to_owned(), None)),
             "name" => match self.curves.last_mut() {
                 Some((_, name)) => *name = Some(value.to_owned()),
-                None => return Err("name= stands behind the curve= that it is for".to_owned()),
+                None => return Err("name= must follow the curve= that it renames".to_owned()),
             },
             "reference" => self.reference = Some(value.to_owned()),
             "success" => self.success = read(&SUCCESS, key, value)?,
@@ -125,7 +125,7 @@ impl Composition {
         Ok(())
     }
 
-    /// The options that are not the usual ones, as [`Self::set`] takes them.
+    /// The options that differ from the defaults, as [`Self::set`] takes them.
     pub fn options(&self) -> Vec<(&'static str, String)> {
         let runs = self.runs.iter().map(|path| ("runs", path.display().to_string()));
         let curves = self.curves.iter().flat_map(|(label, name)| {
@@ -143,10 +143,9 @@ impl Composition {
         runs.chain(curves).chain(others).collect()
     }
 
-    /// Reads the runs, of those that `reader` has read only what has changed since, and draws their curves. Of a group,
-    /// the finished runs are shown, or where there is none those that have begun, as far as the shortest. `estimates`
-    /// gives the curves their intervals.
-    /// `on_progress` sees the runs that were read and all of them.
+    /// Reads the runs through `reader`, which reads only what has changed, and composes their curves. Each group
+    /// shows its finished runs or, if it has none, its started ones up to the end of the shortest. `estimates`
+    /// computes the intervals of the curves. `on_progress` is called with the numbers of runs read and of all runs.
     ///
     /// # Errors
     /// When there is nothing to show, a curve does not exist, or a run cannot be read.
@@ -157,7 +156,7 @@ impl Composition {
         on_progress: &mut dyn FnMut(usize, usize),
     ) -> Result<Composed, EvidenceError> {
         let paths = find_runs(&self.runs)?;
-        // Others wait while runs are read, not while a figure is made of them.
+        // The lock is held while runs are read, but not while the figure is composed.
         let mut kept = reader.lock().unwrap_or_else(PoisonError::into_inner);
         let found = kept.read(&paths, &mut |read| on_progress(read, paths.len()))?;
         drop(kept);
@@ -177,7 +176,7 @@ impl Composition {
         Ok(Composed { figure: LearningCurves { legend, reference, look, ..curves }, seeds, config_hash })
     }
 
-    /// The runs of the curves that were asked for.
+    /// The runs of the chosen curves.
     fn chosen(&self, mut runs: Vec<FoundRun>) -> Result<Vec<FoundRun>, EvidenceError> {
         let labels: Vec<String> = runs.iter().map(|run| run.trained.row.label()).collect();
         let asked = || self.curves.iter().map(|(label, _)| label);
@@ -198,7 +197,7 @@ impl Composition {
     }
 }
 
-/// The finished runs of every group, or those that have begun where none is finished.
+/// The finished runs of every group or, if it has none, its runs with at least one point.
 fn shown(found: Vec<FoundRun>) -> Vec<FoundRun> {
     let group = |run: &FoundRun| (run.trained.row.task.clone(), run.trained.row.label());
     let is_finished = |run: &FoundRun| run.state == RunState::Finished;

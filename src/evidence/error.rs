@@ -1,4 +1,4 @@
-//! What can go wrong with evidence about runs, as one line for the person who reads it.
+//! Errors of comparisons and reports, each shown as one line.
 
 use crate::figures::FigureError;
 use crate::run::RunError;
@@ -7,32 +7,32 @@ use crate::stats::StatsError;
 /// Why runs cannot be compared or reported.
 #[derive(Debug, thiserror::Error)]
 pub enum EvidenceError {
-    /// There is nothing to report yet.
+    /// No run is finished yet.
     #[error("none of the {runs} runs is finished: continue them, such as with `mge resume`")]
     NothingFinished {
-        /// Runs that were found.
+        /// Number of runs found.
         runs: usize,
     },
-    /// No run has learned anything yet.
+    /// No run has a point of a curve yet.
     #[error("none of the runs has finished enough episodes for a curve")]
     NothingBegun,
-    /// A curve that was asked for does not exist.
+    /// A chosen curve does not exist.
     #[error("there is no curve `{label}`{hint}: there are {known}")]
     NoCurve {
-        /// What was asked for.
+        /// The label given.
         label: String,
-        /// The labels there are.
+        /// The existing labels.
         known: String,
-        /// The nearest of them.
+        /// A suggestion of the nearest label.
         hint: String,
     },
-    /// A run's files, and those of the report.
+    /// A file of a run or of the report cannot be read or written.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// A statistic.
+    /// A statistic cannot be computed.
     #[error(transparent)]
     Stats(#[from] StatsError),
-    /// A figure.
+    /// A figure cannot be drawn.
     #[error(transparent)]
     Figure(#[from] FigureError),
 }

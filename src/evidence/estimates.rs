@@ -1,4 +1,4 @@
-//! The points of learning curves with their intervals, kept while only the look of a figure changes.
+//! The points of learning curves with their intervals, cached while only the look of a figure changes.
 
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
@@ -8,16 +8,16 @@ use sha2::{Digest, Sha256};
 use crate::stats::aggregate::iqm;
 use crate::stats::{Bootstrap, Estimate, StatsError, TaskScores};
 
-/// What gives the points of a curve over seeds their intervals.
+/// A source of the points of a curve over seeds, with their intervals.
 pub trait CurveEstimates {
-    /// The interquartile mean over some seeds at each point that all of them have, with its interval.
+    /// The interquartile mean over the seeds, with its interval, at each point that all of them have.
     ///
     /// # Errors
     /// When a statistic cannot be computed.
     fn of(&self, seeds: &[&[[f64; 2]]]) -> Result<Vec<Estimate>, StatsError>;
 }
 
-/// Computes them.
+/// Computes the estimates without a cache.
 impl CurveEstimates for Bootstrap {
     fn of(&self, seeds: &[&[[f64; 2]]]) -> Result<Vec<Estimate>, StatsError> {
         let estimate = |point: usize| {
@@ -28,15 +28,16 @@ impl CurveEstimates for Bootstrap {
     }
 }
 
-/// Points that all seeds have.
+/// The number of points that all seeds have.
 pub fn points(seeds: &[&[[f64; 2]]]) -> usize {
     seeds.iter().map(|seed| seed.len()).min().unwrap_or(0)
 }
 
-/// Curves that are kept at most.
+/// Maximum number of cached curves.
 const KEPT: usize = 100;
 
-/// Computes those of each curve once: a figure that is composed is drawn often, and resampling takes most of its time.
+/// A cache of estimates by curve: a figure is redrawn often while it is composed, and resampling takes most of its
+/// time.
 #[derive(Debug, Default)]
 pub struct KnownEstimates {
     bootstrap: Bootstrap,
@@ -45,7 +46,7 @@ pub struct KnownEstimates {
 }
 
 impl KnownEstimates {
-    /// Curves that are known.
+    /// Number of cached curves.
     pub fn count(&self) -> usize {
         self.known.lock().unwrap_or_else(PoisonError::into_inner).len()
     }
@@ -58,7 +59,7 @@ impl CurveEstimates for KnownEstimates {
         if let Some(estimates) = known().get(&key) {
             return Ok(estimates.clone());
         }
-        // Others need not wait meanwhile.
+        // Computed without holding the lock.
         let estimates = self.bootstrap.of(seeds)?;
         let mut known = known();
         if known.len() >= KEPT {
@@ -69,7 +70,7 @@ impl CurveEstimates for KnownEstimates {
     }
 }
 
-/// The hash of what the estimates depend on: the values of each seed.
+/// The hash of the values of each seed, on which the estimates depend.
 fn hash(seeds: &[&[[f64; 2]]]) -> [u8; 32] {
     let mut hash = Sha256::new();
     for seed in seeds {
@@ -84,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_same_values_are_resampled_once_and_give_what_they_gave() {
+    fn the_same_values_are_resampled_once_with_the_same_result() {
         let known = KnownEstimates::default();
         let seeds = [vec![[1.0, 0.0], [2.0, 0.5], [3.0, 1.0]], vec![[1.0, 0.25], [2.0, 1.0]]];
         let seeds = seeds.each_ref().map(Vec::as_slice);

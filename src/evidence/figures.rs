@@ -1,4 +1,4 @@
-//! Runs as the data of figures: learning curves, scores of methods, performance profiles.
+//! Figures from runs: learning curves, scores of methods, performance profiles.
 
 use std::collections::HashMap;
 
@@ -13,10 +13,10 @@ use crate::stats::profile::profile_intervals;
 use crate::stats::rolling::WINDOW;
 use crate::stats::{Bootstrap, StatsError, TaskScores};
 
-/// Steps of the thresholds of a performance profile.
+/// Number of threshold steps of a performance profile.
 const PROFILE_POINTS: usize = 100;
 
-/// What an interval over seeds is, in captions.
+/// The description of an interval over seeds in captions.
 pub const INTERVAL: &str = "95 % bootstrap interval over seeds";
 
 /// Interquartile mean of the rolling success over seeds, of training or of the greedy evaluations.
@@ -56,14 +56,14 @@ pub fn learning_curves(
 }
 
 /// Interquartile mean of the rolling success over seeds, against all actions in the real environment,
-/// those that are charged included. Before its first action in training a run has no success.
+/// including charged ones. The success of a run is 0 before its first action in training.
 ///
 /// # Errors
 /// When a statistic cannot be computed.
 pub fn step_curves(runs: &[TrainedRun], estimates: &impl CurveEstimates) -> Result<LearningCurves, StatsError> {
     let labels: Vec<String> = runs.iter().map(|run| run.row.label()).collect();
     let group = |run: &TrainedRun, label: &String| (run.row.task.clone(), label.clone());
-    // The seeds of a group need points in common: as far as its shortest run.
+    // The seeds of a group need common points, so curves end with the shortest run.
     let mut ends: HashMap<(String, String), f64> = HashMap::new();
     for (run, label) in runs.iter().zip(&labels) {
         let end = run.steps.last().map_or(0.0, |[steps, _]| steps + run.row.charged as f64);
@@ -77,15 +77,15 @@ pub fn step_curves(runs: &[TrainedRun], estimates: &impl CurveEstimates) -> Resu
         TrainedRun { training, ..run.clone() }
     });
     let mut curves = learning_curves(&resampled.collect::<Vec<_>>(), estimates, false)?;
-    // Which steps belong to the first episodes is not known.
+    // The number of points with a partial window is unknown.
     curves.panels.iter_mut().flat_map(|panel| &mut panel.curves).for_each(|curve| curve.partial = 0);
     Ok(LearningCurves { progress: Progress::EnvironmentSteps, ..curves })
 }
 
-/// Points of a curve against steps.
+/// Number of points of a curve against steps.
 const STEP_POINTS: usize = 100;
 
-/// Height of a curve at `x`, linear between its points; 0 before the first.
+/// The value of a curve at `x`, interpolated linearly; 0 before the first point, constant after the last.
 fn height(curve: &[[f64; 2]], x: f64) -> f64 {
     let after = curve.partition_point(|point| point[0] <= x);
     match (after.checked_sub(1).map(|before| curve[before]), curve.get(after)) {
@@ -95,8 +95,8 @@ fn height(curve: &[[f64; 2]], x: f64) -> f64 {
     }
 }
 
-/// Area under the curve of every method on every task and, where all were trained on the same
-/// tasks, over all of them.
+/// Area under the curve of every method on every task and, if all methods were trained on all of
+/// several tasks, over all tasks.
 ///
 /// # Errors
 /// When a statistic cannot be computed.
@@ -134,7 +134,7 @@ pub fn method_scores(rows: &[LearningRow], bootstrap: &Bootstrap) -> Result<Meth
     })
 }
 
-/// Interquartile means of estimates with these numbers of seeds.
+/// The statistics of interquartile means over these numbers of seeds.
 fn interquartile_means(interval: &str, seeds: &[usize]) -> Statistics {
     Statistics {
         centre: "Interquartile mean".to_owned(),
@@ -144,7 +144,7 @@ fn interquartile_means(interval: &str, seeds: &[usize]) -> Statistics {
     }
 }
 
-/// Share of all runs of each method whose final success is above each threshold.
+/// Fraction of the runs of each method whose final success is above each threshold.
 ///
 /// # Errors
 /// When a statistic cannot be computed.
@@ -187,7 +187,7 @@ mod tests {
     use crate::trainer::{Method, RunConfig};
 
     #[test]
-    fn methods_are_compared_with_what_reports_compare_them_with() {
+    fn method_scores_have_the_baseline_of_reports_as_reference() {
         let task = Arc::new(crate::task::load("task1").unwrap());
         let row = |method| {
             let config = RunConfig::usual(task.clone(), method);

@@ -1,4 +1,4 @@
-//! Runs in folders, read with their training results.
+//! Finds runs in folders and reads their training results.
 
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
@@ -11,9 +11,9 @@ use super::settings::distinguish;
 use crate::run::{RunDirectory, RunError, RunHistory, RunState, Stamp};
 use crate::trainer::RunConfig;
 
-/// Runs that are read in parallel, between two reports of progress.
+/// Number of runs read in parallel between two progress reports.
 const READ_AT_ONCE: usize = 32;
-/// Runs that are kept, beside those that were asked for last.
+/// Number of cached runs above which those not requested are dropped.
 const KEPT: usize = 1000;
 
 /// A run on disk.
@@ -36,8 +36,8 @@ impl FoundRun {
     }
 }
 
-/// The folders of runs in `folders`, in order of their names: each is a run itself, or holds
-/// runs, or holds them in its folder `runs`. One that is named twice is one.
+/// The folders of the runs in `folders`, without duplicates. Each of `folders` is a run itself, or holds runs
+/// directly or in its subfolder `runs`; these are ordered by name.
 ///
 /// # Errors
 /// [`RunError::NoRuns`] for a folder without runs; [`RunError::Io`].
@@ -56,7 +56,7 @@ pub fn find_runs(folders: &[PathBuf]) -> Result<Vec<PathBuf>, RunError> {
         found.extend(runs);
     }
     let mut known = BTreeSet::new();
-    // A path that cannot be resolved is reported when it is read.
+    // A path that cannot be resolved is kept: reading it reports the error.
     found.retain(|path| std::fs::canonicalize(path).map_or(true, |path| known.insert(path)));
     Ok(found)
 }
@@ -82,14 +82,14 @@ pub fn read_runs(paths: &[PathBuf]) -> Result<Vec<FoundRun>, RunError> {
     RunReader::default().read(paths, &mut |_| {})
 }
 
-/// Reads runs, and again only those that may have changed.
+/// Reads runs, caching those that have not changed.
 #[derive(Debug, Default)]
 pub struct RunReader {
     known: HashMap<PathBuf, (Stamp, FoundRun)>,
 }
 
 impl RunReader {
-    /// As [`read_runs`]; `on_progress` is called with the number of runs that have been read.
+    /// As [`read_runs`]; `on_progress` is called with the number of runs read so far.
     ///
     /// # Errors
     /// As [`read_runs`].
@@ -115,17 +115,17 @@ impl RunReader {
     }
 }
 
-/// A run, by itself, with the stamp that it had before it was read.
+/// Reads one run, or takes the known one if its stamp is unchanged. The stamp is taken before reading.
 fn read_run(path: &Path, known: Option<&(Stamp, FoundRun)>) -> Result<(Stamp, FoundRun), RunError> {
     let stamp = Stamp::of(path);
     let directory = RunDirectory::open(path)?;
     if let Some((_, run)) = known.filter(|(known, _)| *known == stamp) {
-        // The process that trained it may have exited unexpectedly, which its log does not say.
+        // The state may have changed: a process that was killed leaves the log unchanged.
         return Ok((stamp, FoundRun { state: directory.status()?.state, ..run.clone() }));
     }
     let config: RunConfig = directory.config()?;
     let history = match RunHistory::read(&directory) {
-        // It was created, but has not begun.
+        // The run was created, but has not started.
         Err(error) if error.is_not_found() => RunHistory::default(),
         read => read?,
     };
@@ -141,7 +141,7 @@ mod tests {
     use crate::run::{EpisodeRecord, Event, RunWriter};
 
     #[test]
-    fn only_what_has_changed_is_read_again() {
+    fn only_changed_runs_are_read_again() {
         let folder = tempfile::tempdir().unwrap();
         let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
         let make = |name: &str| {
@@ -154,12 +154,12 @@ mod tests {
         let paths = ["a", "b"].map(|name| folder.path().join(name));
         let mut reader = RunReader::default();
         assert_eq!(reader.read(&paths, &mut |_| {}).unwrap().len(), 2);
-        // What is kept is told from what is in the file by a number that is not there.
+        // Marks the cached rows by a number that is not in the files.
         reader.known.values_mut().for_each(|(_, run)| run.trained.row.episodes = 77);
         busy.record(&Event::EpisodeFinished(EpisodeRecord { episode: 2, ..EpisodeRecord::default() })).unwrap();
         let episodes = |runs: Vec<FoundRun>| runs.iter().map(|run| run.trained.row.episodes).collect::<Vec<_>>();
         assert_eq!(episodes(reader.read(&paths, &mut |_| {}).unwrap()), [77, 2]);
         std::fs::remove_dir_all(&paths[0]).unwrap();
-        assert!(reader.read(&paths, &mut |_| {}).is_err(), "a run that is gone is not read");
+        assert!(reader.read(&paths, &mut |_| {}).is_err(), "a deleted run is an error");
     }
 }

@@ -1,4 +1,4 @@
-//! Rows of runs by task and label.
+//! Groups rows of runs by task and label.
 
 use std::collections::HashMap;
 
@@ -14,18 +14,18 @@ pub type Score = fn(&LearningRow) -> Option<f64>;
 pub const AREA: Score = |row| row.efficiency.auc;
 /// Rolling success at the end, 0 to 1.
 pub const FINAL: Score = |row| row.efficiency.final_success;
-/// Least rolling success over the last quarter of the episodes, 0 to 1.
+/// Minimum rolling success over the last quarter of the episodes, 0 to 1.
 pub const HELD: Score = |row| row.efficiency.held_success;
 
-/// Rows of runs in groups: a group is the runs on one task with one label, which differ in nothing
-/// but the seed.
+/// Rows of runs in groups. A group is the runs on one task with one label, which differ only in the
+/// seed.
 #[derive(Debug, Clone)]
 pub struct Groups<'a> {
     labels: Vec<String>,
     tasks: Vec<String>,
-    /// Rows by the places of their task and label.
+    /// The rows of each group, keyed by the indices of its task and label.
     rows: HashMap<(usize, usize), Vec<&'a LearningRow>>,
-    /// Their places among the rows that were grouped.
+    /// Their indices among all rows.
     places: HashMap<(usize, usize), Vec<usize>>,
 }
 
@@ -37,7 +37,7 @@ pub struct GroupSummary {
     /// Mean of the score, with its interval.
     pub mean: Estimate,
     /// Probability that a run of the group has a higher score than a run of the baseline on the
-    /// same task. None for the baseline itself and where it has no runs.
+    /// same task. None for the baseline itself, or if the baseline has no runs there.
     pub improvement: Option<Estimate>,
 }
 
@@ -53,23 +53,23 @@ impl<'a> Groups<'a> {
         groups
     }
 
-    /// Labels, in the order in which they appear.
+    /// Labels in order of appearance.
     pub fn labels(&self) -> &[String] {
         &self.labels
     }
 
-    /// Names of the tasks, in the order in which they appear.
+    /// Names of the tasks in order of appearance.
     pub fn tasks(&self) -> &[String] {
         &self.tasks
     }
 
-    /// The rows of one group; none if there is no such group.
+    /// The rows of one group; empty if there is no such group.
     pub fn of(&self, task: &str, label: &str) -> &[&'a LearningRow] {
         let (Some(task), Some(label)) = (place(&self.tasks, task), place(&self.labels, label)) else { return &[] };
         self.rows.get(&(task, label)).map_or(&[], Vec::as_slice)
     }
 
-    /// The places of the rows of one group among those that were grouped.
+    /// The indices of one group's rows among all rows.
     pub fn places(&self, task: &str, label: &str) -> &[usize] {
         let (Some(task), Some(label)) = (place(&self.tasks, task), place(&self.labels, label)) else { return &[] };
         self.places.get(&(task, label)).map_or(&[], Vec::as_slice)
@@ -84,7 +84,7 @@ impl<'a> Groups<'a> {
     /// Scores of a label on these tasks.
     ///
     /// # Errors
-    /// When it has no run on one of them.
+    /// When the label has no run on one of them.
     pub fn scores(&self, tasks: &[String], label: &str, score: Score) -> Result<TaskScores, StatsError> {
         let of_task = |task: &String| Ok(scores(self.of(task, label), score)?.all().collect::<Vec<f64>>());
         TaskScores::new(tasks.iter().map(of_task).collect::<Result<_, StatsError>>()?)
@@ -99,13 +99,13 @@ impl<'a> Groups<'a> {
         self.labels.iter().map(|label| Ok((label.clone(), self.scores(&tasks, label, score)?))).collect()
     }
 
-    /// Label of the group that others are compared with: plain DDPG, or else the first method.
+    /// The label that others are compared with: plain DDPG, or else the first label.
     pub fn baseline(&self) -> Option<&str> {
         self.labels.iter().find(|label| *label == "DDPG").or(self.labels.first()).map(String::as_str)
     }
 
-    /// A score of one group, compared with the group of the label `baseline` on the same task.
-    /// None if the group has no runs.
+    /// A score of one group, compared with the group of the label `baseline` on the same task. None if
+    /// the group has no runs.
     ///
     /// # Errors
     /// When a statistic cannot be computed.
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn runs_that_differ_in_nothing_but_the_seed_are_one_group_with_its_statistics() {
+    fn runs_that_differ_only_in_the_seed_are_one_group_with_its_statistics() {
         let rows = [
             row("task1", "ddpg-uniform", 0, Some(0.75)),
             row("task1", "ddpg", 0, Some(0.25)),

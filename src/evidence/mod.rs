@@ -1,11 +1,10 @@
-//! Evidence about runs: found on disk, grouped by what they differ in, compared, reported.
+//! Evidence about runs: finds them on disk, groups them by their settings, compares and reports them.
 //!
 //! - [`find_runs`], [`read_runs`]: runs in folders, with their training results;
-//! - [`LearningRow`]: the results of one run; [`distinguish`] gives each row
-//!   the settings in which its run differs from the others, so that only runs that differ in
-//!   nothing but the seed have the same label;
-//! - [`Groups`]: rows by task and label, with the scores, intervals and probability of improvement
-//!   of each group. Rows of runs that are still being trained are grouped by the same code;
+//! - [`LearningRow`]: the results of one run; [`distinguish`] gives each row the settings in which its
+//!   run differs from the others, so that runs with the same label differ only in the seed;
+//! - [`Groups`]: rows by task and label, with the scores, intervals and probability of improvement of
+//!   each group, also for runs that are still being trained;
 //! - [`Comparison`](comparison::Comparison): every group on every task, and over the tasks they have in common;
 //! - [`report()`]: the comparison as Markdown, JSON and figures in a folder.
 

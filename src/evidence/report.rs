@@ -1,4 +1,4 @@
-//! A report of any runs: Markdown, JSON and figures in a folder.
+//! The report of a set of runs: Markdown, JSON and figures in a folder.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -15,15 +15,15 @@ use crate::markdown;
 use crate::run::{RunError, RunState, config_hash};
 use crate::stats::{Bootstrap, StatsError};
 
-/// More methods than these are compared with the baseline alone in `report.md`.
+/// Maximum number of methods of which `report.md` compares all pairs; more are compared with the baseline only.
 const MOST_PAIRED: usize = 5;
 
-/// Writes `report.md`, `report.json` and figures (at `dpi` dots per inch) of all runs in
-/// `folders` to `out`. `command` reproduces them. `on_progress` is called with the number of runs that
-/// have been read, and of all runs.
+/// Writes `report.md`, `report.json` and figures (at `dpi` dots per inch) of all runs in `folders` to
+/// `out`. `command` reproduces them. `on_progress` is called with the numbers of runs read and of all
+/// runs.
 ///
 /// # Errors
-/// When there is no finished run, one cannot be read, or a file cannot be written.
+/// When no run is finished, a run cannot be read, or a file cannot be written.
 pub fn report(
     folders: &[PathBuf],
     out: &Path,

@@ -1,4 +1,4 @@
-//! Training results: one row for each run.
+//! Training results, one row per run.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -22,48 +22,48 @@ pub struct LearningRow {
     pub method: String,
     /// The epsilon schedule.
     pub epsilon: String,
-    /// Other settings in which it differs from the runs beside it, by JSON path.
+    /// Other settings in which it differs from the runs it is compared with, by JSON path.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub settings: BTreeMap<String, String>,
     /// Master seed.
     pub seed: u64,
-    /// Episodes trained.
+    /// Number of episodes trained.
     pub episodes: u64,
     /// Episodes to thresholds, area under the curve, final success.
     #[serde(flatten)]
     pub efficiency: Efficiency,
-    /// Actions in its episodes and in practice until 80 % of the last window reached the goal.
+    /// Number of actions, in its episodes and in practice, until 80 % of the last window reached the goal.
     #[serde(default)]
     pub actions_to_80: Option<u64>,
-    /// Actions in the real environment outside of its episodes and practice: for the clusters and the model.
+    /// Number of actions in the real environment outside its episodes and practice: for the clusters and the model.
     #[serde(default)]
     pub charged: u64,
-    /// Success of the last greedy evaluations, over the last tenth of the run.
+    /// Mean success of the greedy evaluations in the last tenth of the run.
     pub greedy_success: Option<f64>,
 }
 
-/// A training as figures show it: of its history, which is long, only the curves are kept.
+/// The data of a training for figures: its results and curves, without its long history.
 #[derive(Debug, Clone)]
 pub struct TrainedRun {
     /// Its results.
     pub row: LearningRow,
-    /// Episodes and the rolling success after them.
+    /// Numbers of episodes and the rolling success after them.
     pub training: Vec<[f64; 2]>,
-    /// Episodes and the mean success of the last greedy evaluations.
+    /// Numbers of episodes and the mean success of the latest greedy evaluations.
     pub greedy: Vec<[f64; 2]>,
-    /// Actions taken in training and the rolling success after them.
+    /// Numbers of training actions and the rolling success after them.
     pub steps: Vec<[f64; 2]>,
 }
 
-/// Points of a learning curve, at most.
+/// Maximum number of points of a learning curve.
 const CURVE_POINTS: usize = 100;
-/// Greedy evaluations that a point is the mean of: one alone is often 0 or 1.
+/// Number of greedy evaluations averaged in a point, as a single one is often 0 or 1.
 pub(super) const EVALUATIONS: NonZeroUsize = NonZeroUsize::new(10).unwrap();
 
 impl TrainedRun {
-    /// The run with this configuration and history, and nothing charged.
+    /// The run with this configuration and history, without charged actions.
     pub fn new(config: &RunConfig, history: &RunHistory) -> Self {
-        // The runs of a group have points at the same episodes, also those that are not finished.
+        // Runs of a group have points at the same episodes, including unfinished ones.
         let every = history.records.len().max(config.episodes as usize).div_ceil(CURVE_POINTS).max(1);
         let records = || history.records.iter().skip(every - 1).step_by(every);
         let successes: Vec<f64> = history.evaluations.iter().map(|evaluation| evaluation.success).collect();
@@ -78,8 +78,8 @@ impl TrainedRun {
 }
 
 impl LearningRow {
-    /// The row of a run with this configuration and history, without settings that
-    /// [`distinguish`](super::settings::distinguish) it from others.
+    /// The row of a run with this configuration and history, before
+    /// [`distinguish`](super::settings::distinguish) adds settings.
     pub fn new(config: &RunConfig, history: &RunHistory) -> Self {
         let successes: Vec<bool> = history.records.iter().map(|record| record.goal).collect();
         let last_tenth = u64::from(config.episodes) * 9 / 10;
@@ -101,8 +101,8 @@ impl LearningRow {
         }
     }
 
-    /// The row of a run of which only the number of episodes and the latest rolling success are known,
-    /// as while it is trained.
+    /// The row of a run that is still being trained, from its number of episodes and latest rolling
+    /// success.
     pub fn so_far(config: &RunConfig, episodes: u64, success: Option<f64>) -> Self {
         Self {
             episodes,
@@ -127,7 +127,7 @@ impl LearningRow {
         label
     }
 
-    /// The threshold in words, or the whole schedule where another has the same words.
+    /// The epsilon schedule in short form, or in full if the short form is ambiguous.
     fn threshold(&self) -> String {
         match self.epsilon.split(':').collect::<Vec<_>>().as_slice() {
             ["linear", from, to, _] if !self.settings.contains_key(WHOLE_SCHEDULE) => format!("{from} to {to}"),

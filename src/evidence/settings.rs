@@ -11,12 +11,11 @@ use crate::json;
 use crate::task::{self, Task};
 use crate::trainer::{PriorSource, RunConfig};
 
-/// The setting of a row that is its whole epsilon schedule, where two schedules have the same words.
+/// The key in a row's settings for its whole epsilon schedule, present if the short form is ambiguous.
 pub(super) const WHOLE_SCHEDULE: &str = "epsilon";
 
-/// Settings that a label leaves out, though another run has another value: the whole model of the
-/// tool set, clusters that are not refined, a shipped task,
-/// a run that is no fork.
+/// Values that a label leaves out even if other runs have other values: the full model of the tool set,
+/// clusters that are not refined, a shipped task, a run that is not a fork.
 pub(super) const USUAL: [(&str, &str); 5] = [
     ("prior", WHOLE_MODEL),
     ("refinement.every", "0"),
@@ -24,20 +23,20 @@ pub(super) const USUAL: [(&str, &str); 5] = [
     ("scene", AS_SHIPPED),
     ("fork", NO_FORK),
 ];
-/// Value of `fork` for a run that began by itself.
+/// Value of `fork` for a run that is not a fork.
 const NO_FORK: &str = "none";
-/// Value of `subgoals` and `scene` for a task that is as it was shipped.
+/// Value of `subgoals` and `scene` for an unchanged shipped task.
 const AS_SHIPPED: &str = "shipped";
-/// Name of a whole model among models that lack something.
+/// Name of the model without ablations.
 const WHOLE_MODEL: &str = "full";
 
 /// Settings by JSON path.
 type Settings = BTreeMap<String, String>;
 
-/// Gives each row the settings in which its run differs from other runs on the same task, so that
-/// only runs that differ in nothing but the seed have the same label. What is usual for its method goes
-/// without saying beside other methods. All rows that are shown or
-/// compared together must be given together, each with its configuration.
+/// Gives each row the settings in which its run differs from other runs on the same task, so that runs
+/// with the same label differ only in the seed. Differences from other methods are omitted if
+/// the value is the usual one of the run's own method. All rows that are shown or compared together must
+/// be given together, each with its configuration.
 pub fn distinguish(mut runs: Vec<(&RunConfig, &mut LearningRow)>) {
     let shipped = task::shipped();
     let mut settings: Vec<Settings> = runs.iter().map(|(config, _)| compared_settings(config, &shipped)).collect();
@@ -59,7 +58,7 @@ pub fn distinguish(mut runs: Vec<(&RunConfig, &mut LearningRow)>) {
     distinguish_schedules(&mut runs);
 }
 
-/// What two runs differ in: JSON paths of `config.json` and the value of each; nothing where one has none.
+/// The differences of two runs: JSON paths of `config.json` with both values; a missing value is empty.
 pub fn differences(first: &RunConfig, second: &RunConfig) -> Vec<(String, [String; 2])> {
     let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
     let of = |config: &RunConfig| -> Settings {
@@ -72,7 +71,7 @@ pub fn differences(first: &RunConfig, second: &RunConfig) -> Vec<(String, [Strin
     differing.filter(|(_, [first, second])| first != second).collect()
 }
 
-/// The kinds and paths at which two runs of a kind on the same task have different values.
+/// The pairs of kind and path at which runs of this kind on the same task have different values.
 fn differing_settings<'a>(
     configs: &[&'a RunConfig],
     settings: &'a [Settings],
@@ -90,15 +89,15 @@ fn differing_settings<'a>(
     differing
 }
 
-/// The settings that a run of this method and these tools usually has.
+/// The usual settings of a run with this method and these tools.
 fn usual_settings(config: &RunConfig) -> Settings {
     let mut settings = compared_settings(&RunConfig::usual_with(config.task.clone(), config.method, config.tools), &[]);
-    // No method says which tools there are.
+    // The tools do not depend on the method.
     settings.remove("tools");
     settings
 }
 
-/// Settings by path, without those that every label has or that do not change what is learned.
+/// Settings by path, without those that every label includes or that do not affect learning.
 fn compared_settings(config: &RunConfig, shipped: &[Task]) -> Settings {
     let is_compared = |path: &str| {
         let elsewhere = ["method", "seed", "epsilon"].contains(&path)
@@ -113,13 +112,13 @@ fn compared_settings(config: &RunConfig, shipped: &[Task]) -> Settings {
     leaves.map(|(path, value)| (path, text(value))).chain(task_changes(&config.task, shipped)).chain([fork]).collect()
 }
 
-/// The configuration as `config.json` has it: 0.99 and not 0.9900000095367432.
+/// The configuration with numbers as in `config.json`: 0.99 and not 0.9900000095367432.
 fn as_written(config: &RunConfig) -> Value {
     let text = serde_json::to_string(config).unwrap_or_default();
     serde_json::from_str(&text).unwrap_or_default()
 }
 
-/// Whether a task with the name of a shipped one has its subgoals, and all else of it.
+/// For a task with the name of a shipped one: whether its subgoals, and the rest of it, are changed.
 fn task_changes(task: &Task, shipped: &[Task]) -> Vec<(String, String)> {
     let Some(shipped) = shipped.iter().find(|shipped| shipped.name == task.name) else { return Vec::new() };
     let same_scene = Task { subgoals: shipped.subgoals.clone(), ..task.clone() } == *shipped;
@@ -127,8 +126,8 @@ fn task_changes(task: &Task, shipped: &[Task]) -> Vec<(String, String)> {
     vec![("subgoals".to_owned(), value(task.subgoals == shipped.subgoals)), ("scene".to_owned(), value(same_scene))]
 }
 
-/// Names model files by what their names have beyond the tool set, so that tasks with different
-/// tool sets can have the same method. Two models of one name on one task keep their paths.
+/// Names model files by their stem without the tool set, so that runs on tasks with different tool sets
+/// can have the same label. Two models with the same name on one task keep their paths.
 fn name_models(configs: &[&RunConfig], settings: &mut [Settings]) {
     let mut paths: BTreeMap<(&str, String), BTreeSet<String>> = BTreeMap::new();
     for (config, settings) in configs.iter().zip(settings.iter()) {
@@ -146,7 +145,7 @@ fn name_models(configs: &[&RunConfig], settings: &mut [Settings]) {
     }
 }
 
-/// What distinguishes the model file of a run from others of its tool set, if it has one.
+/// The name that distinguishes a run's model file from others of its tool set, if it has one.
 fn model_name(config: &RunConfig) -> Option<String> {
     let PriorSource::ModelFile(path) = &config.prior else { return None };
     let stem = Path::new(path).file_stem()?.to_str()?;
@@ -157,7 +156,7 @@ fn model_name(config: &RunConfig) -> Option<String> {
     })
 }
 
-/// Two schedules may have the same words in a label: their labels then have them whole.
+/// Adds the whole schedule to the settings where two schedules have the same short form in a label.
 fn distinguish_schedules(runs: &mut [(&RunConfig, &mut LearningRow)]) {
     let mut schedules: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for (_, row) in runs.iter() {
@@ -196,7 +195,7 @@ mod tests {
         make("c", &task, &[("epsilon", "linear:0.5:0:10")]);
         make("d", &task, &[("epsilon", "linear:0.5:0:20")]);
         make("e", &task, &[("method", "ddpg"), ("epsilon", "0.3"), ("guidance.horizon", "3")]);
-        // Another task may need another model: that is no difference between runs of a task.
+        // Another task may need another model, which is not a difference between runs of one task.
         make("f", &other, &[("epsilon", "0.1"), ("prior", "true")]);
         std::fs::create_dir(folder.path().join("runs/nothing")).unwrap();
 
@@ -222,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_usual_for_a_method_goes_without_saying_beside_other_methods() {
+    fn usual_settings_of_a_method_are_omitted_beside_other_methods() {
         let task = Arc::new(crate::task::load("task1").unwrap());
         let usual = Method::ALL.map(|method| RunConfig::usual(task.clone(), method));
         let other = usual[0].with_setting("ddpg.tau", "0.1").unwrap();
@@ -240,11 +239,11 @@ mod tests {
         assert_eq!(alone(adaptive), "adaptive DDPG-MGE, epsilon by need");
         let both = labels(&[usual[0].clone(), other.clone(), adaptive.clone()]);
         assert_eq!(both, ["DDPG, ddpg.tau 0.005", "DDPG, ddpg.tau 0.1", "adaptive DDPG-MGE, epsilon by need"]);
-        assert_eq!(labels(&[other, adaptive.clone()])[0], "DDPG, ddpg.tau 0.1", "what is not usual is said");
+        assert_eq!(labels(&[other, adaptive.clone()])[0], "DDPG, ddpg.tau 0.1", "an unusual value is shown");
         let needs =
             ["need:0.5:0.25:20", "need:0.3:0.25:20"].map(|spec| adaptive.with_setting("epsilon", spec).unwrap());
-        assert!(labels(&needs)[1].contains("by need, 0.3 clusters"), "two schedules of one kind are told apart");
-        // Each method has a colour of its own, whatever stands beside it.
+        assert!(labels(&needs)[1].contains("by need, 0.3 clusters"), "two schedules of one kind are distinguished");
+        // Each method has its own colour, whatever the other methods are.
         let names: Vec<&str> = all.iter().map(String::as_str).collect();
         let colours = |names: &[&str]| -> Vec<String> {
             crate::figures::series(names).iter().map(|series| format!("{:?}", series.color)).collect()
@@ -268,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn models_are_named_by_what_they_lack_on_all_tasks_alike() {
+    fn models_are_named_by_their_ablation_on_all_tasks() {
         let labels = |models: &[(&str, &str)]| -> Vec<String> {
             let folder = tempfile::tempdir().unwrap();
             for (n, (task, model)) in models.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! The sample-efficiency table, for people.
+//! The sample-efficiency table.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ use crate::stats::rolling::WINDOW;
 use crate::stats::{Bootstrap, Estimate, StatsError};
 
 impl Groups<'_> {
-    /// The sample-efficiency table in Markdown, one row for each group, with the text that explains it.
+    /// Writes the sample-efficiency table in Markdown, one row per group, after an explanation.
     ///
     /// # Errors
     /// When a statistic cannot be computed.
@@ -64,7 +64,7 @@ impl Groups<'_> {
     }
 }
 
-/// Mean success of the last greedy evaluations; nothing for a method that has none.
+/// Mean success of the last greedy evaluations; empty if there are none.
 fn greedy_mean(rows: &[&LearningRow]) -> Result<String, StatsError> {
     if rows.iter().all(|row| row.greedy_success.is_none()) {
         return Ok(String::new());
@@ -72,12 +72,12 @@ fn greedy_mean(rows: &[&LearningRow]) -> Result<String, StatsError> {
     Ok(format!("{:.2}", mean(&scores(rows, |row| row.greedy_success)?)))
 }
 
-/// A share with its interval, to two digits.
+/// A fraction with its interval, to two decimals.
 pub(super) fn format_share(estimate: Estimate) -> String {
     format!("{:.2} [{:.2}, {:.2}]", estimate.value, estimate.lower, estimate.upper)
 }
 
-/// Median of the runs that reached it, and how many of all did.
+/// Median over the runs that reached the threshold, and how many of all runs did.
 fn reached(episodes: impl Iterator<Item = Option<u64>>) -> String {
     let all: Vec<Option<u64>> = episodes.collect();
     let there: Vec<u64> = all.iter().flatten().copied().collect();
@@ -85,7 +85,7 @@ fn reached(episodes: impl Iterator<Item = Option<u64>>) -> String {
     format!("{median} ({}/{})", there.len(), all.len())
 }
 
-/// Median actions of the runs that reached 80 %: with what is charged, and without.
+/// Median actions of the runs that reached 80 %, with and without charged actions.
 fn actions_to_80(rows: &[&LearningRow]) -> String {
     let own: Vec<u64> = rows.iter().filter_map(|row| row.actions_to_80).collect();
     let all: Vec<u64> = rows.iter().filter_map(|row| Some(row.actions_to_80? + row.charged)).collect();
@@ -95,7 +95,7 @@ fn actions_to_80(rows: &[&LearningRow]) -> String {
     }
 }
 
-/// The median, rounded up; none of nothing.
+/// The median, rounded up; None without values.
 fn rounded_median(values: &[u64]) -> Option<u64> {
     let mut sorted = values.to_vec();
     sorted.sort_unstable();
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn actions_to_a_threshold_are_given_with_and_without_what_is_charged() {
+    fn actions_to_a_threshold_are_given_with_and_without_charged_ones() {
         let row = |actions_to_80, charged| LearningRow { actions_to_80, charged, ..LearningRow::default() };
         let rows = [row(Some(300), 1000), row(None, 1000), row(Some(100), 2000)];
         assert_eq!(actions_to_80(&rows.each_ref()), "1700 (200)");

@@ -1,4 +1,4 @@
-//! What each part of the method contributes.
+//! Ablation: the contribution of each part of the method.
 
 use super::Figure;
 use super::axes::{Axis, Frame, Plot};
@@ -17,14 +17,14 @@ pub struct Ablation {
     pub measure: String,
     /// How runs were summarised.
     pub statistics: Statistics,
-    /// The full method first: the others are compared with it.
+    /// The variants; the first is the full method, with which the others are compared.
     pub variants: Vec<Variant>,
 }
 
 /// A variant and its result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variant {
-    /// What is different.
+    /// What differs from the full method.
     pub label: String,
     /// The measure.
     pub estimate: Estimate,

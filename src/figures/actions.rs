@@ -16,7 +16,7 @@ use rand_chacha::ChaCha8Rng;
 /// Sampled actions over the scenes of the tasks.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ActionSamples {
-    /// One panel a task.
+    /// One panel per task.
     pub tasks: Vec<TaskActions>,
 }
 
@@ -32,18 +32,17 @@ pub struct TaskActions {
 /// The clusters of one stage and actions sampled from them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StageActions {
-    /// Sampled actions: normalised places of the tool.
+    /// Sampled actions: normalised tool positions.
     pub samples: Vec<Position>,
     /// The clusters they come from.
     pub clusters: Vec<Cluster>,
 }
 
-/// Actions drawn from the clusters of each stage.
+/// Number of actions sampled per stage.
 const SAMPLES_PER_STAGE: usize = 200;
 
 impl TaskActions {
-    /// The clusters of a prior, and actions sampled from them with a stream of `seed`.
-    /// A stage without clusters has no samples.
+    /// The clusters of a prior, and actions sampled from them with the seed. A stage without clusters has no samples.
     pub fn sample(task: &Task, prior: &ActionPrior, seed: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let stages = prior.stages.iter().map(|stage| StageActions {
@@ -74,11 +73,11 @@ impl TaskActions {
     }
 }
 
-/// What the shapes are.
+/// The note that explains the shapes.
 const SHAPES: &str = "Dots: tool placements sampled from the action clusters of the stage of their colour. Ellipses: one (solid) and two \
                       (dashed) standard deviations around the cluster mean, which has the name of its stage.";
 
-/// The stage's name at the mean, ellipses at one and two standard deviations.
+/// Draws the stage's name at the mean, and ellipses at one and two standard deviations.
 fn draw_cluster(view: &SceneView<'_, '_>, cluster: &Cluster, name: &str, color: Color) {
     let center = view.at(cluster.mean);
     let edge = view.at([cluster.mean[0] + cluster.std[0], cluster.mean[1] + cluster.std[1]]);

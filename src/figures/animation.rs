@@ -16,17 +16,16 @@ use super::{Figure, FigureError};
 use crate::physics::Tool;
 use crate::task::Task;
 
-/// The moments of an episode on its task. As a figure it is its last moment, with the
-/// whole way of the ball.
+/// The moments of an episode. As a still figure it shows the last moment with the whole path of the ball.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Animation {
     /// The task.
     pub task: Task,
-    /// The moments in order, one a frame.
+    /// The moments in order, one per frame.
     pub moments: Vec<Moment>,
-    /// Milliseconds a frame is shown.
+    /// Duration of a frame in milliseconds.
     pub frame_ms: u32,
-    /// Number of earlier moments whose positions trail the ball.
+    /// Number of earlier ball positions drawn as a trail.
     pub trail: usize,
 }
 
@@ -43,7 +42,7 @@ pub struct Moment {
     pub reached: usize,
 }
 
-/// How long the end of an episode is looked at before it begins again.
+/// Duration of the last frame in milliseconds, before the animation repeats.
 const LAST_FRAME_MS: u32 = 1500;
 
 impl Animation {
@@ -69,8 +68,7 @@ impl Animation {
         view.ball(moment.ball, self.task.ball.radius)
     }
 
-    /// The animation as a GIF of `dpi` dots per inch that repeats for ever and carries
-    /// its provenance as a comment.
+    /// The animation as a GIF of `dpi` dots per inch that loops forever and carries its provenance as a comment.
     ///
     /// # Errors
     /// When the resolution is 0 or too large for a GIF.
@@ -102,10 +100,10 @@ impl Animation {
         Ok(bytes)
     }
 
-    /// Writes the GIF to `path` and its numbers beside it with the ending `.csv`.
+    /// Writes the GIF to `path` and its numbers to the same path with the extension `.csv`.
     ///
     /// # Errors
-    /// When the ending is not `.gif`, as [`Self::to_gif`], or when a file cannot be written.
+    /// When the extension is not `.gif`, as [`Self::to_gif`], or when a file cannot be written.
     pub fn write_gif(&self, path: &Path, provenance: &Provenance, dpi: u32) -> Result<(), FigureError> {
         if path.extension().is_none_or(|ending| ending != "gif") {
             return Err(FigureError::Format { path: path.to_owned(), known: "`.gif`" });
@@ -114,10 +112,10 @@ impl Animation {
     }
 }
 
-/// The 256 commonest colours of an RGB image, and for each pixel the nearest of them.
+/// The 256 most common colours of an RGB image, and for each pixel the index of the nearest.
 ///
-/// A scene is made of few colours, and only the edges of shapes mix them: its flat
-/// colours stay exact, which quantisers made for photographs do not promise.
+/// A scene has few colours, which mix only at the edges of shapes. Its flat colours stay exact, which quantisers for
+/// photographs do not guarantee.
 fn commonest_colors(pixels: &[u8]) -> (Vec<u8>, Vec<u8>) {
     let mut counts: BTreeMap<[u8; 3], usize> = BTreeMap::new();
     let (colors, _) = pixels.as_chunks::<3>();

@@ -11,7 +11,7 @@ use super::style::{
 };
 use crate::stats::Estimate;
 
-/// Width of an upright label left of a plot.
+/// Width of a vertical label left of a plot.
 pub const Y_LABEL: f64 = 1.5 * LABEL_SIZE;
 /// Height of a label below a plot.
 pub const X_LABEL: f64 = 1.4 * LABEL_SIZE;
@@ -48,19 +48,19 @@ impl Axis {
         Self { label: label.to_owned(), low, high, ticks, logarithmic: false }
     }
 
-    /// An axis with these ticks only.
+    /// An axis with the given ticks.
     pub fn with_ticks(label: &str, low: f64, high: f64, ticks: Vec<(f64, String)>) -> Self {
         Self { label: label.to_owned(), low, high, ticks, logarithmic: false }
     }
 
-    /// A linear axis over the finite `values`, widened a little; [0, 1] when there are none.
+    /// A linear axis over the finite `values` with a small margin; [0, 1] if there are none.
     pub fn around(label: &str, values: impl IntoIterator<Item = f64>, count: usize) -> Self {
         let (low, high) = extent(values).unwrap_or((0.0, 1.0));
         let margin = if high > low { 0.06 * (high - low) } else { 0.5 * high.abs().max(1.0) };
         Self::linear(label, low - margin, high + margin, count)
     }
 
-    /// A linear axis from 0 over the finite `values`, with room above; [0, 1] when there are none.
+    /// A linear axis from 0 to beyond the largest finite value; [0, 1] if there are none.
     pub fn from_zero(label: &str, values: impl IntoIterator<Item = f64>, count: usize) -> Self {
         let high = extent(values).map_or(1.0, |(_, high)| if high > 0.0 { 1.12 * high } else { 1.0 });
         Self::linear(label, 0.0, high, count)
@@ -77,8 +77,8 @@ impl Axis {
         Self { label: label.to_owned(), low, high, ticks, logarithmic: true }
     }
 
-    /// A logarithmic axis between two positive values, with ticks at powers of ten, and at twice and five times
-    /// these where they are few.
+    /// A logarithmic axis between two positive values, with ticks at powers of ten and, over a short range, at two
+    /// and five times these.
     pub fn decades(label: &str, low: f64, high: f64) -> Self {
         let low = if low.is_finite() && low > 0.0 { low } else { 1.0 };
         let high = if high.is_finite() && high > low { high } else { 10.0 * low };
@@ -95,12 +95,12 @@ impl Axis {
         Self { label: label.to_owned(), low, high, ticks, logarithmic: true }
     }
 
-    /// The same axis, without its label if it is not to be labelled (inner panels of a grid).
+    /// The same axis, without its label unless `is_labelled` (for inner panels of a grid).
     pub fn labelled(self, is_labelled: bool) -> Self {
         if is_labelled { self } else { Self { label: String::new(), ..self } }
     }
 
-    /// Place of `value` between the ends, 0 to 1.
+    /// Relative position of `value` between the ends, 0 to 1.
     fn fraction(&self, value: f64) -> f64 {
         if self.logarithmic {
             (value.log10() - self.low.log10()) / (self.high.log10() - self.low.log10())
@@ -110,7 +110,7 @@ impl Axis {
     }
 }
 
-/// Largest size of a value that an axis can reach: the widths of ranges are finite, too.
+/// Largest absolute value on an axis, so that the width of any range is finite.
 const MOST: f64 = 1e300;
 
 /// Smallest and largest finite value.
@@ -121,7 +121,7 @@ fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
     })
 }
 
-/// At most `most` round values in a range, at equal distances.
+/// At most `most` equally spaced round values in a range.
 pub fn round_ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
     RangedCoordf64::from(low..high).key_points(RoundTicks(most))
 }
@@ -161,7 +161,7 @@ fn power_of_ten(power: i32) -> String {
     format!("10{}{digits}", if power < 0 { "⁻" } else { "" })
 }
 
-/// A framed plot whose inside maps data to the page.
+/// A framed plot that maps data to the page.
 pub struct Plot<'c, 'p> {
     canvas: &'c Canvas<'p>,
     /// The inside of the frame.
@@ -170,7 +170,7 @@ pub struct Plot<'c, 'p> {
     y: Axis,
 }
 
-/// How a plot is framed.
+/// Options of a plot's frame.
 pub struct Frame<'t> {
     /// Bold text above the plot, at its left edge.
     pub title: &'t str,
@@ -196,7 +196,7 @@ impl<'c, 'p> Plot<'c, 'p> {
         canvas.outline(&rect.corners(), Pen::new(INK, FRAME_WIDTH));
         let baseline = rect.top - 0.8 * TITLE_SIZE;
         canvas.text([rect.left, baseline], frame.title, Type::TITLE);
-        // Below the middle, or further left where a long label would leave the page.
+        // Centred, or further left if a long label would leave the page.
         let middle = rect.center()[0].min(outer.right - 0.5 * Type::LABEL.width(&plot.x.label));
         canvas.text([middle, rect.bottom + below - 0.7 * LABEL_SIZE], &plot.x.label, Type::LABEL.centered());
         canvas.text(
@@ -224,7 +224,7 @@ impl<'c, 'p> Plot<'c, 'p> {
         }
     }
 
-    /// The place of a value pair on the page; not finite when a value is not.
+    /// The point of a value pair on the page; not finite if a value is not.
     pub fn at(&self, x: f64, y: f64) -> Point {
         [
             self.rect.left + self.x.fraction(x) * self.rect.width(),
@@ -232,7 +232,7 @@ impl<'c, 'p> Plot<'c, 'p> {
         ]
     }
 
-    /// A line through the points; values that are not finite leave gaps, a lone value is a dot.
+    /// A line through the points; non-finite values leave gaps, an isolated value is a dot.
     pub fn line(&self, xs: &[f64], ys: &[f64], pen: Pen) {
         for run in finite_runs(xs, &[ys]) {
             let points: Vec<Point> = run.map(|n| self.at(xs[n], ys[n])).collect();
@@ -247,7 +247,7 @@ impl<'c, 'p> Plot<'c, 'p> {
         }
     }
 
-    /// As [`Self::line`], for means over a window: the first `partial`, of fewer values, are faint.
+    /// Like [`Self::line`], for rolling means: the first `partial`, over incomplete windows, are faint.
     pub fn rolling(&self, xs: &[f64], ys: &[f64], partial: usize, pen: Pen) {
         let partial = partial.min(xs.len()).min(ys.len());
         let faint = Pen { color: faded(pen.color, 0.35), width: 0.5 * pen.width, dash: &[] };
@@ -258,10 +258,10 @@ impl<'c, 'p> Plot<'c, 'p> {
         self.line(&xs[partial..], &ys[partial..], pen);
     }
 
-    /// The band around a line, with gaps where the line or either end is not finite.
+    /// The band around a line, with gaps where the line or either bound is not finite.
     pub fn band(&self, xs: &[f64], [ys, low, high]: [&[f64]; 3], color: Color) {
         for run in finite_runs(xs, &[ys, low, high]) {
-            // One polygon a run: translucent slices would show their seams.
+            // One polygon per run: adjacent translucent slices would show seams.
             let (mut upper, mut lower) = (Vec::new(), Vec::new());
             for n in run {
                 let clamp = |p: Point| {
@@ -287,7 +287,7 @@ impl<'c, 'p> Plot<'c, 'p> {
         self.error_bar(x, estimate);
     }
 
-    /// Numbers at the right ends of curves, moved apart where they would cover each other.
+    /// Numbers at the right ends of curves, moved apart where they would overlap.
     pub fn end_numbers(&self, ends: impl IntoIterator<Item = (Point, Series)>) {
         const APART: f64 = TINY_SIZE * 0.95;
         let inside = |(place, _): &(Point, Series)| self.rect.contains(*place);
@@ -295,19 +295,19 @@ impl<'c, 'p> Plot<'c, 'p> {
         ends.sort_by(|(a, _), (b, _)| a[1].total_cmp(&b[1]));
         let mut lowest = self.rect.top - APART;
         for n in 0..ends.len() {
-            // As high as it belongs, unless those below would leave the frame.
+            // At its curve's end, unless the numbers below would then leave the frame.
             let below = (ends.len() - 1 - n) as f64 * APART;
             let y = ends[n].0[1].max(lowest + APART).min((self.rect.bottom - below).max(lowest + APART));
             lowest = y;
             let ([x, _], series) = ends[n];
-            // Not over the frame.
+            // Not on top of the frame.
             let x = if x + TINY_SIZE > self.rect.right { self.rect.right } else { x };
             let look = Type { size: TINY_SIZE, ..Type::LABEL.bold().color(series.color) };
             self.canvas.text([x + 1.5, y], &series.number(), look);
         }
     }
 
-    /// Numbers on curves, a little above them, each on a patch of paper.
+    /// Numbers slightly above their curves, each on a pale background.
     pub fn numbers(&self, places: impl IntoIterator<Item = (Point, Series)>) {
         for ([x, y], series) in places {
             let y = (y - 0.8 * TINY_SIZE).max(self.rect.top + 0.7 * TINY_SIZE);
@@ -333,7 +333,7 @@ impl<'c, 'p> Plot<'c, 'p> {
     }
 }
 
-/// Ranges of indices in which all columns are finite.
+/// Maximal ranges of indices in which all columns are finite.
 fn finite_runs(xs: &[f64], columns: &[&[f64]]) -> Vec<std::ops::Range<usize>> {
     let count = columns.iter().map(|column| column.len()).fold(xs.len(), usize::min);
     let mut runs: Vec<std::ops::Range<usize>> = Vec::new();
@@ -357,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_read_well() {
+    fn numbers_are_formatted_for_reading() {
         assert_eq!(number(-0.25, 2), "\u{2212}0.25");
         assert_eq!(number(-0.001, 1), "0.0");
         assert_eq!(number(12_500.0, 0), "12\u{2009}500");
@@ -374,7 +374,7 @@ mod tests {
             assert!(labels(0.0, high).iter().all(|text| text.chars().count() <= 9), "{:?}", labels(0.0, high));
         }
         let axis = Axis::around("", [-1e308, 1e308, 2.0, 3.0], 4);
-        assert!(axis.low > 1.0 && axis.high < 4.0, "what is out of reach is left out");
+        assert!(axis.low > 1.0 && axis.high < 4.0, "values beyond MOST are ignored");
     }
 
     #[test]

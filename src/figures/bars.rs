@@ -6,7 +6,7 @@ use super::geometry::Rect;
 use super::style::{LABEL_SIZE, SMALL_SIZE, Series, TICK_LENGTH};
 use crate::stats::Estimate;
 
-/// Bars that belong together: one group a member, one bar a series.
+/// A cluster of bars: one group per member, one bar per series.
 pub struct BarCluster {
     /// Name below the members.
     pub label: String,
@@ -18,24 +18,23 @@ pub struct BarCluster {
 const CLUSTER_GAP: f64 = 1.2;
 const MEMBER_GAP: f64 = 0.5;
 
-/// A member of a cluster with the place of its left edge and its width, in bars.
+/// A member of a cluster with the x position of its left edge, in bar widths.
 struct Placed<'b> {
     name: &'b str,
     bars: &'b [Estimate],
     left: f64,
 }
 
-/// What a row of bars is told about itself.
+/// Options of [`grouped_bars`].
 #[derive(Default)]
 pub struct BarLook<'t> {
     /// Bold text above.
     pub title: &'t str,
     /// Label of the y axis.
     pub label: &'t str,
-    /// Whether the numbers stand above the bars.
+    /// Whether values are written above the bars.
     pub counts: bool,
-    /// Whether room is left for names of members, though there be none: so that plots side
-    /// by side stand on one line.
+    /// Whether space for member names is reserved even if there are none, so that adjacent plots align.
     pub room_for_names: bool,
 }
 
@@ -79,7 +78,7 @@ pub fn grouped_bars(canvas: &Canvas<'_>, rect: Rect, look: &BarLook<'_>, cluster
     names.into_iter().for_each(|(x, name)| canvas.text([plot.at(x, 0.0)[0], line], name, Type::SMALL.centered()))
 }
 
-/// The count above its bar, unless it would cover one written before.
+/// Writes the count above its bar, unless it would overlap one written before.
 fn write_count(canvas: &Canvas<'_>, plot: &Plot<'_, '_>, x: f64, bar: Estimate, taken: &mut Vec<Rect>) {
     if !bar.value.is_finite() {
         return;

@@ -1,4 +1,4 @@
-//! What figures draw on: a page in points, drawn by plotters as SVG.
+//! The drawing surface of figures: a page in points, written as SVG by plotters.
 
 use std::cell::RefCell;
 
@@ -12,17 +12,17 @@ use super::geometry::{Point, Rect, dashes};
 use super::style::{Color, GREY, GRID, INK, LABEL_SIZE, SMALL_SIZE, TITLE_SIZE, WHITE};
 use super::xml;
 
-/// Backend coordinates per point: they are whole numbers, too coarse for hairlines otherwise.
+/// Backend coordinates per point. Backend coordinates are integers; one per point would be too coarse for hairlines.
 const SCALE: f64 = 16.0;
-/// Plotters gives text sizes in a box of 1.24 em, by which its SVG backend divides.
+/// The SVG backend of plotters divides text sizes by this factor.
 const PLOTTERS_EM: f64 = 1.24;
 
-/// How a line looks.
+/// Style of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pen {
     pub color: Color,
     pub width: f64,
-    /// Lengths drawn and left out, in turn; empty for a solid line.
+    /// Alternating lengths of dashes and gaps; empty for a solid line.
     pub dash: &'static [f64],
 }
 
@@ -36,7 +36,7 @@ impl Pen {
     }
 }
 
-/// How a text looks and which of its points is placed.
+/// Style and anchor of a text.
 #[derive(Clone, Copy)]
 pub struct Type {
     pub family: Family,
@@ -45,7 +45,7 @@ pub struct Type {
     pub color: Color,
     pub horizontal: HPos,
     pub vertical: VPos,
-    /// Read from below upwards.
+    /// Whether it is rotated to read upwards.
     pub upright: bool,
 }
 
@@ -97,7 +97,7 @@ pub struct Canvas<'t> {
     page: Rect,
 }
 
-/// The SVG of a page of `size` points, on which a point is drawn as `scale` points; `head` is put behind the
+/// The SVG of a page of `size` points, in which everything is magnified by `scale`; `head` is inserted after the
 /// opening tag.
 pub fn svg(size: [f64; 2], scale: f64, head: &str, draw: impl FnOnce(&Canvas<'_>)) -> String {
     let [paper_width, paper_height] = size;
@@ -109,8 +109,7 @@ pub fn svg(size: [f64; 2], scale: f64, head: &str, draw: impl FnOnce(&Canvas<'_>
     canvas.fill(&canvas.page.corners(), WHITE);
     draw(&canvas);
     drop(canvas);
-    // The backend counts its coordinates as pixels and mitres every corner: say the size on
-    // paper, and round the joins.
+    // The backend gives the size in pixels and mitres every corner: set the size on paper, and round the joins.
     let plain = format!("width=\"{columns}\" height=\"{rows}\"");
     let ours = format!(
         "width=\"{paper_width}pt\" height=\"{paper_height}pt\" stroke-linejoin=\"round\" stroke-linecap=\"round\""
@@ -129,8 +128,8 @@ impl Canvas<'_> {
         draw(&mut self.backend.borrow_mut()).expect("a string takes every element");
     }
 
-    /// A place in backend coordinates. Out-of-range and non-finite numbers saturate: they never
-    /// reach here from data, which is clipped, and would only be drawn off the page.
+    /// A point in backend coordinates. Out-of-range and non-finite numbers saturate: data is clipped before it gets
+    /// here, so such points could only lie off the page.
     fn place(point: Point) -> BackendCoord {
         ((point[0] * SCALE).round() as i32, (point[1] * SCALE).round() as i32)
     }
@@ -170,7 +169,7 @@ impl Canvas<'_> {
         self.put(|backend| backend.draw_circle(Self::place(center), radius, &color.filled(), true));
     }
 
-    /// A line with a head at its end.
+    /// A line with an arrowhead at its end.
     pub fn arrow(&self, from: Point, to: Point, pen: Pen) {
         let length = (to[0] - from[0]).hypot(to[1] - from[1]);
         if length < 1e-6 {
@@ -194,7 +193,7 @@ impl Canvas<'_> {
         self.put(|backend| backend.draw_text(&xml::characters(text), &style, Self::place(at)));
     }
 
-    /// What stands where there is nothing to show.
+    /// A placeholder with a message for an empty figure.
     pub fn nothing(&self, rect: Rect, message: &str) {
         self.outline(&rect.corners(), Pen::new(GRID, 0.8));
         self.text(rect.center(), message, Type::LABEL.centered().color(GREY));

@@ -10,12 +10,12 @@ use super::style::{DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, SINGLE_COLUMN, Serie
 use super::table::Table;
 use super::tasks::{COLUMNS, heading};
 
-/// Success against episodes, one panel a task.
+/// Success against episodes, one panel per task.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LearningCurves {
-    /// What was counted: the episodes of training, or greedy evaluations.
+    /// Whether success is that of greedy evaluations instead of training episodes.
     pub greedy: bool,
-    /// What x is.
+    /// The quantity on the x axis.
     pub progress: Progress,
     /// Number of episodes, or of greedy evaluations, the success rate is averaged over.
     pub window: usize,
@@ -23,28 +23,28 @@ pub struct LearningCurves {
     pub statistics: Statistics,
     /// The panels in order.
     pub panels: Vec<CurvePanel>,
-    /// Labels of the curves in the order of the legend, with what it says of each; none for all of them as they
-    /// appear.
+    /// Labels of the curves in legend order, each with its text in the legend. If empty, all curves are listed in
+    /// order of appearance.
     pub legend: Vec<(String, String)>,
-    /// Label of the curve that the others are seen against: it is grey, and none of their colours is its own.
+    /// Label of the reference curve, which is grey and uses up none of the other curves' colours.
     pub reference: Option<String>,
-    /// How it is set.
+    /// The layout.
     pub look: Look,
 }
 
-/// What the success of a run is drawn against.
+/// The quantity against which success is plotted.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Progress {
     /// Episodes of training.
     #[default]
     Episodes,
-    /// Every action in the real environment: of training, of the rollouts from which the action
-    /// clusters were built, and of the launches from which the dynamics model learned.
+    /// All actions in the real environment: of training, of the rollouts from which the action clusters were built,
+    /// and of the launches on which the dynamics model was trained.
     EnvironmentSteps,
 }
 
 impl Progress {
-    /// The label of its axis, its column in the CSV, and what a caption says of it.
+    /// The axis label, the CSV column, and a sentence for the caption.
     fn words(self) -> [&'static str; 3] {
         match self {
             Self::Episodes => ["episode", "episode", ""],
@@ -58,44 +58,44 @@ impl Progress {
     }
 }
 
-/// Curves of one task: x as [`Progress`] says, y the share of successes, 0 to 1.
+/// The curves of one task: x as in [`Progress`], y the success rate, 0 to 1.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct CurvePanel {
     /// Name of the task.
     pub task: String,
-    /// One curve a method.
+    /// One curve per method.
     pub curves: Vec<Curve>,
 }
 
-/// Share of runs that score better than a threshold, against the threshold.
+/// Share of runs that score above a threshold, against the threshold.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PerformanceProfile {
     /// What is scored, with its unit.
     pub measure: String,
     /// How intervals were computed.
     pub statistics: Statistics,
-    /// One curve a method: x the threshold, y the share of runs above it.
+    /// One curve per method: x is the threshold, y the share of runs above it.
     pub curves: Vec<Curve>,
 }
 
 /// Room right of the panels, in points, for half the label of the last tick.
 pub(super) const LAST_TICK: f64 = 6.0;
 
-/// Dashes of the curve that others are seen against.
+/// Dash pattern of the reference curve.
 const REFERENCE: &[f64] = &[3.0, 2.0];
 
 /// Height of a note of two lines.
 const USUAL_NOTE: f64 = 2.0 * NOTE;
 
-/// More bands than these, one over the other, hide each other and the lines.
+/// More overlapping bands than this hide each other and the lines.
 const MOST_BANDS: usize = 5;
 
-/// Where a caption finds the intervals of curves with so many labels.
+/// How a caption describes where the intervals are shown, for this many labels.
 fn band_mark(labels: usize) -> &'static str {
     if labels <= MOST_BANDS { "band" } else { "in the CSV only" }
 }
 
-/// The curves of a figure by label: what each looks like and what the legend says of it.
+/// The legend of a figure: label, text and style of each curve.
 struct Legend<'f> {
     entries: Vec<(&'f str, &'f str, Series)>,
     /// Whether curves have bands.
@@ -103,14 +103,14 @@ struct Legend<'f> {
 }
 
 impl<'f> Legend<'f> {
-    /// In order of appearance.
+    /// A legend in order of appearance.
     fn of(curves: impl IntoIterator<Item = &'f Curve>) -> Self {
         let curves: Vec<&Curve> = curves.into_iter().collect();
         let order = labels(curves.iter().map(|curve| curve.label.as_str()));
         Self::new(&curves, order.into_iter().map(|label| (label, label)), None)
     }
 
-    /// In this order, with these words.
+    /// A legend in this order, of labels and texts.
     fn new(curves: &[&'f Curve], order: impl IntoIterator<Item = (&'f str, &'f str)>, reference: Option<&str>) -> Self {
         let order: Vec<(&str, &str)> = order.into_iter().collect();
         let is_reference = |label: &str| Some(label) == reference;
@@ -130,7 +130,7 @@ impl<'f> Legend<'f> {
         self.entries.iter().find(|(label, ..)| *label == curve.label).map(|(.., look)| *look)
     }
 
-    /// Lines with bands, or lines alone where no curve has an interval.
+    /// Legend entries: lines with bands, or lines alone if no bands are drawn.
     fn marks(&self) -> Vec<(Mark, String)> {
         let entry = |(_, text, look): &(&str, &str, Series)| {
             let pen = look.pen(1.2 * LINE_WIDTH);
@@ -140,12 +140,12 @@ impl<'f> Legend<'f> {
         self.entries.iter().map(entry).collect()
     }
 
-    /// What it needs beyond one row, so that it takes nothing from the plots.
+    /// Extra height that it needs beyond one row.
     fn further(&self, width: f64) -> f64 {
         (legend_height(width, &self.marks()) - LEGEND).max(0.0)
     }
 
-    /// Draws curves as percentages, each in the look of its label.
+    /// Draws curves as percentages, each in its label's style.
     fn draw_curves(&self, canvas: &Canvas<'_>, plot: &Plot<'_, '_>, curves: &[Curve], numbers: Numbers) {
         let percent = |values: &[f64]| values.iter().map(|value| 100.0 * value).collect::<Vec<_>>();
         let shown = || curves.iter().filter_map(|curve| Some((curve, self.look(curve)?)));
@@ -180,19 +180,19 @@ impl<'f> Legend<'f> {
     }
 }
 
-/// Where the numbers of curves stand.
+/// Where curves are numbered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Numbers {
     /// At their right ends.
     Ends,
-    /// On them, where they are apart: they all end at the same point.
+    /// On the curves, where they are far apart: for curves that all end at the same point.
     Apart,
 }
 
-/// For each of some curves over the same x the first place, not at the edge, at which it is farthest from all others;
-/// none for a curve without points there.
+/// For curves over the same x: for each the first index, not near the ends, at which it is farthest from all others.
+/// None for a curve without points there.
 fn apart(curves: &[&Curve]) -> Vec<Option<usize>> {
-    /// What is so far apart is no better for being farther.
+    /// Distances beyond this count as equal.
     const ENOUGH: f64 = 0.12;
     let distance = |n: usize, at: usize| {
         let y = |curve: &Curve| curve.y.get(at).copied().filter(|y| y.is_finite());
@@ -228,12 +228,12 @@ impl LearningCurves {
         Legend::new(&curves, order, self.reference.as_deref())
     }
 
-    /// Width of its page, in points as they are drawn.
+    /// Width of the page before magnification, in points.
     fn width(&self) -> f64 {
         self.look.width() / self.look.scale()
     }
 
-    /// Panels side by side: as many as are about as wide as those of other figures.
+    /// Number of columns, so that panels are about as wide as in other figures.
     fn columns(&self) -> usize {
         let fitting = (COLUMNS as f64 * self.width() / DOUBLE_COLUMN).round() as usize;
         fitting.clamp(1, COLUMNS).min(self.panels.len().max(1))
@@ -268,7 +268,7 @@ impl Figure for LearningCurves {
         let width = self.width();
         let legend = self.legend();
         let rows = self.panels.len().div_ceil(self.columns()).max(1);
-        // The usual page has room for a note of two lines.
+        // The default page height includes a note of two lines.
         let note = (note_height(width, &self.caption(&legend)) - USUAL_NOTE).max(0.0);
         let further =
             legend.further(width - 2.0 * MARGIN - LAST_TICK) + if self.look == Look::default() { 0.0 } else { note };
@@ -338,7 +338,7 @@ impl Figure for PerformanceProfile {
     }
 }
 
-/// A row for each point of a curve.
+/// Adds a row for each point of a curve.
 fn push_curve(table: &mut Table, name: &str, label: &str, curve: &Curve) {
     for (n, (x, y)) in curve.x.iter().zip(&curve.y).enumerate() {
         table.push(&[&name, &label, x, y, &curve.low.get(n).copied(), &curve.high.get(n).copied()]);
@@ -350,7 +350,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn curves_of_a_profile_are_numbered_where_they_are_apart() {
+    fn profile_curves_are_numbered_where_they_are_far_apart() {
         let curve = |y: &[f64]| Curve { x: vec![0.0, 1.0, 2.0, 3.0, 4.0], y: y.to_vec(), ..Curve::default() };
         let curves = [
             curve(&[1.0, 1.0, 1.0, 0.9, 0.0]),

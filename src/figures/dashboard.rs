@@ -1,4 +1,4 @@
-//! One run at a glance.
+//! Overview of one run.
 
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
@@ -13,22 +13,22 @@ use super::table::{Cell, Table};
 use crate::run::Metric;
 use crate::stats::rolling::rolling_mean;
 
-/// Series of one run, each with one value an episode; what is not finite leaves a gap.
+/// Series of one run, with one value per episode; non-finite values leave gaps.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Dashboard {
-    /// What the run is: task, method, seed.
+    /// Description of the run: task, method, seed.
     pub title: String,
-    /// Number of episodes that the success, and the line of the return, are averaged over.
+    /// Window, in episodes, of the rolling means of success and return.
     pub window: usize,
     /// Episode numbers.
     pub episode: Vec<f64>,
-    /// Share of greedy evaluation episodes with the goal reached, 0 to 1.
+    /// Share of greedy evaluation episodes that reached the goal, 0 to 1.
     pub greedy_success: Vec<f64>,
-    /// The metrics that are shown.
+    /// The metrics shown.
     pub metrics: BTreeMap<Metric, Vec<f64>>,
 }
 
-/// Columns of the CSV, before which stand those of episodes and greedy success.
+/// Metrics in the CSV, after the columns for episode and success.
 const COLUMNS: [(&str, Metric); 6] = [
     ("return", Metric::Return),
     ("critic_loss", Metric::CriticLoss),
@@ -39,7 +39,7 @@ const COLUMNS: [(&str, Metric); 6] = [
 ];
 
 impl Dashboard {
-    /// The metrics of a dashboard.
+    /// The metrics that a dashboard shows.
     pub fn metrics() -> impl Iterator<Item = Metric> {
         COLUMNS.into_iter().map(|(_, metric)| metric).chain([Metric::Success])
     }
@@ -48,7 +48,7 @@ impl Dashboard {
         self.metrics.get(&metric).map_or(&[], Vec::as_slice)
     }
 
-    /// Values that the window spans: of a long run not every episode may be here.
+    /// The window as a number of values: for a long run the series may not hold every episode.
     fn window_of_values(&self) -> usize {
         let span = self.episode.last().zip(self.episode.first()).map_or(0.0, |(last, first)| last - first);
         let steps = self.episode.len().saturating_sub(1);
@@ -83,7 +83,7 @@ impl Dashboard {
     fn draw_panel(&self, canvas: &Canvas<'_>, panel: RunPanel<'_>, place: Panel) {
         let last = self.episode.iter().copied().filter(|x| x.is_finite()).fold(1.0, f64::max);
         let x = Axis::linear("episode", 0.0, last, 5).labelled(place.x_label);
-        // Titles name the y axes; the space of their labels stays free in every column.
+        // Titles name the y axes; the space for their labels stays empty in every column.
         let cell = if place.y_label { place.cell.cut(Y_LABEL, 0.0, 0.0, 0.0) } else { place.cell };
         let plot = Plot::new(canvas, cell, &Frame { title: &panel.title, grid: true, square: false }, x, panel.y);
         for (x, y) in self.episode.iter().zip(panel.dots) {
@@ -109,20 +109,20 @@ impl Dashboard {
     }
 }
 
-/// A title of the table of metrics, at the beginning of a line.
+/// A metric's title with a capital first letter.
 fn capitalised(title: &str) -> String {
     let mut letters = title.chars();
     letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
 }
 
-/// What one panel shows: labelled lines.
+/// Contents of one panel: labelled lines.
 struct RunPanel<'d> {
     title: String,
     y: Axis,
     lines: Vec<(&'static str, Vec<f64>)>,
     /// Number of values of the first line that are means over a window not yet full.
     partial: usize,
-    /// Single episodes behind the lines.
+    /// Values of single episodes, drawn behind the lines.
     dots: &'d [f64],
 }
 
@@ -138,8 +138,9 @@ impl Figure for Dashboard {
         }
         let text = format!(
             "One run (n = 1 seed), {} episodes; success is the share of the last {} episodes that reached the goal, greedy: of the \
-             episodes of one evaluation without noise. Return: of single episodes (dots), and its mean over as many. Faint: means of fewer, at the start. Losses and Q: means over the updates of an episode. Saturated: share of action components at \
-             their limits. Gaps: nothing was measured.",
+             episodes of one evaluation without noise. Return: single episodes (dots) and their mean over the same window. Faint: \
+             means over fewer episodes, at the start. Losses and Q: means over the updates of an episode. Saturated: share of \
+             action components at their limits. Gaps: nothing was measured.",
             number(self.episode.len() as f64, 0),
             self.window
         );

@@ -1,22 +1,22 @@
-//! The numbers figures are made of.
+//! Data types shared by figures.
 
 use crate::stats::Estimate;
 
-/// How intervals and centres were computed, as said in captions.
+/// How centres and intervals were computed, for captions.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Statistics {
     /// The centre, such as "interquartile mean".
     pub centre: String,
     /// The interval, such as "95 % stratified bootstrap interval"; empty when there is none.
     pub interval: String,
-    /// Number of seeds behind each estimate, or the most.
+    /// Number of seeds per estimate; the largest if they differ.
     pub seeds: usize,
-    /// The fewest seeds behind an estimate, where not all have the same number.
+    /// The smallest number of seeds per estimate, if they differ.
     pub fewest_seeds: Option<usize>,
 }
 
 impl Statistics {
-    /// One line for the foot of a figure, such as "Interquartile mean of 5 seeds; bars: 95 % ...".
+    /// A sentence for the note of a figure, such as "Interquartile mean of 5 seeds; bars: 95 % ...".
     pub(super) fn caption(&self, mark: &str) -> String {
         let seeds = match self.fewest_seeds.filter(|fewest| *fewest != self.seeds) {
             Some(fewest) => format!("{fewest} to {} seeds", self.seeds),
@@ -29,10 +29,10 @@ impl Statistics {
     }
 }
 
-/// A line with a band: values by position on the x axis. Not finite means missing.
+/// A line with a band. Non-finite values are missing.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Curve {
-    /// What it shows, as in the legend. Equal labels have equal colours in all panels.
+    /// Its label in the legend. Curves with equal labels have equal colours in all panels.
     pub label: String,
     /// Positions on the x axis, increasing.
     pub x: Vec<f64>,
@@ -59,7 +59,7 @@ impl Curve {
     }
 }
 
-/// Labels of the curves, each once, in order of appearance.
+/// The distinct labels, in order of appearance.
 pub(super) fn labels<'c>(curves: impl IntoIterator<Item = &'c str>) -> Vec<&'c str> {
     let mut labels = Vec::new();
     for label in curves {

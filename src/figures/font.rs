@@ -1,4 +1,4 @@
-//! The bundled typefaces: all fonts that figures know. No system font is ever looked up.
+//! The bundled typefaces, the only fonts that figures use. System fonts are never looked up.
 
 use std::sync::{Arc, LazyLock};
 
@@ -15,7 +15,7 @@ pub enum Family {
 }
 
 impl Family {
-    /// The family as SVG readers see it: ours when installed, else the nearest.
+    /// The font family in SVG files: the bundled typeface if the reader has it installed, else a similar one.
     pub fn name(self) -> &'static str {
         match self {
             Self::Sans => "DejaVu Sans, Verdana, sans-serif",
@@ -33,7 +33,7 @@ const FILES: [&[u8]; 4] = [
 ];
 
 static FACES: LazyLock<[Face<'static>; 4]> =
-    // The files are part of the program; every test that draws parses them.
+    // The files are compiled in, and every test that draws parses them.
     LazyLock::new(|| FILES.map(|file| Face::from_slice(file, 0).expect("a font")));
 
 /// The fonts for rendering SVG.

@@ -3,7 +3,7 @@
 
 use crate::physics::{Tool, to_normalised};
 
-/// A place on the page.
+/// A point on the page.
 pub type Point = [f64; 2];
 
 /// An axis-aligned rectangle.
@@ -32,12 +32,12 @@ impl Rect {
         [(self.left + self.right) / 2.0, (self.top + self.bottom) / 2.0]
     }
 
-    /// The rectangle without `margin` on each side.
+    /// The rectangle reduced by `margin` on each side.
     pub fn inset(&self, margin: f64) -> Self {
         self.cut(margin, margin, margin, margin)
     }
 
-    /// The rectangle without these widths.
+    /// The rectangle reduced by these widths on each side.
     pub fn cut(&self, left: f64, top: f64, right: f64, bottom: f64) -> Self {
         Self::new(self.left + left, self.top + top, self.right - right, self.bottom - bottom)
     }
@@ -87,7 +87,7 @@ impl Rect {
     }
 }
 
-/// The parts of a polyline inside `rect`; a point that is not finite ends a part.
+/// The parts of a polyline inside `rect`; a non-finite point ends a part.
 pub fn clip_polyline(points: &[Point], rect: &Rect) -> Vec<Vec<Point>> {
     let mut parts: Vec<Vec<Point>> = Vec::new();
     let mut open = false;
@@ -153,7 +153,7 @@ pub fn clip_polygon(polygon: &[Point], rect: &Rect) -> Vec<Point> {
     })
 }
 
-/// The strokes of a dashed polyline: the lengths of `pattern` drawn and left out, in turn.
+/// The strokes of a dashed polyline; `pattern` holds alternating lengths of dashes and gaps.
 pub fn dashes(points: &[Point], pattern: &[f64]) -> Vec<Vec<Point>> {
     let mut lengths = pattern.iter().copied().cycle();
     let mut strokes = Vec::new();
@@ -186,8 +186,7 @@ pub fn dashes(points: &[Point], pattern: &[f64]) -> Vec<Vec<Point>> {
     strokes
 }
 
-/// The outline of a tool, normalised: polygons as they are, segments with their round ends and
-/// a thickness of at least twice `least` units.
+/// The outline of a tool, normalised. Segments have round ends and a thickness of at least twice `least` units.
 pub fn tool_outline(tool: &Tool, least: f32) -> Vec<[f32; 2]> {
     const STEPS: u32 = 16;
     let corners = tool.vertices();
@@ -258,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn dashes_cover_the_asked_share() {
+    fn dashes_cover_the_requested_share() {
         let drawn: f64 =
             dashes(&[[0.0, 0.0], [10.0, 0.0]], &[2.0, 3.0]).iter().map(|s| s[s.len() - 1][0] - s[0][0]).sum();
         assert_eq!(drawn, 4.0);

@@ -12,10 +12,10 @@ use super::table::Table;
 use super::tasks::heading;
 use crate::stats::Estimate;
 
-/// Hits of each policy on each task.
+/// Hit counts of each policy on each task.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Hits {
-    /// Episodes behind each count.
+    /// Number of episodes per count.
     pub episodes: usize,
     /// How the counts were summarised over seeds.
     pub statistics: Statistics,
@@ -23,7 +23,7 @@ pub struct Hits {
     pub tasks: Vec<TaskHits>,
 }
 
-/// Hits on one task.
+/// Hit counts on one task.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TaskHits {
     /// Name of the task.
@@ -32,7 +32,7 @@ pub struct TaskHits {
     pub policies: Vec<PolicyHits>,
 }
 
-/// Numbers of episodes in which a policy reached the stages of a task.
+/// Number of episodes in which a policy reached each stage of a task.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PolicyHits {
     /// Name of the policy, as in the legend.
@@ -48,7 +48,7 @@ impl Hits {
         labels(self.tasks.iter().flat_map(|task| &task.policies).map(|hits| hits.policy.as_str()))
     }
 
-    /// Bars of a task in the order of the legend; a policy that was not run has none.
+    /// Bars of a task in legend order; a policy that was not run has an empty one.
     fn bars(&self, task: &TaskHits, stage: impl Fn(&PolicyHits) -> Option<Estimate>) -> Vec<Estimate> {
         let of = |name: &str| task.policies.iter().find(|hits| hits.policy == name).and_then(&stage);
         self.policies().into_iter().map(|name| of(name).unwrap_or(Estimate::exact(f64::NAN))).collect()

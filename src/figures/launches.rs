@@ -10,31 +10,31 @@ use super::table::Table;
 use crate::physics::to_units;
 use crate::task::ToolSpec;
 
-/// The tools and a sample of the launches at each.
+/// The tools, with a sample of the launches at each.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Launches {
-    /// One panel a tool.
+    /// One panel per tool.
     pub tools: Vec<ToolLaunches>,
 }
 
-/// A tool and the ball's ways around it.
+/// A tool and trajectories of the ball around it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ToolLaunches {
-    /// The tool in its place.
+    /// The tool in its position.
     pub tool: ToolSpec,
     /// Radius of the ball in units.
     pub ball_radius: f32,
-    /// Normalised positions of the ball, step by step, of the launches to show.
+    /// Trajectories of the launches to show: normalised positions of the ball, step by step.
     pub trajectories: Vec<Vec<Position>>,
     /// Number of one-step observations of this tool in the whole data set.
     pub observations: usize,
 }
 
-/// A ball this close (units) to the tool's surface has met it: what it covers in a step.
+/// Surface distance, in units, below which ball and tool are in contact: about what the ball travels in a step.
 const CONTACT_MARGIN: f32 = 1.0;
 
 impl ToolLaunches {
-    /// Index of the first position in contact with the tool; the length when there is none.
+    /// Index of the first position in contact with the tool; the trajectory's length if there is none.
     fn contact(&self, trajectory: &[Position]) -> usize {
         let tool = self.tool.tool();
         let touches = |position: &Position| {
@@ -64,7 +64,7 @@ impl ToolLaunches {
 }
 
 impl Launches {
-    /// Half the width of a panel: every start is visible.
+    /// Half the width of a panel, large enough for every start.
     fn reach(&self) -> f64 {
         let distance = |tool: &ToolLaunches, start: &Position| {
             f32::max((start[0] - tool.tool.position[0]).abs(), (start[1] - tool.tool.position[1]).abs())

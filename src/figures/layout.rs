@@ -1,12 +1,11 @@
-//! A page: panels of equal plots, legend above, note below.
+//! Page layout: panels of equal plots, legend above, note below.
 
 use super::axes::{X_LABEL, Y_LABEL};
 use super::canvas::{Canvas, Pen, Type};
 use super::geometry::{Point, Rect, clip_polyline};
 use super::style::{BAND_OPACITY, Color, GAP, GREY, LABEL_SIZE, MARGIN, SMALL_SIZE, Series, WHITE, faded};
 
-/// A cell of a grid of plots whose insides are equal: the outer cells are larger by the
-/// axis labels that only they have.
+/// A cell of a grid whose plots have equal insides: outer cells are larger by the axis labels that only they have.
 #[derive(Debug, Clone, Copy)]
 pub struct Panel {
     /// Where the plot goes, labels included.
@@ -29,8 +28,7 @@ pub fn panels(rect: Rect, count: usize, columns: usize) -> Vec<Panel> {
     cells.into_iter().enumerate().take(count).map(panel).collect()
 }
 
-/// Height of a page of this width on which [`panels`] are squares, with `extra` for legend
-/// and note.
+/// Height of a page of this width on which [`panels`] are squares, plus `extra` for legend and note.
 pub fn squares_height(width: f64, count: usize, columns: usize, extra: f64) -> f64 {
     /// Ticks left of and below a plot, its title above.
     const BESIDE: f64 = 25.0;
@@ -46,7 +44,7 @@ pub const LEGEND: f64 = ROW + 2.0;
 /// Height of a line of a note.
 pub const NOTE: f64 = 1.35 * SMALL_SIZE;
 
-/// What stands before a label in a legend.
+/// The mark before a label in a legend.
 #[derive(Debug, Clone, Copy)]
 pub enum Mark {
     /// A line.
@@ -55,31 +53,31 @@ pub enum Mark {
     Band(Pen),
     /// A filled patch.
     Patch(Color),
-    /// A bar of compared things, with its hatching.
+    /// A bar with its hatching.
     Bar(Series),
     /// A dot.
     Dot(Color),
-    /// A dot of one of several numbered things.
+    /// A dot of a numbered series.
     Numbered(Series),
 }
 
 impl Series {
-    /// Its line of this width.
+    /// A pen of this width in its style.
     pub fn pen(&self, width: f64) -> Pen {
         Pen::new(self.color, width).dashed(self.dash)
     }
 
-    /// Its number in the legend, for people.
+    /// Its number in the legend, from 1.
     pub fn number(&self) -> String {
         (self.place + 1).to_string()
     }
 
-    /// A label for the legend, with the number that stands at its curve.
+    /// A legend label with the number that is drawn at the curve.
     pub fn numbered(&self, label: &str) -> String {
         format!("{} {label}", self.number())
     }
 
-    /// A bar: filled, and from the second on hatched, so that it is told apart without colours.
+    /// Draws a bar: filled, and hatched except for the first series, so that series differ without colour.
     pub fn bar(&self, canvas: &Canvas<'_>, rect: &Rect) {
         canvas.fill(&rect.corners(), self.color);
         let (size, step) = (rect.width() + rect.height(), 3.0);
@@ -90,7 +88,7 @@ impl Series {
             2 => lines.map(|y| [[rect.left, rect.top + y], [rect.right, rect.top + y]]).collect(),
             _ => lines.map(|x| [[rect.right - x, rect.top], [rect.right, rect.top + x]]).collect(),
         };
-        // Round ends reach over the line's own end.
+        // Round caps extend beyond the ends of a line.
         const WIDTH: f64 = 0.7;
         let inside = rect.inset(WIDTH / 2.0);
         for part in strokes.iter().flat_map(|stroke| clip_polyline(stroke, &inside)) {
@@ -99,7 +97,7 @@ impl Series {
     }
 }
 
-/// Space of a mark, between mark and label, and between entries.
+/// Width of a mark, gap between mark and label, gap between entries.
 const MARK: f64 = 12.0;
 const SPACE: f64 = 4.0;
 const BETWEEN: f64 = 12.0;
@@ -117,7 +115,7 @@ fn legend_rows(width: f64, entries: &[(Mark, String)]) -> (Vec<Vec<usize>>, Vec<
             used = -BETWEEN;
         }
         used += BETWEEN + own;
-        // A row was pushed for the first entry: nothing fits after infinity.
+        // The first entry always pushes a row, since `used` starts at infinity.
         rows.last_mut().expect("a row").push(n);
     }
     (rows, widths)
@@ -131,8 +129,7 @@ pub fn legend_height(width: f64, entries: &[(Mark, String)]) -> f64 {
     }
 }
 
-/// Draws a legend along the top of `rect`, centred, in as many rows as it needs, and
-/// returns what is left below.
+/// Draws a legend along the top of `rect`, centred, in as many rows as it needs, and returns the rectangle below.
 pub fn legend(canvas: &Canvas<'_>, rect: Rect, entries: &[(Mark, String)]) -> Rect {
     let (rows, widths) = legend_rows(rect.width(), entries);
     for (row, members) in rows.iter().enumerate() {
@@ -149,7 +146,7 @@ pub fn legend(canvas: &Canvas<'_>, rect: Rect, entries: &[(Mark, String)]) -> Re
     rect.split_top(legend_height(rect.width(), entries)).1
 }
 
-/// A label, cut off where it has no room.
+/// A label, truncated with an ellipsis to fit the width.
 pub(super) fn fitted(label: &str, kind: Type, width: f64) -> String {
     let fits = |text: &str| kind.width(text) <= width + 1e-9;
     if fits(label) {
@@ -177,10 +174,10 @@ fn draw_mark(canvas: &Canvas<'_>, mark: Mark, x: f64, y: f64) {
     }
 }
 
-/// A note of this width, broken between words; no line holds a lone word or two.
+/// Wraps a note at word boundaries so that the last line is not just a word or two.
 fn note_lines(width: f64, text: &str) -> Vec<String> {
-    /// The least share of the width that a last line fills: more than a word or two, and not so much that the lines
-    /// before it end far from the edge.
+    /// Smallest share of the width that the last line should fill: more than a word or two, but not so much that the
+    /// other lines end far from the edge.
     const LAST: f64 = 0.15;
     let text = &text.replace(" %", "\u{a0}%");
     let lines = broken(width, text);
@@ -209,8 +206,7 @@ pub fn note_height(page_width: f64, text: &str) -> f64 {
     NOTE * note_lines(page_width - 2.0 * MARGIN, text).len() as f64
 }
 
-/// Writes a note along the bottom of `rect`, broken between words, and returns what is
-/// left above.
+/// Writes a wrapped note along the bottom of `rect` and returns the rectangle above.
 pub fn note(canvas: &Canvas<'_>, rect: Rect, text: &str) -> Rect {
     let look = Type::SMALL.color(GREY);
     let lines = note_lines(rect.width(), text);

@@ -1,15 +1,15 @@
-//! How a figure is set on its page, as far as a person chooses that.
+//! User-selectable layout of a figure.
 
 use super::style::{DOUBLE_COLUMN, LABEL_SIZE, SINGLE_COLUMN};
 
 /// Width, type and axis of a figure of curves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Look {
-    /// As wide as one column of a page, not two.
+    /// Whether it spans one column of a page instead of two.
     pub single: bool,
-    /// The x axis is logarithmic.
+    /// Whether the x axis is logarithmic.
     pub logarithmic: bool,
-    /// Size of its type.
+    /// Font size of axis and legend labels.
     font: f64,
 }
 
@@ -20,9 +20,9 @@ impl Default for Look {
 }
 
 impl Look {
-    /// Size of axis and legend labels unless another is asked for, in points.
+    /// Default size of axis and legend labels, in points.
     pub const FONT: f64 = LABEL_SIZE;
-    /// The least and the greatest size.
+    /// The smallest and largest font size.
     pub const FONTS: [f64; 2] = [4.0, 16.0];
 
     /// Size of axis and legend labels, in points.
@@ -30,10 +30,10 @@ impl Look {
         self.font
     }
 
-    /// With another size of axis and legend labels; all else has its size to them.
+    /// Sets the size of axis and legend labels; everything else scales with it.
     ///
     /// # Errors
-    /// When nobody could read it, or nothing else would have room.
+    /// When the size is outside [`Self::FONTS`].
     pub fn with_font(self, font: f64) -> Result<Self, String> {
         let [least, greatest] = Self::FONTS;
         match (least..=greatest).contains(&font) {
@@ -47,7 +47,7 @@ impl Look {
         if self.single { SINGLE_COLUMN } else { DOUBLE_COLUMN }
     }
 
-    /// How much larger it is drawn than figures usually are.
+    /// Magnification relative to the default font size.
     pub(super) fn scale(&self) -> f64 {
         self.font / Self::FONT
     }

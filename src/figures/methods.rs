@@ -1,4 +1,4 @@
-//! Scores of many methods side by side: one row a method, one panel a task.
+//! Scores of many methods side by side: one row per method, one panel per task.
 
 use super::Figure;
 use super::axes::{Axis, Frame, Plot};
@@ -14,14 +14,14 @@ use super::table::Table;
 use super::tasks::heading;
 use crate::stats::Estimate;
 
-/// A score of every method on every task: strokes with intervals, and the runs behind them.
+/// A score of every method on every task: summaries with intervals, and the single runs.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct MethodScores {
     /// What is scored, with its unit.
     pub measure: String,
     /// How runs were summarised.
     pub statistics: Statistics,
-    /// The method that the others are compared with; the first one unless one is named.
+    /// The method with which the others are compared; the first if None.
     pub reference: Option<String>,
     /// The panels in order.
     pub panels: Vec<ScorePanel>,
@@ -30,9 +30,9 @@ pub struct MethodScores {
 /// The methods on one task, or over all tasks.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ScorePanel {
-    /// Name of the task, or what stands in its place.
+    /// Name of the task, or another title.
     pub task: String,
-    /// The methods that were tried there.
+    /// The methods run on it.
     pub methods: Vec<MethodScore>,
 }
 
@@ -43,7 +43,7 @@ pub struct MethodScore {
     pub label: String,
     /// Its summary.
     pub estimate: Estimate,
-    /// The score of each run; none where too many would be shown.
+    /// The score of each run; empty if there are too many to show.
     pub runs: Vec<f64>,
 }
 
@@ -51,16 +51,16 @@ pub struct MethodScore {
 const ROW: f64 = 1.45 * SMALL_SIZE;
 /// Ticks and labels below a panel, its title above.
 const AROUND: f64 = 1.6 * TITLE_SIZE + 2.8 * SMALL_SIZE;
-/// How far the dots of runs lie below the middle of their row, in rows.
+/// Offset of the dots of runs below the middle of their row, in rows.
 const BELOW: f64 = 0.27;
-/// Half the height of the bar of an interval, and of the stroke of its centre, in points.
+/// Half the height of an interval's bar, and of the stroke at its centre, in points.
 const BAR: f64 = 1.5;
 const STROKE: f64 = 2.4;
-/// Panels side by side, at most.
+/// Most panels side by side.
 const COLUMNS: usize = 4;
 
 impl MethodScores {
-    /// What the others are compared with.
+    /// The method with which the others are compared.
     fn compared(&self) -> &str {
         self.reference.as_deref().or(self.methods().first().copied()).unwrap_or_default()
     }
@@ -77,7 +77,7 @@ impl MethodScores {
         series(&methods).into_iter().zip(&methods).map(entry).collect()
     }
 
-    /// Panels side by side, in rows of about one length.
+    /// Number of columns, chosen so that rows are about equally long.
     fn columns(&self) -> usize {
         let count = self.panels.len().max(1);
         count.div_ceil(count.div_ceil(COLUMNS))
@@ -94,7 +94,7 @@ impl MethodScores {
         format!("{}.{small} Dashed: {}.", self.statistics.caption("bars"), self.compared())
     }
 
-    /// From a little below zero, so that dots there are whole, to beyond the largest score.
+    /// The x axis, from slightly below zero, so that dots there are drawn whole, to beyond the largest score.
     fn x_axis(&self) -> Axis {
         let scores = self.panels.iter().flat_map(|panel| &panel.methods);
         let values = scores.flat_map(|score| score.estimate.values().into_iter().chain(score.runs.iter().copied()));
@@ -133,7 +133,7 @@ fn draw_score(canvas: &Canvas<'_>, plot: &Plot<'_, '_>, score: &MethodScore, y: 
     for run in score.runs.iter().filter(|run| run.is_finite()) {
         canvas.dot(plot.at(*run, y - BELOW), 0.9, faded(color, 0.45));
     }
-    // A bar with a stroke: a narrow interval would be hidden by a dot.
+    // A bar with a stroke, because a dot would hide a narrow interval.
     let Estimate { value, lower, upper } = score.estimate;
     if score.estimate.has_interval() {
         let ([left, middle], [right, _]) = (plot.at(lower, y), plot.at(upper, y));
@@ -163,7 +163,7 @@ impl Figure for MethodScores {
         }
         let rect = note(canvas, page, &self.caption());
         let rect = legend(canvas, rect, &self.marks());
-        // The label of the x axes stands once, below all panels.
+        // The label of the x axes is written once, below all panels.
         let (rect, foot) = rect.split_bottom(1.4 * LABEL_SIZE);
         canvas.text(foot.center(), &self.measure, Type::LABEL.centered());
         let columns = self.columns();

@@ -1,14 +1,13 @@
-//! Publication figures: pure functions from data to pixels, SVG and the numbers behind.
+//! Publication figures: pure functions from data to pixels, SVG and CSV.
 //!
-//! Every figure is a plain data struct that implements [`Figure`]; equal data gives
-//! equal bytes. The structs hold numbers only (positions normalised, as everywhere
-//! outside physics), so that anything that has the numbers can draw the figure. Values
-//! that are not finite are missing: they leave gaps, never break an axis. Figures
-//! without data are drawn as empty panels that say so.
+//! Every figure is a plain data struct that implements [`Figure`]; equal data gives equal bytes. The structs hold
+//! only numbers (positions normalised, as everywhere outside physics), so that any code with the numbers can draw the
+//! figure. Non-finite values are missing: they leave gaps and never break an axis. Figures without data are drawn as
+//! empty panels with a message.
 //!
-//! A figure draws in points on a [`Canvas`], which plotters writes as SVG. PNG, PDF and the
-//! frames of a GIF are rendered from that SVG with the bundled typefaces (`assets/fonts/`),
-//! so that all formats show the same, and no system library or font is needed.
+//! A figure draws in points on a [`Canvas`], which plotters writes as SVG. PNG, PDF and GIF frames are rendered from
+//! that SVG with the bundled typefaces (`assets/fonts/`), so that all formats look the same and no system library or
+//! font is needed.
 
 mod ablation;
 mod actions;

@@ -16,7 +16,7 @@ use crate::stats::Estimate;
 pub struct ModelError {
     /// Names of the tools, one group and one panel each.
     pub tools: Vec<String>,
-    /// Seconds one prediction spans.
+    /// Time in seconds that one prediction spans.
     pub step_seconds: f64,
     /// How errors were summarised.
     pub statistics: Statistics,
@@ -24,7 +24,7 @@ pub struct ModelError {
     pub predictors: Vec<Predictor>,
 }
 
-/// Errors of one predictor, in normalised units.
+/// Errors of one predictor, as normalised distances.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Predictor {
     /// Name, as in the legend.
@@ -42,7 +42,7 @@ impl ModelError {
         series(&self.predictors.iter().map(|predictor| predictor.label.as_str()).collect::<Vec<_>>())
     }
 
-    /// Bars of all predictors for each tool, in members of these names; `of` gives that of a predictor
+    /// Bars of all predictors, in one cluster per tool with one member per name; `of` gives the bar of a predictor
     /// for a tool and a member.
     fn bars(&self, names: &[&str], of: fn(&Predictor, usize, usize) -> Option<Estimate>) -> Vec<BarCluster> {
         let bars = |tool: usize, member: usize| {
@@ -95,7 +95,7 @@ impl Figure for ModelError {
             return canvas.nothing(page, "no model was evaluated");
         }
         let text = format!(
-            "Distance between predicted and true position of the ball; 1 normalised = 42 units = half the screen. One step spans {} s. Subgoals are circles near the ways of balls that a tool deflected. {}.",
+            "Distance between predicted and true position of the ball; 1 normalised = 42 units = half the screen. One step spans {} s. Subgoals are circles near the paths of balls deflected by a tool. {}.",
             number(self.step_seconds, 2),
             self.statistics.caption("error bars and bands")
         );

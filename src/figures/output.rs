@@ -1,4 +1,4 @@
-//! From a figure to bytes and files: RGB, PNG, SVG, PDF, and the CSV beside.
+//! Output of figures as RGB, PNG, SVG and PDF, with the CSV beside them.
 
 use std::path::{Path, PathBuf};
 
@@ -14,12 +14,12 @@ pub enum FigureError {
     /// An image could not be encoded.
     #[error("the image cannot be encoded: {0}")]
     Encoding(String),
-    /// No image of that size can be held.
+    /// The image size is 0 or too large.
     #[error(
         "an image of {width} x {height} pixels cannot be drawn: ask for a size from 1 to {MAX_SIDE} or a lower resolution"
     )]
     Size { width: u32, height: u32 },
-    /// The name of the file names no format that the figure can be written in.
+    /// The file's extension is not a format that the figure can be written in.
     #[error("{}: figures are written as {known}: give the file one of these endings", path.display())]
     Format { path: PathBuf, known: &'static str },
     /// The file cannot be read or written.
@@ -37,15 +37,15 @@ impl FigureError {
     }
 }
 
-/// Endings of the files that figures are written to.
+/// File extensions of the supported formats.
 pub const ENDINGS: [&str; 3] = ["png", "svg", "pdf"];
 
-/// A figure: numbers that know how to be drawn.
+/// A figure: data that can be drawn.
 pub trait Figure {
     /// Width and height on paper, in points.
     fn size(&self) -> [f64; 2];
 
-    /// How much larger everything in it is than in other figures.
+    /// Magnification of everything in it relative to other figures.
     fn scale(&self) -> f64 {
         1.0
     }
@@ -56,8 +56,8 @@ pub trait Figure {
     /// Every number in the figure.
     fn table(&self) -> Table;
 
-    /// The figure as `width` x `height` pixels, rows of red, green, blue bytes. It is
-    /// scaled to fit; what is left over is used by the panels.
+    /// The figure as `width` x `height` pixels, rows of red, green, blue bytes. It is scaled to fit; the panels grow
+    /// into the remaining space.
     ///
     /// # Errors
     /// When the size is 0 or too large.
@@ -74,12 +74,12 @@ pub trait Figure {
         svg(self.size(), self.scale(), &provenance.to_svg(), |canvas| self.draw(canvas))
     }
 
-    /// Writes the figure to `path` in the format of its ending (see [`ENDINGS`]), and its
-    /// numbers beside it with the ending `.csv`.
+    /// Writes the figure to `path` in the format of its extension (see [`ENDINGS`]), and its numbers to the same path
+    /// with the extension `.csv`.
     ///
     /// # Errors
-    /// When the ending is another one, the resolution is impossible, or a file cannot be
-    /// written; a file that was there before is then still whole.
+    /// When the extension is unknown, the resolution is impossible, or a file cannot be written; existing files then
+    /// stay whole.
     fn write(&self, path: &Path, provenance: &Provenance, dpi: u32) -> Result<(), FigureError> {
         let bytes = encode(path, &self.to_svg(provenance), provenance, dpi)?;
         write_with_table(path, &bytes, &self.table())
@@ -91,16 +91,16 @@ pub trait Figure {
     /// As [`Self::write`].
     fn write_all(&self, folder: &Path, name: &str, provenance: &Provenance, dpi: u32) -> Result<(), FigureError> {
         ENDINGS.iter().try_for_each(|ending| {
-            // Not `with_extension`: a name may have a dot in it.
+            // Not `with_extension`: a name may contain a dot.
             self.write(&folder.join(format!("{name}.{ending}")), provenance, dpi)
         })
     }
 }
 
-/// The SVG of a page in the format that the ending of `path` names.
+/// Encodes the SVG of a page in the format given by the extension of `path`.
 ///
 /// # Errors
-/// When the ending is not one of [`ENDINGS`], or the resolution is 0 or too large.
+/// When the extension is not one of [`ENDINGS`], or the resolution is 0 or too large.
 pub fn encode(path: &Path, svg: &str, provenance: &Provenance, dpi: u32) -> Result<Vec<u8>, FigureError> {
     match path.extension().and_then(|ending| ending.to_str()) {
         Some("png") => render::png(svg, provenance, dpi),

@@ -1,4 +1,4 @@
-//! From the SVG of a page to PDF.
+//! Converts the SVG of a page to PDF.
 
 use miniz_oxide::deflate::compress_to_vec_zlib;
 use pdf_writer::types::{LineCapStyle, LineJoinStyle};
@@ -11,11 +11,10 @@ use super::FigureError;
 use super::provenance::Provenance;
 use super::render::{POINTS, tree};
 
-/// The page as PDF of one page, with its text as outlines and its provenance as document
-/// information.
+/// A one-page PDF, with text as outlines and the provenance as document information.
 ///
 /// # Errors
-/// When the SVG is none.
+/// When the SVG is invalid.
 pub fn pdf(svg: &str, provenance: &Provenance) -> Result<Vec<u8>, FigureError> {
     let tree = tree(svg)?;
     let (width, height) = (tree.size().width() * POINTS, tree.size().height() * POINTS);
@@ -52,19 +51,19 @@ pub fn pdf(svg: &str, provenance: &Provenance) -> Result<Vec<u8>, FigureError> {
     Ok(pdf.finish())
 }
 
-/// Name of the graphics state of an opacity.
+/// Name of the graphics state for an opacity.
 fn state(opacity: u8) -> String {
     format!("a{opacity}")
 }
 
-/// The drawing operators of a page, and the opacities among them.
+/// The drawing operators of a page, and the opacities they use.
 struct Page {
     content: Content,
     opacities: Vec<u8>,
 }
 
 impl Page {
-    /// The opacity of a group counts for each of its members: ours never overlap.
+    /// Applies a group's opacity to each of its members, which is exact because members never overlap.
     fn group(&mut self, group: &Group, page: Transform, opacity: f32) {
         let opacity = opacity * group.opacity().get();
         for node in group.children() {
@@ -120,7 +119,7 @@ impl Page {
     }
 
     fn outline(&mut self, path: &Path, transform: Transform) {
-        // A transformation that leaves no area leaves nothing to draw.
+        // A degenerate transformation leaves nothing to draw.
         let Some(path) = path.clone().transform(transform) else { return };
         let mut last = Point::zero();
         for segment in path.segments() {
@@ -128,7 +127,7 @@ impl Page {
                 PathSegment::MoveTo(to) => _ = self.content.move_to(to.x, to.y),
                 PathSegment::LineTo(to) => _ = self.content.line_to(to.x, to.y),
                 PathSegment::QuadTo(control, to) => {
-                    // The cubic curve of the same shape.
+                    // The equivalent cubic curve.
                     let near = |end: Point| [(2.0 * control.x + end.x) / 3.0, (2.0 * control.y + end.y) / 3.0];
                     let ([ax, ay], [bx, by]) = (near(last), near(to));
                     self.content.cubic_to(ax, ay, bx, by, to.x, to.y);
@@ -147,7 +146,7 @@ impl Page {
     }
 }
 
-/// Figures are drawn in plain colours only.
+/// The colour of a paint. Figures use only plain colours.
 fn color(paint: &Paint) -> Option<[f32; 3]> {
     match paint {
         Paint::Color(color) => Some([color.red, color.green, color.blue].map(|channel| f32::from(channel) / 255.0)),

@@ -1,4 +1,4 @@
-//! Where a figure comes from, carried inside its file.
+//! Provenance of a figure, embedded in its file.
 
 use std::fmt::Write as _;
 
@@ -9,7 +9,7 @@ use super::xml::escaped;
 /// The command, seeds, config and program behind a figure.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Provenance {
-    /// The command line that makes the figure again.
+    /// The command line that reproduces the figure.
     pub command: String,
     /// The seeds behind the data.
     pub seeds: Vec<u64>,
@@ -30,7 +30,7 @@ impl Provenance {
         }
     }
 
-    /// Keywords and texts, as in a PNG's text chunks.
+    /// Keywords and texts, as for a PNG's text chunks.
     pub(super) fn chunks(&self) -> [(&'static str, String); 4] {
         let seeds = self.seeds.iter().map(u64::to_string).collect::<Vec<_>>().join(" ");
         [
@@ -51,7 +51,7 @@ impl Provenance {
         })
     }
 
-    /// Adds the text chunks to a PNG's header; what Latin-1 cannot say goes as UTF-8.
+    /// Adds the text chunks to a PNG's header; text outside Latin-1 is written as UTF-8.
     pub(super) fn describe<W: std::io::Write>(
         &self,
         encoder: &mut png::Encoder<'_, W>,
@@ -76,7 +76,7 @@ impl Provenance {
         text + "</metadata>\n"
     }
 
-    /// One line a keyword, as in a GIF's comment.
+    /// One line per keyword, for a GIF's comment.
     pub(super) fn to_comment(&self) -> String {
         self.chunks().map(|(keyword, text)| format!("{keyword}: {text}")).join("\n")
     }
@@ -84,7 +84,7 @@ impl Provenance {
     /// Reads back the provenance in a PNG written by this program.
     ///
     /// # Errors
-    /// When the file cannot be read, is no PNG, or carries no provenance of ours.
+    /// When the file cannot be read, is not a PNG, or carries no provenance.
     #[cfg(test)]
     pub(crate) fn read(path: &std::path::Path) -> Result<Self, FigureError> {
         let unreadable = |message: String| FigureError::Unreadable { path: path.to_owned(), message };

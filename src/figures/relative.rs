@@ -10,7 +10,7 @@ use super::style::{BLUE, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, TITLE_SIZE, VE
 use super::table::Table;
 use crate::task::Task;
 
-/// One scene at a few instants, above in the screen's coordinates, below in the ball's.
+/// One scene at a few instants, in screen coordinates (above) and relative to the ball (below).
 #[derive(Debug, Clone, PartialEq)]
 pub struct RelativeFrames {
     /// The scene.
@@ -28,7 +28,7 @@ pub struct Instant {
     pub time: f32,
     /// Normalised position of the ball: the origin.
     pub ball: Position,
-    /// Normalised positions of the ball before.
+    /// Earlier normalised positions of the ball.
     pub trail: Vec<Position>,
     /// Normalised positions of the tools the agent has placed.
     pub placed: Vec<Position>,
@@ -41,7 +41,7 @@ pub struct Instant {
 pub struct Edge {
     /// Normalised position of the tool.
     pub object: Position,
-    /// Whether it is within the cutoff and so sends a message.
+    /// Whether it is within the cutoff, so that it sends a message.
     pub active: bool,
 }
 
@@ -53,7 +53,7 @@ impl Edge {
 
 /// Only the upper row has titles; this is their height.
 const TITLE: f64 = 1.3 * TITLE_SIZE;
-/// Half the width of a view around the ball, at least, and what it shows beyond the farthest tool.
+/// Smallest half width of a view around the ball, and the margin beyond the farthest tool.
 const RELATIVE_REACH: f64 = 1.0;
 const BEYOND: f64 = 0.2;
 
@@ -79,14 +79,14 @@ impl RelativeFrames {
         }
     }
 
-    /// Half the width of the views around the ball: every tool is in them.
+    /// Half the width of the views around the ball, large enough for every tool.
     fn reach(&self) -> f64 {
         let vectors = self.instants.iter().flat_map(|instant| instant.edges.iter().map(|e| e.relative(instant.ball)));
         let farthest = vectors.flatten().map(|value| f64::from(value.abs())).filter(|value| value.is_finite());
         farthest.map(|value| value + BEYOND).fold(RELATIVE_REACH, f64::max)
     }
 
-    /// Writes the relative vectors of active edges beside their tools, clear of all else.
+    /// Writes the relative vectors of active edges beside their tools, without overlaps.
     fn vectors(&self, view: &SceneView<'_, '_>, canvas: &Canvas<'_>, instant: &Instant) {
         let look = Type::SMALL.centered().color(VERMILLION);
         let stages = self.task.stages();
@@ -104,11 +104,11 @@ impl RelativeFrames {
     }
 }
 
-/// Half the size of what a text keeps clear of, in points.
+/// Half the size of an object that texts must not cover, in points.
 const THING: f64 = 7.5;
 
-/// A place for a text of this width near a point, inside of `rect` and clear of what is taken:
-/// beside, below or above it, ever farther away.
+/// A free place for a text of this width near a point, inside `rect`: beside, below or above the point, at increasing
+/// distances.
 fn free_place([x, y]: Point, width: f64, rect: &Rect, taken: &[Rect]) -> Rect {
     let (half, high) = (width / 2.0 + 1.0, 4.0);
     let place = |dx: f64, dy: f64| {

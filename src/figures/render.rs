@@ -1,4 +1,4 @@
-//! From the SVG of a page to pixels and PNG.
+//! Renders the SVG of a page to pixels and PNG.
 
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
@@ -10,13 +10,13 @@ use super::provenance::Provenance;
 /// Largest side of an image in pixels.
 pub const MAX_SIDE: u32 = 20_000;
 
-/// Points of an SVG's unit, which is 1/96 inch.
+/// Points per SVG unit, which is 1/96 inch.
 pub const POINTS: f32 = 0.75;
 
-/// The shapes of an SVG, its text as outlines of the bundled fonts.
+/// The shapes of an SVG, with text as outlines of the bundled fonts.
 ///
 /// # Errors
-/// When it is no SVG.
+/// When the text is not valid SVG.
 pub fn tree(svg: &str) -> Result<Tree, FigureError> {
     let options = Options { fontdb: FONTS.clone(), ..Options::default() };
     Tree::from_str(svg, &options).map_err(|error| FigureError::Encoding(error.to_string()))
@@ -30,7 +30,7 @@ pub fn rgb(svg: &str, width: u32, height: u32) -> Result<Vec<u8>, FigureError> {
     draw(&tree(svg)?, width, height)
 }
 
-/// Whether an image of that size can be held.
+/// Checks that an image of this size is possible.
 ///
 /// # Errors
 /// When a side is 0 or too large.

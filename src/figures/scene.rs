@@ -1,5 +1,4 @@
-//! A scene as people see it: tools with their true geometry, subgoals numbered in the
-//! order of reach, goal, ball.
+//! A drawn scene: tools with their true geometry, subgoals numbered in order, goal and ball.
 
 use super::axes::{Axis, Frame, Plot};
 use super::canvas::{Canvas, Pen, Type};
@@ -10,7 +9,7 @@ use super::style::{
 use crate::physics::{SCREEN, Tool, ToolKind};
 use crate::task::{Goal, GoalShape, Region, Task};
 
-/// Fills: tools of the scene, and tools placed by the agent.
+/// Fill colours of the scene's tools and of tools placed by the agent.
 pub const SCENE_TOOL: Color = LIGHT_GREY;
 /// See [`SCENE_TOOL`].
 pub const PLACED_TOOL: Color = YELLOW;
@@ -20,7 +19,7 @@ pub const BALL: Color = BLACK;
 /// A normalised position.
 pub type Position = [f32; 2];
 
-/// What a view of the plane shows.
+/// The part of the plane that a view shows.
 #[derive(Debug, Clone, Copy)]
 pub struct Window {
     /// Normalised centre.
@@ -46,7 +45,7 @@ impl Window {
     };
 }
 
-/// A framed square onto the plane, on which objects are drawn.
+/// A framed square view of the plane, on which objects are drawn.
 pub struct SceneView<'c, 'p> {
     canvas: &'c Canvas<'p>,
     plot: Plot<'c, 'p>,
@@ -67,12 +66,12 @@ impl<'c, 'p> SceneView<'c, 'p> {
         Self { canvas, plot, origin: window.origin, per_unit }
     }
 
-    /// The frame's inside.
+    /// The inside of the frame.
     pub fn rect(&self) -> Rect {
         self.plot.rect
     }
 
-    /// The place of a normalised position on the page.
+    /// The point of a normalised position on the page.
     pub fn at(&self, [x, y]: Position) -> Point {
         self.plot.at(f64::from(x) - self.origin[0], f64::from(y) - self.origin[1])
     }
@@ -87,7 +86,7 @@ impl<'c, 'p> SceneView<'c, 'p> {
         self.plot.rect.contains(self.at(position))
     }
 
-    /// A filled convex polygon with an outline, cut at the frame.
+    /// A filled convex polygon with an outline, clipped to the frame.
     pub fn shape(&self, corners: &[Point], fill: Color, pen: Pen) {
         let rect = self.plot.rect;
         self.canvas.fill(&clip_polygon(corners, &rect), fill);
@@ -95,13 +94,13 @@ impl<'c, 'p> SceneView<'c, 'p> {
         clip_polyline(&closed, &rect).iter().for_each(|part| self.canvas.line(part, pen))
     }
 
-    /// A line through positions, cut at the frame; what is not finite leaves a gap.
+    /// A line through positions, clipped to the frame; non-finite positions leave a gap.
     pub fn path(&self, positions: &[Position], pen: Pen) {
         let points: Vec<Point> = positions.iter().map(|position| self.at(*position)).collect();
         clip_polyline(&points, &self.plot.rect).iter().for_each(|part| self.canvas.line(part, pen))
     }
 
-    /// Everything of the task at its start, without the agent's tools.
+    /// The task at its start, without the agent's tools.
     pub fn task(&self, task: &Task) {
         self.surroundings(task);
         for ball in task.marker.iter().map(|marker| &marker.ball).chain(&task.balls) {
@@ -110,7 +109,7 @@ impl<'c, 'p> SceneView<'c, 'p> {
         self.ball(task.ball.position, task.ball.radius)
     }
 
-    /// Everything of the task that does not move: tools, subgoals, goal.
+    /// The parts of the task that do not move: tools, subgoals, goal.
     pub fn surroundings(&self, task: &Task) {
         let stages = task.stage_count();
         for (n, region) in task.subgoals.iter().enumerate() {
@@ -174,8 +173,7 @@ impl<'c, 'p> SceneView<'c, 'p> {
         }
     }
 
-    /// The numbers of the subgoals and the goal's G, on discs of `plate` that keep them
-    /// legible over what was drawn before.
+    /// The numbers of the subgoals and the goal's G, on discs of `plate` that keep them legible over other drawings.
     pub fn names(&self, task: &Task, plate: Color) {
         let stages = task.stage_count();
         for (n, region) in task.subgoals.iter().enumerate() {
@@ -195,7 +193,7 @@ impl<'c, 'p> SceneView<'c, 'p> {
     }
 }
 
-/// The visible lines of a five-pointed star; its inner corners lie on the pentagram.
+/// The outline of a five-pointed star; its inner corners lie on the pentagram.
 fn star([x, y]: Point, radius: f64) -> Vec<Point> {
     const INNER: f64 = 0.381_966;
     (0..10)

@@ -1,5 +1,5 @@
-//! The one look of all figures: colours, type sizes, line widths, spacing. Lengths are
-//! in points (1/72 inch), so that they are the same on paper at any resolution.
+//! The common style of all figures: colours, type sizes, line widths, spacing. Lengths are in points (1/72 inch), so
+//! that they do not depend on the resolution.
 
 use plotters::style::{Color as _, RGBAColor, RGBColor};
 
@@ -15,7 +15,7 @@ pub fn faded(color: Color, opacity: f64) -> Color {
     RGBColor(color.0, color.1, color.2).mix(opacity)
 }
 
-/// The palette of Okabe and Ito, told apart with every common colour vision.
+/// The palette of Okabe and Ito, distinguishable with every common form of colour vision.
 pub const BLACK: Color = rgb(0x00, 0x00, 0x00);
 /// See [`BLACK`].
 pub const ORANGE: Color = rgb(0xE6, 0x9F, 0x00);
@@ -32,7 +32,7 @@ pub const VERMILLION: Color = rgb(0xD5, 0x5E, 0x00);
 /// See [`BLACK`].
 pub const PURPLE: Color = rgb(0xCC, 0x79, 0xA7);
 
-/// Darker than those of Okabe and Ito, of the same kinds.
+/// Darker colours of the same hues as in the Okabe-Ito palette.
 pub const NAVY: Color = rgb(0x00, 0x3F, 0x63);
 /// See [`NAVY`].
 pub const BRICK: Color = rgb(0x9E, 0x2A, 0x00);
@@ -50,8 +50,8 @@ pub const LIGHT_GREY: Color = rgb(0xC4, 0xC4, 0xC4);
 /// Grid lines.
 pub const GRID: Color = rgb(0xE4, 0xE4, 0xE4);
 
-/// The colours of methods, by the word or words that their labels begin with: the same in every
-/// figure. What explores like a method has its colour.
+/// The colours of methods by the prefix of their labels, the same in every figure. Policies share the colour of the
+/// method that explores like them.
 const METHODS: [(&str, Color); 13] = [
     ("DDPG", BLUE),
     ("DDPG-MGE", VERMILLION),
@@ -68,15 +68,15 @@ const METHODS: [(&str, Color); 13] = [
     ("random exploration", BLUE),
 ];
 
-/// Colours of compared things that are no methods, in order of appearance.
+/// Colours of series that are not methods, in order of appearance.
 const OTHERS: [Color; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK];
 
-/// Dash patterns of compared lines, in order of appearance: told apart without colours.
+/// Dash patterns of lines, in order of appearance, so that lines differ without colour.
 const DASHES: [&[f64]; 7] =
     [&[], &[3.6, 1.6], &[1.0, 1.5], &[5.0, 1.5, 1.0, 1.5], &[2.0, 1.0], &[6.0, 1.2, 1.2, 1.2, 1.2, 1.2], &[8.0, 2.0]];
 
-/// How one of several compared things looks: its colour says the method, its dash pattern and
-/// hatching say its place in the legend.
+/// The style of one of several series: its colour identifies the method, its dash pattern and hatching its place in
+/// the legend.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Series {
     /// Colour of lines, dots and bars.
@@ -87,8 +87,8 @@ pub struct Series {
     pub place: usize,
 }
 
-/// The looks of compared things with these labels, in the order of the legend. Things of one
-/// method, such as its seeds, have shades of its colour.
+/// The styles of series with these labels, in legend order. Series of one method, such as its seeds, have shades of
+/// its colour.
 pub fn series(labels: &[&str]) -> Vec<Series> {
     let mut seen: Vec<&str> = Vec::new();
     let mut others = 0;
@@ -109,7 +109,7 @@ pub fn series(labels: &[&str]) -> Vec<Series> {
     labels.iter().enumerate().map(look).collect()
 }
 
-/// The method that a label begins with, of those that fit the longest.
+/// The method with the longest name that the label begins with.
 fn method(label: &str) -> Option<(&'static str, Color)> {
     let ends = |rest: &str| rest.is_empty() || rest.starts_with([',', ' ']);
     let fitting = METHODS.into_iter().filter(|(name, _)| label.strip_prefix(name).is_some_and(ends));
@@ -137,7 +137,7 @@ pub fn stage_color(stage: usize, stages: usize) -> Color {
 pub const SINGLE_COLUMN: f64 = 252.0;
 /// Width of a figure over both columns, in points (7.2 inches).
 pub const DOUBLE_COLUMN: f64 = 518.4;
-/// Resolution of a PNG unless another is asked for, in dots per inch.
+/// Default resolution of a PNG, in dots per inch.
 pub const DEFAULT_DPI: u32 = 300;
 
 /// Size of titles.

@@ -1,6 +1,6 @@
 //! The numbers of a figure as CSV.
 
-/// Named columns of text cells; what lies beside every figure.
+/// Named columns of text cells, written beside every figure as CSV.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Table {
     columns: Vec<&'static str>,
@@ -33,16 +33,16 @@ impl Table {
     /// The table as CSV.
     pub fn to_csv(&self) -> Vec<u8> {
         let mut writer = csv::Writer::from_writer(Vec::new());
-        // Rows are of one length, and memory takes every byte.
+        // Rows have equal lengths, and writing to memory cannot fail.
         writer.write_record(&self.columns).expect("memory takes every byte");
         self.rows.iter().for_each(|row| writer.write_record(row).expect("rows of one length"));
         writer.into_inner().expect("memory takes every byte")
     }
 }
 
-/// What can stand in a cell.
+/// A value that can be written to a cell.
 pub trait Cell {
-    /// Its text: a number so that reading it back gives the same number; empty when it is not finite.
+    /// Its text. Finite numbers round-trip exactly; non-finite numbers are empty.
     fn text(&self) -> String;
 }
 

@@ -16,14 +16,14 @@ pub struct TaskGrid {
     pub tasks: Vec<Task>,
 }
 
-/// What the shapes are.
+/// The note that explains the shapes.
 const LEGEND_NOTE: &str = "Black disc: ball at its start. Grey: tools of the scene (a thick rim marks a bucket). Dashed: subgoals in \
                            order of reach. G: goal.";
 
 /// Columns of a grid of scenes.
 pub(super) const COLUMNS: usize = 3;
 
-/// Size of a page of `count` scenes, with room for `legend` and a note.
+/// Size of a page of `count` scenes, with space for `legend` and a note.
 pub(super) fn page_size(count: usize, legend: f64, note: &str) -> [f64; 2] {
     let width = if count == 1 { SINGLE_COLUMN } else { DOUBLE_COLUMN };
     let columns = COLUMNS.min(count).max(1);
@@ -36,7 +36,7 @@ pub(super) fn cells(rect: Rect, count: usize) -> Vec<(Rect, Window)> {
     panels(rect, count, COLUMNS.min(count)).into_iter().map(|panel| (panel.cell, window(&panel))).collect()
 }
 
-/// A task's name for people: "Task 1" for `task1`.
+/// A task's display name: "Task 1" for `task1`.
 pub(super) fn heading(name: &str) -> String {
     match name.strip_prefix("task") {
         Some(number) if !number.is_empty() && number.bytes().all(|digit| digit.is_ascii_digit()) => {

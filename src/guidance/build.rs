@@ -1,4 +1,4 @@
-//! The action prior built from subgoal to subgoal (paper, section 4.2, steps 1 to 4).
+//! Builds the action prior from subgoal to subgoal (paper, section 4.2, steps 1 to 4).
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -16,10 +16,10 @@ use crate::stop::or_left_behind;
 use crate::streams::Stream;
 use crate::task::Task;
 
-/// Builds the prior of a task stage by stage. `progress` is called before each stage with its number.
-/// None if the model [is stopped](RolloutModel::is_stopped).
+/// Builds the prior of a task stage by stage. `progress` is called before each stage with its index.
+/// Returns `None` if the model [is stopped](RolloutModel::is_stopped).
 ///
-/// Each stage has random streams of its own, so one stage's size does not shift another's.
+/// Each stage has its own random stream, so the work of one stage does not affect the draws of another.
 ///
 /// # Errors
 /// When the model cannot predict the task.
@@ -38,7 +38,8 @@ pub fn build(
     }
 }
 
-/// As [`build`], but an error when the model is stopped. Also returns the states that the last stage starts from.
+/// Like [`build`], but returns an error when the model is stopped. Also returns the start states of the last
+/// stage.
 pub(super) fn build_stages(
     task: &Arc<Task>,
     model: &dyn RolloutModel,
@@ -82,8 +83,8 @@ pub(super) fn build_stages(
     Ok((prior, starts))
 }
 
-/// Step 2: random actions rolled out in the model, the rewarding ones clustered. While too few rollouts
-/// reach the stage, more are made.
+/// Step 2: rolls out random actions in the model and clusters the rewarding ones. Makes more rollouts
+/// while too few reach the stage.
 fn imagine(
     task: &Arc<Task>,
     model: &dyn RolloutModel,
@@ -117,16 +118,16 @@ pub(super) fn random_rollouts(
     model.rollouts(task, &chosen, &random_sequences(config, rng))
 }
 
-/// Random actions for as many rollouts as are made at a time.
+/// Random actions for one batch of rollouts.
 pub(super) fn random_sequences(config: &GuidanceConfig, rng: &mut ChaCha8Rng) -> Vec<Vec<Action>> {
     (0..config.model_rollouts).map(|_| (0..config.horizon).map(|_| uniform_action(rng)).collect()).collect()
 }
 
-/// Actions whose clusters are found in a moment.
+/// Number of actions below which clustering takes only a moment.
 const FEW: usize = 5000;
 
-/// The clusters. Of very many actions they take long and cannot be interrupted: they are then left
-/// to a thread that nobody waits for once the model is stopped.
+/// Clusters actions. Clustering very many takes long and cannot be interrupted, so it then runs on a
+/// thread that is abandoned once the model is stopped.
 fn unless_stopped(
     model: &dyn RolloutModel,
     actions: &[Action],
@@ -142,8 +143,8 @@ fn unless_stopped(
     or_left_behind(|| model.is_stopped(), Duration::ZERO, work).ok_or(DynamicsError::Stopped)
 }
 
-/// Step 3: actions from the clusters in the real environment. Returns the states in
-/// which the stage was reached and the last states of all rollouts, of those that can continue.
+/// Step 3: plays actions from the clusters in the real environment. Returns the states in which the
+/// stage was reached and the last states of all rollouts, in both cases only of unfinished episodes.
 fn explore(
     env: &mut Environment,
     prior: &StagePrior,

@@ -1,5 +1,5 @@
-//! Which proposed subgoals are used: those with which guided play in the real environment does best. What a person
-//! asks for is chosen so; [`propose_subgoals`](super::propose_subgoals) is the quick way.
+//! Chooses the subgoals with which guided play in the real environment does best. Used for subgoals that a
+//! user asks for; [`propose_subgoals`](super::propose_subgoals) is faster.
 
 use std::sync::Arc;
 
@@ -17,27 +17,27 @@ use crate::physics::to_normalised;
 use crate::streams::Stream;
 use crate::task::{Region, Task};
 
-/// Candidates that are tried, at most; those proposed with the last of them may be a few more.
+/// Number of candidates after which the search ends. The last batch of proposals may exceed it.
 pub const TRIALS: usize = 12;
-/// Places proposed to go on to from one candidate, at most.
+/// Maximum number of next subgoals proposed for one candidate.
 const BRANCHES: usize = 4;
-/// Real rollouts from the last subgoal towards the goal in which a candidate is tried.
+/// Real rollouts from the last subgoal towards the goal that evaluate a candidate.
 const ROLLOUTS: usize = 100;
-/// How many times [`GuidanceConfig::model_rollouts`] are made at most for a stage of a candidate with subgoals.
+/// Maximum number of batches of [`GuidanceConfig::model_rollouts`] for a stage of a candidate with subgoals.
 const MOST_ROUNDS: usize = 4;
-/// A candidate with which so few real rollouts are [needed](Candidate::rollouts) is good: no other is looked for.
+/// The search ends at a candidate that [needs](Candidate::rollouts) at most this many real rollouts.
 const FEW: f32 = 4.0;
-/// Share of real rollouts that reach a subgoal from which it is promising to go on.
+/// Share of real rollouts reaching a subgoal above which a larger share does not make it more promising.
 const OFTEN: f32 = 0.1;
 
-/// Subgoals, and how well guided play gets along with them.
+/// Chosen subgoals, and how well guided play does with them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChosenSubgoals {
-    /// The subgoals; none where guided play does best without.
+    /// The subgoals; empty if guided play does best without any.
     pub subgoals: Vec<Region>,
-    /// Of the real rollouts towards a stage the share that reached it, at the stage where it is least.
+    /// The smallest share, over all stages, of the real rollouts towards a stage that reached it.
     pub least_reached: f32,
-    /// Candidates that were tried.
+    /// Number of candidates that were tried.
     pub candidates: usize,
 }
 
@@ -48,16 +48,16 @@ impl ChosenSubgoals {
     }
 }
 
-/// What to say of a [failure](ChosenSubgoals::is_failure).
+/// The message for a [failure](ChosenSubgoals::is_failure).
 pub const NO_SUBGOALS: &str = "no place was found that helps the ball on its way to the goal";
 
-/// Chooses up to `count` subgoals for the task, whose present ones are ignored: a search, the most promising
-/// candidate first. The first candidate has no subgoals; those that follow from a candidate have one more, a
-/// [place](propose_regions) on the way from the states in which real rollouts reached its last one. To try a
-/// candidate, clusters are built, and rollouts in the real environment guided by them show how often each
-/// stage is reached from the one before. The one is chosen with which the fewest rollouts reach every stage once, one
-/// stage after the other, or which comes nearest to the goal. The search ends early at a candidate for which four are
-/// enough. `progress` is called with the number of candidates tried before.
+/// Chooses up to `count` subgoals for the task and ignores its present ones. This is a best-first search. The
+/// first candidate has no subgoals. The successors of a candidate have one more subgoal: a
+/// [region](propose_regions) on the way to the goal from the states in which real rollouts reached the last one.
+/// To evaluate a candidate, clusters are built, and guided rollouts in the real environment measure how often each
+/// stage is reached from the previous one. The best candidate needs the fewest rollouts to reach every stage once,
+/// one stage after the other; ties go to the one that comes nearest to the goal. The search ends early at a
+/// candidate that needs at most four rollouts. `progress` is called with the number of candidates tried so far.
 ///
 /// # Errors
 /// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
@@ -72,7 +72,7 @@ pub fn choose_subgoals(
     progress(0);
     let most_model_rollouts = config.most_model_rollouts.min(MOST_ROUNDS * config.model_rollouts);
     let brief = GuidanceConfig { most_model_rollouts, ..config.clone() };
-    // Candidates, and whether those that follow from them have been tried.
+    // Candidates, and whether their successors have been tried.
     let mut tried = vec![(Candidate::of(task, &[], model, config, seed)?, count == 0)];
     while tried.len() < TRIALS && tried.iter().all(|(candidate, _)| candidate.rollouts() > FEW) {
         let open = tried.iter_mut().filter(|(_, is_done)| !is_done);
@@ -94,17 +94,16 @@ pub fn choose_subgoals(
     Ok(ChosenSubgoals { subgoals: best.subgoals().to_vec(), least_reached: best.least_reached(), candidates })
 }
 
-/// Subgoals, and how guided play gets along with them.
+/// Subgoals, and how well guided play does with them.
 #[derive(Debug, Clone)]
 struct Candidate {
     /// The task with these subgoals.
     task: Arc<Task>,
-    /// Share of the real rollouts towards each subgoal, and the goal last, that reached it.
+    /// For each subgoal, and last the goal, the share of the real rollouts towards it that reached it.
     reached: Vec<f32>,
-    /// Mean distance to the goal, normalised, at its least in the tenth of the last rollouts that came
-    /// nearest.
+    /// Least distance to the goal, normalised: the mean over the nearest tenth of the rollouts towards it.
     nearest: f32,
-    /// States from which the rollouts towards the goal started.
+    /// Start states of the rollouts towards the goal.
     starts: Vec<Snapshot>,
 }
 
@@ -143,17 +142,19 @@ impl Candidate {
         &self.task.subgoals
     }
 
-    /// Of the real rollouts towards a stage the share that reached it, at the stage where it is least.
+    /// The smallest of the shares [`reached`](Self::reached).
     fn least_reached(&self) -> f32 {
         least(&self.reached)
     }
 
-    /// Rollouts until every stage was reached once, one after the other, on average; infinite if one never is.
+    /// Expected number of rollouts until every stage was reached once, one after the other; infinite if a stage
+    /// was never reached.
     fn rollouts(&self) -> f32 {
         self.reached.iter().map(|share| share.recip()).sum()
     }
 
-    /// Greater if it is more promising to add a subgoal: its own are reached often enough, and play comes near the goal.
+    /// How promising it is to add a subgoal: greater if the present ones are reached often enough and play comes
+    /// near the goal.
     fn promise(&self) -> f32 {
         least(&self.reached[..self.subgoals().len()]).min(OFTEN) / OFTEN - self.nearest
     }
@@ -163,12 +164,12 @@ impl Candidate {
     }
 }
 
-/// The least of some shares; 1 if there are none.
+/// The smallest of some shares; 1 if there are none.
 fn least(shares: &[f32]) -> f32 {
     shares.iter().copied().fold(1.0, f32::min)
 }
 
-/// Plays at most `actions` actions from the clusters. Returns the least distance to the goal, normalised.
+/// Plays up to `actions` actions from the clusters. Returns the least distance to the goal, normalised.
 fn play(env: &mut Environment, prior: &ActionPrior, actions: usize, rng: &mut ChaCha8Rng) -> f32 {
     let [x, y] = env.task().goal.position;
     let mut least = f32::INFINITY;
@@ -202,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn the_chosen_subgoals_reach_a_goal_that_play_without_them_seldom_does() {
+    fn the_chosen_subgoals_make_a_rarely_reached_goal_more_reachable() {
         let task = load("task6").unwrap();
         let without = without_subgoals(&task).least_reached();
         let choice = choose(&task);
@@ -212,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn where_guided_play_needs_no_subgoals_none_is_looked_for() {
+    fn if_guided_play_needs_no_subgoals_the_search_ends_at_once() {
         let mut task = load("task1").unwrap();
         task.goal.radius = 12.0;
         let choice = choose(&task);
@@ -221,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn where_no_subgoals_are_wanted_only_play_without_them_is_tried() {
+    fn if_no_subgoals_are_wanted_only_play_without_them_is_tried() {
         let task = load("task6").unwrap();
         let choice = choose_subgoals(&task, &TruePhysics, 0, &GuidanceConfig::default(), 0, |_| ()).unwrap();
         assert_eq!((choice.subgoals.len(), choice.candidates), (0, 1));
@@ -246,12 +247,12 @@ mod tests {
         assert!(with_subgoal(0.5, 0.25).is_better_than(&candidate(0.16, 0.1)), "6 rollouts for 6.25");
         assert!(candidate(0.17, 0.1).is_better_than(&with_subgoal(0.5, 0.25)));
         assert!(with_subgoal(0.2, 0.0).promise() > with_subgoal(0.05, 0.9).promise(), "it is reached often enough");
-        assert_eq!(with_subgoal(0.2, 0.0).promise(), with_subgoal(0.9, 0.0).promise(), "oftener is no better");
+        assert_eq!(with_subgoal(0.2, 0.0).promise(), with_subgoal(0.9, 0.0).promise(), "more often is no better");
         assert!(candidate(0.0, 0.1).promise() > candidate(0.0, 0.2).promise(), "the nearer is more promising");
     }
 
     #[test]
-    fn the_choice_ends_when_it_is_asked_to() {
+    fn the_choice_can_be_stopped() {
         let stop = Stop::default();
         stop.request();
         let stopped = Stoppable::new(&TruePhysics, &stop);

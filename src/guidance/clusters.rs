@@ -11,13 +11,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::env::Action;
 
-/// How many clusters a stage gets.
+/// Number of clusters of a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ClusterCount {
-    /// Always this many (fewer if there are fewer distinct actions).
+    /// Exactly this many (fewer if there are fewer distinct actions).
     Fixed(usize),
-    /// The number from 2 to this with the largest mean silhouette.
+    /// The number between 2 and this value with the largest mean silhouette.
     Silhouette(usize),
 }
 
@@ -45,14 +45,14 @@ impl Cluster {
     }
 }
 
-/// Clusters of `actions`, the largest first. None if there are no actions.
+/// Clusters of `actions`, the largest first; empty if there are no actions.
 pub(super) fn cluster(actions: &[Action], count: ClusterCount, std_floor: f32, rng: &ChaCha8Rng) -> Vec<Cluster> {
     let clusters = cluster_points(actions, count, std_floor, rng);
     clusters.into_iter().map(|(cluster, _)| cluster).collect()
 }
 
-/// Clusters of points that begin with x and y and are all as long, the largest first, each with the
-/// numbers of its points.
+/// Clusters of points, the largest first, each with the indices of its points. Points begin with x
+/// and y and have equal lengths.
 pub(super) fn cluster_points<P: AsRef<[f32]>>(
     points: &[P],
     count: ClusterCount,
@@ -90,8 +90,8 @@ fn assign(points: &Array2<f64>, clusters: usize, rng: &ChaCha8Rng) -> Array1<usi
         KMeans::params_with_rng(clusters, rng.clone()).n_runs(10).max_n_iterations(300).tolerance(1e-6).fit(&dataset);
     match fitted {
         Ok(model) => model.predict(points),
-        // Finite points, at least as many distinct ones as clusters: only a failure to
-        // converge is left, and one cluster of everything is then the answer.
+        // Points are finite, and at least as many are distinct as there are clusters, so the only
+        // possible error is a failure to converge: fall back to a single cluster.
         Err(_) => Array1::zeros(points.nrows()),
     }
 }

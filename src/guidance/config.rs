@@ -1,4 +1,4 @@
-//! Settings of guidance, and what can be wrong with them or with a saved prior.
+//! Settings of guidance, and errors in them or in a saved prior.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,11 +10,11 @@ use crate::validation::{Setting, ValidationError, check_settings};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GuidanceConfig {
-    /// Model rollouts for each stage.
+    /// Model rollouts for each stage, in one batch.
     pub model_rollouts: usize,
-    /// As many are made again while fewer than this are predicted to reach the stage...
+    /// More batches follow while fewer rollouts than this are predicted to reach the stage.
     pub least_hits: usize,
-    /// ... and fewer than this were made.
+    /// No more batches follow once a stage has this many rollouts.
     pub most_model_rollouts: usize,
     /// Actions in a rollout.
     pub horizon: usize,
@@ -26,11 +26,11 @@ pub struct GuidanceConfig {
     pub clusters: ClusterCount,
     /// Least standard deviation of a cluster, normalised.
     pub std_floor: f32,
-    /// Which states start the next stage.
+    /// Start states of the next stage.
     pub start_states: StartStates,
 }
 
-/// Which states of the real rollouts start the next stage's rollouts.
+/// The states of the real rollouts from which the next stage's rollouts start.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StartStates {
@@ -63,33 +63,33 @@ pub enum GuidanceError {
     /// The text is not an action prior.
     #[error("{origin}:{line}: not an action prior: {message}")]
     Syntax { origin: String, line: usize, message: String },
-    /// It was made for another task.
+    /// The prior was built for another task.
     #[error(
         "{origin}: the action prior is for {found} with {found_stages} stages, not for {wanted} with {wanted_stages}: build it again"
     )]
     OtherTask { origin: String, found: String, found_stages: usize, wanted: String, wanted_stages: usize },
-    /// It is of another version of the format.
+    /// The prior has another format version.
     #[error(
         "{origin}: the action prior has format version {found}, this program reads version {wanted}: build it again"
     )]
     Version { origin: String, found: u32, wanted: u32 },
-    /// It has numbers that clusters of actions cannot have.
+    /// Clusters or actions have impossible values.
     #[error("{origin}: the clusters or actions of stage {stage} are out of range: build it again")]
     Numbers { origin: String, stage: usize },
-    /// A setting it was built with is out of range.
+    /// A setting stored in the prior is out of range.
     #[error("{origin}: config.{error}")]
     Config { origin: String, error: ValidationError },
 }
 
-/// The numbers among the settings of [`GuidanceConfig`].
+/// The numeric settings of [`GuidanceConfig`].
 pub const SETTINGS: [Setting; 8] = [
     Setting::count("model_rollouts", 1, 100_000, "model rollouts for each stage"),
-    Setting::count("least_hits", 0, 100_000, "rollouts to reach a stage, else as many are made again"),
+    Setting::count("least_hits", 0, 100_000, "rollouts that must reach a stage, otherwise another batch is made"),
     Setting::count(
         "most_model_rollouts",
         1,
         100_000,
-        "model rollouts for each stage after which no more are made again",
+        "model rollouts for each stage after which no further batch is made",
     ),
     Setting::count("horizon", 1, 100, "actions in a rollout"),
     Setting::count("environment_rollouts", 1, 100_000, "rollouts in the real environment, over all stages"),

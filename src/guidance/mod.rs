@@ -1,8 +1,8 @@
 //! Model-guided exploration: rollouts, action clusters, the action prior, epsilon
 //! schedules (paper, sections 4.2 and 4.3).
 //!
-//! A dynamics model is used only as a [`RolloutModel`], or as a [`ToolModel`] where the agent chooses
-//! among tools; the true physics is one too ([`TruePhysics`]), which gives the upper bound of what guidance can do.
+//! A dynamics model is used only as a [`RolloutModel`], or as a [`ToolModel`] if the agent chooses
+//! among tools. [`TruePhysics`] implements both and gives an upper bound on the effect of guidance.
 
 mod build;
 mod choice;

@@ -1,5 +1,5 @@
 //! Planning with a model instead of learning: the cross-entropy method over action
-//! sequences, of which one iteration is random shooting.
+//! sequences. With a single iteration it is random shooting.
 
 use std::sync::Arc;
 
@@ -14,15 +14,15 @@ use crate::env::{Action, Snapshot, uniform_action};
 use crate::task::Task;
 use crate::validation::{Setting, ValidationError, check_settings};
 
-/// How an action is planned.
+/// Settings of the planner.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlannerConfig {
-    /// Model rollouts of an iteration.
+    /// Model rollouts per iteration.
     pub rollouts: usize,
     /// Iterations; 1 is random shooting.
     pub iterations: usize,
-    /// Best rollouts of an iteration, to which the next one's distribution is fitted.
+    /// Number of best rollouts of an iteration to which the next iteration's distribution is fitted.
     pub elites: usize,
     /// Actions in a rollout.
     pub horizon: usize,
@@ -36,7 +36,7 @@ impl Default for PlannerConfig {
     }
 }
 
-/// The numbers among the settings of [`PlannerConfig`].
+/// The numeric settings of [`PlannerConfig`].
 pub const SETTINGS: [Setting; 5] = [
     Setting::count("rollouts", 1, 10_000, "model rollouts of an iteration"),
     Setting::count("iterations", 1, 1000, "iterations; 1 is random shooting"),
@@ -60,11 +60,11 @@ impl PlannerConfig {
     }
 }
 
-/// Normal distributions of the actions of a plan, one for each step.
+/// Normal distributions of the actions of a plan, as (mean, std) of x and y for each step.
 struct Plan(Vec<[(f32, f32); 2]>);
 
 /// The first action of the best sequence found: the one that reaches the next stage
-/// soonest or, where none does, passes nearest to it.
+/// soonest or, if none does, passes nearest to it.
 ///
 /// # Errors
 /// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
@@ -101,8 +101,8 @@ pub fn plan(
     Ok(best.map_or([0.0; 2], |(_, sequence)| sequence[0]))
 }
 
-/// Below 0 for a rollout that reaches its stage, lower for sooner; else the least
-/// distance to it, normalised.
+/// The cost of a rollout: below 0 if it reaches its stage, the lower the sooner; otherwise the least
+/// distance to the stage, normalised.
 fn cost(rollout: &Rollout, target: [f32; 2]) -> f32 {
     if rollout.hit {
         return -1.0 / (1.0 + rollout.path.len() as f32);
@@ -137,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_hit_costs_less_than_any_miss_and_a_miss_its_least_distance() {
+    fn a_hit_costs_less_than_any_miss_and_a_miss_costs_its_least_distance() {
         let hit = |points: usize| Rollout { path: vec![[0.5; 2]; points], hit: true, ..Rollout::default() };
         assert_eq!((cost(&hit(3), [0.0; 2]), cost(&hit(1), [0.0; 2])), (-0.25, -0.5));
         let miss = Rollout { path: vec![[0.9, 0.9], [0.2, 0.5], [0.8, -0.3]], ..Rollout::default() };

@@ -10,23 +10,23 @@ use super::tools::ToolCluster;
 use crate::env::{Action, uniform_action};
 use crate::task::Task;
 
-/// The clusters of one stage and what they were made from.
+/// The clusters of one stage and the data they were made from.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct StagePrior {
     /// Clusters of rewarding actions, the largest first; empty if the model predicted none.
     pub clusters: Vec<Cluster>,
-    /// The tools of each cluster, where the agent chooses among tools.
+    /// The tools of each cluster; empty unless the agent chooses among tools.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tools: Vec<ToolCluster>,
     /// The stored rewarding actions.
     pub actions: Vec<Action>,
-    /// Model rollouts made.
+    /// Number of model rollouts.
     pub model_rollouts: usize,
-    /// Model rollouts predicted to reach the stage.
+    /// Number of model rollouts predicted to reach the stage.
     pub model_hits: usize,
-    /// Rollouts made in the real environment (none for the last stage).
+    /// Number of rollouts in the real environment (0 for the last stage).
     pub environment_rollouts: usize,
-    /// Real rollouts that reached the stage and can continue from there.
+    /// Number of real rollouts that reached the stage and can continue from there.
     pub environment_hits: usize,
 }
 
@@ -37,18 +37,18 @@ pub struct ActionPrior {
     pub version: u32,
     /// The task's name.
     pub task: String,
-    /// What predicted the rollouts.
+    /// Name of the model that predicted the rollouts.
     pub model: String,
     /// The seed of the build.
     pub seed: u64,
-    /// How it was built.
+    /// The settings of the build.
     pub config: GuidanceConfig,
     /// Subgoals in order, then the goal.
     pub stages: Vec<StagePrior>,
 }
 
 impl ActionPrior {
-    /// The version this program writes.
+    /// The format version that this program reads and writes.
     pub const VERSION: u32 = 1;
 
     /// A prior without clusters: every stage samples uniformly.
@@ -63,8 +63,8 @@ impl ActionPrior {
         }
     }
 
-    /// An action for a stage: a cluster drawn by weight, then its normal distribution.
-    /// Uniform over [-1, 1]^2 if the stage has no cluster.
+    /// A random action for a stage: a cluster is drawn by weight, then an action from its normal
+    /// distribution. Uniform over [-1, 1]^2 if the stage has no cluster.
     pub fn sample(&self, stage: usize, rng: &mut impl Rng) -> Action {
         match self.stages.get(stage) {
             Some(stage) => stage.sample(rng),
@@ -72,11 +72,11 @@ impl ActionPrior {
         }
     }
 
-    /// Reads a prior that [`to_json`](Self::to_json) wrote and checks that it fits the task.
+    /// Reads a prior that [`to_json`](Self::to_json) wrote and checks that it belongs to the task.
     ///
     /// # Errors
-    /// When the text is no prior, one of another version of the format or of another task, or
-    /// holds numbers that cannot be those of actions.
+    /// When the text is not a prior, has another format version or belongs to another task, or
+    /// contains values that are impossible for actions.
     pub fn parse(text: &str, origin: &str, task: &Task) -> Result<Self, GuidanceError> {
         let origin = || origin.to_owned();
         let syntax = |error: serde_json::Error| GuidanceError::Syntax {
@@ -84,7 +84,7 @@ impl ActionPrior {
             line: error.line(),
             message: error.to_string(),
         };
-        // Another version may have other fields, so its number is read first.
+        // Other versions may have other fields, so the version is read first.
         let Header { version } = serde_json::from_str(text).map_err(syntax)?;
         if version != Self::VERSION {
             return Err(GuidanceError::Version { origin: origin(), found: version, wanted: Self::VERSION });
@@ -107,9 +107,9 @@ impl ActionPrior {
         }
     }
 
-    /// The prior with the clusters of a stage made from other actions, such as those that
-    /// turned out to be rewarding in real play: places, or places and [embeddings](crate::env::tool_embedding)
-    /// of tools.
+    /// The prior with the clusters of one stage rebuilt from other actions, such as those that
+    /// turned out to be rewarding in real play: positions, or positions and
+    /// [embeddings](crate::env::tool_embedding) of tools.
     pub fn with_actions<P: AsRef<[f32]>>(&self, stage: usize, actions: &[P], rng: &ChaCha8Rng) -> Self {
         let mut refined = self.clone();
         if let Some(stage) = refined.stages.get_mut(stage) {
@@ -125,14 +125,14 @@ impl ActionPrior {
     }
 }
 
-/// What a prior of any version has.
+/// The fields common to all format versions.
 #[derive(Deserialize)]
 struct Header {
     version: u32,
 }
 
 impl StagePrior {
-    /// Makes its clusters from rewarding actions: places, or places and embeddings of tools.
+    /// Builds the clusters from rewarding actions: positions, or positions and embeddings of tools.
     pub(super) fn cluster<P: AsRef<[f32]>>(&mut self, actions: &[P], config: &GuidanceConfig, rng: &ChaCha8Rng) {
         let clusters = cluster_points(actions, config.clusters, config.std_floor, rng);
         self.clusters = clusters.iter().map(|(cluster, _)| *cluster).collect();
@@ -140,7 +140,7 @@ impl StagePrior {
         self.actions = actions.iter().map(|action| [action.as_ref()[0], action.as_ref()[1]]).collect();
     }
 
-    /// Whether its numbers can be those of actions.
+    /// Whether all values are possible for actions.
     fn is_possible(&self) -> bool {
         let within = |low: f32, values: &[f32]| values.iter().all(|value| (low..=1.0).contains(value));
         self.clusters.iter().all(|c| within(-1.0, &c.mean) && within(0.0, &c.std) && within(0.0, &[c.weight]))
@@ -149,7 +149,7 @@ impl StagePrior {
             && self.tools.iter().all(ToolCluster::is_possible)
     }
 
-    /// An action for this stage, as [`ActionPrior::sample`].
+    /// A random action for this stage, as in [`ActionPrior::sample`].
     pub fn sample(&self, rng: &mut impl Rng) -> Action {
         let mut share: f32 = rng.r#gen();
         for cluster in &self.clusters {

@@ -1,16 +1,16 @@
-//! Subgoals proposed by the program (the paper's future work): places that rollouts which
-//! come near the goal pass through, and that the ball does not reach by itself.
+//! Subgoals proposed by the program (the paper's future work): regions through which rollouts
+//! pass that come near the goal, and that the ball does not reach by itself.
 //!
-//! There are two ways to subgoals, which rate places alike (`best_region`):
+//! There are two methods, which rate regions in the same way (`best_region`):
 //!
-//! - [`propose_subgoals`] takes the best place for each subgoal in turn, provided that it is really reached. It costs
-//!   one batch of rollouts a subgoal, little enough for every layout from which a puzzle is generated.
-//! - [`choose_subgoals`](super::choose_subgoals) tries several places for each and compares how often guided play
-//!   reaches them and the goal. It costs clusters for each candidate.
+//! - [`propose_subgoals`] takes the best region for each subgoal in turn, provided that it is really reached. It costs
+//!   one batch of rollouts per subgoal, which is cheap enough for every layout that the puzzle generator tries.
+//! - [`choose_subgoals`](super::choose_subgoals) tries several regions for each subgoal and compares how often guided
+//!   play reaches them and the goal. It builds clusters for each candidate.
 //!
-//! Neither is a case of the other: the search goes on from states that guided play has reached, the proposal from
-//! those of its own rollouts. Generated puzzles, and the study's runs with proposed subgoals, were recorded with the
-//! proposal.
+//! Neither is a special case of the other: the search continues from states that guided play has reached, the
+//! proposal from states of its own rollouts. The proposal was used for generated puzzles and for the study's recorded
+//! runs with proposed subgoals.
 
 use std::sync::Arc;
 
@@ -26,24 +26,24 @@ use crate::physics::{Ball, SCREEN};
 use crate::streams::Stream;
 use crate::task::{Region, Task};
 
-/// Share of the rollouts, those that come nearest to the goal, whose paths are considered.
+/// Share of the rollouts whose paths are considered: those that come nearest to the goal.
 const NEAR: f32 = 0.05;
-/// Least share of random rollouts that reach a proposed subgoal, else it would hardly be found; but
-/// `ENOUGH` of them, of however many, are enough.
+/// Smallest share of random rollouts that must reach a proposed subgoal; exploration would hardly find
+/// rarer ones. `ENOUGH` such rollouts are always sufficient.
 const LEAST_REACHED: f32 = 0.01;
 const ENOUGH: usize = 6;
-/// Greatest share of them: a place that is reached more often needs no reward.
+/// Largest such share: a region that is reached more often needs no reward.
 const MOST_REACHED: f32 = 0.12;
-/// Of the places passed at least this often, relative to the one passed most, the earliest is proposed.
+/// The earliest region is proposed among those passed at least this often, relative to the one passed most.
 const OFTEN: f32 = 0.6;
-/// Distance of the candidates from one another, normalised.
+/// Grid spacing of the candidates, normalised.
 const SPACING: f32 = 0.05;
-/// Least distance between two places that are proposed for the same subgoal, normalised.
+/// Least distance between two regions proposed for the same subgoal, normalised.
 const APART: f32 = 0.15;
 
 /// Proposes up to `count` subgoals for the task, in the order in which they are to be
-/// reached; its present subgoals are ignored. Fewer, if there is no further place
-/// that tools make the ball reach and that it does not reach by itself.
+/// reached, and ignores its present subgoals. Returns fewer if there is no further region
+/// that the ball reaches with the help of tools but not by itself.
 ///
 /// # Errors
 /// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
@@ -72,7 +72,7 @@ pub fn propose_subgoals(
             return Err(DynamicsError::Stopped);
         }
         if reached.is_empty() {
-            // Predicted, but never true.
+            // Predicted to be reached, but never reached in the environment.
             break;
         }
         (task, starts) = (next, reached);
@@ -80,7 +80,8 @@ pub fn propose_subgoals(
     Ok(task.subgoals.clone())
 }
 
-/// Up to `most` places, none near another, on the way from `starts`, states of `task`, to its goal; the best first.
+/// Up to `most` regions on the way from `starts`, states of `task`, to its goal, the best first; no two are close to
+/// each other.
 ///
 /// # Errors
 /// When the model cannot predict the task, or [is stopped](RolloutModel::is_stopped).
@@ -94,7 +95,7 @@ pub(super) fn propose_regions(
 ) -> Result<Vec<Region>> {
     let mut rollouts = Vec::new();
     let mut found = Vec::new();
-    // As for clusters, more are made while they lead nowhere.
+    // As for clusters, make more rollouts while they yield nothing.
     while found.is_empty() && (rollouts.is_empty() || rollouts.len() < config.most_model_rollouts) {
         rollouts.extend(random_rollouts(task, model, config, starts, rng)?);
         while found.len() < most
@@ -106,10 +107,11 @@ pub(super) fn propose_regions(
     Ok(found)
 }
 
-/// The actions from the start of an episode to the state in which the last subgoal was reached, and that state.
+/// The actions from the start of an episode until the last subgoal was reached, and the state at that point.
 type Reached = (Vec<Action>, Snapshot);
 
-/// Where the environment reaches the task's last subgoal with these actions, for those with which it does.
+/// Plays `histories` in the environment and returns those that reach the task's last subgoal, cut off at that
+/// point.
 fn really_reached(
     model: &dyn RolloutModel,
     task: &Arc<Task>,
@@ -127,8 +129,8 @@ fn really_reached(
     histories.take_while(|_| !model.is_stopped()).filter_map(reach).collect()
 }
 
-/// The earliest of the places, away from `others`, that many of the rollouts nearest to the goal pass before they
-/// get there.
+/// The earliest region, not close to any of `others`, that many of the rollouts nearest to the goal pass on their
+/// way there.
 fn best_region(task: &Task, rollouts: &[Rollout], others: &[Region]) -> Option<Region> {
     let goal = task.goal.position;
     let touched = |rollout: &&Rollout| rollout.actions.iter().any(|action| action.touched);
@@ -154,7 +156,7 @@ fn best_region(task: &Task, rollouts: &[Rollout], others: &[Region]) -> Option<R
         regions.into_iter().filter(is_new).filter_map(|region| Some((score(&region)?, region))).collect();
     let most = scored.iter().map(|((passed, _), _)| *passed).max()?;
     let often = scored.into_iter().filter(|((passed, _), _)| *passed > 0 && *passed as f32 >= OFTEN * most as f32);
-    // The earlier a place is passed, the more height and time is left for what follows.
+    // The earlier a region is passed, the more height and time are left for the rest of the way.
     often.min_by(|a, b| a.0.1.total_cmp(&b.0.1)).map(|(_, region)| region)
 }
 
@@ -162,13 +164,13 @@ fn distance(a: [f32; 2], b: [f32; 2]) -> f32 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// Least distance to the goal, and the path until then.
+/// Least distance to the goal, and the path up to that point.
 fn path_towards(goal: [f32; 2], path: &[[f32; 2]]) -> (f32, &[[f32; 2]]) {
     let nearest = path.iter().map(|point| distance(*point, goal)).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
     nearest.map_or((f32::INFINITY, path), |(index, least)| (least, &path[..=index]))
 }
 
-/// Places on a grid that the points come by, not so near to the goal that they would be it.
+/// Regions on a grid that the points pass, away from the goal and the edges.
 fn candidates<'a>(task: &Task, points: impl Iterator<Item = &'a [f32; 2]>) -> Vec<Region> {
     let mut cells: Vec<[i32; 2]> = points.map(|point| point.map(|value| (value / SPACING).round() as i32)).collect();
     cells.sort_unstable();
@@ -199,7 +201,7 @@ mod tests {
     use crate::dynamics::RolloutAction;
     use crate::guidance::TruePhysics;
 
-    /// task1 without subgoals, its goal far below at the right.
+    /// task1 without subgoals, with its goal at the bottom right.
     fn task() -> Task {
         let mut task = crate::task::load("task1").unwrap();
         task.subgoals.clear();
@@ -218,8 +220,8 @@ mod tests {
     const GOAL: [f32; 2] = [0.8, -0.8];
     const ELSEWHERE: [f32; 2] = [-0.8, -0.8];
 
-    /// Of 100 rollouts, as many that reach the goal by two places, and as many that a tool never touched
-    /// and that pass the higher place; the others do nothing.
+    /// The region proposed for 100 rollouts: `near` reach the goal through two places, `free` pass the higher
+    /// place without touching a tool, and the others pass neither.
     fn proposed(near: usize, free: usize) -> Option<[f32; 2]> {
         let mut rollouts = vec![rollout(true, &[ELSEWHERE]); 50 - near];
         rollouts.extend(vec![rollout(true, &[HIGH, LOW, GOAL, ELSEWHERE]); near]);
@@ -233,23 +235,23 @@ mod tests {
     }
 
     #[test]
-    fn the_earliest_place_that_is_passed_seldom_and_not_by_itself_is_proposed() {
+    fn the_earliest_region_is_proposed_that_is_rarely_passed_and_not_without_tools() {
         assert!(is_near(proposed(8, 0), HIGH), "the earlier of two");
         assert!(is_near(proposed(12, 0), HIGH), "12 of 100 are not too many");
         assert_eq!(proposed(13, 0), None, "13 of 100 need no subgoal");
         assert!(is_near(proposed(1, 0), HIGH), "1 of 100 is enough");
         assert_eq!(proposed(0, 0), None);
-        // 4 % by themselves are less than half of 10 %, 6 % are not of 11 %.
+        // 4 % without tools are less than half of 10 %; 6 % are more than half of 11 %.
         assert!(is_near(proposed(8, 2), HIGH));
         assert!(is_near(proposed(8, 3), LOW), "the ball gets to the other by itself");
     }
 
     #[test]
-    fn a_place_that_few_of_the_best_pass_is_not_proposed_though_it_is_earlier() {
+    fn an_earlier_region_is_not_proposed_if_few_of_the_best_rollouts_pass_it() {
         let detour = [-0.6, -0.3];
         let with = |detours: usize| {
             let mut rollouts = vec![rollout(true, &[ELSEWHERE]); 87];
-            // More often passed and earlier, but not by the nearest 5 of 100.
+            // Passed earlier and more often, but not by the nearest 5 of 100.
             rollouts.extend(vec![rollout(true, &[[0.0, 0.8], ELSEWHERE]); 8]);
             rollouts.extend(vec![rollout(true, &[detour, LOW, GOAL]); detours]);
             rollouts.extend(vec![rollout(true, &[HIGH, LOW, GOAL]); 5 - detours]);
@@ -260,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn places_proposed_for_one_subgoal_are_apart() {
+    fn regions_proposed_for_one_subgoal_are_apart() {
         let task = Arc::new(Task { subgoals: Vec::new(), ..crate::task::load("task6").unwrap() });
         let start = [Environment::new(task.clone()).snapshot().clone()];
         let propose = |most| {
@@ -284,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn places_on_the_grid_are_once_each_away_from_the_goal_and_the_edges() {
+    fn candidates_are_distinct_and_away_from_the_goal_and_the_edges() {
         let found = |points: &[[f32; 2]]| -> Vec<[i32; 2]> {
             let regions = candidates(&task(), points.iter());
             regions.iter().map(|region| region.position.map(|value| (value * 100.0).round() as i32)).collect()
@@ -296,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn a_region_is_passed_from_where_the_ball_first_touches_it() {
+    fn a_region_is_passed_where_the_ball_first_touches_it() {
         let region = Region { position: [0.5, 0.25], radius: 4.4 };
         // 8.4 units are 0.2 of the normalised scene.
         let path = [[0.0, 0.25], [0.29, 0.25], [0.31, 0.25], [0.5, 0.25]];

@@ -6,23 +6,23 @@ use crate::dynamics::{Rollout, RolloutAction};
 use crate::env::{Action, Placement, Step};
 
 /// Which actions of a rollout that reached its stage are stored as rewarding. The paper
-/// leaves it open; all but `Touched` lose a factor of ten or more in final hits.
+/// leaves this open; all choices but `Touched` reduce final hits by a factor of ten or more.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Rewarding {
-    /// Those whose tool was placed and touched by the ball before the hit.
+    /// Actions whose tool was placed and touched by the ball before the hit.
     #[default]
     Touched,
-    /// Those whose tool was placed.
+    /// Actions whose tool was placed.
     Placed,
-    /// Only the last one that was placed.
+    /// Only the last action whose tool was placed.
     Last,
-    /// All of them: the paper's literal reading.
+    /// All actions: the paper's literal reading.
     All,
 }
 
 impl Rollout {
-    /// The actions to store, none if the stage was not reached.
+    /// The actions to store; none if the stage was not reached.
     pub fn rewarding(&self, which: Rewarding) -> Vec<Action> {
         let chosen = if self.hit { which.of(&self.actions) } else { Vec::new() };
         chosen.into_iter().map(|index| self.actions[index].action).collect()
@@ -30,7 +30,7 @@ impl Rollout {
 }
 
 impl Rewarding {
-    /// Indices of the chosen ones of the actions that led to a stage.
+    /// Indices of the rewarding ones among the actions that led to a stage.
     fn of(self, actions: &[RolloutAction]) -> Vec<usize> {
         let chosen = |wanted: fn(&RolloutAction) -> bool| (0..actions.len()).filter(move |&i| wanted(&actions[i]));
         match self {
@@ -42,24 +42,24 @@ impl Rewarding {
     }
 }
 
-/// The actions of a piece of real play, and what became of them.
+/// The actions of a stretch of real play, and their outcomes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Played {
     pub(super) actions: Vec<RolloutAction>,
-    /// The agent's vector of each of them.
+    /// The agent's vector of each action.
     vectors: Vec<Vec<f32>>,
-    /// The action that placed each of the agent's tools; tools of the start belong to none.
+    /// The index of the action that placed each of the agent's tools; none for earlier tools.
     placed_by: Vec<Option<usize>>,
 }
 
 impl Played {
-    /// Play that begins with `tools` placed by the agent earlier.
+    /// Play that begins with `tools` tools placed earlier by the agent.
     pub fn after(tools: usize) -> Self {
         Self { placed_by: vec![None; tools], ..Self::default() }
     }
 
-    /// Notes an action and its outcome: a place and, where the agent chooses among tools, the
-    /// [embedding](crate::env::tool_embedding) of a tool.
+    /// Records an action and its outcome. `vector` is a position and, if the agent chooses among tools,
+    /// the [embedding](crate::env::tool_embedding) of a tool.
     pub fn note(&mut self, vector: &[f32], step: &Step) {
         let placed = step.placement == Placement::Placed;
         if placed {
@@ -72,8 +72,8 @@ impl Played {
         }
     }
 
-    /// The actions to store for the stage that the latest one reached. Play towards the
-    /// next stage begins.
+    /// The actions to store for the stage that was just reached. Resets the record for play towards
+    /// the next stage.
     pub fn take_rewarding(&mut self, which: Rewarding) -> Vec<Vec<f32>> {
         let rewarding = which.of(&self.actions).into_iter().map(|index| self.vectors[index].clone()).collect();
         self.actions.clear();

@@ -1,4 +1,4 @@
-//! What predicts rollouts: a learned model, rapier's own solver or the true physics.
+//! Predictors of rollouts: learned models, rapier's own solver and the true physics.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::physics::to_normalised;
 use crate::stop::Stop;
 use crate::task::Task;
 
-/// Something that predicts what becomes of a sequence of actions.
+/// Predicts the outcome of a sequence of actions.
 pub trait RolloutModel: std::fmt::Debug + Send + Sync {
     /// Rolls out `sequences[i]` from `starts[i]`, each until the next stage of its start
     /// is reached, the episode is over, or the sequence ends.
@@ -20,17 +20,17 @@ pub trait RolloutModel: std::fmt::Debug + Send + Sync {
     /// When the model cannot predict the scenes of `task`.
     fn rollouts(&self, task: &Arc<Task>, starts: &[&Snapshot], sequences: &[Vec<Action>]) -> Result<Vec<Rollout>>;
 
-    /// Whether those who ask for rollouts are to end what they do: see [`Stoppable`].
+    /// Whether callers should stop their work: see [`Stoppable`].
     fn is_stopped(&self) -> bool {
         false
     }
 }
 
-/// Actions of the rollouts between two looks at whether to stop: a tenth of a second's work.
+/// Number of actions between two checks for a stop request: a tenth of a second's work.
 const PIECE: usize = 2500;
 
-/// A model whose rollouts, however many they are, end with [`DynamicsError::Stopped`] soon after they
-/// are asked to. What it predicts is the same.
+/// A model whose rollouts, however many, end with [`DynamicsError::Stopped`] soon after a stop
+/// request. Its predictions are those of the wrapped model.
 #[derive(Debug)]
 pub struct Stoppable<'a> {
     model: &'a dyn RolloutModel,
@@ -38,7 +38,7 @@ pub struct Stoppable<'a> {
 }
 
 impl<'a> Stoppable<'a> {
-    /// The model, which ends as soon as `stop` is requested.
+    /// Wraps `model` so that it ends soon after `stop` is requested.
     pub fn new(model: &'a dyn RolloutModel, stop: &'a Stop) -> Self {
         Self { model, stop }
     }

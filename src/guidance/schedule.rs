@@ -5,29 +5,29 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// How the threshold develops. Its text form is the EPSILON SPEC of the command line.
+/// The threshold as a function of the episode. Its text form is the EPSILON SPEC of the command line.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum EpsilonSchedule {
     /// `0.1`: the same in every episode.
     Constant(f32),
-    /// `linear:FROM:TO:EPISODES`: a straight line, then constant.
+    /// `linear:FROM:TO:EPISODES`: linear over EPISODES, then constant.
     Linear { from: f32, to: f32, episodes: u32 },
     /// `exp:FROM:TO:FACTOR`: the distance to TO shrinks by FACTOR every episode.
     Exponential { from: f32, to: f32, factor: f32 },
-    /// `step:FROM:FACTOR:EPISODES`: multiplied by FACTOR every so many episodes.
+    /// `step:FROM:FACTOR:EPISODES`: multiplied by FACTOR every EPISODES episodes.
     Step { from: f32, factor: f32, episodes: u32 },
-    /// `points:0=0.8,1000=0.3,3000=0`: straight lines between points.
+    /// `points:0=0.8,1000=0.3,3000=0`: linear between points.
     Points(Vec<(u32, f32)>),
-    /// `need:CLUSTERS:NOISE:ATTEMPTS`: by need instead of by clock, for each stage on its own. The
-    /// need of a stage is the share of failures among its last ATTEMPTS greedy attempts, those not
-    /// made yet counted as failures. At the beginning of a stage its clusters are drawn from with
-    /// probability CLUSTERS times the need, the actor acts with noise with probability NOISE times
-    /// the need, and without in all other cases: a greedy attempt.
+    /// `need:CLUSTERS:NOISE:ATTEMPTS`: depends on need instead of time, separately for each stage.
+    /// The need of a stage is the share of failures among its last ATTEMPTS greedy attempts, where
+    /// attempts not yet made count as failures. At the beginning of a stage, actions are drawn from
+    /// its clusters with probability CLUSTERS times the need, the actor acts with noise with
+    /// probability NOISE times the need, and otherwise without noise: a greedy attempt.
     Need { clusters: f32, noise: f32, attempts: u32 },
 }
 
-/// A text that is no schedule.
+/// A text is not a valid schedule.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "epsilon `{text}`: {problem}; write 0.1, linear:0.8:0.05:2000, exp:0.8:0.05:0.999, step:0.8:0.5:500, points:0=0.8,1000=0.3 or need:0.5:0.25:20"
@@ -38,7 +38,7 @@ pub struct ScheduleError {
 }
 
 impl EpsilonSchedule {
-    /// The threshold in an episode, counted from 0; always within [0, 1]. By need: the greatest.
+    /// The threshold in an episode, counted from 0; always within [0, 1]. For `Need`, its maximum.
     pub fn threshold(&self, episode: u32) -> f32 {
         let value = match self {
             Self::Constant(value) => *value,
@@ -54,7 +54,7 @@ impl EpsilonSchedule {
         value.clamp(0.0, 1.0)
     }
 
-    /// The schedule in words, as in legends: `0.5 to 0 over 1,000 episodes`.
+    /// A description for legends: `0.5 to 0 over 1,000 episodes`.
     pub fn describe(&self) -> String {
         match self {
             Self::Constant(value) => value.to_string(),
@@ -85,7 +85,8 @@ impl EpsilonSchedule {
         }
     }
 
-    /// The same schedule as editable points over `episodes` episodes.
+    /// The schedule sampled at up to `count` points over `episodes` episodes, for editing. A schedule of
+    /// points is returned unchanged.
     pub fn to_points(&self, episodes: u32, count: u32) -> Vec<(u32, f32)> {
         if let Self::Points(points) = self {
             return points.clone();
@@ -293,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_named() {
+    fn errors_name_the_problem() {
         for (spec, problem) in [
             ("1.5", "not within 0 and 1"),
             ("NaN", "not within 0 and 1"),

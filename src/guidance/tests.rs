@@ -1,4 +1,4 @@
-//! Clusters of known points, plans with a known best, and who gets the credit.
+//! Clusters of known points, plans with a known optimum, and credit for actions.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -16,7 +16,7 @@ fn rng() -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(0)
 }
 
-/// A model in which only the first action matters: the nearer to `0` it is, the nearer
+/// A model in which only the first action matters: the nearer it is to the field's point, the nearer
 /// the ball comes to the stage.
 #[derive(Debug)]
 struct Bullseye([f32; 2]);
@@ -46,7 +46,7 @@ fn two_groups_become_two_clusters_with_their_means_and_deviations() {
 }
 
 #[test]
-fn more_clusters_than_actions_are_as_many_as_there_are_actions() {
+fn there_are_no_more_clusters_than_distinct_actions() {
     let same = clusters::cluster(&[[0.3, 0.3]; 5], ClusterCount::Fixed(3), 0.02, &rng());
     assert_eq!((same.len(), same[0].std, same[0].weight), (1, [0.02, 0.02], 1.0));
     assert!(clusters::cluster(&[], ClusterCount::Fixed(3), 0.02, &rng()).is_empty());
@@ -67,7 +67,7 @@ fn a_cluster_samples_its_normal_distribution() {
     }
     // Samples beyond the screen are clipped.
     let wide = Cluster { mean: [0.9, 0.0], std: [1.0, 1.0], ..cluster };
-    // The same normal numbers, not their opposites: a seed keeps its samples.
+    // Samples use the normal numbers as drawn, so that they stay the same for a seed.
     let mut normals = rng.clone();
     let [x, y] = std::array::from_fn(|_| rand::Rng::sample::<f32, _>(&mut normals, rand_distr::StandardNormal));
     assert_eq!(cluster.sample(&mut rng), [0.1 + 0.05 * x, -0.2 + 0.2 * y]);
@@ -97,7 +97,7 @@ fn clusters_are_drawn_by_their_weights() {
     assert!((400..600).contains(&spread), "{spread}");
 }
 
-/// A model in which every sequence reaches the stage, later the larger the first action's x is.
+/// A model in which every sequence reaches the stage, the later the larger the first action's x.
 #[derive(Debug)]
 struct SoonerOnTheLeft;
 
@@ -123,7 +123,7 @@ impl RolloutModel for OneInABatch {
 }
 
 #[test]
-fn where_few_rollouts_reach_a_stage_more_are_made() {
+fn more_rollouts_are_made_if_few_reach_a_stage() {
     let task = Arc::new(Task { subgoals: Vec::new(), ..task::load("task1").unwrap() });
     for (least_hits, most_model_rollouts, expected) in
         [(0, 1000, (50, 1)), (1, 1000, (50, 1)), (3, 1000, (150, 3)), (3, 60, (100, 2)), (3, 1, (50, 1))]
@@ -136,7 +136,7 @@ fn where_few_rollouts_reach_a_stage_more_are_made() {
 }
 
 #[test]
-fn of_plans_that_hit_the_soonest_is_taken() {
+fn the_plan_that_hits_soonest_is_taken() {
     let task = Arc::new(task::load("task1").unwrap());
     let env = Environment::new(task.clone());
     let config = PlannerConfig { iterations: 1, ..PlannerConfig::default() };
@@ -146,7 +146,7 @@ fn of_plans_that_hit_the_soonest_is_taken() {
 
 #[test]
 fn any_hit_is_better_than_the_nearest_miss() {
-    /// Actions on the left narrowly miss, those on the right hit late.
+    /// Actions on the left narrowly miss; those on the right hit late.
     #[derive(Debug)]
     struct HitsOnTheRight;
     impl RolloutModel for HitsOnTheRight {
@@ -166,7 +166,7 @@ fn any_hit_is_better_than_the_nearest_miss() {
 }
 
 #[test]
-fn a_model_that_does_not_know_the_tools_is_an_error() {
+fn a_model_without_the_task_s_tools_is_an_error() {
     let task = Arc::new(task::load("task1").unwrap());
     let model = crate::dynamics::shipped("square-floor").unwrap();
     let config = GuidanceConfig::default();
@@ -178,7 +178,7 @@ fn a_model_that_does_not_know_the_tools_is_an_error() {
 }
 
 #[test]
-fn a_saved_prior_is_read_back_and_only_for_its_task() {
+fn a_prior_round_trips_and_is_accepted_only_for_its_task() {
     let task = task::load("task1").unwrap();
     let mut prior = ActionPrior::uniform(&task, 7);
     prior = prior.with_actions(0, &[[0.1, 0.2], [0.15, 0.2], [-0.7, 0.5]], &rng());
@@ -209,7 +209,7 @@ fn a_saved_prior_is_read_back_and_only_for_its_task() {
     ] {
         let at = text.find(from).unwrap();
         let (head, tail) = text.split_at(at);
-        // The number before the comma gives way to the new one.
+        // Replaces the first number of the list.
         let tail = match to.strip_suffix(", ") {
             Some(list) => format!("{list}{}", &tail[tail.find(',').unwrap()..]),
             None => tail.replacen(from, to, 1),
@@ -260,7 +260,7 @@ fn only_tools_that_the_ball_touched_are_rewarding() {
         goal: false,
         touched: touched.to_vec(),
     };
-    // One tool is there already; of four actions the second is blocked.
+    // One tool is already present; the second of four actions is blocked.
     let mut played = Played::after(1);
     played.note(&[0.1, 0.0], &outcome(Placement::Placed, &[]));
     played.note(&[0.2, 0.0], &outcome(Placement::Overlap, &[0]));
@@ -274,7 +274,7 @@ fn only_tools_that_the_ball_touched_are_rewarding() {
     ] {
         assert_eq!(played.clone().take_rewarding(which), expected, "{which:?}");
     }
-    // After a stage the earlier tools belong to none of the next actions.
+    // After a stage, touches of earlier tools no longer count for any action.
     played.take_rewarding(Rewarding::Touched);
     played.note(&[0.5, 0.0], &outcome(Placement::Placed, &[1]));
     assert!(played.clone().take_rewarding(Rewarding::Touched).is_empty(), "an earlier tool was touched");
@@ -282,7 +282,7 @@ fn only_tools_that_the_ball_touched_are_rewarding() {
     assert_eq!(played.take_rewarding(Rewarding::Touched), [[0.5, 0.0]]);
 }
 
-/// The true physics, and the stages and numbers of actions of the states that rollouts began in.
+/// The true physics; records the stage and the number of actions of each rollout's start state.
 #[derive(Debug, Default)]
 struct Observed(std::sync::Mutex<Vec<(usize, u32)>>);
 
@@ -294,7 +294,7 @@ impl RolloutModel for Observed {
 }
 
 #[test]
-fn a_stage_is_explored_from_where_the_one_before_was_reached() {
+fn a_stage_is_explored_from_where_the_previous_one_was_reached() {
     let task = Arc::new(task::load("task3").unwrap());
     let stages = |start_states| {
         let config =
@@ -312,7 +312,7 @@ fn a_stage_is_explored_from_where_the_one_before_was_reached() {
 }
 
 #[test]
-fn a_prior_counts_what_it_was_made_from() {
+fn a_prior_records_the_numbers_of_rollouts_and_hits() {
     let task = Arc::new(task::load("task3").unwrap());
     let config = GuidanceConfig {
         model_rollouts: 200,
@@ -338,7 +338,7 @@ fn a_prior_counts_what_it_was_made_from() {
 }
 
 #[test]
-fn true_rollouts_hit_exactly_where_the_next_stage_is_reached() {
+fn true_rollouts_hit_exactly_when_the_next_stage_is_reached() {
     let mut task = task::load("task1").unwrap();
     task.subgoals.clear();
     let [x, y] = task.ball.position;
@@ -349,7 +349,7 @@ fn true_rollouts_hit_exactly_where_the_next_stage_is_reached() {
         let rollouts = TruePhysics.rollouts(&task, &[env.snapshot()], &sequence).unwrap();
         (rollouts.into_iter().next().unwrap(), task)
     };
-    // The ball falls into the one goal and not up to the other.
+    // The ball falls into the lower goal and cannot reach the upper one.
     let (below, task) = roll_out([x, y - 0.3]);
     assert!(below.hit && below.balls.len() == below.actions.len());
     assert_eq!(below.path[0], crate::physics::to_normalised(task.ball.start().position));
@@ -400,7 +400,7 @@ fn proposed_subgoals_lead_to_a_goal_that_chance_does_not_find() {
     assert!(guided >= 5 && random == 0, "{guided} {random}");
 }
 
-/// Counts the pieces of the rollouts, and asks to stop in one of them.
+/// Counts the pieces of the rollouts, and requests a stop in one of them.
 #[derive(Debug)]
 struct Pieces<'a> {
     model: &'a dyn RolloutModel,
@@ -419,7 +419,7 @@ impl RolloutModel for Pieces<'_> {
 }
 
 #[test]
-fn rollouts_in_pieces_are_the_same_and_end_when_they_are_asked_to() {
+fn rollouts_in_pieces_give_the_same_result_and_can_be_stopped() {
     let task = Arc::new(task::load("task1").unwrap());
     let learned = crate::dynamics::shipped_for(&task.tool_set()).unwrap();
     let env = Environment::new(task.clone());

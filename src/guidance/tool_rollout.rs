@@ -1,5 +1,5 @@
-//! What predicts rollouts of an agent that chooses among tools: the true physics, or a learned model that knows
-//! CREATE's tools.
+//! Predictors of rollouts for an agent that chooses among tools: the true physics, and learned models of CREATE's
+//! tools.
 
 use rayon::prelude::*;
 
@@ -8,16 +8,16 @@ use crate::dynamics::{Model, Result, RolloutAction, rollouts_among};
 use crate::env::{Choice, Environment, Placement, Snapshot};
 use crate::physics::{ObjectId, Tool, World};
 
-/// Something that predicts what becomes of a sequence of choices among tools.
+/// Predicts the outcome of a sequence of choices among tools.
 pub trait ToolModel: std::fmt::Debug + Send + Sync {
-    /// Its name, as a prior records it.
+    /// The name that a prior records.
     fn name(&self) -> String;
 
-    /// Rolls out `sequences[i]` from `starts[i]` in the task and among the action set of `env`, each until a stage is
+    /// Rolls out `sequences[i]` from `starts[i]` with the task and the action set of `env`, each until a stage is
     /// reached, the episode is over or the sequence ends.
     ///
     /// # Errors
-    /// When the model cannot predict the scenes of the task, or what a tool of the set does.
+    /// When the model cannot predict the scenes of the task or a tool of the set.
     fn tool_rollouts(
         &self,
         env: &Environment,
@@ -26,14 +26,14 @@ pub trait ToolModel: std::fmt::Debug + Send + Sync {
     ) -> Result<Vec<ToolRollout>>;
 }
 
-/// What becomes of one sequence of choices, predicted or simulated.
+/// The outcome of one sequence of choices, predicted or simulated.
 #[derive(Debug, Clone)]
 pub struct ToolRollout {
-    /// What was done, up to the end of the rollout.
+    /// The actions taken, up to the end of the rollout.
     pub actions: Vec<RolloutAction>,
-    /// A stage was reached, in the last of `actions`.
+    /// A stage was reached, during the last of `actions`.
     pub hit: bool,
-    /// The state at the end, where the rollout is real.
+    /// The state at the end, if the rollout was simulated.
     pub end: Option<Snapshot>,
 }
 
@@ -74,7 +74,7 @@ impl ToolModel for Model {
     }
 }
 
-/// Plays choices until a stage is reached or the episode is over. A tool counts as touched whatever ball touched it.
+/// Plays choices until a stage is reached or the episode is over. Touches of a tool by any ball count.
 fn play(mut env: Environment, start: &Snapshot, choices: &[Choice]) -> ToolRollout {
     env.restore(start);
     let first = env.task().tools.len() + start.placed().len();

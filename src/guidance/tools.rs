@@ -1,5 +1,5 @@
-//! Guidance for agents that choose among tools: random tools at random places, rolled out in a model or in the
-//! true physics, and clusters of the rewarding ones over places and tools.
+//! Guidance for agents that choose among tools: random tools at random positions are rolled out in a model or the
+//! true physics, and rewarding actions are clustered over positions and tools.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ use crate::stop::Stop;
 use crate::streams::Stream;
 use crate::task::Task;
 
-/// Rollouts between two looks at whether to stop.
+/// Rollouts between two checks for a stop request.
 const PIECE: usize = 250;
 
 /// The tools of a cluster of rewarding actions: the normal distribution of their embeddings.
@@ -32,18 +32,18 @@ pub struct ToolCluster {
     pub std: Vec<f32>,
 }
 
-/// A rollout that is to be made: the index of the state in which it starts, and its choices.
+/// A rollout to make: the index of its start state, and its choices.
 type Drawn = (usize, Vec<Choice>);
 
-/// Builds the prior of a task in which the agent chooses among these tools, stage by stage: rollouts of
-/// random actions, of which those that reach a stage say which of their tools a ball touched. The next stage is
-/// rolled out from where real rollouts ended: those of the true physics themselves, or as many as
-/// [`environment_rollouts`](GuidanceConfig::environment_rollouts) allows of those of a model, first those that it
-/// predicted to reach the stage. `progress` is called before each stage with its number. None once `stop` is
+/// Builds the prior of a task in which the agent chooses among these tools, stage by stage. Random actions are rolled
+/// out; those whose tool a ball touched in a rollout that reached the stage are clustered. The next stage starts from
+/// the final states of real rollouts: with the true physics, of the same rollouts; with a model, of as many as
+/// [`environment_rollouts`](GuidanceConfig::environment_rollouts) allows, repeated in the environment, first those
+/// predicted to reach the stage. `progress` is called before each stage with its index. Returns `None` once `stop` is
 /// requested.
 ///
 /// # Errors
-/// When the model cannot predict the task, or what one of the tools does.
+/// When the model cannot predict the task or one of the tools.
 pub fn build_among(
     task: &Arc<Task>,
     tools: ToolSplit,
@@ -54,7 +54,7 @@ pub fn build_among(
     stop: &Stop,
 ) -> Result<Option<ActionPrior>> {
     let numbers = tools.tools();
-    // Nothing is observed: rollouts need no slots.
+    // Rollouts ignore observations, so they need no slots.
     let set = ActionSet::of_catalogue(&numbers);
     let mut env = Environment::new(task.clone()).with_slots(0).with_action_set(set);
     env.reset(&mut Stream::PriorStart.of(seed));
@@ -97,23 +97,23 @@ fn can_go_on(end: &Snapshot) -> bool {
     end.end().is_none()
 }
 
-/// Up to `most` of the rollouts: those that hit, then the others.
+/// Up to `most` of the rollouts, those that hit first.
 fn likeliest(drawn: Vec<Drawn>, hits: &[bool], most: usize) -> Vec<Drawn> {
     let mut chosen: Vec<(&bool, Drawn)> = hits.iter().zip(drawn).collect();
     chosen.sort_by_key(|(hit, _)| !**hit);
     chosen.into_iter().map(|(_, drawn)| drawn).take(most).collect()
 }
 
-/// Random actions from one of so many states, with so many tools.
+/// Random rollouts: each has a random one of `starts` states and random choices among `tools` tools.
 fn draw(config: &GuidanceConfig, starts: usize, tools: usize, rng: &mut ChaCha8Rng) -> Vec<Drawn> {
-    // A u64 draw is the same on machines of every word size.
+    // A u64 draw is the same for every word size.
     let index = |count: usize, rng: &mut ChaCha8Rng| rng.gen_range(0..count as u64) as usize;
     let choice = |rng: &mut ChaCha8Rng| Choice { tool: index(tools, rng), place: uniform_action(rng) };
     let one = |_| (index(starts, rng), (0..config.horizon).map(|_| choice(rng)).collect());
     (0..config.model_rollouts).map(one).collect()
 }
 
-/// The rollouts of a model. None once `stop` is requested.
+/// Makes the drawn rollouts with a model. Returns `None` once `stop` is requested.
 fn roll_out(
     env: &Environment,
     model: &dyn ToolModel,
@@ -133,7 +133,7 @@ fn roll_out(
     Ok(Some(rolled))
 }
 
-/// The clusters of a stage's rewarding actions: those of rollouts that hit whose tools were touched.
+/// Clusters a stage's rewarding actions: those of rollouts that hit, if their tool was placed and touched.
 fn stage_prior(
     drawn: &[Drawn],
     rolled: &[ToolRollout],
@@ -156,7 +156,8 @@ fn stage_prior(
 }
 
 impl ToolCluster {
-    /// The tools of some actions, at least one: places and embeddings. None for actions without tools.
+    /// The tools of the actions with indices `members`, at least one. Actions are positions and embeddings; `None` if
+    /// they have no embeddings.
     pub(super) fn of<P: AsRef<[f32]>>(actions: &[P], members: &[usize]) -> Option<Self> {
         let tool = |member: &usize| actions[*member].as_ref().get(2..).filter(|tool| !tool.is_empty());
         let tools = members.iter().map(tool).collect::<Option<Vec<&[f32]>>>()?;
@@ -169,7 +170,7 @@ impl ToolCluster {
         Some(Self { mean, std })
     }
 
-    /// Whether its numbers can be those of tools.
+    /// Whether all values are possible for tools.
     pub(super) fn is_possible(&self) -> bool {
         let within = |low: f32, values: &[f32]| values.iter().all(|value| (low..=1.0).contains(value));
         let lengths = [self.mean.len(), self.std.len()];
@@ -178,8 +179,8 @@ impl ToolCluster {
 }
 
 impl ActionPrior {
-    /// A place for a stage and the point of a tool, as [`tool_embedding`] has them: a cluster drawn by weight,
-    /// then its normal distributions. No tool is nearer than others where the prior knows none.
+    /// A random position and a point in the space of [`tool_embedding`] for a stage: a cluster is drawn by weight, then
+    /// both from its normal distributions. There is no point if the stage has no tools.
     pub fn sample_with_tool(&self, stage: usize, rng: &mut impl Rng) -> (Action, Option<Vec<f32>>) {
         let known = self.stages.get(stage).filter(|stage| !stage.tools.is_empty());
         let Some(stage) = known else { return (self.sample(stage, rng), None) };
@@ -188,7 +189,7 @@ impl ActionPrior {
             share -= cluster.weight;
             share < 0.0
         });
-        // What rounding leaves over belongs to the last.
+        // If rounding leaves a remainder, take the last.
         let drawn = drawn.or_else(|| stage.clusters.last().zip(stage.tools.last()));
         let Some((cluster, tools)): Option<(&Cluster, &ToolCluster)> = drawn else {
             return (uniform_action(rng), None);
@@ -213,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn places_and_tools_that_are_rewarding_are_sampled_and_one_seed_gives_one_prior() {
+    fn rewarding_positions_and_tools_are_sampled_and_a_seed_determines_the_prior() {
         let task = Arc::new(crate::task::load("create/GoalTest").unwrap());
         let build = || {
             let prior = build_among(&task, ToolSplit::Train, &TruePhysics, &config(), 3, |_| (), &Stop::default());
@@ -235,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn a_learned_model_proposes_tools_and_places_and_goes_on_from_real_states() {
+    fn a_learned_model_proposes_tools_and_positions_and_continues_from_real_states() {
         // A level with a subgoal that a falling ball passes.
         let mut task = crate::task::load("create/GoalTest").unwrap();
         task.subgoals = vec![Region { position: [-0.7, -0.45], radius: 4.0 }];
@@ -261,7 +262,7 @@ mod tests {
         assert!(matches!(refused, Err(DynamicsError::UnseenEdge { .. })));
     }
 
-    /// A model of all tools, hardly trained.
+    /// A barely trained model of all tools.
     fn learned() -> Model {
         let tools: ToolSet = "create".parse().unwrap();
         let config = tools.apply(ModelConfig { layers: 2, width: 16, embedding: 8, ..ModelConfig::default() });
@@ -286,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_ends_it() {
+    fn a_build_can_be_stopped() {
         let (task, stop) = (Arc::new(crate::task::load("create/Push").unwrap()), Stop::default());
         stop.request();
         let prior = build_among(&task, ToolSplit::Train, &TruePhysics, &config(), 3, |_| (), &stop);

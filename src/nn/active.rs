@@ -1,18 +1,18 @@
 //! Inputs without the columns that are 0 in every row.
 //!
-//! What an agent sees is padded: many of its numbers are 0 in all rows of a minibatch. A
-//! product with 0 changes no sum by a bit, so the first layer, which has most of the weights, may
-//! leave these columns out. A training takes a quarter less time without them.
+//! Observations are padded: many of their numbers are 0 in every row of a minibatch. Multiplying
+//! by 0 does not change a sum by a single bit, so the first layer, which has most of the weights,
+//! can skip these columns. This makes training a quarter faster.
 
 use super::kernel::Buffer;
 use super::stack::Rows;
 
-/// A batch without its columns of zeros, and the rows of the weight that are left.
+/// A batch without its zero columns, and the weight without the corresponding rows.
 #[derive(Debug, Default)]
 pub(super) struct ActiveColumns {
-    /// The bits of all values of a column, or-ed, without those of the sign.
+    /// Bitwise or of all values of each column, without the sign bits.
     bits: Vec<u32>,
-    /// The columns that are not 0 throughout.
+    /// The columns with at least one non-zero value.
     columns: Vec<usize>,
     /// The batch: rows × active columns, dense.
     values: Buffer,
@@ -22,10 +22,11 @@ pub(super) struct ActiveColumns {
 }
 
 impl ActiveColumns {
-    /// Takes in a batch of `rows` and the weight that it is to be multiplied by, both dense.
+    /// Finds the active columns of a dense batch of `rows` and copies them, with the matching rows
+    /// of `weight`, which it will be multiplied by; rows of `weight` have `weight_row` floats.
     pub fn find(&mut self, batch: &[f32], rows: usize, weight: &[f32], weight_row: usize) {
         self.is_worth_it = false;
-        // For a few rows copying costs more than it saves.
+        // For a few rows, copying costs more than it saves.
         if rows < 16 {
             return;
         }
@@ -52,8 +53,8 @@ impl ActiveColumns {
         }
     }
 
-    /// The rows of the batch from `start` on, their length, and the weight; none if the whole batch
-    /// is as good.
+    /// The rows of the batch from `start` on, their length, and the weight; none if skipping
+    /// columns does not pay.
     pub fn get(&self, start: usize) -> Option<(Rows<'_>, usize, &[f32])> {
         let active = self.columns.len();
         let rows = || Rows { values: &self.values[start * active..], row: active };
@@ -68,7 +69,7 @@ impl ActiveColumns {
         }
     }
 
-    /// Copies them back.
+    /// Copies the rows gathered in `space` back to the gradient of the weight.
     pub fn scatter(&self, space: &[f32], row: usize, gradient: &mut [f32]) {
         for (from, &column) in space.chunks_exact(row).zip(&self.columns) {
             gradient[column * row..][..row].copy_from_slice(from);

@@ -1,4 +1,4 @@
-//! Networks side by side whose outputs meet in one sum: edge functions and their messages.
+//! Several networks whose outputs are summed: edge functions and their messages.
 
 use dfdx::prelude::*;
 
@@ -10,7 +10,7 @@ use super::{
 /// A batch of data for one of several networks.
 #[derive(Clone, Copy, Debug)]
 pub struct Branch<'a> {
-    /// The network, another one in each branch.
+    /// The network; each branch has a different one.
     pub network: &'a Mlp,
     /// Its inputs, row-major.
     pub inputs: &'a [f32],
@@ -18,14 +18,14 @@ pub struct Branch<'a> {
     pub targets: &'a [usize],
 }
 
-/// The sum of the outputs of all branches, `rows` × `columns`: row `targets[i]` has received
-/// output row `i` of every branch, rows without an output are 0. One operation on the tape, so
-/// the branches share all threads of the current rayon pool; gradients flow to the parameters of
+/// The sum of the outputs of all branches, `rows` × `columns`: output row `i` of a branch is added
+/// to row `targets[i]`; rows that receive no output are 0. This is one operation on the tape, so
+/// the branches share all threads of the current rayon pool. Gradients flow to the parameters of
 /// the networks.
 ///
 /// # Panics
-/// If the sizes do not fit: inputs that are not one row a target, outputs that are not `columns`,
-/// a target that is not below `rows`.
+/// If the sizes do not match: a branch needs one input row per target, a network with `columns`
+/// outputs, and targets below `rows`.
 pub fn sum_of_branches(
     branches: &[Branch<'_>],
     rows: usize,
@@ -81,7 +81,7 @@ mod tests {
     use crate::nn::{Activation, InitScheme, MlpShape};
 
     #[test]
-    fn branches_are_networks_one_after_the_other() {
+    fn branches_equal_networks_run_one_by_one() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let device = Cpu::default();
         let mut network = |inputs| {

@@ -4,8 +4,9 @@ use dfdx::prelude::*;
 
 use super::Matrix;
 
-/// `a` and `b` side by side: the rows of `a`, each followed by the same row of `b`. A matrix without
-/// a tape is data: no gradient is computed for it, as dfdx's `concat_along` would, element by element.
+/// `a` and `b` side by side: each row of `a`, followed by the same row of `b`. No gradient is
+/// computed for a matrix without a tape, unlike in dfdx's `concat_along`, which also works element
+/// by element.
 ///
 /// # Panics
 /// If the numbers of rows differ.
@@ -43,7 +44,7 @@ where
     out.put_tape(tape)
 }
 
-/// The values of a contiguous `x`, row-major. dfdx's own `as_vec` goes element by element.
+/// The values of a contiguous `x`, row-major. dfdx's own `as_vec` copies element by element.
 fn values(x: &Matrix) -> Vec<f32> {
     let mut values = vec![0.0; x.shape().num_elements()];
     x.copy_into(&mut values);
@@ -61,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_are_joined_and_gradients_parted() {
+    fn columns_are_joined_and_gradients_split() {
         let (a, b, weights) = (grid(2, 1, 1.0), grid(2, 2, 10.0), grid(2, 3, 100.0));
         let joined = concat_columns(a.leaky_trace(), b.leaky_trace());
         assert_eq!(joined.as_vec(), [1.0, 10.0, 11.0, 2.0, 12.0, 13.0]);

@@ -17,30 +17,30 @@ pub enum NnError {
         /// Euclidean norm over all gradients: infinite or NaN.
         norm: f64,
     },
-    /// An optimiser was used with other networks than it was made for.
+    /// An optimiser was used with networks other than those it was created for.
     #[error("the optimiser holds state for {expected} parameters, the networks have {found}")]
     OptimiserMismatch {
-        /// Parameters the optimiser was made for.
+        /// Parameters the optimiser was created for.
         expected: usize,
         /// Parameters of the networks given.
         found: usize,
     },
-    /// There is no memory for gradients.
+    /// Not enough memory for gradients.
     #[error("out of memory for gradients: use a smaller network or batch")]
     OutOfMemory,
 }
 
 impl From<dfdx::tensor::CpuError> for NnError {
     fn from(_: dfdx::tensor::CpuError) -> Self {
-        // The only error dfdx's CPU device gives when buffers for known shapes are made.
+        // The only error of dfdx's CPU device when it allocates buffers of known shapes.
         Self::OutOfMemory
     }
 }
 
-/// A tensor file cannot be read or does not hold what is needed.
+/// A tensor file cannot be read or lacks something that is needed.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum TensorFileError {
-    /// The bytes are no safetensors file.
+    /// The bytes are not a safetensors file.
     #[error("not a safetensors file: {reason}")]
     Foreign {
         /// What the reader found.
@@ -52,12 +52,12 @@ pub enum TensorFileError {
         /// What the reader found.
         reason: String,
     },
-    /// A tensor is not there, or is not what is needed.
+    /// A tensor is missing, or does not have the expected shape, type or values.
     #[error("tensor `{name}` {problem}")]
     Tensor {
         /// Name of the tensor.
         name: String,
-        /// What is wrong with it, as a verb.
+        /// The problem, as a predicate: "is missing".
         problem: String,
     },
     /// A metadata entry is missing or cannot be read.

@@ -1,4 +1,4 @@
-//! Initial weights, drawn from a generator of the caller's.
+//! Initial weights, drawn from the caller's generator.
 
 use rand::{Rng, distributions::Uniform};
 use rand_distr::StandardNormal;
@@ -8,21 +8,21 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum InitScheme {
-    /// Random rows or columns of length 1 at right angles (Saxe et al., 2014): keeps the scale of
-    /// signals through deep stacks.
+    /// Random orthonormal rows or columns (Saxe et al., 2014): preserves the scale of signals
+    /// through deep stacks.
     Orthogonal,
-    /// Weights and biases uniform in ±1 / sqrt(fan_in), as PyTorch's `Linear` starts and as in
-    /// DDPG (Lillicrap et al., 2016).
+    /// Weights and biases uniform in ±1 / sqrt(fan_in), as in PyTorch's `Linear` and in DDPG
+    /// (Lillicrap et al., 2016).
     FanIn,
 }
 
-/// How a network starts.
+/// How a network is initialised.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Init {
     /// Distribution of every layer.
     pub scheme: InitScheme,
     /// If given, weights and biases of the last layer are uniform in ± this bound instead
-    /// (DDPG: 3e-3, so that first outputs are near 0).
+    /// (DDPG: 3e-3, so that the first outputs are near 0).
     pub last_bound: Option<f32>,
 }
 
@@ -64,7 +64,7 @@ fn orthogonal<R: Rng + ?Sized>(rows: usize, columns: usize, rng: &mut R) -> Vec<
     let mut basis: Vec<Vec<f64>> = Vec::with_capacity(count);
     while basis.len() < count {
         let mut v: Vec<f64> = (0..length).map(|_| rng.sample(StandardNormal)).collect();
-        // Twice: one pass of Gram-Schmidt loses orthogonality to rounding.
+        // Two passes: after one, rounding errors leave the vectors not quite orthogonal.
         for _ in 0..2 {
             for b in &basis {
                 let dot: f64 = v.iter().zip(b).map(|(x, y)| x * y).sum();

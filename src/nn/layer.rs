@@ -1,4 +1,4 @@
-//! Dense layers within the parameters of their network, and the copy that the kernels work on.
+//! Dense layers within the parameters of their network, and the parameter copy that kernels use.
 
 use dfdx::prelude::*;
 
@@ -7,7 +7,7 @@ use super::{
     kernel::{Buffer, LINE, padded},
 };
 
-/// All parameters of a network: of each layer the weight (inputs × outputs, row-major), then the
+/// All parameters of a network, layer by layer: the weight (inputs × outputs, row-major), then the
 /// bias.
 pub(super) type Parameters = Tensor<(usize,), f32, Cpu>;
 
@@ -44,12 +44,12 @@ impl Layer {
         (self.inputs + 1) * self.outputs
     }
 
-    /// The layer's weight and bias among those of the network.
+    /// The layer's weight and bias within the parameters of the network.
     pub fn split<'a>(&self, parameters: &'a [f32]) -> (&'a [f32], &'a [f32]) {
         parameters[self.start..][..self.parameters()].split_at(self.inputs * self.outputs)
     }
 
-    /// Multiplications for a row.
+    /// Multiplications per row.
     pub fn multiplications(&self) -> usize {
         self.inputs * self.outputs
     }
@@ -59,21 +59,21 @@ impl Layer {
         self.activation == Activation::RmsRelu
     }
 
-    /// Whether a row of outputs is no whole number of lines, so that kernels need padded copies.
+    /// Whether rows of outputs are not whole lines, so that kernels need padded copies.
     pub fn is_padded(&self) -> bool {
         padded(self.outputs) != self.outputs
     }
 }
 
-/// The parameters of a network as the kernels want them: rows of whole lines. dfdx gives no access
-/// to the memory of a tensor, only copies; this one is made when the parameters change, not in
-/// every pass, which halves the time of a single action.
+/// The parameters of a network in the kernels' layout: rows of whole lines. dfdx gives no access to
+/// the memory of a tensor, only copies. This copy is made when the parameters change, not in every
+/// pass, which halves the time of a single action.
 #[derive(Clone, Debug)]
 pub(super) struct LoadedParameters {
     count: usize,
-    /// All parameters, then room for the reads past the last layer.
+    /// All parameters, then room for reads past the last layer.
     dense: Buffer,
-    /// The layers whose outputs are no whole lines, with padded rows.
+    /// The layers whose outputs are not whole lines, with padded rows.
     padded: Buffer,
 }
 
@@ -81,7 +81,7 @@ impl LoadedParameters {
     /// Parameters with these values.
     pub fn new(layers: &[Layer], values: &[f32]) -> Self {
         let mut loaded = Self { count: values.len(), dense: Buffer::default(), padded: Buffer::default() };
-        // Whole lines of rows are read from every row on.
+        // Transposes read blocks of `LINE` rows, which may reach beyond the last layer.
         let beyond = LINE * layers.iter().map(|layer| padded(layer.outputs)).max().unwrap_or(0);
         let padded_layers = layers.iter().filter(|layer| layer.is_padded());
         let rows = padded_layers.map(|layer| (layer.inputs + 1) * padded(layer.outputs));
@@ -105,8 +105,8 @@ impl LoadedParameters {
         &self.dense[..self.count]
     }
 
-    /// Weight of a layer and all that follows in memory: rows of [`padded`] outputs, after the last
-    /// of which a whole line of rows of any values can be read.
+    /// Weight of a layer, as rows of [`padded`] outputs, and everything after it in memory: at least
+    /// [`LINE`] more rows of arbitrary values can be read.
     pub fn weight(&self, layer: &Layer) -> &[f32] {
         if layer.is_padded() { &self.padded[layer.padded_start..] } else { &self.dense[layer.start..] }
     }

@@ -2,7 +2,7 @@
 
 use dfdx::tensor::{Cpu, NoneTape, Tensor, TensorFromVec};
 
-/// A row-major matrix on the CPU: one sample a row.
+/// A row-major matrix on the CPU, one sample per row.
 pub type Matrix<T = NoneTape> = Tensor<(usize, usize), f32, Cpu, T>;
 
 /// A matrix of `rows` × `columns` from its row-major `values`.

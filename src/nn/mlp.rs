@@ -28,7 +28,7 @@ pub struct Mlp {
     prediction: Pool<PredictWorkspace>,
 }
 
-/// What a forward pass on a tape is differentiated with respect to.
+/// The variables that a forward pass on a tape is differentiated with respect to.
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct Wanted {
     parameters: bool,
@@ -74,13 +74,12 @@ impl Mlp {
         self.run(x, Wanted { parameters: true, input: true })
     }
 
-    /// As [`forward`](Self::forward) for an `x` that is data: no gradient is computed for it.
+    /// Like [`forward`](Self::forward), but no gradient is computed for `x`.
     pub fn forward_data(&self, x: Matrix<OwnedTape<f32, Cpu>>) -> Matrix<OwnedTape<f32, Cpu>> {
         self.run(x, Wanted { parameters: true, input: false })
     }
 
-    /// As [`forward`](Self::forward) with the parameters held constant: gradients flow to `x`
-    /// only.
+    /// Like [`forward`](Self::forward) with constant parameters: gradients flow to `x` only.
     pub fn forward_frozen(&self, x: Matrix<OwnedTape<f32, Cpu>>) -> Matrix<OwnedTape<f32, Cpu>> {
         self.run(x, Wanted { parameters: false, input: true })
     }
@@ -112,7 +111,7 @@ impl Mlp {
         y.put_tape(tape)
     }
 
-    /// A pass of `rows` rows with the present parameters.
+    /// A pass of `rows` rows with the current parameters.
     pub(super) fn pass(&self, rows: usize) -> Pass {
         Pass::new(self.layers.clone(), self.loaded.clone(), &self.training, rows)
     }
@@ -145,7 +144,7 @@ impl Mlp {
 
     /// Changes the parameters.
     pub(super) fn edit(&mut self, change: impl FnOnce(&mut [f32])) {
-        // A copy only while a pass with the old values is still kept on a tape.
+        // Copies only while a pass on a tape still holds the old values.
         let loaded = Arc::make_mut(&mut self.loaded);
         loaded.edit(&self.layers, change);
         self.parameters.copy_from(loaded.values());
@@ -156,7 +155,7 @@ impl Mlp {
         &self.layers
     }
 
-    /// The tensor of all parameters, which a gradient is found by.
+    /// The tensor of all parameters: the key of their gradient.
     pub(super) fn parameters(&self) -> &Parameters {
         &self.parameters
     }
@@ -167,7 +166,7 @@ impl Mlp {
     }
 
     /// Adds weights and biases to `file` as `prefix.0.weight` (inputs × outputs), `prefix.0.bias`
-    /// and so on.
+    /// etc.
     pub fn save(&self, file: &mut TensorFile, prefix: &str) {
         let values = self.values();
         for (i, layer) in self.layers.iter().enumerate() {
@@ -193,8 +192,8 @@ impl Mlp {
 }
 
 impl Clone for Mlp {
-    /// A network with equal parameters of its own: its tensor gets a new identity, so the gradients
-    /// of the two are kept apart on one tape.
+    /// A network with its own copy of the parameters. The tensor gets a new identity, so one tape
+    /// keeps the gradients of the two networks apart.
     fn clone(&self) -> Self {
         Self::from_values(self.shape.clone(), self.values().to_vec())
     }

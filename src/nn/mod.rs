@@ -1,29 +1,30 @@
 //! Networks on dfdx: fused multilayer perceptrons, resumable optimisers, weights on disk.
 //!
 //! - [`Mlp`]: a stack of dense layers whose parameters are one dfdx tensor on the
-//!   [`dfdx::tensor::Cpu`]. A whole stack joins dfdx's tape as *one* operation.
-//! - [`sum_of_branches`]: several such stacks side by side, their outputs summed by row.
+//!   [`dfdx::tensor::Cpu`]. A whole stack is *one* operation on dfdx's tape.
+//! - [`sum_of_branches`]: several such stacks in parallel, their outputs summed by row.
 //! - [`concat_columns`]: two matrices side by side, as graphs and critics need them.
 //! - [`Optimiser`]: Adam, SGD or RMSprop with a state that can be saved and restored.
 //! - [`TensorFile`]: named tensors and text metadata as safetensors bytes.
 //!
-//! The module knows vectors only: a batch is a matrix with one sample a row. Nothing here draws
-//! from dfdx's device generator, whose state cannot be saved.
+//! The module handles plain vectors: a batch is a matrix with one sample per row. Nothing here
+//! draws from dfdx's device generator, whose state cannot be saved.
 //!
-//! # What dfdx does, and what is done here
-//! Tensors, tape, gradients, losses and element-wise operations are dfdx's. Done here is what it
-//! lacks or what is measurably faster (one core, AVX2 or AVX-512; `mge bench` times the whole):
+//! # Division of work with dfdx
+//! dfdx provides tensors, tape, gradients, losses and element-wise operations. This module adds what
+//! dfdx lacks and what is measurably faster here (on one core, AVX2 or AVX-512; `mge bench` times
+//! complete training steps):
 //!
 //! - **Fused stacks.** A training step of 17 layers of 64 on 128 rows takes 2.6 ms with dfdx's own
 //!   operations, of which 1.9 ms are a scalar `tanh` and the rest mostly copies between layers; as
 //!   one operation with vectorised kernels it takes a quarter of that.
-//! - **Instructions chosen at run time.** Without FMA the same kernels take twice as long, and a
-//!   program compiled for every processor cannot assume it.
-//! - **Optimisers.** Those of dfdx keep their moments private, so that a training could not be
-//!   resumed to the same bits.
-//! - **Columns of zeros left out of the first layer.** Much of what an agent sees is padding:
-//!   a training takes a quarter less time, with the same bytes.
-//! - **Kept workspaces and parameters in the kernels' layout.** See their types.
+//! - **Instruction set chosen at run time.** Without FMA the same kernels take twice as long, and a
+//!   portable program cannot assume it.
+//! - **Optimisers.** dfdx's optimisers keep their moments private, so training could not be resumed
+//!   bit for bit.
+//! - **Zero columns skipped in the first layer.** Much of an observation is padding; skipping it
+//!   makes training a quarter faster with identical results.
+//! - **Reused workspaces, and parameters in the kernels' layout.** See their types.
 
 mod active;
 mod branch;
@@ -36,7 +37,6 @@ mod matrix;
 mod mlp;
 mod optimiser;
 mod predict;
-
 mod shape;
 mod stack;
 mod tensor_file;

@@ -1,4 +1,4 @@
-//! Optimisers whose whole state can be saved: the paper's sweep set of Adam, SGD and RMSprop.
+//! Optimisers whose complete state can be saved: Adam, SGD and RMSprop, as in the paper's sweeps.
 
 use dfdx::prelude::{Cpu, CpuError, Gradients};
 use serde::{Deserialize, Serialize};
@@ -8,16 +8,16 @@ use super::{
     kernel::{Adam, Kernel, LINE, RmsProp, Sgd, SumOfSquares, Update},
 };
 
-/// The optimisers of the paper's hyperparameter sweeps (tables 1 and 2), with the constants that
-/// PyTorch uses by default.
+/// The optimisers of the paper's hyperparameter sweeps (tables 1 and 2), with PyTorch's default
+/// constants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum OptimiserKind {
     /// Adam (Kingma and Ba, 2015): β₁ 0.9, β₂ 0.999, ε 1e-8.
     Adam,
-    /// Plain stochastic gradient descent, no momentum.
+    /// Plain stochastic gradient descent without momentum.
     Sgd,
-    /// RMSprop (Tieleman and Hinton, 2012): α 0.99, ε 1e-8 outside the root.
+    /// RMSprop (Tieleman and Hinton, 2012): α 0.99, ε 1e-8 added outside the root.
     RmsProp,
 }
 
@@ -31,7 +31,7 @@ const EPSILON: f32 = 1e-8;
 pub struct Optimiser {
     kind: OptimiserKind,
     steps: u64,
-    /// Adam: mean of gradients, over all parameters in order. Empty for the others.
+    /// Adam: mean of gradients, for all parameters in order. Empty for the others.
     mean: Vec<f32>,
     /// Adam, RMSprop: mean of squared gradients. Empty for SGD.
     square: Vec<f32>,
@@ -39,7 +39,8 @@ pub struct Optimiser {
 }
 
 impl Optimiser {
-    /// An optimiser for `networks`, to be given in this order to every [`update`](Self::update).
+    /// An optimiser for `networks`, which must be passed in this order to every
+    /// [`update`](Self::update).
     pub fn new(kind: OptimiserKind, networks: &[&Mlp]) -> Self {
         let n = networks.iter().map(|m| m.shape().parameters()).sum();
         let (mean, square) = match kind {
@@ -60,13 +61,13 @@ impl Optimiser {
         self.steps
     }
 
-    /// One step against the gradients with learning rate `rate`. A parameter without a gradient
-    /// counts as having gradient 0. Returns the Euclidean norm over all gradients.
+    /// Takes one descent step with learning rate `rate`. A missing gradient counts as 0. Returns the
+    /// Euclidean norm over all gradients.
     ///
     /// # Errors
     /// [`NnError::NotFinite`] when a gradient is infinite or NaN, [`NnError::OptimiserMismatch`]
-    /// when the networks have not as many parameters as those it was made for. Nothing is changed
-    /// then. They must come in the same order.
+    /// when the number of parameters differs from that of the networks it was created for. In both
+    /// cases nothing is changed.
     pub fn update(
         &mut self,
         networks: &mut [&mut Mlp],
@@ -108,7 +109,7 @@ impl Optimiser {
     /// The optimiser that [`save`](Self::save) stored under `prefix`.
     ///
     /// # Errors
-    /// When the metadata or a moment is missing or does not fit.
+    /// When the metadata or a moment is missing or invalid.
     pub fn load(file: &TensorFile, prefix: &str) -> Result<Self, TensorFileError> {
         let key = format!("{prefix}.state");
         let invalid = |reason: String| TensorFileError::Metadata { key: key.clone(), reason };
@@ -124,7 +125,7 @@ impl Optimiser {
     }
 }
 
-/// The part of an optimiser that is no tensor.
+/// The part of an optimiser's state that is not a tensor.
 #[derive(Serialize, Deserialize)]
 struct State {
     kind: OptimiserKind,
@@ -146,7 +147,7 @@ fn norm(networks: &[&mut Mlp], grads: &mut Gradients<f32, Cpu>) -> Result<f64, C
     Ok(squares.sqrt())
 }
 
-/// The first `n` elements of `rest`, which loses them; nothing if it is empty.
+/// Removes the first `n` elements from `rest` and returns them; empty if `rest` is empty.
 fn split_front<'a>(rest: &mut &'a mut [f32], n: usize) -> &'a mut [f32] {
     let slice = std::mem::take(rest);
     let (front, back) = slice.split_at_mut(n.min(slice.len()));
@@ -154,7 +155,7 @@ fn split_front<'a>(rest: &mut &'a mut [f32], n: usize) -> &'a mut [f32] {
     front
 }
 
-/// Parameters below which a second thread costs more than it brings.
+/// Parameters below which a second thread costs more than it saves.
 const MIN_PER_THREAD: usize = 50_000;
 
 /// Parameters, their gradient, and their moments where the optimiser has them.
@@ -166,7 +167,7 @@ struct Step<'a> {
 }
 
 impl<'a> Step<'a> {
-    /// Updates all parameters of a network, the halves of many side by side.
+    /// Updates all parameters of a network; halves of large networks run in parallel.
     fn apply(self, kind: OptimiserKind, steps: u64, rate: f32) {
         if self.parameters.len() > MIN_PER_THREAD {
             let (front, back) = self.halves();
@@ -247,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn adam_agrees_with_that_of_dfdx() {
+    fn adam_agrees_with_dfdx() {
         // One unit with weight w and bias b on one sample: dfdx's Adam on the same two numbers.
         let shape = MlpShape::uniform(1, 1, 1, 1, Activation::Identity);
         let mut rng = ChaCha8Rng::seed_from_u64(2);
@@ -270,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn a_saved_optimiser_continues_to_the_bit() {
+    fn a_saved_optimiser_continues_bit_for_bit() {
         for kind in KINDS {
             let mut net = network(3);
             let mut optimiser = Optimiser::new(kind, &[&net]);
@@ -290,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn gradients_that_are_not_finite_change_nothing() {
+    fn non_finite_gradients_change_nothing() {
         for bad in [f32::NAN, f32::INFINITY] {
             let mut net = network(4);
             let mut optimiser = Optimiser::new(OptimiserKind::Adam, &[&net]);
@@ -306,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn the_norm_is_that_of_all_gradients() {
+    fn the_norm_covers_all_gradients() {
         let shape = MlpShape::uniform(1, 1, 1, 1, Activation::Identity);
         let mut rng = ChaCha8Rng::seed_from_u64(5);
         let mut net = Mlp::new(shape, InitScheme::FanIn, &mut rng).unwrap();

@@ -1,4 +1,4 @@
-//! Prediction: a forward pass that keeps nothing for a backward pass.
+//! Prediction: a forward pass that stores nothing for a backward pass.
 
 use rayon::prelude::*;
 
@@ -9,21 +9,22 @@ use super::{
     stack::{Rows, dense, multiplications, threads_for},
 };
 
-/// Memory of a prediction.
+/// Working memory of a prediction, one space per thread.
 #[derive(Debug, Default)]
 pub(super) struct PredictWorkspace {
     threads: Vec<PredictSpace>,
 }
 
-/// Outputs of the layer before and of the present one.
+/// Working memory of one thread.
 #[derive(Debug, Default)]
 struct PredictSpace {
+    /// Outputs of the previous and of the current layer.
     outputs: [Buffer; 2],
     active: ActiveColumns,
     factors: Vec<f32>,
 }
 
-/// Rows that pass through all layers together: their values stay in the second-level cache.
+/// Rows that pass through all layers together, so that their values stay in the second-level cache.
 const CHUNK: usize = 192;
 
 impl PredictWorkspace {

@@ -1,4 +1,4 @@
-//! What a multilayer perceptron looks like: layer sizes and activations.
+//! The shape of a multilayer perceptron: layer sizes and activations.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,7 @@ pub enum Activation {
     Relu,
     /// `y = tanh(z)`
     Tanh,
-    /// `y = u / rms(u)` with `u = max(z, 0)`: what a layer gives out has always the same length
+    /// `y = u / rms(u)` with `u = max(z, 0)`: the output vector always has the same length
     /// (RMSNorm without a gain; Zhang and Sennrich, 2019), which keeps critics from overestimating.
     #[serde(rename = "rms_relu")]
     RmsRelu,
@@ -35,7 +35,7 @@ impl Activation {
 /// Sizes and activations of a stack of dense layers.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MlpShape {
-    /// Inputs, hidden sizes in order, outputs: a stack of `sizes.len() - 1` layers.
+    /// Inputs, hidden sizes in order, outputs; the stack has `sizes.len() - 1` layers.
     pub sizes: Vec<usize>,
     /// Activation of every layer but the last.
     pub hidden: Activation,
@@ -45,8 +45,8 @@ pub struct MlpShape {
 
 impl MlpShape {
     /// A stack of `layers` dense layers with equal hidden sizes, `hidden` between them and a
-    /// linear output. The paper's "17-layer neural network with hidden size 64" (A.1) from 21 to
-    /// 20 is `MlpShape::uniform(21, 64, 20, 17, Activation::Tanh)`.
+    /// linear output. The paper's "17-layer neural network with hidden size 64" (A.1) from 21
+    /// inputs to 20 outputs is `MlpShape::uniform(21, 64, 20, 17, Activation::Tanh)`.
     pub fn uniform(inputs: usize, width: usize, outputs: usize, layers: usize, hidden: Activation) -> Self {
         let mut sizes = vec![inputs];
         sizes.extend(std::iter::repeat_n(width, layers.saturating_sub(1)));
@@ -54,7 +54,7 @@ impl MlpShape {
         Self { sizes, hidden, output: Activation::Identity }
     }
 
-    /// The same stack with another activation of the last layer.
+    /// The same stack with a different activation of the last layer.
     pub fn with_output(mut self, output: Activation) -> Self {
         self.output = output;
         self

@@ -1,10 +1,10 @@
-//! Forward and backward pass through a whole stack of layers, on memory that is used again.
+//! Forward and backward passes through a whole stack of layers, on reused memory.
 //!
-//! Stacks that do not depend on each other pass side by side: the rows of all their batches, one
-//! after the other, are cut into an equal share of work a thread, so that a batch is one [`Span`]
-//! or several. Passes through the layers touch one span only; weight gradients are summed over
-//! the spans in order. Kernels sum every element in the order of the rows however they are cut,
-//! so all results are the same to the bit for any number of threads.
+//! Independent stacks run in parallel: the rows of all their batches are concatenated and cut into
+//! one equal share of work per thread, so a batch consists of one or more [`Span`]s. A pass through
+//! the layers touches one span only; weight gradients are summed over the spans in order. Kernels
+//! sum every element in the order of the rows however these are cut, so all results are identical
+//! to the bit for any number of threads.
 
 use std::{
     mem,
@@ -22,8 +22,8 @@ use super::{
     layer::{Layer, LoadedParameters, pad_rows, unpad_rows},
 };
 
-/// Memory of passes that are done, for the next ones: a pass of the paper's 17 layers over 128 rows
-/// needs more than a megabyte, which the operating system would have to clear for each.
+/// Workspaces of finished passes, for reuse. A pass of the paper's 17 layers over 128 rows needs
+/// more than a megabyte, which the operating system would otherwise have to clear for each pass.
 #[derive(Debug, Default)]
 pub(super) struct Pool<W>(Arc<Mutex<Vec<W>>>);
 
@@ -36,7 +36,7 @@ impl<W> Clone for Pool<W> {
 
 impl<W: Default> Pool<W> {
     pub fn take(&self) -> W {
-        // A poisoned lock is fine: a workspace has no state that a panic could leave half done.
+        // A poisoned lock is harmless: a panic cannot leave a workspace in an inconsistent state.
         let mut free = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         free.pop().unwrap_or_default()
     }
@@ -46,8 +46,8 @@ impl<W: Default> Pool<W> {
     }
 }
 
-/// One network's pass over a batch: its input is filled, [`forward`] runs, then, if wanted, the
-/// gradient of its output is set and [`backward`] runs.
+/// One network's pass over a batch: fill the input and run [`forward`]; then, if gradients are
+/// wanted, set the gradient of the output and run [`backward`].
 #[derive(Debug)]
 pub(super) struct Pass {
     layers: Arc<[Layer]>,
@@ -56,16 +56,16 @@ pub(super) struct Pass {
     pool: Pool<Workspace>,
 }
 
-/// Memory of a pass.
+/// Working memory of a pass.
 #[derive(Debug, Default)]
 pub(super) struct Workspace {
     rows: usize,
     /// Dense.
     input: Buffer,
-    /// The first `cuts` are in use, the others keep their memory.
+    /// The first `cuts` are in use; the others only keep their memory for later.
     spans: Vec<Span>,
     cuts: usize,
-    /// Padded gradients of the layers whose outputs are no whole lines.
+    /// Padded gradients of the layers whose outputs are not whole lines.
     padded_sums: Vec<Buffer>,
     /// The input for the first layer.
     active: ActiveColumns,
@@ -77,35 +77,35 @@ pub(super) struct Workspace {
 #[derive(Clone, Copy)]
 pub(super) struct Rows<'a> {
     pub values: &'a [f32],
-    /// Distance of the rows.
+    /// Row stride.
     pub row: usize,
 }
 
-/// Memory for some rows of a batch.
+/// Working memory for some rows of a batch.
 #[derive(Debug, Default)]
 struct Span {
     start: usize,
     rows: usize,
-    /// The thread's share of work it belongs to.
+    /// The share of work that it belongs to.
     share: usize,
     /// Outputs of every layer, rows padded.
     outputs: Vec<Buffer>,
-    /// What the rows of every layer were multiplied by; empty where they are not normalised.
+    /// Normalisation factors of the rows of every layer; empty for layers without normalisation.
     factors: Vec<Vec<f32>>,
-    /// dL/dz of every layer, rows padded; `z` is what the activation is applied to.
+    /// dL/dz of every layer, rows padded; `z` is the input of the activation.
     slopes: Vec<Buffer>,
     /// dL/dx, rows padded.
     dx: Buffer,
     transposed: Buffer,
 }
 
-/// Multiplications below which a second thread costs more than it brings.
+/// Multiplications below which a second thread costs more than it saves.
 const MULTIPLICATIONS_PER_THREAD: usize = 1 << 20;
 
-/// Rows below which a span of its own costs more than uneven shares.
+/// Rows below which a separate span costs more than uneven shares.
 const MIN_SPAN_ROWS: usize = 8;
 
-/// Runs all layers of the passes and keeps what [`backward`] needs.
+/// Runs all layers of the passes and stores what [`backward`] needs.
 pub(super) fn forward(passes: &mut [Pass]) {
     let mut shares = shares(cut(passes));
     for Pass { layers, parameters, workspace, .. } in passes {
@@ -122,7 +122,7 @@ pub(super) fn forward(passes: &mut [Pass]) {
 }
 
 /// Propagates the gradients of the outputs back through the layers of the passes; through the first
-/// layer only if the gradients of the inputs are wanted.
+/// layer only if `inputs`, when the gradients of the inputs are wanted.
 pub(super) fn backward(passes: &mut [Pass], inputs: bool) {
     let last_share = passes.iter().flat_map(|pass| pass.workspace.spans()).map(|span| span.share).max();
     let mut shares = shares(last_share.map_or(0, |share| share + 1));
@@ -138,8 +138,8 @@ pub(super) fn backward(passes: &mut [Pass], inputs: bool) {
     });
 }
 
-/// Cuts the batches of all passes into spans, the same share of multiplications for each thread
-/// that is worth it. Returns the number of shares.
+/// Cuts the batches of all passes into spans, such that every worthwhile thread gets the same share
+/// of multiplications. Returns the number of shares.
 fn cut(passes: &mut [Pass]) -> usize {
     let total = passes.iter().map(Pass::multiplications).sum();
     let threads = threads_for(total);
@@ -172,12 +172,12 @@ fn cut(passes: &mut [Pass]) -> usize {
     threads
 }
 
-/// Multiplications for a row.
+/// Multiplications per row.
 pub(super) fn multiplications(layers: &[Layer]) -> usize {
     layers.iter().map(Layer::multiplications).sum()
 }
 
-/// Threads that this many multiplications are worth.
+/// The number of threads that is worthwhile for this many multiplications.
 pub(super) fn threads_for(multiplications: usize) -> usize {
     rayon::current_num_threads().min(multiplications / MULTIPLICATIONS_PER_THREAD).max(1)
 }
@@ -186,7 +186,7 @@ fn shares<T>(count: usize) -> Vec<Vec<T>> {
     (0..count).map(|_| Vec::new()).collect()
 }
 
-/// Does the work of every share, each on a thread of its own.
+/// Does the work of every share, in parallel if there are several.
 fn for_each_share<T: Send>(shares: Vec<Vec<T>>, work: impl Fn(T) + Send + Sync) {
     match <[_; 1]>::try_from(shares) {
         Ok([alone]) => alone.into_iter().for_each(work),
@@ -195,7 +195,7 @@ fn for_each_share<T: Send>(shares: Vec<Vec<T>>, work: impl Fn(T) + Send + Sync) 
 }
 
 impl Pass {
-    /// A pass of `rows` rows on memory of the pool.
+    /// A pass of `rows` rows with a workspace from `pool`.
     pub fn new(layers: Arc<[Layer]>, parameters: Arc<LoadedParameters>, pool: &Pool<Workspace>, rows: usize) -> Self {
         let mut workspace = pool.take();
         workspace.rows = rows;
@@ -207,12 +207,12 @@ impl Pass {
         self.workspace.rows * multiplications(&self.layers)
     }
 
-    /// The input, to be filled before the forward pass: rows × inputs, dense.
+    /// The input to fill before the forward pass: rows × inputs, dense.
     pub fn input(&mut self) -> &mut [f32] {
         &mut self.workspace.input
     }
 
-    /// Copies the outputs, rows × outputs, dense.
+    /// Copies the outputs to `y`: rows × outputs, dense.
     pub fn output(&self, y: &mut [f32]) {
         let last = self.layers.len() - 1;
         let columns = self.layers[last].outputs;
@@ -222,7 +222,7 @@ impl Pass {
         }
     }
 
-    /// Takes dL/dy before the backward pass; `row(i)` is that of row `i`.
+    /// Sets dL/dy before the backward pass; `row(i)` is its row `i`.
     pub fn set_output_gradient<'a>(&mut self, row: impl Fn(usize) -> &'a [f32]) {
         let last = self.layers.len() - 1;
         let columns = self.layers[last].outputs;
@@ -339,8 +339,8 @@ impl Span {
         }
     }
 
-    /// dL/dz of layer `i` from what it would be without the division by the root mean square, if
-    /// there is one. Where the activation lets no gradient through, its output is 0 and adds nothing.
+    /// Turns dL/du of layer `i`, where `u` is divided by its root mean square, into dL/dz; a no-op for
+    /// other layers. Where the rectifier blocks the gradient, the output is 0 and contributes nothing.
     fn normalise_gradient(&mut self, i: usize, layers: &[Layer]) {
         if layers[i].is_normalised() {
             let (y, gradient, factors) = (&*self.outputs[i], &mut *self.slopes[i], &*self.factors[i]);
@@ -349,7 +349,7 @@ impl Span {
     }
 }
 
-/// The input of layer `i` for the rows of a span from `start` on.
+/// The input of layer `i` for the rows of a span that begins at row `start`.
 fn input_of<'a>(i: usize, layers: &[Layer], input: &'a [f32], start: usize, outputs: &'a [Buffer]) -> Rows<'a> {
     let columns = layers[i].inputs;
     match i {
@@ -358,8 +358,8 @@ fn input_of<'a>(i: usize, layers: &[Layer], input: &'a [f32], start: usize, outp
     }
 }
 
-/// `y = f(x w + b)` for `rows` rows of `x` and `depth` rows of `w`: the layer's, or some of them;
-/// normalised if `f` does, by the factors that are returned.
+/// `y = f(x w + b)` for `rows` rows of `x`, where `weight` has `depth` rows: all of the layer's or
+/// only the active ones. For a normalising `f`, `factors` receives the factors of the rows.
 #[allow(clippy::too_many_arguments, reason = "the operands of a layer")]
 pub(super) fn dense(
     layer: &Layer,
@@ -393,16 +393,16 @@ pub(super) fn dense(
     }
 }
 
-/// The gradients of layer `i`, summed over the rows of all spans in order.
+/// Sums the parameter gradients of layer `i` over the rows of all spans, in order.
 struct ParameterSum<'a> {
     i: usize,
     layers: &'a [Layer],
     input: &'a [f32],
-    /// Of the first layer.
+    /// For the first layer only.
     active: Option<(&'a ActiveColumns, &'a mut Buffer)>,
     spans: &'a [Span],
     space: &'a mut Buffer,
-    /// What they are added to: weight, then bias.
+    /// The gradients that the sums are added to: weight, then bias.
     sum: &'a mut [f32],
 }
 

@@ -9,10 +9,10 @@ use safetensors::{Dtype, SafeTensorError, SafeTensors, View, serialize};
 
 use super::TensorFileError;
 
-/// 32-bit floating point tensors by name, with text metadata; the content of one safetensors file.
+/// Named 32-bit floating-point tensors with text metadata: the content of a safetensors file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TensorFile {
-    /// Text by key: what the tensors are, who made them from what.
+    /// Text by key: what the tensors are and how they were made.
     pub metadata: BTreeMap<String, String>,
     tensors: BTreeMap<String, Entry>,
 }
@@ -27,7 +27,7 @@ impl TensorFile {
     /// Adds or replaces a tensor with row-major `values`.
     ///
     /// # Panics
-    /// If the number of values does not fit the shape.
+    /// If the number of values does not match the shape.
     pub fn insert(&mut self, name: String, shape: Vec<usize>, values: Vec<f32>) {
         assert_eq!(shape.iter().product::<usize>(), values.len(), "values of `{name}`");
         self.tensors.insert(name, Entry { shape, values });
@@ -36,7 +36,7 @@ impl TensorFile {
     /// Values of the tensor `name`, which must have this shape.
     ///
     /// # Errors
-    /// When it is missing, has another shape, or holds an infinity or NaN.
+    /// When it is missing, has another shape, or contains an infinity or NaN.
     pub fn get(&self, name: &str, shape: &[usize]) -> Result<&[f32], TensorFileError> {
         let wrong = |problem: String| Err(TensorFileError::Tensor { name: name.to_owned(), problem });
         let Some(entry) = self.tensors.get(name) else {
@@ -54,13 +54,13 @@ impl TensorFile {
 
     /// The safetensors bytes; equal content gives equal bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
-        // One entry at most: the format's own metadata map has no order, so bytes would vary.
+        // One entry at most: the format's own metadata map has no order, so the bytes would vary.
         let metadata = (!self.metadata.is_empty()).then(|| {
             let text = serde_json::json!(self.metadata).to_string();
             HashMap::from([(METADATA_KEY.to_owned(), text)])
         });
-        // Fails only on a header that is not JSON text or on sizes that do not fit: the names are
-        // strings and the sizes were checked by `insert`.
+        // Fails only if the header cannot be written as JSON or sizes do not match: names are
+        // strings, and `insert` has checked the sizes.
         serialize(self.tensors.iter(), &metadata).expect("checked tensors")
     }
 
@@ -116,7 +116,7 @@ impl View for &Entry {
 
     fn data(&self) -> Cow<'_, [u8]> {
         if cfg!(target_endian = "little") {
-            // As they are: of large networks a copy takes a while, and whoever ends a training waits for it.
+            // Without a copy: copying large networks takes a while and would delay the end of a training.
             return bytemuck::cast_slice(&self.values).into();
         }
         self.values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>().into()
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_bring_everything_back() {
+    fn bytes_round_trip() {
         let bytes = file().to_bytes();
         assert_eq!(TensorFile::from_bytes(&bytes).unwrap(), file());
         assert_eq!(file().to_bytes(), bytes, "equal content, equal bytes");

@@ -1,4 +1,4 @@
-//! The fused network against plain dfdx operations and against finite differences.
+//! Compares the fused network with plain dfdx operations and with finite differences.
 
 use dfdx::prelude::*;
 use rand::{Rng, SeedableRng};
@@ -36,7 +36,7 @@ fn parameters(mlp: &Mlp) -> Parameters {
         .collect()
 }
 
-/// The same network out of dfdx's own operations.
+/// The same network, built from dfdx's own operations.
 fn plain<T: Tape<f32, Cpu>>(shape: &MlpShape, parameters: &Parameters, mut x: Matrix<T>) -> Matrix<T> {
     for (i, (w, b)) in parameters.iter().enumerate() {
         let z = x.matmul(w.clone());
@@ -85,7 +85,7 @@ fn fused_network_agrees_with_plain_dfdx() {
                 let shape = MlpShape { sizes, hidden, output };
                 let net = Mlp::new(shape.clone(), InitScheme::FanIn, &mut rng).unwrap();
                 let plain_parameters = parameters(&net);
-                // Padding: columns of zeros, which the fused network leaves out of large batches.
+                // Padding: zero columns, which the fused network skips in large batches.
                 let mut x = random(rows, shape.inputs(), &mut rng).as_vec();
                 let width = shape.inputs();
                 (0..x.len()).filter(|i| width > 10 && !(i % width).is_multiple_of(3)).for_each(|i| x[i] = 0.0);
@@ -105,7 +105,7 @@ fn fused_network_agrees_with_plain_dfdx() {
 
                 let mut grads = y.square().mean().backward();
                 let plain_grads = plain_y.square().mean().backward();
-                // Outputs divided by their own size leave little of a gradient: cancellation.
+                // Dividing outputs by their own size nearly cancels the gradient.
                 let tolerance = if output == Activation::RmsRelu { 1e-4 } else { 1e-5 };
                 close(&grads.get(&x).as_vec(), &plain_grads.get(&x).as_vec(), tolerance, &what);
                 let mine = gradient(&net, &mut grads);
@@ -201,7 +201,7 @@ fn gradients_agree_with_central_differences() {
     }
 }
 
-/// Two training steps and a prediction; all bytes that come out.
+/// The bits of all results of two training steps and a prediction.
 fn train_and_predict() -> Vec<u32> {
     let mut rng = ChaCha8Rng::seed_from_u64(4);
     let shape = MlpShape::uniform(21, 64, 20, 9, Activation::Tanh);
@@ -217,7 +217,7 @@ fn train_and_predict() -> Vec<u32> {
     let mut y = Vec::new();
     net.predict_into(&x.as_vec(), 331, &mut y);
     bits.extend(y);
-    // Branches of uneven sizes are cut in the middle of one of them.
+    // Branches of uneven sizes: a cut falls in the middle of one of them.
     let mut deep = || {
         let shape = MlpShape::uniform(21, 64, 20, 9, Activation::Tanh);
         Mlp::new(shape, InitScheme::FanIn, &mut rng).unwrap()
@@ -250,7 +250,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
 }
 
 #[test]
-fn a_row_is_predicted_alike_in_any_batch() {
+fn the_prediction_for_a_row_does_not_depend_on_the_batch() {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     let net = Mlp::new(MlpShape::uniform(7, 40, 3, 4, Activation::Relu), InitScheme::FanIn, &mut rng).unwrap();
     let x = random(500, 7, &mut rng).as_vec();
@@ -265,7 +265,7 @@ fn a_row_is_predicted_alike_in_any_batch() {
 }
 
 #[test]
-fn frozen_and_data_passes_leave_out_what_they_say() {
+fn frozen_and_data_passes_leave_out_gradients() {
     let mut rng = ChaCha8Rng::seed_from_u64(6);
     let shape = MlpShape::uniform(6, 20, 2, 3, Activation::Tanh);
     let net = Mlp::new(shape, InitScheme::FanIn, &mut rng).unwrap();

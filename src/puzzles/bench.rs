@@ -1,4 +1,4 @@
-//! Methods on generated puzzles: subgoals proposed for each, then a sweep over all of them.
+//! Methods on generated puzzles: proposes subgoals for each puzzle, then writes a sweep over all of them.
 
 use std::path::{Path, PathBuf};
 
@@ -15,30 +15,30 @@ use crate::trainer::{Method, PriorSource, rollout_model};
 /// Name of the bench's sweep in its folder.
 const SWEEP: &str = "sweep.json";
 
-/// What is trained on which puzzles.
+/// The methods, puzzles and settings of a bench.
 #[derive(Debug, Clone)]
 pub struct BenchPlan {
     /// The folder of the puzzles.
     pub puzzles: PathBuf,
-    /// What predicts the rollouts behind subgoals and clusters.
+    /// The model that predicts the rollouts for subgoals and clusters.
     pub model: PriorSource,
-    /// Subgoals proposed for a puzzle, at most.
+    /// Maximum number of subgoals proposed for a puzzle.
     pub subgoals: usize,
     /// The methods.
     pub methods: Vec<Method>,
-    /// Episodes of a training.
+    /// Number of episodes of a training.
     pub episodes: u32,
-    /// Trainings of a method on a puzzle: seeds 0 to `seeds - 1`.
+    /// Number of trainings of a method on a puzzle, with seeds 0 to `seeds - 1`.
     pub seeds: u64,
     /// Other settings of all trainings, by JSON path.
     pub settings: Vec<(String, String)>,
 }
 
-/// Writes the puzzles with proposed subgoals to `out/tasks`, those that are there excepted, and
-/// `out/sweep.json`, a [sweep](crate::sweep) over them, whose path is returned.
+/// Writes the puzzles with proposed subgoals to `out/tasks`, except existing ones, and the
+/// [sweep](crate::sweep) over them to `out/sweep.json`, whose path is returned.
 ///
 /// # Errors
-/// When there are no puzzles, the model cannot predict one, or a file cannot be read or written;
+/// When the model cannot predict a puzzle, or a file cannot be read or written;
 /// [`PuzzleError::Interrupted`].
 pub fn prepare(
     plan: &BenchPlan,
@@ -72,7 +72,7 @@ pub fn prepare(
     Ok(path)
 }
 
-/// Subgoals proposed for one puzzle.
+/// The job that proposes subgoals for one puzzle.
 struct Proposal<'a> {
     plan: &'a BenchPlan,
     name: String,
@@ -88,7 +88,7 @@ impl<'a> Proposal<'a> {
     fn propose(&self, handle: &JobHandle) -> Result<Option<()>, PuzzleError> {
         handle.report(format!("subgoals of {}", self.name));
         let mut puzzle = task::load(&self.from.display().to_string())?;
-        // Without a model there is nothing to propose with.
+        // The uniform source has no model to propose subgoals with.
         if let Some((model, _)) = rollout_model(&self.plan.model, &puzzle)? {
             let config = GuidanceConfig::default();
             let model = Stoppable::new(&*model, handle.stop());

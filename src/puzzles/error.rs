@@ -1,4 +1,4 @@
-//! What can go wrong with generated puzzles, as one line for the person who reads it.
+//! Errors of generated puzzles, each shown as one line.
 
 use std::path::{Path, PathBuf};
 
@@ -12,37 +12,37 @@ use crate::trainer::PriorError;
 /// Why puzzles cannot be generated or used.
 #[derive(Debug, thiserror::Error)]
 pub enum PuzzleError {
-    /// The folder holds puzzles of another kind.
+    /// The folder holds puzzles of another sequence.
     #[error("{}: these puzzles have another seed, split or start noise: choose another folder with --out", path.display())]
     OtherPuzzles { path: PathBuf },
-    /// The index is of another version of the format.
+    /// The index has another format version.
     #[error("{}: the index has format version {found}, this program reads version {wanted}: generate the puzzles again", path.display())]
     Version { path: PathBuf, found: u32, wanted: u32 },
-    /// A file is not the JSON that it should be.
+    /// A file has invalid JSON.
     #[error(transparent)]
     Syntax(#[from] SyntaxError),
     /// A file cannot be read or written.
     #[error("{}: {source}", path.display())]
     Io { path: PathBuf, source: std::io::Error },
-    /// A puzzle's task file.
+    /// A puzzle's task file or the index is invalid.
     #[error(transparent)]
     Task(#[from] TaskError),
-    /// The dynamics model.
+    /// A prediction failed.
     #[error(transparent)]
     Dynamics(#[from] DynamicsError),
-    /// The source of predictions.
+    /// The model cannot be used.
     #[error(transparent)]
     Prior(#[from] PriorError),
-    /// A trained run.
+    /// A run cannot be read.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// Threads.
+    /// The threads of the batch cannot be started.
     #[error(transparent)]
     Batch(#[from] BatchError),
-    /// A mistake of the program.
+    /// A job panicked.
     #[error("a puzzle's job panicked: {0}")]
     Panic(String),
-    /// It was asked to stop.
+    /// The batch was interrupted.
     #[error("interrupted after {done} of {jobs} puzzles: the same command continues")]
     Interrupted { done: usize, jobs: usize },
 }
@@ -60,7 +60,7 @@ impl JobError for PuzzleError {
     }
 }
 
-/// The outputs of the jobs that have one, and how many have none because of an interruption.
+/// The outputs of the finished jobs, and the number of interrupted ones.
 ///
 /// # Errors
 /// The first failure.

@@ -1,4 +1,4 @@
-//! Random layouts, and the play that decides which of them are puzzles.
+//! Generates random layouts, and decides by play which of them are puzzles.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -18,30 +18,30 @@ use crate::streams::Stream;
 use crate::study::hits::{Explorer, Guided, Uniform, play};
 use crate::task::{self, BallSpec, Form, Goal, GoalShape, Placeable, Rules, STANDARD_RADIUS, Task, ToolSpec, VERSION};
 
-/// The tool sets of the shipped dynamics models, each with the types the agent may place. A placed
-/// bucket would only hold the ball, so it is not among them.
+/// The tool sets of the shipped dynamics models, each with the types that the agent may place. Buckets are
+/// not placeable, as they would only hold the ball.
 const TOOL_SETS: [(&[ToolKind], &[ToolKind]); 3] = [
     (&[ToolKind::Bucket, ToolKind::Box], &[ToolKind::Box]),
     (&[ToolKind::Square, ToolKind::Floor], &[ToolKind::Square, ToolKind::Floor]),
     (&[ToolKind::Box, ToolKind::Wall, ToolKind::Floor], &[ToolKind::Box, ToolKind::Wall, ToolKind::Floor]),
 ];
-/// Most tools of a scene.
+/// Maximum number of tools in a scene.
 const MOST_TOOLS: usize = 4;
-/// Subgoals that guided play may use.
+/// Maximum number of subgoals for guided play.
 const SUBGOALS: usize = 2;
-/// Episodes of the first, cheap look at a layout.
+/// Number of episodes of the first, cheap check of a layout.
 const FIRST_LOOK: u32 = 100;
 
-/// Which layouts are puzzles.
+/// The criteria by which a layout is accepted as a puzzle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Criteria {
-    /// Episodes of random play and of guided play.
+    /// Number of episodes of random and of guided play.
     pub episodes: u32,
-    /// Most of these in which random play may reach the goal.
+    /// Maximum number of these in which random play reaches the goal.
     pub most_random: u32,
-    /// Fewest of these in which play guided by the true physics must reach it.
+    /// Minimum number of these in which play guided by the true physics reaches the goal.
     pub least_guided: u32,
-    /// Actions of random play from which an accepted puzzle's random hit rate is measured.
+    /// Number of random actions that measure the random hit rate of an accepted puzzle.
     pub random_actions: u64,
 }
 
@@ -51,12 +51,12 @@ impl Default for Criteria {
     }
 }
 
-/// Puzzles 0 to `count - 1` of the index's sequence, written into `folder` with the index; those that
-/// are there stay. A puzzle depends on its number alone, not on `count` or threads.
+/// Generates puzzles 0 to `count - 1` of the sequence of `wanted` in `folder`, with their index; existing ones
+/// are kept. A puzzle depends only on the sequence and its number, not on `count` or threads.
 ///
 /// # Errors
-/// [`PuzzleError::OtherPuzzles`] when the folder holds others; [`PuzzleError::Interrupted`], after the
-/// finished ones have been written; when files cannot be read or written.
+/// [`PuzzleError::OtherPuzzles`] when the folder holds another sequence; [`PuzzleError::Interrupted`], after
+/// the finished puzzles have been written; when files cannot be read or written.
 pub fn generate(
     wanted: &Index,
     count: u64,
@@ -82,7 +82,7 @@ pub fn generate(
     }
 }
 
-/// The search for one puzzle: layouts are drawn until one is accepted.
+/// The search for one puzzle: draws layouts until one is accepted.
 struct Search<'a> {
     number: u64,
     index: &'a Index,
@@ -124,7 +124,7 @@ impl<'a> Search<'a> {
         Ok(None)
     }
 
-    /// The puzzle that the layout is, without its random hit rate; none if it is too easy or too hard.
+    /// Judges a layout: returns the puzzle without its random hit rate, or None if it is too easy or too hard.
     fn judge(&self, task: &Arc<Task>, seed: u64, stop: &Stop) -> Result<Option<Puzzle>, PuzzleError> {
         let Criteria { episodes, most_random, least_guided, .. } = *self.criteria;
         let is_easy =
@@ -140,7 +140,7 @@ impl<'a> Search<'a> {
             return Ok(None);
         };
         let guided = |episodes| successes(&staged, &mut Guided(&prior), episodes, seed, stop);
-        // Few in the first look are surely too few in all.
+        // Far fewer successes than expected in the first check mean too few in total.
         let expected = least_guided as f32 * FIRST_LOOK as f32 / episodes as f32;
         if (guided(FIRST_LOOK.min(episodes))?.0 as f32) < expected / 3.0 {
             return Ok(None);
@@ -174,7 +174,7 @@ fn name(index: &Index, number: u64) -> String {
     format!("{split}-{}-{number:04}", index.seed)
 }
 
-/// A random scene with a ball above, a goal anywhere, and a tool to place.
+/// A random scene with the ball in the upper part, a goal, and a tool to place.
 fn layout(name: &str, start_noise: f32, rng: &mut ChaCha8Rng) -> Task {
     // None of the lists is empty.
     let (set, placeable) = TOOL_SETS[rng.gen_range(0..TOOL_SETS.len())];
@@ -209,12 +209,12 @@ fn layout(name: &str, start_noise: f32, rng: &mut ChaCha8Rng) -> Task {
     }
 }
 
-/// A place in a rectangle, to two decimals, as a person would write it.
+/// A random position in a rectangle, rounded to two decimals.
 fn place(rng: &mut ChaCha8Rng, x: [f32; 2], y: [f32; 2]) -> [f32; 2] {
     [x, y].map(|[from, to]| (rng.gen_range(from..=to) * 100.0).round() / 100.0)
 }
 
-/// Episodes that reached the goal, and the fewest actions of one that did.
+/// The number of episodes that reached the goal, and the minimum number of actions of one that did.
 fn successes(
     task: &Arc<Task>,
     explorer: &mut impl Explorer,
@@ -235,8 +235,8 @@ fn successes(
     if is_whole { Ok((goals, fewest)) } else { Err(DynamicsError::Stopped) }
 }
 
-/// Episodes of random play with at least this many actions in all, and those that reached the goal;
-/// none if it was stopped before.
+/// Plays at random until at least `actions` actions are taken; returns the numbers of episodes, and of those
+/// that reached the goal. None if it was stopped before.
 fn play_actions(task: &Arc<Task>, actions: u64, seed: u64, stop: &Stop) -> Option<(u64, u64)> {
     let (mut taken, mut episodes, mut goals) = (0, 0, 0);
     let is_whole = play(task, &mut Uniform, seed, stop, |env: &Environment| {

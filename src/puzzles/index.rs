@@ -11,20 +11,20 @@ use crate::physics::ToolKind;
 use crate::task::{TaskError, check_name};
 use crate::validation::{ValidationError, in_range};
 
-/// The version of the format this program writes.
+/// The format version that this program writes.
 const VERSION: u32 = 1;
 /// Name of the index in its folder.
 const FILE: &str = "index.json";
 
-/// What puzzles are for. Equal seeds give different puzzles in each.
+/// The purpose of puzzles. Equal seeds give different puzzles in each split.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "snake_case")]
 pub enum Split {
-    /// To train agents and models on.
+    /// For training agents and models.
     Train,
-    /// To choose settings on.
+    /// For choosing settings.
     Validation,
-    /// To report results on.
+    /// For reporting results.
     Test,
 }
 
@@ -36,7 +36,7 @@ pub struct Index {
     pub version: u32,
     /// Seed of the puzzles.
     pub seed: u64,
-    /// What they are for.
+    /// Their split.
     pub split: Split,
     /// Half width of the uniform noise on the ball's start, normalised.
     pub start_noise: f32,
@@ -52,21 +52,21 @@ pub struct Puzzle {
     pub number: u64,
     /// Name of its task; the task file is `NAME.json`.
     pub name: String,
-    /// Types of the tools of the scene and of the agent.
+    /// Types of the tools in the scene and of the placeable tool.
     pub tools: Vec<ToolKind>,
     /// Type of the tool that the agent places.
     pub placeable: ToolKind,
-    /// Subgoals that play guided by the true physics used.
+    /// Number of subgoals used by play guided by the true physics.
     pub subgoals: usize,
-    /// Fewest actions in which that play reached the goal.
+    /// Minimum number of actions in which that play reached the goal.
     pub actions_needed: u32,
-    /// Episodes of that play.
+    /// Number of episodes of that play.
     pub guided_episodes: u32,
-    /// Episodes of that play that reached the goal.
+    /// Number of episodes of that play that reached the goal.
     pub guided_goals: u32,
-    /// Episodes of uniformly random play.
+    /// Number of episodes of uniformly random play.
     pub random_episodes: u64,
-    /// Episodes of uniformly random play that reached the goal.
+    /// Number of episodes of uniformly random play that reached the goal.
     pub random_goals: u64,
 }
 
@@ -76,10 +76,10 @@ impl Index {
         Self { version: VERSION, seed, split, start_noise, puzzles: Vec::new() }
     }
 
-    /// The index in `folder`; none if there is no such file.
+    /// The index in `folder`; None if there is no such file.
     ///
     /// # Errors
-    /// When it cannot be read, is not an index, or is of another version.
+    /// When it cannot be read, is invalid, or has another version.
     pub fn load(folder: &Path) -> Result<Option<Self>, PuzzleError> {
         let path = folder.join(FILE);
         let text = match bounded::regular(&path).and_then(|()| bounded::read(&path, bounded::TEXT)) {
@@ -89,10 +89,10 @@ impl Index {
         Self::parse(&text, &path).map(Some)
     }
 
-    /// Reads the text of an index; `path` names it in errors.
+    /// Parses the text of an index; `path` names it in errors.
     ///
     /// # Errors
-    /// When it is not an index, is of another version, or names a puzzle that has no file in the folder.
+    /// When it is invalid, has another version, or the name of a puzzle is not a plain file name.
     pub fn parse(text: &[u8], path: &Path) -> Result<Self, PuzzleError> {
         let origin = path.display().to_string();
         let index: Self = json::parse(text, &origin)?;
@@ -122,7 +122,7 @@ impl Index {
         crate::atomic::write(&path, text.as_bytes()).map_err(PuzzleError::io(&path))
     }
 
-    /// Whether `other` continues the same sequence of puzzles.
+    /// Whether `other` has the same sequence of puzzles.
     pub(super) fn is_like(&self, other: &Self) -> bool {
         (self.seed, self.split, self.start_noise) == (other.seed, other.split, other.start_noise)
     }
@@ -133,7 +133,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_index_names_files_of_its_folder_only() {
+    fn an_index_names_only_files_of_its_folder() {
         let parse = |name: &str, noise: &str| {
             let puzzle = format!(
                 r#"{{"number": 0, "name": "{name}", "tools": [], "placeable": "box", "subgoals": 0, "actions_needed": 1,

@@ -1,9 +1,9 @@
-//! Generated puzzles: layouts that nobody has tuned anything to, and how methods do on them.
+//! Generated puzzles: layouts to which no method has been tuned, and the results of methods on them.
 //!
 //! A folder of puzzles holds `index.json` ([`Index`]) and a task file without subgoals for each puzzle.
-//! Whether a layout is a puzzle is decided by play: random actions hardly ever reach the goal, and
-//! actions guided by the true physics often do. The bench proposes subgoals for each puzzle with a
-//! dynamics model, which knows no puzzle, and trains agents on the result as a [sweep](crate::sweep).
+//! Play decides whether a layout is a puzzle: random actions hardly ever reach the goal, and actions
+//! guided by the true physics often do. The bench proposes subgoals for each puzzle with a dynamics
+//! model, which was not trained on puzzles, and trains agents on the result as a [sweep](crate::sweep).
 
 mod bench;
 mod error;

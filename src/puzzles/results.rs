@@ -1,4 +1,4 @@
-//! The results of a bench: how many puzzles each method solves, and how soon.
+//! The results of a bench: how many puzzles each method solves, and how fast.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -12,24 +12,24 @@ use crate::evidence::LearningRow;
 use crate::markdown;
 use crate::stats::rolling::WINDOW;
 
-/// Success rate from which on a puzzle counts as solved.
+/// Minimum success rate of a solved puzzle.
 const SOLVED: f64 = 0.8;
 
-/// Groups of puzzles: the fewest actions from which on a puzzle belongs to one, and its name.
+/// Groups of puzzles by the actions needed: the minimum number of each, and its name.
 const GROUPS: [(u32, &str); 4] = [(0, "1 to 3"), (4, "4 to 6"), (7, "7 to 9"), (10, "10 or more")];
 
 /// Trainings on generated puzzles.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BenchResults {
-    /// The command that made them.
+    /// The command that reproduces them.
     pub command: String,
-    /// Version of the program.
+    /// Version of the program that wrote them.
     pub mge_version: String,
     /// The puzzles.
     pub index: Index,
-    /// Episodes of the longest training.
+    /// Number of episodes of the longest training.
     pub episodes: u64,
-    /// One row for each training.
+    /// One row per training.
     pub runs: Vec<LearningRow>,
 }
 
@@ -60,7 +60,7 @@ impl BenchResults {
         Ok(())
     }
 
-    /// The results as tables.
+    /// The results as Markdown tables.
     pub fn to_markdown(&self) -> String {
         let mut text = String::from("# Generated puzzles\n\n");
         // Writing to a string does not fail.
@@ -88,7 +88,7 @@ impl BenchResults {
         text
     }
 
-    /// A table with a row for each method and group of runs; `group` gives the place of its name.
+    /// Writes a table with one row per group and method; `group` returns the index of a run's group in `names`.
     fn write_table(
         &self,
         text: &mut String,

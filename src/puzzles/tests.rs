@@ -9,7 +9,7 @@ use crate::sweep::Sweep;
 use crate::task;
 use crate::trainer::{Method, PriorSource};
 
-/// Cheap to check, and still not met by most layouts.
+/// Criteria that are cheap to check but still reject most layouts.
 const CRITERIA: Criteria = Criteria { episodes: 60, most_random: 1, least_guided: 3, random_actions: 500 };
 
 fn generate_into(folder: &Path, index: &Index, count: u64, threads: usize) -> Result<Index, PuzzleError> {
@@ -22,7 +22,7 @@ fn read(folder: &Path, name: &str) -> String {
 }
 
 #[test]
-fn puzzles_depend_on_their_number_alone_and_those_that_exist_are_kept() {
+fn puzzles_depend_only_on_their_number_and_existing_ones_are_kept() {
     let (one, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let index = Index::new(7, Split::Validation, 0.01);
     let first = generate_into(one.path(), &index, 1, 1).unwrap();
@@ -71,7 +71,7 @@ fn a_puzzle_is_a_task_without_subgoals_that_guided_play_solves_and_the_bench_giv
 }
 
 #[test]
-fn an_interrupted_search_says_how_many_are_done_and_keeps_them() {
+fn an_interrupted_search_reports_and_keeps_finished_puzzles() {
     let folder = tempfile::tempdir().unwrap();
     let interrupt = AtomicBool::new(true);
     let index = Index::new(1, Split::Test, 0.0);

@@ -1,4 +1,4 @@
-//! A file that only grows, one whole piece at a time.
+//! Append-only files, written in complete pieces.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
@@ -8,8 +8,8 @@ use serde::Serialize;
 
 use super::{Result, RunError, file, folder};
 
-/// An append-only file. Each piece reaches the operating system at once, so that other processes
-/// see it; a piece that could not be written whole is taken back.
+/// An append-only file. Each piece is passed to the operating system at once, so that other processes
+/// see it; a partially written piece is removed again.
 #[derive(Debug)]
 pub(super) struct AppendFile {
     path: PathBuf,
@@ -18,12 +18,12 @@ pub(super) struct AppendFile {
 }
 
 impl AppendFile {
-    /// Opens the file at its end; creates it if there is none.
+    /// Opens the file for appending; creates it if there is none.
     pub fn open(path: &Path) -> Result<Self> {
         let is_new = !path.exists();
         let file = Self::of(file::open_append(path).map_err(RunError::io("write", path))?, path)?;
         if is_new {
-            // What is synced later needs a name by which it is found.
+            // Later syncs of the content are useless unless the name is durable as well.
             folder::sync(&folder::parent_of(path))?;
         }
         Ok(file)
@@ -42,7 +42,7 @@ impl AppendFile {
                 Ok(())
             }
             Err(source) => {
-                // Best effort: half a line would make the next one unreadable too.
+                // Best effort: half a line would make the next line unreadable as well.
                 let _ = self.file.set_len(self.length);
                 Err(RunError::Io { action: "write", path: self.path.clone(), source })
             }
@@ -57,7 +57,7 @@ impl AppendFile {
         self.append(&line)
     }
 
-    /// Ends a line of which another process has left but half.
+    /// Ends the last line if another process left it incomplete.
     pub fn end_line(&mut self) -> Result<()> {
         let last_byte = || -> std::io::Result<[u8; 1]> {
             let mut last = [b'\n'];
@@ -74,19 +74,19 @@ impl AppendFile {
         }
     }
 
-    /// Cuts the file to `length` bytes.
+    /// Truncates the file to `length` bytes.
     pub fn cut(&mut self, length: u64) -> Result<()> {
         self.file.set_len(length).map_err(RunError::io("shorten", &self.path))?;
         self.length = length;
         Ok(())
     }
 
-    /// True if nothing was written yet.
+    /// Whether the file is empty.
     pub fn is_empty(&self) -> bool {
         self.length == 0
     }
 
-    /// Waits until everything is on the disk.
+    /// Waits until everything is on disk.
     pub fn sync(&self) -> Result<()> {
         self.file.sync_data().map_err(RunError::io("write", &self.path))
     }
@@ -99,7 +99,7 @@ impl AppendFile {
         Self::of(File::options().append(true).open(path).unwrap(), path).unwrap()
     }
 
-    /// Where the file is.
+    /// The path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }

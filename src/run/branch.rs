@@ -1,4 +1,4 @@
-//! A new run that begins as another one was after some of its episodes.
+//! A new run that starts from the state of another run after some of its episodes.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,8 +11,8 @@ use super::log::EventLog;
 use super::retention::{CheckpointAction, CheckpointName};
 use super::{Result, RunDirectory, RunError, episodes, folder, metrics};
 
-/// The folder of a run that is being made from another; it has its place once it is whole, and is gone if
-/// it is dropped before.
+/// The folder of a run that is being created from another. It is moved to its place when it is complete, and
+/// removed if dropped before.
 #[derive(Debug)]
 pub struct Branch {
     filled: TempDir,
@@ -26,7 +26,7 @@ impl Branch {
     /// they were after `episode` episodes.
     ///
     /// # Errors
-    /// [`RunError::NotEmpty`]; [`RunError::LogTooShort`] if the run is not that far, [`RunError::Io`].
+    /// [`RunError::NotEmpty`]; [`RunError::LogTooShort`] if the run has fewer episodes; [`RunError::Io`].
     pub fn new(source: &RunDirectory, place: &Path, episode: u64) -> Result<Self> {
         let is_taken = fs::read_dir(place).is_ok_and(|mut entries| entries.next().is_some());
         if is_taken || place.is_file() {
@@ -53,26 +53,26 @@ impl Branch {
         Ok(Self { filled, directory, place: place.to_owned(), episode })
     }
 
-    /// The run so far, without configuration and checkpoint.
+    /// The run so far, without configuration and `last` checkpoint.
     pub fn directory(&self) -> &RunDirectory {
         &self.directory
     }
 
-    /// Gives it its configuration and the checkpoint from which it goes on, which is kept as that of its
-    /// episode, too, and puts it in its place.
+    /// Writes the configuration and the checkpoint from which the run continues, both as `last` and as
+    /// `episode-N`, and moves the run to its place.
     ///
     /// # Errors
-    /// [`RunError::Io`]; nothing is left then.
+    /// [`RunError::Io`]; then nothing remains.
     pub fn finish(self, config: &impl Serialize, checkpoint: &Checkpoint) -> Result<RunDirectory> {
         let Self { filled, directory, place, episode } = self;
         let names = [CheckpointName::Last, CheckpointName::Episode(episode)];
         directory.checkpoints().apply(&names.map(CheckpointAction::Save), checkpoint)?;
         directory.write_config(config)?;
         folder::sync(filled.path())?;
-        // What stands there is empty; not every system renames over it.
+        // Any folder there is empty; not every system can rename over it.
         let _ = fs::remove_dir(&place);
         fs::rename(filled.path(), &place).map_err(RunError::io("create", &place))?;
-        // It is in its place: there is nothing left to remove.
+        // It has been renamed, so there is no temporary folder to remove.
         let _ = filled.keep();
         folder::sync(&folder::parent_of(&place))?;
         Ok(RunDirectory::at(&place))
@@ -97,7 +97,7 @@ mod tests {
         assert!(matches!(Branch::new(&source, &place, 10), Err(RunError::LogTooShort { .. })));
         assert!(matches!(Branch::new(&source, source.path(), 4), Err(RunError::NotEmpty(_))));
         drop(Branch::new(&source, &place, 4).unwrap());
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "what was given up leaves nothing");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "an abandoned branch leaves nothing behind");
         let branch = Branch::new(&source, &place, 4).unwrap();
         let made = branch.finish(&"other", &Checkpoint::new(4)).unwrap();
         assert_eq!(read_metrics(&made.metrics_path()).unwrap().len(), 4);
@@ -106,6 +106,6 @@ mod tests {
         let (checkpoint, problems) = made.checkpoints().load_newest().unwrap();
         assert_eq!((checkpoint.episode, problems.len()), (4, 0));
         RunWriter::open(&made, 4).unwrap();
-        assert_eq!(read_metrics(&source.metrics_path()).unwrap().len(), 9, "the other stays as it is");
+        assert_eq!(read_metrics(&source.metrics_path()).unwrap().len(), 9, "the source is unchanged");
     }
 }

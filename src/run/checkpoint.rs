@@ -1,13 +1,13 @@
-//! A checkpoint: named sections of bytes in one folder, with a manifest that proves them whole.
+//! A checkpoint: named sections of bytes in one folder, with a manifest for verifying them.
 //!
 //! ```text
 //! manifest.json       {"format": 1, "mge_version": "..", "episode": 200, "score": 0.35,
 //!                      "sections": [{"name": "actor.safetensors", "bytes": 41232, "sha256": ".."}]}
-//! actor.safetensors   one file a section, named as the section
+//! actor.safetensors   one file per section, with the section's name
 //! ```
 //!
-//! What the sections mean is the trainer's business. The folder appears under its name only when
-//! it is complete and on the disk.
+//! The trainer defines the meaning of the sections. The folder appears under its name only when
+//! it is complete and on disk.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -23,12 +23,12 @@ use super::folder::{self, write_new};
 use super::{Result, RunError, file, number};
 use crate::json;
 
-/// Format of a checkpoint that this program writes, and the newest that it reads.
+/// The checkpoint format that this program writes, and the newest that it reads.
 pub const FORMAT: u64 = 1;
 
 const MANIFEST: &str = "manifest.json";
 
-/// Prefix of an old checkpoint's name while a new one takes its place.
+/// Prefix of an old checkpoint's name while a new one replaces it.
 pub(super) const PREVIOUS: &str = ".previous-";
 
 /// The whole state of a training at the end of an episode, as named sections.
@@ -36,7 +36,7 @@ pub(super) const PREVIOUS: &str = ".previous-";
 pub struct Checkpoint {
     /// Episodes finished.
     pub episode: u64,
-    /// What `best` is judged by, if the networks were evaluated at this episode.
+    /// The score that decides about `best`, if the networks were evaluated at this episode.
     pub score: Option<f64>,
     sections: BTreeMap<String, Vec<u8>>,
 }
@@ -48,7 +48,7 @@ pub(super) struct Manifest {
     mge_version: String,
     /// Episodes finished.
     pub episode: u64,
-    /// What `best` is judged by.
+    /// The score that decides about `best`.
     #[serde(with = "number::optional")]
     pub score: Option<f64>,
     sections: Vec<Section>,
@@ -92,7 +92,7 @@ impl Checkpoint {
     /// The bytes of a section.
     ///
     /// # Errors
-    /// [`RunError::MissingSection`], which names the sections there are.
+    /// [`RunError::MissingSection`], which names the existing sections.
     pub fn section(&self, name: &str) -> Result<&[u8]> {
         self.sections.get(name).map(Vec::as_slice).ok_or_else(|| RunError::MissingSection {
             episode: self.episode,
@@ -114,14 +114,14 @@ impl Checkpoint {
         self.sections.keys().map(String::as_str)
     }
 
-    /// Writes the checkpoint to the folder `path`, in place of the one that may be there.
+    /// Writes the checkpoint to the folder `path`; replaces an existing one.
     ///
     /// All files are written and synced in a new folder beside it, which is then renamed. The old
-    /// one is moved out of the way just before and removed after; [`Checkpoint::load`] finds it if
+    /// checkpoint is renamed just before and removed afterwards; [`Checkpoint::load`] finds it if
     /// the process is killed between the two renames.
     ///
     /// # Errors
-    /// [`RunError::Io`]; the old checkpoint is still there then.
+    /// [`RunError::Io`]; then the old checkpoint still exists.
     pub fn save(&self, path: &Path) -> Result<()> {
         let new = folder::new_beside(path)?;
         let mut sections = Vec::new();
@@ -146,14 +146,14 @@ impl Checkpoint {
     /// Reads and verifies the checkpoint in the folder `path`.
     ///
     /// # Errors
-    /// [`RunError::NoCheckpoint`] if there is none; [`RunError::UnknownFormat`] if it is newer than
-    /// this program; [`RunError::Truncated`], [`RunError::Damaged`] or [`RunError::Io`] naming the
-    /// file that is not what the manifest says.
+    /// [`RunError::NoCheckpoint`] if there is none; [`RunError::UnknownFormat`] if its format is too
+    /// new; [`RunError::Truncated`], [`RunError::Damaged`] or [`RunError::Io`], with the file that
+    /// does not match the manifest.
     pub fn load(path: &Path) -> Result<Self> {
         Self::load_where(path, |_| true)
     }
 
-    /// As [`Checkpoint::load`], with the sections whose names are `wanted` alone; the others are not read.
+    /// Like [`Checkpoint::load`], but reads only the sections whose names are `wanted`.
     pub(super) fn load_where(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<Self> {
         let path = &existing(path);
         folder::check(path)?;
@@ -180,7 +180,7 @@ impl Checkpoint {
 }
 
 impl Manifest {
-    /// Reads the manifest of the checkpoint in the folder `path`, and nothing else.
+    /// Reads only the manifest of the checkpoint in the folder `path`.
     pub fn read(path: &Path) -> Result<Self> {
         let path = &existing(path);
         folder::check(path)?;
@@ -194,19 +194,19 @@ impl Manifest {
     }
 }
 
-/// Writes and syncs the file of a section. Returns its checksum, which is computed meanwhile: of large networks
-/// either takes a while, and whoever ends a training waits for both.
+/// Writes and syncs the file of a section. Returns its checksum, which is computed in parallel: for large networks
+/// both take a while, and ending a training waits for them.
 fn write_section(path: &Path, bytes: &[u8]) -> Result<String> {
     thread::scope(|scope| {
         let checksum = thread::Builder::new().spawn_scoped(scope, || sha256(bytes));
         write_new(path, bytes)?;
-        // Without a thread it is computed here.
+        // Without a thread, compute it here.
         Ok(checksum.ok().and_then(|checksum| checksum.join().ok()).unwrap_or_else(|| sha256(bytes)))
     })
 }
 
-/// Copies a saved checkpoint to another name in the same folder. The files are shared where the
-/// file system can: no file of a checkpoint is ever changed, so one copy is enough.
+/// Copies a saved checkpoint to another name in the same folder. Files are hard-linked where
+/// possible, because files of a checkpoint never change.
 pub(super) fn duplicate(from: &Path, to: &Path) -> Result<()> {
     let new = folder::new_beside(to)?;
     for entry in fs::read_dir(from).map_err(RunError::io("read", from))? {
@@ -224,7 +224,7 @@ pub(super) fn duplicate(from: &Path, to: &Path) -> Result<()> {
     swap_in(new, to)
 }
 
-/// Renames a complete folder to `path`; what was there is removed afterwards.
+/// Renames a complete folder to `path`; an old one there is removed afterwards.
 fn swap_in(new: tempfile::TempDir, path: &Path) -> Result<()> {
     let previous = previous_of(path);
     if path.exists() {
@@ -232,23 +232,23 @@ fn swap_in(new: tempfile::TempDir, path: &Path) -> Result<()> {
         fs::rename(path, &previous).map_err(RunError::io("replace", path))?;
     }
     if let Err(error) = fs::rename(new.path(), path) {
-        // Put the old one back; if that fails too, readers still find it under its other name.
+        // Restore the old one; if this fails as well, readers still find it under its other name.
         let _ = fs::rename(&previous, path);
         return Err(RunError::io("write", path)(error));
     }
-    // The temporary folder has its final name now and is no longer to be removed.
+    // The temporary folder now has its final name and must not be removed.
     let _ = new.keep();
     folder::sync(&folder::parent_of(path))?;
     remove(&previous)
 }
 
-/// Removes a checkpoint, if it is there: all of it at once, also if the process is killed meanwhile.
+/// Removes a checkpoint, if it exists, atomically: even if the process is killed, no partial checkpoint remains.
 pub(super) fn remove_whole(path: &Path) -> Result<()> {
-    // The new name is one that `CheckpointStore::tidy` removes; the rename replaces the empty folder.
+    // `CheckpointStore::tidy` removes folders with the new name. The rename replaces the empty folder.
     let leaving = folder::new_beside(path)?;
     match fs::rename(path, leaving.path()) {
         Ok(()) => {
-            // After a loss of power it has its new name, or is whole under the old one.
+            // After a power failure it has its new name, or is complete under the old one.
             let folder = folder::parent_of(path);
             folder::sync(&folder)?;
             leaving.close().map_err(RunError::io("remove", path))?;
@@ -259,7 +259,7 @@ pub(super) fn remove_whole(path: &Path) -> Result<()> {
     }
 }
 
-/// Removes a folder, if it is there.
+/// Removes a folder, if it exists.
 pub(super) fn remove(path: &Path) -> Result<()> {
     match fs::remove_dir_all(path) {
         Err(error) if error.kind() != ErrorKind::NotFound => Err(RunError::io("remove", path)(error)),
@@ -272,7 +272,7 @@ fn previous_of(path: &Path) -> PathBuf {
     path.with_file_name(format!("{PREVIOUS}{name}"))
 }
 
-/// `path`, or the old checkpoint if a process was killed while it replaced this one.
+/// `path`, or the old checkpoint's path if a process was killed while replacing it.
 fn existing(path: &Path) -> PathBuf {
     let previous = previous_of(path);
     if !path.exists() && previous.exists() { previous } else { path.to_path_buf() }
@@ -287,8 +287,8 @@ pub(super) fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Refuses a JSON file whose `format` is not one of 1 to `supported`, before anything else in it
-/// is looked at.
+/// Rejects a JSON file whose `format` is not in 1 to `supported`. Call this before parsing the rest
+/// of it.
 pub(super) fn check_format(path: &Path, bytes: &[u8], supported: u64) -> Result<()> {
     #[derive(Deserialize)]
     struct Format {
@@ -302,7 +302,7 @@ pub(super) fn check_format(path: &Path, bytes: &[u8], supported: u64) -> Result<
     }
 }
 
-/// Parses a JSON file; the error names the place in it.
+/// Parses a JSON file; the error names the position in it.
 pub(super) fn parse_json<T: DeserializeOwned>(path: &Path, bytes: &[u8]) -> Result<T> {
     json::parse(bytes, "").map_err(|error| {
         let at = if error.path == "." { String::new() } else { format!("{}: ", error.path) };
@@ -319,7 +319,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_not_there_is_removed_and_what_is_no_folder_is_not() {
+    fn removal_accepts_missing_folders_but_not_files() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("best");
         remove_whole(&path).unwrap();
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_loaded_is_what_was_saved_and_replaces_the_old() {
+    fn a_checkpoint_round_trips_and_replaces_the_old_one() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("last");
         sample(1).save(&path).unwrap();
@@ -355,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn a_random_stream_goes_on_where_it_was() {
+    fn a_random_stream_continues_where_it_was() {
         let mut stream = ChaCha8Rng::seed_from_u64(3);
         let _: [u32; 5] = stream.r#gen();
         let mut checkpoint = Checkpoint::new(0);
@@ -417,7 +417,7 @@ mod tests {
     }
 
     #[test]
-    fn missing_sections_and_bad_names_are_typed() {
+    fn missing_sections_and_bad_names_have_their_own_errors() {
         let error = sample(4).section("critic").unwrap_err();
         assert_eq!(
             error.to_string(),
@@ -434,7 +434,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("last");
         sample(1).save(&path).unwrap();
-        // A folder in the place of the old one's second name makes the swap fail even for root.
+        // A file with the name to which the old checkpoint is moved makes the swap fail even for root.
         let previous = previous_of(&path);
         fs::write(&previous, b"in the way").unwrap();
         let error = sample(2).save(&path).unwrap_err();
@@ -455,7 +455,7 @@ mod tests {
     }
 
     #[test]
-    fn a_copy_is_a_checkpoint_of_its_own() {
+    fn a_copy_is_independent_of_the_original() {
         let folder = tempfile::tempdir().unwrap();
         let (last, best) = (folder.path().join("last"), folder.path().join("best"));
         sample(1).save(&last).unwrap();

@@ -1,4 +1,4 @@
-//! The folder of a run: where its files are, its configuration, its lock.
+//! The folder of a run: paths, configuration, lock.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
@@ -16,7 +16,7 @@ use super::store::CheckpointStore;
 use super::{Result, RunError, file, folder};
 use crate::atomic;
 
-/// Format of a run folder that this program writes, and the newest that it reads.
+/// The format of a run folder that this program writes, and the newest that it reads.
 pub const FORMAT: u64 = 1;
 
 const LOCK: &str = "lock";
@@ -29,16 +29,16 @@ struct Saved<C> {
     config: C,
 }
 
-/// The folder of a run, for reading. Writing takes a [`RunWriter`](super::RunWriter).
+/// The folder of a run, for reading. Writing requires a [`RunWriter`](super::RunWriter).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RunDirectory {
     path: PathBuf,
 }
 
 impl RunDirectory {
-    /// Makes a new run in `path`, a folder that is empty or does not exist yet.
+    /// Creates a new run in `path`, a folder that is empty or does not exist yet.
     ///
-    /// `config` should hold every setting, defaults written out, so that the run can be repeated
+    /// `config` should contain every setting, including defaults, so that the run can be repeated
     /// by a program whose defaults have changed.
     ///
     /// # Errors
@@ -51,7 +51,7 @@ impl RunDirectory {
         fs::create_dir_all(path).map_err(RunError::io("create", path))?;
         for entry in fs::read_dir(path).map_err(RunError::io("read", path))? {
             let name = entry.map_err(RunError::io("read", path))?.file_name();
-            // Left by a process that was killed here; the next one completes the creation.
+            // These may be left by a process that was killed here; creation is then completed.
             if name != LOCK && !atomic::is_temporary(&name.to_string_lossy()) {
                 return Err(RunError::NotEmpty(path.clone()));
             }
@@ -60,12 +60,12 @@ impl RunDirectory {
         // Another process may have been faster.
         directory.refuse_if_made()?;
         directory.write_config(config)?;
-        // The folder's own name, too, should outlive a loss of power.
+        // The folder's own name should survive a power failure as well.
         folder::sync(&folder::parent_of(path))?;
         Ok(directory)
     }
 
-    /// The run in a folder, whatever is there.
+    /// The run in a folder, without any check.
     pub(super) fn at(path: &Path) -> Self {
         Self { path: path.to_owned() }
     }
@@ -85,18 +85,18 @@ impl RunDirectory {
         Ok(directory)
     }
 
-    /// The configuration with which the run was made.
+    /// The configuration of the run.
     ///
     /// # Errors
-    /// [`RunError::Malformed`] with the place in `config.json`.
+    /// [`RunError::Malformed`] with the position in `config.json`.
     pub fn config<C: DeserializeOwned>(&self) -> Result<C> {
         Ok(parse_json::<Saved<C>>(&self.config_path(), &self.config_bytes()?)?.config)
     }
 
-    /// Replaces the configuration of a run that nobody trains, such as by one with more episodes.
+    /// Replaces the configuration of a run that is not being trained, for example to add episodes.
     ///
     /// # Errors
-    /// [`RunError::InUse`]; [`RunError::Io`] if it cannot be written: it is as before then.
+    /// [`RunError::InUse`]; [`RunError::Io`] if it cannot be written; then it is unchanged.
     pub fn replace_config(&self, config: &impl Serialize) -> Result<()> {
         let _lock = self.lock()?;
         self.write_config(config)
@@ -123,13 +123,13 @@ impl RunDirectory {
         Ok(bytes)
     }
 
-    /// Whether a process trains the run, how it ended, and how far it is. Cheap also for a long
+    /// Whether a process trains the run, how it ended, and its progress. Cheap even for a long
     /// run: usually only the end of the log is read.
     ///
     /// # Errors
     /// [`RunError::Io`] if the lock or the log cannot be read.
     pub fn status(&self) -> Result<RunStatus> {
-        // A few events, more of them, all.
+        // Try with a few events, then with more, finally with all.
         const TAILS: [u64; 2] = [1 << 12, 1 << 16];
         let locked = self.is_locked()?;
         for tail in TAILS {
@@ -141,14 +141,14 @@ impl RunDirectory {
         Ok(RunStatus::derive(&read_tail(&self.events_path(), u64::MAX)?, locked))
     }
 
-    /// Takes the run for writing, until the lock is dropped.
+    /// Locks the run for writing, until the lock is dropped.
     ///
     /// # Errors
-    /// [`RunError::InUse`] if another process, or another part of this one, has it.
+    /// [`RunError::InUse`] if another process, or another part of this one, holds the lock.
     pub fn lock(&self) -> Result<RunLock> {
         let path = self.path.join(LOCK);
         let mut file = file::open_write(&path).map_err(RunError::io("write", &path))?;
-        // Readers that ask for the status hold the lock for a moment.
+        // Readers of the status hold the lock for a moment.
         for _ in 0..10 {
             match file.try_lock() {
                 Ok(()) => {
@@ -163,10 +163,10 @@ impl RunDirectory {
         Err(self.in_use())
     }
 
-    /// Refuses a run that a process holds, without waiting for it.
+    /// Checks that no process holds the run's lock, without waiting for it.
     ///
     /// # Errors
-    /// [`RunError::InUse`] then; [`RunError::Io`] if the lock cannot be read.
+    /// [`RunError::InUse`] if one does; [`RunError::Io`] if the lock cannot be read.
     pub fn check_free(&self) -> Result<()> {
         if self.is_locked()? { Err(self.in_use()) } else { Ok(()) }
     }
@@ -267,7 +267,7 @@ impl RunDirectory {
     /// # Errors
     /// [`RunError::Io`] if it cannot be read.
     pub fn log_tail(&self, lines: usize) -> Result<Vec<String>> {
-        /// Bytes of a line, more or less.
+        /// Approximate bytes per line.
         const LINE: u64 = 200;
         let path = self.log_path();
         let read = || -> std::io::Result<Vec<u8>> {
@@ -276,7 +276,7 @@ impl RunDirectory {
             file.seek(SeekFrom::Start(start))?;
             let mut bytes = Vec::new();
             file.read_to_end(&mut bytes)?;
-            // The first line is whole only at the beginning.
+            // Unless this is the beginning of the file, the first line may be incomplete.
             let whole = bytes.iter().position(|byte| *byte == b'\n').filter(|_| start > 0).map_or(0, |end| end + 1);
             Ok(bytes.split_off(whole))
         };
@@ -290,7 +290,7 @@ impl RunDirectory {
         Ok(all[all.len().saturating_sub(lines)..].iter().map(|line| (*line).to_owned()).collect())
     }
 
-    /// The files and folders in the run's folder by name, with the sizes of files in bytes.
+    /// The files and folders in the run's folder, sorted by name, with the sizes of files in bytes.
     ///
     /// # Errors
     /// [`RunError::Io`] if the folder cannot be read.
@@ -312,7 +312,7 @@ impl RunDirectory {
     }
 }
 
-/// The right to write a run; given up when dropped, also by a crash.
+/// The lock on a run for writing; released when dropped or when the process ends.
 #[derive(Debug)]
 pub struct RunLock {
     file: File,
@@ -320,7 +320,7 @@ pub struct RunLock {
 }
 
 impl RunLock {
-    /// Whether the lock is still where it was taken: not if the run was moved or deleted.
+    /// Whether the lock file is still in place; false if the run was moved or deleted.
     pub(super) fn is_in_place(&self) -> bool {
         #[cfg(unix)]
         {
@@ -333,7 +333,7 @@ impl RunLock {
     }
 }
 
-/// Twelve hexadecimal digits that name a configuration, for the metadata of figures and reports.
+/// Twelve hexadecimal digits that identify a configuration in the metadata of figures and reports.
 ///
 /// # Errors
 /// [`RunError::Encode`] if the configuration has no JSON form.
@@ -357,7 +357,7 @@ mod tests {
     const CONFIG: Config = Config { seed: 3, epsilon: 0.1 };
 
     #[test]
-    fn config_is_complete_versioned_and_comes_back() {
+    fn config_is_versioned_and_round_trips() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("runs/a");
         let run = RunDirectory::create(&path, &CONFIG).unwrap();
@@ -369,12 +369,12 @@ mod tests {
         let run = RunDirectory::open(&path).unwrap();
         assert_eq!(run.config::<Config>().unwrap(), CONFIG);
         assert_eq!(run.status().unwrap().state, RunState::NotStarted);
-        assert_eq!(config_hash(&CONFIG).unwrap(), "474a4553bc16", "figures carry it");
+        assert_eq!(config_hash(&CONFIG).unwrap(), "474a4553bc16", "figures contain this hash");
         assert_ne!(config_hash(&CONFIG).unwrap(), config_hash(&Config { seed: 4, ..CONFIG }).unwrap());
     }
 
     #[test]
-    fn only_what_a_killed_process_left_may_be_in_a_new_folder() {
+    fn a_new_folder_may_contain_only_leftovers_of_a_killed_process() {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join(LOCK), "12").unwrap();
         RunDirectory::create(folder.path(), &CONFIG).unwrap();
@@ -384,7 +384,7 @@ mod tests {
     }
 
     #[test]
-    fn files_that_are_no_files_are_errors_and_not_taken_for_missing() {
+    fn folders_in_place_of_files_are_errors_and_not_treated_as_missing() {
         let folder = tempfile::tempdir().unwrap();
         let run = RunDirectory::create(folder.path().join("a"), &CONFIG).unwrap();
         assert!(!run.is_locked().unwrap(), "nobody has trained it");
@@ -425,7 +425,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_run_is_refused_by_name() {
+    fn folders_that_are_not_runs_are_refused_by_name() {
         check_refused(r#"{"format": 9, "new": 1}"#, "has format 9, and this program reads formats 1 to 1");
         check_refused(r#"{"format": 0}"#, "has format 0");
         check_refused("{\"format\": 1,\n!", "line 2");
@@ -438,7 +438,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_in_use_is_refused_and_free_again_afterwards() {
+    fn a_run_in_use_is_refused_until_it_is_released() {
         let folder = tempfile::tempdir().unwrap();
         let run = RunDirectory::create(folder.path(), &CONFIG).unwrap();
         let lock = run.lock().unwrap();

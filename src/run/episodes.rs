@@ -1,5 +1,5 @@
-//! `episodes.jsonl`: what was done in every episode, one line each, so that it can be
-//! played again. The rest follows from the physics.
+//! `episodes.jsonl`: the actions of every episode, one line each, so that it can be replayed.
+//! Everything else follows from the physics.
 
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -10,7 +10,7 @@ use super::append::AppendFile;
 use super::{Result, RunError, file};
 use crate::json;
 
-/// Where an action came from.
+/// What chose an action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
@@ -20,25 +20,25 @@ pub enum Source {
     Clusters,
     /// A plan through the model.
     Planner,
-    /// A person.
+    /// A person, by hand.
     Hand,
-    /// An earlier episode that is repeated.
+    /// A recorded episode that is repeated.
     Recorded,
 }
 
-/// One action of an episode that was played.
+/// One action of a played episode.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "ActionLine", into = "ActionLine")]
 pub struct PlayedAction {
-    /// Where the tool was to be placed, normalised.
+    /// Requested position of the tool, normalised.
     pub action: [f32; 2],
-    /// Which tool of the action set; none where the agent has the task's own.
+    /// Index of the tool in the action set; none if the agent uses the task's own tool.
     pub tool: Option<usize>,
-    /// Who chose it.
+    /// What chose the action.
     pub source: Source,
 }
 
-/// An action as it is written. `source` is left out where `guided` says it all, as it always did.
+/// The file form of an action. `source` is omitted where `guided` determines it, as in older files.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ActionLine {
@@ -65,31 +65,31 @@ impl From<PlayedAction> for ActionLine {
     }
 }
 
-/// An episode that was played.
+/// A played episode.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlayedEpisode {
     /// Its number, counted from 1.
     pub episode: u64,
-    /// How far noise shifted its start, normalised.
+    /// Shift of the start by noise, normalised.
     pub shift: [f32; 2],
-    /// How far each of the task's random shifts went, normalised.
+    /// The task's random shifts as drawn, normalised.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shifts: Vec<[f32; 2]>,
-    /// The action set: numbers of its tools in CREATE's catalogue; none where the agent has the task's own tool.
+    /// The action set, as numbers in CREATE's catalogue; empty if the agent uses the task's own tool.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tools: Vec<usize>,
     /// Its actions, in order.
     pub actions: Vec<PlayedAction>,
 }
 
-/// Opens `episodes.jsonl` for writing and removes what comes after `episode`, and a half-written line.
+/// Opens `episodes.jsonl` for writing and removes everything after `episode` and a half-written last line.
 pub(super) fn open(path: &Path, episode: u64) -> Result<AppendFile> {
     let mut file = AppendFile::open(path)?;
     let bytes = file::read(path)?;
     let mut kept = 0;
     let mut end = 0;
-    // A line that is damaged costs its own episode, not those after it.
+    // A damaged line loses only its own episode, not those after it.
     for line in bytes.split_inclusive(|byte| *byte == b'\n') {
         end += line.len();
         if line.ends_with(b"\n") && parse(line).is_ok_and(|played| played.episode <= episode) {
@@ -107,8 +107,8 @@ fn parse(line: &[u8]) -> serde_json::Result<PlayedEpisode> {
 /// An episode of a run, which another process may still be training.
 ///
 /// # Errors
-/// [`RunError::Io`] if the run keeps no episodes, [`RunError::NoEpisode`] if it has not kept
-/// this one or is just writing it, [`RunError::Malformed`] if its line is not an episode.
+/// [`RunError::Io`] if there is no such file, [`RunError::NoEpisode`] if it does not contain the
+/// episode or it is just being written, [`RunError::Malformed`] if its line is not an episode.
 pub fn read_episode(path: &Path, episode: u64) -> Result<PlayedEpisode> {
     let find = || -> std::io::Result<Option<(u64, Vec<u8>)>> {
         let file = file::open(path)?;
@@ -125,18 +125,18 @@ pub fn read_episode(path: &Path, episode: u64) -> Result<PlayedEpisode> {
     })
 }
 
-/// Bytes that are read line by line.
+/// Ranges of up to this many bytes are searched line by line.
 const NEAR: u64 = 1 << 16;
 
-/// The line of an episode and where it begins. Episodes are in order: of a long file little is read.
+/// The line of an episode and its offset. Episodes are in order, so binary search reads little of a long file.
 fn find_line(file: &mut (impl BufRead + Seek), length: u64, episode: u64) -> std::io::Result<Option<(u64, Vec<u8>)>> {
-    // The line, if it is there, begins within these.
+    // The line, if it exists, begins in this range.
     let (mut from, mut to) = (0, length);
     let mut line = Vec::new();
     while to - from > NEAR {
         let middle = from + (to - from) / 2;
         let mut at = file.seek(SeekFrom::Start(middle))?;
-        // First the rest of a line; a line that is damaged has no number.
+        // Skips the rest of a line, then damaged lines, which have no number.
         let found = loop {
             line.clear();
             let start = at;
@@ -166,13 +166,13 @@ fn find_line(file: &mut (impl BufRead + Seek), length: u64, episode: u64) -> std
     }
 }
 
-/// The number of a line's episode, which is the first thing in it.
+/// The number of a line's episode, which is its first field.
 fn number_of(line: &[u8]) -> Option<u64> {
     let digits = line.strip_prefix(b"{\"episode\":")?.split(|byte| *byte == b',').next()?;
     std::str::from_utf8(digits).ok()?.parse().ok()
 }
 
-/// The number, from 1, of the line that begins somewhere; None if that cannot be read any more.
+/// The number, from 1, of the line at offset `start`; `None` if the file can no longer be read.
 fn line_number(path: &Path, start: u64) -> Option<u64> {
     let mut before = Vec::new();
     file::open(path).ok()?.take(start).read_to_end(&mut before).ok()?;
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn every_source_is_kept_and_older_lines_are_read() {
+    fn every_source_round_trips_and_older_lines_are_read() {
         for (source, line) in [
             (Source::Policy, r#"{"action":[0.5,-0.5],"guided":false}"#),
             (Source::Clusters, r#"{"action":[0.5,-0.5],"guided":true}"#),
@@ -208,13 +208,13 @@ mod tests {
     }
 
     #[test]
-    fn every_episode_of_a_long_file_is_found_also_beside_damage() {
+    fn every_episode_of_a_long_damaged_file_is_found() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("episodes.jsonl");
         let mut text = String::new();
         for episode in 1..=3000 {
             let line = serde_json::to_string(&played(episode)).unwrap();
-            // A stretch that is longer than what is read line by line.
+            // The damaged stretch is longer than the range that is searched line by line.
             let damaged = (1000..2000).contains(&episode);
             text += &if damaged { line.replace("episode", "epizode") } else { line };
             text.push('\n');
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn episodes_are_read_back_and_cut_with_the_run() {
+    fn episodes_round_trip_and_are_truncated_with_the_run() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("episodes.jsonl");
         let mut log = open(&path, 0).unwrap();

@@ -1,30 +1,30 @@
-//! What can go wrong with a run on disk, as one line for the person who reads it.
+//! Errors of runs on disk, as one line for users.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-/// Why a run could not be read or written. Every message names the path and what to do.
+/// Why a run could not be read or written. Messages name the path and, where possible, a remedy.
 #[derive(Debug, Error)]
 pub enum RunError {
-    /// The operating system refused.
+    /// The operating system reported an error.
     #[error("cannot {action} {}: {source}{}", path.display(), remedy(source))]
     Io {
-        /// What was tried, as a verb: "write", "read", "create".
+        /// The failed operation, as a verb: "write", "read", "create".
         action: &'static str,
         /// The file or folder.
         path: PathBuf,
-        /// The system's answer.
+        /// The system's error.
         source: io::Error,
     },
-    /// A new run was asked for where a run already is.
+    /// A new run was requested in a folder that already holds a run.
     #[error(
         "{} already holds a run: continue it with `mge resume`, or choose another folder with --out",
         .0.display()
     )]
     AlreadyARun(PathBuf),
-    /// A new run was asked for in a folder with other things in it.
+    /// A new run was requested in a folder that is not empty.
     #[error("{} is not empty: choose another folder with --out", .0.display())]
     NotEmpty(PathBuf),
     /// The folder has no `config.json`.
@@ -33,18 +33,18 @@ pub enum RunError {
     /// A folder that should hold runs has none.
     #[error("{} holds no runs: name the folder of a run, of a sweep or of a study", .0.display())]
     NoRuns(PathBuf),
-    /// Another process (or another part of this one) writes the run.
+    /// Another process (or another part of this one) holds the run's lock.
     #[error("the run {} is in use{}: stop that one first, or choose another folder", path.display(), by(.process))]
     InUse {
         /// The run.
         path: PathBuf,
-        /// Process id of the writer, where it can be read.
+        /// Process id of the writer, if it can be read.
         process: Option<u32>,
     },
-    /// The folder is no longer where it was while the run is being written.
+    /// The folder was moved or deleted while the run was being written.
     #[error("{} was moved or deleted while it was being trained: the training has ended", .0.display())]
     Gone(PathBuf),
-    /// Written by a program that knows more than this one.
+    /// Written by a newer version of the program.
     #[error(
         "{} has format {found}, and this program reads formats 1 to {supported}: update mge",
         path.display()
@@ -54,20 +54,20 @@ pub enum RunError {
         path: PathBuf,
         /// The format found.
         found: u64,
-        /// The newest format this program reads.
+        /// The newest format that this program reads.
         supported: u64,
     },
-    /// The text of a file is not what its format says.
+    /// The content of a file does not match its format.
     #[error("{}{}: {reason}", path.display(), at_line(.line))]
     Malformed {
         /// The file.
         path: PathBuf,
-        /// The line, counted from 1, where lines make sense.
+        /// The line, counted from 1, if the file has lines.
         line: Option<u64>,
         /// What is wrong.
         reason: String,
     },
-    /// A log ends before the checkpoint that is to be resumed.
+    /// A log ends before the checkpoint from which to resume.
     #[error(
         "{} ends at episode {found}, before the checkpoint's episode {wanted}: \
          the file was changed, resume from an earlier checkpoint",
@@ -81,18 +81,18 @@ pub enum RunError {
         /// Episode of the checkpoint.
         wanted: u64,
     },
-    /// The run has not kept an episode.
+    /// The file does not contain an episode.
     #[error("{}: there is no episode {episode} in it", path.display())]
     NoEpisode {
         /// The file of the episodes.
         path: PathBuf,
-        /// The episode asked for.
+        /// The requested episode.
         episode: u64,
     },
-    /// There is no checkpoint at all, or none of this name.
+    /// There is no checkpoint at all, or none with this name.
     #[error("there is no checkpoint in {}", .0.display())]
     NoCheckpoint(PathBuf),
-    /// A file of a checkpoint has another length than the manifest says.
+    /// The length of a checkpoint's file does not match the manifest.
     #[error(
         "{} has {found} bytes instead of {expected}: the checkpoint is incomplete, use another one",
         path.display()
@@ -105,34 +105,34 @@ pub enum RunError {
         /// Length on disk.
         found: u64,
     },
-    /// A file of a checkpoint has another content than the manifest says.
+    /// The content of a checkpoint's file does not match the manifest.
     #[error("{} is damaged (its checksum differs): use another checkpoint", .0.display())]
     Damaged(PathBuf),
-    /// A checkpoint lacks a section its reader needs.
+    /// A checkpoint lacks a required section.
     #[error("the checkpoint of episode {episode} has no section \"{section}\"; it has {present}")]
     MissingSection {
         /// Episode of the checkpoint.
         episode: u64,
-        /// The section asked for.
+        /// The requested section.
         section: String,
-        /// The sections there are, separated by commas.
+        /// The existing sections, separated by commas.
         present: String,
     },
-    /// A section name that cannot be a file name.
+    /// A section name is not a valid file name.
     #[error("\"{0}\" cannot name a section: use lower-case letters, digits, '_', '-' and '.', at most 64")]
     SectionName(String),
-    /// Nobody trains the run.
+    /// The run is not being trained.
     #[error("nobody is training {}: `mge resume` continues it", .0.display())]
     NotTrained(PathBuf),
-    /// Notes that are too long, or tags that are no words.
+    /// Notes are too long, or tags are not words.
     #[error("{0}")]
     Notes(String),
-    /// A value that has no JSON form.
+    /// A value has no JSON form.
     #[error("cannot write {what} as JSON: {source}")]
     Encode {
-        /// What was to be written.
+        /// The value.
         what: String,
-        /// Why not.
+        /// The cause.
         source: serde_json::Error,
     },
 }
@@ -144,7 +144,7 @@ impl RunError {
         move |source| RunError::Io { action, path, source }
     }
 
-    /// True if the cause is a file or folder that does not exist.
+    /// Whether the cause is a file or folder that does not exist.
     pub fn is_not_found(&self) -> bool {
         matches!(self, RunError::Io { source, .. } if source.kind() == io::ErrorKind::NotFound)
     }

@@ -1,4 +1,4 @@
-//! What happens in a run, in the words every reader shares.
+//! Events of a run, shared by all readers.
 
 use std::fmt;
 
@@ -8,9 +8,9 @@ use super::number;
 
 /// One finished episode: a row of `metrics.csv` and the body of [`Event::EpisodeFinished`].
 ///
-/// Every number and every truth value but `episode` is a [`Metric`](super::Metric) of the same
-/// name, which says its unit, its meaning and its formula. Holds no time: the same seed gives the
-/// same bytes. Learning figures are `None` as long as there was no update.
+/// Every number and Boolean except `episode` is a [`Metric`](super::Metric) of the same name, which
+/// documents its unit, meaning and formula. Contains no times, so the same seed gives the same bytes.
+/// Learning metrics are `None` until the first update.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EpisodeRecord {
@@ -59,7 +59,7 @@ pub struct EpisodeRecord {
     pub terminated: bool,
     /// [`Metric::Truncated`](super::Metric::Truncated).
     pub truncated: bool,
-    /// Why it ended, in the environment's words, such as `goal` or `left the screen`.
+    /// Why it ended, as named by the environment, such as `goal` or `left the screen`.
     pub end: String,
     /// [`Metric::Placed`](super::Metric::Placed).
     pub placed: u32,
@@ -67,27 +67,27 @@ pub struct EpisodeRecord {
     pub blocked: u32,
 }
 
-/// What came of the practice before the first episode.
+/// Results of the practice before the first episode.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Practised {
-    /// Rollouts towards each stage that was practised, the goal last.
+    /// Number of rollouts towards each practised stage, in order.
     pub rollouts: Vec<u32>,
-    /// How many of them reached it.
+    /// Number of these that reached it.
     pub reached: Vec<u32>,
-    /// Actions in the environment.
+    /// Number of actions in the environment.
     pub actions: u64,
 }
 
-/// Something that happened in a run.
+/// An event of a run.
 ///
 /// # Order
 ///
-/// Every process that works on the run writes
+/// Every process that trains the run writes
 ///
 /// 1. [`Started`](Event::Started), once;
 /// 2. any number of times, in the order of `episode`: [`EpisodeFinished`](Event::EpisodeFinished),
 ///    then, if they apply to that episode, [`Evaluated`](Event::Evaluated), then
-///    [`Checkpointed`](Event::Checkpointed). Between these, at any place, a
+///    [`Checkpointed`](Event::Checkpointed). Anywhere between these there may be a
 ///    [`ScheduleChanged`](Event::ScheduleChanged), a [`ClustersChanged`](Event::ClustersChanged), or
 ///    a [`Paused`](Event::Paused) that is followed by [`Resumed`](Event::Resumed) before the next
 ///    `EpisodeFinished`;
@@ -95,19 +95,20 @@ pub struct Practised {
 ///    [`Failed`](Event::Failed), and nothing after it. If it is missing and no process holds
 ///    the run's lock, the process exited unexpectedly.
 ///
-/// `Checkpointed` comes after the checkpoint is safely on disk, with all its copies. A run that stops
-/// or pauses where none is due is saved too, without the event, unless something that was asked for
-/// since the episode, such as another schedule, is saved with it. A process that continues a run first
-/// removes everything after the `Checkpointed` of its checkpoint, or, if the process before it was
-/// killed before it wrote that event, completes the checkpoint and writes it; without one, everything
-/// from the `Stopped` or `Paused` on. Then it begins at 1. So a run that was interrupted has the events
-/// of one that was not, and a `Started` for every time that it was continued.
+/// `Checkpointed` is written after the checkpoint is safely on disk, with all its copies. A run that
+/// stops or pauses when no checkpoint is due is saved as well, but without the event, unless the
+/// checkpoint includes a change made since the episode, such as another schedule. A process that
+/// resumes a run first removes everything after the `Checkpointed` of its checkpoint. If the previous
+/// process was killed before it wrote that event, it completes the checkpoint and writes the event. If
+/// the checkpoint has no event, it removes everything from the `Stopped` or `Paused` on. Then it begins
+/// at 1. So an interrupted run has the same events as an uninterrupted one, plus a `Started` for each
+/// time it was resumed.
 ///
 /// `episode` is always the number of episodes finished so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum Event {
-    /// A process begins to work on the run.
+    /// A process begins to train the run.
     Started {
         /// Version of the program.
         mge_version: String,
@@ -117,9 +118,9 @@ pub enum Event {
         method: String,
         /// Master seed.
         seed: u64,
-        /// Episodes of the whole run when it is finished.
+        /// Total number of episodes of the run.
         episodes: u64,
-        /// Episodes already there: 0 for a new run, the checkpoint's episode after a resume.
+        /// Episodes already finished: 0 for a new run, the checkpoint's episode after a resume.
         episode: u64,
     },
     /// The agent practised before its first episode.
@@ -143,10 +144,10 @@ pub enum Event {
     Checkpointed {
         /// Episodes finished so far.
         episode: u64,
-        /// Names it was saved under, such as `last` and `best`.
+        /// Names under which it was saved, such as `last` and `best`.
         names: Vec<String>,
     },
-    /// Training waits.
+    /// Training pauses.
     Paused {
         /// Episodes finished so far.
         episode: u64,
@@ -156,21 +157,21 @@ pub enum Event {
         /// Episodes finished so far.
         episode: u64,
     },
-    /// Another epsilon schedule holds from the next episode on.
+    /// Another epsilon schedule applies from the next episode on.
     ScheduleChanged {
         /// Episodes finished so far.
         episode: u64,
-        /// The schedule as a person writes it, such as `linear:0.8:0.05:2000`.
+        /// The schedule in text form, such as `linear:0.8:0.05:2000`.
         schedule: String,
     },
-    /// Another action prior holds from the next episode on.
+    /// Another action prior applies from the next episode on.
     ClustersChanged {
         /// Episodes finished so far.
         episode: u64,
         /// Number of clusters of each subgoal, the goal last.
         clusters: Vec<u32>,
     },
-    /// The need for exploration is another than before, by an epsilon schedule by need.
+    /// The needs for exploration have changed; only with an epsilon schedule by need.
     NeedsChanged {
         /// Episodes finished so far.
         episode: u64,
@@ -182,14 +183,14 @@ pub enum Event {
         /// Episodes finished.
         episode: u64,
     },
-    /// The run was ended early; it can be continued.
+    /// The run was ended early; it can be resumed.
     Stopped {
         /// Episodes finished so far.
         episode: u64,
-        /// Who or what asked for it.
+        /// Who or what requested it.
         reason: String,
     },
-    /// An error ended the run; it can be continued from its last checkpoint.
+    /// An error ended the run; it can be resumed from its last checkpoint.
     Failed {
         /// Episodes finished so far.
         episode: u64,
@@ -199,8 +200,8 @@ pub enum Event {
 }
 
 impl Event {
-    /// Whether it changes what would have happened, or shows that somebody interfered: another schedule,
-    /// other clusters, a pause, a process that went on. What belongs to the run as it was begun does not count.
+    /// Whether the event changes the course of the run or shows an interruption: another schedule, other
+    /// clusters, a pause, a resume by another process. The initial events of a run do not count.
     pub fn is_intervention(&self) -> bool {
         match self {
             Event::Started { episode, .. } | Event::ClustersChanged { episode, .. } => *episode > 0,
@@ -230,7 +231,7 @@ impl Event {
 }
 
 impl fmt::Display for Event {
-    /// One line for a person, as in `log.txt`.
+    /// One line of text, as in `log.txt`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Event::Started { mge_version, task, method, seed, episodes, episode } => {
@@ -280,12 +281,12 @@ impl fmt::Display for Event {
     }
 }
 
-/// An event with the time it was written: a line of `events.jsonl`.
+/// An event with the time when it was written: a line of `events.jsonl`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LoggedEvent {
     /// Seconds since 1970-01-01 UTC.
     pub time: f64,
-    /// What happened.
+    /// The event.
     #[serde(flatten)]
     pub event: Event,
 }
@@ -302,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_keep_their_form() {
+    fn lines_keep_their_format() {
         check(
             Event::Started {
                 mge_version: "0.1.0".into(),

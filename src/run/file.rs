@@ -1,5 +1,5 @@
-//! Opening the files of a run: regular files in its folder. A link would make a writer change
-//! another file, and a pipe would block a reader for ever: both are refused.
+//! Opening the files of a run, which must be regular files in its folder. A link would make a writer
+//! change another file, and a pipe would block a reader forever, so both are rejected.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read};
@@ -17,7 +17,7 @@ pub(super) fn open_append(path: &Path) -> io::Result<File> {
     open_with(OpenOptions::new().create(true).append(true), path)
 }
 
-/// Opens a file for writing over what it holds; creates it if there is none.
+/// Opens a file for overwriting without truncating it; creates it if there is none.
 pub(super) fn open_write(path: &Path) -> io::Result<File> {
     open_with(OpenOptions::new().create(true).write(true).truncate(false), path)
 }
@@ -42,7 +42,7 @@ fn open_with(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
         use rustix::fs::OFlags;
         use rustix::io::Errno;
 
-        // Without waiting for the other end of a pipe.
+        // Do not wait for the other end of a pipe.
         options.custom_flags((OFlags::NOFOLLOW | OFlags::NONBLOCK).bits() as i32);
         options.open(path).map_err(|error| match Errno::from_io_error(&error) {
             Some(Errno::LOOP | Errno::NXIO) => irregular(),
@@ -79,7 +79,7 @@ mod tests {
                 assert!(opened.is_err(), "{}", path.display());
             }
         }
-        // Errors of the system would not say what to look for.
+        // The system's own errors would not tell what is wrong.
         let irregular = "it is no regular file but a link, a pipe or a folder";
         for path in [&link, &pipe, Path::new("/dev/null"), folder.path()] {
             let error = read(path).unwrap_err().to_string();

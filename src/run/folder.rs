@@ -1,4 +1,4 @@
-//! Folders that appear whole: filled beside their place, synced, renamed.
+//! Atomically created folders: filled beside their place, synced, renamed.
 
 use std::fs::File;
 use std::io::{ErrorKind, Write};
@@ -8,7 +8,7 @@ use tempfile::{Builder, TempDir};
 
 use super::{Result, RunError};
 
-/// A new folder beside `path`, to be filled and then renamed to it; removed if dropped before.
+/// A new folder beside `path`, to fill and then rename to it; removed if dropped before.
 pub(super) fn new_beside(path: &Path) -> Result<TempDir> {
     let mut builder = Builder::new();
     builder.prefix(TEMPORARY);
@@ -16,11 +16,11 @@ pub(super) fn new_beside(path: &Path) -> Result<TempDir> {
     builder.tempdir_in(parent_of(path)).map_err(RunError::io("create a folder beside", path))
 }
 
-/// Prefix of the name of a folder that is being filled.
+/// Name prefix of folders that are being filled.
 pub(super) const TEMPORARY: &str = ".writing-";
 
-/// Makes a folder in one that exists, unless it is there. The folder of a run that is gone does not
-/// come back by this.
+/// Creates a folder, unless it exists. Its parent must exist, so that this does not recreate the folder of
+/// a deleted run.
 pub(super) fn create(path: &Path) -> Result<()> {
     match std::fs::create_dir(path) {
         Ok(()) => sync(&parent_of(path)),
@@ -29,7 +29,7 @@ pub(super) fn create(path: &Path) -> Result<()> {
     }
 }
 
-/// Refuses a link in place of a folder of a run: what is written there would be another's.
+/// Rejects a link in place of a folder of a run, because writes would go elsewhere.
 pub(super) fn check(path: &Path) -> Result<()> {
     match std::fs::symlink_metadata(path) {
         Ok(found) if found.is_symlink() => {
@@ -49,7 +49,7 @@ pub(super) fn write_new(path: &Path, bytes: &[u8]) -> Result<()> {
 
 /// Makes created, renamed and removed names in a folder durable.
 pub(super) fn sync(folder: &Path) -> Result<()> {
-    // Only unix can open a folder as a file; elsewhere the rename itself is all there is.
+    // Only Unix can open a folder as a file; elsewhere the rename must suffice.
     if cfg!(unix) {
         let file = File::open(folder).map_err(RunError::io("sync", folder))?;
         file.sync_all().map_err(RunError::io("sync", folder))?;
@@ -65,7 +65,7 @@ pub(super) fn parent_of(path: &Path) -> PathBuf {
     }
 }
 
-/// Temporary folders are private to the user by default; those of a run follow the user's umask.
+/// Makes temporary folders, which are private by default, follow the user's umask.
 fn follow_umask(builder: &mut Builder<'_, '_>) {
     #[cfg(unix)]
     {
@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_folder_that_is_given_up_leaves_nothing() {
+    fn a_dropped_folder_leaves_nothing_behind() {
         let parent = tempfile::tempdir().unwrap();
         let folder = new_beside(&parent.path().join("last")).unwrap();
         write_new(&folder.path().join("file"), b"x").unwrap();
@@ -91,14 +91,14 @@ mod tests {
     }
 
     #[test]
-    fn bare_names_live_in_the_current_folder() {
+    fn bare_names_are_in_the_current_folder() {
         assert_eq!(parent_of(Path::new("last")), PathBuf::from("."));
         assert_eq!(parent_of(Path::new("checkpoint/last")), PathBuf::from("checkpoint"));
     }
 
     #[cfg(unix)]
     #[test]
-    fn others_may_read_as_far_as_the_umask_allows() {
+    fn permissions_follow_the_umask() {
         use std::os::unix::fs::PermissionsExt;
         let parent = tempfile::tempdir().unwrap();
         let ours = new_beside(&parent.path().join("last")).unwrap();

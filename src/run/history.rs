@@ -30,26 +30,26 @@ impl Numbered for EvaluationRecord {
     }
 }
 
-/// Everything a reader of the log needs to show of a run.
+/// Everything that readers of the log show of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RunHistory {
     /// The finished episodes, in order.
     pub records: Series<EpisodeRecord>,
     /// The greedy evaluations, in order.
     pub evaluations: Series<EvaluationRecord>,
-    /// The need for exploration of each stage, the goal last; empty if epsilon does not go by need.
+    /// The need for exploration of each stage, the goal last; empty if epsilon does not depend on need.
     pub needs: Vec<f32>,
-    /// What came of the practice before the first episode, if there was any.
+    /// Results of the practice before the first episode, if there was any.
     pub practised: Option<Practised>,
-    /// What people and processes did to it, in order: see [`Event::is_intervention`].
+    /// Interventions in order: see [`Event::is_intervention`].
     pub interventions: Vec<Event>,
-    /// What happened last.
+    /// The latest event.
     pub last: Option<Event>,
 }
 
 impl RunHistory {
-    /// A history that takes up a bounded amount of memory, for a run that is followed however long it
-    /// is: at most `most` episodes and as many evaluations, see [`Series::bounded`].
+    /// A history with bounded memory, for following runs of any length: at most `most` episodes and as
+    /// many evaluations, see [`Series::bounded`].
     pub fn bounded(most: NonZeroUsize) -> Self {
         Self { records: Series::bounded(most), evaluations: Series::bounded(most), ..Self::default() }
     }
@@ -64,10 +64,10 @@ impl RunHistory {
         Ok(history)
     }
 
-    /// Takes in the next event.
+    /// Adds the next event.
     pub fn note(&mut self, event: &Event) {
         match event {
-            // A run that is continued after an interruption repeats the episodes after its checkpoint.
+            // A run that is resumed after an interruption repeats the episodes after its checkpoint.
             Event::Started { episode, .. } => {
                 self.records.cut(*episode);
                 self.evaluations.cut(*episode);
@@ -95,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_came_of_practice_is_kept() {
+    fn results_of_practice_are_kept() {
         let practised = Practised { rollouts: vec![50, 25], reached: vec![43, 25], actions: 700 };
         let mut history = RunHistory::default();
         history.note(&Event::Practised(practised.clone()));
@@ -126,7 +126,7 @@ mod tests {
             history.note(&event);
         }
         let kept = EvaluationRecord { episode: 4, success: 0.5, mean_return: 4.0 };
-        assert_eq!(*history.evaluations, [kept], "that of a repeated episode is made again");
+        assert_eq!(*history.evaluations, [kept], "the evaluation of a repeated episode is discarded");
         assert_eq!(history.records.len(), 4);
         let changed = |episode| Event::ScheduleChanged { episode, schedule: "0.1".into() };
         for event in [changed(4), finished(5), changed(5), Event::Resumed { episode: 5 }, started(4)] {

@@ -1,4 +1,4 @@
-//! The event log: `events.jsonl`, written by one process and read by any, also while it grows.
+//! The event log `events.jsonl`, written by one process and read by any, even while it grows.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, ErrorKind, Read, Seek, SeekFrom};
@@ -13,13 +13,13 @@ use crate::json;
 #[derive(Debug)]
 pub(super) struct EventLog {
     file: AppendFile,
-    /// Whether the log says that the checkpoint it was cut to is on the disk, with all its copies.
+    /// Whether the log ends with the `Checkpointed` event of the checkpoint to which it was truncated.
     pub checkpoint_logged: bool,
 }
 
 impl EventLog {
-    /// Opens the log and removes everything that happened after `episode` episodes: what comes
-    /// after that episode's `Checkpointed`, or, without one, after the episode itself.
+    /// Opens the log and removes everything after `episode` episodes: all that follows that
+    /// episode's `Checkpointed`, or, without one, the episode itself.
     pub fn open(path: &Path, episode: u64) -> Result<Self> {
         let mut file = AppendFile::open(path)?;
         let bytes = file::read(path)?;
@@ -33,7 +33,7 @@ impl EventLog {
         self.file.append_json(logged)
     }
 
-    /// Waits until everything is on the disk.
+    /// Waits until everything is on disk.
     pub fn sync(&self) -> Result<()> {
         self.file.sync()
     }
@@ -42,11 +42,11 @@ impl EventLog {
 /// Length of the part of a log that belongs to a checkpoint of `episode`, and whether it ends with
 /// that checkpoint's event.
 ///
-/// A run that was stopped or paused where no checkpoint was due has one without an event: it belongs
+/// A run that was stopped or paused when no checkpoint was due has one without an event: it belongs
 /// to the log as it was before the stop or the pause.
 ///
-/// Damage behind the last episode that is kept goes away with the cut, and so does the end of a
-/// process that was killed before it could log the checkpoint.
+/// Truncation also removes damage after the last kept episode, and the final events of a process that
+/// was killed before it could log the checkpoint.
 fn cut_point(path: &Path, bytes: &[u8], episode: u64) -> Result<(u64, bool)> {
     let mut after_checkpoint = None;
     let (mut end, mut kept, mut is_over) = (0, 0, false);
@@ -79,7 +79,7 @@ fn cut_point(path: &Path, bytes: &[u8], episode: u64) -> Result<(u64, bool)> {
     if last_episode < episode {
         return Err(RunError::LogTooShort { path: path.to_path_buf(), found: last_episode, wanted: episode });
     }
-    // Without a checkpoint the run begins again, and so does its log.
+    // Without a checkpoint the run starts over, and so does its log.
     let unlogged = (if episode == 0 { 0 } else { kept }, false);
     Ok(after_checkpoint.map_or(unlogged, |length| (length, true)))
 }
@@ -88,7 +88,7 @@ fn cut_point(path: &Path, bytes: &[u8], episode: u64) -> Result<(u64, bool)> {
 fn complete_lines(bytes: &[u8]) -> impl Iterator<Item = (u64, &[u8])> {
     let whole = bytes.iter().rposition(|&byte| byte == b'\n').unwrap_or(0);
     let lines = bytes[..whole].split(|&byte| byte == b'\n');
-    // Splitting nothing gives one empty line; a log without a line feed has none.
+    // Splitting an empty slice gives one empty line, but a log without a line feed has no lines.
     (1..).zip(lines).take(if bytes.contains(&b'\n') { usize::MAX } else { 0 })
 }
 
@@ -100,19 +100,19 @@ fn parse(path: &Path, number: u64, line: &[u8]) -> Result<LoggedEvent> {
     })
 }
 
-/// Bytes of a log that are read at once: however long it is, a reader needs no more memory.
+/// Bytes of a log that are read at once, which bounds a reader's memory.
 const PIECE: u64 = 4 << 20;
 
-/// What a reader finds when it looks again.
+/// The result of a poll.
 #[derive(Debug, Default)]
 pub struct Poll {
     /// New events, in order.
     pub events: Vec<LoggedEvent>,
     /// Lines that cannot be read, each with its number; the lines around them are in `events`.
     pub problems: Vec<RunError>,
-    /// The run was taken back to a checkpoint: what was read before is void, `events` starts from the beginning.
+    /// The run was reset to a checkpoint: events read before are void, and `events` starts from the beginning.
     pub restarted: bool,
-    /// There is more: the next call reads on.
+    /// There is more to read with the next call.
     pub more: bool,
 }
 
@@ -122,8 +122,8 @@ pub struct EventReader {
     path: PathBuf,
     offset: u64,
     line: u64,
-    /// The last line read. Times make lines unique, so if it is no longer where it was, the log
-    /// was cut since, even if it is longer than before by now.
+    /// The last line read. Times make lines unique, so if it is no longer in the same place, the log was
+    /// truncated in the meantime, even if it is now longer than before.
     last: Vec<u8>,
 }
 
@@ -133,12 +133,11 @@ impl EventReader {
         Self { path: path.into(), offset: 0, line: 0, last: Vec::new() }
     }
 
-    /// Reads what came since the last call, or of much the first piece: nothing, if the log does not exist,
-    /// has not grown or ends in a half-written line.
+    /// Reads new events since the last call, at most one piece of the log. There are none if the log does
+    /// not exist, has not grown or has only a new half-written line.
     ///
     /// # Errors
-    /// [`RunError::Io`] if the file cannot be read. Lines that make no sense are in
-    /// [`Poll::problems`].
+    /// [`RunError::Io`] if the file cannot be read. Invalid lines are reported in [`Poll::problems`].
     pub fn poll(&mut self) -> Result<Poll> {
         let failed = RunError::io("read", &self.path);
         self.read_on().map_err(failed)
@@ -203,7 +202,7 @@ pub fn read_events(path: &Path) -> Result<Vec<LoggedEvent>> {
     Ok(events)
 }
 
-/// Gives all events of a log away, one after the other; errors are those of [`read_events`].
+/// Calls `note` for each event of a log, in order; errors are those of [`read_events`].
 pub(super) fn for_each_event(path: &Path, mut note: impl FnMut(LoggedEvent)) -> Result<()> {
     let mut file = BufReader::new(file::open(path).map_err(RunError::io("read", path))?);
     let mut line = Vec::new();
@@ -218,7 +217,7 @@ pub(super) fn for_each_event(path: &Path, mut note: impl FnMut(LoggedEvent)) -> 
     Ok(())
 }
 
-/// The events in the last `bytes` bytes of a log, oldest first, without what cannot be read.
+/// The events in the last `bytes` bytes of a log, oldest first, without invalid lines.
 pub(super) fn read_tail(path: &Path, bytes: u64) -> Result<Vec<LoggedEvent>> {
     let read = || -> std::io::Result<Vec<u8>> {
         let mut file = file::open(path)?;
@@ -243,7 +242,7 @@ mod tests {
     use crate::run::event::EpisodeRecord;
 
     #[test]
-    fn a_long_log_is_read_in_pieces_and_a_line_longer_than_one_as_a_whole() {
+    fn a_long_log_is_read_in_pieces_and_a_long_line_as_a_whole() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("events.jsonl");
         let line = |episode| {
@@ -272,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn a_log_that_is_not_there_has_no_end_but_one_that_cannot_be_read_is_an_error() {
+    fn the_tail_of_a_missing_log_is_empty_but_an_unreadable_log_is_an_error() {
         let folder = tempfile::tempdir().unwrap();
         assert!(read_tail(&folder.path().join("none"), 10).unwrap().is_empty());
         assert!(read_tail(folder.path(), 10).is_err());
@@ -345,9 +344,9 @@ mod tests {
 
         let mut log = Log::new();
         log.write(0, &kept);
-        log.raw("what a power failure left\n");
+        log.raw("left by a power failure\n");
         log.write(2, &[]);
-        assert_eq!(log.events(), kept, "damage behind the cut goes away");
+        assert_eq!(log.events(), kept, "damage after the cut is removed");
         log.raw("and again\n");
         log.write(0, &[]);
         assert_eq!(log.events(), []);
@@ -370,7 +369,7 @@ mod tests {
         let failed = Event::Failed { episode: 1, reason: "disk".into() };
         log.raw(&lines(&[failed]));
         log.write(1, &[]);
-        assert_eq!(log.events(), [episode(1), evaluated], "how the earlier process ended is not part of the run");
+        assert_eq!(log.events(), [episode(1), evaluated], "the end of the previous process is not part of the run");
     }
 
     #[test]
@@ -422,7 +421,7 @@ mod tests {
     }
 
     #[test]
-    fn reader_notices_that_the_run_was_taken_back() {
+    fn reader_notices_that_the_run_was_reset() {
         let mut log = Log::new();
         log.write(0, &[episode(1), checkpointed(1), episode(2), episode(3)]);
         let mut reader = EventReader::new(&log.path);
@@ -432,7 +431,7 @@ mod tests {
         assert!(poll.restarted);
         assert_eq!(poll.events.len(), 2);
 
-        // Cut and grown beyond the old length between two looks.
+        // Truncated and grown beyond the old length between two polls.
         log.write(1, &[episode(2), episode(3)]);
         assert_eq!(reader.poll().unwrap().events.len(), 2);
         log.write(1, &[episode(2), episode(3), episode(4)]);

@@ -1,51 +1,51 @@
-//! The metrics: every number of an episode, in one table.
+//! The metrics of an episode, in one table.
 //!
-//! The table names the columns of `metrics.csv` and the fields of an event, the tags of TensorBoard,
-//! the curves on screen and the panels of the dashboard, and it is printed as the glossary below.
+//! The table defines the columns of `metrics.csv` and the fields of an event, the tags of TensorBoard,
+//! the curves on screen and the panels of the dashboard. The glossary below is generated from it.
 //!
 #![doc = include_str!("../../docs/metrics.md")]
 
 use super::event::EpisodeRecord;
 
-/// Which way a metric should go as an agent learns.
+/// The direction in which a metric should move as an agent learns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// More is better.
     Higher,
     /// Less is better.
     Lower,
-    /// It describes, and is neither good nor bad.
+    /// Neither is better.
     Neutral,
 }
 
-/// What is known of a metric: a row of the table.
+/// The description of a metric: a row of the table.
 #[derive(Clone, Copy, Debug)]
 pub struct MetricInfo {
-    /// Column of `metrics.csv` and field of the event; of a derived metric, its name alone.
+    /// Column of `metrics.csv` and field of the event; for a derived metric, just a name.
     pub name: &'static str,
     /// Title of its curve.
     pub title: &'static str,
-    /// Unit of its values, such as `actions`; empty for a bare number.
+    /// Unit of its values, such as `actions`; empty for a dimensionless number.
     pub unit: &'static str,
-    /// Which way it should go.
+    /// The direction in which it should move.
     pub direction: Direction,
-    /// Range of its axis, where every value lies in one.
+    /// Range of its axis, if its values are bounded.
     pub range: Option<[f32; 2]>,
     /// Tag in TensorBoard, if it is shown there.
     pub tag: Option<&'static str>,
     /// How it is computed.
     pub formula: &'static str,
-    /// What it is and what to watch for, in sentences.
+    /// What it means and what to watch for.
     pub meaning: &'static str,
-    /// Its value in an episode's record; `None` where there is none yet.
+    /// Its value in an episode's record; `None` if there is none yet.
     pub value: fn(&EpisodeRecord) -> Option<f64>,
 }
 
-/// Makes the enum, whose documentation is the `meaning`, and the table from one list.
+/// Generates the enum, whose doc comments are the `meaning`s, and the table from one list.
 macro_rules! metrics {
     ($($(#[doc = $meaning:literal])+ $metric:ident: $name:literal, $title:literal, $unit:literal, $direction:ident,
        $range:expr, $tag:expr, $formula:literal, $value:expr;)+) => {
-        /// A number of every episode.
+        /// A metric of an episode.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum Metric {
             $($(#[doc = $meaning])+ $metric,)+
@@ -80,7 +80,7 @@ fn truth(value: bool) -> Option<f64> {
     Some(f64::from(u8::from(value)))
 }
 
-// A row for each: name, title, unit, direction, range and tag; formula and value.
+// One row per metric: name, title, unit, direction, range, tag; formula, value.
 metrics! {
     /// Actions of the episode.
     Actions: "steps", "actions in an episode", "actions", Neutral, None, Some("train/steps"),
@@ -147,7 +147,7 @@ metrics! {
 }
 
 impl Metric {
-    /// Those that have a curve on screen, in its order.
+    /// The metrics with a curve on screen, in this order.
     pub const CURVES: [Self; 10] = [
         Self::Success,
         Self::Return,
@@ -161,7 +161,7 @@ impl Metric {
         Self::Actions,
     ];
 
-    /// Its value in an episode; NaN where there is none yet.
+    /// Its value in an episode; NaN if there is none yet.
     pub fn of(self, record: &EpisodeRecord) -> f64 {
         (self.info().value)(record).unwrap_or(f64::NAN)
     }
@@ -206,8 +206,8 @@ mod tests {
         }
     }
 
-    /// What is in the record and not in the table would be missing from every curve and tag; what
-    /// the table reads from another field would be shown under a wrong name.
+    /// A field that is missing in the table would be missing from all curves and tags; a row that
+    /// reads another field would be shown under a wrong name.
     #[test]
     fn table_and_record_agree_field_by_field() {
         let Value::Object(fields) = serde_json::to_value(record()).unwrap() else { panic!("a record is an object") };
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_measured_is_no_number() {
+    fn metrics_without_a_value_are_nan() {
         for metric in [Metric::CriticLoss, Metric::MeanQ, Metric::MaxQ, Metric::ActorLoss, Metric::Saturation] {
             assert!(metric.of(&EpisodeRecord::default()).is_nan(), "{metric:?}");
         }
@@ -240,7 +240,7 @@ mod tests {
         assert!(tags.iter().all(|tag| tag.starts_with("train/") || tag.starts_with("loss/")));
     }
 
-    /// The page of the glossary.
+    /// The text of the glossary page.
     fn glossary() -> String {
         let mut text = "# Metrics\n\n\
             One value an episode, in the columns of `metrics.csv`, the events of `events.jsonl` and the curves.\n\
@@ -264,9 +264,9 @@ mod tests {
         text
     }
 
-    /// `MGE_UPDATE_GOLDEN=1 cargo test metric` writes the page anew.
+    /// `MGE_UPDATE_GOLDEN=1 cargo test metric` regenerates the page.
     #[test]
-    fn the_glossary_is_that_of_the_table() {
+    fn the_glossary_page_matches_the_table() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/metrics.md");
         if std::env::var_os("MGE_UPDATE_GOLDEN").is_some() {
             std::fs::write(path, glossary()).unwrap();

@@ -1,4 +1,4 @@
-//! `metrics.csv`: one row an episode, the fields of [`EpisodeRecord`] as columns.
+//! `metrics.csv`: one row per episode, with the fields of [`EpisodeRecord`] as columns.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use super::append::AppendFile;
 use super::event::EpisodeRecord;
 use super::{Result, RunError, file};
 
-/// Opens the table for writing and removes the rows after `episode` and a half-written last row.
+/// Opens the table for writing; removes the rows after `episode` and a half-written last row.
 pub(super) fn open(path: &Path, episode: u64) -> Result<AppendFile> {
     let mut file = AppendFile::open(path)?;
     let bytes = file::read(path)?;
@@ -21,7 +21,7 @@ pub(super) fn open(path: &Path, episode: u64) -> Result<AppendFile> {
     Ok(file)
 }
 
-/// Appends one row, and the header before the first.
+/// Appends one row, preceded by the header if it is the first.
 pub(super) fn append(table: &mut AppendFile, record: &EpisodeRecord) -> Result<()> {
     let mut writer = csv::WriterBuilder::new().has_headers(table.is_empty()).from_writer(Vec::new());
     let row = writer.serialize(record).map_err(|error| error.to_string());
@@ -47,8 +47,8 @@ fn whole_lines(bytes: &[u8]) -> &[u8] {
     &bytes[..end]
 }
 
-/// The rows up to the first that cannot be read, for each where it ends in `bytes`, and why
-/// that one cannot be read.
+/// The rows up to the first invalid one, the end offset of each in `bytes`, and the error of the
+/// invalid row.
 fn parse(path: &Path, bytes: &[u8]) -> (Vec<EpisodeRecord>, Vec<u64>, Option<RunError>) {
     let malformed = |line: Option<u64>, reason: String| RunError::Malformed { path: path.to_path_buf(), line, reason };
     let mut reader = csv::Reader::from_reader(bytes);
@@ -107,7 +107,7 @@ critic_loss,mean_q,max_q,actor_loss,action_saturation,rolling_success,terminated
 ";
 
     #[test]
-    fn a_damaged_row_stops_only_a_run_that_needs_it() {
+    fn a_damaged_row_is_an_error_only_if_it_is_needed() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("metrics.csv");
         let damaged = GOLDEN.replace("\n2,12,24", "\ntwo,12,24");
@@ -124,7 +124,7 @@ critic_loss,mean_q,max_q,actor_loss,action_saturation,rolling_success,terminated
     }
 
     #[test]
-    fn table_keeps_its_form_and_reads_back() {
+    fn table_keeps_its_format_and_round_trips() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("metrics.csv");
         let mut log = open(&path, 0).unwrap();
@@ -171,7 +171,7 @@ critic_loss,mean_q,max_q,actor_loss,action_saturation,rolling_success,terminated
     }
 
     #[test]
-    fn mistakes_are_named_with_their_line() {
+    fn errors_name_the_line() {
         check_refused(&GOLDEN.replacen("\n2,", "\ntwo,", 1), 3, "not an episode");
         check_refused(&GOLDEN.replacen("0.2,NaN", "0.2", 1), 3, "fields");
         check_refused(&GOLDEN.replacen("blocked\n", "banned\n", 1), 2, "blocked");

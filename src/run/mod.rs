@@ -1,38 +1,38 @@
-//! What a run is on disk: one training with one configuration and one seed.
+//! Runs on disk: a run is one training with one configuration and one seed.
 //!
 //! A run is a folder with one writer ([`RunWriter`], which holds the lock) and any number of
 //! readers ([`RunDirectory`]). Everything that shows a run, live or finished, in the writer's
 //! process or in another, reads these files:
 //!
 //! ```text
-//! config.json                 {"format": 1, "mge_version": "..", "config": {..}}, every default written out
-//! events.jsonl                one JSON object a line, appended and flushed as things happen: the log
-//! metrics.csv                 one row an episode, the fields of `EpisodeRecord`; no times, so one seed gives one file
-//! episodes.jsonl              the actions of each episode, so that it can be played again
-//! prior.json                  the action clusters in use, if there are any
-//! control.jsonl               what others asked of whoever trains it, one request a line
-//! notes.json                  tags and a note, written by people
-//! log.txt                     the events but single episodes, as text for people
+//! config.json                 {"format": 1, "mge_version": "..", "config": {..}}, including all defaults
+//! events.jsonl                the event log: one JSON object per line, written as events happen
+//! metrics.csv                 one row per episode, the fields of `EpisodeRecord`; no times: one seed gives one file
+//! episodes.jsonl              the actions of each episode, for replays
+//! prior.json                  the action clusters in use, if any
+//! control.jsonl               requests of other processes to the trainer, one per line
+//! notes.json                  tags and a note, written by users
+//! log.txt                     the events except single episodes, as readable text
 //! tensorboard/                TFEvents files, tags grouped as train/, loss/, eval/, time/
 //! checkpoint/last/            always the newest; `best/` and `episode-N/` beside it
 //! figures/                    figures of the run
-//! lock                        locked while a process writes the run; its text is that process's id
+//! lock                        locked while a process writes the run; contains that process's id
 //! ```
 //!
 //! # Formats and versions
 //!
-//! `config.json` carries one number, [`FORMAT`], for the whole folder: a change in the meaning of
-//! any of its files raises it. A checkpoint is copied about on its own and carries its own number,
-//! [`checkpoint::FORMAT`]. A newer number than the program knows is refused by name; older numbers
-//! keep loading. Numbers that are not finite (a loss that diverged) are written as the words `NaN`,
-//! `inf` and `-inf`, in the log as in the table.
+//! `config.json` contains one format number, [`FORMAT`], for the whole folder: a change in the
+//! meaning of any of its files increases it. Checkpoints can be copied separately, so they have
+//! their own format number, [`checkpoint::FORMAT`]. Newer formats are rejected with an error that
+//! names the format; older formats remain readable. Non-finite numbers (a diverged loss) are written
+//! as `NaN`, `inf` and `-inf`, both in the log and in the table.
 //!
 //! # After an interruption
 //!
-//! Logs are synced to the disk before a checkpoint is written, so they always reach at least as
-//! far as the checkpoint. [`RunWriter::open`] cuts them back to the checkpoint's episode and goes
-//! on from there, so that an interrupted run ends with the same `metrics.csv` as an uninterrupted
-//! one. A reader takes a half-written last line as "not yet".
+//! Logs are synced to disk before a checkpoint is written, so they always reach at least as far as
+//! the checkpoint. [`RunWriter::open`] truncates them to the checkpoint's episode and continues from
+//! there, so that an interrupted run ends with the same `metrics.csv` as an uninterrupted one.
+//! Readers ignore a half-written last line.
 
 mod append;
 mod branch;
@@ -78,5 +78,5 @@ pub use status::{RunState, RunStatus};
 pub use store::CheckpointStore;
 pub use writer::RunWriter;
 
-/// Result of everything that touches a run on disk.
+/// Result of operations on a run on disk.
 pub type Result<T> = std::result::Result<T, RunError>;

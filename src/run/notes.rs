@@ -1,4 +1,4 @@
-//! What people write about a run: `notes.json` in its folder. Nothing that trains or compares reads it.
+//! User notes on a run: `notes.json` in its folder. Training and comparisons ignore it.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,11 +6,11 @@ use super::checkpoint::{check_format, parse_json};
 use super::{Result, RunDirectory, RunError, file};
 use crate::atomic;
 
-/// Format of `notes.json` that this program writes, and the newest that it reads.
+/// The format of `notes.json` that this program writes, and the newest that it reads.
 const FORMAT: u64 = 1;
-/// Characters of a note at most.
+/// Maximum number of characters of a note.
 const LONGEST_NOTE: usize = 4000;
-/// Tags at most, and characters of each.
+/// Maximum number of tags, and of characters of each.
 const MOST_TAGS: (usize, usize) = (20, 40);
 
 /// Notes on a run.
@@ -18,10 +18,10 @@ const MOST_TAGS: (usize, usize) = (20, 40);
 #[serde(deny_unknown_fields)]
 pub struct Notes {
     format: u64,
-    /// Words to find it by.
+    /// Words for finding the run.
     #[serde(default)]
     pub tags: Vec<String>,
-    /// Whatever there is to say about it.
+    /// Free text.
     #[serde(default)]
     pub note: String,
 }
@@ -33,7 +33,7 @@ impl Default for Notes {
 }
 
 impl Notes {
-    /// Why they are too long, or their tags no words, if so.
+    /// Checks lengths, and that tags are words.
     fn check(&self) -> std::result::Result<(), String> {
         let is_tag = |tag: &String| {
             (1..=MOST_TAGS.1).contains(&tag.chars().count())
@@ -53,7 +53,7 @@ impl Notes {
 }
 
 impl RunDirectory {
-    /// The notes on the run; empty ones if there are none.
+    /// The notes on the run; empty if there are none.
     ///
     /// # Errors
     /// [`RunError::Io`], [`RunError::UnknownFormat`], [`RunError::Malformed`].
@@ -69,10 +69,10 @@ impl RunDirectory {
         Ok(notes)
     }
 
-    /// Replaces the notes on the run. The run need not be at rest: nothing else writes them.
+    /// Replaces the notes on the run. This is allowed during training, which does not use them.
     ///
     /// # Errors
-    /// [`RunError::Notes`] if they are too long, [`RunError::Io`] if they cannot be written.
+    /// [`RunError::Notes`] if they are invalid, [`RunError::Io`] if they cannot be written.
     pub fn write_notes(&self, notes: &Notes) -> Result<()> {
         notes.check().map_err(RunError::Notes)?;
         let mut text =
@@ -106,8 +106,8 @@ mod tests {
             Notes { tags: vec!["a".into(); 21], ..Notes::default() },
         ] {
             assert!(matches!(run.write_notes(&bad), Err(RunError::Notes(_))), "{bad:?}");
-            assert_eq!(run.notes().unwrap(), notes, "they are as they were");
-            // What another program has written is no better.
+            assert_eq!(run.notes().unwrap(), notes, "the notes are unchanged");
+            // The same notes written by another program are rejected as well.
             std::fs::write(run.notes_path(), serde_json::to_vec(&bad).unwrap()).unwrap();
             assert!(matches!(run.notes(), Err(RunError::Malformed { .. })), "{bad:?}");
             run.write_notes(&notes).unwrap();

@@ -1,8 +1,8 @@
-//! Numbers that survive JSON when they are not finite: `NaN`, `inf` and `-inf` as words.
+//! Serialisation of non-finite numbers in JSON, as the strings `NaN`, `inf` and `-inf`.
 //!
 //! JSON has no such numbers, and serde_json writes `null` for them, which would make a diverged
-//! loss the same as a loss that does not exist yet. Finite numbers are written as the shortest
-//! text that reads back to the same number of their type: an f32 of 0.2 is `0.2`.
+//! loss indistinguishable from a loss that does not exist yet. Finite numbers are written as the
+//! shortest text that reads back as the same number of their type: an f32 of 0.2 is `0.2`.
 
 use serde::de::{self, Unexpected};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -25,7 +25,7 @@ impl Float for f64 {
     }
 }
 
-/// A number as it is written.
+/// The file form of a number.
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "expected a number, \"NaN\", \"inf\" or \"-inf\"")]
 enum Written {
@@ -51,7 +51,7 @@ pub(super) mod required {
 
     pub fn serialize<T: Float, S: Serializer>(value: &T, serializer: S) -> Result<S::Ok, S::Error> {
         let wide: f64 = (*value).into();
-        // Display of f64 gives exactly the three words above.
+        // Display of f64 gives exactly these three strings.
         if wide.is_finite() { value.serialize(serializer) } else { serializer.collect_str(&wide) }
     }
 
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn single_precision_is_written_short_and_read_back_to_the_bit() {
+    fn single_precision_is_written_short_and_round_trips_bit_for_bit() {
         assert_eq!(serde_json::to_string(&Single { x: 0.2 }).unwrap(), r#"{"x":0.2}"#);
         // Every exponent, with digits spread over the mantissas.
         for bits in (0..u32::MAX).step_by(65_537) {
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn every_value_survives() {
+    fn every_value_round_trips() {
         let (text, back) = through_json(Pair { a: f64::NAN, b: Some(f64::NEG_INFINITY) });
         assert_eq!(text, r#"{"a":"NaN","b":"-inf"}"#);
         assert!(back.a.is_nan());

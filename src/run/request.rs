@@ -1,6 +1,6 @@
-//! What others ask of whoever trains a run: `control.jsonl` in its folder, a file that only grows. Who may
-//! write the folder may ask; the trainer reads it between two episodes. So a run is steered from any
-//! process, also over a file system that several machines share.
+//! Requests to the process that trains a run: `control.jsonl` in its folder, an append-only file. Every process
+//! that may write to the folder can control the run, even from another machine over a shared file system. The
+//! trainer reads the file between episodes.
 
 use std::io::{ErrorKind, Read, Seek, SeekFrom};
 use std::path::PathBuf;
@@ -11,12 +11,12 @@ use serde::{Deserialize, Serialize};
 use super::append::AppendFile;
 use super::{Result, RunDirectory, RunError, file};
 
-/// Format of a line that this program writes, and the newest that it reads.
+/// The format of a line that this program writes, and the only one that it reads.
 const FORMAT: u64 = 1;
-/// Bytes of requests that are read at once; more of them are no person's.
+/// Maximum number of bytes that are read at once; far more than users produce.
 const MOST: u64 = 1 << 20;
 
-/// Something asked of a running training. Each takes effect between two episodes, in order.
+/// A request to a running training. Requests take effect between two episodes, in order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "request", rename_all = "snake_case")]
 pub enum Request {
@@ -24,16 +24,16 @@ pub enum Request {
     Pause,
     /// Continue after a pause.
     Resume,
-    /// Train so many more episodes, then pause.
+    /// Train this many more episodes, then pause.
     Advance {
-        /// How many.
+        /// Number of episodes.
         episodes: u32,
     },
-    /// Save a checkpoint and end; the run can be continued.
+    /// Save a checkpoint and end; the run can be resumed.
     Stop,
-    /// Another epsilon schedule.
+    /// Use another epsilon schedule.
     Epsilon {
-        /// The schedule as a person writes it.
+        /// The schedule in text form.
         schedule: String,
     },
 }
@@ -44,17 +44,17 @@ struct RequestLine {
     format: u64,
     /// Seconds since 1970-01-01 UTC.
     time: f64,
-    /// The process that asks.
+    /// Id of the requesting process.
     process: u32,
     #[serde(flatten)]
     request: Request,
 }
 
 impl RunDirectory {
-    /// Asks something of whoever trains the run.
+    /// Sends a request to the process that trains the run.
     ///
     /// # Errors
-    /// [`RunError::NotTrained`] if nobody does; [`RunError::Io`] if the folder cannot be written.
+    /// [`RunError::NotTrained`] if there is none; [`RunError::Io`] if the folder cannot be written.
     pub fn request(&self, request: &Request) -> Result<()> {
         if !self.is_locked()? {
             return Err(RunError::NotTrained(self.path().to_owned()));
@@ -66,7 +66,7 @@ impl RunDirectory {
         file.append_json(&line)
     }
 
-    /// A reader of what is asked from now on.
+    /// A reader of requests that are sent from now on.
     pub fn requests(&self) -> RequestReader {
         let path = self.requests_path();
         let offset = std::fs::symlink_metadata(&path).map_or(0, |data| data.len());
@@ -82,19 +82,19 @@ pub struct RequestReader {
 }
 
 impl RequestReader {
-    /// What was asked since the last call, in order, and why lines cannot be read, if any cannot.
+    /// The requests since the last call, in order, and the errors of invalid lines.
     ///
     /// # Errors
     /// [`RunError::Io`] if the file cannot be read.
     pub fn poll(&mut self) -> Result<(Vec<Request>, Vec<String>)> {
-        // Looked at between any two episodes: without a request, this is all it costs.
+        // This runs between any two episodes; without a request, its only cost is this system call.
         let length = match std::fs::symlink_metadata(&self.path) {
             Ok(data) => data.len(),
             Err(error) if error.kind() == ErrorKind::NotFound => 0,
             Err(error) => return Err(RunError::io("read", &self.path)(error)),
         };
         if length <= self.offset {
-            // A file that was replaced holds nothing that is new.
+            // A replaced file is treated as having no new requests.
             self.offset = length;
             return Ok(Default::default());
         }
@@ -147,11 +147,11 @@ mod tests {
         assert_eq!(first.poll().unwrap().0, [Request::Pause, epsilon]);
         assert_eq!(first.poll().unwrap().0, []);
         run.request(&Request::Advance { episodes: 3 }).unwrap();
-        assert_eq!(second.poll().unwrap().0, [Request::Advance { episodes: 3 }], "what was asked before is past");
+        assert_eq!(second.poll().unwrap().0, [Request::Advance { episodes: 3 }], "earlier requests are not repeated");
     }
 
     #[test]
-    fn half_a_line_is_not_yet_one_and_a_bad_one_is_reported() {
+    fn half_a_line_is_ignored_and_a_bad_one_is_reported() {
         let folder = tempfile::tempdir().unwrap();
         let run = RunDirectory::create(folder.path(), &1).unwrap();
         let mut reader = run.requests();

@@ -1,4 +1,4 @@
-//! Which checkpoints to write and which to remove: a decision without a disk.
+//! Decides which checkpoints to write and which to remove, without accessing the disk.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 /// Name of a checkpoint: its folder in `checkpoint/`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum CheckpointName {
-    /// `last`: the newest one, from which a run is resumed.
+    /// `last`: the newest checkpoint.
     Last,
-    /// `best`: the one with the highest score.
+    /// `best`: the checkpoint with the highest score.
     Best,
-    /// `episode-N`: kept from episode N.
+    /// `episode-N`: the checkpoint of episode N.
     Episode(u64),
 }
 
@@ -37,20 +37,20 @@ impl FromStr for CheckpointName {
                 .strip_prefix("episode-")
                 .and_then(|number| number.parse().ok())
                 .map(CheckpointName::Episode)
-                .ok_or_else(|| format!("\"{text}\" is no checkpoint: use last, best or episode-N")),
+                .ok_or_else(|| format!("\"{text}\" is not a checkpoint: use last, best or episode-N")),
         }
     }
 }
 
-/// How many checkpoints a run keeps.
+/// The retention policy for checkpoints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Retention {
-    /// Write `last` every so many episodes; 0: only at the end, on a stop and with another one.
+    /// Number of episodes between writes of `last`; 0: only at the end, on a stop and with other checkpoints.
     pub last_every: u64,
-    /// Write `episode-N` every so many episodes; 0: never.
+    /// Number of episodes between writes of `episode-N`; 0: never.
     pub periodic_every: u64,
-    /// Keep only so many of the newest `episode-N`; `None`: all of them.
+    /// Number of newest `episode-N` to keep; `None`: all of them.
     pub periodic_kept: Option<usize>,
 }
 
@@ -60,35 +60,35 @@ impl Default for Retention {
     }
 }
 
-/// The situation in which [`what_to_keep`] decides.
+/// The inputs of [`what_to_keep`] besides the policy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RetentionContext<'a> {
     /// Episodes finished so far.
     pub episode: u64,
-    /// Score of the present networks, if they were evaluated just now.
+    /// Score of the current networks, if they were just evaluated.
     pub score: Option<f64>,
-    /// Score of the checkpoint called `best`, if there is one.
+    /// Score of the checkpoint `best`, if there is one.
     pub best_score: Option<f64>,
-    /// The run is about to end or to pause: nothing may be lost.
+    /// The run is about to end, so its state must be saved.
     pub closing: bool,
-    /// The checkpoints there are.
+    /// The existing checkpoints.
     pub existing: &'a [CheckpointName],
 }
 
-/// Something to do to the checkpoints.
+/// An action on the checkpoints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CheckpointAction {
-    /// Write the present state under this name.
+    /// Write the current state under this name.
     Save(CheckpointName),
     /// Remove this one.
     Delete(CheckpointName),
 }
 
-/// What to write and what to remove at a moment, in this order.
+/// The checkpoints to write and then to remove, in this order.
 ///
-/// Whenever something is saved, `last` is saved first, so that it is never older than any other.
-/// A checkpoint becomes `best` if its score is strictly higher than that of the `best` so far; a
-/// score that is not a number never is.
+/// Whenever something is saved, `last` is saved first, so that it is never older than any other
+/// checkpoint. A checkpoint becomes `best` if its score is strictly higher than that of the current
+/// `best`; this is never the case for NaN.
 pub fn what_to_keep(policy: &Retention, moment: &RetentionContext) -> Vec<CheckpointAction> {
     let due = |every: u64| every > 0 && moment.episode > 0 && moment.episode.is_multiple_of(every);
     let best = match (moment.score, moment.best_score) {
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn old_periodic_ones_go_oldest_first() {
+    fn old_periodic_checkpoints_are_removed_oldest_first() {
         let existing = [Episode(300), Best, Last, Episode(100), Episode(200)];
         check(
             RetentionContext { episode: 400, existing: &existing, ..QUIET },
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_their_folders() {
+    fn names_round_trip_as_text() {
         for name in [Last, Best, Episode(12)] {
             assert_eq!(name.to_string().parse(), Ok(name));
         }

@@ -1,9 +1,9 @@
-//! What TensorBoard shows of a run: events as tagged numbers over the episode.
+//! Scalars for TensorBoard: events as tagged numbers over the episode.
 
 use super::event::{Event, LoggedEvent};
 use super::metric::Metric;
 
-/// Turns the events of one process into numbers. Keeps only the clock for the `time/` tags.
+/// Converts the events of one process to scalars. Its only state is the clock for the `time/` tags.
 #[derive(Debug, Default)]
 pub(super) struct Scalars {
     started: Option<f64>,
@@ -11,7 +11,7 @@ pub(super) struct Scalars {
 }
 
 impl Scalars {
-    /// Tags and values of an event; empty for one that has none. The step is `event.episode()`.
+    /// Tags and values of an event; empty if it has none. The step is `event.episode()`.
     pub fn of(&mut self, logged: &LoggedEvent) -> Vec<(&'static str, f64)> {
         let started = *self.started.get_or_insert(logged.time);
         match &logged.event {

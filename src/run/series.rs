@@ -1,9 +1,9 @@
-//! What a run has one of for each episode, or for some: all of it, or evenly spread samples.
+//! Series of values over the episodes of a run, complete or evenly thinned.
 
 use std::num::NonZeroUsize;
 use std::ops::Deref;
 
-/// Something that belongs to an episode.
+/// A value that belongs to an episode.
 pub trait Numbered {
     /// The number of the episode, from 1.
     fn episode(&self) -> u64;
@@ -13,13 +13,13 @@ pub trait Numbered {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series<T> {
     values: Vec<T>,
-    /// Values of episodes that are multiples of it are kept, and the latest.
+    /// Values of episodes that are multiples of this are kept, and the latest value.
     every: u64,
     most: Option<NonZeroUsize>,
 }
 
 impl<T> Default for Series<T> {
-    /// A series of any length.
+    /// A series of unlimited length.
     fn default() -> Self {
         Self { values: Vec::new(), every: 1, most: None }
     }
@@ -34,9 +34,9 @@ impl<T> Deref for Series<T> {
 }
 
 impl<T: Numbered> Series<T> {
-    /// A series that keeps at most `most` values, or the latest alone. While there are more, only those
-    /// of every second episode stay, then of every fourth, and so on. Which are kept follows from
-    /// the episodes that were added alone.
+    /// A series that keeps at most `most` values. When there are more, only those of every second episode
+    /// are kept, then of every fourth, and so on, and always the latest. The choice depends only on the
+    /// added episodes.
     pub fn bounded(most: NonZeroUsize) -> Self {
         Self { most: Some(most), ..Self::default() }
     }
@@ -49,7 +49,7 @@ impl<T: Numbered> Series<T> {
         self.values.push(value);
         while self.most.is_some_and(|most| self.values.len() > most.get()) {
             let Some(every) = self.every.checked_mul(2) else {
-                // Only a log that counts wrongly comes here.
+                // Only possible with wrong episode numbers in a log.
                 self.values.remove(0);
                 continue;
             };
@@ -62,7 +62,7 @@ impl<T: Numbered> Series<T> {
         }
     }
 
-    /// Forgets what comes after an episode.
+    /// Removes the values after an episode.
     pub fn cut(&mut self, episode: u64) {
         self.values.retain(|value| value.episode() <= episode);
     }
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_repeated_after_a_cut_is_kept_once() {
+    fn values_repeated_after_a_cut_are_kept_once() {
         let mut series = Series::bounded(NonZeroUsize::new(4).unwrap());
         (1..=7).for_each(|episode| series.push(episode));
         series.cut(5);

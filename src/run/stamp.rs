@@ -1,9 +1,10 @@
-//! Whether a run may have changed since it was read.
+//! Detects whether a run may have changed since it was read.
 
 use std::path::Path;
 use std::time::SystemTime;
 
-/// Size and time of the log, and times of settings and notes: they change with everything worth reading.
+/// Size and modification time of the log, and modification times of settings and notes. They change whenever
+/// something relevant to readers changes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Stamp {
     log: Option<(u64, SystemTime)>,
@@ -12,7 +13,7 @@ pub struct Stamp {
 }
 
 impl Stamp {
-    /// That of the run in a folder, as it is now.
+    /// The current stamp of the run in a folder.
     pub fn of(folder: &Path) -> Self {
         let metadata = |name: &str| std::fs::metadata(folder.join(name)).ok();
         let modified = |data: &std::fs::Metadata| data.modified().ok();

@@ -1,4 +1,4 @@
-//! What state a run is in, derived from its lock and the end of its log.
+//! The state of a run, derived from its lock and the end of its log.
 
 use super::event::{EpisodeRecord, Event, LoggedEvent};
 
@@ -7,22 +7,22 @@ use super::event::{EpisodeRecord, Event, LoggedEvent};
 pub enum RunState {
     /// Created, but not trained yet.
     NotStarted,
-    /// A living process trains it.
+    /// A process is training it.
     Running,
-    /// A living process holds it and waits.
+    /// A process holds its lock and pauses.
     Paused,
     /// All episodes are done.
     Finished,
-    /// It was ended early; it can be continued.
+    /// It was ended early; it can be resumed.
     Stopped(String),
-    /// An error ended it; it can be continued from its last checkpoint.
+    /// An error ended it; it can be resumed from its last checkpoint.
     Failed(String),
-    /// The process that trained it exited unexpectedly; it can be continued.
+    /// The process that trained it exited unexpectedly; it can be resumed.
     Interrupted,
 }
 
 impl RunState {
-    /// One or two words for it.
+    /// A name of one or two words.
     pub fn name(&self) -> &'static str {
         match self {
             Self::NotStarted => "not started",
@@ -36,12 +36,12 @@ impl RunState {
     }
 }
 
-/// The state of a run and how far it is.
+/// The state and progress of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunStatus {
     /// Whether a process trains it, or how it ended.
     pub state: RunState,
-    /// The last finished episode, if there is one in the part of the log that was looked at.
+    /// The last finished episode, if there is one in the part of the log that was read.
     pub last_episode: Option<EpisodeRecord>,
 }
 
@@ -71,7 +71,7 @@ impl RunStatus {
         Self { state: state.unwrap_or(without_events), last_episode }
     }
 
-    /// True if the events were enough to decide.
+    /// Whether the events were sufficient to determine the status.
     pub(super) fn is_decided(&self) -> bool {
         self.last_episode.is_some()
     }
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn status_says_how_far_the_run_is() {
+    fn status_reports_the_progress_of_the_run() {
         let record = EpisodeRecord { episode: 5, ..Default::default() };
         let log = [
             LoggedEvent { time: 1.0, event: Event::EpisodeFinished(record.clone()) },

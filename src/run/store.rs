@@ -22,12 +22,12 @@ impl CheckpointStore {
         Self { folder: folder.into() }
     }
 
-    /// Where a checkpoint of this name is or would be.
+    /// The path of the checkpoint with this name, whether or not it exists.
     pub fn path(&self, name: CheckpointName) -> PathBuf {
         self.folder.join(name.to_string())
     }
 
-    /// The checkpoints there are.
+    /// The existing checkpoints.
     ///
     /// # Errors
     /// [`RunError::Io`] if the folder cannot be read.
@@ -38,7 +38,7 @@ impl CheckpointStore {
         Ok(names)
     }
 
-    /// Score of the checkpoint called `best`; `None` if there is none.
+    /// Score of the checkpoint `best`; `None` if there is none.
     ///
     /// # Errors
     /// As [`Checkpoint::load`], if its manifest cannot be read.
@@ -50,7 +50,7 @@ impl CheckpointStore {
         }
     }
 
-    /// Episode of a checkpoint; `None` if there is none of this name whose manifest can be read.
+    /// Episode of a checkpoint; `None` if there is none with this name and a readable manifest.
     pub(super) fn episode_of(&self, name: CheckpointName) -> Option<u64> {
         Manifest::read(&self.path(name)).ok().map(|manifest| manifest.episode)
     }
@@ -64,7 +64,7 @@ impl CheckpointStore {
         Checkpoint::load(&self.path(name))
     }
 
-    /// Reads and verifies some sections of a checkpoint, as those that a screen shows.
+    /// Reads and verifies some sections of a checkpoint.
     ///
     /// # Errors
     /// As [`Checkpoint::load`].
@@ -73,7 +73,7 @@ impl CheckpointStore {
         Checkpoint::load_where(&self.path(name), |section| sections.contains(&section))
     }
 
-    /// The checkpoints whose manifest can be read, with their episodes, in the order of these.
+    /// The checkpoints with a readable manifest and their episodes, sorted by episode.
     ///
     /// # Errors
     /// As [`CheckpointStore::names`].
@@ -84,10 +84,10 @@ impl CheckpointStore {
         Ok(episodes)
     }
 
-    /// The newest checkpoint that is whole, and why newer ones, if any, are not.
+    /// The newest valid checkpoint, and the errors of invalid ones that were tried.
     ///
     /// # Errors
-    /// [`RunError::NoCheckpoint`] if there is none at all; the first problem if none is whole.
+    /// [`RunError::NoCheckpoint`] if there is none at all; the first error if none is valid.
     pub fn load_newest(&self) -> Result<(Checkpoint, Vec<RunError>)> {
         let mut problems = Vec::new();
         let mut candidates = Vec::new();
@@ -108,10 +108,10 @@ impl CheckpointStore {
         Err(problems.into_iter().next().unwrap_or_else(none))
     }
 
-    /// Carries out what [`what_to_keep`](super::what_to_keep) decided: saves first, then removals.
+    /// Carries out the actions of [`what_to_keep`](super::what_to_keep): saves first, then removals.
     ///
     /// # Errors
-    /// [`RunError::Io`]. The checkpoint that could not be written is as it was before; nothing is
+    /// [`RunError::Io`]. If a save fails, the old checkpoint of that name is unchanged and nothing is
     /// removed.
     pub fn apply(&self, actions: &[CheckpointAction], checkpoint: &Checkpoint) -> Result<()> {
         folder::create(&self.folder)?;
@@ -135,11 +135,11 @@ impl CheckpointStore {
         Ok(())
     }
 
-    /// Cleans up after a process that was killed while it wrote. Only for the holder of the run's lock.
+    /// Cleans up after a process that was killed while writing. Only for the holder of the run's lock.
     pub(super) fn tidy(&self) -> Result<()> {
         for entry in self.entries()? {
             let path = self.folder.join(&entry);
-            // Succeeds for an empty folder only: what is left of one whose removal had begun.
+            // Succeeds only for an empty folder, left by an interrupted removal.
             if fs::remove_dir(&path).is_ok() {
                 continue;
             }
@@ -166,7 +166,7 @@ impl CheckpointStore {
     }
 }
 
-/// The name under which a checkpoint is known, also while a process replaces it.
+/// The final name of a checkpoint, even while a process replaces it.
 fn finished_name(entry: &str) -> &str {
     entry.strip_prefix(checkpoint::PREVIOUS).unwrap_or(entry)
 }
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn the_newest_whole_one_is_found() {
+    fn the_newest_valid_checkpoint_is_found() {
         let folder = tempfile::tempdir().unwrap();
         let store = CheckpointStore::new(folder.path());
         assert!(matches!(store.load_newest().unwrap_err(), RunError::NoCheckpoint(_)));

@@ -1,32 +1,32 @@
 //! TensorBoard's event files: TFRecord framing around protobuf `Event` messages.
 //!
 //! A record is `length: u64 LE, masked crc32c(length): u32 LE, data, masked crc32c(data): u32 LE`,
-//! where masked means rotated right by 15 bits plus 0xa282ead8. The messages are a handful of
-//! fields of TensorFlow's `event.proto` and `summary.proto`, encoded by hand below.
+//! where masked means rotated right by 15 bits plus 0xa282ead8. The messages use a few fields of
+//! TensorFlow's `event.proto` and `summary.proto` and are encoded by hand.
 
 use std::path::Path;
 
 use super::append::AppendFile;
 use super::{Result, RunError, folder};
 
-/// Writes one event file. Every call appends one whole record, so that TensorBoard can follow.
+/// Writes one event file. Every call appends one complete record, so that TensorBoard can follow live.
 #[derive(Debug)]
 pub(super) struct TensorBoardWriter {
     file: AppendFile,
 }
 
 impl TensorBoardWriter {
-    /// Starts a new event file in `folder`, which is created if need be.
+    /// Starts a new event file in `folder`, which is created if necessary.
     ///
-    /// Event files are never changed: a run that is continued starts another one. `first_step` is
-    /// the first step it will write; readers then discard what older files contain from there on.
+    /// Existing event files are never changed: a resumed run starts another one. `first_step` is
+    /// the first step it will write; readers then discard all older data from that step on.
     /// `wall_time` is in seconds since 1970-01-01 UTC, here and below.
     ///
     /// # Errors
     /// [`RunError::Io`].
     pub fn create(folder: &Path, first_step: u64, wall_time: f64) -> Result<Self> {
         folder::create(folder)?;
-        // Readers take the files in the order of their names.
+        // Readers process the files in the order of their names.
         let older = std::fs::read_dir(folder).map_err(RunError::io("read", folder))?.count();
         let name = format!("events.out.tfevents.{:010}.mge.{older:04}", wall_time as u64);
         let mut writer = Self { file: AppendFile::open(&folder.join(name))? };
@@ -36,7 +36,7 @@ impl TensorBoardWriter {
         Ok(writer)
     }
 
-    /// Waits until everything is on the disk.
+    /// Waits until everything is on disk.
     ///
     /// # Errors
     /// [`RunError::Io`].
@@ -44,8 +44,8 @@ impl TensorBoardWriter {
         self.file.sync()
     }
 
-    /// Writes numbers under their tags, such as `loss/critic`. TensorBoard keeps them as `f32` and
-    /// shows those that are not finite as gaps.
+    /// Writes numbers under their tags, such as `loss/critic`. TensorBoard stores them as `f32` and
+    /// shows non-finite ones as gaps.
     ///
     /// # Errors
     /// [`RunError::Io`].
@@ -146,11 +146,11 @@ impl Message {
     }
 }
 
-/// The steps of the records with numbers in an event file, in order.
+/// The steps of the records with summaries in an event file, in order.
 #[cfg(test)]
 pub(super) fn scalar_steps(bytes: &[u8]) -> Vec<u64> {
     let step = |record: &[u8]| {
-        // After the time (a tag and eight bytes): the step's tag and varint, then the summary's tag.
+        // After the time (tag and eight bytes) follow the step's tag and varint, then the summary's tag.
         let varint = &record[10..];
         let length = varint.iter().position(|byte| byte & 0x80 == 0).unwrap() + 1;
         let digits = varint[..length].iter().rev();
@@ -182,14 +182,14 @@ mod tests {
     }
 
     #[test]
-    fn checksums_are_those_of_tensorflow() {
+    fn checksums_match_tensorflow() {
         // crc32c("123456789") = 0xe3069283 is the check value of the Castagnoli polynomial.
         assert_eq!(crc32c::crc32c(b"123456789"), 0xe306_9283);
         assert_eq!(u32::from_le_bytes(masked_crc(b"123456789")), 0xc78a_b0e5);
     }
 
     #[test]
-    fn numbers_take_the_shortest_varint() {
+    fn numbers_use_the_shortest_varint() {
         let encoded = |value| {
             let mut message = Message::default();
             message.raw_varint(value);
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn scalar_event_has_the_bytes_of_the_protocol() {
+    fn scalar_event_has_the_expected_bytes() {
         let folder = tempfile::tempdir().unwrap();
         let mut writer = TensorBoardWriter::create(folder.path(), 1, 2.0).unwrap();
         writer.scalars(300, 2.0, &[("a/b", 1.0), ("c", f64::NAN)]).unwrap();
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn a_continued_run_starts_a_later_file() {
+    fn a_resumed_run_starts_a_later_file() {
         let folder = tempfile::tempdir().unwrap();
         for first_step in [1, 11] {
             let mut writer = TensorBoardWriter::create(folder.path(), first_step, 5.0).unwrap();

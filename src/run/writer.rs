@@ -1,4 +1,4 @@
-//! The one writer of a run: writes every event to every file that records it.
+//! The writer of a run: writes every event to all files that record it.
 
 use std::time::SystemTime;
 
@@ -31,16 +31,16 @@ pub struct RunWriter {
 
 impl RunWriter {
     /// Begins to write a run after `episode` episodes: 0 for a new run, the checkpoint's episode
-    /// to continue one. What the logs say of later episodes is removed.
+    /// to resume one. Later episodes are removed from the logs.
     ///
     /// # Errors
     /// [`RunError::InUse`] if another process writes the run; [`RunError::LogTooShort`] or
-    /// [`RunError::Malformed`] if its logs do not lead to `episode`; [`RunError::Io`].
+    /// [`RunError::Malformed`] if its logs do not reach `episode`; [`RunError::Io`].
     pub fn open(directory: &RunDirectory, episode: u64) -> Result<Self> {
         Self::locked(directory, directory.lock()?, episode)
     }
 
-    /// As [`RunWriter::open`], of a run that is locked already.
+    /// Like [`RunWriter::open`], for a run that is already locked.
     ///
     /// # Errors
     /// As [`RunWriter::open`].
@@ -71,12 +71,12 @@ impl RunWriter {
         })
     }
 
-    /// Writes an event to the log and to whatever else shows it. The order of events is a contract:
-    /// see [`Event`].
+    /// Writes an event to the log and to all other files that record it. The order of events is
+    /// specified in [`Event`].
     ///
     /// # Errors
-    /// [`RunError::Io`], for example on a full disk, and [`RunError::Gone`]. The run should end then;
-    /// the last checkpoint is whole.
+    /// [`RunError::Io`], for example on a full disk, and [`RunError::Gone`]. The run should then end;
+    /// the last checkpoint is intact.
     pub fn record(&mut self, event: &Event) -> Result<()> {
         let logged = LoggedEvent { time: now(), event: event.clone() };
         self.events.append(&logged)?;
@@ -91,7 +91,8 @@ impl RunWriter {
         self.check_in_place()
     }
 
-    /// What was written goes with the folder, wherever it is now; nothing may be made in its place.
+    /// Checks that the run's folder is still in its place, so that nothing is created there after it was
+    /// moved or deleted.
     ///
     /// # Errors
     /// [`RunError::Gone`] when the run was moved or deleted.
@@ -99,7 +100,7 @@ impl RunWriter {
         if self.lock.is_in_place() { Ok(()) } else { Err(RunError::Gone(self.directory.path().to_owned())) }
     }
 
-    /// Keeps what was done in an episode, so that it can be played again.
+    /// Records the actions of an episode, so that it can be replayed.
     ///
     /// # Errors
     /// [`RunError::Io`].
@@ -107,7 +108,7 @@ impl RunWriter {
         self.episodes.append_json(episode)
     }
 
-    /// Writes a line to `log.txt`, with the seconds since this process took the run.
+    /// Writes a line to `log.txt`, with the seconds since this process opened the run.
     ///
     /// # Errors
     /// [`RunError::Io`].
@@ -115,11 +116,11 @@ impl RunWriter {
         self.log.append(format!("[{:10.3} s] {message}\n", now() - self.opened).as_bytes())
     }
 
-    /// Carries out what [`what_to_keep`] decided, then records
-    /// [`Event::Checkpointed`]. Without an action to save it does nothing but the removals.
+    /// Carries out the actions of [`what_to_keep`], then records [`Event::Checkpointed`] if anything was
+    /// saved.
     ///
     /// # Errors
-    /// [`RunError::Io`]; the checkpoints there were are still whole.
+    /// [`RunError::Io`]; existing checkpoints are still intact.
     pub fn checkpoint(&mut self, actions: &[CheckpointAction], checkpoint: &Checkpoint) -> Result<()> {
         self.apply(actions, checkpoint)?;
         let saved = |action: &CheckpointAction| match action {
@@ -133,8 +134,8 @@ impl RunWriter {
         self.record(&Event::Checkpointed { episode: checkpoint.episode, names })
     }
 
-    /// Saves a run that ends or pauses where no checkpoint is due as `last`. No event says so: a run
-    /// that goes on from it is as if it had not been interrupted.
+    /// Saves `last` for a run that ends or pauses when no checkpoint is due. Records no event, so that a
+    /// run resumed from it equals an uninterrupted one.
     ///
     /// # Errors
     /// As [`RunWriter::checkpoint`].
@@ -145,7 +146,7 @@ impl RunWriter {
 
     fn apply(&mut self, actions: &[CheckpointAction], checkpoint: &Checkpoint) -> Result<()> {
         self.check_in_place()?;
-        // First the logs: a resume needs them to reach at least as far as the checkpoint.
+        // The logs first: a resume requires them to reach at least as far as the checkpoint.
         self.events.sync()?;
         self.metrics.sync()?;
         self.episodes.sync()?;
@@ -153,9 +154,9 @@ impl RunWriter {
         self.directory.checkpoints().apply(actions, checkpoint)
     }
 
-    /// Completes what a process that was killed while it saved `checkpoint` had left to do: the copies
-    /// that `policy` asks for, the removals, and the event. A checkpoint that was not due, saved because
-    /// the run ended early, is complete as it is; `is_finished` says that it is the run's last.
+    /// Completes the work of a process that was killed while saving `checkpoint`: the copies that
+    /// `policy` demands, the removals, and the event. A checkpoint that was not due, but was saved
+    /// because the run ended early, is already complete. `is_finished` tells whether it is the run's last.
     ///
     /// # Errors
     /// As [`RunWriter::checkpoint`].
@@ -165,10 +166,10 @@ impl RunWriter {
         }
         let (store, episode) = (self.directory.checkpoints(), checkpoint.episode);
         let existing = store.names()?;
-        // A `best` that cannot be read counts as none, as it does for the episodes to come.
+        // An unreadable `best` counts as none, as in later episodes.
         let best_score = store.best_score().unwrap_or_default();
         let is_here = |name: CheckpointName| store.episode_of(name) == Some(episode);
-        // A `best` of this episode was due if it is there.
+        // If there is a `best` of this episode, it was due.
         let closing = is_finished || is_here(CheckpointName::Best);
         let moment = RetentionContext { episode, score: checkpoint.score, best_score, closing, existing: &existing };
         let mut actions = what_to_keep(policy, &moment);
@@ -181,7 +182,7 @@ impl RunWriter {
         self.record(&Event::Checkpointed { episode, names })
     }
 
-    /// The run that is written.
+    /// The run's directory.
     pub fn directory(&self) -> &RunDirectory {
         &self.directory
     }
@@ -261,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_without_a_checkpoint_begins_again() {
+    fn a_run_without_a_checkpoint_starts_over() {
         let (_folder, run) = new_run();
         train(&mut RunWriter::open(&run, 0).unwrap(), 1..=3);
         train(&mut RunWriter::open(&run, 0).unwrap(), 1..=2);
@@ -270,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_whose_folder_goes_away_ends_and_leaves_no_stub() {
+    fn a_run_whose_folder_disappears_ends_and_leaves_nothing_behind() {
         let (folder, run) = new_run();
         let mut writer = RunWriter::open(&run, 0).unwrap();
         train(&mut writer, 1..=5);
@@ -283,7 +284,7 @@ mod tests {
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 
-    /// A checkpoint whose event is missing was not finished, whatever there is of it.
+    /// A checkpoint without its event may be incomplete.
     #[test]
     fn a_checkpoint_that_was_being_saved_is_completed_on_resume() {
         let policy = Retention { last_every: 5, periodic_every: 5, periodic_kept: Some(1) };
@@ -318,7 +319,7 @@ mod tests {
             saved(&mut writer, episode);
         }
         let all = [CheckpointName::Last, CheckpointName::Best, CheckpointName::Episode(10)];
-        // Killed after the first so many copies.
+        // Killed after this many copies.
         for copies in 1..=3 {
             let (_folder, broken) = new_run();
             let mut writer = RunWriter::open(&broken, 0).unwrap();
@@ -333,7 +334,7 @@ mod tests {
             writer.finish_checkpoint(&policy, &checkpoint, false).unwrap();
             assert_eq!(state(&broken), state(&whole), "after {copies} copies");
             assert_eq!(broken.checkpoints().load(CheckpointName::Best).unwrap(), scored(10));
-            // And nothing more the next time.
+            // A second call is a no-op.
             drop(writer);
             let mut writer = RunWriter::open(&broken, 10).unwrap();
             writer.finish_checkpoint(&policy, &checkpoint, false).unwrap();

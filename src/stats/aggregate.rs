@@ -1,4 +1,4 @@
-//! Many runs in one number.
+//! Aggregates the scores of many runs into one number.
 
 use super::scores::TaskScores;
 
@@ -9,19 +9,18 @@ pub fn mean(scores: &TaskScores) -> f64 {
 
 /// Median over tasks of the mean over runs.
 pub fn median(scores: &TaskScores) -> f64 {
-    let mut means = task_means(scores);
-    means.sort_unstable_by(f64::total_cmp);
+    let means = sorted(task_means(scores));
     let middle = means.len() / 2;
     if means.len() % 2 == 1 { means[middle] } else { (means[middle - 1] + means[middle]) / 2.0 }
 }
 
-/// Interquartile mean: the mean of the middle half of all scores of all tasks together. As robust
-/// as the median, with an interval nearly as narrow as the mean's.
+/// Interquartile mean: the mean of the middle half of all scores of all tasks pooled. As robust as the median, with
+/// an interval nearly as narrow as the mean's.
 pub fn iqm(scores: &TaskScores) -> f64 {
     trimmed_mean(&sorted(scores.all().collect()))
 }
 
-/// By how much the scores fall short of `target` on the mean; what lies above counts as `target`.
+/// Mean amount by which scores fall short of `target`; higher scores count as `target`.
 pub fn optimality_gap(scores: &TaskScores, target: f64) -> f64 {
     let clipped: Vec<f64> = scores.all().map(|score| score.min(target)).collect();
     target - mean_of(&clipped)
@@ -32,8 +31,8 @@ fn sorted(mut values: Vec<f64>) -> Vec<f64> {
     values
 }
 
-/// Mean of sorted values without the lowest and the highest quarter, each rounded down: what [`iqm`] is
-/// of the scores of one task. NaN for no values.
+/// Mean of sorted values without the lowest and the highest quarter, each rounded down; the [`iqm`] of one task's
+/// scores. NaN if there are no values.
 pub fn trimmed_mean(sorted: &[f64]) -> f64 {
     let cut = sorted.len() / 4;
     mean_of(&sorted[cut..sorted.len() - cut])
@@ -51,12 +50,11 @@ fn mean_of(values: &[f64]) -> f64 {
 pub(super) mod tests {
     use super::*;
 
-    /// Scores of two methods on three tasks, of 7 and 5 runs, with ties between them in task 1.
+    /// Scores of two methods on three tasks, with 7 and 5 runs per task and ties between the methods in task 1.
     ///
-    /// Drawn with numpy (`default_rng(5)`, `beta(3, 2)` and `beta(2, 2)`, rounded to two digits).
-    /// The numbers that the tests of this folder expect for them were computed with rliable 1.2.0
-    /// (arch 7.2.0, numpy 2.4.6, scipy 1.17.1): `metrics.aggregate_*`,
-    /// `metrics.probability_of_improvement`, `library.run_score_deviation`; intervals by
+    /// Drawn with numpy (`default_rng(5)`, `beta(3, 2)` and `beta(2, 2)`, rounded to two digits). The values that
+    /// tests in this folder expect were computed with rliable 1.2.0 (arch 7.2.0, numpy 2.4.6, scipy 1.17.1):
+    /// `metrics.aggregate_*`, `metrics.probability_of_improvement`, `library.run_score_deviation`; intervals with
     /// `library.get_interval_estimates` and `library.create_performance_profile`.
     pub fn two_methods() -> (TaskScores, TaskScores) {
         let x = vec![

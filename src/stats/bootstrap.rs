@@ -8,7 +8,7 @@ use super::aggregate;
 use super::scores::TaskScores;
 use super::{Result, StatsError};
 
-/// How an interval is computed. State these numbers beside it.
+/// Settings for computing an interval. Report them beside it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Bootstrap {
@@ -16,7 +16,7 @@ pub struct Bootstrap {
     pub resamples: u32,
     /// Confidence level, such as 0.95.
     pub confidence: f64,
-    /// Seed of the resampling; every interval starts its own stream from it.
+    /// Seed of the resampling; every interval starts a new stream from it.
     pub seed: u64,
 }
 
@@ -29,7 +29,7 @@ impl Default for Bootstrap {
 /// A value with its confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
-    /// The statistic of the data as it is.
+    /// The statistic of the original data.
     pub value: f64,
     /// Lower end of the interval.
     pub lower: f64,
@@ -55,17 +55,16 @@ impl Estimate {
 }
 
 impl Bootstrap {
-    /// A statistic of all runs, such as [`aggregate::iqm`], with its interval: the runs are drawn
-    /// with replacement within each task, and the interval lies between two percentiles
-    /// (interpolated linearly) of the statistic of the resamples.
+    /// A statistic of all runs, such as [`aggregate::iqm`], with its interval: runs are drawn with replacement within
+    /// each task, and the interval lies between two percentiles (interpolated linearly) of the resampled statistics.
     ///
     /// # Errors
-    /// [`StatsError::Confidence`] or [`StatsError::Resamples`], as everywhere below.
+    /// [`StatsError::Confidence`] or [`StatsError::Resamples`]; the same for all methods below.
     pub fn stratified(&self, scores: &TaskScores, statistic: impl Fn(&TaskScores) -> f64) -> Result<Estimate> {
         self.only(self.pointwise(scores, |scores| vec![statistic(scores)])?)
     }
 
-    /// A statistic of two methods that are resampled independently of each other.
+    /// A statistic of two methods, which are resampled independently.
     ///
     /// # Errors
     /// As [`Bootstrap::stratified`].
@@ -106,7 +105,7 @@ impl Bootstrap {
         self.stratified(&TaskScores::of_one_task(values)?, aggregate::mean)
     }
 
-    /// The interval of each of `values` from what `resample` gives in its place.
+    /// The interval of each of `values`, from the corresponding values of `resample`.
     fn percentiles(
         &self,
         values: Vec<f64>,
@@ -137,12 +136,12 @@ impl Bootstrap {
     }
 }
 
-/// Refuses what is not strictly between 0 and 1, NaN included.
+/// Checks that a level is strictly between 0 and 1 (NaN is not).
 pub(super) fn check_confidence(level: f64) -> Result<()> {
     if level > 0.0 && level < 1.0 { Ok(()) } else { Err(StatsError::Confidence(level)) }
 }
 
-/// Quantile of sorted values, interpolated linearly between the two nearest, as numpy does.
+/// Quantile of sorted values, interpolated linearly between the two nearest, as in numpy.
 pub fn quantile(sorted: &[f64], q: f64) -> f64 {
     let place = q * (sorted.len() - 1) as f64;
     let below = place.floor() as usize;
@@ -170,7 +169,7 @@ mod tests {
         let near = |statistic: fn(&TaskScores) -> f64, lower: f64, upper: f64| {
             let estimate = bootstrap.stratified(&x, statistic).unwrap();
             assert_eq!(estimate.value, statistic(&x));
-            // rliable's own ends, of 50 000 resamples, differ by 0.001 from seed to seed.
+            // rliable's own bounds, from 50 000 resamples, differ by 0.001 between seeds.
             assert!((estimate.lower - lower).abs() < 0.004, "{estimate:?} {lower}");
             assert!((estimate.upper - upper).abs() < 0.004, "{estimate:?} {upper}");
         };
@@ -180,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn an_interval_depends_on_the_seed_alone() {
+    fn an_interval_depends_only_on_the_seed() {
         let (x, _) = two_methods();
         let with = |seed| Bootstrap { resamples: 100, seed, ..Default::default() }.stratified(&x, aggregate::iqm);
         assert_eq!(with(1), with(1));
@@ -188,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn identical_scores_have_an_interval_of_no_width() {
+    fn identical_scores_have_an_interval_of_zero_width() {
         let same = TaskScores::new(vec![vec![0.1; 6], vec![0.1; 3]]).unwrap();
         for statistic in [aggregate::mean, aggregate::median, aggregate::iqm] {
             let estimate = Bootstrap::default().stratified(&same, statistic).unwrap();

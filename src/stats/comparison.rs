@@ -1,11 +1,11 @@
-//! Is one method better than another?
+//! Comparison of two methods.
 
 use super::bootstrap::{Bootstrap, Estimate};
 use super::scores::TaskScores;
 use super::{Result, StatsError};
 
-/// Probability of improvement: how likely a run of `x` scores higher than a run of `y` on the same
-/// task, mean over the tasks. A tie counts one half. 0.5 means no difference.
+/// Probability of improvement: the probability that a run of `x` scores higher than a run of `y` on the same task,
+/// averaged over tasks. A tie counts one half. 0.5 means no difference.
 ///
 /// # Errors
 /// [`StatsError::Tasks`] if the two do not have the same number of tasks.

@@ -1,4 +1,4 @@
-//! How fast and how far a run learned.
+//! Sample efficiency: how fast and how well a run learned.
 
 use std::num::NonZeroUsize;
 
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::rolling::rolling_success;
 
-/// A run's learning in five numbers. What was never reached is `None`, `null` in JSON.
+/// Five numbers that summarise a run's learning. A threshold that was never reached is `None`, `null` in JSON.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Efficiency {
     /// Episodes until half of the last `window` reached the goal.
@@ -17,13 +17,13 @@ pub struct Efficiency {
     pub auc: Option<f64>,
     /// Success rate over the last `window` episodes.
     pub final_success: Option<f64>,
-    /// Least rolling success rate over the last quarter of the episodes: what the run holds, where
-    /// the episodes to a threshold say what it reaches.
+    /// Lowest rolling success rate over the last quarter of the episodes: the level that the run holds, in contrast
+    /// to the thresholds it reached at some time.
     #[serde(default)]
     pub held_success: Option<f64>,
 }
 
-/// The five numbers of a run from whether each of its episodes reached the goal.
+/// The five numbers of a run, given whether each of its episodes reached the goal.
 pub fn efficiency(successes: &[bool], window: NonZeroUsize) -> Efficiency {
     let curve = rolling_success(successes, window);
     Efficiency {
@@ -35,8 +35,8 @@ pub fn efficiency(successes: &[bool], window: NonZeroUsize) -> Efficiency {
     }
 }
 
-/// Number of episodes after which the rolling success rate first is at least `threshold`; `None` if
-/// it never is. Counts from the first full window on, or one lucky first episode would be 100 %.
+/// Number of episodes after which the rolling success rate first is at least `threshold`; `None` if it never is. Only
+/// full windows count, otherwise a single lucky first episode would be 100 %.
 pub fn episodes_to_threshold(successes: &[bool], window: NonZeroUsize, threshold: f64) -> Option<u64> {
     let full = window.get() - 1;
     let curve = rolling_success(successes, window);
@@ -44,7 +44,7 @@ pub fn episodes_to_threshold(successes: &[bool], window: NonZeroUsize, threshold
     Some((full + after + 1) as u64)
 }
 
-/// Area under a learning curve divided by its length: the mean height. `None` for no points.
+/// Area under a learning curve divided by its length: the mean height. `None` if it has no points.
 pub fn area_under_curve(curve: &[f64]) -> Option<f64> {
     (!curve.is_empty()).then(|| curve.iter().sum::<f64>() / curve.len() as f64)
 }
@@ -75,7 +75,7 @@ mod tests {
         assert_eq!(found.episodes_to_50, Some(4));
         assert_eq!(found.episodes_to_80, Some(6));
         assert_eq!(found.final_success, Some(1.0));
-        // The last quarter of six episodes are the last two.
+        // The last quarter of six episodes is the last two.
         assert_eq!(found.held_success, Some(0.75));
         let fallen = efficiency(&[true, true, true, true, true, true, true, false], WINDOW);
         assert_eq!((fallen.episodes_to_80, fallen.held_success), (Some(4), Some(0.75)));
@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn no_episodes_have_no_numbers() {
+    fn without_episodes_all_numbers_are_null() {
         let none = efficiency(&[], WINDOW);
         let text = serde_json::to_string(&none).unwrap();
         assert_eq!(

@@ -1,8 +1,8 @@
-//! Why a statistic has no value.
+//! Errors of statistics.
 
 use thiserror::Error;
 
-/// What is wrong with the input of a statistic.
+/// What is wrong with a statistic's input.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum StatsError {
     /// There is nothing to compute from.
@@ -24,7 +24,7 @@ pub enum StatsError {
     /// Two methods that were not run on the same tasks.
     #[error("the methods to compare have scores of {0} and {1} tasks")]
     Tasks(usize, usize),
-    /// A confidence level that is none.
+    /// An invalid confidence level.
     #[error("the confidence level {0} is not between 0 and 1 (95 % is 0.95)")]
     Confidence(f64),
     /// Zero resamples.

@@ -1,4 +1,4 @@
-//! Statistics of runs: pure functions from scores to numbers one can defend.
+//! Statistics of runs: pure functions of scores.
 //!
 //! - [`rolling`]: rolling success rate and mean over the last episodes;
 //! - [`efficiency`]: episodes to a threshold, area under the learning curve;
@@ -6,10 +6,10 @@
 //! - [`bootstrap`]: confidence intervals from resampling the runs within each task;
 //! - [`comparison`], [`profile`]: probability of improvement, performance profiles.
 //!
-//! The definitions are those of Agarwal et al. 2021, "Deep Reinforcement Learning at the Edge of
-//! the Statistical Precipice", and agree with their library rliable on the same data. An interval
-//! depends on the data and the [`Bootstrap`] settings alone: not on threads, nor on what was
-//! computed before. Input that is empty or not finite is a [`StatsError`], never a NaN in a table.
+//! The definitions are those of Agarwal et al. 2021, "Deep Reinforcement Learning at the Edge of the Statistical
+//! Precipice", and agree with their library rliable on the same data. An interval depends only on the data and the
+//! [`Bootstrap`] settings, not on threads or earlier computations. Empty or non-finite input is a [`StatsError`],
+//! never a NaN in a table.
 
 pub mod aggregate;
 pub mod bootstrap;
@@ -24,5 +24,5 @@ pub use bootstrap::{Bootstrap, Estimate};
 pub use error::StatsError;
 pub use scores::TaskScores;
 
-/// Result of a statistic on input that may be wrong.
+/// Result of a statistic whose input may be invalid.
 pub type Result<T> = std::result::Result<T, StatsError>;

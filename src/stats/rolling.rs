@@ -8,8 +8,7 @@ use serde::{Deserialize, Serialize};
 /// Window of the paper's learning curves (figure 6): 100 episodes.
 pub const WINDOW: NonZeroUsize = NonZeroUsize::new(100).unwrap();
 
-/// Success rate over the last episodes, one episode at a time. Serialisable, as a part of a
-/// training's state.
+/// Success rate over the last episodes, updated episode by episode. Serialisable as part of a training's state.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct RollingRate {
@@ -17,8 +16,7 @@ pub struct RollingRate {
 }
 
 impl RollingRate {
-    /// Adds an episode and gives the rate over the last `window` episodes, or over all of them as
-    /// long as they are fewer.
+    /// Adds an episode and returns the rate over the last `window` episodes, or over all if there are fewer.
     pub fn push(&mut self, success: bool, window: NonZeroUsize) -> f64 {
         self.recent.push_back(success);
         if self.recent.len() > window.get() {
@@ -29,14 +27,14 @@ impl RollingRate {
     }
 }
 
-/// Success rate over the last `window` episodes, after each episode; over all of them at the start.
+/// Success rate over the last `window` episodes after each episode; over all episodes at the start.
 pub fn rolling_success(successes: &[bool], window: NonZeroUsize) -> Vec<f64> {
     let mut rate = RollingRate::default();
     successes.iter().map(|&success| rate.push(success, window)).collect()
 }
 
-/// Mean of the last `window` values, after each value; of all of them at the start. A value that is
-/// not a number makes exactly those means not a number that it is a part of.
+/// Mean of the last `window` values after each value; of all values at the start. A NaN affects exactly the means
+/// whose window contains it.
 pub fn rolling_mean(values: &[f64], window: NonZeroUsize) -> Vec<f64> {
     let mean_to = |end: usize| {
         let recent = &values[end.saturating_sub(window.get())..end];
@@ -65,14 +63,14 @@ mod tests {
     }
 
     #[test]
-    fn not_a_number_leaves_with_the_window() {
+    fn a_nan_leaves_with_the_window() {
         let means = rolling_mean(&[1.0, f64::NAN, 3.0, 5.0], window(2));
         assert_eq!(means.iter().map(|mean| mean.is_nan()).collect::<Vec<_>>(), [false, true, true, false]);
         assert_eq!(means[3], 4.0);
     }
 
     #[test]
-    fn a_saved_rate_goes_on() {
+    fn a_restored_rate_continues() {
         let mut rate = RollingRate::default();
         for success in [true, true, false] {
             rate.push(success, window(3));

@@ -5,8 +5,8 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{Result, StatsError};
 
-/// One score a run, by task. Every task has at least one run and every score is finite; tasks may
-/// have different numbers of runs.
+/// One score per run, by task. Every task has at least one run and every score is finite; tasks may have different
+/// numbers of runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TaskScores {
     tasks: Vec<Vec<f64>>,

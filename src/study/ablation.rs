@@ -1,5 +1,5 @@
-//! What the structural assumptions of the dynamics models are worth (paper, section 4.1):
-//! each switched off in turn, over several seeds and the tool sets of the tasks.
+//! Ablation of the structural assumptions of the dynamics models (paper, section 4.1): each is
+//! switched off in turn, over several seeds and the tool sets of the tasks.
 
 use std::path::Path;
 
@@ -20,22 +20,22 @@ use crate::run::config_hash;
 use crate::stats::{Bootstrap, Estimate, StatsError};
 use crate::task::Task;
 
-/// The numbers of an ablation.
+/// The parameters of an ablation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AblationPlan {
     /// The model with all assumptions.
     pub model: ModelConfig,
-    /// Its training; its seed is the first, the others follow it.
+    /// Its training, with the first of the consecutive seeds.
     pub training: TrainConfig,
-    /// Seeds of every variant.
+    /// Number of seeds of every variant.
     pub seeds: u64,
-    /// Tool sets, a model each.
+    /// Tool sets, one model each.
     pub tool_sets: Vec<Vec<ToolKind>>,
     /// Tasks whose scenes are predicted.
     pub tasks: Vec<Task>,
     /// The evaluation of every model.
     pub evaluation: EvaluationConfig,
-    /// How intervals are computed.
+    /// Parameters of the intervals.
     pub bootstrap: Bootstrap,
 }
 
@@ -44,33 +44,32 @@ pub struct AblationPlan {
 pub struct Ablated {
     /// Which assumption is off.
     pub variant: Variant,
-    /// Seed of the launches, of the initial weights and of the batches: variants with one seed learn
+    /// Seed of the launches, the initial weights and the batches: variants with the same seed learn
     /// from the same launches.
     pub seed: u64,
-    /// Why the training ended before all epochs were done, if it did; the model is then its last good
-    /// state.
+    /// Why the training ended early, if it did; the model is then the last good one.
     pub failure: Option<String>,
-    /// Its errors on what it never saw.
+    /// Its errors on unseen data.
     pub evaluation: Evaluation,
 }
 
-/// What is measured of every model.
+/// A quantity measured for every model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
     /// Error of one prediction on held-out launches.
     OneStep,
-    /// The same, where the ball was deflected.
+    /// The same, for steps in which the ball was deflected.
     OneStepContact,
-    /// Error after an action, of held-out launches that were deflected.
+    /// Error after one action, on held-out launches that were deflected.
     ActionContact,
     /// Error after one action in unseen scenes.
     SceneOne,
     /// Error after the evaluation's horizon in unseen scenes.
     SceneLast,
-    /// Share of predicted hits of the next stage that were real.
+    /// Fraction of the predicted hits of the next stage that were real.
     Precision,
-    /// Share of real hits of the next stage that were predicted.
+    /// Fraction of the real hits of the next stage that were predicted.
     Recall,
 }
 
@@ -105,14 +104,14 @@ impl Measure {
     }
 }
 
-/// What is known of a measure.
+/// The properties of a measure.
 struct MeasureInfo {
-    /// Name for people.
+    /// Name in the table.
     label: &'static str,
-    /// Decimals that distinguish two models.
+    /// Number of decimals shown.
     digits: usize,
-    /// The measure of one model: a mean over its tools, or over its tasks. None if there was
-    /// nothing to measure, as the precision of a model that never predicts a hit.
+    /// The measure of one model: a mean over its tools or over its tasks. None if it is undefined,
+    /// such as the precision of a model that never predicts a hit.
     of: fn(&Evaluation) -> Option<f64>,
 }
 
@@ -129,23 +128,23 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// A measure of a variant, over the seeds.
+/// A measure of a variant over the seeds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// What is measured.
     pub measure: Measure,
-    /// Mean over seeds with its interval; none if no seed could be measured.
+    /// Mean over the seeds with its interval; None if it is undefined for all of them.
     pub estimate: Option<Estimate>,
 }
 
-/// A variant's results on one tool set, or on all.
+/// A variant's results on one tool set or on all.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct VariantSummary {
     /// Name of the tool set; `all` for the mean over tool sets.
     pub tools: String,
     /// Which assumption is off.
     pub variant: Variant,
-    /// Trainings that diverged.
+    /// Number of trainings that diverged.
     pub failures: usize,
     /// Every measure.
     pub measures: Vec<Summary>,
@@ -166,12 +165,12 @@ pub struct AblationReport {
     pub models: Vec<Ablated>,
 }
 
-/// Does the ablation of `plan` in `folder`, or what is missing of it. Leaves there every model and
-/// its evaluation, `ablation.json`, `ablation.md` and two figures (at `dpi` dots per inch) with their
+/// Runs the ablation of `plan` in `folder`, or the missing parts of it. Writes every model and its
+/// evaluation, `ablation.json`, `ablation.md` and two figures (at `dpi` dots per inch) with their
 /// CSV. `command` reproduces it.
 ///
 /// # Errors
-/// The first failure; what is done stays, and the next call continues.
+/// The first failure; completed parts are kept, and the next call continues.
 pub fn ablation(
     plan: &AblationPlan,
     folder: &Path,
@@ -215,7 +214,7 @@ pub fn ablation(
     Ok(report)
 }
 
-/// One model to train and evaluate.
+/// The job that trains and evaluates one model.
 fn model_job<'a>(
     plan: &'a AblationPlan,
     folder: Folder<'a>,
@@ -266,7 +265,7 @@ fn summarise(plan: &AblationPlan, models: &[Ablated]) -> Result<Vec<VariantSumma
                 .filter(|model| model.variant == variant && sets.contains(&model.evaluation.model.as_str()))
                 .collect();
             let measures = Measure::ALL.map(|measure| {
-                // One value a seed: the mean over tool sets.
+                // One value per seed: the mean over the tool sets.
                 let seeds = plan.training.seed..plan.training.seed + plan.seeds;
                 let values: Vec<f64> = seeds
                     .filter_map(|seed| {
@@ -292,7 +291,7 @@ fn summarise(plan: &AblationPlan, models: &[Ablated]) -> Result<Vec<VariantSumma
 }
 
 impl AblationReport {
-    /// The results as a table for people.
+    /// The results as a Markdown table.
     pub fn to_markdown(&self, command: &str) -> String {
         let mut text = format!(
             "Made by {}: {} epochs, {} seeds. Mean over the seeds with its 95 % bootstrap interval; errors in normalised units (the screen is 2 wide), of launches and of whole scenes that no model was trained on.\n\n",
@@ -317,7 +316,7 @@ impl AblationReport {
         text
     }
 
-    /// A measure of the four variants as a figure: the mean over tool sets.
+    /// A figure of one measure of all variants, over the last summary group: the mean over all tool sets.
     pub fn figure(&self, measure: Measure, label: &str) -> figures::Ablation {
         let last = self.summaries.len().saturating_sub(Variant::ALL.len());
         let variants = self.summaries[last..].iter().map(|row| {

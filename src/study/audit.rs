@@ -1,5 +1,5 @@
-//! What a task asks of exploration: random play must hardly solve it, play guided by
-//! the true physics must.
+//! Audit of the tasks: random play must hardly ever solve a task, and play guided by the true
+//! physics must solve it.
 
 use std::sync::Arc;
 
@@ -12,25 +12,25 @@ use crate::batch::{self, Batch, BatchProgress, Job};
 use crate::guidance::{self, GuidanceConfig, Stoppable, TruePhysics};
 use crate::task::Task;
 
-/// One way of exploring one task.
+/// One kind of exploration of one task.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AuditRow {
     /// Name of the task.
     pub task: String,
     /// `uniform`, `actor + OU` or `guided by true physics`.
     pub exploration: String,
-    /// Hits, one entry a seed.
+    /// Hits, one entry per seed.
     pub hits: Vec<Hits>,
 }
 
-/// The ways of exploring, in the order of the rows.
+/// The kinds of exploration, in the order of the rows.
 const EXPLORATIONS: [&str; 3] = ["uniform", "actor + OU", "guided by true physics"];
 
-/// Plays each task in three ways with several seeds each: a row for each task and way. Guided play
-/// gets clusters of its own for every seed.
+/// Plays each task with every kind of exploration and seed; returns one row per task and kind. Guided play
+/// builds new clusters for every seed.
 ///
 /// # Errors
-/// When the default learner is misconfigured, or the batch cannot be run.
+/// When an agent or clusters cannot be built, or the batch cannot be run or is interrupted.
 pub fn audit(
     tasks: &[Arc<Task>],
     episodes: u32,
@@ -51,7 +51,7 @@ pub fn audit(
     Ok(rows.collect())
 }
 
-/// One seed on one task, in all ways.
+/// The job that plays one seed of one task with all kinds of exploration.
 fn job(task: &Arc<Task>, episodes: u32, seed: u64) -> Job<'_, [Hits; EXPLORATIONS.len()], StudyError> {
     let name = format!("{}, seed {seed}", task.name);
     Job::new(name.clone(), EXPLORATIONS.len() as u64 * u64::from(episodes), move |handle| {

@@ -1,4 +1,4 @@
-//! What can go wrong with a study, as one line for the person who reads it.
+//! Errors of studies, each shown as one line.
 
 use std::path::PathBuf;
 
@@ -11,61 +11,61 @@ use crate::stats::StatsError;
 use crate::trainer::{PriorError, SettingError, TrainerError};
 use crate::validation::ValidationError;
 
-/// Why a study could not be finished. What it has done so far stays.
+/// Why a study could not be finished. Completed parts are kept.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
     /// The folder holds another study.
     #[error("{}: this folder holds a study with other numbers: choose another with --out", path.display())]
     OtherStudy { path: PathBuf },
-    /// A file is not what it should be.
+    /// A file has invalid content.
     #[error("{}: {message}: remove it, and the study will make a new one", path.display())]
     Content { path: PathBuf, message: String },
-    /// A dynamics model.
+    /// A dynamics model cannot be trained, loaded or evaluated.
     #[error(transparent)]
     Dynamics(#[from] DynamicsError),
     /// A model's training diverged.
     #[error("the training of the {tools} model diverged in epoch {epoch}: {reason}")]
     Diverged { tools: String, epoch: u32, reason: String },
-    /// An action prior.
+    /// An action prior cannot be built.
     #[error(transparent)]
     Prior(#[from] PriorError),
-    /// A saved action prior.
+    /// A saved action prior is invalid.
     #[error(transparent)]
     Guidance(#[from] GuidanceError),
-    /// The untrained agent.
+    /// The untrained agent cannot be configured.
     #[error(transparent)]
     Agent(#[from] ValidationError),
-    /// A run's files, and those of the study.
+    /// A file of a run or of the study cannot be read or written.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// A setting of a method.
+    /// A setting of a method is invalid.
     #[error(transparent)]
     Setting(#[from] SettingError),
     /// A run of the study has other settings.
     #[error("{}: this run has other settings than the study: remove it, or choose another folder with --out", path.display())]
     OtherRun { path: PathBuf },
-    /// A training.
+    /// A training failed.
     #[error("{run}: {source}")]
     Training { run: String, source: Box<TrainerError> },
-    /// A statistic.
+    /// A statistic cannot be computed.
     #[error(transparent)]
     Stats(#[from] StatsError),
-    /// A figure.
+    /// A figure cannot be drawn.
     #[error(transparent)]
     Figure(#[from] FigureError),
-    /// Threads.
+    /// The threads of the batch cannot be started.
     #[error(transparent)]
     Batch(#[from] BatchError),
-    /// A mistake of the program.
+    /// A job panicked.
     #[error("a part of the study panicked: {0}")]
     Panic(String),
-    /// It was asked to stop.
+    /// The study was interrupted.
     #[error("interrupted: the same command continues where it stopped")]
     Interrupted,
 }
 
 impl StudyError {
-    /// The result of a piece of work; none if it was interrupted.
+    /// The result of a piece of work; `Ok(None)` if it was interrupted.
     pub(super) fn unless_interrupted<T>(result: Result<T, Self>) -> Result<Option<T>, Self> {
         match result {
             Err(Self::Interrupted) => Ok(None),

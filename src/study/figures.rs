@@ -1,4 +1,4 @@
-//! The data of a study as the data of the paper's figures.
+//! The paper's figures from the data of a study.
 
 use std::sync::Arc;
 
@@ -18,15 +18,15 @@ use crate::stats::{Bootstrap, Estimate, StatsError};
 use crate::streams::Stream;
 use crate::task::{Form, Task, ToolSpec};
 
-/// Launches drawn for each tool in figure 1.
+/// Number of launches drawn for each tool in figure 1.
 const SHOWN_LAUNCHES: usize = 24;
 
-/// Figure 1: launches at a tool of the usual size.
+/// Figure 1: launches at tools of about the default size.
 pub(super) fn launches(plan: &StudyPlan) -> Launches {
     let tool = |kind: ToolKind| {
         let TrainConfig { observations, seed, .. } = plan.model_training;
         let launches = collect(kind, Variety::Sizes, observations, Split::Training, seed);
-        // One tool stands for all: the launches are drawn relative to theirs.
+        // Trajectories are drawn relative to their tool, so that one tool represents all.
         let shown: Vec<&Launch> = nearest_in_size(&launches, kind.default_size());
         let trajectory = |launch: &&Launch| {
             let [x, y] = launch.tool.centre();
@@ -46,7 +46,7 @@ pub(super) fn launches(plan: &StudyPlan) -> Launches {
     Launches { tools: ToolKind::PAPER.into_iter().map(tool).collect() }
 }
 
-/// The launches whose tools are closest to `size`.
+/// The launches whose tools are closest in size to `size`.
 fn nearest_in_size(launches: &[Launch], size: f64) -> Vec<&Launch> {
     let mut sorted: Vec<&Launch> = launches.iter().collect();
     sorted.sort_by(|a, b| (a.tool.size - size).abs().total_cmp(&(b.tool.size - size).abs()));
@@ -54,8 +54,8 @@ fn nearest_in_size(launches: &[Launch], size: f64) -> Vec<&Launch> {
     sorted
 }
 
-/// Figure 2: an episode of guided play at three instants: the last one at which most edges
-/// are active, and those halfway there and halfway on to the end.
+/// Figure 2: an episode of guided play at three instants: the last one with the maximum number of
+/// active edges, the one halfway to it, and the one halfway from it to the end.
 pub(super) fn relative_frames(task: &Task, prior: &ActionPrior, cutoff: f32, seed: u64) -> RelativeFrames {
     let mut rng = Stream::Episode.of(seed);
     let mut env = Environment::new(Arc::new(task.clone()));

@@ -1,4 +1,4 @@
-//! The folder of a study: it belongs to one plan, and files that exist are used as they are.
+//! The folder of a study: it belongs to one plan, and existing files are reused.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use crate::run::RunError;
 pub(super) struct Folder<'a>(pub &'a Path);
 
 impl Folder<'_> {
-    /// Makes the folder with its parts, for `plan` alone.
+    /// Creates the folder with its subfolders `parts`, and binds it to `plan`.
     ///
     /// # Errors
     /// When it holds the study of another plan, or cannot be written.
@@ -37,7 +37,7 @@ impl Folder<'_> {
         self.0.join(name)
     }
 
-    /// The value in a file of the study, or a new one, saved there.
+    /// The value in a file of the study; if there is none, makes it and saves it there.
     pub fn cached<T: Serialize + DeserializeOwned>(
         &self,
         name: &str,

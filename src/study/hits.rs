@@ -1,4 +1,4 @@
-//! How often a way of exploring reaches each subgoal and the goal (paper, figure 5).
+//! Counts how often exploration reaches each subgoal and the goal (paper, figure 5).
 
 use std::sync::Arc;
 
@@ -13,18 +13,18 @@ use crate::streams::Stream;
 use crate::task::Task;
 use crate::validation::ValidationError;
 
-/// Episodes in which each stage was reached.
+/// Numbers of episodes in which each stage was reached.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Hits {
-    /// Episodes played.
+    /// Number of episodes played.
     pub episodes: u32,
-    /// Episodes that reached the goal.
+    /// Number of episodes that reached the goal.
     pub goal: u32,
-    /// Episodes that reached each subgoal.
+    /// Number of episodes that reached each subgoal.
     pub subgoals: Vec<u32>,
 }
 
-/// A way of choosing actions without learning.
+/// A policy that does not learn.
 pub trait Explorer {
     /// Called before each episode.
     fn start_episode(&mut self, _rng: &mut ChaCha8Rng) {}
@@ -52,8 +52,8 @@ impl Explorer for Guided<'_> {
     }
 }
 
-/// An untrained actor with Ornstein-Uhlenbeck noise: how standard DDPG explores before
-/// its first reward (epsilon threshold 0).
+/// An untrained actor with Ornstein-Uhlenbeck noise: the exploration of standard DDPG before its
+/// first reward (epsilon threshold 0).
 #[derive(Debug)]
 pub struct ActorNoise {
     agent: Ddpg,
@@ -61,10 +61,10 @@ pub struct ActorNoise {
 }
 
 impl ActorNoise {
-    /// The actor with which a training of this seed begins.
+    /// The initial actor of a training with this seed.
     ///
     /// # Errors
-    /// When the configuration is not valid.
+    /// When the configuration is invalid.
     pub fn untrained(task: &Task, config: &DdpgConfig, seed: u64) -> Result<Self, ValidationError> {
         let agent = Ddpg::new(observation_len(task), 2, config, &mut Stream::AgentWeights.of(seed))?;
         Ok(Self { agent, noise: OrnsteinUhlenbeck::new(2, config.ou) })
@@ -83,8 +83,8 @@ impl Explorer for ActorNoise {
     }
 }
 
-/// Plays episodes for as long as `go_on`, which sees the end of each, says so. False if it was ended
-/// before by `stop`.
+/// Plays episodes until `go_on`, called with the environment after each, returns false. Returns false if
+/// `stop` was requested first.
 pub fn play(
     task: &Arc<Task>,
     explorer: &mut impl Explorer,
@@ -113,7 +113,7 @@ pub fn play(
 }
 
 /// Plays `episodes` episodes, at least one, and counts the stages reached. None if `stop` is requested
-/// before the end of the last.
+/// before the last one ends.
 pub fn count_hits(
     task: &Arc<Task>,
     explorer: &mut impl Explorer,
@@ -139,7 +139,7 @@ mod tests {
     use crate::task;
 
     #[test]
-    fn random_play_starts_from_the_actor_of_a_training_and_from_start_noise_of_its_own() {
+    fn random_play_uses_the_initial_actor_of_a_training_and_a_separate_stream_of_start_noise() {
         let task = Arc::new(task::load("task1").unwrap());
         let config = DdpgConfig { hidden: 8, ..DdpgConfig::default() };
         let mut env = Environment::new(task.clone());

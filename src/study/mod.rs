@@ -1,8 +1,8 @@
-//! The paper's study: exploration counts, audits, ablations, trainings and their report.
+//! The paper's study: hit counts, audits, ablations, trainings and their report.
 //!
-//! [`reproduce()`] does the whole study of the paper into one folder. Every piece of it
-//! (a model, a count, a training) is a file or run of its own, so that a study that was
-//! interrupted continues, and one that is finished is only reported again.
+//! [`reproduce()`] runs the whole study of the paper in one folder. Every piece of it (a model, a
+//! count, a training) is a separate file or run, so that an interrupted study continues, and for a
+//! finished one only the report is written again.
 
 pub mod ablation;
 pub mod audit;

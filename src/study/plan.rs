@@ -1,4 +1,4 @@
-//! What a study does: all its numbers in one value.
+//! The plan of a study: all its parameters in one value.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,12 +12,12 @@ use crate::physics::ToolKind;
 use crate::task::{self, Task};
 use crate::trainer::{Method, RunConfig, SettingError};
 
-/// The numbers of a study.
+/// The parameters of a study.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StudyPlan {
     /// Whether this is the small study.
     pub quick: bool,
-    /// First seed; the others follow it.
+    /// First of the consecutive seeds.
     pub seed: u64,
     /// The tasks.
     pub tasks: Vec<Task>,
@@ -27,34 +27,34 @@ pub struct StudyPlan {
     pub model_training: TrainConfig,
     /// Their evaluation.
     pub model_evaluation: EvaluationConfig,
-    /// Independent cluster builds for the hit counts.
+    /// Number of independent cluster builds for the hit counts.
     pub builds: u64,
-    /// Seeds of the hit counts.
+    /// Number of seeds of the hit counts.
     pub hit_seeds: u64,
     /// Episodes of a hit count.
     pub hit_episodes: u32,
-    /// Seeds of the trainings.
+    /// Number of seeds of the trainings.
     pub learning_seeds: u64,
     /// Episodes of a training.
     pub learning_episodes: u32,
-    /// What is trained on every task.
+    /// The methods and settings trained on every task.
     pub arms: Vec<Arm>,
-    /// Planning instead of learning: episodes for each seed; 0 for none.
+    /// Episodes per seed of the planning method; 0 omits it.
     pub planning_episodes: u32,
-    /// Resamples behind every interval.
+    /// Bootstrap resamples of every interval.
     pub resamples: u32,
 }
 
-/// A method with the settings that distinguish it from the others of the study.
+/// A method with the settings that distinguish it from the other arms of the study.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Arm {
     /// The method.
     pub method: Method,
-    /// Its threshold.
+    /// Its epsilon schedule.
     pub epsilon: EpsilonSchedule,
     /// Structure of its dynamics model.
     pub model: Variant,
-    /// Whether the task's subgoals are replaced by as many proposed ones.
+    /// Whether the task's subgoals are replaced by the same number of proposed ones.
     pub proposed_subgoals: bool,
     /// Other settings that differ from the defaults, by JSON path.
     pub settings: BTreeMap<String, String>,
@@ -65,7 +65,7 @@ impl Arm {
         Self { method, epsilon, model: Variant::Full, proposed_subgoals: false, settings: BTreeMap::new() }
     }
 
-    /// The settings that distinguish it from other arms of the same method and threshold, as in legends.
+    /// The settings that distinguish it from other arms of the same method and schedule, as in legends.
     pub fn differences(&self) -> BTreeMap<String, String> {
         let mut differences = self.settings.clone();
         if self.model != Variant::Full {
@@ -81,14 +81,14 @@ impl Arm {
 /// One training of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedRun {
-    /// Its configuration, without the file of its model.
+    /// Its configuration, without the path of its model.
     pub config: RunConfig,
-    /// What it trains.
+    /// Its arm.
     pub arm: Arm,
 }
 
 impl StudyPlan {
-    /// The full study: ten seeds of everything.
+    /// The full study: ten seeds each of counts and trainings.
     pub fn full(seed: u64) -> Self {
         let episodes = 4000;
         Self {
@@ -109,8 +109,8 @@ impl StudyPlan {
         }
     }
 
-    /// The small study: the same pieces with few seeds, short trainings, and models that
-    /// were trained for three fifths of the paper's epochs.
+    /// The small study: the same pieces with few seeds, short trainings, and models trained for three
+    /// fifths of the paper's epochs.
     pub fn quick(seed: u64) -> Self {
         let episodes = 1000;
         Self {
@@ -124,15 +124,15 @@ impl StudyPlan {
         }
     }
 
-    /// The study with what a reviewer asks. It may be made in the folder of the study
-    /// without, whose results it takes over.
+    /// Adds the arms of further questions. The study may run in the folder of the study without
+    /// them, and reuses its results.
     pub fn with_questions(mut self) -> Self {
         self.arms.extend(questions(self.learning_episodes));
         self.planning_episodes = 20;
         self
     }
 
-    /// Whether a training belongs to one of the paper's own arms, which figure 6 shows.
+    /// Whether a training belongs to one of the paper's own arms, shown in figure 6.
     pub fn is_of_paper(&self, row: &LearningRow) -> bool {
         figure_6(self.learning_episodes).iter().any(|arm| {
             let known = (arm.method.name(), arm.epsilon.to_string(), arm.differences());
@@ -140,13 +140,12 @@ impl StudyPlan {
         })
     }
 
-    /// What a study's folder is bound to: the plan but for the arms, which may be added to.
+    /// The part of the plan that a study's folder is bound to: all but the arms, to which others may be added.
     pub fn foundation(&self) -> Self {
         Self { arms: Vec::new(), planning_episodes: 0, ..self.clone() }
     }
 
-    /// The tool sets of the tasks, each once, the largest first: its model takes longest
-    /// to train.
+    /// The distinct tool sets of the tasks, the largest first, as its model takes longest to train.
     pub fn tool_sets(&self) -> Vec<Vec<ToolKind>> {
         let mut sets: Vec<Vec<ToolKind>> = Vec::new();
         for set in self.tasks.iter().map(Task::tool_set) {
@@ -158,7 +157,7 @@ impl StudyPlan {
         sets
     }
 
-    /// The structures of models that the arms need, besides the whole one.
+    /// The ablated model structures that the arms need.
     pub fn ablations(&self) -> Vec<Variant> {
         Variant::ALL
             .into_iter()
@@ -166,11 +165,11 @@ impl StudyPlan {
             .collect()
     }
 
-    /// Every training of the study, those of the first seed first: a study that is not yet
-    /// finished has as many seeds of every arm.
+    /// Every training of the study, ordered by seed, so that an unfinished study has about the same
+    /// number of seeds of every arm.
     ///
     /// # Errors
-    /// When an arm has a setting that does not exist.
+    /// When a setting of an arm is invalid.
     pub fn runs(&self) -> Result<Vec<PlannedRun>, SettingError> {
         let tasks: Vec<Arc<Task>> = self.tasks.iter().cloned().map(Arc::new).collect();
         let planning = Arm::new(Method::Planning, EpsilonSchedule::Constant(0.0));
@@ -200,8 +199,8 @@ impl StudyPlan {
     }
 }
 
-/// The methods of figure 6: the baseline, a small constant threshold, and a large one that
-/// decays (paper, section 5.4).
+/// The arms of figure 6: the baseline, a small constant threshold, and a large decaying one (paper,
+/// section 5.4).
 fn figure_6(episodes: u32) -> Vec<Arm> {
     vec![
         Arm::new(Method::Ddpg, EpsilonSchedule::Constant(0.0)),
@@ -210,9 +209,8 @@ fn figure_6(episodes: u32) -> Vec<Arm> {
     ]
 }
 
-/// What a reviewer asks: is it the clusters or the epsilon, how much would a perfect model
-/// gain, what is each assumption of the model worth, does the model help in other ways, do
-/// refined clusters, do subgoals that nobody authored.
+/// The arms of further questions: the effect of the clusters versus that of epsilon, a perfect model, refined
+/// clusters, proposed subgoals, other uses of the model, and each structural assumption of the model.
 fn questions(episodes: u32) -> Vec<Arm> {
     let guided = || Arm::new(Method::DdpgMge, decayed(episodes));
     vec![

@@ -1,4 +1,4 @@
-//! What a study found: for machines (`report.json`) and for people (`report.md`).
+//! The results of a study, for machines (`report.json`) and for people (`report.md`).
 
 use std::fmt::Write as _;
 
@@ -11,16 +11,16 @@ use crate::markdown;
 use crate::stats::{Bootstrap, Estimate, StatsError};
 use crate::task::Task;
 
-/// The numbers of a study.
+/// The results of a study.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Format version.
     pub version: u32,
-    /// How often exploration reached each stage.
+    /// Counts of how often exploration reached each stage.
     pub hits: Vec<HitsRow>,
     /// Training results.
     pub learning: Vec<LearningRow>,
-    /// How well the dynamics models predict.
+    /// Errors of the dynamics models.
     pub models: Vec<ModelRow>,
 }
 
@@ -33,7 +33,7 @@ pub struct HitsRow {
     pub policy: String,
     /// Seed of the episodes.
     pub seed: u64,
-    /// What was counted.
+    /// The counts.
     #[serde(flatten)]
     pub hits: Hits,
 }
@@ -41,7 +41,7 @@ pub struct HitsRow {
 /// One dynamics model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ModelRow {
-    /// Its structure: full, or which assumption is switched off.
+    /// Its structure: full, or the assumption switched off.
     pub structure: String,
     /// Its tool set.
     pub tools: Vec<String>,
@@ -114,7 +114,7 @@ impl Report {
     /// Means over the seeds of the episodes that reached the goal and each subgoal.
     ///
     /// # Errors
-    /// When there are no such counts.
+    /// When there are no counts for the task and policy.
     pub(super) fn mean_hits(
         &self,
         task: &Task,

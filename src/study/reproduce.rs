@@ -1,4 +1,4 @@
-//! The whole study of the paper, into one folder.
+//! The whole study of the paper, in one folder.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -24,16 +24,16 @@ use crate::stats::Bootstrap;
 use crate::task::Task;
 use crate::trainer::{PriorSource, RunConfig, build_prior, rollout_model};
 
-/// Training episodes that take as long as other pieces of a study, roughly: weights of progress.
+/// Weights of progress: the approximate cost of the other pieces of a study, in training episodes.
 const EPISODES_PER_EPOCH: f64 = 4.0;
 const EPISODES_PER_PRIOR: u64 = 250;
 const COUNTED_EPISODES_PER_EPISODE: u64 = 8;
 
-/// Does the study of `plan` in `folder`, or what is missing of it. `command` reproduces it;
-/// figures have `dpi` dots per inch.
+/// Runs the study of `plan` in `folder`, or the missing parts of it. `command` reproduces it; figures
+/// have `dpi` dots per inch.
 ///
 /// # Errors
-/// The first failure; what is done stays, and the next call continues.
+/// The first failure; completed parts are kept, and the next call continues.
 pub fn reproduce(
     plan: &StudyPlan,
     folder: &Path,
@@ -62,12 +62,12 @@ pub fn reproduce(
 
 type StudyJob<'a, T> = Job<'a, T, StudyError>;
 
-/// The work of all jobs of a batch.
+/// The total size of some jobs.
 fn work_of<T>(jobs: &[StudyJob<'_, T>]) -> u64 {
     jobs.iter().map(|job| job.size).sum()
 }
 
-/// The progress of one batch after another, as the progress of the whole study.
+/// Combines the progress of consecutive batches into that of the whole study.
 struct StudyProgress<'a> {
     done: u64,
     total: u64,
@@ -92,8 +92,8 @@ struct Study<'a> {
     dpi: u32,
 }
 
-/// The jobs of a study that depend on nothing but its plan. Each kind needs the files that the kinds
-/// before it have left.
+/// The jobs of a study that can be created from its plan alone. Each kind needs the files written by the
+/// kinds before it.
 struct Jobs<'a> {
     models: Vec<StudyJob<'a, ModelRow>>,
     priors: Vec<StudyJob<'a, TaskPrior>>,
@@ -128,7 +128,7 @@ impl<'a> Study<'a> {
         u64::from(self.plan.hit_episodes) / COUNTED_EPISODES_PER_EPISODE
     }
 
-    /// Figure 5's counts: guided play, seeds spread over the builds, and random play.
+    /// The counts of figure 5: guided play, with the seeds distributed over the cluster builds, and random play.
     fn counts(self, priors: &[TaskPrior]) -> Vec<StudyJob<'a, HitsRow>> {
         let mut counts = Vec::new();
         for task in &self.plan.tasks {
@@ -176,7 +176,7 @@ impl<'a> Study<'a> {
         Ok(figure.write_all(&self.folder.path("figures"), name, &provenance, self.dpi)?)
     }
 
-    /// A dynamics model to train and evaluate.
+    /// The job that trains and evaluates a dynamics model.
     fn model_job(self, tools: Vec<ToolKind>, variant: Variant) -> StudyJob<'a, ModelRow> {
         let (plan, name) = (self.plan, format!("{} model", model_name(&tools, variant)));
         let size = (EPISODES_PER_EPOCH * f64::from(plan.model_training.epochs) * tools.len() as f64 / 2.0) as u64;
@@ -208,7 +208,7 @@ impl<'a> Study<'a> {
         })
     }
 
-    /// None if it was asked to stop.
+    /// Trains a dynamics model; None if it was stopped.
     fn train(
         self,
         path: &Path,
@@ -229,7 +229,7 @@ impl<'a> Study<'a> {
         Ok(Some(trained.model().clone()))
     }
 
-    /// The action prior of a task for the hit counts.
+    /// The job that builds the action prior of a task for the hit counts.
     fn prior_job(self, task: Arc<Task>, seed: u64) -> StudyJob<'a, TaskPrior> {
         let name = format!("clusters of {}", task.name);
         Job::new(name.clone(), EPISODES_PER_PRIOR, move |handle| {
@@ -245,7 +245,7 @@ impl<'a> Study<'a> {
         })
     }
 
-    /// One hit count: of guided play if there is a prior, else of random play.
+    /// The job of one hit count: of guided play with a prior, otherwise of random play.
     fn count_job(self, task: Arc<Task>, prior: Option<Arc<ActionPrior>>, seed: u64) -> StudyJob<'a, HitsRow> {
         let policy = if prior.is_some() { "guided" } else { "random" };
         let name = format!("{}-{policy}-{seed}", task.name);
@@ -267,7 +267,7 @@ impl<'a> Study<'a> {
         })
     }
 
-    /// One of figure 6's trainings, a run of its own.
+    /// The job of one training, a separate run.
     fn run_job(self, run: PlannedRun) -> StudyJob<'a, TrainedRun> {
         let name = run_name(&run);
         Job::new(name.clone(), u64::from(run.config.episodes), move |handle| {
@@ -291,12 +291,12 @@ impl<'a> Study<'a> {
         })
     }
 
-    /// The task of a run with as many subgoals as it has, proposed from its dynamics model.
+    /// The task of a run with its subgoals replaced by the same number, proposed with the run's dynamics model.
     fn with_proposed_subgoals(self, config: &RunConfig, handle: &JobHandle) -> Result<Arc<Task>, StudyError> {
         let RunConfig { task, seed, .. } = config;
         let subgoals = self.folder.cached(&format!("subgoals/{}-{seed}.json", task.name), || {
             let found = rollout_model(&config.prior, task)?;
-            // Only uniform actions have no model.
+            // Only the uniform source has no model.
             let Some((model, _)) = found else { return Ok(Vec::new()) };
             let model = Stoppable::new(&*model, handle.stop());
             match propose_subgoals(task, &model, task.subgoals.len(), &config.guidance, *seed) {
@@ -316,8 +316,8 @@ fn run_name(PlannedRun { config, arm }: &PlannedRun) -> String {
     format!("{}-{arm}-{}", config.task.name, config.seed)
 }
 
-/// An existing run with other settings, such as one of another version of the program, is no part of
-/// the study. The path of its model may be written differently.
+/// Refuses an existing run with other settings, such as one of another version of the program. The path
+/// of its model is not compared.
 fn check_run(path: &Path, config: &RunConfig) -> Result<(), StudyError> {
     let Ok(found) = RunDirectory::open(path).and_then(|directory| directory.config::<RunConfig>()) else {
         // The training itself reports what cannot be read.

@@ -1,4 +1,4 @@
-//! The study as a whole, in small.
+//! A small study as a whole.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -47,7 +47,7 @@ fn run(
 }
 
 #[test]
-fn a_study_is_the_same_on_any_threads_and_after_an_interruption() {
+fn a_study_is_the_same_on_any_number_of_threads_and_after_an_interruption() {
     let (whole, broken) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let never = AtomicBool::new(false);
     let mut reports = Vec::new();

@@ -1,4 +1,4 @@
-//! Sweep folders of many machines, merged into one.
+//! Merges sweep folders of several machines into one.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -11,13 +11,13 @@ use crate::dynamics::{Model, checkpoint_of};
 use crate::evidence::find_runs;
 use crate::run::{RunDirectory, RunError, RunState};
 
-/// Copies the runs of several sweep folders into the folder `out`, where there may be some
-/// already. Of several copies of a run, the one with more episodes or epochs is taken.
-/// Returns how many runs `out` holds now.
+/// Copies the runs of several sweep folders into the folder `out`, which may already hold runs. Of
+/// several copies of a run, the one with the most episodes or epochs is kept. Returns the number of
+/// runs in `out`.
 ///
 /// # Errors
-/// Before anything is copied: when runs of the same name have different settings or results,
-/// when a run is still being worked on, or when a folder holds no runs.
+/// Before anything is copied: when runs of the same name have different settings or results, when a
+/// run is still being trained, or when a folder holds no runs. Later: when a file cannot be copied.
 pub fn collect(folders: &[PathBuf], out: &Path) -> Result<usize, SweepError> {
     let mut all: Vec<PathBuf> = Vec::new();
     let is_out = |folder: &Path| fs::canonicalize(folder).ok() == fs::canonicalize(out).ok();
@@ -56,12 +56,12 @@ pub fn collect(folders: &[PathBuf], out: &Path) -> Result<usize, SweepError> {
     Ok(best.len())
 }
 
-/// Epochs in the checkpoint of a model that is not finished; 0 where there is none.
+/// Epochs in the checkpoint of an unfinished model; 0 if there is none.
 fn trained_epochs(path: &Path) -> u32 {
     Model::load(&checkpoint_of(&path.join(MODEL))).map_or(0, |model| model.provenance().epoch)
 }
 
-/// Which of two copies of a run has more episodes or epochs; of equals, a finished one.
+/// The copy of a run with more episodes or epochs; if equal, a finished one.
 fn further<'a>(first: &'a Path, second: &'a Path) -> Result<&'a Path, SweepError> {
     let conflict = |problem| Err(SweepError::Conflict { first: first.into(), second: second.into(), problem });
     let config = |path: &Path| RunDirectory::open(path)?.config::<serde_json::Value>();
@@ -72,7 +72,7 @@ fn further<'a>(first: &'a Path, second: &'a Path) -> Result<&'a Path, SweepError
         Kind::Agent => "metrics.csv",
         Kind::Model => RESULT,
     };
-    // A run that has not begun has none.
+    // A run that has not started has no such file.
     let [a, b] = [first, second].map(|path| fs::read(path.join(file)).unwrap_or_default());
     if !(a.starts_with(&b) || b.starts_with(&a)) {
         return conflict("have the same settings and different results");
@@ -95,7 +95,7 @@ fn replace(from: &Path, target: &Path) -> Result<(), SweepError> {
     if target.exists() {
         fs::remove_dir_all(target).map_err(RunError::io("replace", target))?;
     }
-    // It has its final name from here on and is no longer to be removed.
+    // `keep` prevents the removal of the temporary folder, which gets its final name.
     fs::rename(new.keep(), target).map_err(RunError::io("write", target))?;
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! What can go wrong with a sweep, as one line for the person who reads it.
+//! Errors of sweeps, each shown as one line.
 
 use std::path::PathBuf;
 
@@ -7,41 +7,41 @@ use crate::json::SyntaxError;
 use crate::run::RunError;
 use crate::validation::ValidationError;
 
-/// Why a sweep cannot be done.
+/// Why a sweep cannot be run.
 #[derive(Debug, thiserror::Error)]
 pub enum SweepError {
     /// The sweep file is not JSON, or not an object of lists.
     #[error(transparent)]
     Syntax(#[from] SyntaxError),
-    /// The sweep file has a setting or value that cannot be used.
+    /// The sweep file has an invalid setting or value.
     #[error("{origin}: at {problem}")]
     Invalid {
-        /// The sweep file, and the line.
+        /// The sweep file and the line.
         origin: String,
-        /// Where and what.
+        /// The JSON path and the problem.
         problem: ValidationError,
     },
-    /// The sweep's files, and those of its runs.
+    /// A file of the sweep or of a run cannot be read or written.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// No thread can be started.
+    /// The threads of the batch cannot be started.
     #[error(transparent)]
     Batch(#[from] BatchError),
-    /// The sweep was asked to stop.
+    /// The sweep was interrupted.
     #[error("interrupted after {done} of {jobs}: the same command continues where it stopped")]
     Interrupted {
-        /// Jobs that are finished.
+        /// Number of finished jobs.
         done: usize,
-        /// Jobs in all.
+        /// Number of all jobs.
         jobs: usize,
     },
-    /// A run of the sweep's folder has the name of one of the sweep, but is another.
+    /// A run in the sweep's folder has the name of one of the sweep's runs, but other settings.
     #[error(
         "{} holds a run with other settings than the sweep asks for: choose another folder with --out, or remove it",
         .0.display()
     )]
     OtherRun(PathBuf),
-    /// A plan has one command a line.
+    /// A path with a line break cannot be part of a plan, which has one command per line.
     #[error("{:?} has a line break, and a plan has one command a line: choose another folder with --out", .0.display().to_string())]
     LineBreak(PathBuf),
     /// A folder to collect from holds no sweep.
@@ -54,18 +54,18 @@ pub enum SweepError {
         first: PathBuf,
         /// The other.
         second: PathBuf,
-        /// What is wrong with the two, as a verb.
+        /// The conflict, as a predicate of the two.
         problem: &'static str,
     },
-    /// A run that is to be collected is still being worked on.
+    /// A run to be collected is still being trained.
     #[error("{} is being trained: wait for it, or stop it: nothing was copied", .0.display())]
     Busy(PathBuf),
-    /// Agents and dynamics models in one folder.
+    /// There are both agents and dynamics models.
     #[error("{} holds an agent and {} a dynamics model: collect them into two folders", agent.display(), model.display())]
     Mixed {
         /// Folder of an agent's run.
         agent: PathBuf,
-        /// Folder of a model's.
+        /// Folder of a model's run.
         model: PathBuf,
     },
 }

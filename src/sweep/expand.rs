@@ -1,4 +1,4 @@
-//! From a sweep file to its runs: every combination, named, checked before any work.
+//! Expands a sweep file to its runs: every combination is named and checked before any work.
 
 use std::path::Path;
 
@@ -16,10 +16,10 @@ use crate::spelling::did_you_mean;
 use crate::trainer::RunConfig;
 use crate::validation::ValidationError;
 
-/// A sweep, ready to be worked on: every combination is known to be possible.
+/// A sweep, ready to run: every combination has been checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sweep {
-    /// What is to be done, in order.
+    /// The jobs, in order.
     pub jobs: Vec<Job>,
 }
 
@@ -30,11 +30,11 @@ pub struct Job {
     pub name: String,
     /// The sweep file of this job alone.
     pub alone: Value,
-    /// What it is.
+    /// Its work.
     pub work: Work,
 }
 
-/// What a job does.
+/// The work of a job.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Work {
@@ -54,11 +54,10 @@ impl Sweep {
         Self::parse(&text, &path.display().to_string())
     }
 
-    /// Reads the text of a sweep file; `origin` names it in errors.
+    /// Parses the text of a sweep file; `origin` names it in errors.
     ///
     /// # Errors
-    /// At the first mistake, with its line or its JSON path, and the nearest valid name where
-    /// one is not known.
+    /// At the first mistake, with its line or JSON path, and a suggestion for an unknown name.
     pub fn parse(text: &[u8], origin: &str) -> Result<Self, SweepError> {
         let file: SweepFile = json::parse(text, origin)?;
         let mut jobs: Vec<Job> = Vec::new();
@@ -69,7 +68,7 @@ impl Sweep {
                 SweepError::Invalid { origin: format!("{origin}:{line}"), problem }
             };
             for job in expand(grid).map_err(wrong)? {
-                // Plain DDPG knows no thresholds, and grids may overlap: each run only once.
+                // Plain DDPG ignores thresholds, and grids may overlap: duplicates are dropped.
                 if jobs.iter().any(|known| known.work == job.work) {
                     continue;
                 }
@@ -112,8 +111,7 @@ fn expand(grid: &Grid) -> Result<Vec<Job>, ValidationError> {
 }
 
 impl Grid {
-    /// A job for each combination; `make` gives the beginning of its name, its seed and what
-    /// it does.
+    /// A job for each combination; `make` returns the prefix of its name, its seed and its work.
     fn expand(
         &self,
         combinations: &[Combination],
@@ -123,7 +121,7 @@ impl Grid {
             let (base, seed, work) = make(self, combination)?;
             let mut name = base;
             for (axis, &value) in self.axes.iter().zip(combination) {
-                if axis.is_list && !work.leaves_out(&axis.key) {
+                if axis.is_list && !work.omits_from_name(&axis.key) {
                     name += &format!("-{}", name_part(axis, value));
                 }
             }
@@ -135,10 +133,11 @@ impl Grid {
 }
 
 impl Work {
-    /// Whether a setting is part of the beginning or end of its name anyway, or does not matter to it.
-    fn leaves_out(&self, key: &str) -> bool {
+    /// Whether a setting is left out of the list in the job's name, because it is in the prefix or suffix or has no
+    /// effect.
+    fn omits_from_name(&self, key: &str) -> bool {
         match self {
-            Self::Train(config) => super::training::is_named_otherwise(config, key),
+            Self::Train(config) => super::training::is_omitted_from_name(config, key),
             Self::Dynamics(_) => ["tools", "seed"].contains(&key),
         }
     }
@@ -152,7 +151,7 @@ fn name_part(axis: &Axis, value: usize) -> String {
     }
 }
 
-/// A text as the name of a folder on any system.
+/// Turns a text into a folder name that is valid on all systems.
 fn file_name(text: &str) -> String {
     let allowed = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' };
     text.trim_start_matches('.').chars().map(allowed).collect()

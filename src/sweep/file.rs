@@ -1,11 +1,11 @@
-//! A sweep file as it is written: settings and their values.
+//! The syntax of a sweep file: settings and their values.
 
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};
 use serde_json::{Map, Value};
 
 use crate::validation::ValidationError;
 
-/// Most combinations of one sweep; more are surely a mistake.
+/// Maximum number of combinations of one grid; more are most likely a mistake.
 const MOST_COMBINATIONS: usize = 10_000;
 
 /// The content of a sweep file: one grid, or several.
@@ -15,10 +15,10 @@ pub(super) struct SweepFile {
     pub grids: Vec<(String, Grid)>,
 }
 
-/// Settings and their values, in the order of the file.
+/// Settings and their values, in file order.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Grid {
-    /// Whether agents or dynamics models are meant; `train` by default.
+    /// `train` for agents, the default, or `dynamics` for dynamics models.
     pub kind: Option<Value>,
     /// The settings.
     pub axes: Vec<Axis>,
@@ -31,11 +31,11 @@ pub(super) struct Axis {
     pub key: String,
     /// Its values, at least one.
     pub values: Vec<Value>,
-    /// Written as a list, and so a part of the names of the runs.
+    /// Whether it is written as a list, which makes it part of the names of the runs.
     pub is_list: bool,
 }
 
-/// One combination of a grid: for each axis the number of its value.
+/// One combination of a grid: for each axis, the index of its value.
 pub(super) type Combination = Vec<usize>;
 
 impl Axis {
@@ -46,7 +46,7 @@ impl Axis {
 }
 
 impl Grid {
-    /// All combinations, those of the last axis fastest.
+    /// All combinations; the last axis varies fastest.
     ///
     /// # Errors
     /// When there are too many.
@@ -67,7 +67,7 @@ impl Grid {
         Ok(combinations)
     }
 
-    /// The sweep file of one combination alone: equal settings and equal names.
+    /// The sweep file of a single combination, which gives the run the same settings and name.
     pub fn alone(&self, combination: &Combination) -> Value {
         let mut object = Map::new();
         object.extend(self.kind.clone().map(|kind| ("kind".to_owned(), kind)));
@@ -79,7 +79,7 @@ impl Grid {
     }
 }
 
-/// A value as the text that `--set` would take.
+/// A value as text, as for `--set`.
 pub(super) fn value_text(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }
@@ -128,7 +128,7 @@ impl<'de> Deserialize<'de> for Grid {
     }
 }
 
-/// JSON allows a name twice and keeps the last: in a sweep that would silently drop runs.
+/// Reads a grid. Refuses duplicate names: keeping only the last, as JSON parsers do, would silently drop runs.
 fn read_grid<'de, A: MapAccess<'de>>(mut map: A) -> Result<Grid, A::Error> {
     let mut grid = Grid::default();
     while let Some((key, value)) = map.next_entry::<String, Value>()? {

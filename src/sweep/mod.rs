@@ -1,7 +1,8 @@
-//! Sweeps: a file of lists, expanded to many runs or models, worked on in parallel.
+//! Sweeps: a file of settings with lists of values is expanded to many runs or models, which are
+//! trained in parallel.
 //!
-//! A sweep file is JSON. Every entry is a setting with the list of its values, or with one
-//! value; all combinations are made, of agents or of dynamics models (`kind`):
+//! A sweep file is JSON. Every entry is a setting with one value or a list of values. All
+//! combinations are trained, as agents or as dynamics models (`kind`):
 //!
 //! ```json
 //! {"task": ["task1", "task3"], "method": ["ddpg", "ddpg-mge"], "epsilon": [0.1, "linear:0.5:0:500"],
@@ -17,13 +18,13 @@
 //!
 //! trains dynamics models: `tools`, `literal`, any setting of
 //! [`ModelConfig`](crate::dynamics::ModelConfig) and [`TrainConfig`](crate::dynamics::TrainConfig)
-//! by its name, and of their evaluation as `evaluation.launches` and so on. A list of such
-//! objects is all of their combinations, each once. Settings written as lists are part of the
-//! names of the runs, so that a list can grow without the runs that are there being lost.
+//! by its name, and those of their evaluation as `evaluation.launches` and so on. A list of such
+//! objects stands for all of their combinations, without duplicates. Settings written as lists are
+//! part of the names of the runs, so that a list can be extended without losing existing runs.
 //!
-//! A sweep's folder holds `runs/NAME/` for each combination (see [`crate::run`] for agents; a
-//! model's has `config.json`, `model.safetensors` and `result.json`), and `results.csv` and
-//! `results.json` with a row each. Nothing else is kept: what is done, is seen from the runs.
+//! A sweep's folder holds `runs/NAME/` for each combination (see [`crate::run`] for agents; that of
+//! a model has `config.json`, `model.safetensors` and `result.json`), and `results.csv` and
+//! `results.json` with one row per run. There is no other state: progress is derived from the runs.
 
 mod collect;
 mod error;

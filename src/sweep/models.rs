@@ -1,4 +1,4 @@
-//! The dynamics models of a sweep (paper, table 1): trained, evaluated, in a folder each.
+//! The dynamics models of a sweep (paper, table 1): each is trained and evaluated in its folder.
 
 use std::path::Path;
 
@@ -22,7 +22,7 @@ use crate::validation::ValidationError;
 pub(super) const MODEL: &str = "model.safetensors";
 pub(super) const RESULT: &str = "result.json";
 
-/// A dynamics model to be trained and evaluated: `config.json` of its folder.
+/// A dynamics model to train and evaluate: the content of `config.json` in its folder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModelJob {
@@ -36,19 +36,19 @@ pub struct ModelJob {
     pub evaluation: EvaluationConfig,
 }
 
-/// The results of a model: `result.json` of its folder.
+/// The results of a model: the content of `result.json` in its folder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ModelResult {
-    /// Epochs done.
+    /// Number of epochs trained.
     pub epochs: u32,
-    /// Why it did no more, if the training diverged; the errors are then those of the model
-    /// of the epoch before.
+    /// Why the training diverged, if it did; the errors are then those of the model of the previous
+    /// epoch.
     pub diverged: Option<String>,
-    /// Mean loss of the last epoch, of normalised outputs; none if there was no whole epoch.
+    /// Mean loss of the last epoch, on normalised outputs; None if no epoch was completed.
     pub train_loss: Option<f32>,
-    /// Mean loss on the validation launches at the end.
+    /// Final mean loss on the validation launches.
     pub validation_loss: f32,
-    /// Mean error after one whole action on fresh launches, normalised.
+    /// Mean error after one action on fresh launches, normalised.
     pub action_error: f64,
     /// Mean error of one prediction on fresh launches, normalised.
     pub one_step_error: f64,
@@ -66,7 +66,7 @@ impl ModelJob {
             evaluation: EvaluationConfig::default(),
         };
         let chosen = || grid.axes.iter().zip(combination).map(|(axis, &value)| (axis, &axis.values[value], value));
-        // It decides where the others start from, wherever it stands.
+        // `literal` selects the defaults that the other settings change, whatever its position.
         if let Some((axis, literal, value)) = chosen().find(|(axis, _, _)| axis.key == "literal") {
             let wrong = || ValidationError::new(axis.path(value), "must be true or false");
             if literal.as_bool().ok_or_else(wrong)? {
@@ -110,18 +110,18 @@ impl ModelJob {
         serde_json::from_value(whole).map_err(|error| format!("cannot be `{}`: {error}", value_text(value)))
     }
 
-    /// The beginning of its name.
+    /// The prefix of its name.
     pub(super) fn base_name(&self) -> String {
         model_name(&self.model, &self.tools)
     }
 
-    /// Epochs to train.
+    /// Number of epochs to train.
     pub(super) fn epochs(&self) -> u64 {
         u64::from(self.training.epochs)
     }
 
-    /// Trains and evaluates the model in `folder`, or what is missing of it. None if it was asked to
-    /// stop before its end.
+    /// Trains and evaluates the model in `folder`, or does the missing part of it. None if it was stopped
+    /// before the end.
     pub(super) fn run(&self, folder: &Path, command: &str, handle: &JobHandle) -> Result<Option<()>, WorkError> {
         let directory = match RunDirectory::open(folder) {
             Err(RunError::NotARun(_)) => RunDirectory::create(folder, self)?,
@@ -150,7 +150,7 @@ impl ModelJob {
         Ok(Some(()))
     }
 
-    /// None if it was asked to stop.
+    /// Evaluates the model; None if it was stopped.
     fn result(&self, trained: &TrainedModel, handle: &JobHandle) -> Result<Option<ModelResult>, WorkError> {
         let model = trained.model();
         let tasks: Vec<Task> = task::shipped().into_iter().filter(|task| model.check_task(task).is_ok()).collect();
@@ -173,7 +173,7 @@ impl ModelJob {
     }
 }
 
-/// The name of a model's setting as a sweep file has it.
+/// The name of a model's setting in a sweep file, given its JSON path.
 pub(super) fn short(path: &str) -> &str {
     path.trim_start_matches("model.").trim_start_matches("training.")
 }

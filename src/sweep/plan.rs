@@ -1,4 +1,4 @@
-//! A sweep for many machines: one command a job, for GNU parallel or for Slurm.
+//! Plans of a sweep for many machines: one command per job, for GNU parallel or Slurm.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -8,19 +8,19 @@ use serde_json::Value;
 use super::error::SweepError;
 use super::expand::{Job, Sweep};
 
-/// Tasks of a Slurm array, at most: a cluster that sets no `MaxArraySize` takes indices up to 1000.
+/// Maximum number of tasks of a Slurm array: with the default `MaxArraySize`, indices reach 1000.
 const MOST_TASKS: usize = 1000;
 
-/// One command a line and job. Each is complete in itself (it needs no sweep file), and
-/// carrying it out again does only what is missing. `program` and `folder` should be absolute.
+/// One command per job and line. The commands are self-contained (they need no sweep file), and running one
+/// again does only the missing work. `program` and `folder` should be absolute.
 ///
 /// # Errors
-/// [`SweepError::LineBreak`] if one of the two has a line break in its path.
+/// [`SweepError::LineBreak`] if one of the two paths has a line break.
 pub fn plan(sweep: &Sweep, program: &Path, folder: &Path) -> Result<String, SweepError> {
     commands(sweep.jobs.iter().map(|job| job.alone.to_string()), program, folder)
 }
 
-/// A line for each of these sweeps.
+/// One command line for each of these sweeps.
 fn commands(sweeps: impl Iterator<Item = String>, program: &Path, folder: &Path) -> Result<String, SweepError> {
     for path in [program, folder] {
         if path.display().to_string().contains(['\n', '\r']) {
@@ -44,8 +44,8 @@ fn commands(sweeps: impl Iterator<Item = String>, program: &Path, folder: &Path)
     Ok(text)
 }
 
-/// A Slurm job-array script with a task for each job, or, of more jobs than an array may have tasks, for as
-/// few jobs in a row as that takes. `name` is the name of the array.
+/// A Slurm job-array script with one task per job. If there are more jobs than an array may have tasks, each
+/// task runs the same minimum number of consecutive jobs. `name` is the name of the array.
 ///
 /// # Errors
 /// As [`plan`].
@@ -80,7 +80,7 @@ pub fn slurm(sweep: &Sweep, program: &Path, folder: &Path, name: &str) -> Result
     ))
 }
 
-/// The command that makes a job's model again, for the model file.
+/// The command that reproduces a job's model, for the provenance in the model file.
 pub(super) fn provenance(job: &Job) -> String {
     shell_words::join(["mge", "sweep", "--one", &job.alone.to_string()])
 }

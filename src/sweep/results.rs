@@ -1,4 +1,4 @@
-//! The results of a sweep: a row for each of its runs, as CSV and JSON.
+//! The results of a sweep: one row per run, as CSV and JSON.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -13,22 +13,21 @@ use crate::evidence::{FoundRun, find_runs, read_runs};
 use crate::json;
 use crate::run::{RunDirectory, RunError};
 
-/// The results of a sweep: rows of columns by name.
+/// The results of a sweep, as a table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Results {
     /// Format version.
     pub version: u32,
     /// `train` or `dynamics`.
     pub kind: &'static str,
-    /// The rows, in order of the runs' names. All have the same columns; what there is not
-    /// (yet) is null.
+    /// The rows, ordered by the names of the runs. All have the same columns; missing values are null.
     pub rows: Vec<BTreeMap<String, Value>>,
     /// The columns in order.
     #[serde(skip)]
     columns: Vec<String>,
 }
 
-/// Whether a folder of `runs/` holds an agent or a dynamics model.
+/// Whether a run is that of an agent or of a dynamics model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Agent,
@@ -44,7 +43,7 @@ pub(super) fn kind_of(path: &Path) -> Result<Kind, SweepError> {
 /// Reads the results of all runs in a sweep's folder.
 ///
 /// # Errors
-/// When a run cannot be read, or agents and models lie side by side.
+/// When a run cannot be read, or there are both agents and models.
 pub fn read_results(folder: &Path) -> Result<Results, SweepError> {
     let paths = find_runs(&[folder.to_owned()])?;
     match common_kind(&paths)? {
@@ -53,7 +52,7 @@ pub fn read_results(folder: &Path) -> Result<Results, SweepError> {
     }
 }
 
-/// The one kind of all runs.
+/// The common kind of all runs.
 pub(super) fn common_kind(paths: &[PathBuf]) -> Result<Kind, SweepError> {
     let mut seen: [Option<&PathBuf>; 2] = [None, None];
     for path in paths {
@@ -95,7 +94,7 @@ fn agents(runs: &[FoundRun]) -> Results {
     Results { version: 1, kind: "train", rows: runs.iter().map(row).collect(), columns }
 }
 
-/// The measures of a model, as columns: those of its result but for the epochs and the rollouts.
+/// The columns of a model's results, except the rollout errors.
 const MEASURES: [&str; 5] = ["epochs_done", "train_loss", "validation_loss", "one_step_error", "action_error"];
 
 fn models(paths: &[PathBuf]) -> Result<Results, SweepError> {
@@ -136,7 +135,7 @@ fn models(paths: &[PathBuf]) -> Result<Results, SweepError> {
     Ok(Results { version: 1, kind: "dynamics", rows: found.iter().map(row).collect(), columns })
 }
 
-/// A JSON file that holds a `T`, as it is written: 0.1 and not 0.10000000149011612.
+/// Parses a JSON file that must hold a `T`, keeping numbers as written: 0.1 and not 0.10000000149011612.
 fn checked<T: DeserializeOwned>(bytes: &[u8], path: &Path) -> Result<Value, SweepError> {
     let origin = path.display().to_string();
     json::parse::<T>(bytes, &origin)?;
@@ -155,7 +154,7 @@ fn names(list: &Value) -> Vec<&str> {
     list.as_array().into_iter().flatten().filter_map(Value::as_str).collect()
 }
 
-/// Paths at which the settings are not all the same.
+/// The paths of settings that differ, except the tools.
 fn differing<'a>(settings: impl Iterator<Item = &'a Value>) -> BTreeSet<String> {
     let mut first: BTreeMap<String, &Value> = BTreeMap::new();
     let mut differing = BTreeSet::new();

@@ -1,4 +1,4 @@
-//! Sweeps from the file to the table: what is made of a file, what is done, what comes back.
+//! Sweeps from the file to the table: expansion, training, results and collection.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -14,7 +14,7 @@ use crate::dynamics::{ModelConfig, TrainConfig};
 use crate::run::{RunDirectory, RunState};
 use crate::trainer::{Control, Phase, Trainer};
 
-/// Settings of agents that train in no time.
+/// Settings of agents that train quickly.
 fn small(more: &Value) -> Value {
     let mut file = json!({
         "task": ["task1"], "method": ["ddpg", "ddpg-mge"], "epsilon": [0.2, "linear:0.5:0:8"], "model": "true",
@@ -53,7 +53,7 @@ fn metrics(folder: &Path, name: &str) -> Vec<u8> {
 }
 
 #[test]
-fn a_file_is_all_combinations_and_the_baseline_only_once() {
+fn a_file_expands_to_all_combinations_with_the_baseline_once() {
     let sweep = sweep(&small(&json!({"seed": [0]})));
     let expected = ["task1-ddpg-seed0", "task1-ddpg-mge-0.2-seed0", "task1-ddpg-mge-linear_0.5_0_8-seed0"];
     assert_eq!(names(&sweep), expected);
@@ -85,7 +85,7 @@ fn a_job_alone_is_the_same_job() {
 }
 
 #[test]
-fn an_array_of_slurm_takes_several_jobs_in_a_row_where_there_are_too_many() {
+fn tasks_of_a_slurm_array_run_several_jobs_if_there_are_too_many() {
     for (count, tasks) in [(1000, 1000), (1001, 501)] {
         let seeds: Vec<u64> = (0..count).collect();
         let sweep = sweep(&small(&json!({"seed": seeds, "method": "ddpg", "epsilon": 0.2})));
@@ -99,7 +99,7 @@ fn an_array_of_slurm_takes_several_jobs_in_a_row_where_there_are_too_many() {
 }
 
 #[test]
-fn shipped_sweeps_are_possible() {
+fn shipped_sweeps_are_valid() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/sweeps");
     let count = |name: &str| Sweep::load(&folder.join(name)).unwrap().jobs.len();
     assert_eq!(count("table1.json"), 4 * 3 * 4 * 4 * 3);
@@ -164,13 +164,13 @@ fn mistakes_are_explained_before_any_work() {
 }
 
 #[test]
-fn what_is_done_stays_what_was_interrupted_goes_on_and_a_failure_stops_nothing() {
+fn finished_runs_are_kept_interrupted_ones_continue_and_a_failure_stops_no_others() {
     let folder = tempfile::tempdir().unwrap();
     let [whole, broken] = ["whole", "broken"].map(|name| folder.path().join(name));
     let sweep = sweep(&small(&json!({})));
     assert_eq!(finish(&sweep, &whole), []);
 
-    // One is finished, one was stopped in the middle, one has a damaged checkpoint.
+    // One run is finished, one was stopped midway, one has a damaged checkpoint.
     let [finished, stopped, damaged] = [0, 2, 3].map(|n| &sweep.jobs[n]);
     let done = Sweep { jobs: vec![finished.clone()] };
     assert_eq!(finish(&done, &broken), []);
@@ -227,7 +227,7 @@ fn a_run_that_another_process_works_on_is_waited_for() {
 }
 
 #[test]
-fn the_literal_reading_is_that_of_training_alone() {
+fn literal_models_have_the_settings_of_the_literal_training() {
     let literal = |value: bool| {
         let sweep = sweep(&json!({"kind": "dynamics", "tools": "box", "literal": value, "seed": 3}));
         let Work::Dynamics(job) = &sweep.jobs[0].work else { panic!("a model") };
@@ -238,7 +238,7 @@ fn the_literal_reading_is_that_of_training_alone() {
     assert_eq!(literal(false), (ModelConfig::default(), seed(TrainConfig::default())));
 }
 
-/// Trains a job's run until it has paused, and stops it there.
+/// Trains a job's run up to an episode, and stops it there.
 fn stop_at(job: &Job, sweep: &Path, episode: u32) {
     let Work::Train(config) = &job.work else { panic!("an agent") };
     let directory = RunDirectory::create(job.folder(sweep), config).unwrap();
@@ -253,7 +253,7 @@ fn stop_at(job: &Job, sweep: &Path, episode: u32) {
 }
 
 #[test]
-fn a_run_with_other_settings_is_not_taken_for_one_of_the_sweep() {
+fn a_run_with_other_settings_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let one = json!({"method": ["ddpg"], "seed": [0], "epsilon": 0});
     assert_eq!(finish(&sweep(&small(&one)), folder.path()), []);
@@ -264,7 +264,7 @@ fn a_run_with_other_settings_is_not_taken_for_one_of_the_sweep() {
 }
 
 #[test]
-fn models_are_trained_evaluated_and_told_in_a_table() {
+fn models_are_trained_evaluated_and_tabulated() {
     let folder = tempfile::tempdir().unwrap();
     let file = json!({
         "kind": "dynamics", "tools": "box", "layers": [2, 3], "learning_rate": 1e-3, "epochs": 3, "width": 8,
@@ -291,7 +291,7 @@ fn models_are_trained_evaluated_and_told_in_a_table() {
     let handle = JobHandle::default();
     job.run(&folder.path().join("alone"), "test", &handle).unwrap();
     assert_eq!(handle.done(), 3, "epochs are the unit of its progress");
-    // The model in the folder is the one that was measured.
+    // The model in the folder is the evaluated one.
     let model = crate::dynamics::Model::load(&sweep.jobs[0].folder(folder.path()).join("model.safetensors")).unwrap();
     assert_eq!(model.config().layers, 2);
     let before = results.to_csv();
@@ -303,14 +303,14 @@ fn models_are_trained_evaluated_and_told_in_a_table() {
 }
 
 #[test]
-fn of_two_copies_the_one_that_got_further_is_taken_without_its_lock() {
+fn the_copy_with_more_progress_is_collected_without_its_lock() {
     let folder = tempfile::tempdir().unwrap();
     let [finished, killed] = ["finished", "killed"].map(|name| folder.path().join(name));
     let sweep = sweep(&small(&json!({"method": ["ddpg"], "seed": [0], "epsilon": 0})));
     finish(&sweep, &finished);
     finish(&sweep, &killed);
     let job = &sweep.jobs[0];
-    // All episodes are done, but it was killed before it could say that it is finished.
+    // All episodes are done, but the process was killed before it could log the end.
     let path = job.folder(&killed).join("events.jsonl");
     let log = std::fs::read_to_string(&path).unwrap();
     let whole_lines: Vec<&str> = log.lines().filter(|line| !line.contains("\"finished\"")).collect();
@@ -327,7 +327,7 @@ fn of_two_copies_the_one_that_got_further_is_taken_without_its_lock() {
 }
 
 #[test]
-fn what_comes_back_is_merged_and_conflicts_are_refused() {
+fn collected_runs_are_merged_and_conflicts_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let [a, b, out] = ["a", "b", "out"].map(|name| folder.path().join(name));
     let all = sweep(&small(&json!({"epsilon": 0.2, "seed": [0, 1]})));

@@ -1,4 +1,4 @@
-//! The agents of a sweep: combinations of settings as configurations of runs.
+//! The agents of a sweep: turns combinations of settings into configurations of runs.
 
 use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
@@ -14,20 +14,20 @@ use crate::task::{self, Task};
 use crate::trainer::{Method, RunConfig, SettingError, check_model, config_keys};
 use crate::validation::ValidationError;
 
-/// Other names of settings: those of the command line.
+/// Aliases of settings, as on the command line.
 const ALIASES: [(&str, &str); 2] = [("threshold", "epsilon"), ("model", "prior")];
 
 fn setting(key: &str) -> &str {
     ALIASES.iter().find(|(alias, _)| *alias == key).map_or(key, |(_, setting)| setting)
 }
 
-/// Whether a run's name leaves this setting out of its list of settings.
-pub(super) fn is_named_otherwise(config: &RunConfig, key: &str) -> bool {
+/// Whether a setting is left out of the list in a run's name, because it is in the prefix or suffix or has no
+/// effect.
+pub(super) fn is_omitted_from_name(config: &RunConfig, key: &str) -> bool {
     ["task", "method", "seed"].contains(&key) || !config.method.uses(setting(key))
 }
 
-/// The grid with the paths of tasks and models made absolute, so that its commands mean the
-/// same in any folder.
+/// The grid with absolute paths of tasks and models, so that its commands work in any folder.
 pub(super) fn absolute_paths(grid: &Grid) -> Grid {
     let mut grid = grid.clone();
     for axis in grid.axes.iter_mut().filter(|axis| ["task", "model", "prior"].contains(&axis.key.as_str())) {
@@ -41,7 +41,7 @@ pub(super) fn absolute_paths(grid: &Grid) -> Grid {
     grid
 }
 
-/// A setting under two names would have two values at once.
+/// Refuses a setting given under two names.
 pub(super) fn check_aliases(grid: &Grid) -> Result<(), ValidationError> {
     for (alias, name) in ALIASES {
         let has = |key: &str| grid.axes.iter().any(|axis| axis.key == key);
@@ -52,7 +52,7 @@ pub(super) fn check_aliases(grid: &Grid) -> Result<(), ValidationError> {
     Ok(())
 }
 
-/// Makes configurations; loads every task and looks at every model only once.
+/// Makes configurations; loads every task and checks every model only once.
 #[derive(Default)]
 pub(super) struct Agents {
     tasks: BTreeMap<String, Arc<Task>>,
@@ -60,12 +60,12 @@ pub(super) struct Agents {
 }
 
 impl Agents {
-    /// The configuration of a combination, with the beginning of its name and its seed.
+    /// The prefix of the name, the seed and the configuration of a combination.
     pub fn config(&mut self, grid: &Grid, combination: &Combination) -> Result<(String, u64, Work), ValidationError> {
         let mut config = RunConfig::new(self.task(grid, combination)?);
         let mut chosen: Vec<(&Axis, usize)> = grid.axes.iter().zip(combination.iter().copied()).collect();
         chosen.retain(|(axis, _)| axis.key != "task");
-        // It decides which of the others make a difference.
+        // The method comes first: it determines which other settings have an effect.
         chosen.sort_by_key(|(axis, _)| axis.key != "method");
         let mut out_of_range = None;
         for (axis, value) in chosen {
@@ -75,13 +75,13 @@ impl Agents {
             if out_of_range.is_none() {
                 out_of_range = changed.validate().err().map(|error| (axis.path(value), error));
             }
-            // Runs that differ only in what makes no difference to them are one run.
+            // Settings without effect are not applied, so that runs differing only in these are equal.
             if changed.method.uses(setting(&axis.key)) {
                 config = changed;
             }
         }
         if let Some((path, error)) = out_of_range {
-            // Two settings may be in range only together.
+            // A setting may be in range only together with a later one.
             config.validate().map_err(|_| ValidationError::new(path, error))?;
         }
         if !config.method.uses("epsilon") {
@@ -115,7 +115,7 @@ impl Agents {
         Ok(task)
     }
 
-    /// A model that is not there, or does not know the tools, would fail the run later.
+    /// Checks that the model exists and covers the tools, before the run would fail.
     fn check_model(&mut self, grid: &Grid, config: &RunConfig) -> Result<(), ValidationError> {
         let key = (config.task.name.clone(), config.method, String::from(config.prior.clone()));
         if self.models.contains(&key) {
@@ -128,7 +128,7 @@ impl Agents {
     }
 }
 
-/// A setting's error at its path; names that a sweep knows beyond the settings are suggested too.
+/// A setting's error at its path; also suggests names that exist only in sweeps.
 fn explain(axis: &Axis, value: usize, config: &RunConfig, error: &SettingError) -> ValidationError {
     let (path, key) = (axis.path(value), axis.key.as_str());
     if key == "method" {

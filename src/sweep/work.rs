@@ -1,4 +1,4 @@
-//! The jobs of a sweep, run as a batch.
+//! Runs the jobs of a sweep as a batch.
 
 use std::path::{Path, PathBuf};
 
@@ -14,13 +14,13 @@ use crate::trainer::{RunConfig, TrainerError};
 /// Why a job failed.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum WorkError {
-    /// An agent's training.
+    /// The training of an agent failed.
     #[error(transparent)]
     Training(#[from] TrainerError),
-    /// A dynamics model.
+    /// The training or evaluation of a dynamics model failed.
     #[error(transparent)]
     Dynamics(#[from] DynamicsError),
-    /// Its files.
+    /// A file of the run cannot be read or written.
     #[error(transparent)]
     Run(#[from] RunError),
 }
@@ -33,12 +33,12 @@ impl JobError for WorkError {
 }
 
 impl Job {
-    /// Where the job is in the folder of its sweep.
+    /// The folder of the job in the folder of its sweep.
     pub fn folder(&self, sweep: &Path) -> PathBuf {
         sweep.join("runs").join(&self.name)
     }
 
-    /// A folder of this name with other settings would be taken for this job.
+    /// Refuses a folder of this name that holds a run with other settings.
     fn check_folder(&self, sweep: &Path) -> Result<(), SweepError> {
         let folder = self.folder(sweep);
         let directory = match RunDirectory::open(&folder) {
@@ -54,13 +54,12 @@ impl Job {
     }
 }
 
-/// Does what is missing of a sweep in `folder`, in the way of [`Batch::run`]. Finished runs stay as they
-/// are, and interrupted ones continue. Returns the failures, names and reasons, in the order of the
-/// jobs.
+/// Does the missing work of a sweep in `folder` by [`Batch::run`]. Finished runs are kept, and interrupted
+/// ones continue. Returns the failures, names and reasons, in the order of the jobs.
 ///
 /// # Errors
-/// Before anything is done: when the folder cannot be used, or no thread can be started. At the
-/// end: [`SweepError::Interrupted`].
+/// Before any work: when the folder cannot be used, or no thread can be started. At the end:
+/// [`SweepError::Interrupted`].
 pub fn run(
     sweep: &Sweep,
     folder: &Path,

@@ -1,4 +1,4 @@
-//! Everything that decides a run: one value, complete, saved with the run.
+//! The complete configuration of a run, saved with the run.
 
 use std::sync::Arc;
 
@@ -15,13 +15,13 @@ use crate::run::Retention;
 use crate::task::Task;
 use crate::validation::{Range, Setting, ValidationError, check_settings};
 
-/// One training, completely described. What is read is checked: no file or text makes a
-/// configuration that is out of range.
+/// The complete description of a training. Deserialisation validates it, so that no file or text can
+/// produce a configuration that is out of range.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-// Derives `RunConfig::deserialize` without the check, on which the trait's is built.
+// Derives the inherent `RunConfig::deserialize` without validation; the trait implementation uses it.
 #[serde(deny_unknown_fields, remote = "Self")]
 pub struct RunConfig {
-    /// The task, whole, so that a run does not depend on a file that may change.
+    /// The whole task, so that a run does not depend on a file that may change.
     pub task: Arc<Task>,
     /// Algorithm.
     #[serde(default)]
@@ -32,10 +32,10 @@ pub struct RunConfig {
     /// Episodes to train.
     #[serde(default = "default_episodes")]
     pub episodes: u32,
-    /// Threshold of epsilon; not used by methods without clusters.
+    /// Schedule of the epsilon threshold; see [`Method::uses`].
     #[serde(default = "default_epsilon")]
     pub epsilon: EpsilonSchedule,
-    /// When epsilon is drawn.
+    /// How often epsilon is drawn.
     #[serde(default)]
     pub granularity: Granularity,
     /// Annealing of the exploration noise.
@@ -44,40 +44,40 @@ pub struct RunConfig {
     /// Annealing of the actor's learning rate.
     #[serde(default)]
     pub actor_rate_decay: ActorRateDecay,
-    /// With exploration by need: a copy of the policy acts while no more than this share of its last
-    /// greedy attempts at any stage fails, then another; none if the actor itself acts.
+    /// With exploration by need: a copy of the policy acts until more than this share of its last
+    /// greedy attempts at some stage has failed, and is then replaced; none if the actor itself acts.
     #[serde(default)]
     pub hold_tolerance: Option<f32>,
     /// Half width of the uniform noise on the ball's start in training and evaluation, normalised;
-    /// none for that of the task.
+    /// none for the task's own.
     #[serde(default)]
     pub start_noise: Option<f32>,
-    /// From which of CREATE's tools every reset draws the action set that the agent chooses among; none
-    /// where it has the task's own tool.
+    /// The split of CREATE's tools from which every reset draws the action set that the agent chooses
+    /// among; none if it uses the task's own tool.
     #[serde(default)]
     pub tools: Option<ToolSplit>,
-    /// Tools of the action set, the nearest to what the actor proposes, among which the critic chooses.
+    /// Number of tools of the action set, nearest to the actor's proposal, among which the critic chooses.
     #[serde(default = "default_tool_candidates")]
     pub tool_candidates: usize,
     /// The learner.
     #[serde(default)]
     pub ddpg: DdpgConfig,
-    /// Where clusters, plans and imagined transitions come from, unless the method says it.
+    /// The source of clusters, plans and imagined transitions, unless the method determines it.
     #[serde(default)]
     pub prior: PriorSource,
-    /// How they are built.
+    /// How clusters are built.
     #[serde(default)]
     pub guidance: GuidanceConfig,
-    /// Whether clusters are refined during training.
+    /// Refinement of clusters during training.
     #[serde(default)]
     pub refinement: Refinement,
-    /// What is practised before the first episode.
+    /// Practice before the first episode.
     #[serde(default)]
     pub practice: Practice,
-    /// What is imagined into the replay buffer, by the method that does so.
+    /// Imagined transitions, for [`Method::ModelReplay`].
     #[serde(default)]
     pub model_replay: ModelReplay,
-    /// How actions are planned, by the method that does so.
+    /// Planner, for [`Method::Planning`].
     #[serde(default)]
     pub planner: PlannerConfig,
     /// Greedy evaluation.
@@ -86,7 +86,7 @@ pub struct RunConfig {
     /// Which checkpoints are kept.
     #[serde(default)]
     pub checkpoints: Retention,
-    /// The run that it goes on from with other settings, if it is a fork.
+    /// The run from which it continues with other settings, if it is a fork.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fork: Option<Fork>,
 }
@@ -117,7 +117,7 @@ fn default_epsilon() -> EpsilonSchedule {
     EpsilonSchedule::Linear { from: 0.5, to: 0.0, episodes: 1000 }
 }
 
-/// The numbers among the run's own settings.
+/// The numeric settings of the run itself.
 const SETTINGS: [Setting; 21] = [
     Setting::count("seed", 0, u64::MAX, "master seed"),
     Setting::count("episodes", 1, 10_000_000, "episodes to train"),
@@ -184,7 +184,7 @@ const SETTINGS: [Setting; 21] = [
     },
 ];
 
-/// Every number among the settings of a run, by its path in [`RunConfig`].
+/// Every numeric setting of a run, by its path in [`RunConfig`].
 pub fn settings() -> impl Iterator<Item = (String, Setting)> {
     let groups: [(&str, &[Setting]); 4] = [
         ("", &SETTINGS),
@@ -242,7 +242,7 @@ impl RunConfig {
         self.validate_tools()
     }
 
-    /// Checks what an agent that chooses among tools cannot have.
+    /// Checks the settings that are restricted with or without `tools`.
     fn validate_tools(&self) -> Result<(), ValidationError> {
         if self.tools.is_none() {
             let without = "is set, but the run has no `tools` to choose among: set them, too";
@@ -262,7 +262,7 @@ impl RunConfig {
         Ok(())
     }
 
-    /// The task as the run plays it: with the run's start noise.
+    /// The task with the run's start noise.
     pub fn played_task(&self) -> Arc<Task> {
         match self.start_noise {
             Some(noise) if noise != self.task.rules.start_noise => {
@@ -279,7 +279,7 @@ impl RunConfig {
         self.method.has_clusters() && !(self.method.uses("epsilon") && self.epsilon.is_zero())
     }
 
-    /// Where the run's clusters, plans or imagined transitions come from.
+    /// The source of the run's clusters, plans or imagined transitions.
     pub fn rollout_source(&self) -> PriorSource {
         self.method.fixed_source().unwrap_or_else(|| self.prior.clone())
     }
@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_that_would_never_end_or_fill_the_memory_are_refused() {
+    fn numbers_that_would_take_forever_or_exhaust_memory_are_refused() {
         for key in [
             "planner.rollouts",
             "planner.horizon",
@@ -349,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn a_configuration_that_is_read_is_checked_with_its_task() {
+    fn deserialisation_validates_the_configuration_and_its_task() {
         let right = serde_json::to_value(config()).unwrap();
         assert_eq!(serde_json::from_value::<RunConfig>(right.clone()).unwrap(), config());
         for (pointer, value, expected) in [

@@ -1,4 +1,4 @@
-//! Who chooses the actions of a stage: clusters, the actor with noise, or the actor alone.
+//! What chooses the actions of a stage: clusters, the actor with noise, or the actor without noise.
 
 use std::collections::VecDeque;
 
@@ -6,24 +6,24 @@ use serde::{Deserialize, Serialize};
 
 use crate::guidance::EpsilonSchedule;
 
-/// Who chooses the actions of a stage.
+/// What chooses the actions of a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Explorer {
-    /// The clusters of the stage, or what stands for them.
+    /// The clusters of the stage, or uniform random actions in their place.
     Clusters,
     /// The actor with noise.
     Noise,
-    /// The actor alone: an attempt that says how much exploration is needed.
+    /// The actor without noise: a greedy attempt, which measures the need for exploration.
     Greedy,
 }
 
-/// Outcomes of the latest greedy attempts at each stage, and what follows from them.
+/// Outcomes of the latest greedy attempts at each stage.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub(super) struct Attempts(Vec<VecDeque<bool>>);
 
 impl Attempts {
-    /// Notes whether a greedy attempt reached its stage; the last `kept` are remembered.
+    /// Records whether a greedy attempt reached its stage; keeps the last `kept` outcomes.
     pub fn note(&mut self, stage: usize, reached: bool, kept: u32) {
         if self.0.len() <= stage {
             self.0.resize(stage + 1, VecDeque::new());
@@ -38,20 +38,20 @@ impl Attempts {
         self.0.is_empty()
     }
 
-    /// Share of failures among the attempts remembered; 0 if there are none.
+    /// Share of failures among the recorded attempts; 0 if there are none.
     pub fn failures(&self, stage: usize) -> f32 {
         let made = self.0.get(stage).map_or(0, VecDeque::len) as u32;
         if made == 0 { 0.0 } else { self.need(stage, made) }
     }
 
-    /// Share of failures among the last `of` attempts; those not made yet count as failures.
+    /// Share of failures among the last `of` attempts; attempts not yet made count as failures.
     pub fn need(&self, stage: usize, of: u32) -> f32 {
         let outcomes = self.0.get(stage).into_iter().flatten().rev().take(of as usize);
         1.0 - outcomes.filter(|reached| **reached).count() as f32 / of as f32
     }
 }
 
-/// The need of each of `stages`; none if the schedule does not go by need.
+/// The need of each stage; empty if the schedule does not depend on need.
 pub(super) fn needs(schedule: &EpsilonSchedule, attempts: &Attempts, stages: usize) -> Vec<f32> {
     match *schedule {
         EpsilonSchedule::Need { attempts: of, .. } => (0..stages).map(|stage| attempts.need(stage, of)).collect(),
@@ -59,7 +59,7 @@ pub(super) fn needs(schedule: &EpsilonSchedule, attempts: &Attempts, stages: usi
     }
 }
 
-/// Who chooses the actions of a stage, from `draw`, uniform in [0, 1).
+/// Decides what chooses the actions of a stage; `draw` is uniform in [0, 1).
 pub(super) fn explorer(
     schedule: &EpsilonSchedule,
     threshold: f32,
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn need_is_the_share_of_failures_and_attempts_not_made_are_failures() {
+    fn need_is_the_share_of_failures_where_missing_attempts_are_failures() {
         let mut attempts = Attempts::default();
         assert_eq!(attempts.need(1, 4), 1.0);
         for (reached, need) in [(true, 0.75), (false, 0.75), (true, 0.5), (true, 0.25), (true, 0.25), (true, 0.0)] {
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn fewer_attempts_asked_for_are_the_latest() {
+    fn need_is_computed_over_the_latest_attempts() {
         let mut attempts = Attempts::default();
         [false, false, true, true].iter().for_each(|reached| attempts.note(0, *reached, 4));
         assert_eq!([4, 2, 8].map(|of| attempts.need(0, of)), [0.5, 0.0, 0.75]);
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn by_the_clock_there_is_always_noise() {
+    fn schedules_by_episode_never_act_greedily() {
         let schedule = "0.5".parse().unwrap();
         let attempts = Attempts::default();
         assert_eq!(explorer(&schedule, 0.5, &attempts, 0, 0.49), Explorer::Clusters);

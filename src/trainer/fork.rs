@@ -1,7 +1,7 @@
-//! A run that goes on from an episode of another with other settings.
+//! Forks: runs that continue from an episode of another run with other settings.
 //!
-//! What the other run had learned at that episode is in a checkpoint, or is learned again from the
-//! nearest one before: a training repeats itself. Every episode that is repeated is compared with
+//! The state of the other run at that episode is either in a checkpoint or is recomputed from the
+//! nearest earlier one, because trainings are reproducible. Every repeated episode is compared with
 //! the log of the other run.
 
 use std::fmt;
@@ -19,17 +19,17 @@ use crate::run::{Branch, Event, RunDirectory, RunError, RunHistory, read_events}
 use crate::stop::Stop;
 use crate::task::Task;
 
-/// What a fork goes on from.
+/// The origin of a fork.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fork {
-    /// Name of the folder of the other run.
+    /// Name of the other run's folder.
     pub run: String,
-    /// Episodes of the other run that are its own, too.
+    /// Number of episodes that it shares with the other run.
     pub episode: u32,
-    /// Settings that were changed there, as `KEY=VALUE`.
+    /// Settings that were changed at the fork, as `KEY=VALUE`.
     pub changes: Vec<String>,
-    /// Other tasks on which episodes before were played, the earliest first.
+    /// Other tasks on which earlier episodes were played, the earliest first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tasks: Vec<PastTask>,
 }
@@ -38,15 +38,15 @@ pub struct Fork {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PastTask {
-    /// The last episode that was played on it.
+    /// The last episode on this task.
     pub until: u32,
     /// The task.
     pub task: Arc<Task>,
 }
 
 impl RunConfig {
-    /// What it is when it goes on from an episode of the run in a folder called `run`, with these changes
-    /// made in it already.
+    /// The configuration of a fork that continues from `episode` of the run in the folder `run`, whose
+    /// configuration is `before`. `self` already includes `changes`.
     #[must_use]
     pub fn forked(self, before: &Self, run: &str, episode: u32, changes: Vec<String>) -> Self {
         let known = before.fork.iter().flat_map(|fork| &fork.tasks).filter(|past| past.until < episode);
@@ -57,7 +57,7 @@ impl RunConfig {
         Self { fork: Some(Fork { run: run.to_owned(), episode, changes, tasks }), ..self }
     }
 
-    /// The task on which an episode was played, counted from 1.
+    /// The task on which an episode, counted from 1, was played.
     pub fn task_of(&self, episode: u64) -> &Arc<Task> {
         let past = self.fork.iter().flat_map(|fork| &fork.tasks).find(|past| episode <= u64::from(past.until));
         past.map_or(&self.task, |past| &past.task)
@@ -74,41 +74,41 @@ impl fmt::Display for Fork {
 /// Why a run could not be forked.
 #[derive(Debug, thiserror::Error)]
 pub enum ForkError {
-    /// The run's files.
+    /// The run's files cannot be used.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The training.
+    /// The training failed.
     #[error(transparent)]
     Training(#[from] TrainingError),
-    /// The action prior.
+    /// There is no action prior.
     #[error(transparent)]
     Prior(#[from] PriorError),
-    /// The run is not that far.
+    /// The run has fewer episodes.
     #[error("the run has {done} episodes, not {wanted}")]
     NotReached { done: u64, wanted: u64 },
-    /// Nothing is left from which the episode could be reached.
+    /// There is no checkpoint from which the episode could be reached.
     #[error("no checkpoint of this fork is as early as episode {0}: fork the run that it comes from")]
     TooEarly(u64),
-    /// Clusters came from outside, and are no longer known.
+    /// Clusters were set by a user and are not recorded.
     #[error(
         "the run was given other clusters after episode {at}, which are not kept: fork it before that, or at the \
          episode of a later checkpoint"
     )]
     Clusters { at: u64 },
-    /// An episode came out otherwise.
+    /// A repeated episode differs from the recorded one.
     #[error(
-        "episode {0} is another when it is repeated: the run was trained by another version of the program or on \
+        "episode {0} differs when it is repeated: the run was trained by another version of the program or on \
          another kind of machine; fork it at the episode of a checkpoint"
     )]
     Different(u64),
 }
 
-/// Makes a run in `place` that goes on from `source` with `config`, which says where. `progress` sees the
-/// episodes that were repeated and all that are to be.
+/// Creates a run in `place` that continues from `source` with `config`; `config.fork` names the episode.
+/// `progress` receives the numbers of episodes repeated so far and to be repeated in total.
 ///
 /// # Errors
-/// When the episode cannot be reached as it was, or what was learned has no use with the new settings;
-/// nothing is left then.
+/// When the episode cannot be reproduced, or the learned state cannot be used with the new settings; then
+/// nothing remains on disk.
 pub fn fork(
     source: &RunDirectory,
     place: &Path,
@@ -123,7 +123,7 @@ pub fn fork(
         return Err(ForkError::NotReached { done, wanted: episode });
     }
     let branch = Branch::new(source, place, episode)?;
-    // What the log of the new run says is what is repeated.
+    // The log of the new run contains the events to repeat.
     let events: Vec<Event> =
         read_events(&branch.directory().events_path())?.into_iter().map(|logged| logged.event).collect();
     let mut training = begin(source, &old, episode, stop)?;
@@ -145,7 +145,7 @@ fn build(config: &RunConfig, stop: &Stop) -> Result<Option<Arc<ActionPrior>>, Pr
     Ok(build_prior(config, |_| (), stop)?.map(Arc::new))
 }
 
-/// The training at the checkpoint nearest before an episode, or at its beginning.
+/// The training at the latest checkpoint that is not after `episode`, or a new one if there is none.
 fn begin(source: &RunDirectory, config: &RunConfig, episode: u64, stop: &Stop) -> Result<Training, ForkError> {
     let store = source.checkpoints();
     let nearest = store.episodes()?.into_iter().rfind(|(at, _)| *at <= episode);
@@ -156,7 +156,7 @@ fn begin(source: &RunDirectory, config: &RunConfig, episode: u64, stop: &Stop) -
     })
 }
 
-/// Plays a training on to an episode as the log says that it was.
+/// Continues a training to `episode` and checks every episode against the log.
 fn repeat(
     training: &mut Training,
     events: &[Event],
@@ -168,9 +168,9 @@ fn repeat(
     let mut history = RunHistory::default();
     events.iter().for_each(|event| history.note(event));
     for event in &history.interventions {
-        // Those that are due make themselves, and those of the checkpoint are in it.
-        let makes_itself = every > 0 && event.episode().is_multiple_of(every);
-        if matches!(event, Event::ClustersChanged { .. }) && event.episode() > first && !makes_itself {
+        // Refinements that are due are recomputed, and earlier changes are part of the checkpoint.
+        let is_recomputed = every > 0 && event.episode().is_multiple_of(every);
+        if matches!(event, Event::ClustersChanged { .. }) && event.episode() > first && !is_recomputed {
             return Err(ForkError::Clusters { at: event.episode() });
         }
     }

@@ -1,44 +1,44 @@
-//! Which copy of the policy acts where exploration goes by need: one that succeeds is kept.
+//! Decides which copy of the policy acts during exploration by need: a copy that succeeds is kept.
 
 use serde::{Deserialize, Serialize};
 
 use super::exploration::Attempts;
 
-/// What the greedy attempts of the policy that acts have shown, and the record of the proven one, to
-/// which the program returns when a new one does worse.
+/// Results of the greedy attempts of the acting policy, and the record of the proven policy, which acts
+/// again when a new one does worse.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Hold {
-    /// Latest attempts of the policy that acts.
+    /// Latest attempts of the acting policy.
     attempts: Attempts,
-    /// Attempts that it has made since it took its place.
+    /// Number of its attempts since it began to act.
     age: u64,
-    /// Whether it is the proven one.
+    /// Whether the acting policy is the proven one.
     proven_acts: bool,
-    /// Attempts that the proven policy made before it first failed; none if no policy is proven.
+    /// Number of attempts of the proven policy before it first failed; none if no policy is proven.
     proven_age: Option<u64>,
 }
 
-/// A policy has failed too often: what acts next.
+/// The acting policy has failed too often; decides what acts next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Failure {
-    /// It did better than the proven one and takes its place. A copy of the present policy acts next.
+    /// It did better than the proven policy and becomes the proven one. A new copy of the policy acts next.
     Proven,
-    /// It did worse than the proven one, which acts next.
+    /// It did worse than the proven policy, which acts next.
     Worse,
-    /// It was the proven one, or there is none. A copy of the present policy acts next.
+    /// It was the proven one, or there is none. A new copy of the policy acts next.
     Unproven,
 }
 
 impl Hold {
-    /// Whether nothing was noted.
+    /// Whether nothing was recorded.
     pub fn is_unused(&self) -> bool {
         *self == Self::default()
     }
 
-    /// Notes a greedy attempt at a stage. The policy has failed when more than the share `tolerance` of
-    /// its last `kept` attempts at the stage did not reach it; it is proven if it made at least `kept`
-    /// attempts before, and more than the one proven so far.
+    /// Records a greedy attempt at a stage. The policy has failed when more than the share `tolerance` of
+    /// its last `kept` attempts at the stage did not reach it. It becomes the proven one if it made at
+    /// least `kept` attempts, and more than the one proven so far.
     pub fn note(&mut self, stage: usize, reached: bool, kept: u32, tolerance: f32) -> Option<Failure> {
         self.attempts.note(stage, reached, kept);
         self.age += 1;
@@ -64,7 +64,7 @@ impl Hold {
 mod tests {
     use super::*;
 
-    /// Plays a policy for `attempts` successes, then until it has failed.
+    /// Records `successes` successful attempts, then failed ones until the policy has failed.
     fn play(hold: &mut Hold, successes: usize) -> Failure {
         (0..successes).for_each(|_| assert_eq!(hold.note(0, true, 4, 0.25), None));
         std::iter::repeat_with(|| hold.note(0, false, 4, 0.25)).flatten().next().unwrap()
@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn the_program_returns_to_a_proven_policy_and_tries_new_ones_in_turn() {
+    fn a_proven_policy_alternates_with_new_ones() {
         let mut hold = Hold::default();
         assert_eq!(play(&mut hold, 0), Failure::Unproven, "nothing is proven yet");
         assert_eq!(play(&mut hold, 10), Failure::Proven);
@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_known_survives_json() {
+    fn the_state_round_trips_through_json() {
         let mut hold = Hold::default();
         play(&mut hold, 10);
         hold.note(2, true, 4, 0.25);

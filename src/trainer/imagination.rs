@@ -1,4 +1,4 @@
-//! Model-generated transitions: what guided exploration avoids, as a method to compare with.
+//! Model-generated transitions, which guided exploration avoids; a method for comparison.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::env::{Action, Environment, Snapshot};
 use crate::guidance::RolloutModel;
 use crate::task::Task;
 
-/// A transition that happened only in the model.
+/// A transition predicted by the model.
 pub(super) struct Imagined {
     pub observation: Vec<f32>,
     pub action: Action,

@@ -14,14 +14,14 @@ pub enum Method {
     #[default]
     #[serde(rename = "ddpg-mge")]
     DdpgMge,
-    /// Epsilon-greedy: uniform random actions in place of the clusters'. Is it the
-    /// clusters that help, or the epsilon?
+    /// Epsilon-greedy: uniform random actions instead of the clusters'. Separates the effect
+    /// of the clusters from that of epsilon.
     #[serde(rename = "ddpg-uniform")]
     DdpgUniform,
-    /// Clusters from the true physics: the upper bound of what a model can do.
+    /// Clusters from the true physics: an upper bound for learned models.
     #[serde(rename = "ddpg-mge-true")]
     DdpgMgeTrue,
-    /// DDPG with model-generated transitions in its replay buffer: what guidance avoids.
+    /// DDPG with model-generated transitions in its replay buffer, which guidance avoids.
     #[serde(rename = "ddpg-model-replay")]
     ModelReplay,
     /// Planning through the model (cross-entropy method), without learning.
@@ -30,21 +30,21 @@ pub enum Method {
     /// DDPG-MGE that explores by need and learns from its own successes.
     #[serde(rename = "ddpg-mge-adaptive")]
     DdpgMgeAdaptive,
-    /// The same learner with uniform random actions in place of the clusters'.
+    /// The same learner with uniform random actions instead of the clusters'.
     #[serde(rename = "ddpg-uniform-adaptive")]
     DdpgUniformAdaptive,
-    /// The same learner with nothing but noise to explore.
+    /// The same learner with noise as its only exploration.
     #[serde(rename = "ddpg-adaptive")]
     DdpgAdaptive,
-    /// No learning: guided exploration until an episode succeeds, whose actions are then repeated.
+    /// No learning: guided exploration until an episode succeeds; its actions are then repeated.
     #[serde(rename = "open-loop")]
     OpenLoop,
 }
 
 impl Method {
-    /// What the workbench, `mge train` and `mge puzzles bench` use unless another is asked for.
+    /// The default of the workbench, `mge train` and `mge puzzles bench`.
     pub const RECOMMENDED: Self = Self::DdpgMgeAdaptive;
-    /// What `mge train --tools` uses unless another is asked for.
+    /// The default of `mge train --tools`.
     pub const RECOMMENDED_WITH_TOOLS: Self = Self::DdpgUniformAdaptive;
     /// All methods.
     pub const ALL: [Self; 10] = [
@@ -92,7 +92,7 @@ impl Method {
         }
     }
 
-    /// Whether epsilon decides between the policy and clusters (or what stands for them).
+    /// Whether epsilon decides between the policy and clusters (or uniform random actions in their place).
     pub fn has_clusters(self) -> bool {
         match self {
             Self::DdpgMge | Self::DdpgUniform | Self::DdpgMgeTrue => true,
@@ -106,12 +106,12 @@ impl Method {
         matches!(self, Self::ModelReplay | Self::Planning)
     }
 
-    /// Whether there is a policy that learns.
+    /// Whether the method learns a policy.
     pub fn learns(self) -> bool {
         !matches!(self, Self::Planning | Self::OpenLoop)
     }
 
-    /// Whether its agent can choose among tools. What others do, they do with places of the task's own tool.
+    /// Whether its agent can choose among tools. Other methods only support the task's own tool.
     pub fn chooses_tools(self) -> bool {
         !matches!(self, Self::ModelReplay | Self::Planning | Self::OpenLoop)
     }
@@ -121,7 +121,7 @@ impl Method {
         matches!(self, Self::DdpgMgeAdaptive | Self::DdpgUniformAdaptive | Self::DdpgAdaptive)
     }
 
-    /// Whether a setting of a run, by its JSON path, makes a difference to the method.
+    /// Whether a setting of a run, given by its JSON path, affects the method.
     pub fn uses(self, path: &str) -> bool {
         match path.split('.').next().unwrap_or(path) {
             "epsilon" => (self.has_clusters() && self.learns()) || self.is_adaptive(),
@@ -135,7 +135,7 @@ impl Method {
         }
     }
 
-    /// Where rollouts come from, if the method leaves no choice.
+    /// The source of rollouts, if the method determines it.
     pub(super) fn fixed_source(self) -> Option<PriorSource> {
         match self {
             Self::DdpgUniform | Self::DdpgUniformAdaptive => Some(PriorSource::Uniform),
@@ -148,7 +148,7 @@ impl Method {
 
 by_name!(Method, "method");
 
-/// Where rollouts, and with them the action clusters, come from.
+/// The source of rollouts, and thus of the action clusters.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "String", into = "String")]
 pub enum PriorSource {
@@ -157,11 +157,11 @@ pub enum PriorSource {
     Learned,
     /// A dynamics model in a file.
     ModelFile(String),
-    /// `rapier`: rapier's own solver, an approximation that learns nothing.
+    /// `rapier`: rapier's own solver, an approximation without learning.
     Rapier,
     /// `true`: the environment's own physics, the upper bound of guidance.
     TruePhysics,
-    /// `uniform`: no clusters; uniform random actions in their place.
+    /// `uniform`: no clusters; uniform random actions instead.
     Uniform,
 }
 
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn sources_of_rollouts_are_written_and_read() {
+    fn sources_of_rollouts_round_trip_as_text() {
         for text in ["learned", "rapier", "true", "uniform", "a.safetensors"] {
             let source = PriorSource::from(text.to_owned());
             assert_eq!(matches!(source, PriorSource::ModelFile(_)), text.ends_with(".safetensors"), "{text}");

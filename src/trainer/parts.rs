@@ -1,25 +1,25 @@
-//! The parts of a training that have several settings each.
+//! Groups of settings of a training.
 
 use serde::{Deserialize, Serialize};
 
 use crate::physics::ToolSplit;
 
-/// How often it is decided whether actions come from the clusters.
+/// How often epsilon is drawn to decide whether actions come from the clusters.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Granularity {
-    /// Once for each episode.
+    /// Once per episode.
     Episode,
-    /// Once for each stage, at the start of an episode and whenever a subgoal is reached: the
-    /// measured choice, because clusters of a late stage then follow a policy that gets there.
+    /// Once per stage: at the start of an episode and whenever a subgoal is reached. Chosen by
+    /// measurement: clusters of a late stage can then follow a policy that reaches it.
     #[default]
     Stage,
     /// Before every action: the paper's literal reading.
     Step,
 }
 
-/// How the exploration noise shrinks: linearly, so that nothing would be left of it after
-/// the first `share` of the episodes, but never below `final_scale`. Both methods get the same.
+/// Annealing of the exploration noise: its scale falls linearly from 1 towards 0 over the first
+/// `share` of the episodes, but not below `final_scale`. It is the same for all methods.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct NoiseDecay {
@@ -36,15 +36,15 @@ impl Default for NoiseDecay {
 }
 
 impl NoiseDecay {
-    /// Scale of the noise in an episode, counted from 0, of a run of `episodes`.
+    /// Scale of the noise in an episode, counted from 0, of a run of `episodes` episodes.
     pub fn scale(&self, episode: u32, episodes: u32) -> f32 {
         let span = (self.share * episodes as f32).max(1.0);
         (1.0 - episode as f32 / span).max(self.final_scale)
     }
 }
 
-/// How the learning rate of the actor shrinks: linearly from where `begin` of the episodes are
-/// done to `final_scale` at the end.
+/// Annealing of the actor's learning rate: after the share `begin` of the episodes, its scale falls
+/// linearly from 1 to `final_scale` at the end.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ActorRateDecay {
@@ -61,7 +61,7 @@ impl Default for ActorRateDecay {
 }
 
 impl ActorRateDecay {
-    /// Scale of the rate in an episode, counted from 0, of a run of `episodes`.
+    /// Scale of the rate in an episode, counted from 0, of a run of `episodes` episodes.
     pub fn scale(&self, episode: u32, episodes: u32) -> f32 {
         let begin = self.begin * episodes as f32;
         let share = ((episode as f32 - begin) / (episodes as f32 - begin).max(1.0)).clamp(0.0, 1.0);
@@ -69,15 +69,15 @@ impl ActorRateDecay {
     }
 }
 
-/// How the greedy policy is evaluated during training.
+/// Evaluation of the greedy policy during training.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Evaluation {
     /// Episodes of training between evaluations; 0 for none.
     pub every: u32,
-    /// Episodes without noise; one is enough for a task without start noise.
+    /// Episodes of an evaluation; one is enough for a task without start noise.
     pub episodes: u32,
-    /// From which tools their action sets are drawn; none for those of the training.
+    /// The split of tools from which action sets are drawn; none for that of the training.
     pub tools: Option<ToolSplit>,
 }
 
@@ -87,16 +87,16 @@ impl Default for Evaluation {
     }
 }
 
-/// How clusters follow the agent's own rewarding actions as training goes on (the
+/// Refinement of clusters from the agent's own rewarding actions during training (the
 /// paper's future work). Off by default.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Refinement {
     /// Episodes between refinements; 0 for none.
     pub every: u32,
-    /// Own rewarding actions of a stage before its clusters are made from them alone.
+    /// Number of own rewarding actions of a stage from which on its clusters are built from these only.
     pub least: usize,
-    /// Own rewarding actions of a stage that are kept, the newest.
+    /// Maximum number of own rewarding actions kept per stage; the newest are kept.
     pub most: usize,
 }
 
@@ -110,9 +110,9 @@ impl Default for Refinement {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Practice {
-    /// Rollouts towards a stage, at most; 0 for no practice.
+    /// Maximum number of rollouts towards a stage; 0 for no practice.
     pub rollouts: u32,
-    /// Rollouts that reach a stage after which no further round is made.
+    /// Number of rollouts that reach a stage after which no further round follows.
     pub enough: u32,
 }
 
@@ -122,13 +122,13 @@ impl Default for Practice {
     }
 }
 
-/// What [`Method::ModelReplay`](super::Method::ModelReplay) imagines after each episode.
+/// Imagined rollouts of [`Method::ModelReplay`](super::Method::ModelReplay) after each episode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ModelReplay {
     /// Imagined rollouts, each from a state of the episode.
     pub rollouts: usize,
-    /// Actions in a rollout, the actor's with noise.
+    /// Actions in a rollout: the actor's, with noise.
     pub horizon: usize,
 }
 

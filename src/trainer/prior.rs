@@ -20,20 +20,20 @@ pub enum PriorError {
     /// The dynamics model cannot be used.
     #[error(transparent)]
     Model(#[from] DynamicsError),
-    /// No shipped model knows the task's tools.
+    /// No shipped model supports the task's tools.
     #[error(
         "no shipped dynamics model knows the tools {tools}: train one with `mge dynamics train --tools {tools} --out FILE` and name its file as the model"
     )]
     NoModel { tools: String },
-    /// The method predicts, but the source of rollouts does not.
+    /// The method needs predictions, but the source of rollouts is `uniform`.
     #[error("the method {method} needs a model to predict with, but the source of rollouts is `uniform`")]
     NoPrediction { method: &'static str },
-    /// Neither the shipped models nor rapier predict what CREATE's tools do.
+    /// Neither the shipped models nor rapier predict the effects of CREATE's tools.
     #[error(
         "no shipped model predicts what CREATE's tools do, nor does rapier: with `tools` take `true`, or train a model with `mge dynamics train --tools create --out FILE` and name its file"
     )]
     NoTools,
-    /// The saved prior of a run is none, or one of another task.
+    /// The saved prior of a run is invalid or belongs to another task.
     #[error(transparent)]
     Saved(#[from] GuidanceError),
     /// The saved prior of a run cannot be read or written.
@@ -42,20 +42,20 @@ pub enum PriorError {
 }
 
 impl PriorError {
-    /// Whether it ended because it was asked to.
+    /// Whether the cause is a stop request.
     pub fn is_stopped(&self) -> bool {
         matches!(self, Self::Model(DynamicsError::Stopped))
     }
 }
 
-/// A rollout model and its name, as a prior records it.
+/// A rollout model and the name that a prior records.
 pub type NamedModel = (Arc<dyn RolloutModel>, String);
 
-/// What predicts the rollouts of a task: a dynamics model, rapier or the true physics, and its
-/// name. None for no prediction at all.
+/// The predictor of a task's rollouts: a dynamics model, rapier or the true physics, with its name.
+/// `None` for [`PriorSource::Uniform`].
 ///
 /// # Errors
-/// When the model cannot be loaded or does not know the task's tools.
+/// When the model cannot be loaded or does not support the task.
 pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<NamedModel>, PriorError> {
     let model = match source {
         PriorSource::Uniform => return Ok(None),
@@ -73,11 +73,12 @@ pub fn rollout_model(source: &PriorSource, task: &Task) -> Result<Option<NamedMo
     Ok(Some((model, name)))
 }
 
-/// What predicts the rollouts of an agent that chooses among these tools: the true physics, or the dynamics model of
-/// a file. None for no prediction at all.
+/// The predictor of rollouts of an agent that chooses among these tools: the true physics, or a dynamics model from a
+/// file. `None` for [`PriorSource::Uniform`].
 ///
 /// # Errors
-/// When the model cannot be loaded, or knows neither the task's tools nor these.
+/// When the source makes no such predictions, or the model cannot be loaded or does not support the task or these
+/// tools.
 fn tool_model(source: &PriorSource, task: &Task, tools: ToolSplit) -> Result<Option<Arc<dyn ToolModel>>, PriorError> {
     let name = match source {
         PriorSource::Uniform => return Ok(None),
@@ -92,8 +93,8 @@ fn tool_model(source: &PriorSource, task: &Task, tools: ToolSplit) -> Result<Opt
     Ok(Some(model))
 }
 
-/// Builds the prior of a configuration; `progress` sees each stage's number. Once `stop` is requested,
-/// it soon ends without one.
+/// Builds the prior of a configuration. `progress` is called with each stage's index. Soon returns `None`
+/// once `stop` is requested.
 ///
 /// # Errors
 /// When the dynamics model cannot be used.
@@ -115,27 +116,26 @@ pub fn build_prior(
     Ok(guidance::build(&config.task, &model, &name, &config.guidance, config.seed, progress)?)
 }
 
-/// The prior that was last in force in a run on disk; none if it never had one.
+/// The latest prior of a run on disk; `None` if it never had one.
 ///
 /// # Errors
-/// When `prior.json` cannot be read, is no prior, or one of another task.
+/// When `prior.json` cannot be read, is not a prior, or belongs to another task.
 pub fn saved_prior(directory: &RunDirectory, task: &Task) -> Result<Option<ActionPrior>, PriorError> {
     let origin = directory.prior_path().display().to_string();
     let text = directory.read_prior()?;
     Ok(text.map(|text| ActionPrior::parse(&text, &origin, task)).transpose()?)
 }
 
-/// Whether a run will find the models it needs.
+/// Checks that the models that a run needs are available.
 ///
 /// # Errors
-/// As [`rollout_model`], and when the source of rollouts predicts nothing and the method needs
-/// predictions.
+/// As [`rollout_model`], and when the method needs predictions but the source of rollouts is `uniform`.
 pub fn check_model(config: &RunConfig) -> Result<(), PriorError> {
     consulted_model(config)?;
     if config.is_guided() { check_rollouts(config) } else { Ok(()) }
 }
 
-/// Whether there is what predicts the rollouts behind a run's clusters.
+/// Checks that the rollouts for a run's clusters can be predicted.
 fn check_rollouts(config: &RunConfig) -> Result<(), PriorError> {
     let source = config.rollout_source();
     match config.tools {
@@ -144,11 +144,10 @@ fn check_rollouts(config: &RunConfig) -> Result<(), PriorError> {
     }
 }
 
-/// The model that a method consults during its episodes, if it does.
+/// The model that a method consults during episodes, if it does.
 ///
 /// # Errors
-/// When the model cannot be loaded or does not know the task's tools, or the source of
-/// rollouts predicts nothing.
+/// When the model cannot be loaded or does not support the task, or the source of rollouts is `uniform`.
 pub(super) fn consulted_model(config: &RunConfig) -> Result<Option<Arc<dyn RolloutModel>>, PriorError> {
     if !config.method.consults_model() {
         return Ok(None);

@@ -1,4 +1,4 @@
-//! The settings that belong to a method: what a run of it has unless something else is asked for.
+//! The default settings of each method.
 
 use std::sync::Arc;
 
@@ -12,37 +12,37 @@ use crate::physics::ToolSplit;
 use crate::task::Task;
 
 impl RunConfig {
-    /// The usual configuration of a method for a task.
+    /// The default configuration of a method for a task.
     pub fn usual(task: Arc<Task>, method: Method) -> Self {
         Self::usual_with(task, method, None)
     }
 
-    /// The usual configuration of a method for a task, with an agent that chooses among these tools, if any.
+    /// The default configuration of a method for a task, with an agent that chooses among `tools`, if given.
     pub fn usual_with(task: Arc<Task>, method: Method, tools: Option<ToolSplit>) -> Self {
         let mut config = Self { method, tools, ..Self::new(task) };
         if method.is_adaptive() {
             adapt(&mut config);
         }
         if tools.is_some() {
-            // Observations are many times as long, and the memory is not.
+            // Observations are many times as long, so limit the memory.
             config.ddpg.replay_capacity = 50_000;
             config.ddpg.action_origin = config.ddpg.action_origin.map(|_| TARGET_POSITION);
             config.refinement.every = 0;
             config.prior = PriorSource::TruePhysics;
-            // More different actions are rewarding than with a single tool.
+            // Rewarding actions are more diverse than with a single tool.
             (config.guidance.model_rollouts, config.guidance.clusters) = (5000, ClusterCount::Fixed(10));
         }
         config
     }
 
-    /// The configuration with another method. Settings that are the usual ones of the method so far
-    /// become those of the other; what was chosen otherwise stays.
+    /// The configuration with another method. Settings with the old method's default value get the new
+    /// method's default; other settings stay.
     pub fn with_method(&self, method: Method) -> Self {
         self.changed_to(method, self.tools)
     }
 
-    /// The configuration with an agent that chooses among other tools, or has the task's own; settings as in
-    /// [`with_method`](Self::with_method).
+    /// The configuration with an agent that chooses among other tools, or uses the task's own. Settings change as
+    /// in [`with_method`](Self::with_method).
     pub fn with_tools(&self, tools: Option<ToolSplit>) -> Self {
         self.changed_to(self.method, tools)
     }
@@ -51,7 +51,7 @@ impl RunConfig {
         let mut config = Self::usual_with(self.task.clone(), method, tools);
         let is_other = |key: &str| !["method", "tools"].contains(&key);
         for (key, value) in unusual_settings(self).iter().filter(|(key, _)| is_other(key)) {
-            // What one configuration holds, another can hold.
+            // A value of one configuration is also valid in another.
             config = config.with_unchecked_setting(key, value).unwrap_or(config);
         }
         config
@@ -60,7 +60,7 @@ impl RunConfig {
 
 /// The settings of the adaptive methods, from the search that `docs/results.md` describes.
 fn adapt(config: &mut RunConfig) {
-    // Without clusters the noise explores in their place.
+    // Without clusters, noise takes over their share of the exploration.
     let (clusters, noise) = if config.method.has_clusters() { (0.5, 0.25) } else { (0.0, 0.75) };
     config.epsilon = EpsilonSchedule::Need { clusters, noise, attempts: 20 };
     config.noise_decay.final_scale = 1.0;

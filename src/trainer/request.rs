@@ -1,12 +1,12 @@
-//! What other processes ask of a training, as what its own process would ask.
+//! Converts requests of other processes to controls.
 
 use super::run_loop::Control;
 use crate::run::Request;
 
-/// The control that does what is asked.
+/// The control for a request.
 ///
 /// # Errors
-/// What is wrong with the request, in one line.
+/// A one-line description of what is wrong with the request.
 pub(super) fn control(request: Request) -> Result<Control, String> {
     Ok(match request {
         Request::Pause => Control::Pause,

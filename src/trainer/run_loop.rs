@@ -1,5 +1,5 @@
-//! A training from its directory to its end: prior, episodes, evaluations, checkpoints,
-//! and what a person asks for in between.
+//! Trains a run in its directory to its end: prior, episodes, evaluations, checkpoints,
+//! and user controls.
 
 mod controls;
 
@@ -26,40 +26,39 @@ use crate::stop::{Stop, or_left_behind};
 pub use controls::Control;
 use controls::Next;
 
-/// How a training ended without an error.
+/// How a training ended without error.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Ending {
     /// All episodes are done.
     Finished,
-    /// A control asked for it.
+    /// Stopped by a control.
     Stopped,
 }
 
-/// Why a training ended early.
+/// Why a training failed.
 #[derive(Debug, thiserror::Error)]
 pub enum TrainerError {
-    /// The run's files.
+    /// The run's files cannot be used.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The loop.
+    /// The training loop failed.
     #[error(transparent)]
     Training(#[from] TrainingError),
-    /// The action prior.
+    /// There is no action prior.
     #[error(transparent)]
     Prior(#[from] PriorError),
 }
 
 /// Trains the run in `directory` to its end, from its newest checkpoint if it has one.
-/// Files, and with them everything that is seen of the run, depend only on its
-/// configuration and on the controls received.
+/// The recorded results depend only on the configuration and on the controls received.
 ///
 /// # Errors
 /// When the run is in use, its files cannot be used, or the learner diverges; all but
 /// the first are also recorded in the run.
 pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Watch) -> Result<Ending, TrainerError> {
-    // What is asked once the lock is held is asked of this process.
+    // Create the reader before locking, so that no request is missed that is sent once the lock is held.
     let requests = directory.requests();
-    // Before anything is read: another process may be about to write it.
+    // Lock before reading anything, because another process may be writing it.
     let lock = directory.lock()?;
     let config: RunConfig = directory.config()?;
     let (checkpoint, mut problems) = match directory.checkpoints().names()?.is_empty() {
@@ -67,7 +66,7 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
         false => directory.checkpoints().load_newest().map(|(newest, problems)| (Some(newest), problems))?,
     };
     if checkpoint.is_none() && config.fork.is_some() {
-        // A run that begins again loses its log, and a fork cannot begin again.
+        // A run without a checkpoint starts over with an empty log, which a fork cannot do.
         return Err(TrainingError::ForkedFromNothing.into());
     }
     let mut writer =
@@ -77,7 +76,7 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
         writer.finish_checkpoint(&config.checkpoints, checkpoint, is_finished)?;
     }
     let store = directory.checkpoints();
-    // A `best` that cannot be read is replaced by the next.
+    // An unreadable `best` is replaced by the next one.
     let best_score = store.best_score().unwrap_or_else(|problem| {
         problems.push(problem);
         None
@@ -123,7 +122,7 @@ pub fn train(directory: &RunDirectory, controls: &Receiver<Control>, watch: &Wat
     outcome
 }
 
-/// Does the work; a panic in it is recorded as the run's end before it is passed on.
+/// Runs `work`; records a panic as the run's end before resuming it.
 fn record_panic<T>(run_loop: &mut RunLoop<'_>, work: impl FnOnce(&mut RunLoop<'_>) -> T) -> T {
     match catch_unwind(AssertUnwindSafe(|| work(run_loop))) {
         Ok(outcome) => outcome,
@@ -134,11 +133,11 @@ fn record_panic<T>(run_loop: &mut RunLoop<'_>, work: impl FnOnce(&mut RunLoop<'_
     }
 }
 
-/// What an episode has come to.
+/// The results of an episode.
 pub(super) struct Played {
     pub record: EpisodeRecord,
     trace: Trace,
-    /// What came of practice, if it preceded the episode, and the action prior after it.
+    /// The results of practice, if it preceded the episode, and the action prior after it.
     practised: Option<(Practised, Arc<ActionPrior>)>,
     /// The action prior, if the episode changed it.
     refined: Option<Arc<ActionPrior>>,
@@ -146,7 +145,7 @@ pub(super) struct Played {
     evaluated: Option<Event>,
 }
 
-/// All that an episode computes, before anything of it is written.
+/// Computes an episode without writing any files.
 pub(super) fn play(training: &mut Training) -> Result<Played, TrainingError> {
     let practised = training.practise()?.zip(training.prior().cloned());
     let (record, trace) = training.run_episode()?;
@@ -162,35 +161,36 @@ pub(super) fn play(training: &mut Training) -> Result<Played, TrainingError> {
 struct RunLoop<'a> {
     writer: RunWriter,
     controls: &'a Receiver<Control>,
-    /// What other processes ask.
+    /// Requests of other processes.
     requests: RequestReader,
     watch: &'a Watch,
-    /// Controls that came while clusters were built.
+    /// Controls received but not yet handled.
     received: VecDeque<Control>,
     /// Pause when this many episodes are done.
     pause_after: Option<u64>,
-    /// Score of the checkpoint called `best`.
+    /// Score of the checkpoint `best`.
     best_score: Option<f64>,
-    /// The checkpoints there are.
+    /// The existing checkpoints.
     existing: Vec<CheckpointName>,
     /// The next episode may take long.
     is_slow: bool,
-    /// Score of the networks, if the latest episode evaluated them.
+    /// Score of the networks, if they were evaluated at the latest episode.
     score: Option<f64>,
-    /// The checkpoint `last` is of the latest episode.
+    /// A checkpoint of the latest episode is saved.
     is_saved: bool,
     /// The schedule or the prior was changed since the checkpoint.
     is_changed: bool,
 }
 
-/// An episode that takes longer is abandoned when a stop is asked for. The copy and the thread that make
-/// it possible take a small part of this.
+/// After an episode that takes longer than this, the next one is run such that a stop can abandon it. The copy
+/// and the thread needed for that take a small fraction of this time.
 const SLOW: Duration = Duration::from_millis(100);
-/// Time in which an episode may notice by itself that a stop was asked for. One that does not, because
-/// an update of large networks goes on, is left to its thread.
+/// Time for an episode to react to a stop by itself. Afterwards, for example during an update of large
+/// networks, its thread is abandoned.
 const PATIENCE: Duration = Duration::from_millis(100);
+
 impl RunLoop<'_> {
-    /// The prior of a new run, if it is guided. A request to stop ends it.
+    /// Builds the prior of a new run, if it is guided. A stop ends this early.
     fn build_prior(&mut self, config: &RunConfig) -> Result<Option<Arc<ActionPrior>>, TrainerError> {
         if !config.is_guided() {
             return Ok(None);
@@ -235,7 +235,7 @@ impl RunLoop<'_> {
         Ok(Ending::Finished)
     }
 
-    /// An episode and what follows from it; none if it is abandoned for a stop that was asked for.
+    /// Plays an episode and records its results; records nothing if a stop abandons it.
     fn episode(&mut self, training: &mut Training) -> Result<(), TrainerError> {
         let needs = training.needs();
         let begun = Instant::now();
@@ -270,8 +270,8 @@ impl RunLoop<'_> {
         self.save_due(training)
     }
 
-    /// As [`play`], with a copy of the training. None if it was abandoned for a stop that was asked
-    /// for: the training is what it was before.
+    /// Like [`play`], with a copy of the training. Returns `None` if a stop abandoned the episode; then
+    /// the training is unchanged.
     fn play_or_stop(&self, training: &mut Training) -> Option<Result<Played, TrainingError>> {
         let stop = self.watch.stop();
         let mut copy = training.clone();
@@ -310,12 +310,12 @@ impl RunLoop<'_> {
 
     fn checkpoint(&self, training: &Training) -> Result<Checkpoint, TrainerError> {
         let mut checkpoint = training.checkpoint()?;
-        // Without it the next `best` would have nothing to be better than.
+        // The next `best` is compared with this score.
         checkpoint.score = self.score;
         Ok(checkpoint)
     }
 
-    /// Saves the training as it is, if it is not: it ends or pauses here, and nothing may be lost.
+    /// Saves the current state unless it is already saved, because the training ends or pauses here.
     fn save_now(&mut self, training: &Training) -> Result<(), TrainerError> {
         if self.is_saved && !self.is_changed {
             return Ok(());
@@ -330,14 +330,14 @@ impl RunLoop<'_> {
         Ok(())
     }
 
-    /// Saves the prior beside the log and records that it holds from now on.
+    /// Saves the prior and records that it is used from now on.
     fn record_prior(&mut self, prior: &ActionPrior, episode: u64) -> Result<(), TrainerError> {
         self.write_prior(&prior.to_json())?;
         let clusters = prior.stages.iter().map(|stage| stage.clusters.len() as u32).collect();
         Ok(self.writer.record(&Event::ClustersChanged { episode, clusters })?)
     }
 
-    /// Records the need for exploration if it is another than before.
+    /// Records the needs for exploration if they have changed.
     fn record_needs(&mut self, training: &Training, before: &[f32]) -> Result<(), RunError> {
         match training.needs() {
             needs if needs == before => Ok(()),
@@ -345,7 +345,7 @@ impl RunLoop<'_> {
         }
     }
 
-    /// Makes the saved prior that of the checkpoint: a later one may have been saved since.
+    /// Restores the saved prior to that of the checkpoint, because a later one may have been saved since.
     fn restore_prior(&self, prior: Option<&ActionPrior>) -> Result<(), RunError> {
         let directory = self.writer.directory();
         match prior.map(ActionPrior::to_json) {
@@ -363,7 +363,7 @@ impl RunLoop<'_> {
         crate::atomic::write(&path, text.as_bytes()).map_err(RunError::io("write", &path))
     }
 
-    /// The error, or what explains it: in a folder that is moved or deleted anything may fail first.
+    /// The error, or its cause: if the folder was moved or deleted, any operation may be the first to fail.
     fn explained(&self, error: TrainerError) -> TrainerError {
         let is_missing = matches!(&error, TrainerError::Run(cause) if cause.is_not_found());
         match self.writer.check_in_place() {
@@ -373,8 +373,8 @@ impl RunLoop<'_> {
         }
     }
 
-    /// Records the error as the run's end. If even that fails, the error itself is
-    /// what the caller gets to see.
+    /// Records the error as the run's end. If this fails as well, the caller still returns the
+    /// original error.
     fn fail(&mut self, error: &dyn std::fmt::Display) {
         let _ = self.writer.record(&Event::Failed { episode: self.watch.episode(), reason: error.to_string() });
     }
@@ -386,7 +386,7 @@ mod tests {
     use crate::run::RunState;
 
     #[test]
-    fn a_panic_is_the_runs_recorded_end() {
+    fn a_panic_is_recorded_as_the_end_of_the_run() {
         let folder = tempfile::tempdir().unwrap();
         let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
         let directory = RunDirectory::create(folder.path().join("run"), &config).unwrap();

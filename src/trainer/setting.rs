@@ -1,4 +1,4 @@
-//! One setting of a run by its JSON path, as `set` commands and sweeps name it.
+//! Settings of a run by JSON path, as used by `set` commands and sweeps.
 
 use serde_json::Value;
 
@@ -8,13 +8,13 @@ use crate::json;
 use crate::spelling::nearest;
 use crate::validation::ValidationError;
 
-/// A setting that cannot be made.
+/// Why a setting cannot be changed.
 #[derive(Debug, thiserror::Error)]
 pub enum SettingError {
     /// There is no such setting.
     #[error("there is no setting `{key}`{}", hint.as_ref().map(|hint| format!(": did you mean `{hint}`?")).unwrap_or_default())]
     Unknown { key: String, hint: Option<String> },
-    /// The value is of the wrong kind.
+    /// The value has the wrong type.
     #[error("`{key}` cannot be `{value}`: {message}")]
     Value { key: String, value: String, message: String },
     /// The value is out of range.
@@ -24,7 +24,7 @@ pub enum SettingError {
 
 impl RunConfig {
     /// The configuration with one setting changed. The key is a JSON path such as
-    /// `ddpg.gamma`; the value is JSON, or a text without quotes.
+    /// `ddpg.gamma`; the value is JSON, or a string without quotes.
     ///
     /// # Errors
     /// When there is no such setting, or it cannot have that value.
@@ -34,8 +34,8 @@ impl RunConfig {
         Ok(changed)
     }
 
-    /// [`RunConfig::with_setting`] without the check of ranges, for several settings that
-    /// are in range only together.
+    /// [`RunConfig::with_setting`] without validation, for several settings that are valid only
+    /// together.
     ///
     /// # Errors
     /// When there is no such setting, or it cannot have that value.
@@ -57,7 +57,7 @@ impl RunConfig {
             return Err(SettingError::Unknown { key: key.to_owned(), hint });
         };
         *place = match serde_json::from_str(value) {
-            // A text such as the schedule `0.1` may look like a number.
+            // A string setting such as the schedule `0.1` may look like a number.
             Ok(parsed) if !place.is_string() || matches!(parsed, Value::String(_)) => parsed,
             _ => Value::String(value.to_owned()),
         };
@@ -70,9 +70,9 @@ impl RunConfig {
     }
 }
 
-/// The settings, by path, in which a configuration differs from the usual one of its task, method
-/// and tools; before them the method, if it is not the usual one, and the tools, if there are any;
-/// values as [`RunConfig::with_setting`] takes them.
+/// The settings, by path, in which a configuration differs from the default one of its task, method
+/// and tools. The method, if it is not the default, and the tools, if there are any, come first.
+/// Values are in the form that [`RunConfig::with_setting`] accepts.
 pub fn unusual_settings(config: &RunConfig) -> Vec<(String, String)> {
     let (ours, usual) =
         (to_json(config), to_json(&RunConfig::usual_with(config.task.clone(), config.method, config.tools)));
@@ -85,7 +85,7 @@ pub fn unusual_settings(config: &RunConfig) -> Vec<(String, String)> {
     method.into_iter().chain(tools).chain(others).collect()
 }
 
-/// The paths of all settings but the task's.
+/// The paths of all settings except the task's.
 pub fn config_keys(config: &RunConfig) -> Vec<String> {
     json::leaves(&to_json(config)).into_iter().map(|(path, _)| path).filter(|path| !is_of_task(path)).collect()
 }
@@ -95,7 +95,7 @@ fn is_of_task(key: &str) -> bool {
 }
 
 fn to_json(config: &RunConfig) -> Value {
-    // Plain data always serialises. By way of text, so that 0.99 does not become 0.9900000095367432.
+    // Plain data always serialises. The detour through text keeps 0.99 from becoming 0.9900000095367432.
     let text = serde_json::to_string(config).expect("a configuration is plain data");
     serde_json::from_str(&text).expect("what was written can be read")
 }
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_are_made_by_path() {
+    fn settings_are_changed_by_path() {
         let changed = config().with_setting("ddpg.gamma", "0.9").unwrap();
         assert_eq!(changed.ddpg.gamma, 0.9);
         let changed = config().with_setting("epsilon", "exp:0.8:0.1:0.99").unwrap();
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_unusual_makes_the_same_configuration_again() {
+    fn unusual_settings_reproduce_the_configuration() {
         let changes = [("ddpg.gamma", "0.9"), ("method", "ddpg"), ("epsilon", "0.25"), ("seed", "3")];
         let set = |config: RunConfig, (key, value): (&str, &str)| config.with_setting(key, value).unwrap();
         let changed = changes.into_iter().fold(config(), set);
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_explained() {
+    fn errors_explain_the_mistake() {
         for (key, value, expected) in [
             ("ddpg.gama", "0.9", "did you mean `ddpg.gamma`?"),
             ("task.name", "x", "there is no setting"),

@@ -1,4 +1,4 @@
-//! The random streams that a run keeps and saves, one a purpose.
+//! The random streams that a run saves, one per purpose.
 
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::agent;
 use crate::streams::Stream;
 
-/// The random streams of a run outside of the learner, which keeps its own two.
+/// The random streams of a run except those of the learner, which has its own two.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Streams {
     /// [`Stream::TrainingStart`].
@@ -15,7 +15,7 @@ pub(super) struct Streams {
     pub guidance: ChaCha8Rng,
     /// [`Stream::Evaluation`].
     pub evaluation: ChaCha8Rng,
-    /// [`Stream::ModelRollouts`]. Checkpoints of runs without them may lack it.
+    /// [`Stream::ModelRollouts`]. May be missing in checkpoints of runs that do not use it.
     #[serde(default = "unused")]
     pub model: ChaCha8Rng,
 }
@@ -36,7 +36,7 @@ impl Streams {
     }
 }
 
-/// The streams of a master seed that the learner keeps.
+/// The learner's streams of a master seed.
 pub(super) fn learner(seed: u64) -> agent::Streams {
     agent::Streams { noise: Stream::ExplorationNoise.of(seed), replay: Stream::Minibatch.of(seed) }
 }

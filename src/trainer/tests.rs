@@ -1,4 +1,4 @@
-//! Whole trainings on small networks: what a run leaves behind.
+//! Complete trainings with small networks, and the files that they produce.
 
 mod guidance;
 mod resume;
@@ -51,7 +51,7 @@ fn stop_at(directory: &RunDirectory, episode: u32) {
     assert_eq!(trainer.join(), Ok(Ending::Stopped));
 }
 
-/// Everything a run leaves that does not depend on when and by how many processes it was made.
+/// All files and training events of a run that do not depend on time or on the number of processes.
 fn lasting(directory: &RunDirectory) -> BTreeMap<String, Vec<u8>> {
     fn collect(folder: &Path, root: &Path, files: &mut BTreeMap<String, Vec<u8>>) {
         for entry in std::fs::read_dir(folder).unwrap() {
@@ -78,8 +78,8 @@ fn lasting(directory: &RunDirectory) -> BTreeMap<String, Vec<u8>> {
     files
 }
 
-/// Trains a run without interruption and one that is stopped at `episode` and resumed: all that they leave is equal.
-/// Returns it.
+/// Trains a run without interruption and one that is stopped at `episode` and resumed, and checks that their results
+/// are equal. Returns these.
 fn check_resumed(config: &RunConfig, episode: u32) -> BTreeMap<String, Vec<u8>> {
     let folder = tempfile::tempdir().unwrap();
     let [whole, broken] = ["whole", "broken"].map(|name| new_run(folder.path(), name, config));
@@ -111,7 +111,7 @@ fn networks(directory: &RunDirectory) -> Vec<u8> {
 }
 
 #[test]
-fn one_seed_gives_the_same_bytes_and_another_does_not() {
+fn equal_seeds_give_equal_bytes_and_different_seeds_do_not() {
     let folder = tempfile::tempdir().unwrap();
     let mut config = config(Method::DdpgMge, 8);
     let runs = ["a", "b"].map(|name| new_run(folder.path(), name, &config));
@@ -126,7 +126,7 @@ fn one_seed_gives_the_same_bytes_and_another_does_not() {
 }
 
 #[test]
-fn thresholds_and_noise_are_those_of_the_episode() {
+fn thresholds_and_noise_follow_the_episode() {
     let mut config = config(Method::DdpgMge, 6);
     config.epsilon = "linear:1:0:4".parse().unwrap();
     config.ddpg.ou.sigma = 0.4;
@@ -149,7 +149,7 @@ fn thresholds_and_noise_are_those_of_the_episode() {
 }
 
 #[test]
-fn an_episode_that_is_cut_off_is_not_learned_as_an_end() {
+fn a_truncated_episode_is_not_learned_as_terminated() {
     let last_of = |max_actions| {
         let mut config = config(Method::Ddpg, 1);
         let mut task = task::load("task1").unwrap();
@@ -169,7 +169,7 @@ fn an_episode_that_is_cut_off_is_not_learned_as_an_end() {
 }
 
 #[test]
-fn a_past_run_shows_its_clusters_unless_they_are_of_another_task() {
+fn the_saved_clusters_of_a_run_are_read_only_for_its_task() {
     let folder = tempfile::tempdir().unwrap();
     let config = config(Method::DdpgMge, 2);
     let run = new_run(folder.path(), "run", &config);
@@ -183,7 +183,7 @@ fn a_past_run_shows_its_clusters_unless_they_are_of_another_task() {
 }
 
 #[test]
-fn a_replayed_episode_keeps_who_chose_each_action() {
+fn a_replayed_episode_keeps_the_source_of_each_action() {
     let folder = tempfile::tempdir().unwrap();
     let mut config = config(Method::Planning, 1);
     config.planner.rollouts = 20;
@@ -195,7 +195,7 @@ fn a_replayed_episode_keeps_who_chose_each_action() {
 }
 
 #[test]
-fn a_new_schedule_holds_from_the_next_episode_on() {
+fn a_new_schedule_applies_from_the_next_episode_on() {
     let folder = tempfile::tempdir().unwrap();
     let mut config = config(Method::DdpgMge, 6);
     config.epsilon = "1".parse().unwrap();
@@ -227,7 +227,7 @@ fn a_live_view_is_given_on_request() {
 }
 
 #[test]
-fn the_start_noise_of_the_run_goes_before_that_of_the_task() {
+fn the_start_noise_of_the_run_overrides_that_of_the_task() {
     for (of_task, of_run, expected) in
         [(0.0, Some(0.02), 0.02), (0.05, None, 0.05), (0.05, Some(0.01), 0.01), (0.05, Some(0.0), 0.0)]
     {
@@ -243,7 +243,7 @@ fn the_start_noise_of_the_run_goes_before_that_of_the_task() {
 }
 
 #[test]
-fn the_usual_settings_of_a_method_go_with_it_and_chosen_ones_stay() {
+fn default_settings_change_with_the_method_and_chosen_ones_stay() {
     let plain = config(Method::DdpgMge, 8).with_setting("ddpg.gamma", "0.9").unwrap();
     let adaptive = plain.with_setting("method", "ddpg-mge-adaptive").unwrap();
     assert_eq!((adaptive.ddpg.gamma, adaptive.episodes, adaptive.seed), (0.9, 8, 3));

@@ -1,4 +1,4 @@
-//! A training on a thread of its own.
+//! A training on its own thread.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -11,8 +11,8 @@ use super::run_loop::{Control, Ending, train};
 use super::watch::{Phase, Watch};
 use crate::run::RunDirectory;
 
-/// A handle on a training thread. Dropping it stops the training, at the end of its episode or,
-/// where episodes take long, before the one that goes on, and waits for its checkpoint.
+/// A handle to a training thread. Dropping it stops the training and waits for its checkpoint. The
+/// current episode is completed first, unless it takes long; then it is abandoned.
 #[derive(Debug)]
 pub struct Trainer {
     controls: Sender<Control>,
@@ -21,15 +21,15 @@ pub struct Trainer {
 }
 
 impl Trainer {
-    /// Starts or continues the run in `directory` with controls that take effect before its next
-    /// episode, however fast it is.
+    /// Starts or continues the run in `directory`. The controls `first` are guaranteed to take effect
+    /// before the next episode.
     ///
     /// # Errors
-    /// When the system has no more threads.
+    /// When the system cannot create a thread.
     pub fn spawn(directory: RunDirectory, first: impl IntoIterator<Item = Control>) -> std::io::Result<Self> {
         let (controls, receiver) = unbounded();
         for control in first {
-            // The receiver lives.
+            // Cannot fail: the receiver still exists.
             let _ = controls.send(control);
         }
         let watch = Arc::new(Watch::default());
@@ -46,22 +46,22 @@ impl Trainer {
         Ok(Self { controls, watch, thread: Some(thread) })
     }
 
-    /// What observers see.
+    /// The state for observers.
     pub fn watch(&self) -> &Watch {
         &self.watch
     }
 
-    /// Asks for something; has no effect once the training has ended.
+    /// Sends a control; has no effect once the training has ended.
     pub fn send(&self, control: Control) {
         let stops = matches!(control, Control::Stop { .. });
         let _ = self.controls.send(control);
-        // Afterwards: who sees it finds the control.
+        // Only after sending, so that the trainer finds the control when it sees the flag.
         if stops {
             self.watch.note_stop();
         }
     }
 
-    /// Whether the thread still works.
+    /// Whether the thread is still running.
     pub fn is_active(&self) -> bool {
         self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
     }

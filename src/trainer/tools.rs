@@ -1,8 +1,8 @@
-//! Between an agent, which knows vectors, and an environment in which it may choose among tools.
+//! Adapter between an agent, which handles vectors, and an environment in which it may choose among tools.
 //!
-//! Where it does, it sees the scene as the environment describes it (objects and progress), followed
-//! by the numbers of the action set's tools in CREATE's catalogue, which its networks do not see. Its
-//! actions are a place and the [embedding](tool_embedding) of a tool. See [`Options`] for how it chooses.
+//! An agent that chooses among tools observes the scene as described by the environment (objects and
+//! progress), followed by the catalogue numbers of the action set's tools, which its networks do not see. Its
+//! actions are a position and the [embedding](tool_embedding) of a tool. See [`Options`] for the choice.
 
 use std::sync::Arc;
 
@@ -16,12 +16,12 @@ use crate::guidance::ActionPrior;
 use crate::physics::{ACTION_SET, NO_OP, Tool, ToolSplit, to_units};
 use crate::task::Task;
 
-/// Tools placed by the agent that it sees beside the objects of the scene: the newest.
+/// Number of tools placed by the agent, the newest ones, that it observes besides the objects of the scene.
 const PLACED_SEEN: usize = 8;
-/// Numbers of a place.
+/// Length of a position.
 const PLACE: usize = 2;
 
-/// Lengths of an agent's vectors, and what it chooses among.
+/// Lengths of an agent's vectors, and its options.
 pub(super) struct Space {
     /// Length of an observation.
     pub observation: usize,
@@ -32,7 +32,7 @@ pub(super) struct Space {
 }
 
 impl Space {
-    /// That of a run's agent.
+    /// The space of a run's agent.
     pub fn of(config: &RunConfig) -> Self {
         if config.tools.is_none() {
             return Self { observation: observation_len(&config.task), action: PLACE, options: None };
@@ -46,7 +46,7 @@ impl Space {
     }
 }
 
-/// The environment of a run: with an action set drawn from these tools, if any.
+/// The environment of a run, with action sets drawn from `tools`, if given.
 pub(super) fn environment(task: Arc<Task>, tools: Option<ToolSplit>) -> Environment {
     let env = roomy(task);
     match tools {
@@ -55,20 +55,20 @@ pub(super) fn environment(task: Arc<Task>, tools: Option<ToolSplit>) -> Environm
     }
 }
 
-/// The environment of an episode in which the agent chose among these tools of the catalogue; the task's own
-/// tool if there are none.
+/// The environment of an episode in which the agent chose among these tools of the catalogue; with the task's
+/// own tool if there are none.
 pub(super) fn environment_among(task: Arc<Task>, tools: &[usize]) -> Environment {
     let env = roomy(task);
     if tools.is_empty() { env } else { env.with_action_set(ActionSet::of_catalogue(tools)) }
 }
 
-/// An environment with slots for all objects of the task and the tools placed last.
+/// An environment with slots for all objects of the task and the newest placed tools.
 fn roomy(task: Arc<Task>) -> Environment {
     let slots = task.parts().len() + PLACED_SEEN;
     Environment::new(task).with_slots(slots)
 }
 
-/// What the agent sees where the environment gives this observation.
+/// The agent's observation for an observation of the environment.
 pub fn seen(env: &Environment, mut observation: Vec<f32>) -> Vec<f32> {
     let Some(set) = env.action_set() else { return observation };
     observation.truncate(observation.len() - ACTION_SET * TOOL_FEATURES);
@@ -76,11 +76,11 @@ pub fn seen(env: &Environment, mut observation: Vec<f32>) -> Vec<f32> {
     observation
 }
 
-/// The choice that an agent's action stands for: of the tools of the action set the nearest one.
+/// The choice that an agent's action denotes: the nearest tool of the action set.
 pub(super) fn choice(agent: &Ddpg, env: &Environment, action: &[f32]) -> Choice {
     let place = [action[0], action[1]];
     match (agent.options(), env.action_set()) {
-        // Before the first reset the set is empty, and no tool has the number after all.
+        // Before the first reset the set is empty; ACTION_SET is then the number of no tool.
         (Some(options), Some(set)) => {
             let offer: Vec<f32> = offer(set).collect();
             Choice { tool: options.nearest(&offer, &action[PLACE..]).unwrap_or(ACTION_SET), place }
@@ -89,7 +89,7 @@ pub(super) fn choice(agent: &Ddpg, env: &Environment, action: &[f32]) -> Choice 
     }
 }
 
-/// The tool that an agent's action places, where it places it; none for the no-op.
+/// The tool that an agent's action places, at its position; none for the no-op.
 pub fn chosen_tool(agent: &Ddpg, env: &Environment, action: &[f32]) -> Option<Tool> {
     let Choice { tool, place } = choice(agent, env, action);
     match env.action_set() {
@@ -98,8 +98,8 @@ pub fn chosen_tool(agent: &Ddpg, env: &Environment, action: &[f32]) -> Option<To
     }
 }
 
-/// The action that stands for what exploration draws from a prior: a place and, where the agent chooses among
-/// tools, the tool of the set nearest to that of the prior; any one where the prior knows none.
+/// An exploratory action drawn from a prior: a position and, if the agent chooses among tools, the tool of the set
+/// nearest to the one drawn from the prior, or a random tool if the prior has none.
 pub(super) fn explored(agent: &Ddpg, env: &Environment, prior: &ActionPrior, rng: &mut ChaCha8Rng) -> Vec<f32> {
     let stage = env.snapshot().stage();
     let (Some(options), Some(set)) = (agent.options(), env.action_set()) else {
@@ -108,19 +108,19 @@ pub(super) fn explored(agent: &Ddpg, env: &Environment, prior: &ActionPrior, rng
     let (place, point) = prior.sample_with_tool(stage, rng);
     let index = match point {
         Some(point) => options.nearest(&offer(set).collect::<Vec<f32>>(), &point),
-        // A u64 draw is the same on machines of every word size.
+        // A u64 draw is the same for every word size.
         None => Some(rng.gen_range(0..set.len().max(1) as u64) as usize),
     };
     let tool = index.and_then(|index| set.numbers().nth(index)).unwrap_or(NO_OP);
     [&place[..], options.embedding(tool).unwrap_or(&[])].concat()
 }
 
-/// The numbers of an action set as an observation has them; those that are no tool's fill it up.
+/// The tool numbers of an action set as in an observation, padded with -1.
 fn offer(set: &ActionSet) -> impl Iterator<Item = f32> {
     set.numbers().map(|number| number as f32).chain(std::iter::repeat(-1.0)).take(ACTION_SET)
 }
 
-/// All tools of the catalogue, the no-op included.
+/// All tools of the catalogue, including the no-op.
 fn options(candidates: usize) -> Options {
     let embeddings = (0..=NO_OP).filter_map(tool_embedding).flatten().copied().collect();
     Options::new(TOOL_FEATURES, embeddings, ACTION_SET, candidates)
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_agent_sees_ends_with_the_tools_on_offer_and_it_takes_one_of_them() {
+    fn observations_end_with_the_tools_on_offer_and_the_agent_takes_one_of_them() {
         let (training, env) = training();
         let observation = seen(&env, env.observation());
         assert_eq!(observation.len(), training.ddpg().observation_len());
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn random_tools_are_those_of_the_set() {
+    fn random_tools_come_from_the_set() {
         let (training, env) = training();
         let mut rng = ChaCha8Rng::seed_from_u64(0);
         let prior = ActionPrior::uniform(env.task(), 0);

@@ -1,4 +1,4 @@
-//! A finished episode, step by step.
+//! Record of an episode, step by step.
 
 use std::sync::Arc;
 
@@ -13,14 +13,14 @@ use crate::task::Task;
 /// One action of an episode and its result.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TracedStep {
-    /// Where the tool was to be placed, normalised.
+    /// Requested position of the tool, normalised.
     pub action: Action,
-    /// Which tool of the action set; none where the agent has the task's own.
+    /// Index of the tool in the action set; none if the agent uses the task's own tool.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool: Option<usize>,
-    /// Who chose it.
+    /// What chose the action.
     pub source: Source,
-    /// What became of the tool.
+    /// Outcome of placing the tool.
     pub placement: Placement,
     /// Reward of the action.
     pub reward: f32,
@@ -33,7 +33,7 @@ pub struct TracedStep {
 }
 
 impl TracedStep {
-    /// What the step asked for.
+    /// The choice that the step made.
     pub fn choice(&self) -> Choice {
         Choice { tool: self.tool.unwrap_or(0), place: self.action }
     }
@@ -44,12 +44,12 @@ impl TracedStep {
 pub struct Trace {
     /// Number of the episode, from 1; 0 outside of training.
     pub episode: u64,
-    /// How far noise shifted its start, normalised.
+    /// Shift of the start by noise, normalised.
     pub shift: [f32; 2],
-    /// How far each of the task's random shifts went, normalised.
+    /// The task's random shifts as drawn, normalised.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shifts: Vec<[f32; 2]>,
-    /// The action set: numbers of its tools in CREATE's catalogue; none where the agent has the task's own tool.
+    /// The action set, as numbers in CREATE's catalogue; empty if the agent uses the task's own tool.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tools: Vec<usize>,
     /// Its actions, in order.
@@ -57,7 +57,7 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// The beginning of an episode, number `episode`, as the environment has just reset to it.
+    /// A trace without steps for episode number `episode`, to which the environment has just been reset.
     pub fn begin(env: &Environment, episode: u64) -> Self {
         let Start { shift, shifts, tools } = env.start().clone();
         Self { episode, shift, shifts, tools, steps: Vec::new() }
@@ -70,7 +70,7 @@ impl Trace {
         env
     }
 
-    /// The tool that a step of the episode placed, or was to place.
+    /// The tool that a step of the episode placed or tried to place.
     pub fn tool(&self, task: &Task, step: &TracedStep) -> Tool {
         match self.tool_of(step) {
             Some(tool) => tool.at(to_units(step.action.map(f64::from))),
@@ -78,8 +78,8 @@ impl Trace {
         }
     }
 
-    /// The tool of the catalogue that a step of the episode asked for, at the origin; none for the no-op, and
-    /// where the agent has the task's own.
+    /// The catalogue tool that a step of the episode chose, at the origin; none for the no-op, and if the agent
+    /// uses the task's own tool.
     pub fn tool_of(&self, step: &TracedStep) -> Option<&'static Tool> {
         catalogue_tool(*self.tools.get(step.tool?)?)
     }
@@ -110,7 +110,7 @@ impl Trace {
         Ok(step)
     }
 
-    /// What has to be kept to play it again.
+    /// The data needed to replay the episode.
     pub fn played(&self) -> PlayedEpisode {
         let step = |step: &TracedStep| PlayedAction { action: step.action, tool: step.tool, source: step.source };
         PlayedEpisode {
@@ -122,7 +122,7 @@ impl Trace {
         }
     }
 
-    /// Plays an episode again: the physics give the same to the last bit.
+    /// Replays an episode; physics is deterministic to the last bit.
     pub fn replay(task: &Arc<Task>, played: &PlayedEpisode) -> Self {
         let PlayedEpisode { episode, shift, shifts, tools, actions } = played.clone();
         let mut trace = Self { episode, shift, shifts, tools, steps: Vec::new() };
@@ -151,7 +151,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_trace_sums_its_rewards_and_knows_whether_a_step_reached_the_goal() {
+    fn a_trace_reports_its_total_reward_and_whether_the_goal_was_reached() {
         let task = Arc::new(crate::task::load("task1").unwrap());
         let mut env = Environment::new(task);
         let mut trace = Trace::default();

@@ -39,7 +39,7 @@ pub use error::TrainingError;
 use means::UpdateMeans;
 pub use saved::{NETWORKS_SECTION, PROGRESS_SECTION, prior_at};
 
-/// Everything that changes during a run but the learner, which saves itself.
+/// Everything that changes during a run except the learner, which is saved separately.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Progress {
     episode: u64,
@@ -54,7 +54,7 @@ struct Progress {
     /// Greedy attempts at each stage.
     #[serde(default, skip_serializing_if = "Attempts::is_empty")]
     attempts: Attempts,
-    /// What is known of the policy that acts.
+    /// The record of the acting policy.
     #[serde(default, skip_serializing_if = "Hold::is_unused")]
     hold: Hold,
     /// Actions of the first successful episode, for [`Method::OpenLoop`] to repeat.
@@ -66,14 +66,14 @@ struct Progress {
 #[derive(Debug, Clone)]
 pub struct Training {
     config: RunConfig,
-    /// What plans or imagines, if the method does.
+    /// The model for planning or imagination, if the method uses one.
     model: Option<Arc<dyn RolloutModel>>,
     env: Environment,
     learner: Learner,
     progress: Progress,
-    /// An episode is abandoned when it is set.
+    /// Abandons the current episode when requested.
     stop: Stop,
-    /// Where it shows what it is doing.
+    /// Shows the current phase to observers.
     phase: PhaseSign,
 }
 
@@ -104,7 +104,7 @@ impl Training {
         Self::assembled(config, learner, progress)
     }
 
-    /// A training between two episodes.
+    /// Assembles a training between two episodes.
     fn assembled(config: RunConfig, mut learner: Learner, progress: Progress) -> Result<Self, TrainingError> {
         let model = consulted_model(&config)?;
         let env = tools::environment(config.played_task(), config.tools);
@@ -117,7 +117,7 @@ impl Training {
         &self.config
     }
 
-    /// Episodes finished so far.
+    /// Number of episodes finished so far.
     pub fn episode(&self) -> u64 {
         self.progress.episode
     }
@@ -127,18 +127,18 @@ impl Training {
         self.progress.episode >= u64::from(self.config.episodes)
     }
 
-    /// Transitions recorded for learning so far, imagined ones included.
+    /// Number of transitions recorded so far, including imagined ones.
     pub fn transitions(&self) -> u64 {
         self.learner.recorded()
     }
 
-    /// What the exploration noise of the latest episode was multiplied by.
+    /// The scale of the exploration noise in the latest episode.
     #[cfg(test)]
     pub(super) fn noise_scale(&self) -> f32 {
         self.learner.noise().scale()
     }
 
-    /// Actor and critic as they are.
+    /// The current actor and critic.
     pub fn ddpg(&self) -> &Ddpg {
         self.learner.ddpg()
     }
@@ -148,35 +148,35 @@ impl Training {
         self.progress.prior.as_ref()
     }
 
-    /// From now on an episode is abandoned once `stop` is requested. What an abandoned episode leaves is
-    /// of no use: go on with a copy of what there was before.
+    /// From now on, episodes are abandoned once `stop` is requested. An abandoned episode leaves the training
+    /// in an unusable state: continue with a copy made before.
     pub(super) fn obey(&mut self, stop: &Stop) {
         self.stop = stop.clone();
     }
 
-    /// From now on it shows there what it practises.
+    /// From now on, shows practice on `sign`.
     pub(super) fn show_phase(&mut self, sign: &PhaseSign) {
         self.phase = sign.clone();
     }
 
-    /// Another epsilon schedule from the next episode on.
+    /// Sets the epsilon schedule from the next episode on.
     pub fn set_schedule(&mut self, schedule: EpsilonSchedule) {
         self.progress.epsilon = schedule;
     }
 
-    /// The need for exploration of each stage, the goal last; empty if the schedule does not go by need.
+    /// The need for exploration of each stage, the goal last; empty if the schedule does not depend on need.
     pub fn needs(&self) -> Vec<f32> {
         needs(&self.progress.epsilon, &self.progress.attempts, self.config.task.stage_count())
     }
 
-    /// Another action prior from the next episode on.
+    /// Sets the action prior from the next episode on.
     pub fn set_prior(&mut self, prior: Arc<ActionPrior>) {
         self.progress.prior = Some(prior);
     }
 
-    /// One episode of acting and learning (paper, section 4.3): with probability epsilon
+    /// Runs one episode of acting and learning (paper, section 4.3): with probability epsilon,
     /// actions come from the clusters of the next stage, otherwise from the actor with
-    /// Ornstein-Uhlenbeck noise. Returns what is logged, and the episode step by step.
+    /// Ornstein-Uhlenbeck noise. Returns the record for the log, and the trace of the episode.
     ///
     /// # Errors
     /// When the learner diverges, or the episode is abandoned.
@@ -201,7 +201,7 @@ impl Training {
         let mut played = Played::default();
         let mut states = Vec::new();
         let mut explorer = self.draw(threshold);
-        // Whether the stage has been played greedily from its beginning.
+        // Whether all actions since the beginning of the stage were greedy.
         let mut greedy = true;
         loop {
             if self.stop.is_requested() {
@@ -247,8 +247,8 @@ impl Training {
         }
     }
 
-    /// Learns from a step towards a stage, between the observations before and after it; keeps what was rewarding in
-    /// `played` if it reached the stage.
+    /// Learns from a step towards a stage, given the observations before and after it. If the step reached the stage,
+    /// keeps the rewarding actions of `played`.
     fn take_in(
         &mut self,
         stage: usize,
@@ -271,8 +271,8 @@ impl Training {
         Ok(self.learner.learn()?)
     }
 
-    /// Puts transitions imagined by the model from the episode's states into the replay buffer, if that
-    /// is the method.
+    /// For [`Method::ModelReplay`], adds transitions imagined by the model from the episode's states to the
+    /// replay buffer.
     fn imagine(&mut self, states: &[Snapshot], noise_scale: f32) -> Result<(), TrainingError> {
         let (Method::ModelReplay, Some(model)) = (self.config.method, &self.model) else { return Ok(()) };
         let model = Stoppable::new(&**model, &self.stop);
@@ -303,15 +303,15 @@ impl Training {
         kept.drain(..kept.len().saturating_sub(self.config.refinement.most));
     }
 
-    /// Makes clusters from the agent's own rewarding actions where there are enough of
-    /// them, if it is time to. Returns the prior if it changed.
+    /// If it is due, rebuilds clusters from the agent's own rewarding actions for stages that have
+    /// enough of them. Returns the prior if it changed.
     pub fn refine(&mut self) -> Option<Arc<ActionPrior>> {
         let every = u64::from(self.config.refinement.every);
         let is_due = every > 0 && self.progress.episode.is_multiple_of(every);
         is_due.then(|| self.refine_now()).flatten()
     }
 
-    /// Makes clusters from the own rewarding actions now.
+    /// Like [`refine`](Self::refine), whether or not it is due.
     fn refine_now(&mut self) -> Option<Arc<ActionPrior>> {
         let prior = self.progress.prior.as_ref()?;
         let mut refined = ActionPrior::clone(prior);
@@ -327,10 +327,10 @@ impl Training {
         self.progress.prior.clone()
     }
 
-    /// Episodes of the greedy policy, without noise, clusters or learning.
+    /// Evaluates the greedy policy over `episodes` episodes without noise, clusters or learning.
     ///
     /// # Errors
-    /// When it is abandoned.
+    /// When a stop is requested.
     pub fn evaluate(&mut self, episodes: u32) -> Result<Event, TrainingError> {
         let tools = self.config.evaluation.tools.or(self.config.tools);
         let (mut successes, mut total) = (0u32, 0.0f64);
@@ -352,14 +352,14 @@ impl Training {
         })
     }
 
-    /// A person may raise the threshold of a run that began without guidance and was given
-    /// clusters since.
+    /// Whether a user has changed the schedule of a run that has clusters; such a schedule applies even if the
+    /// run began without guidance.
     fn has_live_schedule(&self) -> bool {
         self.progress.prior.is_some() && self.progress.epsilon != self.config.epsilon
     }
 
-    /// Who chooses the actions of the stage that comes next. Always draws, so that the stream does
-    /// not depend on the schedule.
+    /// Draws what chooses the actions of the next stage. Always consumes a random number, so that the
+    /// stream does not depend on the schedule.
     fn draw(&mut self, threshold: f32) -> Explorer {
         let progress = &mut self.progress;
         let draw: f32 = progress.streams.guidance.r#gen();
@@ -369,7 +369,7 @@ impl Training {
         explorer(&progress.epsilon, threshold, &progress.attempts, self.env.snapshot().stage(), draw)
     }
 
-    /// A policy is held only where greedy attempts tell how good it is.
+    /// Holds a policy only with exploration by need, where greedy attempts measure its success.
     fn hold_or_release(&mut self) {
         let is_held = self.learner.ddpg().holds_policy();
         let by_need = matches!(self.progress.epsilon, EpsilonSchedule::Need { .. });
@@ -383,9 +383,8 @@ impl Training {
         }
     }
 
-    /// The stage at which an action taken now is an attempt. Where an episode goes on after the goal there is none
-    /// left; only runs in which the agent has the task's own tool go on counting attempts at the goal, as they did
-    /// when their results were recorded.
+    /// The stage that an action taken now attempts to reach. After the goal there is none, except in runs with the
+    /// task's own tool: these keep counting attempts at the goal, as they did when their results were recorded.
     fn attempted_stage(&self) -> Option<usize> {
         let now = self.env.snapshot();
         (self.config.tools.is_none() || !now.goal_reached()).then_some(now.stage())
@@ -482,8 +481,8 @@ impl Training {
     }
 }
 
-/// One episode of the actor alone; `rng` draws its start. An agent that chooses among tools gets an action set of
-/// `tools`, others have the task's own tool.
+/// Plays one episode of the policy without noise; `rng` draws its start. An agent that chooses among tools gets an
+/// action set of `tools`; others use the task's own tool.
 pub fn greedy_episode(task: &Arc<Task>, tools: Option<ToolSplit>, ddpg: &Ddpg, rng: &mut ChaCha8Rng) -> Trace {
     let mut env = tools::environment(task.clone(), tools.filter(|_| ddpg.options().is_some()));
     let observation = env.reset(rng);

@@ -1,5 +1,5 @@
-//! What observers see of a running training: the latest state wins, and the trainer
-//! never waits for them.
+//! The state of a running training for observers: the latest value wins, and the trainer
+//! never waits for observers.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -12,24 +12,24 @@ use crate::stop::Stop;
 /// What the trainer is doing.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub enum Phase {
-    /// Not begun yet.
+    /// Not started yet.
     #[default]
     Waiting,
-    /// Building the action prior: stages done and stages in all.
+    /// Building the action prior: current stage, from 0, and number of stages.
     BuildingPrior { stage: usize, stages: usize },
-    /// Practising before the first episode: the stage, from 0, stages in all, rollouts towards it so far and those
-    /// of them that reached it.
+    /// Practising before the first episode: current stage, from 0, number of stages, rollouts towards the stage so far,
+    /// and how many of them reached it.
     Practising { stage: usize, stages: usize, rollouts: u32, reached: u32 },
     /// Playing and learning.
     Training,
-    /// Waiting for a person.
+    /// Paused by a control.
     Paused,
-    /// Done, for whatever reason.
+    /// Ended, for whatever reason.
     Ended,
 }
 
 impl Phase {
-    /// What is done before the first episode, in words, if that is what it is doing.
+    /// A description of the phase if it precedes the first episode.
     pub fn preparation(&self) -> Option<String> {
         match self {
             Self::BuildingPrior { stage, stages } => Some(format!("clusters, stage {} of {stages}", stage + 1)),
@@ -42,7 +42,7 @@ impl Phase {
     }
 }
 
-/// Where the phase of a training is to be seen, also from the thread that plays its first episode.
+/// The phase of a training, shared with the thread that plays an episode.
 #[derive(Debug, Clone, Default)]
 pub(super) struct PhaseSign(Arc<Mutex<Phase>>);
 
@@ -52,7 +52,7 @@ impl PhaseSign {
     }
 }
 
-/// The latest finished episode, with the networks and the prior behind it.
+/// The latest finished episode, with the networks and the prior.
 #[derive(Debug, Clone)]
 pub struct LiveView {
     /// The episode, step by step.
@@ -63,7 +63,7 @@ pub struct LiveView {
     pub prior: Option<Arc<ActionPrior>>,
 }
 
-/// A slot for the latest view, filled only when one was requested.
+/// The latest state of a training. A view is provided only on request.
 #[derive(Debug, Default)]
 pub struct Watch {
     wanted: AtomicBool,
@@ -75,22 +75,22 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Asks for a view; the trainer fills it after the next episode.
+    /// Requests a view; the trainer provides it after the next episode.
     pub fn request(&self) {
         self.wanted.store(true, Ordering::Relaxed);
     }
 
-    /// Takes the view that was asked for, if it is there.
+    /// Takes the requested view, if it is there.
     pub fn take(&self) -> Option<LiveView> {
         lock(&self.view).take()
     }
 
-    /// Says that a [`Control::Stop`](super::Control::Stop) was sent, so that what takes long is abandoned for it.
+    /// Signals that a [`Control::Stop`](super::Control::Stop) was sent, so that long work is abandoned.
     pub(crate) fn note_stop(&self) {
         self.stop.request();
     }
 
-    /// Set once a stop was sent.
+    /// Requested once a [`Control::Stop`](super::Control::Stop) was sent.
     pub(super) fn stop(&self) -> &Stop {
         &self.stop
     }
@@ -100,12 +100,12 @@ impl Watch {
         lock(&self.phase.0).clone()
     }
 
-    /// Where a training shows what it is doing.
+    /// The phase, for a training to set.
     pub(super) fn phase_sign(&self) -> &PhaseSign {
         &self.phase
     }
 
-    /// Episodes finished.
+    /// Number of finished episodes.
     pub fn episode(&self) -> u64 {
         self.episode.load(Ordering::Relaxed)
     }
@@ -135,7 +135,7 @@ impl Watch {
     }
 }
 
-/// The values are replaced whole, so a panic elsewhere leaves them whole.
+/// Locks a mutex, even if poisoned: values are replaced as a whole, so a panic cannot leave them inconsistent.
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,4 +1,4 @@
-//! What screens and layers ask of the workbench; the app carries it out.
+//! Effects: what screens and layers return for the app to carry out.
 
 use super::actions::{Action, Tab};
 use super::layers::Layer;
@@ -6,68 +6,68 @@ use super::scene::Object;
 use super::view::{Choice, Level};
 use crate::workbench::{Command, FigureKind};
 
-/// Something to be done. Of several, one that fails ends the rest.
+/// An effect. When one in a list fails, the rest are skipped.
 pub enum Effect {
-    /// Carry out a command, after a question if unsaved work or a file would be lost.
+    /// Carry out a command; asks first if unsaved work or a file would be lost.
     Apply(Command),
-    /// Carry out a command whose loss has been agreed to.
+    /// Carry out a command whose loss of work the user has confirmed.
     ApplyConfirmed(Command),
-    /// Do what an action asks for.
+    /// Perform an action.
     Perform(Action),
-    /// Do what an action asks for on its screen.
+    /// Switch to a screen and perform an action there.
     PerformOn(Tab, Action),
     /// Show a message.
     Say(Level, String),
-    /// Lay something over the screen.
+    /// Open a layer over the screen.
     Open(Box<dyn Layer>),
     /// Select an object of the scene, or none.
     Select(Option<Object>),
-    /// Take a tool of CREATE's catalogue in hand, or the task's own.
+    /// Take a tool in hand: one of CREATE's catalogue, or the task's own.
     Hold(Option<usize>),
-    /// Show something else in the scene.
+    /// Change what the scene shows.
     Show(Choice),
-    /// Play an episode of the watched run's past again.
+    /// Replay a past episode of the watched run.
     Replay(u64),
-    /// Move the scene to an episode of the watched run's past; the time in it stays where it is.
+    /// Show a past episode of the watched run without changing the playback position.
     Scrub(u64),
-    /// The episode being shown is over: the next one is due.
+    /// The episode being shown is over: show the next one.
     NextEpisode,
-    /// List only the runs that a text describes.
+    /// List only the runs that match a filter.
     Filter(String),
-    /// Show these columns of the list of runs.
+    /// Show these columns in the list of runs.
     Columns(String),
-    /// Compare groups of runs with those of a label.
+    /// Make the groups with a label the baseline of comparisons.
     PinBaseline(String),
-    /// Give a curve of the learning figure another name; an empty one takes it away.
+    /// Rename a curve of the learning figure; an empty name restores the label.
     NameCurve { label: String, name: String },
     /// Show the curves of the marked runs together.
     Compare,
-    /// Keep a command that was typed, to be typed again.
+    /// Add a typed command to the palette's history.
     Remember(String),
     /// Carry out several effects, in order.
     All(Vec<Effect>),
-    /// Export figures, each in a file format, into the folder for figures.
+    /// Export figures, each in a file format, to the folder for figures.
     Export(Vec<(FigureKind, &'static str)>),
     /// Leave the workbench.
     Quit,
-    /// Leave the workbench; what is being trained goes on in the background.
+    /// Leave the workbench; trainings continue in the background.
     QuitToBackground,
-    /// Leave the workbench once nothing is trained any more.
+    /// Leave the workbench once all trainings are done.
     QuitWhenIdle,
 }
 
 impl Effect {
-    /// Carries out a command.
+    /// The effect of a command.
     pub fn apply(command: impl Into<Command>) -> Self {
         Self::Apply(command.into())
     }
 
-    /// Lays something over the screen.
+    /// Opens a layer.
     pub fn open(layer: impl Layer + 'static) -> Self {
         Self::Open(Box::new(layer))
     }
 
-    /// Says what is so.
+    /// Shows an informational message.
     pub fn info(text: impl Into<String>) -> Self {
         Self::Say(Level::Info, text.into())
     }

@@ -1,5 +1,4 @@
-//! The whole workbench as a function of the bytes that a terminal sends, for the fuzz target
-//! `interface`.
+//! The fuzz target `interface`: the whole workbench as a function of the bytes that a terminal sends.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -20,18 +19,18 @@ use crate::evidence::Composition;
 use crate::task::Task;
 use crate::workbench::{Command, FigureKind, Session};
 
-/// Pictures that are drawn of one input.
-const PICTURES: usize = 12;
-/// No byte of UTF-8: the next two are the terminal's new size.
+/// Maximum number of frames drawn for one input.
+const FRAMES: usize = 12;
+/// Resizes the terminal to the next two bytes. Not a valid byte of UTF-8.
 const RESIZE: u8 = 0xff;
-/// No byte of UTF-8: time passes.
+/// Lets time pass. Not a valid byte of UTF-8.
 const WAIT: u8 = 0xfe;
 
-/// A workbench in an empty folder takes in what a terminal sends, with a training under way. What an input
-/// asks for outside of the folder is refused.
+/// Feeds terminal input to a workbench in an empty folder. Commands that could touch files outside the folder
+/// are refused.
 ///
 /// # Panics
-/// When the workbench has a fault.
+/// When the workbench has a bug.
 pub fn interface(input: &[u8]) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut session = Session::on_task("task1", folder.path().join("runs")).expect("a shipped task");
@@ -45,7 +44,7 @@ pub fn interface(input: &[u8]) {
     let mut terminal = Terminal::new(TestBackend::new(120, 40)).expect("it never fails");
     let mut parser = Parser::default();
     let mut rest = input;
-    for _ in 0..PICTURES {
+    for _ in 0..FRAMES {
         let end = rest.iter().position(|byte| matches!(*byte, RESIZE | WAIT)).unwrap_or(rest.len());
         let mut received = Vec::new();
         parser.advance(&rest[..end], &mut received);
@@ -53,10 +52,10 @@ pub fn interface(input: &[u8]) {
         for received in received {
             match received {
                 Received::Event(event) => app.event(event),
-                // Only the owner of a real terminal takes these in.
+                // Only the event loop of a real terminal handles these.
                 Received::CellSize(_) | Received::Attributes { .. } => {}
             }
-            // What the terminal would be asked for.
+            // Discard the request to the terminal.
             app.take_request();
             if app.is_leaving() {
                 return;
@@ -82,10 +81,10 @@ pub fn interface(input: &[u8]) {
     }
 }
 
-/// A workspace that carries out nothing that concerns other files than those of its folder, or takes long.
+/// A workspace that refuses commands that touch files outside its folder or take long.
 struct Contained(SessionWorkspace);
 
-/// Verbs that name no file, whatever their arguments.
+/// Beginnings of commands that name no file, whatever their arguments.
 const HARMLESS: [&str; 19] = [
     "subgoal ",
     "goal ",
@@ -107,7 +106,7 @@ const HARMLESS: [&str; 19] = [
     "reset",
     "guide",
 ];
-/// Whole lines that name no file.
+/// Whole commands that name no file.
 const LINES: [&str; 7] = ["train", "clusters", "evaluate", "model uniform", "task task1", "task task3", "continue"];
 
 impl Workspace for Contained {
@@ -122,7 +121,7 @@ impl Workspace for Contained {
     fn apply(&mut self, command: Command) -> Result<String, String> {
         let line = command.to_string();
         let allowed = LINES.contains(&&*line) || HARMLESS.iter().any(|verb| line.starts_with(verb));
-        if allowed { self.0.apply(command) } else { Err(format!("not while it is tried: {line}")) }
+        if allowed { self.0.apply(command) } else { Err(format!("not allowed while fuzzing: {line}")) }
     }
 
     fn request_live(&self) {

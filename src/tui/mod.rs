@@ -1,10 +1,10 @@
 //! The terminal: turns keys and mouse into commands, and the session into cells.
 //!
-//! [`run()`] holds the event loop. [`actions`] is the table of what a key can ask for; with the key
-//! map of [`input`] it feeds the footer, the help and the palette. [`view`] is what the screens
-//! show, as plain data, and the session behind it. The [`screens`] draw it with [`scene`],
-//! [`chart`] and [`widgets`], and [`layers`] lie over them; both answer with [effects](effect),
-//! which [`app`] carries out. [`terminal`] owns the terminal itself: modes, input and signals.
+//! [`run()`] holds the event loop. [`actions`] is the table of actions; together with the key map of
+//! [`input`] it feeds the footer, the help and the palette. [`view`] holds the view model, which is
+//! plain data, and the session behind it. The [`screens`] draw the view model with [`scene`],
+//! [`chart`] and [`widgets`]; [`layers`] are drawn over them. Both return [effects](effect), which
+//! [`app`] carries out. [`terminal`] owns the terminal: modes, input and signals.
 
 mod actions;
 mod app;

@@ -1,4 +1,4 @@
-//! The event loop: events and time in, pictures out.
+//! The event loop: takes in events and elapsed time, draws frames.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -13,9 +13,9 @@ use super::view::SessionWorkspace;
 use super::widgets::theme::Theme;
 use crate::workbench::Session;
 
-/// Time between two pictures at least.
+/// Minimum time between two frames.
 const FRAME: Duration = Duration::from_micros(16_667);
-/// Time between two looks at the session, and between two pictures of an episode that is played.
+/// Longest wait for input before the session is polled again; also the frame time of an episode being played.
 const IDLE: Duration = Duration::from_millis(60);
 
 /// How the workbench opens.
@@ -25,33 +25,33 @@ pub struct Options {
     pub keys: Option<PathBuf>,
     /// Show the tour first.
     pub tour: bool,
-    /// Leave the mouse to the terminal.
+    /// Do not capture the mouse.
     pub no_mouse: bool,
-    /// How the terminal says that something long has ended.
+    /// How the terminal announces that long work has ended.
     pub notify: Notify,
 }
 
-/// How the terminal says that something long has ended.
+/// How the terminal announces that long work has ended.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Notify {
-    /// By its bell.
+    /// Ring its bell.
     #[default]
     Bell,
-    /// By a notification of the desktop (OSC 9).
+    /// Show a desktop notification (OSC 9).
     Desktop,
-    /// By a notification of the desktop, for terminals that know only OSC 777, such as rxvt-unicode.
+    /// Show a desktop notification with OSC 777, for terminals such as rxvt-unicode.
     Osc777,
-    /// Not at all.
+    /// Do nothing.
     Off,
 }
 
-/// Why the workbench could not open or go on.
+/// Why the workbench could not open or continue.
 #[derive(Debug, thiserror::Error)]
 pub enum TuiError {
-    /// The terminal.
+    /// The terminal cannot be used.
     #[error(transparent)]
     Terminal(#[from] TerminalError),
-    /// The key file.
+    /// The key file is invalid.
     #[error(transparent)]
     Keys(#[from] KeymapError),
 }
@@ -62,24 +62,24 @@ impl From<io::Error> for TuiError {
     }
 }
 
-/// How the workbench was left.
+/// Why the workbench was left.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Leaving {
-    /// By the person.
+    /// The user quit.
     Quit,
-    /// By the person, who wants these runs to go on in the background.
+    /// The user quit and wants these runs to continue in the background.
     Background(Vec<PathBuf>),
-    /// By a signal of this number.
+    /// A signal with this number arrived.
     Signal(i32),
-    /// Because the terminal went away.
+    /// The terminal hung up.
     HungUp,
 }
 
-/// Opens the workbench and returns once it is left. The session is dropped then: a
+/// Opens the workbench and returns once the user leaves it. The session is then dropped: a
 /// running training ends with a checkpoint.
 ///
 /// # Errors
-/// When there is no terminal, it fails, or the key file is wrong.
+/// When there is no terminal, reading or writing it fails, or the key file is invalid.
 pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
     let keymap = options.keys.as_deref().map_or_else(|| Ok(Keymap::default()), Keymap::load)?;
     let theme = Theme::from_env(|name| std::env::var(name).ok());
@@ -90,7 +90,7 @@ pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
     let input = Input::new(wake);
     #[cfg(not(unix))]
     let input = Input;
-    // The screen outlives the workbench, whose final messages it shows once the terminal is given back.
+    // The screen must outlive the app: it prints the app's final messages after restoring the terminal.
     let mut display = Display { screen, input, drawn: None, asked: false, notify: options.notify };
     let app = App::new(Box::new(SessionWorkspace::new(session)), theme, keymap);
     let mut app = Guarded(if options.no_mouse { app.without_mouse() } else { app });
@@ -105,18 +105,18 @@ pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
         app.guarded(|app| app.tick(now - last));
         last = now;
         #[cfg_attr(not(unix), expect(unused_mut, reason = "only signals change it"))]
-        let mut there = unless_gone(display.turn(&mut app))?;
+        let mut connected = false_if_hung_up(display.turn(&mut app))?;
         #[cfg(unix)]
         while let Some(request) = listener.next() {
             match request {
                 Request::Quit(signal) => return Ok(Leaving::Signal(signal)),
-                Request::Suspend => there &= unless_gone(display.screen.suspend().map(|()| true))?,
-                Request::Continue => there &= unless_gone(display.screen.reenter().map(|()| true))?,
+                Request::Suspend => connected &= false_if_hung_up(display.screen.suspend().map(|()| true))?,
+                Request::Continue => connected &= false_if_hung_up(display.screen.reenter().map(|()| true))?,
                 Request::Resize => {}
             }
             app.redraw();
         }
-        if !there {
+        if !connected {
             #[cfg(unix)]
             listener.note_leaving();
             return Ok(Leaving::HungUp);
@@ -126,51 +126,51 @@ pub fn run(session: Session, options: &Options) -> Result<Leaving, TuiError> {
     Ok(if runs.is_empty() { Leaving::Quit } else { Leaving::Background(runs) })
 }
 
-/// False if the terminal is gone, whether it said so in so many words or not.
-fn unless_gone(there: io::Result<bool>) -> io::Result<bool> {
-    if there.as_ref().is_err_and(is_gone) { Ok(false) } else { there }
+/// Turns an error caused by a hang-up into false.
+fn false_if_hung_up(connected: io::Result<bool>) -> io::Result<bool> {
+    if connected.as_ref().is_err_and(is_hang_up) { Ok(false) } else { connected }
 }
 
-/// Whether an error says that the terminal went away.
-fn is_gone(error: &io::Error) -> bool {
-    // A hung-up terminal answers with an input/output error.
+/// Whether an error means that the terminal hung up.
+fn is_hang_up(error: &io::Error) -> bool {
+    // Reading or writing a hung-up terminal fails with EIO.
     const EIO: i32 = 5;
     matches!(error.kind(), io::ErrorKind::BrokenPipe | io::ErrorKind::UnexpectedEof)
         || (cfg!(unix) && error.raw_os_error() == Some(EIO))
 }
 
-/// The terminal, out and in.
+/// The terminal: output and input.
 struct Display {
     screen: Screen,
     input: Input,
-    /// When the latest picture was drawn.
+    /// When the latest frame was drawn.
     drawn: Option<Instant>,
-    /// The terminal was asked what pictures it can show.
+    /// Whether the terminal has been queried for its graphics protocol.
     asked: bool,
     notify: Notify,
 }
 
 impl Display {
-    /// Draws what has changed, takes in events and does what they ask of the terminal. False
-    /// if the terminal is gone.
+    /// Draws a frame if something has changed, handles events and carries out the app's request to the
+    /// terminal. False if the terminal has hung up.
     fn turn(&mut self, app: &mut App) -> io::Result<bool> {
         if self.drawn.is_none_or(|at| at.elapsed() >= FRAME) && app.is_changed() {
             self.draw(app)?;
             self.drawn = Some(Instant::now());
             self.find_graphics(app)?;
         }
-        let there = self.take_events(app)?;
+        let connected = self.take_events(app)?;
         self.fulfil(app)?;
-        Ok(there)
+        Ok(connected)
     }
 
-    /// Draws a frame. One that cannot be drawn is reported on a screen that can.
+    /// Draws a frame. If that panics, the panic is reported on a screen that can be drawn.
     fn draw(&mut self, app: &mut App) -> io::Result<()> {
         let mut drawn = Ok(());
         if app.guarded(|app| drawn = self.screen.draw(|frame| app.draw(frame))) {
             return drawn;
         }
-        // What was half drawn is forgotten.
+        // Discard the half-drawn frame.
         self.screen.redraw()?;
         app.show_what_can_be_drawn();
         let message = app.message();
@@ -183,8 +183,8 @@ impl Display {
         }
     }
 
-    /// Waits until something may have changed, then takes in all events that are there. False
-    /// if the terminal is gone.
+    /// Waits for events, at most until the next frame or poll is due, then handles all that have arrived.
+    /// False if the terminal has hung up.
     fn take_events(&mut self, app: &mut App) -> io::Result<bool> {
         let pause = match self.drawn {
             Some(at) if app.is_changed() => FRAME.saturating_sub(at.elapsed()),
@@ -192,17 +192,17 @@ impl Display {
             None => Duration::ZERO,
         };
         let mut received = Vec::new();
-        let there = self.input.wait(pause, &mut received)?;
+        let connected = self.input.wait(pause, &mut received)?;
         for received in received {
             app.guarded(|app| app.receive(received));
             if app.is_leaving() {
                 break;
             }
         }
-        Ok(there)
+        Ok(connected)
     }
 
-    /// Finds out what pictures the terminal can show. The first frame is drawn by then.
+    /// Finds out, once, which graphics protocol the terminal supports. Called after the first frame.
     fn find_graphics(&mut self, app: &mut App) -> io::Result<()> {
         if std::mem::replace(&mut self.asked, true) {
             return Ok(());
@@ -211,6 +211,7 @@ impl Display {
         Ok(())
     }
 
+    /// Carries out what the app requests of the terminal.
     fn fulfil(&mut self, app: &mut App) -> io::Result<()> {
         match app.take_request() {
             Some(TerminalRequest::Mouse(on)) => self.screen.set_mouse(on),

@@ -1,5 +1,4 @@
-//! The workbench without a terminal of its own: for benchmarks, and wherever a screen is
-//! wanted as cells.
+//! The workbench without a terminal: for benchmarks and for screenshots.
 
 use std::time::Duration;
 
@@ -13,7 +12,7 @@ use super::widgets::screenshot;
 use super::widgets::theme::{Depth, Marker, Palette, Theme};
 use crate::workbench::Session;
 
-/// A workbench that is looked at, not run.
+/// A workbench without an event loop: the caller presses keys, lets time pass and draws.
 pub struct Still {
     app: App,
 }
@@ -25,10 +24,10 @@ impl Still {
         Self { app: App::new(Box::new(SessionWorkspace::new(session)), theme, Keymap::default()) }
     }
 
-    /// Presses keys as key files name them, separated by spaces.
+    /// Presses keys, written as in key files and separated by spaces.
     ///
     /// # Errors
-    /// When a word is no key.
+    /// When a word is not a key.
     pub fn press(&mut self, keys: &str) -> Result<(), KeyError> {
         for key in keys.split_whitespace() {
             let key: Key = key.parse()?;
@@ -37,11 +36,10 @@ impl Still {
         Ok(())
     }
 
-    /// Draws the screen at a size as SVG, once nothing moves any more; `head` is put behind the
-    /// opening tag.
+    /// Draws the screen at a size as SVG, once background work on it has finished; `head` is inserted
+    /// after the opening tag.
     pub fn picture(&mut self, width: u16, height: u16, head: &str) -> String {
-        /// What depends on where things are drawn is there in the second frame; previews of figures
-        /// are drawn on another thread.
+        /// Parts that depend on the layout of the previous frame appear in the second frame.
         const FRAMES: usize = 2;
         let mut terminal = match Terminal::new(TestBackend::new(width, height)) {
             Ok(terminal) => terminal,
@@ -64,12 +62,12 @@ impl Still {
         self.app.is_reading_runs()
     }
 
-    /// Whether there is something new to draw.
+    /// Whether something has changed since the last frame.
     pub fn is_changed(&self) -> bool {
         self.app.is_changed()
     }
 
-    /// Has everything drawn anew with the next frame.
+    /// Makes the next frame draw everything again.
     pub fn redraw(&mut self) {
         self.app.redraw();
     }

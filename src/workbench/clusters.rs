@@ -10,31 +10,31 @@ use crate::guidance::{ActionPrior, GuidanceConfig};
 use crate::task::Task;
 use crate::trainer::{PriorSource, RunConfig, build_prior};
 
-/// How the clusters stand to the present task and settings.
+/// Whether the clusters match the current task and settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PriorState {
     /// There are none.
     Absent,
-    /// They are being computed: the stage, from 0, of so many.
+    /// They are being computed: the current stage, counted from 0, and the number of stages.
     Building { stage: usize, stages: usize },
-    /// They belong to the task and settings as they are.
+    /// They match the current task and settings.
     Fresh,
-    /// Task or settings have changed since.
+    /// The task or the settings have changed since they were computed.
     Stale,
 }
 
-/// The clusters of a session, and what is being done about them.
+/// The clusters of a session and the state of their computation.
 #[derive(Debug, Default)]
 pub(super) struct ClusterStore {
-    /// The latest, with what they were computed from.
+    /// The latest clusters and their inputs.
     latest: Option<(RolloutInputs, Arc<ActionPrior>)>,
-    /// What is computed now, to take their place.
+    /// The inputs of the clusters being computed to replace them.
     building: Option<RolloutInputs>,
-    /// What cannot be computed: trying again would fail again.
+    /// The inputs of the last failed computation, which would fail again.
     failed: Option<RolloutInputs>,
 }
 
-/// What clusters and proposals depend on; if it changes, they are out of date.
+/// The inputs of clusters and proposals; when these change, the results are out of date.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct RolloutInputs {
     pub task: Arc<Task>,
@@ -63,10 +63,10 @@ fn is_for_the_session(command: &Command) -> bool {
 }
 
 impl Session {
-    /// Begins to compute the clusters of the task and settings as they are.
+    /// Starts computing the clusters for the current task and settings.
     pub(super) fn compute_clusters(&mut self, command: &Clusters) -> Result<String, SessionError> {
         self.setup.config.validate()?;
-        // A file that was asked for is written whatever happens since.
+        // Jobs that write clusters to a file are not cancelled.
         self.cancel_jobs(is_for_the_session);
         let (config, path) = (self.setup.config.clone(), command.0.clone());
         let key = RolloutInputs::of(&config);
@@ -90,7 +90,7 @@ impl Session {
         Ok("computing the action clusters".to_owned())
     }
 
-    /// Forgets the clusters: those of one task say nothing about another.
+    /// Discards the clusters: those of one task are meaningless for another.
     pub(super) fn forget_clusters(&mut self) {
         self.cancel_jobs(is_for_the_session);
         self.clusters = ClusterStore::default();
@@ -101,7 +101,7 @@ impl Session {
         self.clusters.latest.as_ref().map(|(_, prior)| prior)
     }
 
-    /// How the clusters stand to the present task and settings.
+    /// Whether the clusters match the current task and settings.
     pub fn prior_state(&self) -> PriorState {
         let ClusterStore { latest, building, .. } = &self.clusters;
         match (building, latest) {
@@ -115,8 +115,8 @@ impl Session {
         }
     }
 
-    /// Whether there are clusters, finished or on their way, that no longer belong to the
-    /// task and settings, and computing them anew is worth trying.
+    /// Whether the newest clusters, finished or being computed, no longer match the task and
+    /// settings, and computing them for these has not already failed.
     pub fn clusters_are_outdated(&self) -> bool {
         let key = RolloutInputs::of(&self.setup.config);
         let ClusterStore { latest, building, failed } = &self.clusters;
@@ -143,7 +143,7 @@ mod tests {
     use crate::trainer::Method;
 
     #[test]
-    fn clusters_of_a_method_with_other_rollouts_are_out_of_date() {
+    fn clusters_are_outdated_by_a_method_with_other_rollouts() {
         let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
         let key = |method| RolloutInputs::of(&RunConfig { method, ..config.clone() });
         assert_eq!(key(Method::Ddpg), key(Method::DdpgMge));

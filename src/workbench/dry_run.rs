@@ -1,5 +1,5 @@
-//! A script played through without its work, so that a mistake on its last line does not wait
-//! for the trainings on the lines before.
+//! A check of a whole script before it is run, so that a mistake on its last line is found before
+//! the first training starts.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -10,33 +10,33 @@ use super::setup::Setup;
 use crate::figures::ENDINGS;
 use crate::trainer::{PriorSource, check_model};
 
-/// What is known before anything is computed, trained or written.
+/// The state that is known before anything is computed, trained or written.
 pub(super) struct DryRun {
-    /// The task and the settings, as they will be.
+    /// The task and the settings at this point of the script.
     pub setup: Setup,
     /// Files that the script will have written by now.
     written: BTreeSet<PathBuf>,
-    /// Whether the task is one that the script itself will write: then nothing more is known.
+    /// Whether the task is one that the script itself writes; nothing can be checked from there on.
     task_unknown: bool,
-    /// Whether subgoals will have been proposed: then it is not known what there is to edit.
+    /// Whether subgoals have been proposed; edits cannot be checked from there on.
     proposed: bool,
 }
 
 impl DryRun {
-    /// Begins with a session's task and settings.
+    /// Starts with a session's task and settings.
     pub fn new(setup: Setup) -> Self {
         Self { setup, written: BTreeSet::new(), task_unknown: false, proposed: false }
     }
 
-    /// Checks what can be known of a command beforehand.
+    /// Checks a command as far as possible beforehand.
     ///
     /// # Errors
-    /// When it cannot be carried out whatever happens before it.
+    /// When it would fail whatever the results of the work before it.
     pub fn check(&mut self, command: &Command) -> Result<(), SessionError> {
         if self.task_unknown { Ok(()) } else { command.behaviour().check(self) }
     }
 
-    /// A task is opened.
+    /// Opens a task.
     pub fn open_task(&mut self, task: &command::Task) -> Result<(), SessionError> {
         if self.written.contains(Path::new(&task.0)) {
             self.task_unknown = true;
@@ -47,22 +47,22 @@ impl DryRun {
         Ok(())
     }
 
-    /// The task, or what is proposed for it, is edited.
+    /// Edits the task or the proposals.
     pub fn edit(&mut self, edit: impl FnOnce(&mut Setup) -> Result<String, SessionError>) -> Result<(), SessionError> {
         if self.proposed { Ok(()) } else { edit(&mut self.setup).map(drop) }
     }
 
-    /// Subgoals are proposed.
+    /// Notes that subgoals are proposed.
     pub fn propose(&mut self) {
         self.proposed = true;
     }
 
-    /// A file is written.
+    /// Notes that a file is written.
     pub fn writes(&mut self, path: Option<&Path>) {
         self.written.extend(path.map(Path::to_owned));
     }
 
-    /// A run is begun with the settings.
+    /// Checks that a run can start with the settings.
     pub fn check_settings(&self) -> Result<(), SessionError> {
         let config = &self.setup.config;
         config.validate()?;
@@ -73,7 +73,7 @@ impl DryRun {
     }
 }
 
-/// Whether a figure of this kind has such options and can be written to a file of this name.
+/// Checks that a figure of this kind has these options and can be written to a file with this extension.
 pub(super) fn check_figure(figure: &command::Figure) -> Result<(), SessionError> {
     let command::Figure { kind, ref path, ref composition, .. } = *figure;
     if let Some((key, _)) = composition.options().first().filter(|_| kind != FigureKind::Learning) {
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_found_behind_any_amount_of_work() {
+    fn mistakes_after_long_work_are_found_beforehand() {
         for (line, expected) in [
             ("set ddpg.gama 0.9", "did you mean `ddpg.gamma`?"),
             ("set ddpg.gamma 7", "ddpg.gamma: is 7"),
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_script_makes_itself_is_no_mistake() {
+    fn files_and_proposals_made_by_the_script_itself_are_accepted() {
         let text = "subgoal add 0 0\nsave mine.json\nmodel train box,bucket a.safetensors 3\nwait\n\
                     model a.safetensors\ntrain\nwait\ntask mine.json\nsubgoal move 9 0 0\nfigure episode a.gif";
         assert_eq!(dry_run(text), Ok(()));

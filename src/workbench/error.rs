@@ -1,4 +1,4 @@
-//! Why a command could not be carried out.
+//! Errors of commands.
 
 use super::command::Expect;
 use crate::env::EpisodeOver;
@@ -7,28 +7,28 @@ use crate::task::TaskError;
 use crate::trainer::SettingError;
 use crate::validation::ValidationError;
 
-/// A command that could not be carried out.
+/// Why a command could not be executed.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
-    /// The task file.
+    /// A task file cannot be read or written.
     #[error(transparent)]
     Task(#[from] TaskError),
-    /// An edit or a configuration that is out of range.
+    /// An edit or a configuration is out of range.
     #[error(transparent)]
     Invalid(#[from] ValidationError),
-    /// A setting.
+    /// A setting is unknown or invalid.
     #[error(transparent)]
     Setting(#[from] SettingError),
-    /// A run's files, and those that a command writes.
+    /// A file of a run, or one that a command writes, cannot be read or written.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// A saved agent.
+    /// A saved agent cannot be loaded.
     #[error(transparent)]
     Agent(#[from] crate::agent::StateError),
-    /// Hand play.
+    /// The episode of hand play is over.
     #[error("the episode is over: `reset` begins another")]
     Episode(#[from] EpisodeOver),
-    /// What was waited for was given up, because a signal asked for it.
+    /// The wait was interrupted by a signal.
     #[error("interrupted; `mge resume` continues what was being trained")]
     Interrupted,
     /// No run to act on.
@@ -37,10 +37,10 @@ pub enum SessionError {
     /// The run is not being trained here.
     #[error("the run is not being trained by this program: `continue` goes on with it")]
     NotActive,
-    /// Only files can be shared with the process that trains the run.
+    /// The run is trained by another process, which can only be reached through files.
     #[error("{0} is trained by another process, which cannot be given clusters")]
     NotHere(String),
-    /// The run waits for its turn.
+    /// The run is queued.
     #[error("{0} waits for a free core: `stop` takes it out of the queue")]
     Queued(String),
     /// The run is being trained.
@@ -55,13 +55,13 @@ pub enum SessionError {
     /// The task was not loaded from a file.
     #[error("{0} is a shipped task: name the file to save to, such as `save my-task.json`")]
     NoFile(String),
-    /// No clusters yet.
+    /// There are no clusters yet.
     #[error("there are no action clusters: `clusters` computes them")]
     NoClusters,
     /// A computation failed.
     #[error("{0}")]
     Failed(String),
-    /// The system has no more threads.
+    /// No thread can be started.
     #[error("cannot start a thread: {0}")]
     Thread(std::io::Error),
     /// An expectation does not hold.

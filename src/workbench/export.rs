@@ -1,4 +1,4 @@
-//! The session's figures: what it holds, as the data of a figure, into a file.
+//! Export of the session's state as figures.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -21,13 +21,13 @@ use crate::trainer::{RunConfig, Trace};
 
 /// Physics steps between two frames of an animation.
 const STEPS_PER_FRAME: usize = 3;
-/// Resolution of an animation unless another is asked for: 480 pixels wide.
+/// Default resolution of an animation: 480 pixels wide.
 const ANIMATION_DPI: u32 = 137;
 
-/// A figure that is yet to be drawn, and what it is made from.
+/// Deferred work that produces a figure and its provenance.
 pub type Drawing = Box<dyn FnOnce(&mut dyn FnMut(usize, usize)) -> Result<Drawn, String> + Send>;
 
-/// A figure and what it is made from.
+/// A figure and its provenance.
 pub struct Drawn {
     /// The figure.
     pub figure: Box<dyn Figure + Send>,
@@ -36,7 +36,7 @@ pub struct Drawn {
 }
 
 impl Session {
-    /// Begins to write a figure of what the session holds, with its numbers as CSV beside it.
+    /// Starts writing a figure, with its data as CSV beside it.
     pub(super) fn export(&mut self, command: &command::Figure) -> Result<String, SessionError> {
         check_figure(command)?;
         let mut made_by = command.clone();
@@ -83,8 +83,8 @@ impl Session {
         }
     }
 
-    /// The folders of the runs that a composition shows: those that it names, or else that of the session and the
-    /// runs that were opened elsewhere.
+    /// The folders of the runs that a composition shows: those it lists, otherwise the session's folder and the
+    /// runs opened from elsewhere.
     fn evidence(&self, composition: &Composition) -> Vec<PathBuf> {
         if !composition.runs.is_empty() {
             return composition.runs.clone();
@@ -92,15 +92,15 @@ impl Session {
         let elsewhere =
             self.runs().iter().map(|run| run.directory().path()).filter(|path| !path.starts_with(&self.folder));
         let elsewhere: Vec<PathBuf> = elsewhere.map(Path::to_owned).collect();
-        // A folder without runs is no mistake where others are named.
+        // A session folder without runs is left out if other runs are open.
         let holds_runs = elsewhere.is_empty() || find_runs(std::slice::from_ref(&self.folder)).is_ok();
         Some(self.folder.clone()).filter(|_| holds_runs).into_iter().chain(elsewhere).collect()
     }
 
-    /// A figure of what the session holds, yet to be drawn.
+    /// A figure of the session, to be drawn later.
     ///
     /// # Errors
-    /// When there is nothing to show of that kind yet, or it is the animation, which is no figure.
+    /// When there is nothing of that kind to show yet, or the kind is the animation, which is not a figure.
     pub fn figure(&self, kind: FigureKind, composition: &Composition) -> Result<Drawing, SessionError> {
         let figure: Box<dyn Figure + Send> = match kind {
             FigureKind::Scene => Box::new(TaskGrid { tasks: vec![self.task().clone()] }),
@@ -130,7 +130,7 @@ impl Session {
         Ok(Box::new(move |_| Ok(Drawn { figure, seeds, config_hash })))
     }
 
-    /// The greedy episode of the current run, or the one played by hand.
+    /// The episode played by hand, or else a greedy episode of the current run.
     fn episode_to_show(&self) -> Result<Play, SessionError> {
         let hand_play = self.hand_play();
         if !hand_play.trace().steps.is_empty() {
@@ -143,10 +143,10 @@ impl Session {
     }
 }
 
-/// Plays the episode of an animation, if it is yet to be played.
+/// Produces the episode of an animation, playing it if needed.
 type Play = Box<dyn FnOnce() -> Result<(Arc<Task>, Trace), SessionError> + Send>;
 
-/// A run among others, in words: method, threshold and seed.
+/// The label of a run: method, threshold and seed.
 pub fn run_label(config: &RunConfig) -> String {
     format!("{}, seed {}", LearningRow::so_far(config, 0, None).label(), config.seed)
 }
@@ -154,7 +154,7 @@ pub fn run_label(config: &RunConfig) -> String {
 fn dashboard(run: &RunView) -> Dashboard {
     let config = run.config();
     let column = |of: &dyn Fn(&EpisodeRecord) -> f64| run.records().iter().map(of).collect::<Vec<f64>>();
-    // An evaluation whose episode is not among those kept goes to the next one.
+    // An evaluation whose episode was not kept is shown at the next kept one.
     let mut greedy = vec![f64::NAN; run.records().len()];
     for evaluation in run.evaluations() {
         let place = run.records().partition_point(|record| record.episode < evaluation.episode);
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn learning_curves_are_those_of_the_folder_and_the_dashboard_that_of_the_run() {
+    fn learning_curves_show_the_folder_and_the_dashboard_the_run() {
         let folder = tempfile::tempdir().unwrap();
         let mut first = session(folder.path());
         run(&mut first, "train\nwait\nseed 4\nmethod ddpg-uniform\nepsilon 0.1\ntrain seeds 2\nwait");
@@ -245,7 +245,7 @@ mod tests {
         assert_eq!(provenance.seeds, [0, 4, 5]);
         assert!(provenance.command.contains(&format!("runs={}", folder.path().display())), "{}", provenance.command);
         assert!(all.contains("1 DDPG\n") && all.contains("2 DDPG, uniform exploration, epsilon 0.1"), "{all}");
-        // The line in the figure makes it again.
+        // The command stored in the figure reproduces it.
         let before = std::fs::read(&picture).unwrap();
         std::fs::remove_file(&picture).unwrap();
         run(&mut session, &provenance.command);
@@ -258,7 +258,7 @@ mod tests {
         assert!(own.contains("1 ours") && own.contains("2 DDPG\n") && own.contains("width=\"252pt\""), "{own}");
         let known = session.estimates.count();
         text(&mut session, &format!("font=8 width=single axis=log curve=DDPG name=plain curve='{label}'"));
-        assert_eq!((known, session.estimates.count()), (2, 2), "another look is no other statistic");
+        assert_eq!((known, session.estimates.count()), (2, 2), "the style does not change the statistics");
         let alone = text(&mut session, "curve=DDPG");
         assert!(!alone.contains("uniform"), "{alone}");
         let named = drawn(&session, &options(&["runs=nowhere"])).err().unwrap();
@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn runs_that_are_not_finished_are_shown_where_no_other_of_their_group_is() {
+    fn unfinished_runs_are_shown_only_if_none_of_their_group_is_finished() {
         let folder = tempfile::tempdir().unwrap();
         let mut session = session(folder.path());
         assert!(drawn(&session, &Composition::default()).is_err());
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn options_of_a_composition_are_read_as_they_are_written() {
+    fn options_of_a_composition_survive_a_round_trip() {
         let words =
             ["runs=a b", "runs=c", "curve=x=1", "name=y", "curve=z", "reference=z", "against=steps", "font=9.5"];
         let composition = options(&words);
@@ -315,11 +315,11 @@ mod tests {
             let error = composition.clone().set(key, value).unwrap_err();
             assert!(error.contains(reason), "{key}={value}: {error}");
         }
-        assert!(Composition::default().set("name", "x").unwrap_err().contains("behind the curve="));
+        assert!(Composition::default().set("name", "x").unwrap_err().contains("must follow the curve="));
     }
 
     #[test]
-    fn what_was_played_by_hand_is_shown_before_the_greedy_policy() {
+    fn hand_play_is_shown_in_preference_to_the_greedy_policy() {
         let folder = tempfile::tempdir().unwrap();
         let mut session = session(folder.path());
         run(&mut session, "seed 4\ntrain\nwait\nseed 5");
@@ -332,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn an_animation_has_every_third_moment_and_the_last() {
+    fn an_animation_has_every_third_step_and_the_last() {
         let step = |placement, points: usize, subgoals: &[usize], goal| TracedStep {
             action: [points as f32, 0.0],
             tool: None,

@@ -1,4 +1,4 @@
-//! Forks: new runs that go on from an episode of another with other settings.
+//! Forks: new runs that branch off another run at an episode, with other settings.
 
 use super::SessionError;
 use super::command::Fork;
@@ -8,24 +8,24 @@ use super::session::Session;
 use crate::trainer::{self, RunConfig, SettingError};
 use crate::validation::ValidationError;
 
-/// The value of `task` for the task as it is edited.
+/// The value of `task` that selects the edited task.
 const EDITED: &str = "edited";
 
 impl Session {
-    /// Begins to fork the current run; the new one is trained once it is made.
+    /// Starts forking the current run; the fork is trained once it exists.
     pub(super) fn fork(&mut self, command: &Fork) -> Result<String, SessionError> {
         let run = self.run().ok_or(SessionError::NoRun)?;
         let (source, name, number) = (run.directory().clone(), run.name(), run.number());
         let config = self.forked(run, &name, command)?;
         let free = || self.free_folder_named(&format!("{name}-at{}", command.episode));
         let path = command.folder.clone().unwrap_or_else(free);
-        // Two forks that are made at the same time have two folders.
+        // Reserves the folder, so that a concurrent fork gets another.
         std::fs::create_dir_all(&path).map_err(crate::run::RunError::io("create", &path))?;
         let report = format!("forking {name} at episode {} into {}", command.episode, path.display());
         let work = move |reporter: &Reporter| {
             let progress = |done: u64, all: u64| _ = reporter.progress(done as usize, all as usize);
             let fork = trainer::fork(&source, &path, config, progress, reporter.stop());
-            // What was reserved and is still empty; else there is something that is not ours.
+            // Removes the reserved folder only if it is still empty.
             let fork = fork.inspect_err(|_| _ = std::fs::remove_dir(&path));
             let directory = fork.map_err(|error| error.to_string())?;
             let run = RunView::new(directory).map_err(|error| error.to_string())?.with_past_unread();
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fork_without_changes_repeats_the_run_and_one_with_changes_goes_its_own_way() {
+    fn a_fork_without_changes_repeats_the_run_and_one_with_changes_diverges() {
         let folder = tempfile::tempdir().unwrap();
         let mut first = session(folder.path());
         play(&mut first, &format!("{TRAIN}fork 12\nwait\nwatch 1\nfork 12 epsilon=1 ddpg.gamma=0.5\nwait\n"));
@@ -114,10 +114,10 @@ mod tests {
             fork.to_string(),
             "forked from task1-ddpg-uniform-seed0 at episode 12 with epsilon=1, ddpg.gamma=0.5"
         );
-        // A fork can be forked, but not before it begins.
+        // A fork can be forked, but not at an episode before its start.
         play(&mut first, "fork 15 episodes=17\nwait\nexpect episodes = 17\n");
         assert!(refused(&mut first, "fork 3").contains("fork the run that it comes from"));
-        // Everything happens again when the session is played again.
+        // The recorded session reproduces all forks.
         let elsewhere = tempfile::tempdir().unwrap();
         let mut second = session(elsewhere.path());
         play(&mut second, &first.to_script());
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn a_schedule_that_was_changed_before_the_fork_is_repeated_and_pauses_are_recorded() {
+    fn a_fork_repeats_earlier_schedule_changes_and_its_pauses_are_recorded() {
         let folder = tempfile::tempdir().unwrap();
         let mut first = session(folder.path());
         let text = TRAIN.replace("train\nwait", "train until 5\nwait\nepsilon 0.9\nresume\nwait");
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_forked_is_refused_and_leaves_nothing() {
+    fn an_invalid_fork_is_refused_and_leaves_no_files() {
         let folder = tempfile::tempdir().unwrap();
         let mut session = session(folder.path());
         assert!(refused(&mut session, "fork 1").contains("there is no run"));
@@ -165,7 +165,7 @@ mod tests {
         play(&mut session, "undo\nsubgoal move 1 0.3 0.3\nfork 5 task=edited episodes=8\nwait\nexpect episodes = 8\n");
         let task = session.run().unwrap().config().task.clone();
         assert_eq!(task.subgoals[0].position, [0.3, 0.3]);
-        // The first episodes are played again where they were played.
+        // The shared episodes are replayed on the task they were played on.
         play(&mut session, "fork 7 episodes=9\nwait\n");
         let config = session.run().unwrap().config().clone();
         assert_eq!((config.task_of(5), config.task_of(6)), (&session.runs()[0].config().task, &task));
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fork_whose_checkpoint_is_gone_is_not_trained_from_the_beginning() {
+    fn a_fork_without_its_checkpoint_is_not_trained_from_the_beginning() {
         let folder = tempfile::tempdir().unwrap();
         let mut session = session(folder.path());
         play(&mut session, &format!("{TRAIN}fork 5 until 6\nwait\nstop\nwait\n"));
@@ -184,6 +184,6 @@ mod tests {
         let directory = crate::run::RunDirectory::open(&path).unwrap();
         let error = trainer::train(&directory, &controls, &trainer::Watch::default()).unwrap_err().to_string();
         assert!(error.contains("the checkpoint from which it goes on is gone"), "{error}");
-        assert_eq!(crate::run::read_metrics(&directory.metrics_path()).unwrap().len(), 6, "what there was is kept");
+        assert_eq!(crate::run::read_metrics(&directory.metrics_path()).unwrap().len(), 6, "existing rows are kept");
     }
 }

@@ -1,4 +1,4 @@
-//! Hand play: a person places the tools.
+//! Hand play: the user places the tools.
 
 use std::sync::Arc;
 
@@ -17,26 +17,26 @@ pub struct HandPlay {
 }
 
 impl HandPlay {
-    /// Begins an episode.
+    /// Starts an episode.
     pub fn new(task: Arc<Task>, seed: u64) -> Self {
         let mut env = Environment::new(task);
         env.reset(&mut ChaCha8Rng::seed_from_u64(seed));
         Self { env, trace: Trace::default() }
     }
 
-    /// Places the task's tool, or one of CREATE's catalogue, and lets the world run for one action interval.
+    /// Places the task's tool, or the tool with this number in CREATE's catalogue, and simulates one action interval.
     ///
     /// # Errors
     /// When the episode is over.
     pub fn place(&mut self, place: Action, number: Option<usize>) -> Result<Step, EpisodeOver> {
-        // A step without a number among the tools is one with the task's own, which is not of the catalogue.
+        // Without a number, the step uses the task's own tool, which is not in the catalogue.
         let tool = number.map(|number| self.index(number));
         let set = tool.map(|_| ActionSet::of_catalogue(&self.trace.tools));
         self.env = self.env.clone().with_action_set(set);
         self.trace.step(&mut self.env, Choice { tool: tool.unwrap_or(0), place }, Source::Hand)
     }
 
-    /// The index of a tool of the catalogue among those of the episode.
+    /// The index of a catalogue tool among those of the episode; adds it if it is new.
     fn index(&mut self, number: usize) -> usize {
         let tools = &mut self.trace.tools;
         tools.iter().position(|known| *known == number).unwrap_or_else(|| {
@@ -50,7 +50,7 @@ impl HandPlay {
         &self.trace
     }
 
-    /// The state the episode is in.
+    /// The current state of the episode.
     pub fn snapshot(&self) -> &Snapshot {
         self.env.snapshot()
     }

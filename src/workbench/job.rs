@@ -1,4 +1,4 @@
-//! A computation in the background: its progress, its cancellation and its result.
+//! Background jobs: computations with progress, cancellation and a result.
 
 use std::fmt;
 use std::io;
@@ -10,18 +10,18 @@ use std::thread::JoinHandle;
 use crate::stop::Stop;
 use crate::trainer::panic_message;
 
-/// A computation, which has a thread of its own once it is begun.
+/// A computation that runs on its own thread once started.
 pub(crate) struct Job<T> {
     shared: Arc<Shared>,
-    /// What is to be computed, until it is begun.
+    /// The work, until the job is started.
     work: Option<Work<T>>,
-    /// None until it is begun; the error is that the system has no more threads.
+    /// None until the job is started; an error if the thread could not be spawned.
     thread: Option<io::Result<JoinHandle<Result<T, String>>>>,
 }
 
 type Work<T> = Box<dyn FnOnce(&Reporter) -> Result<T, String> + Send>;
 
-/// What the computation and its owner share.
+/// State shared by the computation and the owner of the job.
 #[derive(Debug, Default)]
 struct Shared {
     done: AtomicUsize,
@@ -30,17 +30,17 @@ struct Shared {
     cancelled: Stop,
 }
 
-/// How much of a computation is done. Nothing can be said of it as long as `total` is 0.
+/// How much of a computation is done; unknown while `total` is 0.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Progress {
-    /// Parts that are done.
+    /// Number of parts done.
     pub done: usize,
-    /// All parts.
+    /// Number of parts in total.
     pub total: usize,
 }
 
 impl Progress {
-    /// The share that is done, from 0 to 1; None if nothing can be said.
+    /// The fraction done, from 0 to 1; None if unknown.
     pub fn share(self) -> Option<f32> {
         (self.total > 0).then(|| self.done as f32 / self.total as f32)
     }
@@ -51,30 +51,30 @@ impl Progress {
 pub(crate) struct Reporter(Arc<Shared>);
 
 impl Reporter {
-    /// Reports how much is done; false if the computation is to end.
+    /// Reports how much is done; false if the computation should end.
     pub fn progress(&self, done: usize, total: usize) -> bool {
         self.0.done.store(done, Ordering::Relaxed);
         self.0.total.store(total, Ordering::Relaxed);
         !self.is_cancelled()
     }
 
-    /// Reports the next value of what the computation makes smaller, such as a loss.
+    /// Reports the next value of the minimised quantity, such as a loss.
     pub fn note(&self, value: f32) {
         self.0.curve.lock().unwrap_or_else(PoisonError::into_inner).push(value);
     }
 
-    /// Whether the computation is to end.
+    /// Whether the computation should end.
     pub fn is_cancelled(&self) -> bool {
         self.stop().is_requested()
     }
 
-    /// The request to end, for those who look at it themselves.
+    /// The stop request, for code that polls it itself.
     pub fn stop(&self) -> &Stop {
         &self.0.cancelled
     }
 }
 
-/// The result of a computation, its panic in words.
+/// Runs a computation and turns a panic into an error.
 pub(super) fn caught<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     catch_unwind(AssertUnwindSafe(work))
         .unwrap_or_else(|panic| Err(format!("the computation panicked: {}", panic_message(&*panic))))
@@ -87,15 +87,15 @@ impl<T> fmt::Debug for Job<T> {
 }
 
 impl<T: Send + 'static> Job<T> {
-    /// A computation that is yet to [begin](Self::begin).
+    /// A job that does not run until [`Self::begin`].
     pub fn new(work: impl FnOnce(&Reporter) -> Result<T, String> + Send + 'static) -> Self {
         Self { shared: Arc::default(), work: Some(Box::new(work)), thread: None }
     }
 
-    /// Begins a computation.
+    /// A job that is started at once.
     ///
     /// # Errors
-    /// When the system has no more threads.
+    /// When no thread can be spawned.
     pub fn spawn(work: impl FnOnce(&Reporter) -> Result<T, String> + Send + 'static) -> io::Result<Self> {
         let mut job = Self::new(work);
         job.begin();
@@ -105,7 +105,7 @@ impl<T: Send + 'static> Job<T> {
         }
     }
 
-    /// Begins it, unless it was begun. If the system has no more threads, that is its result.
+    /// Starts the job if it was not started. If no thread can be spawned, that error is its result.
     pub fn begin(&mut self) {
         if let Some(work) = self.work.take() {
             let reporter = Reporter(self.shared.clone());
@@ -114,24 +114,24 @@ impl<T: Send + 'static> Job<T> {
         }
     }
 
-    /// Whether it was begun.
+    /// Whether the job was started.
     pub fn is_begun(&self) -> bool {
         self.work.is_none()
     }
 
-    /// How much of it is done.
+    /// How much is done.
     pub fn progress(&self) -> Progress {
         let [done, total] = [&self.shared.done, &self.shared.total].map(|count| count.load(Ordering::Relaxed));
         Progress { done, total }
     }
 
-    /// The values that it has reported from the one of this number on.
+    /// The values reported so far, from index `from` on.
     pub fn values(&self, from: usize) -> Vec<f32> {
         let values = self.shared.curve.lock().unwrap_or_else(PoisonError::into_inner);
         values.get(from..).unwrap_or_default().to_vec()
     }
 
-    /// Whether the result is there.
+    /// Whether the result is available.
     pub fn is_finished(&self) -> bool {
         match &self.thread {
             Some(Ok(thread)) => thread.is_finished(),
@@ -140,20 +140,20 @@ impl<T: Send + 'static> Job<T> {
         }
     }
 
-    /// The result; waits for it if it is not there yet. One that was not begun has none.
+    /// The result; blocks until it is available.
     ///
     /// # Errors
-    /// The error, or the panic, that ended the computation, or that the system has no more threads.
+    /// The error or panic that ended the computation, the failure to spawn its thread, or that it was not started.
     pub fn result(self) -> Result<T, String> {
         match self.thread {
-            // A panic of the computation is a result.
+            // The computation's own panics are caught in `begin`.
             Some(Ok(thread)) => thread.join().unwrap_or_else(|_| Err("the computation failed".to_owned())),
             Some(Err(error)) => Err(format!("the system gives no further thread: {error}")),
             None => Err("the computation was not begun".to_owned()),
         }
     }
 
-    /// Cancels it: it ends when it next looks or reports its progress.
+    /// Requests cancellation: the computation ends when it next polls the request or reports progress.
     pub fn cancel(&self) {
         self.shared.cancelled.request();
     }

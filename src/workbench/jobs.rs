@@ -1,5 +1,5 @@
-//! What the session computes in the background. No command waits for a computation: it
-//! begins one, and its result is taken in when the session is next polled.
+//! The session's background jobs. Commands never wait for a job: they start it, and the next poll
+//! after its end applies its result to the session.
 
 use std::fmt;
 use std::time::Duration;
@@ -9,17 +9,17 @@ use super::job::{Job, Progress, Reporter, caught};
 use super::session::Notice;
 use super::{Session, SessionError};
 
-/// Time between two looks at what a script waits for.
-const LOOK: Duration = Duration::from_millis(10);
+/// Polling interval while a script waits.
+const POLL_INTERVAL: Duration = Duration::from_millis(10);
 
-/// Computations of a session at the same time: more wait without a thread, so that however many are asked
-/// for, they take up no more memory than these.
-const AT_A_TIME: usize = 4;
+/// Maximum number of jobs that run at the same time. The others wait without a thread, which bounds the
+/// memory in use.
+const MAX_RUNNING: usize = 4;
 
-/// Takes a result into the session; what to report, or why there is none.
+/// Applies a result to the session, and returns the report or the reason of the failure.
 type Completion = Box<dyn FnOnce(&mut Session) -> Result<String, String> + Send>;
 
-/// A computation that a command began.
+/// A job started by a command.
 pub(super) struct Pending {
     pub command: Command,
     /// The command's entry in the journal, if it has one.
@@ -35,7 +35,7 @@ impl fmt::Debug for Pending {
 }
 
 impl Session {
-    /// Begins a computation for a command, at once or when it is its turn; `complete` takes its result into the session.
+    /// Starts or queues a job for a command; `complete` applies its result to the session.
     pub(super) fn begin_job<T: Send + 'static>(
         &mut self,
         command: impl Into<Command>,
@@ -62,28 +62,28 @@ impl Session {
         self.begin_waiting_jobs();
     }
 
-    /// Begins the computations that wait, the first first, as far as there are places.
+    /// Starts waiting jobs, oldest first, up to [`MAX_RUNNING`] running jobs.
     fn begin_waiting_jobs(&mut self) {
         let begun = self.jobs.iter().filter(|pending| pending.job.is_begun()).count();
         let waiting = self.jobs.iter_mut().filter(|pending| !pending.job.is_begun());
-        waiting.take(AT_A_TIME.saturating_sub(begun)).for_each(|pending| pending.job.begin());
+        waiting.take(MAX_RUNNING.saturating_sub(begun)).for_each(|pending| pending.job.begin());
     }
 
-    /// The latest computation begun by such a command that has not ended.
+    /// The latest unfinished job of a command that satisfies `which`.
     pub(super) fn job(&self, which: impl Fn(&Command) -> bool) -> Option<&Pending> {
         self.jobs.iter().rev().find(|job| which(&job.command))
     }
 
-    /// Asks the computation that a command began to end; its end is reported as ever.
+    /// Cancels the job of a command; its end is reported as usual.
     pub fn cancel(&mut self, command: &Command) {
         if let Some(pending) = self.jobs.iter_mut().rev().find(|pending| pending.command == *command) {
             pending.job.cancel();
-            // One that waits for its turn ends at once.
+            // A waiting job is started so that it ends at once.
             pending.job.begin();
         }
     }
 
-    /// Cancels the computations begun by such commands.
+    /// Cancels and drops the jobs of the commands that satisfy `which`.
     pub(super) fn cancel_jobs(&mut self, which: impl Fn(&Command) -> bool) {
         let cancelled: Vec<Pending> = self.jobs.extract_if(.., |pending| which(&pending.command)).collect();
         for pending in &cancelled {
@@ -92,14 +92,14 @@ impl Session {
         }
     }
 
-    /// What came to nothing need not be repeated by the recorded script.
+    /// Removes a command without effect from the recorded script.
     fn forget(&mut self, entry: Option<u64>) {
         if let Some(entry) = entry {
             self.journal.forget(entry);
         }
     }
 
-    /// Takes in the results that are there.
+    /// Applies the available results and starts waiting jobs.
     pub(super) fn advance_jobs(&mut self) {
         for pending in &mut self.jobs {
             let progress = pending.job.progress();
@@ -118,16 +118,15 @@ impl Session {
         self.begin_waiting_jobs();
     }
 
-    /// Waits for the result of a command, which is what to report of it; None if it began
-    /// no computation.
+    /// Waits for the job of a command and returns its report; None if it started no job.
     ///
     /// # Errors
-    /// When the computation failed.
+    /// When the job failed.
     pub fn wait_for(&mut self, command: &Command) -> Result<Option<String>, SessionError> {
         while self.job(|pending| pending == command).is_some() {
             self.check_interrupt()?;
             self.advance();
-            std::thread::sleep(LOOK);
+            std::thread::sleep(POLL_INTERVAL);
         }
         let finished = |notice: &Notice| matches!(notice, Notice::Finished { command: of, .. } if of == command);
         match self.notices.iter().rposition(finished).map(|index| self.notices.remove(index)) {
@@ -136,11 +135,11 @@ impl Session {
         }
     }
 
-    /// Waits until nothing is under way but what is paused; `on_notice` sees what happens
-    /// meanwhile. For scripts and the command line: the terminal polls.
+    /// Waits until all jobs have ended and all runs have ended or paused; `on_notice` receives the
+    /// notices meanwhile. For scripts and the command line: the terminal polls.
     ///
     /// # Errors
-    /// When a computation or a run failed.
+    /// When a job or a run failed.
     pub fn wait(&mut self, mut on_notice: impl FnMut(&Notice)) -> Result<String, SessionError> {
         loop {
             self.check_interrupt()?;
@@ -154,7 +153,7 @@ impl Session {
             if idle {
                 break;
             }
-            std::thread::sleep(LOOK);
+            std::thread::sleep(POLL_INTERVAL);
         }
         match self.run().and_then(|run| run.failure()) {
             Some(reason) => Err(SessionError::Failed(reason.to_owned())),
@@ -162,7 +161,7 @@ impl Session {
         }
     }
 
-    /// Why something that the session does has failed.
+    /// The reason of a failure of the session's own work, if the notice reports one.
     fn failure_in(&self, notice: &Notice) -> Option<String> {
         match notice {
             Notice::Finished { outcome, .. } => outcome.as_ref().err().cloned(),
@@ -173,7 +172,7 @@ impl Session {
         }
     }
 
-    /// What is under way, in words.
+    /// Describes what is running or queued.
     pub(super) fn under_way(&self) -> String {
         let runs = self.runs.iter().filter(|run| run.is_working() || run.is_queued()).count();
         match (runs, self.jobs.len()) {
@@ -189,22 +188,22 @@ mod tests {
     use crate::workbench::command::Seed;
 
     #[test]
-    fn so_many_computations_are_begun_and_the_others_follow_or_are_cancelled() {
+    fn a_limited_number_of_jobs_runs_and_waiting_ones_follow_or_are_cancelled() {
         let folder = tempfile::tempdir().unwrap();
         let mut session = Session::new(crate::task::load("task1").unwrap(), folder.path().to_owned());
         let gate = session.gate.clone();
         let held = gate.lock().unwrap();
         let command = |seed| Command::from(Seed(seed));
-        for seed in 0..AT_A_TIME as u64 + 3 {
+        for seed in 0..MAX_RUNNING as u64 + 3 {
             session.begin_job(command(seed), |_| Ok(()), |_, result| result.map(|()| "computed".to_owned()));
         }
         let begun = |session: &Session| session.jobs.iter().filter(|pending| pending.job.is_begun()).count();
-        assert_eq!((begun(&session), session.jobs.len()), (AT_A_TIME, AT_A_TIME + 3));
-        let last = command(AT_A_TIME as u64 + 2);
+        assert_eq!((begun(&session), session.jobs.len()), (MAX_RUNNING, MAX_RUNNING + 3));
+        let last = command(MAX_RUNNING as u64 + 2);
         session.cancel(&last);
-        assert_eq!(begun(&session), AT_A_TIME + 1, "it ends before its turn");
+        assert_eq!(begun(&session), MAX_RUNNING + 1, "it ends before its turn");
         drop(held);
         assert_eq!(session.wait_for(&last).unwrap_err().to_string(), "the computation was cancelled");
-        assert_eq!(session.wait_for(&command(AT_A_TIME as u64 + 1)).unwrap().as_deref(), Some("computed"));
+        assert_eq!(session.wait_for(&command(MAX_RUNNING as u64 + 1)).unwrap().as_deref(), Some("computed"));
     }
 }

@@ -1,19 +1,19 @@
-//! What was done in a session, as a script that does the same without a terminal.
+//! A recording of a session as a script that repeats it without a terminal.
 //!
-//! What a person does to a training while it runs takes effect at some episode. The
-//! journal keeps that episode, and the script pauses the training there, so that it
-//! gives the same run and the same figures, byte for byte. Runs that were trained at the
-//! same time are trained one after the other: none of them depends on another.
+//! A command given to a running training takes effect at some episode. The journal keeps that
+//! episode, and the script pauses the training there, so that it reproduces the run and the figures
+//! byte for byte. Runs that were trained concurrently are trained one after the other, as they are
+//! independent.
 
 use std::collections::HashSet;
 
 use super::command::{Clusters, Command, Continue, Fork, Resume, Train, Wait, Watch};
 
-/// The commands carried out so far.
+/// The commands executed so far.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Journal {
     entries: Vec<Entry>,
-    /// Entries so far, also those forgotten.
+    /// Number of entries so far, including removed ones.
     numbered: u64,
 }
 
@@ -21,24 +21,24 @@ pub(super) struct Journal {
 struct Entry {
     number: u64,
     command: Command,
-    /// Number of the run it acted on.
+    /// Number of the run that the command acted on.
     run: Option<usize>,
-    /// Number of the run that it began, if that is another.
+    /// Number of the run that it started, if a different one.
     begun: Option<usize>,
-    /// Episodes the running training had finished when it took effect.
+    /// Number of episodes that the training had finished when the command took effect.
     at: Option<u32>,
 }
 
 impl Entry {
-    /// Number of the run that is trained by it.
+    /// Number of the run that the command trains.
     fn trained(&self) -> Option<usize> {
         self.begun.or(self.run)
     }
 }
 
 impl Journal {
-    /// Notes a command that does not concern a running training; `run` is the one that
-    /// commands act on after it. Returns the number of the entry.
+    /// Records a command that does not concern a running training; `run` is the current run after
+    /// it. Returns the number of the entry.
     pub fn note(&mut self, command: Command, run: Option<usize>) -> u64 {
         if command == NEW_CLUSTERS {
             self.forget_unused_clusters();
@@ -48,13 +48,13 @@ impl Journal {
         number
     }
 
-    /// Notes that a run was forked; `begun` is the new one's number.
+    /// Records a fork of `run`; `begun` is the number of the new run.
     pub fn note_fork(&mut self, command: Command, run: usize, begun: usize) {
         let number = self.next_number();
         self.entries.push(Entry { number, command, run: Some(run), begun: Some(begun), at: None });
     }
 
-    /// Forgets an entry: what was asked for came to nothing.
+    /// Removes the entry of a command that had no effect.
     pub fn forget(&mut self, number: u64) {
         self.entries.retain(|entry| entry.number != number);
     }
@@ -64,8 +64,8 @@ impl Journal {
         self.numbered
     }
 
-    /// Clusters that were computed anew before anything used them need not be computed when
-    /// the session is repeated.
+    /// Removes the latest computation of clusters if nothing but edits followed, that is, nothing
+    /// used the clusters.
     fn forget_unused_clusters(&mut self) {
         let unused = |entry: &Entry| matches!(entry.command, Command::Edit(_) | Command::Undo(_) | Command::Redo(_));
         let edits = self.entries.iter().rev().take_while(|entry| unused(entry)).count();
@@ -76,9 +76,9 @@ impl Journal {
         }
     }
 
-    /// Notes a command that took effect when a running training had finished so many
-    /// episodes. Effects are reported late: the entry goes before those of later episodes.
-    /// Returns the number of the entry.
+    /// Records a command that took effect when a running training had finished `episode` episodes.
+    /// Effects are reported late, so the entry is inserted before those of later episodes. Returns
+    /// the number of the entry.
     pub fn note_at(&mut self, command: Command, run: usize, episode: u32) -> u64 {
         let of_run = |entry: &Entry| entry.trained() == Some(run);
         let start = self.entries.iter().rposition(|entry| of_run(entry) && is_start(&entry.command));
@@ -101,7 +101,7 @@ impl Journal {
         writer.lines.join("\n") + "\n"
     }
 
-    /// The episode at which a run is next interfered with, from an entry on.
+    /// The episode of the next intervention in a run, searching from an entry on.
     fn next_stop(&self, from: usize, run: Option<usize>) -> Option<u32> {
         let mut own = self.entries[from..].iter().filter(|entry| entry.trained() == run);
         own.by_ref().take_while(|entry| !is_start(&entry.command)).find_map(|entry| entry.at)
@@ -112,9 +112,9 @@ impl Journal {
 struct Writer<'a> {
     journal: &'a Journal,
     lines: Vec<String>,
-    /// The run the script acts on.
+    /// The current run of the script.
     current: Option<usize>,
-    /// Runs that wait for what is next done to them.
+    /// Runs that are paused for their next intervention.
     paused: HashSet<usize>,
 }
 
@@ -141,7 +141,7 @@ impl Writer<'_> {
                 return;
             }
             Command::Watch(Watch(number)) => return self.act_on(*number),
-            // The run is left where it was paused: the line before has brought it there.
+            // The preceding line already paused the run at this episode.
             Command::Pause(_) => return,
             Command::Open(_) | Command::Continue(Continue(Some(_))) => self.current = *run,
             _ => {}
@@ -163,7 +163,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Acts on another run, if the script does not do so already.
+    /// Makes a run the current one of the script, unless it is already.
     fn act_on(&mut self, run: usize) {
         if self.current != Some(run) {
             self.line(Watch(run));
@@ -171,7 +171,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Waits for a run, which then waits for what is done to it at `until`.
+    /// Waits until a run has ended, or has paused at `until`.
     fn wait(&mut self, run: Option<usize>, until: Option<u32>) {
         self.line(Wait);
         if let Some(run) = run {
@@ -183,7 +183,7 @@ impl Writer<'_> {
     }
 }
 
-/// Clusters that are computed for the session alone.
+/// The command that computes clusters without saving them to a file.
 const NEW_CLUSTERS: Command = Command::Clusters(Clusters(None));
 
 fn is_start(command: &Command) -> bool {
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn commands_outside_of_a_training_stand_as_they_are() {
+    fn commands_outside_a_training_are_recorded_unchanged() {
         check(
             &[("task task2", None), ("clusters", None), ("figure clusters a.png", None)],
             &["task task2", "clusters", "wait", "figure clusters a.png"],
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn a_training_is_paused_where_it_was_interfered_with() {
+    fn a_training_is_paused_at_each_intervention() {
         check(
             &[
                 ("train a", None),
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn runs_that_were_trained_together_are_paused_each_at_its_own_changes() {
+    fn concurrent_runs_are_paused_each_at_its_own_interventions() {
         let mut journal = Journal::default();
         journal.note(command("train a"), Some(0));
         journal.note(command("seed 1"), Some(0));
@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn clusters_nobody_used_are_computed_once() {
+    fn unused_clusters_are_not_computed_again() {
         check(
             &[("clusters", None), ("goal size 5", None), ("undo", None), ("clusters", None)],
             &["goal size 5", "undo", "clusters", "wait"],
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_is_paused_at_the_end_stays_where_it_is() {
+    fn a_run_paused_at_the_end_stays_paused() {
         check(&[("train a", None), ("pause", Some(7))], &["train a until 7", "wait"]);
         let changes = [("train a", None), ("epsilon 0.2", Some(3)), ("goal size 5", None), ("pause", Some(7))];
         check(&changes, &["train a until 3", "wait", "epsilon 0.2", "resume until 7", "wait", "goal size 5"]);
@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn what_came_to_nothing_is_forgotten() {
+    fn a_command_without_effect_is_removed() {
         let mut journal = Journal::default();
         let number = journal.note(command("figure scene a.png"), None);
         journal.note(command("goal size 5"), None);

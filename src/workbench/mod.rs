@@ -1,7 +1,7 @@
-//! Everything a person can do, as data: commands, session state, scripts.
+//! Everything a user can do, as data: commands, session state, scripts.
 //!
-//! A [`Command`] is applied to a [`Session`]; the terminal, a script and the command
-//! line differ only in where their commands come from.
+//! A [`Command`] is applied to a [`Session`]; the terminal, scripts and the command line differ
+//! only in where their commands come from.
 
 mod clusters;
 pub mod command;
@@ -43,13 +43,13 @@ use std::path::Path;
 
 use crate::run::RunError;
 
-/// Makes the folder of a file that is to be written.
+/// Creates the parent folder of a file.
 fn create_parent(path: &Path) -> Result<(), RunError> {
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
     parent.map_or(Ok(()), std::fs::create_dir_all).map_err(RunError::io("write", path))
 }
 
-/// Writes a file, and makes its folder if there is none.
+/// Writes a file, creating its parent folder if needed.
 fn write_file(path: &Path, bytes: &[u8]) -> Result<(), RunError> {
     create_parent(path)?;
     crate::atomic::write(path, bytes).map_err(RunError::io("write", path))

@@ -1,4 +1,4 @@
-//! Dynamics models, trained and measured.
+//! Training and evaluation of dynamics models in the session.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use crate::dynamics::{
 };
 use crate::task;
 
-/// The folder for models that are trained here.
+/// The folder for models trained in the workbench.
 pub const MODELS: &str = "models";
 
 fn is_model_work(command: &Command) -> bool {
@@ -27,19 +27,19 @@ fn name(command: &Command) -> String {
 }
 
 impl Session {
-    /// Begins to train a model into a file.
+    /// Starts training a model, written to a file.
     pub(super) fn train_model(&mut self, command: &ModelTrain) -> Result<String, SessionError> {
         let (seed, train) = (self.config().seed, command.clone());
         self.begin_model_work(command.clone().into(), move |reporter| train_into_file(&train, seed, reporter))
     }
 
-    /// Begins to measure a shipped model or one in a file.
+    /// Starts evaluating a model, shipped or from a file.
     pub(super) fn evaluate_model(&mut self, command: &ModelEvaluate) -> Result<String, SessionError> {
         let (seed, model) = (self.config().seed, command.0.clone());
         self.begin_model_work(command.clone().into(), move |reporter| evaluate(&model, seed, reporter))
     }
 
-    /// One at a time: each of them keeps all cores busy.
+    /// Starts a job on a model. Only one runs at a time, as each keeps all cores busy.
     fn begin_model_work(
         &mut self,
         command: Command,
@@ -53,7 +53,7 @@ impl Session {
         Ok(report)
     }
 
-    /// Ends what is being done about a dynamics model.
+    /// Cancels the training or evaluation of a model.
     pub(super) fn stop_model_work(&mut self) -> Result<String, SessionError> {
         let Some((name, _)) = self.model_work() else {
             return Err(SessionError::Failed("no dynamics model is being trained or measured".to_owned()));
@@ -62,26 +62,25 @@ impl Session {
         Ok(format!("ended: {name}"))
     }
 
-    /// What is being done about a dynamics model, and how much of it is done.
+    /// The name and progress of the current training or evaluation of a model.
     pub fn model_work(&self) -> Option<(String, Progress)> {
         self.job(is_model_work).map(|pending| (name(&pending.command), pending.job.progress()))
     }
 
-    /// Losses of the model that is being trained, one an epoch, from the epoch of this number on; none of one that is
-    /// measured.
+    /// Losses of the model being trained, one per epoch, from epoch `from` on; empty during an evaluation.
     pub fn model_losses(&self, from: usize) -> Vec<f32> {
         self.job(is_model_work).map_or_else(Vec::new, |pending| pending.job.values(from))
     }
 }
 
-/// The evaluation of a model that is kept in a file, if it is one of this model.
+/// The saved evaluation of a model, if its data hash is that of this model.
 pub fn kept_evaluation(name: &str, model: &Model) -> Option<Evaluation> {
     let text = crate::bounded::read_text(&evaluation_of(name)).ok()?;
     let evaluation: Evaluation = serde_json::from_str(&text).ok()?;
     (evaluation.data_hash == model.provenance().data_hash).then_some(evaluation)
 }
 
-/// Where the evaluation of a model is kept: beside its file, or in the folder of models if it is a shipped one.
+/// Where the evaluation of a model is saved: beside its file, or in [`MODELS`] for a shipped model.
 fn evaluation_of(name: &str) -> PathBuf {
     let beside = format!("{name}.evaluation.json");
     if dynamics::shipped(name).is_some() { Path::new(MODELS).join(beside) } else { beside.into() }
@@ -161,13 +160,13 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_measured_fails_the_wait_for_it() {
+    fn a_wait_fails_with_a_failed_evaluation() {
         let error = run("model evaluate nowhere.safetensors\nwait").unwrap_err();
         assert!(error.starts_with("s:2: ") && error.contains("nowhere.safetensors"), "{error}");
     }
 
     #[test]
-    fn what_was_ended_is_not_in_the_recorded_script() {
+    fn cancelled_work_is_not_in_the_recorded_script() {
         let mut session = run("model evaluate bucket-box\nmodel stop").unwrap();
         assert!(!session.to_script().contains("model"), "{}", session.to_script());
         assert!(session.is_idle() && session.apply(crate::workbench::command::ModelStop).is_err());

@@ -1,4 +1,4 @@
-//! Subgoals that the model proposes for the session's task.
+//! Subgoals proposed for the session's task by model rollouts.
 
 use std::sync::Arc;
 
@@ -10,9 +10,9 @@ use crate::guidance::{ChosenSubgoals, NO_SUBGOALS, Stoppable, TRIALS, choose_sub
 use crate::task::{Region, Task};
 use crate::trainer::{RunConfig, rollout_model};
 
-/// What proposals depend on: not the subgoals that the task has.
+/// The inputs of proposals, which exclude the task's own subgoals.
 fn inputs(config: &RunConfig) -> RolloutInputs {
-    // A task that is saved has another name, but is no other scene.
+    // Saving a task changes its name, but not its scene.
     let task = Task { subgoals: Vec::new(), name: String::new(), ..Task::clone(&config.task) };
     RolloutInputs { task: Arc::new(task), source: config.prior.clone(), ..RolloutInputs::of(config) }
 }
@@ -22,7 +22,7 @@ fn is_propose(command: &Command) -> bool {
 }
 
 impl Session {
-    /// Begins to look for subgoals, as many as the task has if the command does not say.
+    /// Starts searching for subgoals, by default as many as the task has.
     pub(super) fn propose(&mut self, command: &Propose) -> Result<String, SessionError> {
         self.setup.config.validate()?;
         let count = command.0.unwrap_or(self.task().subgoals.len().max(1));
@@ -34,7 +34,7 @@ impl Session {
         Ok(format!("looking for {}", subgoals(count)))
     }
 
-    /// Ends a search for subgoals.
+    /// Cancels a search for subgoals.
     pub(super) fn forget_proposals(&mut self) {
         self.cancel_jobs(is_propose);
     }
@@ -52,7 +52,7 @@ impl Session {
             return Ok(format!("no subgoals are needed: {percent:.0} % of the guided rollouts reached the goal"));
         }
         self.setup.propose(regions);
-        // The proposals belong where they arrived: only what is done from now on can refer to them.
+        // Recorded when the proposals arrive: only later commands can refer to them.
         self.journal.note(Propose(Some(count)).into(), self.current);
         let all = if found < count { format!(" of the {count} looked for") } else { String::new() };
         Ok(format!(
@@ -61,12 +61,12 @@ impl Session {
         ))
     }
 
-    /// Subgoals that are proposed for the task and were neither accepted nor rejected.
+    /// Proposed subgoals that were neither accepted nor rejected.
     pub fn proposed(&self) -> &[Region] {
         self.setup.editor.proposed()
     }
 
-    /// Candidates tried so far and at most, while subgoals are looked for.
+    /// Progress of the search for subgoals, in candidates, while it runs.
     pub fn proposing(&self) -> Option<Progress> {
         self.job(is_propose).map(|pending| pending.job.progress())
     }
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn proposed_subgoals_are_moved_accepted_and_taken_back() {
+    fn proposed_subgoals_are_moved_accepted_and_undone() {
         let mut session = session();
         let before = session.task().clone();
         run(&mut session, "propose 1\nwait\nexpect proposals = 1\nproposal move 1 0.25 0.5\nproposal accept").unwrap();

@@ -1,4 +1,4 @@
-//! A run as the workbench shows it: its log so far, and the trainer if it is ours.
+//! A run as the workbench shows it: its log, and its trainer if this process trains it.
 
 use std::cell::Cell;
 use std::num::NonZeroUsize;
@@ -18,10 +18,10 @@ use super::SessionError;
 use super::job::Job;
 use super::saved::SavedRun;
 
-/// Episodes, and evaluations, of a run that are kept at most: of a longer run they are evenly spread ones.
+/// Maximum number of episodes, and of evaluations, kept of a run; those of longer runs are thinned evenly.
 const KEPT: NonZeroUsize = NonZeroUsize::new(16_384).unwrap();
 
-/// A run, live or finished, ours or another process's: a reader of its log.
+/// A run, live or finished, of this or another process: a reader of its log.
 #[derive(Debug)]
 pub struct RunView {
     number: usize,
@@ -29,32 +29,32 @@ pub struct RunView {
     config: Arc<RunConfig>,
     reader: EventReader,
     history: RunHistory,
-    /// Time of the latest event that was read.
+    /// Time of the latest event read.
     latest: f64,
     trainer: Option<Trainer>,
     live: Option<LiveView>,
     failure: Option<String>,
     saved_prior: SavedPrior,
-    /// It was asked to leave its pause and has not said so yet.
+    /// A command that ends the pause was sent, but its effect has not been read yet.
     leaving_pause: bool,
     trained_here: bool,
-    /// The latest episode of its greedy policy that was asked for.
+    /// The latest requested episode of its greedy policy.
     greedy: Option<Arc<Trace>>,
-    /// What its log says so far is being read.
+    /// The existing log is still being read in the background.
     unread: bool,
     turn: Option<Turn>,
 }
 
-/// The prior in a run's folder, which is read in the background when it is asked for.
+/// The prior in a run's folder, read in the background on first use.
 #[derive(Debug, Default)]
 struct SavedPrior {
-    /// The prior, or why it cannot be used, as it was when it was last read.
+    /// The prior, or why it cannot be used, when last read.
     known: Option<PriorOutcome>,
     wanted: Cell<bool>,
     reading: Option<Job<Option<Arc<ActionPrior>>>>,
 }
 
-/// The prior of a run that has one, or why it cannot be used.
+/// The prior of a run, if it has one, or why it cannot be used.
 pub(super) type PriorOutcome = Result<Option<Arc<ActionPrior>>, String>;
 
 impl SavedPrior {
@@ -65,7 +65,7 @@ impl SavedPrior {
         self.known.clone()?.ok().flatten()
     }
 
-    /// Reads it if it is wanted; true if what is known of it has changed.
+    /// Starts reading if wanted, and takes the result; true if a result was taken.
     fn poll(&mut self, directory: &RunDirectory, task: &Arc<Task>) -> bool {
         if let Some(job) = self.reading.take_if(|job| job.is_finished()) {
             self.known = Some(job.result());
@@ -82,13 +82,13 @@ impl SavedPrior {
     }
 }
 
-/// What a run's files say so far, to be read beside other work.
+/// The existing log and prior of a run, read in the background.
 pub(super) struct Past {
     reader: EventReader,
     history: RunHistory,
     /// Time of the latest event.
     latest: f64,
-    /// The first line of the log that cannot be read.
+    /// The problem of the first invalid line of the log.
     problem: Option<String>,
     prior: PriorOutcome,
 }
@@ -97,7 +97,7 @@ impl Past {
     /// Reads the log and the prior of a run on a task.
     ///
     /// # Errors
-    /// When the log cannot be read, or it is asked to stop.
+    /// When the log cannot be read, or `stop` is requested.
     pub fn read(directory: &RunDirectory, task: &Task, stop: &Stop) -> Result<Self, String> {
         let mut reader = directory.events();
         let (mut history, mut latest, mut problem) = (RunHistory::bounded(KEPT), f64::NEG_INFINITY, None);
@@ -123,23 +123,23 @@ impl Past {
     }
 }
 
-/// Reads the prior in the folder of a run on a task.
+/// Reads the saved prior of a run on a task.
 fn read_prior(directory: &RunDirectory, task: &Task) -> PriorOutcome {
     let prior = saved_prior(directory, task).map_err(|error| error.to_string())?;
     Ok(prior.map(Arc::new))
 }
 
-/// A run that waits until a core is free for it.
+/// The place of a run in the queue for a free core.
 #[derive(Debug)]
 struct Turn {
-    /// Those with lower numbers were asked for before it.
+    /// Runs with lower numbers start first.
     number: u64,
-    /// Pause after so many episodes.
+    /// Pause after this many episodes.
     until: Option<u32>,
 }
 
 impl RunView {
-    /// Opens the run in a folder, to look at.
+    /// Opens the run in a folder without reading its log.
     ///
     /// # Errors
     /// When there is no run, or one that cannot be read.
@@ -147,7 +147,7 @@ impl RunView {
         Self::new(RunDirectory::open(path)?)
     }
 
-    /// Opens the run in a folder and reads all there is of its log.
+    /// Opens the run in a folder and reads its whole log.
     ///
     /// # Errors
     /// As [`RunView::open`].
@@ -182,20 +182,21 @@ impl RunView {
         })
     }
 
-    /// The same as run number `number` of a session.
+    /// The same run with its number in the session.
     pub(super) fn numbered(self, number: usize) -> Self {
         Self { number, ..self }
     }
 
-    /// The same, with a log that is read elsewhere until [`RunView::take_past`].
+    /// The same run, whose log is read by a job until [`RunView::take_past`].
     pub(super) fn with_past_unread(self) -> Self {
         Self { unread: true, ..self }
     }
 
-    /// Takes over what its log says so far, and goes on reading there. It is the past, and no news.
+    /// Takes over the state read by the job and continues reading the log from there. Past events
+    /// are not reported.
     ///
     /// # Errors
-    /// When it could not be read; the run then is not trained either.
+    /// When the log could not be read; the run then leaves the queue.
     pub(super) fn take_past(&mut self, past: Result<Past, String>) -> Result<(), String> {
         self.unread = false;
         match past {
@@ -216,42 +217,42 @@ impl RunView {
         }
     }
 
-    /// Whether what its log says so far is still being read.
+    /// Whether the existing log is still being read.
     pub fn is_unread(&self) -> bool {
         self.unread
     }
 
-    /// Its number in the session, from 0 in the order they began or were opened.
+    /// Its number in the session, from 0 in the order in which runs were started or opened.
     pub fn number(&self) -> usize {
         self.number
     }
 
-    /// Lets it wait for its turn to be trained in this process, after those with lower turns;
-    /// with `until`, it pauses after so many episodes.
+    /// Queues it for training in this process, after runs with lower turns; with `until`, it pauses
+    /// after this many episodes.
     pub(super) fn enqueue(&mut self, turn: u64, until: Option<u32>) {
-        // What the log says so far is the past: an old failure is no news.
+        // Reads the existing log first, so that an old failure is not reported again.
         self.poll();
         self.failure = None;
         self.trained_here = true;
         self.turn = Some(Turn { number: turn, until });
     }
 
-    /// Takes it out of the queue; false if it is not in it.
+    /// Removes it from the queue; false if it was not queued.
     pub(super) fn unqueue(&mut self) -> bool {
         self.turn.take().is_some()
     }
 
-    /// Whether it waits for its turn.
+    /// Whether it is queued.
     pub fn is_queued(&self) -> bool {
         self.turn.is_some()
     }
 
-    /// Its turn, if it waits for nothing but a free core.
+    /// Its turn, if it is queued and ready to start.
     pub(super) fn turn(&self) -> Option<u64> {
         self.turn.as_ref().filter(|_| !self.unread).map(|turn| turn.number)
     }
 
-    /// Begins to train it if it is queued.
+    /// Starts training it if it is queued.
     pub(super) fn start(&mut self) -> Result<(), SessionError> {
         let Some(turn) = self.turn.take() else { return Ok(()) };
         let first = turn.until.map(Control::Advance);
@@ -263,12 +264,12 @@ impl RunView {
         Ok(())
     }
 
-    /// Whether it keeps a core busy.
+    /// Whether it occupies a core.
     pub(super) fn is_working(&self) -> bool {
         self.is_active() && self.state() != RunState::Paused
     }
 
-    /// Reads what is new. Returns the new events, and whether anything changed.
+    /// Reads the new events. Returns them, and whether anything changed.
     pub(super) fn poll(&mut self) -> (Vec<Event>, bool) {
         if self.unread {
             return (Vec::new(), false);
@@ -292,14 +293,14 @@ impl RunView {
         (events, changed)
     }
 
-    /// Reads a piece of the log and adds the events that are new; true if there is more. It becomes `restarted`
-    /// when the log is read from its start again because the run was taken back to a checkpoint: what is
-    /// left of it then is no news.
+    /// Reads a chunk of the log and appends the new events; true if there is more. Sets `restarted` when
+    /// the log is read from the start again because the run was rolled back to a checkpoint; events that
+    /// were read before are then not appended again.
     fn read_on(&mut self, restarted: &mut bool, events: &mut Vec<Event>) -> bool {
         let news = match self.reader.poll() {
             Ok(news) => news,
             Err(error) => {
-                // How the training ended says more than that its log is gone since.
+                // An earlier failure, such as that of the training, explains more than a missing log.
                 self.failure.get_or_insert_with(|| error.to_string());
                 return false;
             }
@@ -323,7 +324,7 @@ impl RunView {
         news.more
     }
 
-    /// Asks the trainer for something, if the run is ours and active.
+    /// Sends a control to the trainer, in this or another process.
     pub(super) fn send(&mut self, control: Control) -> Result<(), SessionError> {
         match &self.trainer {
             Some(trainer) if trainer.is_active() => {
@@ -337,7 +338,7 @@ impl RunView {
         }
     }
 
-    /// Asks the process that trains the run, if one does.
+    /// Sends a control to the other process that trains the run, if there is one.
     fn ask_others(&self, control: Control) -> Result<(), SessionError> {
         if !self.directory.is_locked()? {
             return Err(SessionError::NotActive);
@@ -368,59 +369,59 @@ impl RunView {
         &self.config
     }
 
-    /// Takes over a configuration that was written anew.
+    /// Sets the configuration after its file was rewritten.
     pub(super) fn set_config(&mut self, config: RunConfig) {
         self.config = Arc::new(config);
     }
 
-    /// Its configuration, to be kept.
+    /// Its configuration, shared.
     pub fn shared_config(&self) -> &Arc<RunConfig> {
         &self.config
     }
 
-    /// Episodes that are finished.
+    /// Number of finished episodes.
     pub fn episodes(&self) -> u64 {
         self.records().last().map_or(0, |record| record.episode)
     }
 
-    /// The finished episodes, in order; of many, evenly spread ones and the latest.
+    /// The finished episodes, in order; a long history is thinned evenly, but includes the latest.
     pub fn records(&self) -> &[EpisodeRecord] {
         &self.history.records
     }
 
-    /// The greedy evaluations, in order; of many, evenly spread ones and the latest.
+    /// The greedy evaluations, in order; a long history is thinned evenly, but includes the latest.
     pub fn evaluations(&self) -> &[EvaluationRecord] {
         &self.history.evaluations
     }
 
-    /// What came of the practice before its first episode, if there was any.
+    /// Results of the practice before its first episode, if there was any.
     pub fn practised(&self) -> Option<&Practised> {
         self.history.practised.as_ref()
     }
 
-    /// What people and processes did to it, in order.
+    /// Interventions of users and processes, in order.
     pub fn interventions(&self) -> &[Event] {
         &self.history.interventions
     }
 
-    /// The latest finished episode that was asked for, with its networks.
+    /// The latest requested episode, with its networks.
     pub fn live(&self) -> Option<&LiveView> {
         self.live.as_ref()
     }
 
-    /// Asks for a [`LiveView`] of the next episode.
+    /// Requests a [`LiveView`] of the next episode.
     pub fn request_live(&self) {
         if let Some(trainer) = &self.trainer {
             trainer.watch().request();
         }
     }
 
-    /// What the trainer is doing, if the run is ours and active.
+    /// What the trainer is doing, if this process trains the run.
     pub fn phase(&self) -> Option<Phase> {
         self.trainer.as_ref().map(|trainer| trainer.watch().phase())
     }
 
-    /// The action prior of the run, if it has one: that in use, or the one saved with a past run.
+    /// The action prior of the run, if it has one: the one in use, or the saved one of an inactive run.
     pub fn prior(&self) -> Option<Arc<ActionPrior>> {
         match &self.trainer {
             Some(trainer) => trainer.watch().prior(),
@@ -428,23 +429,23 @@ impl RunView {
         }
     }
 
-    /// Whether this process trains it now.
+    /// Whether this process is training it.
     pub fn is_active(&self) -> bool {
         self.trainer.is_some()
     }
 
-    /// Whether this process has trained it at any time.
+    /// Whether this process trains it or has trained it.
     pub(super) fn was_trained_here(&self) -> bool {
         self.trained_here
     }
 
-    /// What went wrong with it here, if anything.
+    /// Its failure in this process, if any.
     pub fn failure(&self) -> Option<&str> {
         let of_prior = || self.saved_prior.known.as_ref().and_then(|prior| prior.as_ref().err());
         self.failure.as_ref().or_else(of_prior).map(String::as_str)
     }
 
-    /// Whether somebody works on it, or how it ended.
+    /// Whether it is being trained, or how it ended.
     pub fn state(&self) -> RunState {
         let working = self.is_active();
         match &self.history.last {
@@ -460,20 +461,20 @@ impl RunView {
         }
     }
 
-    /// An episode of its past, played again.
+    /// Replays a past episode.
     ///
     /// # Errors
-    /// When it was not kept or cannot be read.
+    /// When it was not recorded or cannot be read.
     pub fn past_episode(&self, episode: u64) -> Result<Trace, RunError> {
         self.saved().past_episode(episode)
     }
 
-    /// What its checkpoints hold.
+    /// Access to its recorded episodes and checkpoints.
     pub fn saved(&self) -> SavedRun {
         SavedRun::new(self.directory.clone(), self.config.clone())
     }
 
-    /// The latest episode of its greedy policy that was asked for.
+    /// The latest requested episode of its greedy policy.
     pub fn greedy(&self) -> Option<&Arc<Trace>> {
         self.greedy.as_ref()
     }

@@ -1,4 +1,4 @@
-//! What a run has saved: its past episodes, and the agents of its checkpoints.
+//! Saved data of a run: its recorded episodes and the agents of its checkpoints.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -16,30 +16,30 @@ use crate::trainer::{NETWORKS_SECTION, PROGRESS_SECTION, RunConfig, Trace, greed
 /// The agent of a checkpoint.
 #[derive(Debug, Clone)]
 pub struct SavedAgent {
-    /// Episodes finished when it was saved.
+    /// Number of episodes finished when it was saved.
     pub episode: u64,
-    /// Actor and critic; none for a method that learns none.
+    /// Actor and critic; None for a method that does not learn.
     pub networks: Option<Arc<Ddpg>>,
-    /// The action clusters in use then.
+    /// The action clusters in use at that time.
     pub prior: Option<Arc<ActionPrior>>,
-    /// Episodes of all checkpoints there were when it was read, this one included.
+    /// Episodes of all checkpoints that existed when it was read, including this one.
     checkpoints: Vec<u64>,
 }
 
 impl SavedAgent {
-    /// Whether no checkpoint is nearer to the agent that played an episode, counted from 1.
+    /// Whether this checkpoint is the nearest to the agent that played an episode, counted from 1.
     pub fn is_nearest_to(&self, episode: u64) -> bool {
         nearest(self.checkpoints.iter().copied(), episode) == Some(self.episode)
     }
 }
 
-/// The episode nearest to the one before `episode`, the earlier one of two as near.
+/// The checkpoint nearest to the end of the episode before `episode`; the earlier one of a tie.
 fn nearest(checkpoints: impl Iterator<Item = u64>, episode: u64) -> Option<u64> {
     let before = episode.saturating_sub(1);
     checkpoints.min_by_key(|checkpoint| (checkpoint.abs_diff(before), *checkpoint))
 }
 
-/// A run's checkpoints and what they were trained with; to be read on any thread.
+/// The checkpoints and recorded episodes of a run, readable on any thread.
 #[derive(Debug, Clone)]
 pub struct SavedRun {
     directory: RunDirectory,
@@ -51,7 +51,7 @@ impl SavedRun {
         Self { directory, config }
     }
 
-    /// What the run in a folder has saved; `config` is the run's.
+    /// The saved data of the run in a folder; `config` is the configuration of the run.
     ///
     /// # Errors
     /// When there is no run.
@@ -59,7 +59,7 @@ impl SavedRun {
         Ok(Self::new(RunDirectory::open(folder)?, config))
     }
 
-    /// An episode of its past, played again.
+    /// Replays a recorded episode.
     ///
     /// # Errors
     /// When it is not recorded, or cannot be read.
@@ -68,11 +68,11 @@ impl SavedRun {
         Ok(Trace::replay(self.config.task_of(episode), &played))
     }
 
-    /// The agent of the checkpoint nearest to the one that played an episode, counted from 1; that
-    /// which is `known` already if it is the same.
+    /// The agent of the checkpoint nearest to the agent that played an episode, counted from 1;
+    /// returns `known` if it is that agent.
     ///
     /// # Errors
-    /// When there is no checkpoint yet, or one that cannot be read.
+    /// When there is no checkpoint yet, or it cannot be read.
     pub fn agent_near(&self, episode: u64, known: Option<Arc<SavedAgent>>) -> Result<Arc<SavedAgent>, SessionError> {
         let store = self.directory.checkpoints();
         let all = store.episodes()?;
@@ -89,10 +89,10 @@ impl SavedRun {
         Ok(Arc::new(SavedAgent { episode: checkpoint.episode, networks: networks.map(Arc::new), prior, checkpoints }))
     }
 
-    /// The agent of the newest checkpoint.
+    /// The agent of the latest checkpoint.
     ///
     /// # Errors
-    /// When the method learns none, there is no checkpoint yet, or one that cannot be read.
+    /// When the method does not learn, there is no checkpoint yet, or it cannot be read.
     pub fn agent(&self) -> Result<Ddpg, SessionError> {
         if !self.config.method.learns() {
             return Err(SessionError::Failed(format!(
@@ -103,7 +103,7 @@ impl SavedRun {
         networks(&self.directory.checkpoints().load_sections(CheckpointName::Last, &[NETWORKS_SECTION])?)
     }
 
-    /// An episode of the greedy policy of the newest checkpoint.
+    /// An episode of the greedy policy of the latest checkpoint.
     ///
     /// # Errors
     /// As [`SavedRun::agent`].
@@ -111,11 +111,11 @@ impl SavedRun {
         self.greedy_episode_among(None, seed)
     }
 
-    /// An episode of the greedy policy of the newest checkpoint with an action set of these tools; none for
-    /// those of the training.
+    /// An episode of the greedy policy of the latest checkpoint, with an action set drawn from these tools;
+    /// None for those of the training.
     ///
     /// # Errors
-    /// As [`SavedRun::agent`], and when the agent does not choose among tools, but is to.
+    /// As [`SavedRun::agent`], and when tools are given but the agent does not choose among tools.
     pub fn greedy_episode_among(&self, tools: Option<ToolSplit>, seed: u64) -> Result<Trace, SessionError> {
         let agent = self.agent()?;
         if tools.is_some() && agent.options().is_none() {
@@ -137,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_nearest_checkpoint_is_that_of_the_agent_that_played() {
+    fn the_checkpoint_nearest_to_the_playing_agent_is_found() {
         let near = |episode| nearest([0, 100, 200].into_iter(), episode);
         assert_eq!([near(1), near(50), near(51), near(101)], [Some(0), Some(0), Some(0), Some(100)]);
         assert_eq!([near(151), near(152), near(9000)], [Some(100), Some(200), Some(200)]);

@@ -1,4 +1,4 @@
-//! Scripts: the command language in a file, one command a line.
+//! Scripts: files of commands, one per line.
 
 use std::path::{Path, PathBuf};
 
@@ -8,21 +8,21 @@ use super::dry_run::DryRun;
 use super::session::{Notice, Session};
 use crate::bounded;
 
-/// Variables of a script, replaced where `${NAME}` stands.
+/// Variables of a script and their values, which replace `${NAME}`.
 pub type Variables = [(String, String)];
 
-/// What is wrong with a script.
+/// Why a script cannot be run.
 #[derive(Debug, thiserror::Error)]
 pub enum ScriptError {
     /// It cannot be read.
     #[error("{}: {source}", path.display())]
     Io { path: PathBuf, source: std::io::Error },
-    /// A line is no command, or one that could not be carried out.
+    /// A line is not a valid command, or its command failed.
     #[error("{origin}:{line}: {problem}")]
     Line { origin: String, line: usize, problem: String },
 }
 
-/// A script that has been read whole: every line is known to be a command.
+/// A parsed script: every line is a valid command.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Script {
     origin: String,
@@ -39,10 +39,10 @@ impl Script {
         Self::parse(&text, &path.display().to_string(), variables)
     }
 
-    /// Reads a script; `origin` names it in errors.
+    /// Parses a script; `origin` names it in errors.
     ///
     /// # Errors
-    /// With the number of the first line that is no command or uses an unknown variable.
+    /// With the number of the first line that is not a valid command or uses an unknown variable.
     pub fn parse(text: &str, origin: &str, variables: &Variables) -> Result<Self, ScriptError> {
         let mut commands = Vec::new();
         for (index, line) in text.lines().enumerate() {
@@ -54,12 +54,12 @@ impl Script {
         Ok(Self { origin: origin.to_owned(), commands })
     }
 
-    /// Carries the commands out, one after the other; `on_output` sees each command
-    /// with its report and what happens while the script waits. Ends at `quit`.
+    /// Executes the commands in order; `on_output` receives each command with its report, and the
+    /// notices while the script waits. Ends at `quit`.
     ///
     /// # Errors
-    /// As [`Script::dry_run`], before anything is done; then with the line of the first
-    /// command that fails.
+    /// As [`Script::dry_run`], before anything is executed; then with the line of the first command
+    /// that fails.
     pub fn run(&self, session: &mut Session, mut on_output: impl FnMut(Output<'_>)) -> Result<(), ScriptError> {
         self.dry_run(session)?;
         for (line, command) in &self.commands {
@@ -72,10 +72,10 @@ impl Script {
         Ok(())
     }
 
-    /// Looks for mistakes in all commands, without doing any of their work.
+    /// Checks all commands without doing their work.
     ///
     /// # Errors
-    /// With the line of the first command that cannot be carried out.
+    /// With the line of the first command that would fail.
     pub fn dry_run(&self, session: &Session) -> Result<(), ScriptError> {
         let mut dry_run = DryRun::new(session.setup.clone());
         for (line, command) in &self.commands {
@@ -89,7 +89,7 @@ impl Script {
     }
 }
 
-/// Carries out a command and waits for what the lines after it need.
+/// Executes a command and waits for the results that the following lines need.
 fn play(
     session: &mut Session,
     command: &Command,
@@ -103,16 +103,16 @@ fn play(
     }
 }
 
-/// What comes out of a running script.
+/// Output of a running script.
 #[derive(Debug)]
 pub enum Output<'a> {
-    /// A command was carried out, with this report.
+    /// A command was executed, with this report.
     Report(&'a Command, &'a str),
     /// Something happened in the background.
     Notice(&'a Notice),
 }
 
-/// Replaces `${NAME}`.
+/// Replaces `${NAME}` by the value of the variable.
 fn substitute(line: &str, variables: &Variables) -> Result<String, String> {
     let mut result = String::new();
     let mut rest = line;
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_pauses_at_the_episode_that_is_named() {
+    fn a_run_pauses_at_the_given_episode() {
         let folder = tempfile::tempdir().unwrap();
         let text =
             "method ddpg\nepisodes 6\ntrain until 3\nwait\nexpect episodes = 3\nresume\nwait\nexpect episodes = 6";

@@ -1,4 +1,4 @@
-//! Runs that differ in the seed only, begun together.
+//! Runs that differ only in the seed, started by one command.
 
 use std::path::Path;
 
@@ -6,8 +6,8 @@ use super::command::{Seed, Train};
 use super::{Session, SessionError};
 
 impl Session {
-    /// Begins or queues a run for each of so many seeds, from the one that is set on. Each is recorded as
-    /// if it had been asked for alone.
+    /// Starts or queues a run for each of `seeds` consecutive seeds, beginning with the one set. Each run is
+    /// recorded as if it had been started on its own.
     pub(super) fn train_seeds(
         &mut self,
         seeds: u32,
@@ -33,7 +33,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_run_for_each_seed_is_begun_and_recorded() {
+    fn a_run_for_each_seed_is_started_and_recorded() {
         let folder = tempfile::tempdir().unwrap();
         let mut session = Session::new(crate::task::load("task1").unwrap(), folder.path().to_owned());
         let play = |session: &mut Session, text: &str| {

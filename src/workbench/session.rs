@@ -1,4 +1,4 @@
-//! The session: the one place where the state of the workbench lives.
+//! The session, which owns the whole state of the workbench.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -21,55 +21,55 @@ use crate::trainer::{Control, RunConfig};
 /// Something that happened in the background.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Notice {
-    /// The computation that a command began got on.
+    /// The job of a command made progress.
     Progress { command: Command, progress: Progress },
-    /// The computation that a command began has ended: what to report, or why it failed.
+    /// The job of a command ended, with its report or the reason of its failure.
     Finished { command: Command, outcome: Result<String, String> },
-    /// Something happened in the run with this number.
+    /// A new event of the run with this number.
     Run { run: usize, event: Event },
-    /// Something else that is seen changed.
+    /// Other visible state changed.
     Changed,
 }
 
-/// The task that a script begins with unless it opens another.
+/// The initial task of a script.
 pub const FIRST_TASK: &str = "task1";
 
-/// Everything the workbench knows. Changed by commands, and by [`Session::poll`], which
-/// takes in what the background threads have done.
+/// The state of the workbench. It is changed by commands and by [`Session::poll`], which applies
+/// the results of background threads.
 #[derive(Debug)]
 pub struct Session {
     pub(super) setup: Setup,
     pub(super) clusters: ClusterStore,
-    /// What is computed in the background, in the order in which it was begun.
+    /// Background jobs, in the order in which they were requested.
     pub(super) jobs: Vec<Pending>,
-    /// What happened since the last poll.
+    /// Notices since the last poll.
     pub(super) notices: Vec<Notice>,
-    /// Computations wait as long as a test holds it.
+    /// Jobs block while a test holds this lock.
     #[cfg(test)]
     pub(crate) gate: Arc<std::sync::Mutex<()>>,
     pub(super) runs: Vec<RunView>,
-    /// Number of the run that commands act on.
+    /// Number of the current run, on which commands act.
     pub(super) current: Option<usize>,
-    /// Runs so far, also those deleted.
+    /// Number of runs so far, including deleted ones.
     pub(super) numbered: usize,
-    /// Runs that were queued so far.
+    /// Number of runs queued so far.
     pub(super) turns: u64,
-    /// Runs that are trained at the same time; more are queued.
+    /// Maximum number of runs trained at the same time; further runs are queued.
     pub(super) cores: usize,
     pub(super) folder: PathBuf,
-    /// What figures have read of runs.
+    /// Cache of the runs read for figures.
     pub(super) reader: Arc<Mutex<RunReader>>,
-    /// The intervals of curves of the figures that are composed.
+    /// Cache of the intervals computed for figures.
     pub(super) estimates: Arc<KnownEstimates>,
     pub(super) hand_play: HandPlay,
     pub(super) journal: Journal,
     pub(super) quit: bool,
-    /// Ends all waiting once it is set.
+    /// Aborts all waiting once set.
     pub(super) interrupt: Arc<AtomicBool>,
 }
 
 impl Session {
-    /// A session on a task, with `folder` for its runs.
+    /// A session on a task, with its runs in `folder`.
     pub fn new(task: Task, folder: PathBuf) -> Self {
         let setup = Setup::new(task);
         Self {
@@ -97,10 +97,10 @@ impl Session {
     /// A session on a shipped task or a task file.
     ///
     /// # Errors
-    /// When there is no such task, or one that cannot be played.
+    /// When there is no such task, or it is invalid.
     pub fn on_task(name: &str, folder: PathBuf) -> Result<Self, SessionError> {
         let mut session = Self::new(task::load(name)?, folder);
-        // The file is where the task is saved; and the recorded script says which task it is.
+        // The task is saved to its file, and the recorded script opens it.
         session.setup.file = Path::new(name).is_file().then(|| PathBuf::from(name));
         session.journal.note(command::Task(name.to_owned()).into(), None);
         Ok(session)
@@ -109,7 +109,7 @@ impl Session {
     /// A session that has opened a run, on the run's task.
     ///
     /// # Errors
-    /// When there is no run, or one that cannot be read.
+    /// When there is no run, or it cannot be read.
     pub fn on_run(folder: &Path) -> Result<Self, SessionError> {
         let run = RunView::read(folder)?;
         let mut session = Self::new(Task::clone(&run.config().task), folder.parent().unwrap_or(folder).to_owned());
@@ -117,16 +117,16 @@ impl Session {
         Ok(session)
     }
 
-    /// Carries out a command and returns what to report. Never waits: what takes longer than
-    /// a moment is begun, and [`Session::poll`] reports its end.
+    /// Executes a command and returns its report. Never blocks: longer work runs as a job, whose end
+    /// [`Session::poll`] reports.
     ///
     /// # Errors
-    /// When the command cannot be carried out; nothing has changed then.
+    /// When the command cannot be executed; nothing has changed then.
     pub fn apply(&mut self, command: impl Into<Command>) -> Result<String, SessionError> {
         let command = command.into();
         let training = self.run().filter(|run| run.is_active());
         let training = training.map(|run| (run.number(), episode_number(run.episodes())));
-        // A run of the session may be in another folder when the script is played.
+        // A run of the session is recorded by number, as its folder may differ when the script is played.
         let recorded = match &command {
             Command::Open(Open(folder)) => self.number_of(folder).map(|number| Watch(number).into()),
             _ => None,
@@ -144,7 +144,7 @@ impl Session {
         Ok(report)
     }
 
-    /// Changes the task or the settings of the next run.
+    /// Changes the task or the settings of the next run; a new task restarts hand play.
     pub(super) fn change(
         &mut self,
         change: impl FnOnce(&mut Setup) -> Result<String, SessionError>,
@@ -161,7 +161,7 @@ impl Session {
         self.hand_play = HandPlay::new(self.setup.config.task.clone(), self.setup.config.seed);
     }
 
-    /// Notes what took effect in a run.
+    /// Records a command that took effect in a run, given its event.
     fn note_effect(&mut self, run: usize, event: &Event) {
         let command: Command = match event {
             Event::ScheduleChanged { schedule, .. } => match schedule.parse() {
@@ -175,13 +175,13 @@ impl Session {
         self.journal.note_at(command, run, episode_number(event.episode()));
     }
 
-    /// Takes in what happened in the background since the last call.
+    /// Applies the results of background work and returns the notices since the last call.
     pub fn poll(&mut self) -> Vec<Notice> {
         self.advance();
         std::mem::take(&mut self.notices)
     }
 
-    /// Takes in what happened in the background; the next poll reports it.
+    /// Applies the results of background work; the next poll returns the notices.
     pub(super) fn advance(&mut self) {
         self.advance_jobs();
         let mut effects = Vec::new();
@@ -205,7 +205,7 @@ impl Session {
         }
     }
 
-    /// Whether nothing is under way but what is paused.
+    /// Whether there are no jobs, and no runs but ended and paused ones.
     pub fn is_idle(&self) -> bool {
         let busy = |run: &RunView| run.is_working() || run.is_queued();
         self.jobs.is_empty() && !self.runs.iter().any(busy)
@@ -233,12 +233,12 @@ impl Session {
         }
     }
 
-    /// The task as edited.
+    /// The task with its edits.
     pub fn task(&self) -> &Task {
         self.setup.editor.task()
     }
 
-    /// Whether the task has edits that are not saved.
+    /// Whether the task has unsaved edits.
     pub fn is_dirty(&self) -> bool {
         self.setup.editor.is_dirty()
     }
@@ -258,7 +258,7 @@ impl Session {
         &self.runs
     }
 
-    /// The run that commands act on.
+    /// The current run, on which commands act.
     pub fn run(&self) -> Option<&RunView> {
         self.runs.iter().find(|run| Some(run.number()) == self.current)
     }
@@ -282,7 +282,7 @@ impl Session {
         &self.hand_play
     }
 
-    /// The session so far as a script that does the same without a terminal.
+    /// The session so far, as a script that repeats it without a terminal.
     pub fn to_script(&self) -> String {
         let mut journal = self.journal.clone();
         for run in self.runs.iter().filter(|run| run.is_active() && run.state() == RunState::Paused) {
@@ -291,7 +291,7 @@ impl Session {
         journal.to_script()
     }
 
-    /// From now on nothing is waited for any more once the flag is set.
+    /// Sets the flag that aborts all waiting.
     pub fn interrupt_with(&mut self, flag: Arc<AtomicBool>) {
         self.interrupt = flag;
     }
@@ -306,17 +306,16 @@ impl Session {
     }
 }
 
-/// Episodes as the journal counts them: no run is asked for more.
+/// An episode number as the journal stores it; saturates beyond 32 bits, which no run reaches.
 fn episode_number(episodes: u64) -> u32 {
     u32::try_from(episodes).unwrap_or(u32::MAX)
 }
 
 impl Drop for Session {
-    /// All trainings are asked to stop before the first is waited for.
+    /// Asks all trainings of this process to stop before the first run is dropped, which waits for its training.
     fn drop(&mut self) {
-        // Those of other processes go on.
         for run in self.runs.iter_mut().filter(|run| run.is_active()) {
-            // What has ended meanwhile has nothing to stop.
+            // Fails only if the training has just ended.
             let _ = run.send(Control::Stop { reason: "the program ended".to_owned() });
         }
     }

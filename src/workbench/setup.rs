@@ -1,5 +1,4 @@
-//! The task being edited and the settings of the next run: all that a session is made of
-//! before any work is done.
+//! The task being edited and the settings of the next run.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -16,9 +15,9 @@ pub(super) struct Setup {
     pub editor: Editor,
     /// The task's file, if it is not a shipped one.
     pub file: Option<PathBuf>,
-    /// The settings; their task is the editor's.
+    /// The settings; their task is a copy of the editor's.
     pub config: RunConfig,
-    /// The number of episodes is one that was asked for: finished runs that are continued get as many.
+    /// Whether the number of episodes was set explicitly; only then does it extend finished runs.
     pub episodes_asked: bool,
 }
 
@@ -30,7 +29,7 @@ impl Setup {
 
     pub fn open_task(&mut self, name: &str) -> Result<String, SessionError> {
         let path = Path::new(name);
-        // The session does not wait for the other end of a pipe.
+        // Opening a pipe would block the session.
         match bounded::regular(path) {
             Err(source) if source.kind() == ErrorKind::InvalidInput && !path.is_dir() => {
                 return Err(TaskError::Io { path: path.to_owned(), source }.into());

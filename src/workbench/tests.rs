@@ -1,4 +1,4 @@
-//! What commands do to a session and what they report, state by state.
+//! Effects and reports of commands, state by state.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use crate::run::{EpisodeRecord, Event, LoggedEvent, RunState};
 use crate::task::Region;
 use crate::trainer::Phase;
 
-/// A session of small runs, with clusters that are computed in a moment.
+/// A session with small runs and clusters that are quick to compute.
 fn session(folder: &Path) -> Session {
     let mut session = Session::new(crate::task::load("task1").unwrap(), folder.to_owned());
     session.set_cores(1);
@@ -51,7 +51,7 @@ fn clusters_are_absent_built_fresh_and_stale() {
     assert_eq!(session.prior().unwrap().seed, 0);
     run(&mut session, "seed 1");
     assert_eq!((session.prior_state(), session.clusters_are_outdated()), (PriorState::Stale, true));
-    // What is on its way counts as well, and what was computed before is no failure.
+    // Clusters being computed count as well, and earlier results are not failures.
     let held = gate.lock().unwrap();
     apply(&mut session, "clusters").unwrap();
     assert!(!session.clusters_are_outdated());
@@ -99,7 +99,7 @@ fn a_level_of_create_is_edited_saved_loaded_played_by_hand_and_trained() {
     run(&mut session, "set tools train\ntrain\nwait");
     assert_eq!(session.run().unwrap().state(), RunState::Finished);
     assert_eq!(session.run().unwrap().episodes(), 3);
-    // The recorded script does the same again.
+    // The recorded script repeats the session.
     std::fs::remove_file(&file).unwrap();
     let mut again = self::session(folder.path());
     run(&mut again, &script);
@@ -113,7 +113,7 @@ fn a_level_of_create_is_edited_saved_loaded_played_by_hand_and_trained() {
 }
 
 #[test]
-fn clusters_that_failed_are_not_worth_another_try() {
+fn failed_clusters_are_not_worth_another_try() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path());
     run(&mut session, "clusters\nwait\nset prior nowhere.safetensors");
@@ -124,7 +124,7 @@ fn clusters_that_failed_are_not_worth_another_try() {
 }
 
 #[test]
-fn clusters_are_given_to_a_training_of_as_many_subgoals() {
+fn clusters_are_given_to_a_training_with_the_same_number_of_subgoals() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path());
     assert!(apply(&mut session, "guide").is_err(), "there are none");
@@ -140,7 +140,7 @@ fn clusters_are_given_to_a_training_of_as_many_subgoals() {
 }
 
 #[test]
-fn hand_play_reports_each_placement_and_starts_again() {
+fn hand_play_reports_each_placement_and_can_be_reset() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path());
     assert_eq!(apply(&mut session, "place -0.9 0.9").unwrap(), "placed; reward 0.01");
@@ -153,7 +153,7 @@ fn hand_play_reports_each_placement_and_starts_again() {
     assert_eq!(apply(&mut session, "reset").unwrap(), "a new episode");
     assert!(session.hand_play().trace().steps.is_empty());
     run(&mut session, "place -0.9 0.9\ngoal move 0.5 0.5");
-    assert!(session.hand_play().trace().steps.is_empty(), "the task is another");
+    assert!(session.hand_play().trace().steps.is_empty(), "the task has changed");
 }
 
 #[test]
@@ -186,7 +186,7 @@ fn answers_to_proposals_are_reported() {
 }
 
 #[test]
-fn a_run_tells_its_phase_its_evaluations_and_its_past() {
+fn a_run_has_a_phase_evaluations_and_past_episodes() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path());
     run(&mut session, "set evaluation.every 1\nset evaluation.episodes 1\ntrain until 1\nwait");
@@ -206,7 +206,7 @@ fn a_run_tells_its_phase_its_evaluations_and_its_past() {
 }
 
 #[test]
-fn a_stopped_run_says_why() {
+fn a_stopped_run_keeps_the_reason() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path());
     run(&mut session, "train until 1\nwait\nstop\nwait");
@@ -214,7 +214,7 @@ fn a_stopped_run_says_why() {
 }
 
 #[test]
-fn the_past_of_an_opened_run_is_read_and_is_no_news() {
+fn past_events_of_an_opened_run_are_read_but_not_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a");
     run(&mut session(folder.path()), &format!("train {}\nwait", quoted(&path)));
@@ -233,7 +233,7 @@ fn the_past_of_an_opened_run_is_read_and_is_no_news() {
 }
 
 #[test]
-fn of_a_run_with_many_episodes_evenly_spread_ones_are_kept() {
+fn many_episodes_of_a_run_are_thinned_evenly() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a");
     run(&mut session(folder.path()), &format!("train {}\nwait", quoted(&path)));
@@ -254,7 +254,7 @@ fn of_a_run_with_many_episodes_evenly_spread_ones_are_kept() {
 }
 
 #[test]
-fn expectations_compare_and_a_script_is_recorded_but_for_its_end() {
+fn expectations_compare_and_a_script_is_recorded_without_quit() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path());
     for (line, holds) in [
@@ -291,7 +291,7 @@ fn one_model_is_worked_on_at_a_time() {
     assert_eq!(apply(&mut session, "model stop").unwrap(), "ended: measuring bucket-box");
     drop(held);
     assert!(session.model_work().is_none());
-    // Other computations are none of a model.
+    // Other jobs do not count as model work.
     let held = gate.lock().unwrap();
     apply(&mut session, "clusters").unwrap();
     assert!(session.model_work().is_none() && apply(&mut session, "model stop").is_err());
@@ -320,7 +320,7 @@ fn progress_and_results_of_computations_are_notices() {
 }
 
 #[test]
-fn a_new_prior_within_a_training_is_news_of_the_run() {
+fn a_new_prior_in_a_training_is_an_event_of_the_run() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path());
     run(&mut session, "clusters\nwait\ntrain until 1\nwait\nguide");
@@ -337,7 +337,7 @@ fn a_new_prior_within_a_training_is_news_of_the_run() {
 }
 
 #[test]
-fn what_commands_begin_act_on_and_overwrite() {
+fn properties_of_commands_in_scripts() {
     for (line, begins_work, acts_on_run, overwrites) in [
         ("clusters", true, false, None),
         ("clusters a.json", false, false, Some("a.json")),
@@ -363,7 +363,7 @@ fn what_commands_begin_act_on_and_overwrite() {
 }
 
 #[test]
-fn a_run_of_another_session_is_steered_through_its_folder() {
+fn a_run_of_another_session_is_controlled_through_its_folder() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run");
     let apply = |session: &mut Session, line: &str| {
@@ -383,7 +383,7 @@ fn a_run_of_another_session_is_steered_through_its_folder() {
     wait(&mut owner, &|run| run.records().len() > 2);
     let mut other = Session::on_run(&path).unwrap();
     let error = apply(&mut other, "continue").unwrap_err();
-    assert!(error.contains(&std::process::id().to_string()), "why, here: {error}");
+    assert!(error.contains(&std::process::id().to_string()), "names this process: {error}");
     apply(&mut other, "pause").unwrap();
     wait(&mut owner, &|run| run.state() == RunState::Paused);
     apply(&mut other, "epsilon 0.25").unwrap();
@@ -394,19 +394,19 @@ fn a_run_of_another_session_is_steered_through_its_folder() {
     assert_eq!(owner.run().unwrap().records().len(), wanted);
     drop(other);
     owner.poll();
-    assert!(owner.run().unwrap().is_active(), "who has only looked ends nothing");
+    assert!(owner.run().unwrap().is_active(), "a session that only opened the run does not end it");
     let mut other = Session::on_run(&path).unwrap();
     assert_eq!(other.run().unwrap().state(), RunState::Paused);
     apply(&mut other, "stop").unwrap();
     wait(&mut owner, &|run| !run.is_active());
     assert_eq!(owner.run().unwrap().state(), RunState::Stopped("asked to by another process".to_owned()));
     let script = owner.to_script();
-    assert!(script.contains("epsilon 0.25") && script.contains("stop"), "what others asked is recorded too: {script}");
+    assert!(script.contains("epsilon 0.25") && script.contains("stop"), "other processes are recorded too: {script}");
     assert!(apply(&mut other, "pause").unwrap_err().contains("not being trained"));
 }
 
 #[test]
-fn a_finished_run_goes_on_to_the_episodes_that_are_asked_for() {
+fn a_finished_run_is_extended_to_the_episodes_set() {
     let folder = tempfile::tempdir().unwrap();
     let path = shell_words::quote(&folder.path().join("run").display().to_string()).into_owned();
     let play = |session: &mut Session, lines: &[&str]| {
@@ -420,17 +420,17 @@ fn a_finished_run_goes_on_to_the_episodes_that_are_asked_for() {
     play(&mut session, &["expect episodes = 5", "episodes 4", "continue", "wait", "expect episodes = 5"]);
     assert_eq!(session.run().unwrap().state(), RunState::Finished);
     drop(session);
-    // Who has not said how many leaves it as it is.
+    // Without an explicit number, the run is not extended.
     let mut other = Session::on_run(&folder.path().join("run")).unwrap();
     play(&mut other, &["continue", "wait", "expect episodes = 5"]);
 }
 
 #[test]
 #[cfg(target_os = "linux")]
-fn what_never_ends_is_neither_a_task_nor_a_model() {
+fn endless_files_are_refused_as_tasks_and_models() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path());
-    // Nobody writes into it.
+    // No process writes to it.
     let pipe = folder.path().join("pipe");
     assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
     for path in [&pipe, Path::new("/dev/zero")] {

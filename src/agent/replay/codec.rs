@@ -1,9 +1,9 @@
-//! A replay buffer as bytes, without loss.
+//! Lossless serialisation of a replay buffer.
 //!
-//! Observations change little from step to step, and the next observation of one transition is
-//! mostly the observation of the following one. So each observation is written as the XOR of its
-//! bits with those of the observation written before, as a bit mask of the words that differ and
-//! these words alone. A buffer of padded scenes shrinks to about a tenth this way.
+//! Observations change little from step to step, and the next observation of a transition is
+//! usually the observation of the following one. So each observation is written as the XOR of its
+//! bits with those of the previously written observation: a bit mask of the words that differ, followed
+//! by these words only. This shrinks a buffer of padded scenes to about a tenth.
 //!
 //! Layout, all numbers little-endian: [`MAGIC`], observation length, action length, capacity,
 //! number of transitions, next slot (u64 each), the transitions in slot order (delta of `s`,
@@ -46,7 +46,7 @@ impl ReplayBuffer {
             .map(|end| bytes.split_at(end))
             .ok_or(ReplayError::Damaged("it is cut off"))?;
         if !bytes.starts_with(&MAGIC) {
-            return Err(ReplayError::Damaged("it does not start like one"));
+            return Err(ReplayError::Damaged("it does not begin with the right header"));
         }
         if crc32c::crc32c(bytes).to_le_bytes() != checksum {
             return Err(ReplayError::Damaged("its checksum does not match"));
@@ -56,7 +56,7 @@ impl ReplayBuffer {
         if capacity == 0 || len > capacity || next >= capacity || (len < capacity && next != len) {
             return Err(ReplayError::Damaged("its counters contradict each other"));
         }
-        // Every number costs at least a bit: no more memory is asked for than the bytes justify.
+        // Every number takes at least one bit, so this bounds the memory by the size of the input.
         if observation_len.max(action_len) / 8 > bytes.len() {
             return Err(ReplayError::Damaged("it is cut off"));
         }
@@ -82,15 +82,15 @@ impl ReplayBuffer {
             })?;
         }
         if !reader.0.is_empty() {
-            return Err(ReplayError::Damaged("something follows its end"));
+            return Err(ReplayError::Damaged("it has trailing bytes"));
         }
         buffer.next = next;
         buffer.close_ring();
         Ok(buffer)
     }
 
-    /// A full buffer that was filled in slot order is brought to the form it had: its last slot
-    /// may continue in the first, and the latest transition keeps its own next observation.
+    /// Brings a full buffer that was filled in slot order to its original form: the last slot may
+    /// share its next observation with the first, and the latest transition stores its own.
     fn close_ring(&mut self) {
         if self.len() < self.capacity || self.next == 0 {
             return;
@@ -106,7 +106,7 @@ impl ReplayBuffer {
     }
 }
 
-/// Appends what differs between `values` and `previous`, which becomes `values`.
+/// Appends the difference between `values` and `previous`, and sets `previous` to `values`.
 fn write_delta(values: &[f32], previous: &mut [u32], bytes: &mut Vec<u8>) {
     let mask_start = bytes.len();
     bytes.resize(mask_start + values.len().div_ceil(8), 0);
@@ -120,7 +120,7 @@ fn write_delta(values: &[f32], previous: &mut [u32], bytes: &mut Vec<u8>) {
     }
 }
 
-/// What is still to be read.
+/// The bytes still to be read.
 struct Reader<'a>(&'a [u8]);
 
 impl<'a> Reader<'a> {
@@ -169,7 +169,7 @@ impl<'a> Reader<'a> {
 mod tests {
     use super::*;
 
-    /// Episodes of ten steps in a padded scene of 160 numbers of which four change.
+    /// Episodes of ten steps in a padded scene of 160 numbers, four of which change.
     fn recorded(count: usize, capacity: usize) -> ReplayBuffer {
         let mut buffer = ReplayBuffer::new(160, 2, capacity);
         let scene = |step: usize| {
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn every_damage_is_an_error() {
+    fn all_damage_is_detected() {
         let bytes = recorded(3, 5).to_bytes();
         for end in 0..bytes.len() {
             assert!(ReplayBuffer::from_bytes(&bytes[..end]).is_err(), "cut at {end}");
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn false_counters_with_a_right_checksum_are_an_error() {
+    fn wrong_counters_with_a_correct_checksum_are_an_error() {
         let contradiction = ReplayError::Damaged("its counters contradict each other");
         let cut_off = ReplayError::Damaged("it is cut off");
         for (count, field, value, expected) in [
@@ -252,13 +252,13 @@ mod tests {
     }
 
     #[test]
-    fn what_follows_the_end_is_an_error() {
+    fn trailing_bytes_are_an_error() {
         let mut bytes = recorded(3, 5).to_bytes();
         bytes.truncate(bytes.len() - CHECKSUM_LEN);
         bytes.push(0);
         let checksum = crc32c::crc32c(&bytes);
         bytes.extend_from_slice(&checksum.to_le_bytes());
         let error = ReplayBuffer::from_bytes(&bytes).unwrap_err();
-        assert_eq!(error, ReplayError::Damaged("something follows its end"));
+        assert_eq!(error, ReplayError::Damaged("it has trailing bytes"));
     }
 }

@@ -1,4 +1,4 @@
-//! `dynamics` and `clusters`.
+//! Arguments of `dynamics` and `clusters`.
 
 use std::path::PathBuf;
 
@@ -15,13 +15,13 @@ pub enum Dynamics {
     Train(DynamicsTrain),
     /// Measure the errors of a model on fresh launches and unseen scenes, as JSON
     Evaluate(DynamicsEvaluate),
-    /// Compare the model with three that lack one structural assumption each; resumes
+    /// Compare the model with three variants that each lack one structural assumption; resumes
     Ablate(DynamicsAblate),
 }
 
 #[derive(Debug, Args)]
 pub struct DynamicsTrain {
-    /// The tool set, such as box,bucket; or `create`, all of CREATE's tools with their properties
+    /// The tool set, such as box,bucket; or `create` for all of CREATE's tools with their properties
     #[arg(long)]
     pub tools: ToolSet,
     /// Model file to write; an unfinished training beside it is resumed
@@ -30,35 +30,35 @@ pub struct DynamicsTrain {
     /// Seed of launches, weights and batches
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
-    /// Passes over the observations (paper: 5000 of 1000, 2500, 5000, 10000)
+    /// Passes over the observations (paper: 5000, chosen from 1000, 2500, 5000, 10000)
     #[arg(long)]
     pub epochs: Option<u32>,
-    /// Linear layers of each function (paper: 17 of 5, 8, 12, 17)
+    /// Linear layers of each function (paper: 17, chosen from 5, 8, 12, 17)
     #[arg(long)]
     pub layers: Option<usize>,
-    /// Learning rate (paper: 1e-4 of 1e-3, 1e-4, 1e-5)
+    /// Learning rate (paper: 1e-4, chosen from 1e-3, 1e-4, 1e-5)
     #[arg(long)]
     pub learning_rate: Option<f32>,
-    /// Observations in a batch (paper: 128 of 32, 64, 128, 256)
+    /// Observations in a batch (paper: 128, chosen from 32, 64, 128, 256)
     #[arg(long)]
     pub batch: Option<usize>,
-    /// Optimiser (paper: adam of adam, sgd, rmsprop)
+    /// Optimiser: adam, sgd or rmsprop (paper: adam)
     #[arg(long)]
     pub optimiser: Option<String>,
     /// One-step observations of each tool
     #[arg(long)]
     pub observations: Option<usize>,
-    /// Share of rows in which a second tool, which the ball does not touch, is near
+    /// Share of samples in which a second tool is near the ball without touching it
     #[arg(long)]
     pub bystanders: Option<f32>,
     /// Loss of the normalised outputs: squared or huber:WIDTH
     #[arg(long)]
     pub loss: Option<Loss>,
-    /// Switch a structural assumption off: shared-edges, fully-connected or absolute
+    /// Switch off a structural assumption: shared-edges, fully-connected or absolute
     #[arg(long)]
     pub ablate: Option<Variant>,
-    /// The paper's literal reading: one prediction for a whole action, positions only,
-    /// trained with the squared error and one learning rate
+    /// Follow the paper literally: one prediction per action, positions only, trained with the
+    /// squared error and a constant learning rate
     #[arg(long)]
     pub literal: bool,
     /// No progress on stderr
@@ -71,7 +71,7 @@ pub struct DynamicsAblate {
     /// Folder of the results
     #[arg(long)]
     pub out: PathBuf,
-    /// One tool set, such as box,bucket; those of all shipped tasks if not given
+    /// One tool set, such as box,bucket [default: those of all shipped tasks]
     #[arg(long, value_delimiter = ',')]
     pub tools: Option<Vec<ToolKind>>,
     /// Number of seeds
@@ -85,7 +85,7 @@ pub struct DynamicsAblate {
     pub epochs: Option<u32>,
     #[command(flatten)]
     pub print: Print,
-    /// Threads; all cores if not given
+    /// Threads [default: all cores]
     #[arg(long, value_parser = threads())]
     pub threads: Option<usize>,
     /// No progress on stderr
@@ -103,15 +103,15 @@ pub struct DynamicsEvaluate {
     /// Fresh launches of each tool
     #[arg(long, default_value_t = 300, value_parser = count(1_000_000))]
     pub launches: usize,
-    /// Rollouts of each task that compare predicted with real hits
+    /// Rollouts of each task for comparing predicted with real hits
     #[arg(long, default_value_t = 2000, value_parser = count(1_000_000))]
     pub rollouts: usize,
-    /// Also draw the errors into this PNG, SVG or PDF
+    /// Also draw the errors to this PNG, SVG or PDF file
     #[arg(long)]
     pub figure: Option<PathBuf>,
     #[command(flatten)]
     pub print: Print,
-    /// Say nothing on the way
+    /// No progress on stderr
     #[arg(long)]
     pub quiet: bool,
 }
@@ -120,11 +120,11 @@ pub struct DynamicsEvaluate {
 pub struct Clusters {
     /// Name of a shipped task, or a task file
     pub task: String,
-    /// What predicts the rollouts: learned, rapier, true, uniform, or a model file [default: learned; true with
-    /// --tools]
+    /// Model that predicts the rollouts: learned, rapier, true, uniform, or a model file [default: learned; true
+    /// with --tools]
     #[arg(long)]
     pub model: Option<PriorSource>,
-    /// For an agent that chooses among CREATE's tools: all, train, validation, test
+    /// For an agent that chooses among CREATE's tools: their split, one of all, train, validation, test
     #[arg(long, value_name = "SPLIT")]
     pub tools: Option<ToolSplit>,
     /// Seed of rollouts and clusters

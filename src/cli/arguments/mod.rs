@@ -1,4 +1,4 @@
-//! What can be typed.
+//! The arguments of the command line.
 
 mod dynamics;
 mod physics;
@@ -42,7 +42,7 @@ fn count(most: u64) -> RangedU64ValueParser<usize> {
     RangedU64ValueParser::new().range(1..=most)
 }
 
-/// How figures are printed.
+/// Options for figures.
 #[derive(Debug, Args)]
 pub struct Print {
     /// Dots per inch of PNGs
@@ -51,7 +51,7 @@ pub struct Print {
 }
 
 impl Print {
-    /// The option as a part of the command that made a figure; nothing when it is the default.
+    /// The option as part of the command that reproduces a figure; empty for the default.
     pub fn option(&self) -> String {
         if self.dpi == DEFAULT_DPI { String::new() } else { format!(" --dpi {}", self.dpi) }
     }
@@ -65,14 +65,14 @@ pub struct Workbench {
     /// Folder for runs
     #[arg(long, env = "MGE_RUNS", default_value = "runs")]
     pub runs: PathBuf,
-    /// File with your own keys, lines such as `train = t`
+    /// File of key bindings, with lines such as `train = t`
     #[arg(long, env = "MGE_KEYS")]
     pub keys: Option<PathBuf>,
-    /// Leave the mouse to the terminal
+    /// Do not capture the mouse
     #[arg(long)]
     pub no_mouse: bool,
-    /// How the terminal says that all trainings are done: its bell, a notification (OSC 9, or OSC 777 for terminals
-    /// that know only that), or not at all
+    /// How to announce that all trainings are done: the terminal's bell, a notification (OSC 9, or OSC 777 for
+    /// terminals that support only that), or not at all
     #[arg(long, env = "MGE_NOTIFY", default_value = "bell")]
     pub notify: Notify,
 }
@@ -84,11 +84,11 @@ pub enum Command {
     /// Generate puzzles, and train methods on them
     #[command(subcommand)]
     Puzzles(Puzzles),
-    /// Simulate scenes: JSON Lines in, one trajectory a line out
+    /// Simulate scenes: JSON Lines in, one trajectory per line out
     Simulate,
     /// Replay actions in a task, or recorded CREATE episodes (JSON Lines in and out)
     Play(Play),
-    /// Tasks as environments for other programs
+    /// Serve tasks as environments for other programs
     Env {
         #[command(subcommand)]
         command: Env,
@@ -102,15 +102,15 @@ pub enum Command {
     Clusters(Clusters),
     /// Train an agent
     Train(Train),
-    /// Continue runs from their newest checkpoints, or one that another process has paused
+    /// Continue runs from their latest checkpoints, or resume a run that another process has paused
     Resume(Resume),
-    /// Train a new run that goes on from an episode of another with other settings
+    /// Train a new run that branches off another at an episode, with other settings
     Fork(Fork),
-    /// Pause a run that another process trains, after its present episode
+    /// Pause a run that another process trains, after its current episode
     Pause(OnRun),
-    /// End a run that another process trains, with a checkpoint
+    /// Stop a run that another process trains, with a checkpoint
     Stop(OnRun),
-    /// Give a run that another process trains another epsilon schedule
+    /// Change the epsilon schedule of a run that another process trains
     Epsilon(Epsilon),
     /// Play the greedy policy of a run
     Evaluate(Evaluate),
@@ -120,30 +120,30 @@ pub enum Command {
     Figures(Figures),
     /// Run a workbench script
     Script(Script),
-    /// Draw screens of the workbench as it is after a script
+    /// Run a workbench script and draw screens of the workbench
     Screenshot(Screenshot),
-    /// Train many agents or dynamics models: all combinations in a file of lists
+    /// Train many agents or dynamics models: all combinations of the values in a sweep file
     Sweep(Sweep),
-    /// Tables and figures of runs: report.md and report.json
+    /// Write tables and figures of runs: report.md and report.json
     Report(Report),
-    /// The whole study of the paper, into one folder with a report
+    /// Reproduce the whole study of the paper in one folder, with a report
     Reproduce(Reproduce),
     /// Print the manual page, with all keys and script commands: `mge man > mge.1`
     Man(Man),
-    /// Time the program's own work, one JSON line each
+    /// Time the program's own work, one JSON line per item
     Bench(Bench),
 }
 
 #[derive(Debug, Args)]
 pub struct Man {
-    /// As Markdown: the page docs/reference.md
+    /// Print Markdown instead: the page docs/reference.md
     #[arg(long)]
     pub markdown: bool,
 }
 
 #[derive(Debug, Args)]
 pub struct Bench {
-    /// Work items by the beginnings of their names, comma-separated; all if none is named
+    /// Prefixes of the names of work items, comma-separated [default: all]
     #[arg(long, value_delimiter = ',')]
     pub only: Vec<String>,
     /// Threads

@@ -1,4 +1,4 @@
-//! `play` and `env`.
+//! Arguments of `play` and `env`.
 
 use std::path::PathBuf;
 
@@ -17,28 +17,28 @@ pub struct Play {
     /// JSON Lines file of recorded levels; episodes are read from standard input
     #[arg(long, value_name = "FILE")]
     pub levels: Option<PathBuf>,
-    /// JSON Lines file of the tools that action sets name, in place of CREATE's catalogue
+    /// JSON Lines file of the tools that action sets refer to, instead of CREATE's catalogue
     #[arg(long, value_name = "FILE", requires = "levels")]
     pub tools: Option<PathBuf>,
 }
 
 #[derive(Debug, Subcommand)]
 pub enum Env {
-    /// Reset and step as JSON Lines on stdin ask, answers on stdout, for programs in any language
+    /// Serve a task to a program in any language: JSON Lines requests on stdin, responses on stdout
     Serve {
         /// Name of a shipped task, or a task file
         task: String,
-        /// Let the agent choose among 40 of CREATE's tools, redrawn at every reset from: all, train,
-        /// validation, test
+        /// Let the agent choose among 40 of CREATE's tools, redrawn at every reset from this split: all,
+        /// train, validation, test
         #[arg(long, value_name = "SPLIT")]
         tools: Option<ToolSplit>,
-        /// Send images of the scene too, 84 x 84 pixels as in CREATE
+        /// Also send images of the scene, 84 x 84 pixels as in CREATE
         #[arg(long)]
         images: bool,
-        /// CREATE's own pictures of tools for the images: its folder `create_game/assets`
+        /// Folder of CREATE's own pictures of tools for the images, `create_game/assets`
         #[arg(long, value_name = "DIR", requires = "images")]
         pictures: Option<PathBuf>,
-        /// Seed of the start noise, random shifts and action sets until a reset brings another
+        /// Seed of the start noise, random shifts and action sets until a reset sets another
         #[arg(long, default_value_t = 0)]
         seed: u64,
     },

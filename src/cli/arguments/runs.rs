@@ -1,4 +1,5 @@
-//! One run: `train`, `resume`, `fork`, what steers it, and what is made of it.
+//! Arguments of the commands on runs: `train`, `resume`, `fork`, `pause`, `stop`, `epsilon`, `evaluate`, `export`
+//! and `figures`.
 
 use std::path::PathBuf;
 
@@ -18,8 +19,8 @@ pub struct Train {
     /// [default: ddpg-mge-adaptive, with --tools ddpg-uniform-adaptive]
     #[arg(long)]
     pub method: Option<Method>,
-    /// Let the agent choose among 40 of CREATE's tools, redrawn for every episode from: all, train, validation,
-    /// test
+    /// Let the agent choose among 40 of CREATE's tools, redrawn for every episode from this split: all, train,
+    /// validation, test
     #[arg(long, value_name = "SPLIT")]
     pub tools: Option<ToolSplit>,
     /// Episodes to train
@@ -29,11 +30,11 @@ pub struct Train {
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
     /// Epsilon threshold: 0.1, linear:0.8:0.05:2000, exp:0.8:0.05:0.999, step:0.8:0.5:500,
-    /// points:0=0.8,1000=0.3,3000=0, need:0.5:0.25:20 [default: that of the method, mostly
+    /// points:0=0.8,1000=0.3,3000=0, need:0.5:0.25:20 [default: depends on the method, mostly
     /// linear:0.5:0:1000]
     #[arg(long)]
     pub epsilon: Option<EpsilonSchedule>,
-    /// What predicts the rollouts: learned, rapier, true, uniform, or a model file
+    /// Model that predicts the rollouts: learned, rapier, true, uniform, or a model file
     #[arg(long)]
     pub model: Option<PriorSource>,
     /// Any other setting by its JSON path, such as ddpg.gamma=0.95
@@ -49,34 +50,34 @@ pub struct Train {
 
 #[derive(Debug, Args)]
 pub struct Resume {
-    /// Folders of runs; as many are trained at the same time as there are cores
+    /// Folders of runs; as many runs as there are cores are trained at the same time
     #[arg(required = true, value_name = "RUN")]
     pub runs: Vec<PathBuf>,
     /// No progress on stderr
     #[arg(long)]
     pub quiet: bool,
-    /// Go on when the terminal is closed
+    /// Keep training when the terminal is closed
     #[arg(long)]
     pub detached: bool,
-    /// Episodes of finished runs that are to go on
+    /// New number of episodes for finished runs
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     pub episodes: Option<u32>,
 }
 
 #[derive(Debug, Args)]
 pub struct Fork {
-    /// Folder of the run that is forked
+    /// Folder of the run to fork
     pub run: PathBuf,
-    /// Episodes of it that are the new run's, too
+    /// Number of its episodes that the new run shares
     #[arg(long, value_name = "EPISODE")]
     pub at: u32,
-    /// A setting that changes there, such as epsilon=0.1, ddpg.gamma=0.95 or episodes=4000
+    /// A setting to change after that episode, such as epsilon=0.1, ddpg.gamma=0.95 or episodes=4000
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<String>,
-    /// Another task with as many subgoals: the name of a shipped task, or a file
+    /// Another task with the same number of subgoals: the name of a shipped task, or a file
     #[arg(long)]
     pub task: Option<String>,
-    /// The new run's folder [default: a new one beside the run's]
+    /// The new run's folder [default: a new one beside that of the source]
     #[arg(long)]
     pub out: Option<PathBuf>,
     /// No progress on stderr
@@ -91,7 +92,7 @@ pub struct OnRun {
     pub run: PathBuf,
 }
 
-/// Another epsilon schedule for a run that another process trains.
+/// A new epsilon schedule for a run that another process trains.
 #[derive(Debug, Args)]
 pub struct Epsilon {
     /// The run's folder
@@ -110,11 +111,11 @@ pub struct Evaluate {
     /// Seed of the start noise
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
-    /// Draw the action sets of an agent that chooses among tools from others: all, train, validation, test
-    /// [default: those of its training]
+    /// For an agent that chooses among tools: draw its action sets from this split, one of all, train, validation,
+    /// test [default: that of its training]
     #[arg(long, value_name = "SPLIT")]
     pub tools: Option<ToolSplit>,
-    /// Also print what the actor saw before each action
+    /// Also print the actor's observation before each action
     #[arg(long)]
     pub observations: bool,
 }
@@ -142,7 +143,7 @@ pub struct Figures {
     /// PDF instead of PNG
     #[arg(long, conflicts_with_all = ["dpi", "svg"])]
     pub pdf: bool,
-    /// Option of the learning curves, as of the script command `figure`: curve, name, reference, success
+    /// Option of the learning curves, as in the script command `figure`: curve, name, reference, success
     /// (training or greedy), against (episodes or steps), width (single or double), font (points), axis (linear or log)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub options: Vec<String>,

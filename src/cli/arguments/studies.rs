@@ -1,4 +1,4 @@
-//! Many runs, and scripts: `sweep`, `report`, `reproduce`, `script`, `screenshot`.
+//! Arguments of `script`, `screenshot`, `sweep`, `report` and `reproduce`.
 
 use std::path::PathBuf;
 
@@ -8,9 +8,9 @@ use super::{Print, threads};
 
 #[derive(Debug, Args)]
 pub struct Script {
-    /// The script, one command a line
+    /// The script, one command per line
     pub file: PathBuf,
-    /// Value of a variable that stands as ${NAME} in the script
+    /// Value of the variable ${NAME} in the script
     #[arg(long = "define", value_name = "NAME=VALUE")]
     pub variables: Vec<String>,
     /// Folder for runs
@@ -25,7 +25,7 @@ pub struct Script {
 pub struct Screenshot {
     #[command(flatten)]
     pub script: Script,
-    /// PNG, SVG or PDF file to write, and the keys that lead to its screen from the one before:
+    /// PNG, SVG or PDF file to write, and the keys that lead to its screen from the previous one:
     /// `training.png="3 z"`
     #[arg(long = "screen", value_name = "FILE=KEYS", required = true)]
     pub screens: Vec<String>,
@@ -42,7 +42,7 @@ pub struct Screenshot {
 pub struct Sweep {
     /// JSON file of settings and lists of their values
     pub file: Option<PathBuf>,
-    /// A sweep as JSON in place of a file; writes no table of results
+    /// A sweep as JSON instead of a file; writes no table of results
     #[arg(long, value_name = "JSON", requires = "out")]
     pub one: Option<String>,
     /// Merge results of several machines: copy the runs of these sweep folders into --out
@@ -51,13 +51,13 @@ pub struct Sweep {
     /// The sweep's folder; finished runs there are not repeated [default: sweeps/NAME of the file]
     #[arg(long)]
     pub out: Option<PathBuf>,
-    /// Train nothing: print one command a line for each run, for GNU parallel
+    /// Train nothing: print one command line per run, for GNU parallel
     #[arg(long, requires = "file")]
     pub plan: bool,
     /// Train nothing: print a Slurm job-array script
     #[arg(long, requires = "file", conflicts_with = "plan")]
     pub slurm: bool,
-    /// Runs at a time [default: all cores]
+    /// Number of concurrent runs [default: all cores]
     #[arg(long, value_parser = threads())]
     pub threads: Option<usize>,
     /// No progress on stderr
@@ -73,7 +73,7 @@ pub struct Report {
     /// Folder for report.md, report.json and figures
     #[arg(long, default_value = "report")]
     pub out: PathBuf,
-    /// Resamples behind every interval
+    /// Bootstrap resamples for every interval
     #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub resamples: u32,
     /// Seed of the resampling
@@ -85,11 +85,11 @@ pub struct Report {
 
 #[derive(Debug, Args)]
 pub struct Reproduce {
-    /// Small: few seeds and short trainings, in minutes
+    /// A small study in minutes: few seeds and short trainings
     #[arg(long)]
     pub quick: bool,
-    /// Also the comparisons a reviewer asks for: uniform exploration, clusters from the true physics and from
-    /// models without each assumption, refined clusters, model-generated transitions, planning
+    /// Also run further comparisons: uniform exploration, clusters from the true physics and from models without
+    /// each assumption, refined clusters, model-generated transitions, planning
     #[arg(long)]
     pub questions: bool,
     /// The study's folder; finished parts there are not repeated

@@ -1,4 +1,4 @@
-//! `tasks` and `puzzles`.
+//! Arguments of `tasks` and `puzzles`.
 
 use std::path::PathBuf;
 
@@ -21,20 +21,20 @@ pub struct Tasks {
 
 #[derive(Debug, Subcommand)]
 pub enum TasksCommand {
-    /// Check task files, and play them under the environment's contract
+    /// Validate task files, and check that their environments keep the contract
     Check {
         /// Task files, or names of shipped tasks
         #[arg(required = true)]
         files: Vec<String>,
     },
-    /// Propose subgoals for a task: prints the task with them in place of its own
+    /// Propose subgoals for a task, and print the task with them instead of its own
     Propose {
         /// Name of a shipped task, or a task file
         task: String,
-        /// Subgoals to propose, at most
+        /// Maximum number of subgoals to propose
         #[arg(long, default_value_t = 2, value_parser = count(MAX_OBJECTS as u64))]
         subgoals: usize,
-        /// What predicts the rollouts: learned, rapier, true, or a model file
+        /// Model that predicts the rollouts: learned, rapier, true, or a model file
         #[arg(long, default_value = "learned")]
         model: PriorSource,
         /// Seed of the rollouts
@@ -44,11 +44,11 @@ pub enum TasksCommand {
         #[arg(long)]
         out: Option<PathBuf>,
     },
-    /// Count how often random exploration, and that guided by the true physics, reach each stage
+    /// Count how often exploration at random and guided by the true physics reaches each stage
     Audit {
-        /// Tasks; all shipped ones if none is named
+        /// Names of shipped tasks, or task files [default: all shipped tasks]
         tasks: Vec<String>,
-        /// Episodes for each seed and way of exploring
+        /// Episodes per seed and kind of exploration
         #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
         episodes: u32,
         /// Number of seeds, counted from 0
@@ -62,7 +62,7 @@ pub enum TasksCommand {
 
 #[derive(Debug, Subcommand)]
 pub enum Puzzles {
-    /// Generate puzzles that random play hardly ever solves and play guided by the true physics does
+    /// Generate puzzles that random play hardly ever solves, but play guided by the true physics does
     Generate(PuzzlesGenerate),
     /// Propose subgoals for generated puzzles, train methods on them and report; resumes
     Bench(PuzzlesBench),
@@ -70,25 +70,25 @@ pub enum Puzzles {
 
 #[derive(Debug, Args)]
 pub struct PuzzlesGenerate {
-    /// Puzzles in all; those that are in the folder already are kept
+    /// Total number of puzzles; those already in the folder are kept
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     pub count: u64,
     /// Seed of the layouts
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
-    /// What the puzzles are for; each has puzzles of its own for the same seed
+    /// Purpose of the puzzles; splits have different puzzles for the same seed
     #[arg(long, value_enum, default_value = "test")]
     pub split: Split,
     /// Half width of the uniform noise on the ball's start, normalised
     #[arg(long, default_value_t = 0.01, value_parser = start_noise)]
     pub start_noise: f32,
-    /// Actions of random play behind the random hit rate in the index
+    /// Number of random actions for the random hit rate in the index
     #[arg(long, default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     pub random_actions: u64,
     /// Folder for the task files and index.json
     #[arg(long, default_value = "puzzles")]
     pub out: PathBuf,
-    /// Puzzles at a time [default: all cores]
+    /// Number of concurrent searches [default: all cores]
     #[arg(long, value_parser = threads())]
     pub threads: Option<usize>,
     /// No progress on stderr
@@ -103,16 +103,16 @@ pub struct PuzzlesBench {
     /// A method to train; may be repeated
     #[arg(long = "method", default_values_t = [Method::RECOMMENDED])]
     pub methods: Vec<Method>,
-    /// Seeds of each method on each puzzle, counted from 0
+    /// Number of seeds of each method on each puzzle, counted from 0
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1000))]
     pub seeds: u64,
     /// Episodes of a training
     #[arg(long, default_value_t = 2000)]
     pub episodes: u32,
-    /// What predicts the rollouts behind subgoals and clusters: learned, rapier, true, uniform, or a model file
+    /// Model that predicts the rollouts for subgoals and clusters: learned, rapier, true, uniform, or a model file
     #[arg(long, default_value = "learned")]
     pub model: String,
-    /// Subgoals to propose for a puzzle, at most
+    /// Maximum number of subgoals to propose for a puzzle
     #[arg(long, default_value_t = 2, value_parser = count(MAX_OBJECTS as u64))]
     pub subgoals: usize,
     /// Any other setting of the trainings by its JSON path, such as refinement.every=50
@@ -124,7 +124,7 @@ pub struct PuzzlesBench {
     /// Train nothing: write the tasks and sweep.json for `mge sweep --plan` or `--slurm`
     #[arg(long)]
     pub prepare: bool,
-    /// Trainings at a time [default: all cores]
+    /// Number of concurrent trainings [default: all cores]
     #[arg(long, value_parser = threads())]
     pub threads: Option<usize>,
     /// No progress on stderr
@@ -132,7 +132,7 @@ pub struct PuzzlesBench {
     pub quiet: bool,
 }
 
-/// Half width of start noise, in the range that tasks allow.
+/// Parses the half width of the start noise, in the range that tasks allow.
 fn start_noise(text: &str) -> Result<f32, String> {
     let noise: f32 = text.parse().map_err(|_| "must be a number".to_owned())?;
     if (0.0..=1.0).contains(&noise) { Ok(noise) } else { Err("must be from 0 to 1".to_owned()) }

@@ -1,5 +1,5 @@
-//! Tests of README.md and docs: links lead somewhere, commands parse, scripts pass the dry run,
-//! sweeps and tasks load, and the generated reference is the present one.
+//! Tests of README.md and docs: links resolve, commands parse, scripts pass the dry run, sweeps and
+//! tasks load, and the generated reference is up to date.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -15,13 +15,13 @@ use crate::task;
 use crate::trainer::RunConfig;
 use crate::workbench::{Script, Session};
 
-/// A page of Markdown: its path from the root of the repository, and its text.
+/// A page of Markdown: its path and its text.
 struct Page {
     path: PathBuf,
     text: String,
 }
 
-/// A fenced block of code: the language after the fence, where it begins, what it says.
+/// A fenced code block: its position, the language after the fence, and its text.
 struct Block {
     place: String,
     language: String,
@@ -47,7 +47,7 @@ impl Page {
         self.path.strip_prefix(root()).unwrap().display().to_string()
     }
 
-    /// The fenced blocks, and the lines outside of them.
+    /// The fenced code blocks, and the lines outside them.
     fn split(&self) -> (Vec<Block>, Vec<&str>) {
         let (mut blocks, mut prose): (Vec<Block>, Vec<&str>) = Default::default();
         let mut is_open = false;
@@ -67,7 +67,7 @@ impl Page {
         (blocks, prose)
     }
 
-    /// The anchors of the headings, as GitHub makes them.
+    /// The anchors of the headings, as GitHub generates them.
     fn anchors(&self) -> BTreeSet<String> {
         let headings = self.split().1.into_iter().filter(|line| line.starts_with('#'));
         let anchor = |heading: &str| {
@@ -77,7 +77,7 @@ impl Page {
         headings.map(anchor).collect()
     }
 
-    /// The targets of the links and pictures.
+    /// The targets of the links and images.
     fn links(&self) -> Vec<String> {
         let (_, prose) = self.split();
         let targets = |line: &str| -> Vec<String> {
@@ -87,7 +87,7 @@ impl Page {
     }
 }
 
-/// Blocks of one language in all pages; there must be some.
+/// The blocks of one language in all pages; fails if there are none.
 fn blocks(language: &str) -> Vec<Block> {
     let all = pages().into_iter().flat_map(|page| page.split().0);
     let found: Vec<Block> = all.filter(|block| block.language == language).collect();
@@ -95,7 +95,7 @@ fn blocks(language: &str) -> Vec<Block> {
     found
 }
 
-/// The arguments of `mge` in a line of a shell, if it runs `mge`.
+/// The arguments of `mge` in a shell line, if it runs `mge`.
 fn arguments(line: &str) -> Option<Vec<String>> {
     let command = line.split(" #").next()?.split(" | ").next()?;
     let command = command.split([';', '&', '<', '>']).next()?.trim().trim_start_matches("MGE_RUNS=runs ");
@@ -109,7 +109,7 @@ fn arguments(line: &str) -> Option<Vec<String>> {
 }
 
 #[test]
-fn links_lead_to_files_and_headings() {
+fn links_resolve_to_files_and_headings() {
     let pages = pages();
     for page in &pages {
         for link in page.links().iter().filter(|link| !link.starts_with("http")) {
@@ -125,7 +125,7 @@ fn links_lead_to_files_and_headings() {
 }
 
 #[test]
-fn every_page_of_the_docs_is_linked_from_their_index() {
+fn every_page_of_the_docs_is_linked_from_the_index() {
     let pages = pages();
     let index = pages.iter().find(|page| page.name() == "docs/README.md").expect("docs/README.md lists the pages");
     let links = index.links();
@@ -153,7 +153,7 @@ fn commands_are_accepted_by_the_program() {
 }
 
 #[test]
-fn commands_within_sentences_exist() {
+fn commands_in_prose_exist() {
     for page in pages() {
         let (_, prose) = page.split();
         for span in prose.iter().flat_map(|line| line.split('`').skip(1).step_by(2)) {
@@ -163,7 +163,7 @@ fn commands_within_sentences_exist() {
             }
             let Some(verb) = words.next().filter(|word| !word.starts_with('-')) else { continue };
             let known = manual::commands().iter().any(|command| command.get_name() == verb);
-            assert!(known, "{}: `{span}` is no command", page.name());
+            assert!(known, "{}: `{span}` is not a command", page.name());
         }
     }
 }
@@ -188,7 +188,7 @@ fn tasks_and_sweeps_load() {
     }
 }
 
-/// `MGE_UPDATE_GOLDEN=1 cargo test reference` writes the page anew.
+/// `MGE_UPDATE_GOLDEN=1 cargo test reference` rewrites the page.
 #[test]
 fn the_reference_is_what_the_program_prints() {
     let path = root().join("docs/reference.md");
@@ -196,11 +196,11 @@ fn the_reference_is_what_the_program_prints() {
         fs::write(&path, manual::markdown_page()).unwrap();
     }
     let is_fresh = fs::read_to_string(&path).unwrap() == manual::markdown_page();
-    assert!(is_fresh, "docs/reference.md is old: `mge man --markdown > docs/reference.md` writes it anew");
+    assert!(is_fresh, "docs/reference.md is out of date: regenerate it with `mge man --markdown > docs/reference.md`");
 }
 
 #[test]
-fn mistakes_in_pages_are_noticed() {
+fn the_page_parser_works() {
     assert_eq!(arguments("mge train task1 --out x  # one run").unwrap(), ["mge", "train", "task1", "--out", "x"]);
     assert_eq!(arguments("cargo run --release -- man > mge.1").unwrap(), ["mge", "man"]);
     assert_eq!(arguments("cargo test --release"), None);

@@ -1,3 +1,3 @@
-//! Tests of the pages and of the command line as a whole.
+//! Tests of the documentation and of the command line as a whole.
 
 mod documentation;

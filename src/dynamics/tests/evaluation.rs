@@ -1,8 +1,8 @@
-//! Evaluations, of models without an assumption too, and the shipped models.
+//! Evaluations, including those of model variants, and the shipped models.
 
 use super::*;
 
-/// Another value of each predictor.
+/// Maps the value of each predictor.
 fn of_each<T, U>(compared: &Compared<T>, value: impl Fn(&T) -> U) -> Compared<U> {
     Compared {
         model: value(&compared.model),
@@ -26,7 +26,7 @@ fn evaluations_of_all_variants_report_every_part() {
         };
         let config = variant.apply(small());
         let trained = train_to_file(&path, config, train.clone(), &tools, "test", on_progress).unwrap();
-        // A variant is a model like any other: its file says what it is.
+        // A variant is an ordinary model: its file contains its configuration.
         let read = Model::load(&path).unwrap();
         assert_eq!(read.config(), &variant.apply(small()));
         assert_eq!(variant.to_string().parse(), Ok(variant));
@@ -56,7 +56,7 @@ fn evaluations_of_all_variants_report_every_part() {
 }
 
 #[test]
-fn shipped_models_say_how_they_were_trained_and_know_the_shipped_tasks() {
+fn shipped_models_record_their_training_and_support_the_shipped_tasks() {
     for (name, model) in shipped_models() {
         let config = ModelConfig { layers: 5, ..ModelConfig::default() };
         assert_eq!((model.name().as_str(), model.config()), (*name, &config));

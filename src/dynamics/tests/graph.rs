@@ -1,4 +1,4 @@
-//! Graphs: which edges are active and whose they are; normalised features and back.
+//! Graphs: which edges are active, and which edge function they belong to; normalisation and its inverse.
 
 use super::*;
 
@@ -32,8 +32,8 @@ fn edges_belong_to_the_function_of_their_pair_of_types() {
 }
 
 #[test]
-fn each_pair_of_types_is_predicted_by_a_function_of_its_own() {
-    // Other weights of the first edge function change the effect of a box, not that of a floor.
+fn each_pair_of_types_has_its_own_edge_function() {
+    // Changing the first edge function changes the effect of a box, but not that of a floor.
     let training = training(small(), quick());
     let model = training.model();
     let mut file = model.to_file();
@@ -75,7 +75,7 @@ fn normalised_columns_have_mean_0_and_scale_1_and_are_restored() {
     }
     columns.restore(&mut values);
     assert!(values.iter().zip(&original).all(|(value, original)| (value - original).abs() < 1e-5));
-    // A column that does not vary is only moved.
+    // A constant column is shifted, but not scaled.
     let mut constant = [7.0, 7.0];
     Columns::of(&constant, 1).normalise(&mut constant);
     assert_eq!(constant, [0.0, 0.0]);

@@ -1,4 +1,4 @@
-//! The whole module on small networks.
+//! Tests of the whole module with small networks.
 
 mod evaluation;
 mod graph;

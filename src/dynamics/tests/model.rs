@@ -1,4 +1,4 @@
-//! Models: gradients, invariances, what they refuse, files.
+//! Models: gradients, invariances, rejected scenes and tasks, files.
 
 use super::*;
 
@@ -63,7 +63,7 @@ fn gradients_of_the_whole_network_agree_with_finite_differences() {
 }
 
 #[test]
-fn order_of_edges_and_place_of_the_scene_do_not_matter() {
+fn predictions_do_not_depend_on_edge_order_or_scene_position() {
     let training = training(small(), quick());
     let model = training.model();
     let expected = predict(model, ball(), &tools());
@@ -94,7 +94,7 @@ fn objects_beyond_the_cutoff_have_no_effect() {
 }
 
 #[test]
-fn a_scene_is_predicted_alike_alone_and_in_a_batch() {
+fn the_prediction_for_a_scene_does_not_depend_on_the_batch() {
     let training = training(small(), quick());
     let model = training.model();
     let tools = tools();
@@ -107,7 +107,7 @@ fn a_scene_is_predicted_alike_alone_and_in_a_batch() {
 }
 
 #[test]
-fn scenes_in_another_order_are_predicted_in_that_order() {
+fn predictions_follow_the_order_of_the_scenes() {
     let training = training(small(), quick());
     let model = training.model();
     let balls = [ball(), BallState { velocity: [3.0, 1.0], ..ball() }, BallState::at_rest([36.0, 52.0])];
@@ -120,7 +120,7 @@ fn scenes_in_another_order_are_predicted_in_that_order() {
 }
 
 #[test]
-fn an_edge_type_never_seen_is_refused() {
+fn an_unseen_edge_type_is_refused() {
     let training = training(small(), quick());
     let far_wall = [Tool::new(ToolKind::Wall, [80.0, 5.0])];
     let error = training.model().advance(&[ball()], &[&far_wall]).unwrap_err();
@@ -153,7 +153,7 @@ fn a_task_with_other_physics_is_refused() {
 }
 
 #[test]
-fn decoding_undoes_encoding() {
+fn decoding_inverts_encoding() {
     let after = BallState { velocity: [-3.0, 4.5], angular_velocity: -1.0, ..BallState::at_rest([41.0, 49.0]) };
     for spin in [false, true] {
         let codec = Codec::new(&ModelConfig { spin, ..ModelConfig::default() });
@@ -177,19 +177,19 @@ fn decoding_undoes_encoding() {
 }
 
 #[test]
-fn a_literal_model_knows_the_speed_of_free_fall() {
+fn a_literal_model_recovers_the_velocity_of_free_fall() {
     let codec = Codec::new(&ModelConfig::literal());
     let (before, mut target) = (BallState { velocity: [2.0, -1.0], ..BallState::at_rest([30.0, 60.0]) }, Vec::new());
     let free = ConstantVelocity { interval: STEPS_PER_ACTION };
     let after = free.advance(&[before], &[&[]]).unwrap()[0];
     codec.encode(&before, &after, &mut target);
     let velocity = codec.decode(&before, &target).velocity;
-    // Half a physics step of gravity is the difference of the discrete to the smooth fall.
+    // Discrete and continuous fall differ by half a physics step of gravity.
     assert!((velocity[0] - after.velocity[0]).abs() < 1e-3 && (velocity[1] - after.velocity[1]).abs() < 0.07);
 }
 
 #[test]
-fn model_files_are_read_back_and_bad_ones_refused() {
+fn model_files_round_trip_and_bad_ones_are_refused() {
     let training = training(small(), quick());
     let model = training.model();
     let bytes = model.to_file().to_bytes();

@@ -1,4 +1,4 @@
-//! Models of all of CREATE's tools, whose properties edges carry.
+//! Models of all of CREATE's tools, with edges that carry the tools' properties.
 
 use super::*;
 use crate::env::TOOL_FEATURES;
@@ -38,7 +38,7 @@ fn a_model_of_all_tools_is_saved_loaded_and_predicts_each_of_them() {
         assert!(predicted != predict(&model, ball(), &[]), "{kind} has an effect");
         assert_eq!(predict(&read, ball(), &[tool]), predicted);
     }
-    // The same weights with other words about them are no model.
+    // The same weights with different metadata are not a valid model.
     let mut file = model.to_file();
     let config = serde_json::json!(ModelConfig { properties: false, ..model.config().clone() });
     file.metadata.insert("config".to_owned(), config.to_string());
@@ -48,7 +48,7 @@ fn a_model_of_all_tools_is_saved_loaded_and_predicts_each_of_them() {
 }
 
 #[test]
-fn edges_carry_the_properties_of_tools_and_of_the_papers_models_none() {
+fn edges_carry_the_properties_of_tools_only_if_configured() {
     let changed = |tool: Tool, change: fn(&mut Tool)| {
         let mut other = tool;
         change(&mut other);
@@ -81,7 +81,7 @@ fn a_ball_of_another_size_has_the_same_gap_to_a_surface() {
 }
 
 #[test]
-fn levels_in_which_more_than_the_ball_moves_are_refused() {
+fn levels_with_other_moving_objects_are_refused() {
     let model = tiny();
     for (level, what) in
         [("Push", "a marker ball moves here"), ("Moving", "the goal moves here"), ("Seesaw", "another ball moves here")]
@@ -103,7 +103,7 @@ fn levels_in_which_more_than_the_ball_moves_are_refused() {
 }
 
 #[test]
-fn an_evaluation_has_tools_that_no_model_has_seen() {
+fn an_evaluation_includes_held_out_tools() {
     let settings = EvaluationConfig { launches: 6, ..EvaluationConfig::default() };
     let found = evaluate(&tiny(), &[], &settings).unwrap();
     let kinds = |errors: &[LaunchErrors]| errors.iter().map(|errors| errors.tool).collect::<Vec<_>>();

@@ -1,4 +1,4 @@
-//! Rollouts: hits, touches, ends.
+//! Rollouts: hits, touches, ends of episodes.
 
 use super::*;
 
@@ -31,7 +31,7 @@ fn rollouts_follow_free_flight_and_stop_at_the_stage() {
     assert_eq!(found.actions.len(), found.path.len().saturating_sub(2) / 8 + 1, "it ends with the action that hits");
 }
 
-/// A ball that falls by the same length in every prediction interval.
+/// Predicts a ball that falls by the same distance in every prediction interval.
 struct Falling(f32);
 
 impl Predictor for Falling {
@@ -49,7 +49,7 @@ impl Predictor for Falling {
 fn a_touch_counts_only_before_the_stage_is_reached() {
     let mut task = task::load("task1").unwrap();
     let [x, y] = crate::physics::to_units(task.ball.position);
-    // The ball is at 16 units below its start when it has just passed the subgoal's upper edge.
+    // 16 units below its start, the ball has just passed the subgoal's upper edge.
     task.subgoals[0].position = to_normalised([x, y - 16.5]);
     let task = std::sync::Arc::new(task);
     let env = Environment::new(task.clone());

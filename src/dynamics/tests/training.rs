@@ -1,9 +1,9 @@
-//! Launches, losses, training and resuming it.
+//! Launches, losses, training and resuming.
 
 use super::*;
 
 #[test]
-fn launches_repeat_and_show_contacts_and_free_flight() {
+fn launches_are_reproducible_and_include_contacts_and_free_flight() {
     for kind in ToolKind::PAPER {
         let launches = collect(kind, Variety::Sizes, 200, Split::Training, 7);
         assert_eq!(launches, collect(kind, Variety::Sizes, 200, Split::Training, 7));
@@ -19,7 +19,7 @@ fn launches_repeat_and_show_contacts_and_free_flight() {
 }
 
 #[test]
-fn losses_are_written_as_they_are_read() {
+fn losses_round_trip_as_text() {
     for (text, errors) in [("squared", [0.0025, 4.0]), ("huber:0.1", [0.00125, 0.195])] {
         let loss: Loss = text.parse().unwrap();
         assert_eq!(loss.to_string(), text);
@@ -36,7 +36,7 @@ fn losses_are_written_as_they_are_read() {
 #[test]
 fn training_reports_the_loss_it_minimises() {
     for loss in [Loss::Squared, Loss::Huber(0.3)] {
-        // Every row of the data in one batch, and a rate that moves nothing.
+        // All rows in one batch, and a learning rate that changes nothing.
         let train = TrainConfig { loss, learning_rate: 1e-30, epochs: 1, mirror: false, batch: 1000, ..quick() };
         let config = ModelConfig { interval: STEPS_PER_ACTION, ..small() };
         let mut training = training(config, TrainConfig { observations: 8, validation: 8, ..train });
@@ -76,7 +76,7 @@ fn training_lowers_the_error() {
 }
 
 #[test]
-fn a_resumed_training_gives_the_same_bits() {
+fn a_resumed_training_is_bit_identical() {
     let mut whole = training(small(), quick());
     assert_eq!(whole.run(|_, _| true), Ended::Done);
     let mut first = training(small(), quick());

@@ -1,4 +1,4 @@
-//! Invented data in realistic shapes.
+//! Invented but realistic data.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -291,7 +291,7 @@ pub fn animation() -> Animation {
     Animation { moments: (0..40).map(moment).collect(), task, frame_ms: 100, trail: 15 }
 }
 
-/// Every figure, with a name for its file.
+/// Every figure with its file name.
 pub fn all() -> Vec<(&'static str, Box<dyn Figure>)> {
     vec![
         ("launches", Box::new(launches())),

@@ -1,5 +1,5 @@
-//! Every figure, with invented but realistic data: bytes, files, numbers, empty states.
-//! With `MGE_FIGURE_DIR` set, the figures stay there to be looked at.
+//! Every figure, with invented but realistic data: bytes, files, numbers, empty states. If `MGE_FIGURE_DIR` is set,
+//! the figures are kept there for inspection.
 
 mod invented;
 mod shipped;
@@ -26,7 +26,7 @@ fn rows(path: &Path) -> Vec<std::collections::HashMap<String, String>> {
     csv::Reader::from_path(path.with_extension("csv")).unwrap().deserialize().collect::<Result<_, _>>().unwrap()
 }
 
-/// Figures that have nothing to show.
+/// Figures without data.
 fn empty() -> Vec<Box<dyn Figure>> {
     let task = || crate::task::shipped().swap_remove(0);
     vec![
@@ -139,7 +139,7 @@ fn empty_figures_say_so() {
 }
 
 #[test]
-fn many_series_are_told_apart_and_their_legend_takes_nothing_from_the_plots() {
+fn many_series_look_different_and_their_legend_does_not_shrink_the_plots() {
     let seeds: Vec<String> = (0..21).map(|seed| format!("DDPG, seed {seed}")).collect();
     let pens = super::style::series(&seeds.iter().map(String::as_str).collect::<Vec<_>>());
     let look = |n: usize| (pens[n].color, pens[n].dash);
@@ -183,7 +183,7 @@ fn missing_values_leave_gaps() {
 }
 
 #[test]
-fn broken_numbers_break_no_figure() {
+fn non_finite_numbers_do_not_break_figures() {
     let wild = [f64::NAN, f64::INFINITY, -1e300, 1e300, 0.0];
     let curve = Curve {
         label: "x".to_owned(),
@@ -228,7 +228,7 @@ fn svg_is_well_formed_and_carries_its_provenance() {
     }
 }
 
-/// Names of the elements left open, after checking that every tag closes the last opened.
+/// Names of the elements left open; checks that every closing tag matches the last opened element.
 fn open_tags(svg: &str) -> Vec<&str> {
     let mut open = Vec::new();
     for tag in svg.split('<').skip(1).map(|rest| rest.split_once('>').expect("a tag ends").0) {
@@ -254,7 +254,7 @@ fn provenance_survives_any_text() {
 }
 
 #[test]
-fn impossible_requests_are_refused_and_spoil_nothing() {
+fn impossible_requests_are_refused_and_leave_files_intact() {
     let folder = tempfile::tempdir().unwrap();
     let figure = invented::tasks();
     let path = folder.path().join("tasks.jpeg");
@@ -295,7 +295,7 @@ fn the_gif_has_every_moment_and_its_provenance() {
     assert!(!yellow(&frames[0]) && yellow(&frames[30]), "the placed tool keeps its exact colour");
 }
 
-/// The figure's pixels at one a point: rows of red, green, blue.
+/// The figure's width and pixels, at four pixels per point.
 fn points(figure: &dyn Figure) -> (usize, Vec<[u8; 3]>) {
     let [width, height] = figure.size().map(|side| side.round() as u32);
     let pixels = figure.to_rgb(4 * width, 4 * height).unwrap();
@@ -318,7 +318,7 @@ const BLUE: [u8; 3] = [0x00, 0x72, 0xB2];
 const VERMILLION: [u8; 3] = [0xD5, 0x5E, 0x00];
 
 #[test]
-fn a_method_has_its_colour_whatever_stands_beside_it() {
+fn a_method_keeps_its_colour_beside_any_other() {
     let has = |curves: Vec<Curve>, color: [u8; 3]| points(&one_panel(curves)).1.contains(&color);
     let (plain, guided) = (|| steady("DDPG, seed 3", 0.5), || steady("DDPG-MGE, epsilon 0.5 to 0", 0.2));
     assert!(has(vec![plain()], BLUE) && has(vec![guided()], VERMILLION));
@@ -327,11 +327,11 @@ fn a_method_has_its_colour_whatever_stands_beside_it() {
 }
 
 #[test]
-fn legends_keep_the_order_of_the_data_and_number_it_as_at_the_curves() {
+fn legends_keep_the_order_of_the_data_and_share_numbers_with_the_curves() {
     let svg = one_panel(vec![steady("zebra", 0.9), steady("ant", 0.2), steady("moth", 0.5)]).to_svg(&provenance());
     let at = |text: &str| svg.find(&format!("\n{text}\n")).unwrap_or_else(|| panic!("{text} is missing"));
     assert!(at("1 zebra") < at("2 ant") && at("2 ant") < at("3 moth"));
-    // At the ends of the curves: from the upper to the lower.
+    // The numbers at the ends of the curves, from top to bottom.
     let place = |number: &str| {
         let text = svg[..svg.rfind(&format!("\n{number}\n")).unwrap()].rsplit_once(" y=\"").unwrap().1;
         text.split('"').next().unwrap().parse::<i64>().unwrap()
@@ -340,7 +340,7 @@ fn legends_keep_the_order_of_the_data_and_number_it_as_at_the_curves() {
 }
 
 #[test]
-fn what_is_missing_is_no_zero() {
+fn missing_values_are_not_drawn_as_zero() {
     let mut scores = invented::methods();
     let all = points(&scores).1.iter().filter(|pixel| **pixel == BLUE).count();
     scores.panels.iter_mut().for_each(|panel| {
@@ -356,7 +356,7 @@ fn what_is_missing_is_no_zero() {
         hits.tasks.iter_mut().for_each(|task| task.policies[0].goal = Estimate::exact(value));
         hits.to_svg(&provenance()).matches("\n0\n").count()
     };
-    assert!(hits(f64::NAN) < hits(0.0), "no count stands over a missing bar");
+    assert!(hits(f64::NAN) < hits(0.0), "there is no count above a missing bar");
     let counts = |hits: &Hits| hits.to_svg(&provenance()).matches("\n0\n").count();
     let (whole, mut fewer) = (invented::hits(), invented::hits());
     fewer.tasks[0].policies.remove(1);
@@ -385,7 +385,7 @@ fn curves_stay_inside_their_frame() {
 fn a_window_that_is_not_full_is_faint() {
     let curve = |partial: usize| Curve { y: vec![1.0, 0.0, 0.0, 0.0], partial, ..steady("DDPG", 0.0) };
     let strong = |partial: usize| points(&one_panel(vec![curve(partial)])).1.iter().filter(|p| **p == BLUE).count();
-    assert!(strong(2) < strong(0) / 2, "the spike is not drawn as the rest is");
+    assert!(strong(2) < strong(0) / 2, "the spike is drawn faintly");
     let text = |partial: usize| one_panel(vec![curve(partial)]).to_svg(&provenance());
     assert!(text(2).contains("Faint") && !text(0).contains("Faint"));
 }
@@ -401,7 +401,7 @@ fn names_with_control_characters_make_xml() {
 }
 
 #[test]
-fn a_note_ends_in_no_lone_word() {
+fn a_note_does_not_end_in_a_single_word() {
     let text = "Interquartile mean of 10 seeds; lines: 95 % bootstrap interval over seeds, stratified by task.";
     for cut in 0..60 {
         let svg = super::canvas::svg([120.0 + 3.0 * f64::from(cut), 200.0], 1.0, "", |canvas| {
@@ -427,6 +427,6 @@ fn the_pdf_holds_the_page_and_its_provenance() {
     let bounds: Vec<f64> = bounds.split(' ').map(|number| number.parse().unwrap()).collect();
     assert!((bounds[2] - width).abs() < 0.1 && (bounds[3] - height).abs() < 0.1, "{bounds:?}");
     let empty = super::pdf::pdf(&super::canvas::svg(figure.size(), 1.0, "", |_| {}), &provenance()).unwrap();
-    assert!(bytes.len() > 10 * empty.len(), "the shapes are in it");
+    assert!(bytes.len() > 10 * empty.len(), "it contains the shapes");
     assert!(path.with_extension("csv").exists());
 }

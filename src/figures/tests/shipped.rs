@@ -1,5 +1,5 @@
-//! The figures in `assets/figures`, drawn from the numbers beside them. With `MGE_REDRAW_FIGURES`
-//! set they are written anew: `MGE_REDRAW_FIGURES=1 cargo test figures::tests::shipped`.
+//! The figures in `assets/figures` match the numbers beside them. With `MGE_REDRAW_FIGURES` set they are rewritten:
+//! `MGE_REDRAW_FIGURES=1 cargo test figures::tests::shipped`.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ fn estimate(row: &Row, value: &str) -> Estimate {
     Estimate { value: number(row, value), lower: number(row, "low"), upper: number(row, "high") }
 }
 
-/// The different values of a column, in order of appearance, and the rows of each.
+/// The distinct values of a column, in order of appearance, and the rows of each.
 fn groups<'r>(rows: &[&'r Row], column: &str) -> Vec<(String, Vec<&'r Row>)> {
     let names = labels(rows.iter().map(|row| row[column].as_str()));
     let of = |name: &str| rows.iter().copied().filter(|row| row[column] == name).collect();

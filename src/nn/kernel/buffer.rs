@@ -17,7 +17,8 @@ pub(in crate::nn) struct Buffer {
 }
 
 impl Buffer {
-    /// Makes the buffer `len` floats long. New floats are 0, kept ones have any earlier value.
+    /// Makes the buffer `len` floats long. Floats in newly allocated lines are 0, all others keep
+    /// an arbitrary earlier value.
     pub(in crate::nn) fn resize(&mut self, len: usize) {
         let lines = len.div_ceil(LINE);
         if lines > self.lines.len() {
@@ -31,8 +32,8 @@ impl Deref for Buffer {
     type Target = [f32];
 
     fn deref(&self) -> &[f32] {
-        // SAFETY: `lines` holds at least `len` initialised floats in a row: a `Line` is nothing
-        // but an array of floats.
+        // SAFETY: `lines` holds at least `len` contiguous, initialised floats: a `Line` is just an
+        // array of floats without padding.
         unsafe { std::slice::from_raw_parts(self.lines.as_ptr().cast(), self.len) }
     }
 }

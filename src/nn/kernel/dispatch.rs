@@ -1,10 +1,10 @@
-//! The one place where the instruction set is chosen.
+//! The choice of the instruction set.
 
 use std::sync::OnceLock;
 
 use super::simd::{self, Portable, Simd};
 
-/// Floats in a cache line: rows of a [`Buffer`](super::buffer::Buffer) are multiples of it.
+/// Floats in a cache line. Row lengths in a [`Buffer`](super::buffer::Buffer) are multiples of it.
 pub(in crate::nn) const LINE: usize = 16;
 
 /// `columns` rounded up to whole lines.
@@ -12,7 +12,7 @@ pub(in crate::nn) fn padded(columns: usize) -> usize {
     columns.next_multiple_of(LINE)
 }
 
-/// Work that is written once for every instruction set.
+/// Work written once and compiled for every instruction set.
 pub(in crate::nn) trait Kernel: Sized {
     type Output;
 
@@ -94,7 +94,7 @@ impl Level {
         })
     }
 
-    /// Whether this processor can run it.
+    /// Whether this processor supports it.
     #[inline]
     pub(in crate::nn) fn is_available(self) -> bool {
         match self {

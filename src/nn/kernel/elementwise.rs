@@ -1,16 +1,16 @@
-//! Activations, optimiser steps and the other work that touches each float once.
+//! Activations and other kernels that visit each float once.
 
 use super::dispatch::{Kernel, LINE};
 use super::simd::Simd;
 use crate::nn::Activation;
 
 /// tanh(x) = x P(x²) / Q(x²): a minimax fit of the relative error on [-8, 8] (1.5e-7; with
-/// rounding 4e-7 absolute). Beyond, tanh differs from ±1 by less than 2.3e-7.
+/// rounding 4e-7 absolute). Outside this range, tanh differs from ±1 by less than 2.3e-7.
 const TANH_LIMIT: f32 = 8.0;
 const TANH_P: [f32; 4] = [4066349.5, 525602.7, 11999.892, 46.47193];
 const TANH_Q: [f32; 4] = [4066350.3, 1881048.0, 96842.37, 970.51184];
 
-/// NaN stays NaN: `min` and `max` return their second operand then.
+/// NaN stays NaN: `min` and `max` return their second operand if either is NaN.
 #[inline(always)]
 unsafe fn tanh<S: Simd>(x: S::V) -> S::V {
     // SAFETY: by the contract of `Simd`.
@@ -29,7 +29,8 @@ unsafe fn tanh<S: Simd>(x: S::V) -> S::V {
     }
 }
 
-/// `c = f(c)` for `n` floats; of [`Activation::RmsRelu`] all but the division, which is [`Normalise`](super::Normalise)'s.
+/// `c = f(c)` for `n` floats. Leaves out the division of [`Activation::RmsRelu`], which
+/// [`Normalise`](super::Normalise) does.
 #[inline(always)]
 pub(super) unsafe fn activate<S: Simd>(f: Activation, c: *mut f32, n: usize) {
     // SAFETY: the caller's pointer is valid for `n` floats, whole vectors.
@@ -52,7 +53,7 @@ pub(super) unsafe fn activate<S: Simd>(f: Activation, c: *mut f32, n: usize) {
     }
 }
 
-/// `d = d * f'(z)` for `n` floats, where `y = f(z)`; of [`Activation::RmsRelu`] all but the division.
+/// `d = d * f'(z)` for `n` floats, where `y = f(z)`, without the division of [`Activation::RmsRelu`].
 #[inline(always)]
 pub(super) unsafe fn derivative<S: Simd>(f: Activation, y: *const f32, d: *mut f32, n: usize) {
     // SAFETY: the caller's pointers are valid for `n` floats, whole vectors.
@@ -75,7 +76,7 @@ pub(super) unsafe fn derivative<S: Simd>(f: Activation, y: *const f32, d: *mut f
     }
 }
 
-/// `gradient = gradient * f'(z)` where `output = f(z)`; whole lines.
+/// `gradient = gradient * f'(z)` where `output = f(z)`; lengths are multiples of [`LINE`].
 pub(in crate::nn) struct Derivative<'a> {
     pub activation: Activation,
     pub output: &'a [f32],
@@ -98,7 +99,7 @@ impl Kernel for Derivative<'_> {
     }
 }
 
-/// `sums += rows of x`, summed in order; rows are as long as `sums`, whole lines.
+/// `sums += rows of x`, summed in order; rows are as long as `sums`, a multiple of [`LINE`].
 pub(in crate::nn) struct ColumnSums<'a> {
     pub x: &'a [f32],
     pub sums: &'a mut [f32],
@@ -113,7 +114,7 @@ impl Kernel for ColumnSums<'_> {
         assert_eq!(row % LINE, 0);
         assert_eq!(self.x.len() % row.max(1), 0);
         for column in (0..row).step_by(LINE) {
-            // SAFETY: a line starts at every `column` of every row; it is whole vectors.
+            // SAFETY: a line starts at every `column` of every row and consists of whole vectors.
             unsafe {
                 for at in (column..column + LINE).step_by(S::LANES) {
                     let mut sum = S::load(self.sums.as_ptr().add(at));
@@ -127,7 +128,7 @@ impl Kernel for ColumnSums<'_> {
     }
 }
 
-/// `to` = transpose of `from`; both of whole lines in rows and columns.
+/// `to` = transpose of `from`; `rows` and `columns` are multiples of [`LINE`].
 pub(in crate::nn) struct Transpose<'a> {
     pub from: &'a [f32],
     pub rows: usize,
@@ -165,7 +166,7 @@ impl Kernel for SumOfSquares<'_> {
     unsafe fn run<S: Simd>(self) -> f32 {
         let (lines, rest) = self.0.split_at(self.0.len() / LINE * LINE);
         let mut lanes = [0.0f32; LINE];
-        // SAFETY: `lines` is whole lines, a line whole vectors.
+        // SAFETY: `lines` consists of whole lines, and a line of whole vectors.
         unsafe {
             for offset in (0..LINE).step_by(S::LANES) {
                 let mut sum = S::splat(0.0);

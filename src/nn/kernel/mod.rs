@@ -1,8 +1,9 @@
-//! Arithmetic of the networks on slices, vectorised for the processor found at run time.
+//! The networks' arithmetic on slices, vectorised for the processor detected at run time.
 //!
-//! Matrices are row-major with rows padded to whole [`LINE`]s, so that no kernel needs a
-//! remainder. The instruction set (AVX-512, AVX2 with FMA, or plain Rust) is chosen once; results
-//! depend on it in the last bits, but never on the number of threads or on how rows are grouped.
+//! Matrices are row-major with rows padded to whole [`LINE`]s, so that matrix kernels need no
+//! remainder loops. The instruction set (AVX-512, AVX2 with FMA, or plain Rust) is chosen once;
+//! results depend on it in the last bits, but never on the number of threads or on how rows are
+//! grouped.
 
 #![allow(unsafe_code, reason = "vector instructions, and memory aligned for them")]
 #![deny(clippy::undocumented_unsafe_blocks)]

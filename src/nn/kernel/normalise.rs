@@ -3,11 +3,11 @@
 use super::dispatch::{Kernel, LINE};
 use super::simd::Simd;
 
-/// Added to the mean square, so that a row of zeros stays one.
+/// Added to the mean square, so that a row of zeros stays a row of zeros.
 const LEAST_MEAN_SQUARE: f32 = 1e-6;
 
-/// Divides every row of `y` by the root mean square of its columns and puts what it was multiplied by
-/// into `factors`, one for each row. Rows are whole lines; padding must be 0.
+/// Divides every row of `y` by the root mean square of its columns and stores the reciprocals in
+/// `factors`, one per row. Rows are whole lines; padding must be 0.
 pub(in crate::nn) struct Normalise<'a> {
     pub y: &'a mut [f32],
     /// Columns without the padding.
@@ -74,7 +74,7 @@ fn row_length(floats: usize, rows: usize) -> usize {
 /// Σ a b over a row of whole lines.
 ///
 /// # Safety
-/// As for [`Simd`]; both slices hold as many floats, whole lines.
+/// As for [`Simd`]; both slices have the same length, a multiple of [`LINE`].
 #[inline(always)]
 unsafe fn dot<S: Simd>(a: &[f32], b: &[f32]) -> f32 {
     let mut lanes = [0.0f32; LINE];

@@ -1,17 +1,17 @@
-//! The one matrix product behind forward pass, input gradient and weight gradient.
+//! The matrix product used by the forward pass, the input gradient and the weight gradient.
 
 use super::dispatch::{Kernel, LINE};
 use super::elementwise::{activate, derivative};
 use super::simd::Simd;
 use crate::nn::Activation;
 
-/// What the sums start from.
+/// Initial value of the sums.
 #[derive(Clone, Copy)]
 pub(in crate::nn) enum Start<'a> {
     Zero,
-    /// Every row starts as this one.
+    /// Every row starts with these values.
     Row(&'a [f32]),
-    /// The sums are added to what the result holds.
+    /// The sums are added to the present content of the result.
     Accumulate,
 }
 
@@ -21,7 +21,7 @@ pub(in crate::nn) enum Epilogue<'a> {
     None,
     /// `c = f(c)`
     Activate(Activation),
-    /// `c = c * f'(z)` where the matrix holds `f(z)`, with rows as long as those of `c`.
+    /// `c = c * f'(z)` where the matrix holds `f(z)`, with the row stride of `c`.
     Derivative(Activation, &'a [f32]),
 }
 
@@ -29,7 +29,7 @@ pub(in crate::nn) enum Epilogue<'a> {
 ///
 /// Element (i, p) of `a` is `a[i * a_row + p * a_depth]`, so `a` may be a transpose; rows of `b`
 /// are `b_row` apart, those of `c` `c_row`. `columns` is a multiple of [`LINE`]. Every element is
-/// one chain of sums over `p` in order, so the result does not depend on how rows are grouped and
+/// summed over `p` in order, so the result does not depend on how rows are grouped, and
 /// `Accumulate` continues a sum exactly where an earlier product ended.
 pub(in crate::nn) struct Product<'a> {
     pub rows: usize,
@@ -46,7 +46,7 @@ pub(in crate::nn) struct Product<'a> {
     pub epilogue: Epilogue<'a>,
 }
 
-/// Rows of `b` that are used at a time, so that they stay in the innermost cache.
+/// Rows of `b` that are used at a time, so that they stay in the first-level cache.
 const DEPTH_BLOCK: usize = 96;
 
 /// A range of the inner dimension.
@@ -59,7 +59,7 @@ struct Part {
 }
 
 impl Product<'_> {
-    /// Panics unless the slices hold every element the sizes and strides reach.
+    /// Panics unless the slices hold every element that the sizes and strides reach.
     fn check(&self) {
         assert_eq!(self.columns % LINE, 0);
         let r = self.rows - 1;
@@ -79,7 +79,7 @@ impl Product<'_> {
         }
     }
 
-    /// All rows of the columns from `column` on that `NV` vectors span.
+    /// Computes all rows of the `NV` vectors of columns from `column` on.
     ///
     /// # Safety
     /// As for [`Kernel::run`], and `column + NV * LANES <= columns`.
@@ -94,7 +94,7 @@ impl Product<'_> {
         }
     }
 
-    /// One part of the sums of a panel.
+    /// Computes one part of the sums of a panel.
     ///
     /// # Safety
     /// As for [`panel`](Self::panel); `part` lies within the depth.
@@ -121,7 +121,7 @@ impl Product<'_> {
         }
     }
 
-    /// `MR` rows by `NV` vectors of the result, summed in registers.
+    /// Computes `MR` rows by `NV` vectors of the result, summed in registers.
     ///
     /// # Safety
     /// As for [`Kernel::run`]; the tile lies inside the result.
@@ -175,8 +175,8 @@ impl Product<'_> {
             if !part.is_end {
                 return;
             }
-            // A pass of its own over the finished rows, still in the cache: inlined into every
-            // tile above, the activations would be most of the code.
+            // A separate pass over the finished rows, still in the cache: inlined into the loops
+            // above, the activations would make up most of every tile's code.
             for r in 0..MR {
                 let at = (row + r) * self.c_row + column;
                 self.finish::<S>(at, NV * S::LANES);
@@ -214,7 +214,7 @@ impl Kernel for Product<'_> {
         }
         self.check();
         let mut column = 0;
-        // SAFETY: the panels cover the columns from 0 to `columns`, which are whole lines; a line
+        // SAFETY: the panels cover the columns from 0 to `columns`, a multiple of a line; a line
         // is 1, 2 or 4 vectors.
         unsafe {
             if S::TILE_VECTORS == 4 {

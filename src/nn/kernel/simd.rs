@@ -1,15 +1,15 @@
-//! The vector instructions the kernels are written in, once for every instruction set.
+//! The vector operations that the kernels use, implemented for every instruction set.
 
 /// A set of vector instructions on `LANES` 32-bit floats.
 ///
 /// # Safety
-/// Every function may be called only on a processor that has the instruction set, from code
-/// compiled for it (`#[target_feature]`); pointers must be valid for `LANES` floats.
+/// Functions may be called only on a processor that has the instruction set, from code compiled
+/// for it (`#[target_feature]`); pointers must be valid for `LANES` floats.
 pub(in crate::nn) trait Simd {
     type V: Copy;
-    /// Floats in a vector: divides [`LINE`](super::dispatch::LINE).
+    /// Floats in a vector; divides [`LINE`](super::dispatch::LINE).
     const LANES: usize;
-    /// Vectors that one row of the widest register tile spans.
+    /// Width of the widest register tile, in vectors.
     const TILE_VECTORS: usize;
 
     unsafe fn load(from: *const f32) -> Self::V;
@@ -35,7 +35,7 @@ pub(in crate::nn) trait Simd {
     unsafe fn transpose(from: *const f32, from_row: usize, to: *mut f32, to_row: usize);
 }
 
-/// Plain Rust on arrays of four: what every processor can do.
+/// Plain Rust on arrays of four floats, for every processor.
 pub(super) struct Portable;
 
 impl Portable {
@@ -86,7 +86,7 @@ impl Simd for Portable {
     }
     #[inline(always)]
     unsafe fn mul_add(a: Self::V, b: Self::V, c: Self::V) -> Self::V {
-        // `f32::mul_add` is a slow library call where the processor has no such instruction.
+        // `f32::mul_add` is a slow library call where the target has no such instruction.
         if cfg!(target_arch = "aarch64") {
             std::array::from_fn(|i| a[i].mul_add(b[i], c[i]))
         } else {

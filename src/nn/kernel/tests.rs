@@ -1,4 +1,4 @@
-//! Every kernel on every instruction set of this processor against plain `f64` arithmetic.
+//! Compares every kernel, on every instruction set of this processor, with plain `f64` arithmetic.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -68,7 +68,7 @@ fn check_product((rows, depth, columns): (usize, usize, usize), transposed: bool
 }
 
 #[test]
-fn slices_that_are_too_short_are_refused_before_they_are_read() {
+fn slices_that_are_too_short_are_rejected_before_any_access() {
     let product = |a: usize, b: usize, start: usize, c: usize, y: usize| {
         let (a, b, start, y, mut c) = (vec![0.0; a], vec![0.0; b], vec![0.0; start], vec![0.0; y], vec![0.0; c]);
         let epilogue = Epilogue::Derivative(Activation::Tanh, &y);
@@ -104,7 +104,7 @@ fn slices_that_are_too_short_are_refused_before_they_are_read() {
     assert!(refused(&mut || Update { rule: Sgd { rate: 0.1 }, state: [&mut short], input: &long }.execute()));
 }
 
-/// `f` of every element of `x`, by a product with the unit matrix.
+/// `f` of every element of `x`, as the epilogue of a product of depth 0 that starts from `x`.
 fn activated(f: Activation, x: &[f32], level: Level) -> Vec<f32> {
     let mut y = vec![0.0; x.len()];
     Product {
@@ -144,7 +144,7 @@ fn tanh_is_accurate_bounded_and_odd() {
 }
 
 #[test]
-fn derivatives_are_those_of_the_outputs() {
+fn derivatives_follow_from_the_outputs() {
     let (z, d) = (random(64, 5), random(64, 6));
     for level in levels() {
         for f in [Activation::Identity, Activation::Relu, Activation::Tanh] {
@@ -164,7 +164,7 @@ fn derivatives_are_those_of_the_outputs() {
 }
 
 #[test]
-fn normalised_rows_and_their_gradients_are_those_of_the_formula() {
+fn normalised_rows_and_their_gradients_follow_the_formula() {
     let (rows, row, columns) = (3, 32, 19);
     let padding = |values: Vec<f32>| -> Vec<f32> {
         values.into_iter().enumerate().map(|(i, x)| if i % row < columns { x } else { 0.0 }).collect()

@@ -1,4 +1,4 @@
-//! Element by element updates of parameters: optimiser steps and the soft update of targets.
+//! Element-wise updates of parameters: optimiser steps and the soft update of target networks.
 
 use super::dispatch::{Kernel, LINE};
 use super::simd::Simd;
@@ -10,7 +10,7 @@ pub(in crate::nn) trait Rule<const N: usize> {
     unsafe fn step<S: Simd>(&self, state: [S::V; N], input: S::V) -> [S::V; N];
 }
 
-/// Applies `rule` to all elements of equally long slices of any length.
+/// Applies `rule` to all elements of slices of equal, arbitrary length.
 pub(in crate::nn) struct Update<'a, R, const N: usize> {
     pub rule: R,
     pub state: [&'a mut [f32]; N],

@@ -1,4 +1,4 @@
-//! What is asked of a running training, and how the loop carries it out.
+//! Controls of a running training, and their handling by the loop.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -12,35 +12,35 @@ use crate::trainer::request::control;
 use crate::trainer::training::Training;
 use crate::trainer::watch::Phase;
 
-/// What can be asked of a running training. Each takes effect between two episodes, in
-/// the order of sending.
+/// A control of a running training. Controls take effect between two episodes, in the order
+/// of sending.
 #[derive(Debug, Clone)]
 pub enum Control {
     /// Wait until [`Control::Resume`].
     Pause,
     /// Continue after a pause.
     Resume,
-    /// Train so many more episodes, then pause.
+    /// Train this many more episodes, then pause.
     Advance(u32),
     /// Save a checkpoint and end; the run can be resumed later.
     Stop { reason: String },
-    /// Another epsilon schedule.
+    /// Use another epsilon schedule.
     SetSchedule(EpsilonSchedule),
-    /// Another action prior.
+    /// Use another action prior.
     SetPrior(Arc<ActionPrior>),
 }
 
-/// What the loop does after the controls.
+/// What the loop does after handling controls.
 pub(super) enum Next {
     Continue,
     Stop(String),
 }
 
-/// Time between two looks at what other processes ask, during a pause.
+/// Poll interval for requests of other processes during a pause.
 const LOOK: Duration = Duration::from_millis(100);
 
 impl RunLoop<'_> {
-    /// The reason of a request to stop that has come and was not carried out yet.
+    /// The reason of a received but not yet handled stop.
     pub(super) fn stop_received(&mut self) -> Option<String> {
         self.received.extend(self.controls.try_iter());
         self.received.iter().find_map(|control| match control {
@@ -49,7 +49,7 @@ impl RunLoop<'_> {
         })
     }
 
-    /// Does what was asked since the last episode; blocks while paused.
+    /// Handles the controls received since the last episode; blocks while paused.
     pub(super) fn handle_controls(&mut self, training: &mut Training) -> Result<Next, TrainerError> {
         let mut paused = false;
         loop {
@@ -64,7 +64,7 @@ impl RunLoop<'_> {
                 None if paused => match self.controls.recv_timeout(LOOK) {
                     Ok(control) => control,
                     Err(RecvTimeoutError::Timeout) => continue,
-                    // No control can come any more: stop instead of waiting for ever.
+                    // No control can arrive any more, so stop instead of waiting forever.
                     Err(RecvTimeoutError::Disconnected) => Control::Stop { reason: "the program ended".to_owned() },
                 },
                 None => match self.controls.try_recv() {
@@ -106,11 +106,11 @@ impl RunLoop<'_> {
         }
     }
 
-    /// Takes in what other processes asked since the last look.
+    /// Receives new requests of other processes.
     fn take_requests(&mut self) -> Result<(), RunError> {
         let (requests, mut problems) = match self.requests.poll() {
             Ok(found) => found,
-            // A training does not end because it cannot be asked for anything.
+            // Unreadable requests do not end a training.
             Err(error) => (Vec::new(), vec![error.to_string()]),
         };
         for request in requests {
@@ -122,7 +122,7 @@ impl RunLoop<'_> {
         problems.iter().try_for_each(|problem| self.writer.note(&format!("a request cannot be carried out: {problem}")))
     }
 
-    /// Something was changed between two episodes. What is changed during a pause is kept at once.
+    /// Notes a change between two episodes; saves it at once during a pause.
     fn changed(&mut self, training: &Training, paused: bool) -> Result<(), TrainerError> {
         self.is_changed = true;
         if paused { self.save_now(training) } else { Ok(()) }

@@ -1,4 +1,4 @@
-//! What guides exploration: clusters, plans, models, needs.
+//! Guidance of exploration: clusters, plans, models, needs.
 
 use super::*;
 
@@ -41,7 +41,7 @@ fn clusters_follow_the_agent_s_own_rewarding_actions() {
     let refined = training.prior().unwrap();
     assert_eq!(refined.stages[0].actions.len(), 5);
     assert_ne!(refined.stages[0].clusters, prior.stages[0].clusters);
-    // The run records the change, and its file has the clusters in force.
+    // The run records the change, and its file contains the current clusters.
     let run = new_run(folder.path(), "run", &config);
     finish(&run);
     let saved = std::fs::read_to_string(run.path().join("prior.json")).unwrap();
@@ -49,7 +49,7 @@ fn clusters_follow_the_agent_s_own_rewarding_actions() {
 }
 
 #[test]
-fn clusters_follow_no_fewer_actions_than_asked_for() {
+fn clusters_are_refined_only_from_enough_actions() {
     let mut config = config(Method::DdpgMge, 20);
     config.epsilon = "1".parse().unwrap();
     let prior = Arc::new(build_prior(&config, |_| (), &Stop::default()).unwrap().unwrap());
@@ -70,7 +70,7 @@ fn clusters_follow_no_fewer_actions_than_asked_for() {
 }
 
 #[test]
-fn guidance_is_drawn_anew_as_often_as_asked_for() {
+fn guidance_is_drawn_at_the_configured_granularity() {
     // Changes between clusters and policy, directly after a subgoal and elsewhere.
     let changes = |granularity| {
         let mut config = config(Method::DdpgMge, 30);
@@ -162,7 +162,7 @@ fn the_log_has_the_needs_of_every_stage() {
     assert!(needs.windows(2).all(|pair| pair[0].1 != pair[1].1), "{needs:?}");
     let history = crate::run::RunHistory::read(&run).unwrap();
     assert_eq!(history.needs, needs.last().unwrap().1);
-    // Clusters are drawn by half of the mean need before the episode.
+    // The recorded epsilon is half of the mean need before the episode.
     for record in history.records.iter() {
         let (_, before) = needs.iter().rev().find(|(episode, _)| *episode < record.episode).unwrap();
         assert!((record.epsilon - 0.25 * (before[0] + before[1])).abs() < 1e-6, "{record:?}, {before:?}");

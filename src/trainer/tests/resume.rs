@@ -18,10 +18,10 @@ fn a_stopped_and_resumed_run_equals_an_uninterrupted_one() {
 }
 
 #[test]
-fn everything_of_a_resumed_run_is_that_of_an_uninterrupted_one() {
+fn all_files_of_a_resumed_run_equal_those_of_an_uninterrupted_one() {
     let mut config = config(Method::DdpgMge, 12);
     let mut task = task::load("task1").unwrap();
-    // Starts that differ, so that evaluations draw from their stream.
+    // Random starts, so that evaluations draw from their stream.
     task.rules.start_noise = 0.05;
     config.task = Arc::new(task);
     config.epsilon = "linear:1:0.5:12".parse().unwrap();
@@ -49,7 +49,7 @@ fn a_resumed_run_does_not_replace_a_better_best() {
 }
 
 #[test]
-fn a_schedule_and_clusters_given_while_training_are_those_of_the_resumed_run() {
+fn a_resumed_run_keeps_the_schedule_and_clusters_set_during_training() {
     let folder = tempfile::tempdir().unwrap();
     let mut config = config(Method::DdpgMge, 8);
     config.epsilon = "1".parse().unwrap();
@@ -62,7 +62,7 @@ fn a_schedule_and_clusters_given_while_training_are_those_of_the_resumed_run() {
     trainer.send(Control::Stop { reason: "a test".to_owned() });
     trainer.join().unwrap();
     assert_eq!(saved_prior(&run, &config.task).unwrap().as_ref(), Some(&*given));
-    // As if others had been given that no checkpoint knows.
+    // As if other clusters had been set after the checkpoint.
     std::fs::write(run.prior_path(), ActionPrior::uniform(&config.task, 78).to_json()).unwrap();
     finish(&run);
     let records = read_metrics(&run.metrics_path()).unwrap();
@@ -72,7 +72,7 @@ fn a_schedule_and_clusters_given_while_training_are_those_of_the_resumed_run() {
 }
 
 #[test]
-fn a_stop_while_clusters_are_built_takes_effect_and_the_run_begins_again() {
+fn a_stop_while_clusters_are_built_takes_effect_and_the_run_starts_over() {
     let folder = tempfile::tempdir().unwrap();
     let config = config(Method::DdpgMge, 3);
     let [whole, stopped] = ["whole", "stopped"].map(|name| new_run(folder.path(), name, &config));
@@ -87,7 +87,7 @@ fn a_stop_while_clusters_are_built_takes_effect_and_the_run_begins_again() {
 }
 
 #[test]
-fn a_killed_run_goes_on_from_its_checkpoint() {
+fn a_killed_run_continues_from_its_checkpoint() {
     let folder = tempfile::tempdir().unwrap();
     let config = config(Method::Ddpg, 10);
     let [whole, killed] = ["whole", "killed"].map(|name| new_run(folder.path(), name, &config));
@@ -108,7 +108,7 @@ fn a_killed_run_goes_on_from_its_checkpoint() {
 }
 
 #[test]
-fn a_pause_is_recorded_once_until_the_run_goes_on() {
+fn a_pause_is_recorded_once_until_the_run_resumes() {
     let folder = tempfile::tempdir().unwrap();
     let run = new_run(folder.path(), "run", &config(Method::Ddpg, 3));
     let trainer = Trainer::spawn(run.clone(), [Control::Pause, Control::Pause]).unwrap();
@@ -124,7 +124,7 @@ fn a_pause_is_recorded_once_until_the_run_goes_on() {
 }
 
 #[test]
-fn the_clusters_of_a_new_run_are_recorded_and_those_of_a_resumed_one_not_again() {
+fn clusters_are_recorded_for_a_new_run_but_not_again_for_a_resumed_one() {
     let folder = tempfile::tempdir().unwrap();
     let run = new_run(folder.path(), "run", &config(Method::DdpgMge, 6));
     let trainer = Trainer::spawn(run.clone(), [Control::Advance(4)]).unwrap();
@@ -142,7 +142,7 @@ fn the_clusters_of_a_new_run_are_recorded_and_those_of_a_resumed_one_not_again()
 }
 
 #[test]
-fn a_checkpoint_of_other_settings_is_not_continued() {
+fn a_checkpoint_with_other_settings_is_not_resumed() {
     let folder = tempfile::tempdir().unwrap();
     let config = config(Method::Ddpg, 4);
     let run = new_run(folder.path(), "run", &config);
@@ -157,7 +157,7 @@ fn a_checkpoint_of_other_settings_is_not_continued() {
 }
 
 #[test]
-fn a_resumed_adaptive_run_is_that_of_an_uninterrupted_one() {
+fn a_resumed_adaptive_run_equals_an_uninterrupted_one() {
     let mut config = config(Method::DdpgMgeAdaptive, 24);
     config.start_noise = Some(0.02);
     config.ddpg.replay_capacity = 1000;

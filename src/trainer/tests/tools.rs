@@ -1,4 +1,4 @@
-//! Agents that choose among tools, from their settings to what their runs leave behind.
+//! Agents that choose among tools, from their settings to the files of their runs.
 
 use super::*;
 use crate::env::tool_embedding;
@@ -24,14 +24,14 @@ fn with_tools() -> impl Iterator<Item = Method> {
 }
 
 #[test]
-fn a_resumed_run_with_tools_is_that_of_an_uninterrupted_one() {
+fn a_resumed_run_with_tools_equals_an_uninterrupted_one() {
     for method in with_tools() {
         check_resumed(&choosing(method, 8), 5);
     }
 }
 
 #[test]
-fn an_episode_among_tools_is_played_again_as_it_was() {
+fn an_episode_with_tools_is_replayed_exactly() {
     let folder = tempfile::tempdir().unwrap();
     let config = choosing(Method::DdpgUniform, 4).with_setting("epsilon", "0.5").unwrap();
     let run = new_run(folder.path(), "run", &config);
@@ -46,7 +46,7 @@ fn an_episode_among_tools_is_played_again_as_it_was() {
         assert!(trace.steps.iter().all(|step| step.tool.is_some_and(|index| index < trace.tools.len())));
         sets.push(trace.tools);
     }
-    assert!(sets.windows(2).all(|pair| pair[0] != pair[1]), "every episode has another set");
+    assert!(sets.windows(2).all(|pair| pair[0] != pair[1]), "every episode has a different set");
 }
 
 #[test]
@@ -68,7 +68,7 @@ fn clusters_over_tools_follow_the_agent_s_own_rewarding_actions() {
     assert_ne!(refined.clusters, prior.stages[0].clusters);
     assert_eq!(refined.tools.len(), refined.clusters.len());
     assert!((2..=6).contains(&refined.actions.len()) && refined.actions.iter().all(|action| placed.contains(action)));
-    // A cluster of one action draws just its tool.
+    // A cluster of a single action always draws its tool.
     let alone = refined.clusters.iter().position(|cluster| cluster.count == 1).expect("few actions, ten clusters");
     let tool = &refined.tools[alone];
     assert!(tool.std.iter().all(|std| *std == 0.0));
@@ -79,7 +79,7 @@ fn clusters_over_tools_follow_the_agent_s_own_rewarding_actions() {
 }
 
 #[test]
-fn a_policy_is_evaluated_among_tools_that_it_has_not_seen() {
+fn a_policy_is_evaluated_with_held_out_tools() {
     let training = Training::new(choosing(Method::Ddpg, 1), None).unwrap();
     let mut rng = crate::streams::Stream::Episode.of(1);
     let trace = greedy_episode(&training.config().task, Some(ToolSplit::Test), training.ddpg(), &mut rng);
@@ -88,7 +88,7 @@ fn a_policy_is_evaluated_among_tools_that_it_has_not_seen() {
 }
 
 #[test]
-fn what_does_not_fit_tools_is_refused_in_one_line() {
+fn settings_that_conflict_with_tools_are_refused_in_one_line() {
     for (key, value, expected) in [
         ("method", "open-loop", "with `tools` use ddpg, ddpg-mge, ddpg-uniform, ddpg-mge-true, ddpg-mge-adaptive"),
         ("method", "planning", "is `planning`, which knows only the task's own tool"),
@@ -111,7 +111,7 @@ fn what_does_not_fit_tools_is_refused_in_one_line() {
 }
 
 #[test]
-fn tools_bring_their_usual_settings_and_keep_those_that_were_chosen() {
+fn default_settings_change_with_the_tools_and_chosen_ones_stay() {
     let plain = RunConfig::usual(Arc::new(task::load("create/Push").unwrap()), Method::DdpgAdaptive);
     let plain = plain.with_setting("ddpg.gamma", "0.9").unwrap();
     let tools = plain.with_setting("tools", "train").unwrap();

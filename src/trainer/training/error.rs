@@ -1,4 +1,4 @@
-//! Why training cannot continue.
+//! Errors of training.
 
 use crate::agent;
 use crate::env::EpisodeOver;
@@ -12,7 +12,7 @@ pub enum TrainingError {
     /// A setting is out of range.
     #[error(transparent)]
     Config(#[from] ValidationError),
-    /// The model that the method consults.
+    /// The model that the method consults cannot be used.
     #[error(transparent)]
     Model(PriorError),
     /// The environment was not reset.
@@ -21,7 +21,7 @@ pub enum TrainingError {
     /// The learner diverged.
     #[error(transparent)]
     Update(#[from] agent::UpdateError),
-    /// The replay buffer refused a transition.
+    /// The replay buffer rejected a transition.
     #[error(transparent)]
     Replay(#[from] agent::ReplayError),
     /// A saved learner cannot be used.
@@ -30,18 +30,19 @@ pub enum TrainingError {
     /// A checkpoint cannot be read or written.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The settings were changed after the run had begun.
+    /// The settings were changed after the run began.
     #[error("config.json has other settings of `ddpg` than the run began with: put them back, or start a new run")]
     OtherSettings,
-    /// The checkpoint from which a fork goes on is gone.
+    /// The checkpoint from which a fork continues is missing.
     #[error("the run is a fork, and the checkpoint from which it goes on is gone: fork the other run again")]
     ForkedFromNothing,
-    /// The task has another number of subgoals, or the agent other tools to choose among.
+    /// The lengths of observations or actions differ: the number of subgoals changed, or whether the agent
+    /// chooses among tools.
     #[error(
         "a fork keeps the number of subgoals, and whether the agent chooses among tools: the networks have learned with it"
     )]
     OtherObservations,
-    /// The episode was abandoned, as was asked for.
+    /// A stop abandoned the episode.
     #[error("stopped in the middle of an episode")]
     Stopped,
 }

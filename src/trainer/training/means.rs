@@ -21,12 +21,12 @@ impl UpdateMeans {
         self.sum.action_saturation += metrics.action_saturation;
     }
 
-    /// The mean of one of the numbers; none without updates.
+    /// The mean of one metric; none without updates.
     pub fn mean(&self, of: impl Fn(&UpdateMetrics) -> f32) -> Option<f32> {
         (self.updates > 0).then(|| (f64::from(of(&self.sum)) / f64::from(self.updates)) as f32)
     }
 
-    /// The greatest value of the critic; none without updates.
+    /// The maximum of `max_q`; none without updates.
     pub fn max_q(&self) -> Option<f32> {
         (self.updates > 0).then_some(self.sum.max_q)
     }
@@ -37,7 +37,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn means_are_over_the_updates_and_the_maximum_is_the_greatest() {
+    fn means_and_maximum_are_taken_over_the_updates() {
         let mut means = UpdateMeans::default();
         assert_eq!((means.mean(|sum| sum.mean_q), means.max_q()), (None, None));
         let update = |critic_loss, max_q| UpdateMetrics {

@@ -11,19 +11,19 @@ use crate::streams::Stream;
 use crate::trainer::tools;
 use crate::trainer::watch::Phase;
 
-/// Rollouts towards a stage after which its clusters are made again.
+/// Number of rollouts towards a stage after which its clusters are refined.
 const ROUND: u32 = 25;
 
 impl Training {
-    /// Practises, if that is asked for and was not done: from each stage to the next, as the prior is
-    /// [built](crate::guidance::build), rollouts of actions from the clusters in the real environment. The agent
-    /// learns from them as from episodes. After every round the clusters are
-    /// [refined](crate::trainer::Refinement) by the rewarding actions. A stage that is not reached ends it.
+    /// Practises, if configured and not yet done. As when the prior is [built](crate::guidance::build), actions from
+    /// the clusters are rolled out from stage to stage, here in the real environment. The agent learns from them as
+    /// from episodes. After every round, the clusters are [refined](crate::trainer::Refinement) from the rewarding
+    /// actions. Practice ends at a stage that is not reached.
     ///
     /// # Errors
-    /// When the learner diverges, or it is abandoned.
+    /// When the learner diverges, or a stop is requested.
     pub fn practise(&mut self) -> Result<Option<Practised>, TrainingError> {
-        // Practice is the first that a run does.
+        // Practice precedes all other steps of a run.
         let is_due = self.progress.environment_steps == 0;
         let is_possible = self.progress.prior.is_some() && self.config.method.learns();
         if !is_due || !is_possible || self.config.practice.rollouts == 0 {
@@ -34,7 +34,7 @@ impl Training {
         let mut starts = Vec::new();
         for stage in 0..self.config.task.stage_count() {
             starts = self.practise_stage(&starts, &mut practised, &mut rng)?;
-            // Some may have reached the next stage in the same moment.
+            // Some may have reached the following stage at the same time.
             starts.retain(|state| state.stage() == stage + 1);
             if starts.is_empty() {
                 break;
@@ -45,8 +45,8 @@ impl Training {
         Ok(Some(practised))
     }
 
-    /// Practises the stage that follows the states, or the first of the task. Returns the states in which it was
-    /// reached, of those that can continue.
+    /// Practises the next stage from the states `starts`, or from the start of the task if there are none. Returns the
+    /// states in which it was reached, without those of ended episodes.
     fn practise_stage(
         &mut self,
         starts: &[Snapshot],
@@ -78,7 +78,7 @@ impl Training {
         Ok(states)
     }
 
-    /// A rollout from the environment's state. Returns whether it reached the stage.
+    /// Makes a rollout from the environment's current state. Returns whether it reached the stage.
     fn practise_rollout(&mut self, actions: &mut u64, rng: &mut ChaCha8Rng) -> Result<bool, TrainingError> {
         let Some(prior) = self.progress.prior.clone() else { return Ok(false) };
         self.learner.start_episode();
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn every_stage_is_practised_until_it_was_reached_often_enough() {
+    fn every_stage_is_practised_until_it_is_reached_often_enough() {
         let mut training = training(&config());
         let built = training.prior().cloned().unwrap();
         let practised = training.practise().unwrap().unwrap();
@@ -143,19 +143,19 @@ mod tests {
             assert!(*rollouts <= 60 && (*reached >= 10 || *rollouts == 60), "{practised:?}");
         }
         let most = practised.rollouts.iter().sum::<u32>() * training.config().guidance.horizon as u32;
-        assert!(practised.rollouts[0] < 60, "enough is enough: {practised:?}");
+        assert!(practised.rollouts[0] < 60, "no more rollouts than needed: {practised:?}");
         assert!(practised.reached[0] >= 10 && practised.actions <= u64::from(most), "{practised:?}");
-        // What was practised is learned from, counted, and in the clusters.
+        // Practice is learned from, counted, and refines the clusters.
         assert_eq!(training.transitions(), practised.actions);
         let refined = training.prior().unwrap();
         assert_ne!(refined.stages[0].clusters, built.stages[0].clusters);
-        assert!(training.practise().unwrap().is_none(), "once is enough");
+        assert!(training.practise().unwrap().is_none(), "practice happens only once");
         let (record, _) = training.run_episode().unwrap();
         assert_eq!(record.environment_steps, practised.actions + record.steps);
     }
 
     #[test]
-    fn practice_shows_how_far_it_is() {
+    fn practice_reports_its_progress() {
         let mut training = training(&config());
         let (watch, stop) = (Watch::default(), Stop::default());
         training.show_phase(watch.phase_sign());
@@ -185,10 +185,10 @@ mod tests {
     }
 
     #[test]
-    fn later_stages_than_one_that_is_not_reached_are_not_practised() {
+    fn stages_after_one_that_is_not_reached_are_not_practised() {
         let mut config = config();
         let mut task = (*config.task).clone();
-        // Where no ball comes.
+        // A position that no ball reaches.
         task.subgoals[1].position = [0.99, 0.99];
         task.subgoals[1].radius = 0.1;
         config.task = Arc::new(task);
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_practised_without_clusters_or_if_it_is_not_asked_for() {
+    fn nothing_is_practised_without_clusters_or_without_rollouts() {
         let mut without = Training::new(config(), None).unwrap();
         assert!(without.practise().unwrap().is_none());
         let mut config = config();
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn practice_ends_when_it_is_asked_to() {
+    fn practice_can_be_stopped() {
         let mut training = training(&config());
         let stop = Stop::default();
         stop.request();

@@ -1,4 +1,4 @@
-//! A training saved in a checkpoint, resumed from one, and continued with other settings.
+//! Saving a training in a checkpoint, resuming it, and continuing it with other settings.
 
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ pub const PROGRESS_SECTION: &str = "progress.json";
 /// The action prior in use when a checkpoint was saved, if there was one.
 ///
 /// # Errors
-/// When the checkpoint does not have it in the form in which it is saved.
+/// When the checkpoint's progress section is missing or malformed.
 pub fn prior_at(checkpoint: &Checkpoint) -> Result<Option<Arc<ActionPrior>>, RunError> {
     #[derive(Deserialize)]
     struct WithPrior {
@@ -31,7 +31,7 @@ pub fn prior_at(checkpoint: &Checkpoint) -> Result<Option<Arc<ActionPrior>>, Run
     Ok(checkpoint.json::<WithPrior>(PROGRESS_SECTION)?.prior)
 }
 
-/// Whether a learner has vectors as the agent of a run has them.
+/// Whether a learner's vectors and options match those of a run's agent.
 fn fits(learner: &Learner, config: &RunConfig) -> bool {
     let (agent, space) = (learner.ddpg(), Space::of(config));
     (agent.observation_len(), agent.action_len()) == (space.observation, space.action)
@@ -39,10 +39,10 @@ fn fits(learner: &Learner, config: &RunConfig) -> bool {
 }
 
 impl Training {
-    /// A run that continues from a checkpoint exactly as if it had not been interrupted.
+    /// Resumes a run from a checkpoint; it continues exactly as if it had not been interrupted.
     ///
     /// # Errors
-    /// When the checkpoint is not one of this configuration.
+    /// When the checkpoint does not belong to this configuration.
     pub fn resume(config: RunConfig, checkpoint: &Checkpoint) -> Result<Self, TrainingError> {
         config.validate()?;
         let learner = Learner::load(&agent::Checkpoint {
@@ -58,11 +58,11 @@ impl Training {
         Self::assembled(config, learner, checkpoint.json(PROGRESS_SECTION)?)
     }
 
-    /// The training with other settings from here on. What was learned stays, and so does what is in the replay
-    /// buffer; on another task what was found on the old one does not.
+    /// Continues the training with other settings. The learned state and the replay buffer are kept; rewarding actions,
+    /// the first success and attempts are discarded if the task changes.
     ///
     /// # Errors
-    /// When a setting is out of range, or what was learned has another shape with it.
+    /// When a setting is out of range, or the learned state cannot be used with it.
     pub(in crate::trainer) fn forked(
         self,
         config: RunConfig,
@@ -74,7 +74,7 @@ impl Training {
             return Err(TrainingError::OtherObservations);
         }
         learner.change(&config.ddpg).map_err(|error| error.within("ddpg"))?;
-        // A schedule that was changed since the run began holds until another is asked for.
+        // A schedule changed during the run stays in use unless the fork sets another.
         if config.epsilon != old.epsilon {
             progress.epsilon = config.epsilon.clone();
         }
@@ -83,7 +83,7 @@ impl Training {
             progress.first_success = None;
         }
         if config.epsilon != old.epsilon || config.task != old.task {
-            // What attempts have shown, and the policies that were held for it.
+            // Discard the outcomes of attempts and the policies held because of them.
             (progress.attempts, progress.hold) = (Attempts::default(), Hold::default());
             learner.ddpg_mut().release_policy();
         }
@@ -91,7 +91,7 @@ impl Training {
         Self::assembled(config, learner, progress)
     }
 
-    /// The whole state of the run, between two episodes.
+    /// The complete state of the run between two episodes.
     ///
     /// # Errors
     /// When the progress cannot be encoded.

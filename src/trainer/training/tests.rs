@@ -1,4 +1,4 @@
-//! One episode at a time.
+//! Tests of single episodes.
 
 use super::*;
 
@@ -35,14 +35,14 @@ fn evaluations_are_shares_and_means_over_their_episodes() {
 }
 
 #[test]
-fn before_the_first_update_there_are_no_numbers_of_the_networks() {
+fn before_the_first_update_there_are_no_network_metrics() {
     let mut training = Training::new(easy(), None).unwrap();
     let (record, _) = training.run_episode().unwrap();
     assert_eq!((record.max_q, record.mean_q, record.critic_loss), (None, None, None));
 }
 
 #[test]
-fn a_schedule_given_to_an_unguided_run_holds_once_it_has_clusters_too() {
+fn a_schedule_set_for_an_unguided_run_applies_once_it_has_clusters() {
     let thresholds = |schedule: Option<&str>, prior: bool| {
         let mut training = Training::new(easy(), None).unwrap();
         if let Some(schedule) = schedule {
@@ -61,7 +61,7 @@ fn a_schedule_given_to_an_unguided_run_holds_once_it_has_clusters_too() {
     assert_eq!(thresholds(Some("1"), true), (1.0, Source::Clusters));
 }
 
-/// First actions of a few episodes of greedy attempts, while the networks learn.
+/// First actions of several episodes without noise, while the networks learn.
 fn first_actions(config: &RunConfig, hold_tolerance: Option<f32>, schedule: &str) -> Vec<Action> {
     let mut config = RunConfig { method: Method::DdpgAdaptive, hold_tolerance, ..config.clone() };
     config.ddpg.warmup_steps = 0;
@@ -83,11 +83,11 @@ fn a_held_policy_acts_until_it_fails() {
     assert_eq!(changes(&succeeds, None, "need:0:0:20"), 5);
     assert_eq!(changes(&fails, Some(0.15), "need:0:0:20"), 5);
     assert_eq!(changes(&fails, Some(1.0), "need:0:0:20"), 0, "all may fail");
-    assert_eq!(changes(&succeeds, Some(0.15), "0"), 5, "nothing tells how good it is");
+    assert_eq!(changes(&succeeds, Some(0.15), "0"), 5, "no policy is held without need");
 }
 
 #[test]
-fn only_a_planner_acts_by_its_model() {
+fn only_a_planner_acts_with_its_model() {
     let mut config = config(Method::ModelReplay);
     config.model_replay.rollouts = 1;
     config.model_replay.horizon = 1;

@@ -1,11 +1,11 @@
-//! The keys as the manual page lists them.
+//! The keys for the manual page.
 
 use super::{Context, Script, entries};
 
-/// A key, or several, the action's name in a key file, and what it does.
+/// An action with its keys, its name and a description.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct KeyHelp {
-    /// Default keys, separated by commas; empty if it has none.
+    /// Default keys, separated by commas.
     pub keys: String,
     /// Name in key files and in the palette.
     pub name: &'static str,
@@ -15,7 +15,7 @@ pub struct KeyHelp {
     pub verb: Option<&'static str>,
 }
 
-/// All actions that have keys, by where they apply, in the order of the help.
+/// All actions with keys, grouped by context, in the order of the help.
 pub fn keys() -> Vec<(&'static str, Vec<KeyHelp>)> {
     let of = |context: Context| {
         let entries = entries().iter().filter(|entry| entry.context == context);

@@ -1,6 +1,6 @@
-//! Everything a person can ask for with a key: one table of actions, from which, with the verbs
-//! of the command language, the key map, the hints of the footer, the help, the palette and the
-//! manual page come.
+//! Actions: everything that can be bound to a key. One table of actions and the verbs of the command
+//! language are the source of the key map, the hints of the footer, the help, the palette and the
+//! manual page.
 
 mod help;
 mod tab;
@@ -13,7 +13,7 @@ use std::sync::LazyLock;
 
 use crate::workbench::{Verb, verbs};
 
-/// Something a key, the palette or the mouse can ask for.
+/// An action that a key, the palette or the mouse can trigger.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Action {
     // Everywhere.
@@ -132,7 +132,7 @@ pub enum Action {
     Pdf,
     Compose,
     Rename,
-    /// Begins a command in the palette, to be gone on with by typing.
+    /// Opens the palette with this verb typed in.
     Type(&'static str),
 }
 
@@ -143,7 +143,7 @@ pub enum Context {
     Everywhere,
     /// Where a scene is shown: the Scene and the Edit screen.
     Scene,
-    /// While a person places tools by hand.
+    /// In hand play, where a person places the tools.
     Hand,
     /// The Schedule screen.
     Schedule,
@@ -155,11 +155,11 @@ pub enum Context {
     Models,
     /// The Figures screen.
     Figures,
-    /// The Figures screen while the figure of learning curves is composed.
+    /// The composer of the learning figure, on the Figures screen.
     Compose,
     /// The Models, Figures and Log screens.
     List,
-    /// Typed into the palette or a script; has no key of its own.
+    /// Typed into the palette or a script; no default key.
     Typed,
 }
 
@@ -179,7 +179,7 @@ impl Context {
         Self::Typed,
     ];
 
-    /// The screen it belongs to, if it is that of one screen.
+    /// The screen it belongs to, if it belongs to a single one.
     pub fn tab(self) -> Option<Tab> {
         match self {
             Self::Scene => Some(Tab::Scene),
@@ -210,24 +210,24 @@ impl Context {
     }
 }
 
-/// How a script does what an action does, with the name of a verb.
+/// The verb with which a script does the same as an action.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Script {
-    /// With this verb, which says what the action does.
+    /// This verb; its help text describes the action.
     Verb(&'static str),
-    /// With this verb and the right arguments. Moving and resizing name the verb for a subgoal:
-    /// the other objects have verbs of the same form.
+    /// This verb with suitable arguments. For moving and resizing it is the verb for a subgoal;
+    /// the verbs for other objects have the same form.
     Like(&'static str),
-    /// Not at all: it is about the screen.
+    /// None: the action concerns only the screen.
     Nothing,
 }
 
-/// An action in a context, with its name, its keys and what it does.
+/// An action in a context, with its name, keys and description.
 #[derive(Debug, Clone, Copy)]
 pub struct Entry {
-    /// What is asked for.
+    /// The action.
     pub action: Action,
-    /// Where.
+    /// Where it applies.
     pub context: Context,
     /// Name in key files and in the palette.
     pub name: &'static str,
@@ -237,12 +237,12 @@ pub struct Entry {
     pub hint: &'static str,
     /// What it does, in one line.
     pub about: &'static str,
-    /// The same in a script.
+    /// How a script does the same.
     pub script: Script,
 }
 
 impl Entry {
-    /// The verb that it is, if it is one.
+    /// The verb that is equivalent to the action, if there is one.
     pub fn verb(&self) -> Option<&'static Verb> {
         match self.script {
             Script::Verb(name) => verbs().find(|verb| verb.name == name),
@@ -251,20 +251,20 @@ impl Entry {
     }
 }
 
-/// Every entry, by where it applies; those that are only typed come last.
+/// All entries, grouped by context; those that can only be typed come last.
 pub fn entries() -> &'static [Entry] {
     static ENTRIES: LazyLock<Vec<Entry>> = LazyLock::new(|| {
         let mut entries: Vec<Entry> = Vec::new();
         for &(action, context, name, keys, hint, about, script) in table::ROWS {
             let mut entry = Entry { action, context, name, keys, hint, about, script };
-            // A test looks for every verb that is named.
+            // A test checks that every verb named in the table exists.
             entry.about = entry.verb().map_or(about, |verb| verb.help);
             entries.push(entry);
         }
         for verb in verbs() {
             let script = Script::Verb(verb.name);
             if entries.iter().all(|entry| entry.script != script) {
-                // Made once, and kept as long as the program runs.
+                // Leaked once, for the lifetime of the program.
                 let (action, name) = (Action::Type(verb.name), verb.name.replace(' ', "-").leak());
                 let context = Context::Typed;
                 entries.push(Entry { action, context, name, keys: "", hint: "", about: verb.help, script });
@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn every_verb_that_is_named_exists_and_stands_in_one_entry() {
+    fn every_named_verb_exists_and_every_verb_has_exactly_one_entry() {
         for entry in entries() {
             if let Script::Verb(name) | Script::Like(name) = entry.script {
                 assert!(verbs().any(|verb| verb.name == name), "{}: {name}", entry.name);

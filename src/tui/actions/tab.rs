@@ -11,13 +11,13 @@ pub enum Tab {
     Schedule,
     /// The curves of the training.
     Training,
-    /// Past and running runs.
+    /// Past and current runs.
     Runs,
     /// Dynamics models.
     Models,
     /// Figures.
     Figures,
-    /// What happened.
+    /// The log.
     Log,
 }
 
@@ -40,17 +40,17 @@ impl Tab {
         }
     }
 
-    /// The screen after it.
+    /// The next screen.
     pub fn next(self) -> Self {
         Self::ALL[(self as usize + 1) % Self::ALL.len()]
     }
 
-    /// The screen before it.
+    /// The previous screen.
     pub fn previous(self) -> Self {
         Self::ALL[(self as usize + Self::ALL.len() - 1) % Self::ALL.len()]
     }
 
-    /// Whether a scene is shown on it.
+    /// Whether it shows a scene.
     pub fn has_scene(self) -> bool {
         matches!(self, Self::Scene | Self::Edit)
     }

@@ -5,11 +5,11 @@ use super::Context::{self, Compose, Curves, Everywhere, Figures, Hand, List, Mod
 use super::Script::{self, Like, Nothing, Verb};
 use super::Tab;
 
-/// An action where it applies: its name, default keys, word in the footer, what it does (nothing if
-/// its verb says it), and how a script does the same.
+/// An action, its context, name, default keys, word in the footer, description (empty if the help text of
+/// its verb is used), and how a script does the same.
 type Row = (Action, Context, &'static str, &'static str, &'static str, &'static str, Script);
 
-/// Every action with keys, by where it applies.
+/// Every action with keys, grouped by context.
 #[rustfmt::skip]
 pub(super) const ROWS: &[Row] = &[
     (A::Train, Everywhere, "train", "t", "train", "", Verb("train")),
@@ -43,7 +43,7 @@ pub(super) const ROWS: &[Row] = &[
     (A::Screen(Tab::Figures), Everywhere, "screen-figures", "7", "", "show the figures", Nothing),
     (A::Screen(Tab::Log), Everywhere, "screen-log", "8", "", "show what happened", Nothing),
     (A::NextScreen, Everywhere, "next-screen", "]", "", "show the next screen", Nothing),
-    (A::PreviousScreen, Everywhere, "previous-screen", "[", "", "show the screen before", Nothing),
+    (A::PreviousScreen, Everywhere, "previous-screen", "[", "", "show the previous screen", Nothing),
     (A::Colours, Everywhere, "colours", "f2", "", "next colours: dark, light, colour-blind", Nothing),
     (A::Markers, Everywhere, "markers", "f3", "", "next markers: braille, half blocks, plain text", Nothing),
     (A::Mouse, Everywhere, "mouse", "f4", "", "switch mouse capture, to select text with the mouse", Nothing),
@@ -141,7 +141,7 @@ pub(super) const ROWS: &[Row] = &[
     (A::RecentRange, Curves, "recent-range", "9", "", "show the latest episodes", Nothing),
     (A::Smoothing, Curves, "smoothing", "s", "smooth", "average over 1, 10, 50 or 200 episodes", Nothing),
     (A::LogAxis, Curves, "log-axis", "g", "", "a logarithmic axis for the selected curve, or a linear one", Nothing),
-    (A::Compare, Curves, "compare", "v", "compare", "show the marked runs over one another, or all of the task", Nothing),
+    (A::Compare, Curves, "compare", "v", "compare", "overlay the marked runs, or all runs of the task", Nothing),
     (A::Fold, Curves, "fold-curves", "tab", "fold", "show runs that differ in the seed as one curve with its quartiles, or each", Nothing),
 
     (A::Up, Runs, "run-above", "up k", "", "select the run above", Nothing),
@@ -149,12 +149,12 @@ pub(super) const ROWS: &[Row] = &[
     (A::First, Runs, "first-run", "home", "", "select the first run", Nothing),
     (A::Last, Runs, "last-run", "end", "", "select the last run", Nothing),
     (A::Confirm, Runs, "watch-run", "enter", "watch", "watch the selected run", Like("open")),
-    (A::Mark, Runs, "mark-run", "space", "mark", "mark the run or group: what is done next is done with all that are marked", Nothing),
+    (A::Mark, Runs, "mark-run", "space", "mark", "mark the run or group; the next action applies to all marked ones", Nothing),
     (A::Fold, Runs, "fold-group", "tab", "fold", "show the seeds of the group, or hide them", Nothing),
     (A::Filter, Runs, "filter-runs", "/", "filter", "show only runs with words or like task:4 epsilon<0.2 tag:paper", Nothing),
     (A::Sort, Runs, "sort-runs", "s", "sort", "sort by age, name, state, episodes or success", Nothing),
-    (A::Reverse, Runs, "reverse-runs", "S", "", "turn the order round", Nothing),
-    (A::Columns, Runs, "choose-columns", "|", "", "choose the columns of the list, settings in which runs differ among them", Nothing),
+    (A::Reverse, Runs, "reverse-runs", "S", "", "reverse the order", Nothing),
+    (A::Columns, Runs, "choose-columns", "|", "", "choose the columns of the list, including settings in which runs differ", Nothing),
     (A::Compare, Runs, "compare-runs", "V", "compare", "show the curves of the marked runs, or of the selected group, together", Nothing),
     (A::PinBaseline, Runs, "pin-baseline", "B", "", "compare groups with the selected one", Nothing),
     (A::EditNote, Runs, "edit-note", "i", "", "write a note on the run", Like("note")),

@@ -1,5 +1,5 @@
-//! The workbench on screen: keys and mouse become effects, effects become commands, and what there
-//! is to see is drawn.
+//! The workbench on screen: turns keys and mouse events into effects and effects into commands, and draws the
+//! result.
 
 mod mouse;
 mod perform;
@@ -31,16 +31,16 @@ use super::view::{Choice, Level, Subject, Workspace};
 use super::widgets::theme::Theme;
 use mouse::Drag;
 
-/// Everything the screen knows of its own.
+/// The state of the user interface.
 pub struct App {
     workspace: Box<dyn Workspace>,
     theme: Theme,
     keymap: Keymap,
     /// The screen being shown.
     tab: Tab,
-    /// What lies over it, the top one last.
+    /// Layers over the screen, the topmost last.
     layers: Vec<Box<dyn Layer>>,
-    /// What each screen remembers.
+    /// The state of each screen.
     screens: Screens,
     /// What the scene shows.
     subject: Subject,
@@ -48,35 +48,35 @@ pub struct App {
     notice: Option<(Notice, Duration)>,
     /// Where things were drawn, for the mouse.
     regions: HitRegions,
-    /// What the mouse took hold of.
+    /// What the mouse is dragging.
     drag: Option<Drag>,
     request: Option<TerminalRequest>,
     /// Whether the mouse is captured.
     mouse: bool,
     leaving: Leaving,
-    /// Something was being trained at the last look.
+    /// Whether anything was being trained at the last poll.
     was_busy: bool,
-    /// Runs that are to go on when the workbench is left.
+    /// Runs to continue in the background after the workbench is left.
     background: Vec<PathBuf>,
-    /// The episode of a greedy policy that was shown last.
+    /// The greedy episode that was shown last.
     greedy: Option<Arc<Episode>>,
-    /// Commands that were typed in the palette, the oldest first.
+    /// Commands typed in the palette, the oldest first.
     typed: Vec<String>,
-    /// Time since the curves that are to be seen were asked for.
-    unasked: Duration,
-    /// The session has something new that has not been drawn yet.
+    /// Time since the visible curves were last requested.
+    since_request: Duration,
+    /// Whether the session has changes that are not yet due to be drawn.
     news: bool,
-    /// Time since what the session had new was last to be drawn.
-    unshown: Duration,
-    /// Something new is to be seen.
+    /// Time since changes of the session were last due to be drawn.
+    since_news: Duration,
+    /// Whether the whole picture must be redrawn.
     changed: bool,
-    /// Something new is to be seen in the scene, but nowhere else.
+    /// Whether the scene must be redrawn.
     moved: bool,
-    /// The latest picture of a screen with a scene, without what lay over it.
+    /// The latest picture of a screen with a scene, without layers.
     picture: Buffer,
 }
 
-/// Whether the workbench is to be left.
+/// Whether and when the workbench is to be left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Leaving {
     No,
@@ -84,30 +84,30 @@ enum Leaving {
     Now,
 }
 
-/// How long a message stays that is no error.
+/// How long a message other than an error is shown.
 const NOTICE: Duration = Duration::from_secs(6);
-/// Time between two looks at what is to be seen of runs that others train, while nothing else happens.
+/// Interval between requests for curves while nothing else happens; other processes may be training the runs.
 const LOOK: Duration = Duration::from_secs(2);
-/// Time between two pictures that show nothing but how trainings get on.
+/// Least time between two pictures that only show changes of the session, such as training progress.
 const NEWS: Duration = Duration::from_millis(240);
-/// Time that can pass for a message between two looks at it.
+/// Most that one tick adds to the time for which a message has been shown.
 const BLINK: Duration = Duration::from_millis(100);
 
-/// What only the owner of the terminal can do.
+/// A request that only the owner of the terminal can fulfil.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum TerminalRequest {
-    /// Stop until the shell continues the program.
+    /// Suspend the program until the shell continues it.
     Suspend,
     /// Switch mouse capture.
     Mouse(bool),
-    /// Put a text on the clipboard.
+    /// Copy a text to the clipboard.
     Copy(String),
-    /// Say that something long has ended.
+    /// Notify the user that long work has ended.
     Notify(String),
 }
 
 impl App {
-    /// The workbench of a session.
+    /// The user interface of a workspace.
     pub fn new(workspace: Box<dyn Workspace>, theme: Theme, keymap: Keymap) -> Self {
         let subject = Subject::choose(workspace.view(), &Choice::default(), None, false);
         Self {
@@ -128,9 +128,9 @@ impl App {
             background: Vec::new(),
             greedy: None,
             typed: Vec::new(),
-            unasked: Duration::ZERO,
+            since_request: Duration::ZERO,
             news: false,
-            unshown: Duration::ZERO,
+            since_news: Duration::ZERO,
             changed: true,
             moved: false,
             picture: Buffer::default(),
@@ -143,7 +143,7 @@ impl App {
         self
     }
 
-    /// Lays the short tour over the screen.
+    /// Opens the tour over the screen.
     pub fn show_tour(&mut self) {
         self.open(Tour::default());
     }
@@ -153,17 +153,17 @@ impl App {
         self.leaving == Leaving::Now
     }
 
-    /// Runs that are to go on in the background once the workbench is left and its trainings have stopped.
+    /// Runs to continue in the background once the workbench is left and its trainings have stopped.
     pub fn left_in_background(&self) -> Vec<PathBuf> {
         self.background.clone()
     }
 
-    /// Looks for runs in their folder, in the background.
+    /// Scans the folder of runs in the background.
     pub fn look_for_runs(&mut self) {
         self.workspace.look_for_runs();
     }
 
-    /// What only the owner of the terminal can do, if something is asked for; asking forgets it.
+    /// Takes the pending request to the owner of the terminal, if there is one.
     pub fn take_request(&mut self) -> Option<TerminalRequest> {
         self.request.take()
     }
@@ -173,19 +173,19 @@ impl App {
         self.changed || self.moved
     }
 
-    /// Draws everything anew on a terminal that has forgotten what it showed.
+    /// Requests a full redraw, for a terminal that has lost its contents.
     pub fn redraw(&mut self) {
         self.screens.preview.forget();
         self.changed = true;
     }
 
-    /// What pictures the terminal can show.
+    /// Sets which images the terminal can show.
     pub fn set_graphics(&mut self, graphics: Graphics) {
         self.screens.preview.set_graphics(graphics);
         self.changed = true;
     }
 
-    /// Takes in what the terminal sent.
+    /// Handles what the terminal sent.
     pub fn receive(&mut self, received: Received) {
         let graphics = self.screens.preview.graphics();
         match received {
@@ -211,13 +211,13 @@ impl App {
         Ui { view: self.workspace.view(), subject: &self.subject, keymap: &self.keymap, theme: &self.theme }
     }
 
-    /// What the screens remember, to be changed, and what they draw from.
+    /// The mutable state of the screens, and what they draw from.
     fn screens_and_ui(&mut self) -> (&mut Screens, Ui<'_>) {
         let Self { workspace, subject, keymap, theme, screens, .. } = self;
         (screens, Ui { view: workspace.view(), subject, keymap, theme })
     }
 
-    /// Where actions are looked for now, the innermost first.
+    /// The contexts in which keys are looked up now, the innermost first.
     fn contexts(&self) -> Vec<Context> {
         let inner = match self.tab {
             Tab::Scene | Tab::Edit if self.screens.scene.hand.is_some() => vec![Context::Hand, Context::Scene],
@@ -235,7 +235,7 @@ impl App {
         inner.into_iter().chain([Context::Everywhere, Context::Typed]).collect()
     }
 
-    /// Lets time pass and takes in what the session did.
+    /// Advances time and polls the session.
     pub fn tick(&mut self, elapsed: Duration) {
         let lines = self.workspace.view().log_total;
         let is_changed = self.workspace.poll();
@@ -273,17 +273,17 @@ impl App {
         }
     }
 
-    /// Has what the session did drawn soon, but not with every episode of a training.
+    /// Requests a redraw for changes of the session, at most once per `NEWS`.
     fn show_news(&mut self, is_changed: bool, elapsed: Duration) {
         self.news |= is_changed;
-        self.unshown += elapsed;
-        if self.news && self.unshown >= NEWS {
-            (self.news, self.unshown) = (false, Duration::ZERO);
+        self.since_news += elapsed;
+        if self.news && self.since_news >= NEWS {
+            (self.news, self.since_news) = (false, Duration::ZERO);
             self.changed = true;
         }
     }
 
-    /// Says so once no runs or models are trained here any more.
+    /// Requests a notification when the last training of a run or a model has ended.
     fn note_busy(&mut self) {
         let view = self.workspace.view();
         let is_busy = view.model_work.is_some() || view.training_runs().next().is_some();
@@ -292,18 +292,18 @@ impl App {
         }
     }
 
-    /// Whether other curves may be to be seen, or there may be more of them: to find out which takes
-    /// milliseconds beside thousands of runs.
+    /// Whether to request the visible curves again. This is not done at every tick: finding out which they are
+    /// takes milliseconds with thousands of runs.
     fn is_time_to_ask(&mut self, elapsed: Duration) -> bool {
-        self.unasked += elapsed;
-        let is_time = self.changed || self.unasked >= LOOK;
+        self.since_request += elapsed;
+        let is_time = self.changed || self.since_request >= LOOK;
         if is_time {
-            self.unasked = Duration::ZERO;
+            self.since_request = Duration::ZERO;
         }
         is_time
     }
 
-    /// Asks for the curves of the runs that are to be seen, and for the files of the one that is previewed.
+    /// Requests the curves of the visible runs, and the files of the previewed run.
     fn want_curves(&mut self) {
         let ui = self.ui();
         let (wanted, previewed) = match self.tab {
@@ -317,12 +317,12 @@ impl App {
         }
     }
 
-    /// Whether a scene is to be seen: on its screens, and beside the curves for an episode of the past.
+    /// Whether a scene is visible: on the screens that have one, and beside the curves for a past episode.
     fn shows_scene(&self) -> bool {
         self.tab.has_scene() || (self.tab == Tab::Training && matches!(self.subject.choice(), Choice::Past(_)))
     }
 
-    /// Shows the episode of a greedy policy that was asked for, once it is there.
+    /// Shows a requested greedy episode once it is available.
     fn show_greedy(&mut self) {
         let Some(greedy) = self.workspace.view().watched.as_ref().and_then(|watched| watched.greedy.clone()) else {
             return;
@@ -345,17 +345,17 @@ impl App {
         let (moved, effects) = self.screens.scene.update(&self.subject, elapsed);
         self.moved |= moved;
         self.carry_out(effects);
-        // Until there is a training episode to show, the next one is asked for.
+        // Request a training episode until there is one to show.
         let watched = self.workspace.view().watched.as_ref();
         if watched.is_some_and(|watched| watched.run.active && watched.live.is_none()) {
             self.workspace.request_live();
         }
     }
 
-    /// Puts together anew what the scene shows, of what there is now.
+    /// Updates what the scene shows from the current view.
     fn choose_subject(&mut self, choice: Option<Choice>, next: bool) {
         let choice = choice.unwrap_or_else(|| self.subject.choice().clone());
-        // What is over gives way to what is new as soon as there is anything.
+        // A player that has stopped repeating its episode moves on as soon as there is another.
         let next = next || self.screens.scene.player.is_resting();
         let subject = Subject::choose(self.workspace.view(), &choice, Some(&self.subject), next);
         let is_other = !Arc::ptr_eq(subject.episode(), self.subject.episode());
@@ -369,7 +369,7 @@ impl App {
             self.screens.scene.begin(&self.subject, is_other);
             self.changed = true;
             if self.subject.is_of_run() {
-                // The one after it, for when it is over.
+                // Request the following episode in advance.
                 self.workspace.request_live();
             }
         }
@@ -377,7 +377,7 @@ impl App {
 
     fn age_notice(&mut self, elapsed: Duration) {
         let Some((notice, shown)) = &mut self.notice else { return };
-        // Work that keeps the screen waiting must not use up the time of its own message.
+        // Work that blocks the screen must not use up the display time of its own message.
         *shown += elapsed.min(BLINK);
         if notice.level != Level::Error && *shown > NOTICE {
             self.notice = None;
@@ -385,7 +385,7 @@ impl App {
         }
     }
 
-    /// Takes in an event of the terminal.
+    /// Handles an event of the terminal.
     pub fn event(&mut self, event: Event) {
         match event {
             Event::Key(key) if key.kind != KeyEventKind::Release => self.key(key),
@@ -404,7 +404,7 @@ impl App {
     fn key(&mut self, key: KeyEvent) {
         self.changed = true;
         let action = self.keymap.action(Key::from(key), &self.contexts());
-        // Leaving and stopping work from everywhere, whatever lies over the screen.
+        // With Ctrl, quit and suspend work over any layer.
         let control = key.modifiers.contains(KeyModifiers::CONTROL);
         if let Some(action @ (Action::Quit | Action::Suspend)) = action
             && control
@@ -450,7 +450,7 @@ impl App {
             Response::Try(effect) => {
                 let depth = self.layers.len();
                 match self.try_effect(effect) {
-                    // A question that came up lies on top: the answered layer is below it.
+                    // The effect may have opened a question on top: remove the answered layer below it.
                     Ok(()) => _ = self.layers.remove(depth - 1),
                     Err(error) => {
                         if let Some(layer) = self.layers.last_mut() {
@@ -462,7 +462,7 @@ impl App {
         }
     }
 
-    /// Carries effects out, in order; one that fails ends the rest and says why.
+    /// Carries out effects in order. The first failure is shown and skips the rest.
     fn carry_out(&mut self, effects: Vec<Effect>) {
         for effect in effects {
             if let Err(error) = self.try_effect(effect) {
@@ -483,13 +483,13 @@ impl App {
         self.say(level, text);
     }
 
-    /// Whether the picture of a figure is still being made.
+    /// Whether the preview of a figure is still being drawn.
     pub fn is_drawing_figure(&self) -> bool {
         self.screens.preview.is_drawing()
     }
 
-    /// Draws everything, or takes what has not changed from the picture before: while an episode is
-    /// played, that is all but the scene.
+    /// Draws the screen and its layers. While only the scene has changed, as during playback, everything else is
+    /// copied from the previous picture.
     pub fn draw(&mut self, frame: &mut Frame) {
         let only_moved = std::mem::take(&mut self.moved) & !std::mem::take(&mut self.changed);
         let known = self.picture.area == frame.area() && !self.regions.all().is_empty();
@@ -513,7 +513,7 @@ impl App {
             self.picture.content.clone_from_slice(&frame.buffer_mut().content);
         }
         let mut cursor = None;
-        // Where there is no room for the screen, there is none for what lies over it.
+        // A terminal too small for a screen is too small for layers.
         if !self.regions.all().is_empty() {
             for layer in &mut self.layers {
                 cursor = layer.draw(area, &self.keymap, &self.theme, frame.buffer_mut());

@@ -1,4 +1,4 @@
-//! What the mouse does, by where things were drawn.
+//! Mouse handling: an event goes to the region drawn under it.
 
 use crossterm::event::{MouseButton, MouseEvent, MouseEventKind};
 
@@ -7,7 +7,7 @@ use crate::task::Property;
 use crate::tui::actions::{Action, Tab};
 use crate::tui::screens::{Region, edit, scene, schedule, tools, training};
 
-/// What a press took hold of, and a drag moves.
+/// What a press grabbed and a drag moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Drag {
     /// An object of the scene.
@@ -46,7 +46,7 @@ impl App {
             Some(Region::Hint(action)) => self.perform(action),
             Some(Region::Scene(view)) => {
                 let position = view.nearest(at.0, at.1);
-                // A cell is coarse: what is less than half a cell away counts as hit.
+                // Cells are coarse: an object within half a cell is hit.
                 let reach = scene::REACH.max(42.0 / f32::from(view.area.height.max(1)));
                 let (screens, ui) = self.screens_and_ui();
                 let effects = scene::press(&mut screens.scene, &ui, position, reach);
@@ -118,7 +118,7 @@ impl App {
 
     fn scroll(&mut self, at: (u16, u16), up: bool) -> bool {
         let region = self.regions.at(at);
-        // Over the scene the wheel turns the selected tool, over one of its properties it changes that.
+        // The wheel turns the selected tool over the scene, and changes a property over that property.
         let property = match region {
             Some(Region::Scene(..)) if self.screens.scene.hand.is_none() => Some(Property::Angle),
             Some(Region::Property(property)) => Some(property),

@@ -1,4 +1,4 @@
-//! What actions and effects do.
+//! Carries out actions and effects.
 
 use std::path::Path;
 
@@ -15,18 +15,18 @@ use crate::tui::screens::{figures, lists, log, models, runs, scene, schedule, tr
 use crate::tui::view::{Beside, Choice, Level};
 use crate::workbench::{Command, FigureKind, command};
 
-/// Commands that were typed and are kept.
+/// Number of typed commands that are kept.
 const TYPED: usize = 100;
 
 impl App {
-    /// Does what an action asks for.
+    /// Carries out an action.
     pub(super) fn perform(&mut self, action: Action) {
         match action {
-            // On the Runs screen, what is done with a run is done with the selected or the marked ones.
+            // On the Runs screen, these apply to the marked runs or the selected line.
             Action::Pause | Action::Stop | Action::Export | Action::Fork if self.tab == Tab::Runs => {
                 self.perform_on_screen(action)
             }
-            // Beside the curves of groups, it is asked how many seeds.
+            // The Training screen shows groups of seeds: ask how many to train.
             Action::Train if self.tab == Tab::Training => self.ask_for_seeds(),
             Action::Train => self.apply(command::Train::default()),
             Action::Pause => match self.subject.run() {
@@ -57,7 +57,7 @@ impl App {
                 if !self.screens.schedule.undo() {
                     self.say(
                         Level::Info,
-                        "nothing is drawn that could be undone; edits of the task are undone on its screens",
+                        "there is no schedule edit to undo; task edits are undone on the Scene and Edit screens",
                     );
                 }
             }
@@ -111,7 +111,7 @@ impl App {
         self.show_beside();
     }
 
-    /// Does what an effect asks for.
+    /// Carries out an effect.
     pub(super) fn try_effect(&mut self, effect: Effect) -> Result<(), String> {
         match effect {
             Effect::Apply(Command::Quit(_)) => self.quit(),
@@ -178,10 +178,10 @@ impl App {
         let places = matches!(command, Command::Place(_));
         let report = self.workspace.apply(command)?;
         let latest = self.workspace.view().hand.trace.steps.last().map(|step| step.placement);
-        // An action that places nothing is carried out, but not as it was meant.
+        // The command succeeds even if the tool could not be placed; that is shown as an error.
         let is_refused = places && latest.is_some_and(|placement| placement != Placement::Placed);
         self.say(if is_refused { Level::Error } else { Level::Good }, report);
-        // What is shown follows at once: the next effect may refer to it.
+        // Update the subject at once: the next effect may refer to it.
         self.choose_subject(None, false);
         Ok(())
     }
@@ -199,7 +199,7 @@ impl App {
         self.screens.scene.player.hold(tab == Tab::Edit);
     }
 
-    /// A constant threshold, starting from the one in use now.
+    /// Sets a constant threshold: the current one changed by `by`.
     fn change_epsilon(&mut self, by: f32) {
         let episode = self.subject.run().filter(|run| run.active).map_or(0, |run| run.done);
         let now = self.workspace.view().settings.epsilon.threshold(episode as u32);
@@ -207,7 +207,7 @@ impl App {
         self.apply(command::Epsilon(EpsilonSchedule::Constant(value)));
     }
 
-    /// Plays an episode of the watched run's past again.
+    /// Replays a past episode of the watched run.
     fn replay(&mut self, episode: u64) -> Result<(), String> {
         let run = self.subject.run().ok_or("no run is being watched")?;
         let last = run.done;
@@ -219,7 +219,7 @@ impl App {
         Ok(())
     }
 
-    /// Exports every figure there is something for, and says which.
+    /// Exports every figure that has data, and reports which.
     fn export_all(&mut self) {
         let view = self.workspace.view();
         let mut kinds = vec![FigureKind::Scene];
@@ -243,8 +243,8 @@ impl App {
         self.report(figure).map_err(|error| format!("{}: {error}", kind.name()))
     }
 
-    /// Moves the scene to an episode of the watched run's past. The time in it stays where it was, so
-    /// that one moment can be followed through the training.
+    /// Shows a past episode of the watched run at the same step as before, so that one moment can be followed
+    /// through the training.
     fn scrub(&mut self, episode: u64) -> Result<(), String> {
         if self.subject.past_episode() == Some(episode) {
             return Ok(());
@@ -257,7 +257,7 @@ impl App {
         Ok(())
     }
 
-    /// Shows the same episode of the run that the watched one is compared with beside one of the past.
+    /// Shows the same episode of the compared run beside a past episode of the watched run.
     pub(super) fn show_beside(&mut self) {
         let ui = self.ui();
         let other = training::pair(&self.screens.curves, &self.screens.runs, &ui).map(|[_, other]| other.path.clone());
@@ -268,13 +268,13 @@ impl App {
         self.subject.set_beside(beside);
     }
 
-    /// Puts the command that trains the next run on the clipboard.
+    /// Copies the command that trains the next run to the clipboard.
     fn copy_command(&mut self) {
         let view = self.workspace.view();
-        // The file of a task that was edited holds another.
+        // The file of an edited task holds an older version.
         let saved = || view.file.as_ref().map(|file| file.display().to_string()).filter(|_| !view.dirty);
         let Some(task) = task::name_of(&view.task).or_else(saved) else {
-            return self.say(Level::Error, self.keymap.fill("no command can name the task as it is: {save} saves it"));
+            return self.say(Level::Error, self.keymap.fill("no command for an unsaved task: {save} saves it"));
         };
         let mut words = ["mge", "train", &task, "--method", view.settings.method.name()].map(str::to_owned).to_vec();
         for (key, value) in unusual_settings(&view.settings) {
@@ -297,8 +297,8 @@ impl App {
         self.mouse = !self.mouse;
         self.request = Some(TerminalRequest::Mouse(self.mouse));
         let text = match self.mouse {
-            true => "the mouse works here; {mouse} switches",
-            false => "the mouse is the terminal's: select text with it; {mouse} switches",
+            true => "the workbench handles the mouse; {mouse} switches",
+            false => "the terminal handles the mouse, for example to select text; {mouse} switches",
         };
         self.say(Level::Info, self.keymap.fill(text));
     }
@@ -315,7 +315,7 @@ impl App {
         self.carry_out(effects);
     }
 
-    /// Keeps the picture of the selected figure up to date.
+    /// Keeps the preview of the selected figure up to date.
     pub(super) fn update_preview(&mut self) {
         let wanted = figures::wanted(&self.screens.lists, &self.screens.runs, &self.ui(), &self.regions);
         if let Some((kind, composition, wanted)) = wanted {

@@ -1,4 +1,4 @@
-//! What is asked over the screen: prompts, lists, and questions before something is lost.
+//! Prompts, selection lists, and questions before something is lost.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use crate::tui::layers::{Layer, Prompt, Question};
 use crate::workbench::{Command, command};
 
 impl App {
-    /// Lays something over the screen.
+    /// Opens a layer over the screen.
     pub(super) fn open(&mut self, layer: impl Layer + 'static) {
         self.layers.push(Box::new(layer));
     }
@@ -60,7 +60,7 @@ impl App {
 
     pub(super) fn ask_for_seed(&mut self) {
         let now = self.workspace.view().settings.seed.to_string();
-        self.open(Prompt::arguments("seed", "seed", "a whole number; it decides everything random", now));
+        self.open(Prompt::arguments("seed", "seed", "a whole number; it determines everything random", now));
     }
 
     pub(super) fn ask_for_seeds(&mut self) {

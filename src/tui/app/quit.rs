@@ -4,7 +4,7 @@ use super::{App, Leaving};
 use crate::tui::effect::Effect;
 
 impl App {
-    /// Leaves, asking first if something would be lost or stopped.
+    /// Leaves the workbench; asks first if something would be lost or stopped.
     pub(super) fn quit(&mut self) {
         if self.layers.iter().any(|layer| layer.is_warning()) {
             return;
@@ -20,7 +20,7 @@ impl App {
             text.push("A run that is stopped keeps a checkpoint and can be continued later.".to_owned());
         }
         if let Some((work, _)) = &view.model_work {
-            text.push(format!("{work} ends, and nothing of it is kept."));
+            text.push(format!("{work} ends and its progress is lost."));
         }
         if view.dirty {
             text.push(format!("The edits of {} are not saved and will be lost.", view.task.name));

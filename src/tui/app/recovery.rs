@@ -1,5 +1,5 @@
-//! A panic on the screen's thread is an error on the screen with a report in a file: the session, and
-//! what it trains, goes on.
+//! Recovery from panics on the screen's thread: a panic becomes an error message with a report in a file, and the
+//! session and its trainings go on.
 
 use std::path::{Path, PathBuf};
 
@@ -8,17 +8,16 @@ use crate::tui::actions::Tab;
 use crate::tui::terminal;
 use crate::tui::view::Level;
 
-/// Reports that are written at most; a fault that comes again and again has said enough.
+/// Most report files in a folder, so that a recurring panic does not fill it.
 const MOST: usize = 20;
 
 impl App {
-    /// Does some work. A panic in it is reported on the screen and in a file of the current folder;
-    /// false then.
+    /// Runs `work`. A panic in it is reported on the screen and in a file in the current folder; false in that case.
     pub fn guarded(&mut self, work: impl FnOnce(&mut Self)) -> bool {
         self.guarded_in(Path::new(""), work)
     }
 
-    /// Like [`App::guarded`], with the report in a folder.
+    /// Like [`App::guarded`], with the report in `folder`.
     pub(super) fn guarded_in(&mut self, folder: &Path, work: impl FnOnce(&mut Self)) -> bool {
         match terminal::catch(|| work(self)) {
             Ok(()) => true,
@@ -36,10 +35,10 @@ impl App {
             Err(error) => format!("no report could be written: {error}"),
         };
         self.changed = true;
-        self.warn(Level::Error, &format!("an error of the program itself, the session goes on; {place}: {what}"));
+        self.warn(Level::Error, &format!("internal error, the session goes on; {place}: {what}"));
     }
 
-    /// Leaves what was being drawn for the screen that draws the least.
+    /// Closes all layers and shows the Log screen, which is the simplest to draw.
     pub fn show_what_can_be_drawn(&mut self) {
         self.layers.clear();
         self.drag = None;
@@ -52,7 +51,7 @@ impl App {
     }
 }
 
-/// Writes a report into a file in `folder` that was not there.
+/// Writes a report to a new file in `folder`.
 fn write_report(folder: &Path, report: &str) -> std::io::Result<PathBuf> {
     let numbered = (1..=MOST).map(|number| folder.join(format!("mge-error-{number}.txt")));
     let mut free = numbered.filter(|path| !path.exists());
@@ -80,6 +79,6 @@ mod tests {
         assert!(!app.guarded_in(folder.path(), |_| panic!("another one")));
         assert!(folder.path().join("mge-error-2.txt").is_file());
         press(&mut app, "c");
-        assert_eq!(*asked.borrow(), ["train", "clusters"], "keys do what they did");
+        assert_eq!(*asked.borrow(), ["train", "clusters"], "keys still work");
     }
 }

@@ -1,5 +1,5 @@
-//! Edits that nobody agreed to lose are kept: when a signal or a panic ends the workbench,
-//! the task goes into a file of the current folder, and the next start there reports it.
+//! Recovery of unsaved edits: when a signal or a panic ends the workbench, the task is saved to a new file in the
+//! current folder, and the next start in that folder reports it.
 
 use std::ops::{Deref, DerefMut};
 use std::path::{Path, PathBuf};
@@ -9,11 +9,11 @@ use crate::task;
 use crate::tui::terminal;
 use crate::tui::view::{Level, ViewModel};
 
-/// What the names of tasks that were kept begin with.
+/// Prefix of the file names of saved tasks.
 const NAME: &str = "unsaved-";
 
-/// The workbench while it runs. Dropped without having been left in order, as by a signal
-/// or a panic, it keeps unsaved edits.
+/// The running workbench. If it is dropped without having been left, as after a signal or a panic, it saves unsaved
+/// edits.
 pub struct Guarded(pub App);
 
 impl Deref for Guarded {
@@ -38,7 +38,7 @@ impl Drop for Guarded {
     }
 }
 
-/// Keeps the task in a file in `folder` that was not there; what to report.
+/// Saves the task to a new file in `folder`; returns the message to report.
 fn keep(view: &ViewModel, folder: &Path) -> String {
     let name = &view.task.name;
     let path = (1..)
@@ -52,7 +52,7 @@ fn keep(view: &ViewModel, folder: &Path) -> String {
     }
 }
 
-/// Reports what an earlier workbench kept in `folder`.
+/// Reports a task that an earlier workbench saved in `folder`.
 pub fn report_kept(app: &mut App, folder: &Path) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     let is_kept = |path: &PathBuf| {
@@ -62,7 +62,7 @@ pub fn report_kept(app: &mut App, folder: &Path) {
     let kept = entries.flatten().map(|entry| entry.path()).filter(is_kept);
     if let Some(path) = kept.min() {
         let path = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let text = format!("edits of before were not saved: `task {path}` opens them");
+        let text = format!("an earlier workbench left unsaved edits: `task {path}` opens them");
         app.warn(Level::Warning, &text);
     }
 }
@@ -73,7 +73,7 @@ mod tests {
     use crate::tui::app::testing::{app, empty, typical};
 
     #[test]
-    fn edits_are_kept_beside_what_is_there_and_reported() {
+    fn unsaved_edits_go_to_a_new_file_and_are_reported() {
         let folder = tempfile::tempdir().unwrap();
         for file in ["unsaved-task1.json", "unsaved-task1-2.json"] {
             let report = keep(&typical(), folder.path());

@@ -1,4 +1,4 @@
-//! Axes: scales, ticks, labels, and the way between values and cells.
+//! Axes: scales, ticks, labels, and conversion between values and cells.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -10,18 +10,18 @@ use crate::figures::round_ticks;
 use crate::tui::widgets::raster::Dot;
 use crate::tui::widgets::theme::{Marker, Theme};
 
-/// How values become heights.
+/// How values map to heights.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub enum Scale {
-    /// In proportion.
+    /// Linear.
     #[default]
     Linear,
-    /// By their decimal logarithm; values of 0 and below are gaps.
+    /// Decimal logarithm; values of 0 and below are gaps.
     Log,
 }
 
 impl Scale {
-    /// The value on the scale; NaN if it has none there.
+    /// The scaled value; NaN if there is none.
     pub fn apply(self, value: f32) -> f32 {
         match self {
             Self::Linear => value,
@@ -38,7 +38,7 @@ impl Scale {
     }
 }
 
-/// A plot area with its ranges; `y` is on the scale.
+/// A plot area with its ranges; `y` is scaled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axes {
     /// Cells of the plot, without labels.
@@ -47,15 +47,15 @@ pub struct Axes {
     pub x: Window,
     /// Scaled values at the lower and the upper edge.
     pub y: [f32; 2],
-    /// How values become heights.
+    /// How values map to heights.
     pub scale: Scale,
 }
 
-/// Columns of the labels at the left.
+/// Width of the labels on the left, in columns.
 const GUTTER: u16 = 6;
 
 impl Axes {
-    /// Draws frame and labels into `area`; None if it is too small for a plot.
+    /// Draws axes and labels into `area`. None if it is too small for a plot.
     pub fn draw(area: Rect, x: Window, y: [f32; 2], scale: Scale, theme: &Theme, buffer: &mut Buffer) -> Option<Self> {
         if area.width < GUTTER + 4 || area.height < 3 {
             return None;
@@ -68,7 +68,7 @@ impl Axes {
         Some(axes)
     }
 
-    /// Columns of the plot that is drawn into `area`; 0 if it is too small for one.
+    /// Width in columns of a plot drawn into `area`; 0 if there is no room.
     pub fn width_of_plot(area: Rect) -> u16 {
         area.width.saturating_sub(GUTTER)
     }
@@ -105,21 +105,21 @@ impl Axes {
         }
     }
 
-    /// The row of a value, if it is shown.
+    /// The row of a y value, if it is visible.
     pub fn row(&self, value: f32) -> Option<u16> {
         let height = f32::from(self.plot.height);
         let [_, y] = self.dot([1.0, height], self.x.from, value);
         (0.0..height).contains(&y).then(|| self.plot.y + y as u16)
     }
 
-    /// The dot of a value in a raster of `size` dots over the plot.
+    /// The dot of a point in a raster of `size` dots over the plot.
     pub fn dot(&self, size: [f32; 2], x: f32, y: f32) -> Dot {
         let across = (x - self.x.from) / (self.x.to - self.x.from).max(f32::EPSILON);
         let up = (self.scale.apply(y) - self.y[0]) / (self.y[1] - self.y[0]);
         [across * (size[0] - 1.0) + 0.5, (1.0 - up) * (size[1] - 1.0) + 0.5]
     }
 
-    /// The height of a value on the scale, in a raster of `size` dots over the plot, from its top.
+    /// The distance of a scaled value from the top, in a raster of `size` dots over the plot.
     pub fn height(&self, size: [f32; 2], scaled: f32) -> f32 {
         (1.0 - (scaled - self.y[0]) / (self.y[1] - self.y[0])) * (size[1] - 1.0) + 0.5
     }
@@ -138,7 +138,7 @@ impl Axes {
         self.scale.invert(self.y[0] + share * (self.y[1] - self.y[0]))
     }
 
-    /// The column of an x value, if it is shown.
+    /// The column of an x value, if it is visible.
     pub fn column(&self, x: f32) -> Option<u16> {
         let share = (x - self.x.from) / (self.x.to - self.x.from).max(f32::EPSILON);
         let column = (share * f32::from(self.plot.width - 1)).round();
@@ -146,7 +146,7 @@ impl Axes {
     }
 }
 
-/// Round values in a range, at most so many, with their texts.
+/// At most `most` round values in a range, with their labels.
 fn ticks([low, high]: [f32; 2], most: usize) -> Vec<(f32, String)> {
     let values = round_ticks(f64::from(low), f64::from(high), most);
     let step = values.windows(2).map(|pair| pair[1] - pair[0]).next().unwrap_or(1.0);
@@ -154,7 +154,8 @@ fn ticks([low, high]: [f32; 2], most: usize) -> Vec<(f32, String)> {
     values.into_iter().map(|value| (value as f32, format!("{value:.decimals$}"))).collect()
 }
 
-/// Powers of ten in a range of logarithms, at most so many; round values if there is only one.
+/// At most `most` powers of ten in a range of logarithms, with their labels; round values if there are fewer
+/// than two powers.
 fn powers([low, high]: [f32; 2], most: usize) -> Vec<(f32, String)> {
     let (first, last) = (low.ceil() as i32, high.floor() as i32);
     if last <= first {
@@ -177,7 +178,7 @@ pub fn number(value: f32) -> String {
         let millions = value / 1e6;
         if millions.abs() < 99.95 { format!("{millions:.1}M") } else { format!("{millions:.0}M") }
     } else if !(1e-3..999_500.0).contains(&size) {
-        // What is too small for five characters is too small for most axes, too.
+        // Negative values with exponents such as e-10 do not fit; they are shown as 0.
         Some(format!("{value:.0e}")).filter(|text| text.len() <= 5).unwrap_or_else(|| "0".to_owned())
     } else if size >= 1e4 {
         format!("{:.0}k", value / 1e3)
@@ -191,7 +192,7 @@ pub fn number(value: f32) -> String {
         } else {
             3
         };
-        // As many decimals as there is room for, if that still leaves a digit.
+        // As many decimals as fit, provided that a significant digit remains.
         let short = (0..=wanted).rev().map(|decimals| format!("{value:.decimals$}")).find(|text| text.len() <= 5);
         let short = short.filter(|text| text.contains(|c| ('1'..='9').contains(&c)));
         short.unwrap_or_else(|| format!("{value:.0e}"))
@@ -229,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn ticks_are_round_also_between_two_powers_of_ten() {
+    fn ticks_are_round_even_between_two_powers_of_ten() {
         let texts = |ticks: Vec<(f32, String)>| ticks.into_iter().map(|(_, text)| text).collect::<Vec<_>>().join(" ");
         assert_eq!(texts(ticks([0.0, 1.0], 3)), "0.0 0.5 1.0");
         assert_eq!(texts(ticks([1.0, 700.0], 4)), "200 400 600");
@@ -239,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn the_least_area_has_a_plot_and_a_range_of_one_value_is_widened() {
+    fn the_smallest_area_has_a_plot_and_a_range_of_one_value_is_widened() {
         use crate::tui::widgets::theme::{Depth, Palette};
         let draw = |width: u16, height: u16, y: [f32; 2]| {
             let area = Rect { x: 0, y: 0, width, height };
@@ -254,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn values_and_cells_belong_together() {
+    fn values_and_cells_round_trip() {
         let plot = Rect::new(10, 5, 50, 20);
         let axes = Axes { plot, x: Window { from: 1.0, to: 100.0 }, y: [0.0, 1.0], scale: Scale::Linear };
         for column in [10, 30, 59] {

@@ -1,4 +1,4 @@
-//! What was computed for the charts of a frame, for the next one.
+//! Caches what was computed for the charts of a frame for the next frame.
 
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
@@ -10,19 +10,19 @@ use ratatui::style::Color;
 
 use super::decimated::{Decimated, Look, LookKey};
 
-/// What was computed for the charts of the last frame that had any, so that the next frame computes only what is new.
-/// All else is dropped: the curves of a run that is trained are others with every frame.
+/// What was computed for the charts of the last frame with charts, so that the next frame computes only what is new.
+/// Everything else is dropped, because the curves of a running training change with every frame.
 #[derive(Debug, Default)]
 pub struct ChartCache {
-    /// Single curves, as long as a chart has them.
+    /// Single curves, as long as a chart uses them.
     lines: RefCell<HashMap<Key, Weak<Decimated>>>,
     drawn: RefCell<FrameCache<DrawnKey, Drawn>>,
     pictures: RefCell<FrameCache<PictureKey, Buffer>>,
-    /// Charts that were numbered.
+    /// The latest number given to the curves of a chart.
     numbered: Cell<u64>,
 }
 
-/// Values by what they depend on, and whether this frame had them.
+/// Values by their key, each with a flag whether this frame has used it.
 #[derive(Debug)]
 struct FrameCache<K, V>(HashMap<K, (Rc<V>, bool)>);
 
@@ -48,21 +48,21 @@ impl<K: Eq + Hash, V> FrameCache<K, V> {
     }
 }
 
-/// The version of a curve and how it is seen.
+/// The cache key of a curve: its version, its index within the version, and its look.
 type Key = (u64, usize, LookKey);
 
-/// What the curves of a chart, all together, are told apart by.
+/// The cache key of all curves of a chart together.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DrawnKey {
-    /// The curves: version, colour, values that are dotted, and whether there is a band.
+    /// For each curve: version, colour, last dotted episode, and whether it has a band.
     pub curves: Vec<((u64, usize), Color, u64, bool)>,
-    /// How they are seen.
+    /// Their look.
     pub look: LookKey,
 }
 
 impl Hash for DrawnKey {
     fn hash<H: Hasher>(&self, state: &mut H) {
-        // Versions say nearly all; a hundred curves are hashed with every chart of a frame.
+        // The versions distinguish nearly all keys, and hashing must be fast: a chart may have a hundred curves.
         self.curves.iter().for_each(|((version, _), ..)| state.write_u64(*version));
         self.curves.first().hash(state);
         self.look.hash(state);
@@ -72,11 +72,11 @@ impl Hash for DrawnKey {
 /// The curves of a chart.
 #[derive(Debug)]
 pub struct Drawn {
-    /// Its number, which no others have; none if they cannot be told apart from others.
+    /// A unique number; None if a curve has no version.
     pub number: Option<u64>,
-    /// The curves in columns.
+    /// The decimated curves.
     pub lines: Vec<Rc<Decimated>>,
-    /// Least and greatest value of all of them.
+    /// Smallest and largest scaled value of all of them.
     pub range: Option<[f32; 2]>,
 }
 
@@ -88,22 +88,22 @@ impl Drawn {
     }
 }
 
-/// What the picture of the curves of a chart depends on.
+/// The cache key of the picture of a chart's curves.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct PictureKey {
     /// The number of the curves.
     pub number: u64,
-    /// The lowest and the highest value of the axis, by their bits.
+    /// The bits of the lowest and the highest value of the axis.
     pub range: [u32; 2],
-    /// Cells of the plot.
+    /// Width and height of the plot in cells.
     pub size: [u16; 2],
-    /// Dots of a cell.
+    /// Dots per cell.
     pub dots: [u16; 2],
 }
 
 impl ChartCache {
-    /// A curve in columns. Its version is a number that is another whenever the values are others, and which of the
-    /// curves of that number it is; without one it is looked at again.
+    /// The decimated curve, from the cache if it is known. `version` is a number that changes whenever the values
+    /// change, and the index of the curve among those that share the number; without one, nothing is cached.
     pub fn decimated(
         &self,
         version: Option<(u64, usize)>,
@@ -121,7 +121,7 @@ impl ChartCache {
         })
     }
 
-    /// The curves of a chart; put together if they are not known, or cannot be told apart from others.
+    /// The curves of a chart, from the cache if they are known; without a key, nothing is cached.
     pub fn drawn(&self, key: Option<DrawnKey>, lines: impl FnOnce() -> Vec<Rc<Decimated>>) -> Rc<Drawn> {
         let Some(key) = key else { return Rc::new(Drawn::new(None, lines())) };
         let number = || {
@@ -131,12 +131,12 @@ impl ChartCache {
         self.drawn.borrow_mut().get(key, || Drawn::new(number(), lines()))
     }
 
-    /// The picture of the curves of a chart; drawn if it is not known.
+    /// The picture of a chart's curves, from the cache if it is known.
     pub fn picture(&self, key: PictureKey, draw: impl FnOnce() -> Buffer) -> Rc<Buffer> {
         self.pictures.borrow_mut().get(key, draw)
     }
 
-    /// Drops what the frame did without, unless it had no chart at all.
+    /// Drops what the frame did not use, unless it had no charts at all.
     pub fn end_frame(&self) {
         if self.drawn.borrow().is_used() {
             self.drawn.borrow_mut().end_frame();
@@ -152,20 +152,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_curve_is_looked_at_again_only_when_something_is_another() {
+    fn a_curve_is_decimated_again_only_after_a_change() {
         let cache = ChartCache::default();
         let at = |version: Option<u64>, values: &[f32], look: &Look| {
             cache.decimated(version.map(|version| (version, 0)), &all(values), values, look)
         };
         let first = at(Some(1), &[1.0, 2.0], &look(1.0, 2.0, 10));
-        assert!(Rc::ptr_eq(&first, &at(Some(1), &[9.0, 9.0], &look(1.0, 2.0, 10))), "the version says it is the same");
+        assert!(Rc::ptr_eq(&first, &at(Some(1), &[9.0, 9.0], &look(1.0, 2.0, 10))), "same version, same values");
         assert!(!Rc::ptr_eq(&first, &at(Some(2), &[1.0, 2.0], &look(1.0, 2.0, 10))));
         assert_ne!(first, at(Some(1), &[1.0, 2.0], &look(1.0, 2.0, 20)));
         assert_ne!(first, at(None, &[9.0, 9.0], &look(1.0, 2.0, 10)));
     }
 
     #[test]
-    fn the_curves_of_a_chart_are_put_together_again_only_when_one_is_another() {
+    fn the_curves_of_a_chart_are_computed_again_only_after_a_change() {
         let cache = ChartCache::default();
         let at = |versions: &[u64], colour: Color| {
             let curves = versions.iter().map(|version| ((*version, 0), colour, 0, false)).collect();
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_frame_does_without_is_dropped_and_frames_without_charts_drop_nothing() {
+    fn unused_values_are_dropped_except_in_frames_without_charts() {
         let cache = ChartCache::default();
         let frame = |versions: &[u64]| {
             let look = look(1.0, 2.0, 10);
@@ -195,7 +195,7 @@ mod tests {
         cache.end_frame();
         assert!(Rc::ptr_eq(&first, &frame(&[1, 2])), "nothing was drawn between");
         let second = frame(&[2, 3]);
-        assert!(Rc::ptr_eq(&first.lines[1], &second.lines[0]), "of a chart that changed what is the same is kept");
+        assert!(Rc::ptr_eq(&first.lines[1], &second.lines[0]), "the unchanged curve of a changed chart is kept");
         drop((first, second));
         (4..100).for_each(|version| drop(frame(&[2, version])));
         assert_eq!((cache.drawn.borrow().0.len(), cache.lines.borrow().len()), (1, 2));

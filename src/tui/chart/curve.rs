@@ -1,4 +1,4 @@
-//! Curves: any number of episodes in the columns there are.
+//! Draws charts of curves, with any number of episodes in the columns available.
 
 use std::borrow::Cow;
 use std::rc::Rc;
@@ -19,7 +19,7 @@ use crate::tui::widgets::popup::wrap;
 use crate::tui::widgets::raster::{self, Dot, Raster};
 use crate::tui::widgets::theme::{Marker, Theme};
 
-/// One line.
+/// A curve.
 pub struct Curve<'a> {
     /// Name in the legend.
     pub name: Cow<'a, str>,
@@ -27,14 +27,14 @@ pub struct Curve<'a> {
     pub colour: Color,
     /// Episodes, in order.
     pub episodes: &'a [u64],
-    /// One value for each of them; what is not finite is a gap.
+    /// One value per episode; values that are not finite are gaps.
     pub values: &'a [f32],
-    /// Another number whenever the values are others, and which of the curves of this number it is; none if that
-    /// is not known.
+    /// A number that changes whenever the values change, and the index of the curve among those that share the
+    /// number; None if unknown.
     pub version: Option<(u64, usize)>,
-    /// Lower and upper ends of the band around it, as many as values.
+    /// Lower and upper bounds of the band around it, one per value.
     pub band: Option<[&'a [f32]; 2]>,
-    /// The values up to this episode are means of less than the others, and drawn dotted.
+    /// Values up to this episode are means over an unfilled window and drawn dotted.
     pub partial: u64,
     /// Separate points: episode and value, such as evaluations.
     pub points: &'a [(u64, f32)],
@@ -42,30 +42,30 @@ pub struct Curve<'a> {
 
 /// Curves over one pair of axes.
 pub struct Plot<'a> {
-    /// What is shown.
+    /// The title.
     pub title: &'a str,
-    /// The lines, the last one in front.
+    /// The curves, the last one in front.
     pub curves: Vec<Curve<'a>>,
     /// Episodes to show.
     pub x: Window,
-    /// Values the axis shows in any case.
+    /// The least range of a linear y axis.
     pub y: Option<[f32; 2]>,
-    /// How values become heights.
+    /// How values map to heights.
     pub scale: Scale,
-    /// Each value is the mean of so many episodes up to it.
+    /// Number of episodes in the moving average of each value.
     pub smoothing: usize,
-    /// The episode whose values are read off.
+    /// The episode whose values the legend shows.
     pub crosshair: Option<f32>,
-    /// Where somebody interfered: the episode, in what colour, and what was done.
+    /// Interventions: episode, colour and description.
     pub marks: Vec<(u64, Color, &'a str)>,
-    /// To how many columns names can be shortened in the legend: see [`shortenings`](super::shortenings).
+    /// Widths to which names can be shortened in the legend: see [`shortenings`](super::shortenings).
     pub shortenings: &'a [usize],
-    /// What to say if there is nothing to show.
+    /// The text shown without data.
     pub empty: &'a str,
 }
 
-/// Draws title, axes and curves; curves that were drawn before are taken from the cache. Returns the axes
-/// unless the area is too small.
+/// Draws title, legend, axes and curves, reusing what the cache holds. Returns the axes unless the area is
+/// too small.
 pub fn draw(plot: &Plot, cache: &ChartCache, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Option<Axes> {
     if area.height < 2 || area.width == 0 {
         return None;
@@ -116,7 +116,7 @@ pub fn draw(plot: &Plot, cache: &ChartCache, area: Rect, theme: &Theme, buffer: 
                 paint(place, &mut picture);
                 picture
             };
-            lay(&cache.picture(key, draw), axes.plot, buffer);
+            overlay(&cache.picture(key, draw), axes.plot, buffer);
         }
         None => paint(axes.plot, buffer),
     }
@@ -126,20 +126,20 @@ pub fn draw(plot: &Plot, cache: &ChartCache, area: Rect, theme: &Theme, buffer: 
     Some(axes)
 }
 
-/// What the curves of a chart are told apart by. None if it is not known whether they are the same.
+/// The cache key of the curves of a chart. None if one of them has no version.
 fn drawn_key(plot: &Plot, look: &Look) -> Option<DrawnKey> {
     let curve = |curve: &Curve| Some((curve.version?, curve.colour, curve.partial, curve.band.is_some()));
     let curves = plot.curves.iter().map(curve).collect::<Option<Vec<_>>>()?;
     Some(DrawnKey { curves, look: look.key() })
 }
 
-/// The curves in columns.
+/// The decimated curves.
 fn lines(plot: &Plot, cache: &ChartCache, look: &Look) -> Vec<Rc<Decimated>> {
     plot.curves.iter().map(|curve| cache.decimated(curve.version, curve.episodes, curve.values, look)).collect()
 }
 
-/// Puts a picture over an area; cells without a dot stay as they are.
-fn lay(picture: &Buffer, area: Rect, buffer: &mut Buffer) {
+/// Copies a picture onto an area; cells without a dot stay as they are.
+fn overlay(picture: &Buffer, area: Rect, buffer: &mut Buffer) {
     for (from, position) in picture.content.iter().zip(area.positions()) {
         if from.symbol() != " " {
             let cell = &mut buffer[position];
@@ -151,7 +151,8 @@ fn lay(picture: &Buffer, area: Rect, buffer: &mut Buffer) {
     }
 }
 
-/// Lowest and highest scaled value with a margin. None if no value is finite.
+/// The range of the y axis: lowest and highest scaled value with a margin, or at least `plot.y`. None if no value
+/// is finite.
 fn range(drawn: &Drawn, plot: &Plot) -> Option<[f32; 2]> {
     let points = plot.curves.iter().flat_map(|curve| curve.points.iter().map(|(_, value)| plot.scale.apply(*value)));
     let points = points.filter(|value| value.is_finite()).map(|value| [value; 2]);
@@ -168,7 +169,7 @@ fn range(drawn: &Drawn, plot: &Plot) -> Option<[f32; 2]> {
     }
 }
 
-/// Shades the band around a curve, with dots so far apart that what lies over it is seen.
+/// Shades the band around a curve with sparse dots, so that the lines over it remain visible.
 fn shade(curve: &Curve, look: &Look, axes: &Axes, raster: &mut Raster) {
     let Some(ends) = curve.band else { return };
     let size = raster.size();
@@ -182,8 +183,8 @@ fn shade(curve: &Curve, look: &Look, axes: &Axes, raster: &mut Raster) {
     raster.points(dots, curve.colour);
 }
 
-/// Draws a line: neighbours are connected, and a column of dots with many values shows
-/// all heights between their least and their greatest.
+/// Draws a line: neighbouring columns are connected, and a column with several values covers
+/// their whole range.
 fn trace(line: &Decimated, curve: &Curve, axes: &Axes, raster: &mut Raster) {
     let size = raster.size();
     let dot = |column: &Column, value: f32| -> Dot { [f32::from(column.x) + 0.5, axes.height(size, value)] };
@@ -201,7 +202,7 @@ fn trace(line: &Decimated, curve: &Curve, axes: &Axes, raster: &mut Raster) {
     }
 }
 
-/// Draws the marks along the lower edge; beside the crosshair, what was done there in words.
+/// Draws the marks along the lower edge, and beside the crosshair the descriptions of the marks there.
 fn marks(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
     let sign = if theme.marker == Marker::Ascii { "^" } else { "▲" };
     let row = axes.plot.bottom() - 1;
@@ -297,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hundred_thousand_episodes_keep_their_single_spike() {
+    fn a_single_spike_in_a_hundred_thousand_episodes_is_visible() {
         let mut values = vec![0.0; 100_000];
         values[54_321] = 1.0;
         let lines = lines(&plot(&values, &[]), Marker::Ascii);
@@ -305,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn smoothing_is_the_mean_of_the_episodes_before() {
+    fn smoothing_is_a_trailing_mean_over_finite_values() {
         let values = [0.0, 4.0, 2.0, f32::NAN, 6.0];
         let look = Look { x: Window { from: 1.0, to: 5.0 }, scale: Scale::Linear, smoothing: 2, columns: 50 };
         let smooth: Vec<f32> =
@@ -335,7 +336,7 @@ mod tests {
         assert!(dots(&with) > dots(&without) + 10, "{with:#?}");
         assert_eq!(with[0], without[0]);
         plot.curves[0].band = Some([&[f32::NAN; 40], &high]);
-        assert_eq!(lines(&plot, Marker::Ascii), without, "a band without ends is none");
+        assert_eq!(lines(&plot, Marker::Ascii), without, "a band without bounds is not drawn");
     }
 
     #[test]
@@ -348,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_shortened_before_a_curve_has_none() {
+    fn names_are_shortened_before_curves_are_left_out() {
         let values = [1.0; 20];
         let mut plot = plot(&values, &[]);
         plot.curves = ["first of all the names"].map(|name| curve(name, &values, &[])).into();
@@ -382,7 +383,7 @@ mod tests {
     }
 
     #[test]
-    fn evaluations_are_points_and_the_crosshair_reads_values_off() {
+    fn evaluations_are_points_and_the_legend_shows_values_at_the_crosshair() {
         let values: Vec<f32> = (0..20).map(|i| i as f32 / 20.0).collect();
         let mut plot = plot(&values, &[(10, 0.5)]);
         plot.crosshair = Some(11.0);

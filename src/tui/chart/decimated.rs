@@ -1,57 +1,57 @@
-//! Curves of any length in the columns of dots there are.
+//! Reduces curves of any length to the columns of dots available.
 
 use std::collections::VecDeque;
 
 use super::axes::Scale;
 use super::range::Window;
 
-/// How a curve is seen, its numbers by their bits.
+/// A [`Look`] as a cache key, with the bits of its numbers.
 pub type LookKey = ([u32; 2], Scale, usize, u16);
 
-/// How a curve is seen.
+/// How a curve is displayed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Look {
-    /// Episodes that are shown.
+    /// Episodes to show.
     pub x: Window,
-    /// How values become heights.
+    /// How values map to heights.
     pub scale: Scale,
-    /// Each value is the mean of so many episodes up to it.
+    /// Number of episodes in the moving average of each value.
     pub smoothing: usize,
     /// Columns of dots.
     pub columns: u16,
 }
 
-/// The values in one column of dots, on the scale.
+/// The scaled values in one column of dots.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Column {
-    /// Place of the column.
+    /// Index of the column of dots.
     pub x: u16,
-    /// The first and the last of its values.
+    /// Its first and last value.
     pub ends: [f32; 2],
-    /// The least and the greatest.
+    /// Its smallest and largest value.
     pub range: [f32; 2],
     /// Its last episode.
     pub last: u64,
-    /// It is not connected with the column before.
+    /// It is not connected to the previous column.
     pub after_gap: bool,
 }
 
-/// A curve in columns.
+/// A curve reduced to columns.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Decimated {
-    /// Columns with values, from left to right; of gaps in one column each side is one.
+    /// Columns with values, from left to right. A gap within a column of dots splits it into two entries.
     pub columns: Vec<Column>,
-    /// Least and greatest of all values, if there are any.
+    /// Smallest and largest value, if there are any.
     pub range: Option<[f32; 2]>,
 }
 
 impl Look {
-    /// What it is told apart by.
+    /// The cache key.
     pub fn key(&self) -> LookKey {
         ([self.x.from, self.x.to].map(f32::to_bits), self.scale, self.smoothing, self.columns)
     }
 
-    /// Dots between two episodes.
+    /// Dots per episode.
     fn pace(&self) -> f32 {
         f32::from(self.columns.saturating_sub(1)) / (self.x.to - self.x.from).max(f32::EPSILON)
     }
@@ -61,25 +61,25 @@ impl Look {
         ((episode as f32 - self.x.from) * self.pace() + 0.5).floor()
     }
 
-    /// The places of the episodes that are shown.
+    /// The indices of the episodes to show.
     fn shown(&self, episodes: &[u64]) -> std::ops::Range<usize> {
         let first = place(episodes, self.x.from.floor().max(1.0) as u64);
         let end = place(episodes, self.x.to.ceil().max(0.0) as u64 + 1);
         first.min(end)..end
     }
 
-    /// Values whose mean each value is: of a long run not every episode is here.
+    /// The smoothing window in values, which for thinned episodes is less than `smoothing`.
     fn width(&self, episodes: &[u64]) -> usize {
         let last = episodes.last().map_or(0, |last| *last as usize);
         (self.smoothing * episodes.len()).checked_div(last).unwrap_or(self.smoothing).max(1)
     }
 
-    /// A curve in columns: one value for each of some episodes.
+    /// Reduces a curve, with one value per episode, to columns.
     pub fn decimate(&self, episodes: &[u64], values: &[f32]) -> Decimated {
         let shown = self.shown(episodes);
         let width = self.width(episodes);
         let mut smooth = Smoothing::new(width);
-        // What comes before the window belongs to the means of its first values.
+        // The means of the first visible values include the values before them.
         for value in &values[shown.start.saturating_sub(width)..shown.start] {
             smooth.next(*value);
         }
@@ -114,8 +114,7 @@ impl Look {
         found
     }
 
-    /// Some episodes with the smoothed values of two curves there, on the scale: one for every other column of
-    /// dots, with the column.
+    /// Samples two curves at every other column of dots: the column with the smoothed, scaled values.
     pub fn samples(&self, episodes: &[u64], curves: [&[f32]; 2]) -> Vec<(u16, [f32; 2])> {
         let width = self.width(episodes);
         let mut samples: Vec<(u16, [f32; 2])> = Vec::new();
@@ -134,12 +133,12 @@ impl Look {
     }
 }
 
-/// The place of an episode among some, or of the next one that is there.
+/// The index of an episode, or of the next one if it is missing.
 pub fn place(episodes: &[u64], episode: u64) -> usize {
     episodes.partition_point(|known| *known < episode)
 }
 
-/// The mean of a value and the finite ones before it, so many together; the value itself if it is not finite.
+/// The mean of a value and the finite ones before it, `width` in all; NaN if the value itself is not finite.
 fn mean_up_to(values: &[f32], place: usize, width: usize) -> f32 {
     let Some(value) = values.get(place).copied().filter(|value| value.is_finite()) else { return f32::NAN };
     if width <= 1 {
@@ -150,7 +149,7 @@ fn mean_up_to(values: &[f32], place: usize, width: usize) -> f32 {
     (sum / f64::from(count)) as f32
 }
 
-/// Running means.
+/// A moving average over finite values.
 struct Smoothing {
     width: usize,
     window: VecDeque<f32>,
@@ -174,7 +173,7 @@ impl Smoothing {
         self.sum += f64::from(value);
         self.pushed += 1;
         if self.pushed.is_multiple_of(self.width) {
-            // What a large value has cost in precision does not stay.
+            // Recompute the sum now and then, so that rounding errors of large values do not persist.
             self.sum = self.window.iter().map(|value| f64::from(*value)).sum();
         }
         (self.sum / self.window.len() as f64) as f32
@@ -185,18 +184,18 @@ impl Smoothing {
 pub(super) mod tests {
     use super::*;
 
-    /// The episodes of as many values.
+    /// Consecutive episode numbers, one per value.
     pub fn all(values: &[f32]) -> Vec<u64> {
         (1..=values.len() as u64).collect()
     }
 
-    /// These episodes in so many columns, as they are.
+    /// An unsmoothed, linear look.
     pub fn look(from: f32, to: f32, columns: u16) -> Look {
         Look { x: Window { from, to }, scale: Scale::Linear, smoothing: 1, columns }
     }
 
     #[test]
-    fn a_column_has_its_first_last_least_and_greatest_value_and_gaps_part_columns() {
+    fn columns_keep_ends_and_range_and_are_split_by_gaps() {
         let mut values: Vec<f32> = (0..100).map(|at| at as f32).collect();
         values[55] = 1000.0;
         let found = look(1.0, 100.0, 10).decimate(&all(&values), &values);
@@ -219,7 +218,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn of_a_thinned_run_each_value_stands_at_its_episode() {
+    fn values_of_a_thinned_run_are_placed_at_their_episodes() {
         let episodes: Vec<u64> = (1..=20).map(|number| 100 * number).collect();
         let values: Vec<f32> = (1..=20).map(|number| number as f32).collect();
         let part = look(401.0, 700.0, 300);

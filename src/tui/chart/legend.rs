@@ -1,4 +1,4 @@
-//! Title and legend of a chart: the names of its curves with the values that are read off.
+//! Title and legend of a chart: the names of its curves with their latest values or those at the crosshair.
 
 use std::cell::OnceCell;
 use std::collections::HashSet;
@@ -13,11 +13,11 @@ use super::decimated::place;
 use crate::tui::widgets::columns;
 use crate::tui::widgets::theme::Theme;
 
-/// Columns that a name may be shortened to.
+/// Widths in columns to which names may be shortened.
 const SHORT: [usize; 4] = [24, 16, 12, 8];
 
-/// To how many columns the names of curves can be shortened so that no two become the same: of the sizes that
-/// are less than the longest name, the widest first.
+/// The widths to which the names of curves can be shortened without two becoming equal, widest first. Only
+/// widths below the longest name count.
 pub fn shortenings(names: &[&str]) -> Vec<usize> {
     let longest = names.iter().map(|name| columns::width(name)).max().unwrap_or(0);
     let different: HashSet<&str> = names.iter().copied().collect();
@@ -28,21 +28,21 @@ pub fn shortenings(names: &[&str]) -> Vec<usize> {
     SHORT.into_iter().filter(|size| *size < longest).take_while(are_different).collect()
 }
 
-/// How much a legend may say and take.
+/// Limits of a legend.
 #[derive(Clone, Copy)]
 struct Sizes {
-    /// Columns of a name at most.
+    /// Maximum width of a name in columns.
     name: usize,
-    /// What stands before the crosshair's episode.
+    /// The word before the crosshair's episode.
     word: &'static str,
-    /// Lines more than usual.
+    /// Additional lines.
     lines: usize,
 }
 
 /// A curve in the legend.
 struct Entry<'a> {
     curve: &'a Curve<'a>,
-    /// The value that is read off, once it is needed.
+    /// The formatted value, computed on first use.
     value: OnceCell<String>,
 }
 
@@ -57,8 +57,8 @@ impl Entry<'_> {
     }
 }
 
-/// Title and legend. Names that have no room are shortened; if that is not enough, the legend has another line, and
-/// curves without room there are counted.
+/// Title and legend. If there is not enough room, names are shortened, then a line is added; curves that still do not
+/// fit are counted.
 pub fn legend(plot: &Plot, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
     let named = plot.curves.iter().filter(|curve| !curve.values.is_empty());
     let all: Vec<Entry> = named.map(|curve| Entry { curve, value: OnceCell::new() }).collect();
@@ -79,9 +79,9 @@ pub fn legend(plot: &Plot, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
     found.0
 }
 
-/// Title and legend, and the number of curves that had no room.
+/// Title and legend, and the number of curves that do not fit.
 fn entries(plot: &Plot, all: &[Entry], sizes: Sizes, area: Rect, theme: &Theme) -> (Vec<Line<'static>>, usize) {
-    /// Columns of the count of curves without room.
+    /// Columns reserved for the count of curves that do not fit.
     const COUNT: usize = 10;
     let mut lines = vec![Line::styled(plot.title.to_owned(), theme.strong())];
     if let Some(at) = plot.crosshair {
@@ -124,10 +124,10 @@ mod tests {
 
     #[test]
     fn names_are_shortened_as_long_as_they_differ() {
-        assert_eq!(shortenings(&["one", "two"]), [0usize; 0], "short ones are whole");
+        assert_eq!(shortenings(&["one", "two"]), [0usize; 0], "short names are not shortened");
         assert_eq!(shortenings(&["the first of two names", "a second one of them"]), [16, 12, 8]);
         let seeds = ["ddpg.gamma 0.905, seed 1", "ddpg.gamma 0.905, seed 2"];
-        assert_eq!(shortenings(&seeds), [0usize; 0], "their beginnings are the same");
+        assert_eq!(shortenings(&seeds), [0usize; 0], "they have the same beginning");
         assert_eq!(shortenings(&["the same name twice", "the same name twice"]), [16, 12, 8]);
     }
 }

@@ -1,4 +1,4 @@
-//! Curves over episodes: axes, series, and the part of them one looks at.
+//! Charts of curves over episodes: axes, legend, curves and the visible range.
 
 mod axes;
 mod cache;

@@ -1,18 +1,18 @@
-//! Which episodes a chart shows.
+//! The range of episodes that a chart shows.
 
-/// The part of the episodes to be shown.
+/// The range of episodes to show.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub enum Range {
     /// All of them.
     #[default]
     Whole,
-    /// The latest, following the training.
+    /// The latest ones, following the training.
     Recent,
-    /// A fixed part.
+    /// A fixed window.
     Part(Window),
 }
 
-/// From one episode to another.
+/// A window of episodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Window {
     /// The first.
@@ -21,7 +21,7 @@ pub struct Window {
     pub to: f32,
 }
 
-/// Episodes of the recent range.
+/// Number of episodes in the recent range.
 const RECENT: f32 = 200.0;
 /// The narrowest window.
 const NARROWEST: f32 = 10.0;
@@ -51,7 +51,7 @@ impl Range {
         Self::Part(Window { from, to: from + width }.kept_within(episodes))
     }
 
-    /// The same window moved by a share of its width.
+    /// The window moved by a share of its width; the whole range stays.
     pub fn pan(self, share: f32, episodes: usize) -> Self {
         let now = self.window(episodes);
         let by = (now.to - now.from) * share;
@@ -75,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn zooming_keeps_the_centre_and_ends_in_the_whole_range() {
+    fn zooming_in_keeps_the_centre_and_zooming_out_ends_in_the_whole_range() {
         let zoomed = Range::Whole.zoom(0.5, Some(500.5), 1000);
         let Range::Part(window) = zoomed else { panic!("{zoomed:?}") };
         assert!((window.from - 250.75).abs() < 0.1 && (window.to - 750.25).abs() < 0.1, "{window:?}");

@@ -1,18 +1,18 @@
-//! Keys as people write them: `q`, `ctrl-s`, `shift-left`, `space`, `f2`.
+//! Keys in text form: `q`, `ctrl-s`, `shift-left`, `space`, `f2`.
 
 use std::fmt;
 use std::str::FromStr;
 
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
-/// A key with its modifiers, in one canonical form.
+/// A key with its modifiers, in canonical form.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd)]
 pub struct Key {
     code: KeyCode,
     modifiers: KeyModifiers,
 }
 
-/// A text that is no key.
+/// A text that is not a key.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "unknown key `{0}`: write a character, or space, enter, esc, tab, left, f1 and so on, with ctrl-, alt- or shift- before it"
@@ -38,7 +38,7 @@ const NAMED: [(&str, KeyCode); 15] = [
 ];
 
 impl Key {
-    /// The canonical form: a character already says whether shift was held.
+    /// The canonical form, without shift for characters, whose case already implies it.
     pub fn new(code: KeyCode, modifiers: KeyModifiers) -> Self {
         let kept = match code {
             KeyCode::Char(_) | KeyCode::BackTab => KeyModifiers::CONTROL | KeyModifiers::ALT,

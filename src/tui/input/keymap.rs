@@ -1,4 +1,4 @@
-//! Which key does what: the defaults of the table of actions, changed by a key file.
+//! Key bindings: the defaults of the table of actions, changed by a key file.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use crate::bounded;
 use crate::tui::actions::{Action, Context, Entry, entries, named};
 use crate::tui::input::{Key, KeyError};
 
-/// Keys of every action.
+/// The key bindings of all actions.
 #[derive(Debug, Clone)]
 pub struct Keymap {
     bindings: Vec<(Key, &'static Entry)>,
@@ -24,10 +24,10 @@ pub enum KeymapError {
     /// No action has the name.
     #[error("{origin}:{line}: there is no action `{name}`{} (`?` in the workbench lists all names)", suggestion(.nearest))]
     Unknown { origin: String, line: usize, name: String, nearest: Option<&'static str> },
-    /// A word is no key.
+    /// A word is not a key.
     #[error("{origin}:{line}: {source}")]
     Key { origin: String, line: usize, source: KeyError },
-    /// Two actions that can apply at the same time have one key.
+    /// Two actions that can apply at the same time share a key.
     #[error("{origin}:{line}: key `{key}` of `{name}` already belongs to `{other}`: give one of them another key")]
     Clash { origin: String, line: usize, key: String, name: &'static str, other: &'static str },
 }
@@ -39,7 +39,7 @@ fn suggestion(nearest: &Option<&'static str>) -> String {
 impl Default for Keymap {
     fn default() -> Self {
         let keys = |entry: &'static Entry| {
-            // A test reads the keys of all entries.
+            // A test checks that all default keys parse.
             entry.keys.split_whitespace().filter_map(move |key| Some((key.parse().ok()?, entry)))
         };
         Self { bindings: entries().iter().flat_map(keys).collect() }
@@ -47,11 +47,11 @@ impl Default for Keymap {
 }
 
 impl Keymap {
-    /// The defaults changed by the file at `path`: lines `name = key key`, comments
-    /// after `#`. An action that is named has only the keys of its line.
+    /// The defaults, changed by the file at `path`: lines `name = key key`, comments
+    /// after `#`. The keys of a line replace all default keys of its action.
     ///
     /// # Errors
-    /// When the file cannot be read or a line of it is wrong, naming file and line.
+    /// When the file cannot be read or a line is invalid; names file and line.
     pub fn load(path: &Path) -> Result<Self, KeymapError> {
         let text = bounded::read_text(path).map_err(|source| KeymapError::Io { path: path.to_owned(), source })?;
         Self::parse(&text, &path.display().to_string())
@@ -60,7 +60,7 @@ impl Keymap {
     /// Like [`Keymap::load`], for text; `origin` names it in errors.
     ///
     /// # Errors
-    /// When a line is wrong.
+    /// When a line is invalid.
     pub fn parse(text: &str, origin: &str) -> Result<Self, KeymapError> {
         let mut map = Self::default();
         let mut changed: Vec<(usize, Key, &'static Entry)> = Vec::new();
@@ -80,7 +80,7 @@ impl Keymap {
         Ok(map)
     }
 
-    /// What a key asks for in the given contexts, the innermost first.
+    /// The action of a key in the given contexts, innermost first.
     pub fn action(&self, key: Key, contexts: &[Context]) -> Option<Action> {
         contexts.iter().find_map(|context| {
             let bound = self.bindings.iter().find(|(bound, entry)| *bound == key && entry.context == *context);
@@ -88,14 +88,14 @@ impl Keymap {
         })
     }
 
-    /// Keys of an entry, in words.
+    /// The keys of an entry in text form.
     pub fn keys(&self, entry: &Entry) -> Vec<String> {
         let own = self.bindings.iter().filter(|(_, bound)| bound.name == entry.name);
         own.map(|(key, _)| key.to_string()).collect()
     }
 
-    /// A text for people in which `{name}` stands for the first key of the action of that name; one
-    /// without a key is found in the palette.
+    /// Replaces each `{name}` in a text by the first key of the action with that name, or by `:`, the key of
+    /// the palette, if the action has none.
     pub fn fill(&self, text: &str) -> String {
         let mut filled = String::new();
         for (index, part) in text.split(['{', '}']).enumerate() {
@@ -109,7 +109,7 @@ impl Keymap {
         filled
     }
 
-    /// Key, word and action of what is to be hinted at in the given contexts.
+    /// Key, word and action of each hint in the footer for the given contexts, innermost first.
     pub fn hints(&self, contexts: &[Context]) -> Vec<(String, &'static str, Action)> {
         let of_context = |context: &Context| {
             let context = *context;
@@ -118,7 +118,7 @@ impl Keymap {
         let mut hints: Vec<(String, &'static str, Action)> = Vec::new();
         for entry in contexts.iter().flat_map(of_context) {
             let key = self.keys(entry).into_iter().next();
-            // An inner context's key hides that of an outer one.
+            // A key of an inner context shadows the same key of an outer one.
             if let Some(key) = key.filter(|key| hints.iter().all(|(known, ..)| known != key)) {
                 hints.push((key, entry.hint, entry.action));
             }
@@ -127,7 +127,7 @@ impl Keymap {
     }
 }
 
-/// Whether two different actions can both be asked for at one moment.
+/// Whether two different actions can apply at the same time.
 fn can_meet(a: &Entry, b: &Entry) -> bool {
     let on_every_screen = |entry: &Entry| matches!(entry.context, Context::Everywhere | Context::Typed);
     a.name != b.name && (a.context == b.context || on_every_screen(a) || on_every_screen(b))
@@ -163,10 +163,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn default_keys_are_keys_and_no_two_actions_share_one() {
+    fn default_keys_parse_and_never_clash() {
         let map = Keymap::default();
         let written: usize = entries().iter().map(|entry| entry.keys.split_whitespace().count()).sum();
-        assert_eq!(map.bindings.len(), written, "every written key is a key");
+        assert_eq!(map.bindings.len(), written, "every default key parses");
         for (index, (key, a)) in map.bindings.iter().enumerate() {
             for (other, b) in &map.bindings[index + 1..] {
                 assert!(key != other || !can_meet(a, b), "{key}: {} and {}", a.name, b.name);
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_changes_keys_and_takes_them_away() {
+    fn a_file_changes_and_removes_keys() {
         let map = Keymap::parse("# mine\ntrain = f10 f9  # go\nquit =\n", "keys").unwrap();
         let action = |key: &str| map.action(key.parse().unwrap(), &[Context::Everywhere]);
         assert_eq!(action("f10"), Some(Action::Train));

@@ -1,4 +1,4 @@
-//! Keys: how they are written, and which of them asks for what.
+//! Keys: their text form and the key map.
 
 mod key;
 mod keymap;

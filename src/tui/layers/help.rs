@@ -1,4 +1,4 @@
-//! All keys, by where they apply.
+//! The help: all keys, grouped by context.
 
 use crossterm::event::{KeyCode, KeyEvent};
 use ratatui::buffer::Buffer;
@@ -12,21 +12,21 @@ use crate::tui::input::Keymap;
 use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::theme::Theme;
 
-/// Columns of the whole, and of those the keys' and the names'.
+/// Widths in columns: of the whole, of the keys and of the names.
 const WIDTH: u16 = 116;
 const KEYS: u16 = 16;
 const NAMES: u16 = 17;
 
-/// The help, scrolled to a line. What applies now comes first.
+/// The help, scrolled to a line. Contexts that apply now come first.
 pub struct Help {
     scroll: usize,
-    /// What the lines shown have in them.
+    /// Only entries containing this text are shown.
     filter: String,
     contexts: Vec<Context>,
 }
 
 impl Help {
-    /// The help for a moment at which these contexts apply. What is typed comes last.
+    /// The help while these contexts apply. Commands that can only be typed come last.
     pub fn new(now: &[Context]) -> Self {
         let others = Context::ALL.into_iter().filter(|context| !now.contains(context));
         let mut contexts: Vec<Context> = now.iter().copied().chain(others).collect();
@@ -34,7 +34,7 @@ impl Help {
         Self { scroll: 0, filter: String::new(), contexts }
     }
 
-    /// Keys, name and what it does, which goes on in the next line where `room` is too little.
+    /// Lines of keys, name and description; the description wraps at `room` columns.
     fn lines(&self, keymap: &Keymap, room: usize) -> Vec<(String, &'static str, String)> {
         let mut lines = Vec::new();
         let filter = self.filter.to_lowercase();
@@ -58,7 +58,7 @@ impl Help {
             }
         }
         if lines.is_empty() {
-            lines.push((String::new(), "", "nothing is found".to_owned()));
+            lines.push((String::new(), "", "nothing found".to_owned()));
         }
         lines
     }
@@ -109,7 +109,7 @@ impl Layer for Help {
     }
 }
 
-/// What an entry does, after how it is written if it is typed.
+/// The description of an entry, with its usage if it can only be typed.
 fn about(entry: &Entry) -> String {
     match entry.verb().filter(|_| entry.context == Context::Typed) {
         Some(verb) => format!("{}: {}", verb.usage(), entry.about),

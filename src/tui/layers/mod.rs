@@ -1,4 +1,4 @@
-//! What lies over the screen: each layer takes the keys until it is left.
+//! Layers over the screen. The top layer receives the keys until it is closed.
 
 mod help;
 mod palette;
@@ -22,17 +22,17 @@ use crate::tui::effect::Effect;
 use crate::tui::input::Keymap;
 use crate::tui::widgets::theme::Theme;
 
-/// Something over the screen.
+/// A popup over the screen.
 pub trait Layer {
-    /// Applies a key.
+    /// Handles a key.
     fn key(&mut self, key: KeyEvent) -> Response;
 
-    /// Applies a click.
+    /// Handles a click.
     fn click(&mut self, _at: Position) -> Response {
         Response::Stay
     }
 
-    /// Applies the mouse: the wheel goes up and down, a click chooses.
+    /// Handles the mouse: the wheel acts like the arrow keys, the left button clicks.
     fn mouse(&mut self, mouse: MouseEvent) -> Response {
         match mouse.kind {
             MouseEventKind::ScrollUp => self.key(KeyCode::Up.into()),
@@ -42,31 +42,31 @@ pub trait Layer {
         }
     }
 
-    /// Takes pasted text, where text is typed.
+    /// Handles pasted text.
     fn paste(&mut self, _text: &str) {}
 
-    /// Shows why what was asked for could not be done.
+    /// Shows why the effect of [`Response::Try`] failed.
     fn refuse(&mut self, _reason: String) {}
 
-    /// Whether it asks before something is lost.
+    /// Whether it asks for confirmation before something is lost.
     fn is_warning(&self) -> bool {
         false
     }
 
-    /// Draws it over the screen; where the cursor is, if it has one.
+    /// Draws it over the screen. Returns the position of the cursor, if it has one.
     fn draw(&mut self, area: Rect, keymap: &Keymap, theme: &Theme, buffer: &mut Buffer) -> Option<Position>;
 }
 
-/// What a layer wants after a key.
+/// What to do after a layer has handled an event.
 pub enum Response {
-    /// Nothing; it stays.
+    /// Keep the layer open.
     Stay,
-    /// To be left.
+    /// Close the layer.
     Leave,
-    /// To be left, and the key to go to what lies under it.
+    /// Close the layer and pass the key on to what is under it.
     Pass,
-    /// To be left, and this to be done.
+    /// Close the layer and carry out an effect.
     Do(Effect),
-    /// This to be done; to be left if it succeeds.
+    /// Carry out an effect; close the layer if it succeeds.
     Try(Effect),
 }

@@ -1,4 +1,4 @@
-//! A line to be typed, checked when it is given.
+//! A prompt for one line of text, checked on enter.
 
 use crossterm::event::{KeyCode, KeyEvent};
 use ratatui::buffer::Buffer;
@@ -16,25 +16,24 @@ use crate::tui::widgets::text_input::TextInput;
 use crate::tui::widgets::theme::Theme;
 use crate::workbench::Command;
 
-/// What an answer asks for, or what is wrong with it.
+/// Parses an answer into an effect, or says what is wrong with it.
 type Reader = dyn Fn(&str) -> Result<Effect, String>;
 
 /// A question with a line for the answer.
 pub struct Prompt {
-    /// What is asked.
+    /// The question.
     title: String,
-    /// What may be written.
+    /// What may be entered.
     hint: String,
     /// The answer.
     input: TextInput,
-    /// What the answer asks for, or what is wrong with it.
     read: Box<Reader>,
     /// Why the latest answer was refused.
     error: Option<String>,
 }
 
 impl Prompt {
-    /// A prompt that starts with `text`; `read` says what an answer asks for, or what is wrong with it.
+    /// A prompt that starts with `text`; `read` parses the answer into an effect, or says what is wrong with it.
     pub fn new(
         title: impl Into<String>,
         hint: impl Into<String>,
@@ -54,7 +53,7 @@ impl Prompt {
     ) -> Self {
         Self::new(title, hint, text, move |answer| match Command::parse(&format!("{verb} {answer}")) {
             Ok(Some(command)) => Ok(Effect::Apply(command)),
-            Ok(None) => Err("nothing is written".to_owned()),
+            Ok(None) => Err("nothing entered".to_owned()),
             Err(error) => Err(error.to_string()),
         })
     }
@@ -98,12 +97,12 @@ impl Layer for Prompt {
     }
 }
 
-/// Draws an input line, scrolled so that the cursor is seen; where the cursor is.
+/// Draws an input line, scrolled so that the cursor is visible. Returns the position of the cursor.
 pub fn line(input: &TextInput, prefix: &str, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Position {
     let start = area.x + prefix.len() as u16;
     let hidden = input.cursor_column().saturating_sub(area.right().saturating_sub(start + 1));
     let (before, shown) = columns::split(input.text(), usize::from(hidden));
-    // Half of a wide character cannot be hidden: all of it is shown then.
+    // A wide character cannot be half hidden; show all of it.
     let hidden = columns::width(before) as u16;
     let text = Line::from(vec![Span::styled(prefix, theme.strong()), Span::styled(shown, Style::reset())]);
     text.render(Rect { width: area.width.saturating_sub(1), height: area.height.min(1), ..area }, buffer);

@@ -1,4 +1,4 @@
-//! One of several answers: lists to choose from, and questions before something is lost.
+//! Multiple choice: lists to choose from, and confirmations before something is lost.
 
 use crossterm::event::{KeyCode, KeyEvent};
 use ratatui::buffer::Buffer;
@@ -17,11 +17,11 @@ use crate::tui::widgets::{columns, list};
 /// A question and its answers.
 pub struct Question {
     title: String,
-    /// What will happen; nothing for a list.
+    /// What will happen; empty for a list.
     text: String,
     answers: Vec<Answer>,
     selected: usize,
-    /// Where the answers are.
+    /// Where each answer was last drawn.
     rows: Vec<(Rect, usize)>,
 }
 
@@ -29,12 +29,12 @@ struct Answer {
     key: String,
     name: String,
     about: String,
-    /// None for the way back.
+    /// None to cancel.
     effect: Option<Effect>,
 }
 
 impl Question {
-    /// A list to choose from: name, explanation and what choosing does; one of them is selected.
+    /// A list to choose from: name, explanation and effect of each item; `selected` is the initial selection.
     pub fn list(title: impl Into<String>, items: Vec<(String, String, Effect)>, selected: usize) -> Self {
         let answer = |(number, (name, about, effect)): (usize, _)| Answer {
             key: number.to_string(),
@@ -46,7 +46,7 @@ impl Question {
         Self { title: title.into(), text: String::new(), answers, selected, rows: Vec::new() }
     }
 
-    /// A question that says what will happen; each answer has its key, its meaning and what it does.
+    /// A confirmation: what will happen, and the key, meaning and effect of each answer.
     pub fn warning(title: &str, text: String, answers: Vec<(char, &str, Effect)>) -> Self {
         let answer = |key: &str, name: &str, effect| Answer {
             key: key.to_owned(),
@@ -60,7 +60,7 @@ impl Question {
     }
 
     fn choose(&mut self, index: usize) -> Response {
-        // What is chosen leaves the list with it.
+        // The layer closes after a choice, so the order of the answers no longer matters.
         self.answers.swap_remove(index).effect.map_or(Response::Leave, Response::Do)
     }
 }

@@ -1,4 +1,4 @@
-//! Tools to choose from, with small pictures, found as one types.
+//! A palette of tools with small pictures and incremental search.
 
 use crossterm::event::{KeyCode, KeyEvent};
 use nucleo_matcher::pattern::{AtomKind, CaseMatching, Normalization, Pattern};
@@ -24,21 +24,21 @@ use crate::tui::widgets::theme::Theme;
 /// A tool that can be chosen.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Offer {
-    /// The tool, anywhere.
+    /// The tool; its position does not matter.
     pub tool: Tool,
     /// Its number in CREATE's catalogue, if it is from there.
     pub number: Option<usize>,
-    /// What it is, to be read.
+    /// Its description.
     text: String,
-    /// What it is found by.
+    /// The text that is searched.
     words: String,
 }
 
 impl Offer {
-    /// A tool with what it is in words.
+    /// A tool; `about` is appended to its description.
     pub fn new(tool: Tool, number: Option<usize>, about: &str) -> Self {
         let text = [tool_in_words(&tool, true), about.to_owned()].join(" ").trim_end().to_owned();
-        // A see_saw is found as a seesaw too.
+        // `seesaw` finds a see_saw, too.
         let words = format!("{text} {}", tool.kind.name().replace('_', ""));
         Self { tool, number, text, words }
     }
@@ -55,7 +55,7 @@ impl Offer {
         (0..NO_OP).filter_map(offer)
     }
 
-    /// What it is, in the few columns below its picture.
+    /// Its name, shortened to the columns below its picture.
     fn name(&self, columns: u16) -> String {
         let is_usual = self.number.is_none() && Property::unusual(&self.tool).is_empty();
         let name = if is_usual { self.tool.kind.name().to_owned() } else { tool_in_words(&self.tool, false) };
@@ -63,7 +63,7 @@ impl Offer {
     }
 }
 
-/// The type of a tool, its size and what is unusual of it: with the names of the numbers, or their first letters.
+/// The type of a tool, its size and its unusual properties, with the names of the properties or only their initials.
 pub fn tool_in_words(tool: &Tool, named: bool) -> String {
     let size = Some((Property::Size, Property::Size.of(tool))).filter(|_| tool.kind.has_size());
     let others = Property::unusual(tool).into_iter().filter(|(property, _)| *property != Property::Size);
@@ -75,7 +75,7 @@ pub fn tool_in_words(tool: &Tool, named: bool) -> String {
     tool.kind.to_string() + &size.into_iter().chain(others).map(word).collect::<String>()
 }
 
-/// What choosing a tool asks for.
+/// The effect of choosing a tool.
 type Choose = dyn Fn(&Offer) -> Effect;
 
 /// A palette of tools.
@@ -83,13 +83,13 @@ pub struct Tools {
     title: String,
     input: TextInput,
     offers: Vec<Offer>,
-    /// What was found of them, the likeliest first.
+    /// Indices of the matching offers, best match first.
     found: Vec<usize>,
     selected: usize,
     choose: Box<Choose>,
-    /// Pictures in a row, and rows, when it was last drawn.
+    /// Pictures per row, and rows, when it was last drawn.
     shape: [usize; 2],
-    /// Where what was found is.
+    /// Where each visible match was last drawn.
     cells: Vec<(Rect, usize)>,
 }
 
@@ -112,7 +112,7 @@ impl Tools {
     fn search(&mut self) {
         self.selected = 0;
         let text = self.input.text().trim();
-        // Words as they are written: digits here and there would be found in every number.
+        // Substrings instead of fuzzy matching: scattered digits would match almost every number.
         let pattern = Pattern::new(text, CaseMatching::Ignore, Normalization::Smart, AtomKind::Substring);
         let mut matcher = Matcher::new(Config::DEFAULT);
         let mut characters = Vec::new();
@@ -188,7 +188,7 @@ impl Layer for Tools {
         let bottom = Rect { y: inside.bottom().saturating_sub(1), height: 1, ..inside };
         Text::from_iter(wrap(&about, usize::from(inside.width))).style(theme.faint()).render(bottom, buffer);
         self.shape = [columns, rows].map(usize::from);
-        // As many rows are passed by as the selected one needs to be seen.
+        // Scroll so far that the selected row is visible.
         let first = (self.selected / self.shape[0]).saturating_sub(self.shape[1] - 1) * self.shape[0];
         self.cells.clear();
         let places = (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column)));
@@ -220,7 +220,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_begins_with_the_words_comes_first() {
+    fn matches_at_the_beginning_of_a_word_come_first() {
         let offer = |number: usize| Offer::new(Tool::new(ToolKind::Box, [0.0; 2]), Some(number), &format!("#{number}"));
         let mut tools = Tools::new("", vec![offer(1234), offer(23)], |offer| Effect::Hold(offer.number));
         tools.paste("23");

@@ -1,4 +1,4 @@
-//! A short tour for the first start.
+//! A short tour for new users.
 
 use crossterm::event::{KeyCode, KeyEvent};
 use ratatui::buffer::Buffer;
@@ -44,7 +44,7 @@ impl Layer for Tour {
             KeyCode::Left | KeyCode::Backspace => self.page = self.page.saturating_sub(1),
             KeyCode::Right | KeyCode::Enter | KeyCode::Char(' ') if self.page + 1 < PAGES.len() => self.page += 1,
             KeyCode::Enter | KeyCode::Esc | KeyCode::Char(' ' | 'q' | 'x') => return Response::Leave,
-            // Who knows what to press is not asked to press it twice.
+            // Any other key closes the tour and takes effect at once.
             _ => return Response::Pass,
         }
         Response::Stay
@@ -56,7 +56,7 @@ impl Layer for Tour {
 
     fn draw(&mut self, area: Rect, keymap: &Keymap, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
         let (title, text) = PAGES[self.page];
-        // Scene and ball stay in sight.
+        // Keep the scene with the ball visible.
         let area = beside_scene(area);
         let width = area.width.saturating_sub(4).min(56);
         let lines = wrap(&keymap.fill(text), usize::from(width));

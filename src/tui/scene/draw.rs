@@ -1,4 +1,4 @@
-//! Drawing the scene, from the back to the front.
+//! Draws the scene, from back to front.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -18,7 +18,7 @@ use crate::tui::view::playback::Moment;
 use crate::tui::widgets::raster::{self, Dot, Raster};
 use crate::tui::widgets::theme::{Depth, Marker, Theme};
 
-/// What to show over the scene.
+/// Which overlays to show on the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Overlays {
     /// Means and one- and two-sigma ellipses of the action clusters.
@@ -29,11 +29,11 @@ pub struct Overlays {
     pub critic: bool,
     /// Where the actor would place the tool.
     pub actor: bool,
-    /// What the model predicts from the present action on.
+    /// The model's prediction from the current action on.
     pub model: bool,
-    /// What the signs mean.
+    /// The legend of the symbols.
     pub legend: bool,
-    /// Only this stage's clusters; None for those of all stages.
+    /// Show only this stage's clusters; None for all stages.
     pub stage: Option<usize>,
 }
 
@@ -43,17 +43,17 @@ impl Default for Overlays {
     }
 }
 
-/// Values of a function of actions on a square grid, the first row at the top.
+/// A function of the action's position, sampled on a square grid with the first row at the top.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Heat {
     /// Rows and columns.
     pub side: usize,
-    /// One value a grid cell, row by row.
+    /// One value per grid cell, row by row.
     pub values: Vec<f32>,
 }
 
 impl Heat {
-    /// Its least and its greatest finite value; None if it has none.
+    /// Its smallest and largest finite value; None if no value is finite.
     pub fn range(&self) -> Option<[f32; 2]> {
         let finite = || self.values.iter().copied().filter(|value| value.is_finite());
         Some([finite().reduce(f32::min)?, finite().reduce(f32::max)?])
@@ -63,48 +63,48 @@ impl Heat {
 /// A tool held over the scene, not placed yet.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ghost {
-    /// Where, normalised.
+    /// Its normalised position.
     pub action: Action,
-    /// The tool, in its place.
+    /// The tool at that position.
     pub tool: Tool,
     /// Why it cannot be placed there, if it cannot.
     pub refusal: Option<String>,
-    /// What the chosen model predicts for the ball, normalised.
+    /// The ball's normalised path as the chosen model predicts it.
     pub predicted: Vec<[f32; 2]>,
 }
 
-/// Everything to be drawn.
+/// Everything to draw.
 pub struct Content<'a> {
-    /// The task, and what is proposed for it.
+    /// The task and its proposed subgoals.
     pub objects: Objects<'a>,
-    /// What happens in it.
+    /// The moment of the episode.
     pub moment: &'a Moment,
-    /// What to show over it.
+    /// Which overlays to show.
     pub overlays: Overlays,
-    /// The action clusters; true if they no longer fit the task.
+    /// The action clusters, and whether they are out of date.
     pub prior: Option<(&'a ActionPrior, bool)>,
     /// The critic's value of every action.
     pub heat: Option<&'a Heat>,
-    /// The tool that the actor would place, where it would.
+    /// The tool that the actor would place, at its position.
     pub choice: Option<Tool>,
-    /// What the model predicts from the present action on, normalised.
+    /// The normalised path that the model predicts from the current action on.
     pub predicted: &'a [[f32; 2]],
-    /// What really happened in the same time, normalised.
+    /// The normalised path that the ball really took in that time.
     pub truth: &'a [[f32; 2]],
     /// The selected object.
     pub selected: Option<Object>,
-    /// The tool in the person's hand.
+    /// The tool in hand.
     pub ghost: Option<&'a Ghost>,
 }
 
 impl Content<'_> {
-    /// The colour of a stage's clusters: that of its subgoal, or of the goal.
+    /// The colour of a stage's clusters: the colour of its subgoal, or of the goal.
     fn stage(&self, stage: usize, theme: &Theme) -> Color {
         if stage == self.objects.task.subgoals.len() { theme.goal } else { theme.stage(stage) }
     }
 }
 
-/// Draws the scene into the largest square of `area` and returns where it is.
+/// Draws the scene into the largest square of `area` and returns that square.
 pub fn draw(content: &Content, area: Rect, theme: &Theme, buffer: &mut Buffer) -> View {
     let view = View::fit(area);
     raster::draw(view.area, theme.marker, buffer, |raster| {
@@ -114,7 +114,7 @@ pub fn draw(content: &Content, area: Rect, theme: &Theme, buffer: &mut Buffer) -
         painter.tools(content);
         painter.regions(content);
         painter.ghost(content);
-        // Alone in its cells: what it lies on or in does not hide it.
+        // The ball has its cells to itself, so that nothing behind it changes its shape or colour.
         painter.raster.layer();
         painter.ball(content);
     });
@@ -147,8 +147,8 @@ impl Painter<'_, '_> {
         self.raster.points(path.iter().step_by(every).map(|position| View::dot(size, *position)), colour);
     }
 
-    /// A predicted way of the ball: a line with the ball at its end.
-    fn way(&mut self, path: &[[f32; 2]], radius: f32) {
+    /// A predicted path of the ball: a line with the ball at its end.
+    fn predicted(&mut self, path: &[[f32; 2]], radius: f32) {
         for pair in path.windows(2) {
             self.raster.line(self.dot(pair[0]), self.dot(pair[1]), self.theme.accent);
         }
@@ -161,7 +161,7 @@ impl Painter<'_, '_> {
         self.path(&content.moment.trail, self.theme.trail, 2);
         if content.overlays.model {
             self.path(content.truth, self.theme.good, 4);
-            self.way(content.predicted, content.objects.task.ball.radius);
+            self.predicted(content.predicted, content.objects.task.ball.radius);
         }
     }
 
@@ -242,7 +242,7 @@ impl Painter<'_, '_> {
             self.tool(choice, self.theme.warn, false);
         }
         let Some(ghost) = content.ghost else { return };
-        self.way(&ghost.predicted, content.objects.task.ball.radius);
+        self.predicted(&ghost.predicted, content.objects.task.ball.radius);
         let colour = if ghost.refusal.is_none() { self.theme.good } else { self.theme.bad };
         self.tool(&ghost.tool, colour, false);
     }
@@ -384,7 +384,7 @@ mod tests {
     }
 
     #[test]
-    fn things_are_where_they_are_in_their_colour() {
+    fn objects_are_drawn_at_their_positions_in_their_colours() {
         let (buffer, view) = drawn(|_| {});
         assert_eq!(colour_at(&buffer, view, [0.25, 0.8]), theme().ball);
         assert_eq!(colour_at(&buffer, view, [0.25, -0.85]), theme().tool);
@@ -394,7 +394,7 @@ mod tests {
     }
 
     #[test]
-    fn clusters_have_their_stages_colour_and_are_greyed_when_stale() {
+    fn clusters_have_the_colour_of_their_stage_and_are_grey_when_stale() {
         let cluster = Cluster { mean: [-0.5, 0.5], std: [0.1, 0.1], weight: 1.0, count: 3 };
         let stage = StagePrior { clusters: vec![cluster], ..StagePrior::default() };
         let config = GuidanceConfig::default();
@@ -411,7 +411,7 @@ mod tests {
         assert_eq!(colour_at(&buffer, view, edge), theme().stage(0));
         let goal = ActionPrior { stages: vec![StagePrior::default(), prior.stages[0].clone()], ..prior.clone() };
         let (buffer, view) = drawn(|content| content.prior = Some((&goal, false)));
-        assert_eq!(colour_at(&buffer, view, edge), theme().goal, "the clusters of the goal have its colour");
+        assert_eq!(colour_at(&buffer, view, edge), theme().goal, "clusters of the goal have the colour of the goal");
         let (buffer, view) = drawn(|content| content.prior = Some((&prior, true)));
         assert_eq!(colour_at(&buffer, view, edge), theme().dim);
         let (buffer, view) = drawn(|content| {
@@ -435,7 +435,7 @@ mod tests {
     }
 
     #[test]
-    fn the_legend_names_what_there_is_to_see_and_the_map_has_a_scale() {
+    fn the_legend_lists_what_is_visible_and_the_heat_map_has_a_scale() {
         let heat = Heat { side: 1, values: vec![-0.5, 1.5] };
         let shown = |legend: bool, critic: bool| {
             let (buffer, _) = drawn(|content| {
@@ -456,7 +456,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tool_in_hand_says_whether_it_fits() {
+    fn the_colour_of_a_tool_in_hand_shows_whether_it_fits() {
         for (refusal, colour) in [(None, theme().good), (Some("in the way".to_owned()), theme().bad)] {
             let tool = crate::env::held_tool(&crate::task::load("task1").unwrap(), None).at([67.2, 42.0]);
             let ghost = Ghost { action: [0.6, 0.0], tool, refusal, predicted: vec![] };

@@ -1,4 +1,4 @@
-//! What the signs in the scene mean, and the scale of the critic's map.
+//! The legend of the symbols in the scene, and the scale of the critic's heat map.
 
 use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
@@ -8,8 +8,8 @@ use crate::trainer::Source;
 use crate::tui::chart::number;
 use crate::tui::widgets::theme::{Marker, Theme};
 
-/// What is to be read over the scene: the legend, if it is shown, of what there is to see now, and
-/// the scale of the map.
+/// The text over the scene: the legend of what is visible, if it is switched on, and the scale of the
+/// heat map.
 pub fn lines(content: &Content, theme: &Theme) -> Vec<Line<'static>> {
     let mut lines = if content.overlays.legend { signs(content, theme) } else { Vec::new() };
     lines.extend(content.heat.filter(|_| content.overlays.critic).and_then(|heat| scale(heat, theme)));
@@ -50,7 +50,7 @@ fn signs(content: &Content, theme: &Theme) -> Vec<Line<'static>> {
     all.into_iter().filter(|(is_shown, ..)| *is_shown).map(sign).collect()
 }
 
-/// The colours of the map from its least to its greatest value.
+/// The colour scale of the heat map, from its smallest to its largest value.
 fn scale(heat: &Heat, theme: &Theme) -> Option<Line<'static>> {
     let [low, high] = heat.range()?;
     let mut spans = vec![Span::raw(format!("critic {} ", number(low)))];

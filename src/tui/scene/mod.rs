@@ -1,4 +1,4 @@
-//! The scene in cells: the task to scale, what happens in it and what lies over it.
+//! The scene drawn in cells: the task to scale, a moment of an episode, and overlays.
 
 mod draw;
 mod legend;

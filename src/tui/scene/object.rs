@@ -1,22 +1,22 @@
-//! The objects of a scene that a person can select and edit.
+//! The objects of a scene that can be selected and edited.
 
 use crate::physics::to_units;
 use crate::task::{BallSpec, Edit, Part, Region, Task};
 
-/// Something in the scene with a place.
+/// An object of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Object {
-    /// The ball's start.
+    /// The start of the ball.
     Ball,
-    /// A subgoal, from 0.
+    /// A subgoal, counted from 0.
     Subgoal(usize),
-    /// A subgoal that is proposed, from 0.
+    /// A proposed subgoal, counted from 0.
     Proposal(usize),
     /// The final goal.
     Goal,
-    /// A static tool, from 0.
+    /// A static tool, counted from 0.
     Tool(usize),
-    /// What else there is in CREATE's levels: the marker, its subgoals, other balls, boxes that move.
+    /// Another object of CREATE's levels: the marker, its subgoals, other balls, moving boxes.
     Part(Part),
 }
 
@@ -33,7 +33,7 @@ impl Object {
         }
     }
 
-    /// The edit that gives it another radius, in units. None for what has a fixed one, and for tools, whose size
+    /// The edit that changes its radius, in units. None for objects of fixed size, and for tools, whose size
     /// is one of their properties.
     pub fn resized(self, radius: f32) -> Option<Edit> {
         match self {
@@ -44,7 +44,7 @@ impl Object {
         }
     }
 
-    /// The edit that deletes it. None for what every task needs.
+    /// The edit that deletes it. None for objects that cannot be deleted.
     pub fn deleted(self) -> Option<Edit> {
         match self {
             Self::Ball | Self::Goal | Self::Part(_) => None,
@@ -55,7 +55,7 @@ impl Object {
     }
 }
 
-/// The objects of a task, those that are proposed for it included.
+/// The objects of a task, including its proposed subgoals.
 #[derive(Debug, Clone, Copy)]
 pub struct Objects<'a> {
     /// The task.
@@ -79,7 +79,7 @@ impl Objects<'_> {
         self.position(object).is_some()
     }
 
-    /// Place and radius, or half side, of a part that is an object by that alone.
+    /// Position, and radius or half side, of a part that has no other variant of [`Object`].
     fn part(self, part: Part) -> Option<([f32; 2], f32)> {
         let ball = |ball: &BallSpec| (ball.position, ball.radius);
         let marker = self.task.marker.as_ref();
@@ -92,7 +92,7 @@ impl Objects<'_> {
         }
     }
 
-    /// Name for people, counted from 1.
+    /// Display name, counted from 1.
     pub fn name(self, object: Object) -> String {
         match object {
             Object::Ball => "ball".to_owned(),
@@ -108,7 +108,7 @@ impl Objects<'_> {
         }
     }
 
-    /// Normalised place.
+    /// Normalised position.
     pub fn position(self, object: Object) -> Option<[f32; 2]> {
         match object {
             Object::Ball => Some(self.task.ball.position),
@@ -132,8 +132,7 @@ impl Objects<'_> {
         }
     }
 
-    /// The object at a normalised position, the nearest of those within reach, which is
-    /// given in units.
+    /// The nearest object to a normalised position, within `reach` units.
     pub fn at(self, position: [f32; 2], reach: f32) -> Option<Object> {
         let point = to_units(position);
         let distance = |object: Object| {
@@ -165,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn of_two_objects_within_reach_the_nearer_one_is_meant() {
+    fn the_nearer_of_two_objects_within_reach_is_found() {
         let mut task = crate::task::load("task1").unwrap();
         let beside = |by: f32| [task.goal.position[0] + by, task.goal.position[1]];
         let [left, right] = [beside(-0.5), beside(0.5)];

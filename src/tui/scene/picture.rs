@@ -1,4 +1,4 @@
-//! Tools in dots: to scale in a scene, and as small pictures.
+//! Draws tools: to scale in a scene, and as small pictures.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -10,13 +10,13 @@ use crate::physics::{SCREEN, Tool, to_normalised};
 use crate::tui::widgets::raster::{self, Raster};
 use crate::tui::widgets::theme::Theme;
 
-/// Units by which the line that shows where a tool drives bodies goes beyond half its size.
+/// How far, in units, the line for a tool's drive extends beyond half the tool's size.
 const DRIVE: f64 = 5.0;
-/// Units that a picture of a small tool is wide and high.
+/// Width and height, in units, of a picture of a small tool.
 const WINDOW: f32 = 24.0;
 
-/// Draws a tool over a raster of the whole scene, `zoom` times as large around the middle. Where it drives
-/// bodies, a line from its centre says.
+/// Draws a tool on a raster of the whole scene, magnified `zoom` times about the middle. If it drives bodies,
+/// a line from its centre shows the direction.
 pub(super) fn draw_tool(raster: &mut Raster, tool: &Tool, zoom: f32, colour: Color, filled: bool) {
     let size = raster.size();
     let dot = |position: [f32; 2]| View::dot(size, position.map(|value| zoom * value));

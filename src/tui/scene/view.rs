@@ -1,4 +1,4 @@
-//! From normalised positions to dots and from cells back.
+//! Conversion between normalised positions, dots and cells.
 
 use ratatui::layout::Rect;
 
@@ -27,12 +27,12 @@ impl View {
         Self { area }
     }
 
-    /// The dot of a normalised position, of a raster with `size` dots over the area.
+    /// The dot of a normalised position in a raster of `size` dots over the area.
     pub fn dot(size: [f32; 2], position: [f32; 2]) -> Dot {
         [(position[0] + 1.0) / 2.0 * size[0], (1.0 - position[1]) / 2.0 * size[1]]
     }
 
-    /// Radii in dots of a circle with a radius in units.
+    /// Horizontal and vertical radius, in dots, of a circle with a radius in units.
     pub fn radii(size: [f32; 2], radius: f32) -> [f32; 2] {
         size.map(|dots| radius / SCREEN * dots)
     }
@@ -44,7 +44,7 @@ impl View {
         inside.then(|| (self.area.x + x as u16, self.area.y + y as u16))
     }
 
-    /// The normalised position of a cell's middle; cells outside count as the nearest.
+    /// The normalised position of a cell's centre; cells outside are clamped to the nearest one inside.
     pub fn nearest(&self, column: u16, row: u16) -> [f32; 2] {
         let share = |at: u16, start: u16, length: u16| {
             let inside = at.clamp(start, start + length.saturating_sub(1)) - start;
@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cell_and_its_position_belong_together() {
+    fn cells_and_positions_round_trip() {
         let view = View::fit(Rect::new(5, 7, 60, 30));
         for (column, row) in [(5, 7), (64, 36), (30, 20)] {
             let position = view.nearest(column, row);

@@ -1,4 +1,4 @@
-//! Charts of runs and groups, as the Training screen, the Scene screen and the preview of a run have them.
+//! Charts of runs and groups, for the Training screen, the Scene screen and the preview of a run.
 
 use std::collections::{HashMap, HashSet};
 
@@ -13,7 +13,7 @@ use crate::stats::rolling::WINDOW;
 use crate::tui::chart::{Curve, Plot, Scale, draw as draw_chart, shortenings};
 use crate::tui::view::{Curves, GroupCurves, Mark, RunGroup, RunSummary, ViewModel};
 
-/// Something with a curve: a run, with its group if that has more, or a group in one.
+/// Something with a curve: a run, with its group if that has several runs, or a whole group.
 #[derive(Clone, Copy)]
 pub enum Shown<'a> {
     /// A run.
@@ -28,7 +28,7 @@ impl<'a> Shown<'a> {
         Self::Run(run, view.groups.of(&run.path).filter(|group| group.is_many()))
     }
 
-    /// What it is in words.
+    /// Its label.
     pub fn label(&self) -> String {
         match self {
             Self::Run(run, None) => run.label.clone(),
@@ -37,7 +37,7 @@ impl<'a> Shown<'a> {
         }
     }
 
-    /// Its curves, a group's in one.
+    /// Its curves; those of a group are the interquartile means.
     pub fn curves(&self) -> &'a Curves {
         match self {
             Self::Run(run, _) => &run.curves,
@@ -67,11 +67,11 @@ impl<'a> Shown<'a> {
     }
 }
 
-/// Draws one chart of some runs and groups.
+/// Draws charts of some runs and groups.
 pub struct Charts<'a> {
     state: &'a CurvesState,
     shown: Vec<Shown<'a>>,
-    /// What sets each apart from the others, if there are several, and its colour.
+    /// Names that set the curves apart; empty if there is only one curve.
     names: Vec<String>,
     /// To how many columns the names can be shortened.
     shortenings: Vec<usize>,
@@ -114,7 +114,7 @@ impl<'a> Charts<'a> {
             values: shown.curves().get(metric),
             version: Some((shown.curves().version(), metric as usize)),
             band: shown.band(metric),
-            // The success rate of the first episodes is that of fewer than the others.
+            // The first values of the success rate are means of fewer episodes.
             partial: if metric == Metric::Success { WINDOW.get() as u64 - 1 } else { 0 },
             points: if metric == Metric::Success { shown.evaluations() } else { &[] },
         });
@@ -130,7 +130,7 @@ impl<'a> Charts<'a> {
             (n, Scale::Linear) => format!("{}, mean of {n}", metric.title()),
             (n, Scale::Log) => format!("{}, mean of {n}, log", metric.title()),
         };
-        // Of many curves the marks would be a row of signs without a name.
+        // The marks of many curves could not be told apart.
         let marked = self.shown.iter().zip(self.colours.iter().copied());
         let marks = marked.filter(|_| self.shown.len() <= 2).flat_map(|(shown, colour)| {
             let colour = if many { colour } else { self.ui.theme.warn };
@@ -175,11 +175,11 @@ fn without_episodes(run: &RunSummary) -> String {
     text.to_owned()
 }
 
-/// What sets each of several curves apart from the others, in words: the parts of their labels that
-/// not all have. Runs of one label have the names of their folders.
+/// Names that set several curves apart: the parts of their labels that not all of them share. Runs whose names would
+/// be equal are named after their folders.
 fn names(shown: &[Shown], labels: &[String]) -> Vec<String> {
     let parts: Vec<Vec<&str>> = labels.iter().map(|label| label.split(", ").collect()).collect();
-    // For every part how many labels have it.
+    // The number of labels that have each part.
     let mut holders: HashMap<&str, usize> = HashMap::new();
     for label in &parts {
         let different: HashSet<&str> = label.iter().copied().collect();

@@ -1,5 +1,5 @@
-//! Edits of the task on the Scene and the Edit screen: what a key or the mouse makes of
-//! the selected object, and proposed subgoals.
+//! Edits of the task on the Scene and Edit screens: changes to the selected object by keys and mouse, and
+//! proposed subgoals.
 
 use super::scene::Scene;
 use super::{Ui, tools};
@@ -25,12 +25,12 @@ pub fn direction(action: Action, near: f32, far: f32) -> Option<[f32; 2]> {
     })
 }
 
-/// A position moved and kept on the screen, to three decimals.
+/// A position moved, clamped to the scene and rounded to three decimals.
 pub(super) fn moved(position: [f32; 2], by: [f32; 2]) -> [f32; 2] {
     std::array::from_fn(|axis| ((position[axis] + by[axis]).clamp(-1.0, 1.0) * 1000.0).round() / 1000.0)
 }
 
-/// What an action does to the task; None if it is no edit.
+/// The effects of an editing action; None for any other action.
 pub(super) fn edit(scene: &mut Scene, ui: &Ui, action: Action) -> Option<Vec<Effect>> {
     let step = direction(action, 0.01, 0.1);
     match action {
@@ -87,7 +87,7 @@ fn edit_selected(scene: &mut Scene, ui: &Ui, action: Action, step: Option<[f32; 
         (Action::DeleteObject, _) => match object.deleted() {
             Some(edit) => vec![Effect::apply(edit)],
             None if matches!(object, Object::Part(_)) => {
-                vec![Effect::info("it belongs to the level: only its file can be without it")]
+                vec![Effect::info("it is part of the level and can only be removed in its file")]
             }
             None => vec![Effect::info("a task needs its ball and its goal")],
         },
@@ -118,7 +118,7 @@ fn read_position(text: &str) -> Result<[f32; 2], String> {
     }
 }
 
-/// Exchanges a subgoal with its neighbour in the order; it stays selected.
+/// Swaps a subgoal with its neighbour in the order; it stays selected.
 fn reorder(index: usize, later: bool, count: usize) -> Vec<Effect> {
     let other = if later { index + 1 } else { index.wrapping_sub(1) };
     if other >= count {
@@ -128,7 +128,7 @@ fn reorder(index: usize, later: bool, count: usize) -> Vec<Effect> {
     vec![Effect::apply(swap), Effect::Select(Some(Object::Subgoal(other)))]
 }
 
-/// Asks how many subgoals are to be proposed: as many as there are, to start with.
+/// Asks how many subgoals to propose; the default is the present number of subgoals.
 fn ask_for_proposals(ui: &Ui) -> Effect {
     let hint = format!(
         "how many subgoals, found by the model `{}`; they are only shown until you accept them",
@@ -156,7 +156,7 @@ fn answer_proposals(scene: &Scene, ui: &Ui, accept: bool) -> Vec<Effect> {
     effects
 }
 
-/// Ends a drag: the object stays where it was let go.
+/// Ends a drag: moves the object to where it was dropped.
 pub fn drop_object(scene: &mut Scene) -> Vec<Effect> {
     let dropped = scene.drop_dragged();
     dropped.map(|(object, to)| Effect::apply(object.moved_to(moved(to, [0.0; 2])))).into_iter().collect()

@@ -1,4 +1,4 @@
-//! The whole picture: tabs, the screen, message and footer.
+//! The whole picture: tabs, screen, message and footer.
 
 use ratatui::buffer::{Buffer, Cell};
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -19,15 +19,15 @@ const LEAST: (u16, u16) = (60, 20);
 /// The smallest terminal that shows a curve and the status.
 const SMALL: (u16, u16) = (30, 8);
 
-/// From this width on there is room for the names of all tabs.
+/// Width from which the names of all tabs fit.
 const TABS: u16 = 80;
 
 /// A message.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Notice {
-    /// How much it matters.
+    /// Its severity.
     pub level: Level,
-    /// What it says.
+    /// Its text.
     pub text: String,
 }
 
@@ -35,15 +35,15 @@ pub struct Notice {
 pub struct Chrome<'a> {
     /// The screen being shown.
     pub tab: Tab,
-    /// Where actions are looked for now, the innermost first.
+    /// The contexts in which keys are looked up now, the innermost first.
     pub contexts: &'a [Context],
     /// The message above the last line.
     pub notice: Option<&'a Notice>,
-    /// Something lies over the screen.
+    /// Whether a layer covers the screen.
     pub covered: bool,
 }
 
-/// Draws everything but what lies over it; where things are.
+/// Draws everything but the layers; returns the regions for the mouse.
 pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffer: &mut Buffer) -> HitRegions {
     if area.width < LEAST.0 || area.height < LEAST.1 {
         if area.width >= SMALL.0 && area.height >= SMALL.1 {
@@ -71,7 +71,7 @@ pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffe
     regions
 }
 
-/// Draws what matters most of a training where there is no room for a screen: a curve and the status.
+/// Draws a curve and the status of a training, on a terminal too small for a screen.
 fn draw_small(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffer: &mut Buffer) -> HitRegions {
     let mut regions = HitRegions::default();
     let text = match ui.subject.run() {
@@ -92,7 +92,7 @@ fn draw_small(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffer: &
     regions
 }
 
-/// Draws the scene of a screen that has one into an empty buffer, and all else as it was `before`.
+/// Draws the scene into an empty buffer, and copies everything else from the picture `before`.
 pub fn draw_scene(ui: &Ui, scene: &Scene, shown: Option<&Notice>, before: &Buffer, buffer: &mut Buffer) {
     let area = buffer.area;
     let [moving, _] = workbench::split(body(area));
@@ -100,7 +100,7 @@ pub fn draw_scene(ui: &Ui, scene: &Scene, shown: Option<&Notice>, before: &Buffe
     let rows = buffer.content.chunks_mut(width).zip(before.content.chunks(width));
     for (y, (row, old)) in (area.y..).zip(rows) {
         let from = if (moving.top()..moving.bottom()).contains(&y) { usize::from(moving.width) } else { 0 };
-        // Most cells are empty, as those of the buffer are, and a comparison is less work than a copy.
+        // The buffer is empty and so are most old cells; comparing a cell is cheaper than copying it.
         let cells = row[from..].iter_mut().zip(&old[from..]);
         cells.filter(|(_, old)| **old != Cell::EMPTY).for_each(|(cell, old)| cell.clone_from(old));
     }
@@ -108,7 +108,7 @@ pub fn draw_scene(ui: &Ui, scene: &Scene, shown: Option<&Notice>, before: &Buffe
     notice(ui, shown, area, buffer);
 }
 
-/// Draws a message near the bottom, as long as it is; the keys and the captions of panes below it stay.
+/// Draws a message near the bottom, on as many rows as it needs, above the footer and the captions of panes.
 fn notice(ui: &Ui, notice: Option<&Notice>, area: Rect, buffer: &mut Buffer) {
     let Some(notice) = notice else { return };
     let (mark, style) = level_style(notice.level, ui.theme);
@@ -119,12 +119,12 @@ fn notice(ui: &Ui, notice: Option<&Notice>, area: Rect, buffer: &mut Buffer) {
     text.render(place, buffer);
 }
 
-/// What is beside the scene on the screens that have one.
+/// The area beside the scene, on the screens that have one.
 pub fn beside_scene(area: Rect) -> Rect {
     if area.width < LEAST.0 || area.height < LEAST.1 { area } else { workbench::split(body(area))[1] }
 }
 
-/// What is left between tabs and footer.
+/// The area between tabs and footer.
 fn body(area: Rect) -> Rect {
     Rect { y: area.y + 1, height: area.height - 2, ..area }
 }
@@ -163,7 +163,7 @@ fn footer(ui: &Ui, chrome: &Chrome, area: Rect, buffer: &mut Buffer, regions: &m
         buffer.set_stringn(after + 1, area.y, word, word.len(), theme.faint());
         regions.add(Rect { x, width: hint_width(key, word) - 2, ..area }, Region::Hint(action));
     };
-    // Whoever is lost needs the help: it always has its place, at the right.
+    // The key for help is always shown, at the right.
     let (always, others): (Vec<_>, Vec<_>) =
         ui.keymap.hints(chrome.contexts).into_iter().partition(|(.., action)| *action == Action::Help);
     let mut end = area.right();

@@ -1,5 +1,4 @@
-//! What the Models, Figures and Log screens have in common: lines of which one is
-//! selected.
+//! Line selection, shared by the Models, Figures and Log screens.
 
 use super::figures::Composer;
 use crate::tui::actions::{Action, Tab};
@@ -11,16 +10,16 @@ pub struct Lists {
     pub model: usize,
     /// Of the Figures screen.
     pub figure: usize,
-    /// The figure of learning curves as it is composed.
+    /// The composer of the learning-curve figure.
     pub composer: Composer,
     /// Of the Log screen, 0 for the latest line.
     pub log: usize,
 }
 
-/// Lines of a page.
+/// Lines per page.
 const PAGE: usize = 10;
 
-/// Another selected line; None if the action is none that selects.
+/// The line that an action selects; None if it selects none.
 pub fn select(action: Action, now: usize, last: usize) -> Option<usize> {
     let now = now.min(last);
     Some(match action {

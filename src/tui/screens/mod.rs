@@ -1,5 +1,5 @@
-//! The screens: what each remembers, how it is drawn, and what an action does on it. A screen gets
-//! what it draws and answers with effects; it knows neither the session nor the terminal.
+//! The screens: state, drawing and actions of each. A screen draws from a [`Ui`] and answers actions with effects; it
+//! has no access to the session or the terminal.
 
 mod charts;
 pub mod edit;
@@ -30,24 +30,24 @@ use super::widgets::theme::Theme;
 /// What screens draw from.
 #[derive(Clone, Copy)]
 pub struct Ui<'a> {
-    /// Everything there is to see.
+    /// The view of the session.
     pub view: &'a ViewModel,
     /// What the scene shows.
     pub subject: &'a Subject,
-    /// Keys, to be named in texts.
+    /// The key map, to name keys in texts.
     pub keymap: &'a Keymap,
     /// Colours and markers.
     pub theme: &'a Theme,
 }
 
 impl Ui<'_> {
-    /// A text in which `{name}` stands for the key of an action.
+    /// Replaces each `{name}` of an action in a text by its key.
     pub fn text(&self, text: &str) -> String {
         self.keymap.fill(text)
     }
 }
 
-/// What the screens remember.
+/// The state of the screens.
 #[derive(Default)]
 pub struct Screens {
     /// Of the Scene and the Edit screen.
@@ -60,6 +60,6 @@ pub struct Screens {
     pub runs: runs::Runs,
     /// Selected lines of the Models, Figures and Log screens.
     pub lists: lists::Lists,
-    /// The figure that is shown on the Figures screen.
+    /// The preview on the Figures screen.
     pub preview: Preview,
 }

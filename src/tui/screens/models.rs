@@ -73,10 +73,10 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
     losses(ui, Rect { height: rest.height.min(LOSSES), ..rest }, buffer);
 }
 
-/// Rows of the curve of losses, at most.
+/// Greatest height of the curve of losses.
 const LOSSES: u16 = 14;
 
-/// Draws the losses of the model that is or was trained.
+/// Draws the losses of the model being trained, or trained last.
 fn losses(ui: &Ui, area: Rect, buffer: &mut Buffer) {
     let losses = &ui.view.model_losses;
     if losses.is_empty() || area.height < 4 {
@@ -108,7 +108,7 @@ fn losses(ui: &Ui, area: Rect, buffer: &mut Buffer) {
     draw_chart(&plot, &ChartCache::default(), area, ui.theme, buffer);
 }
 
-/// What was found when a model was measured: its errors by tool type, beside those of what learns nothing.
+/// The evaluation of a model: its errors by tool type, beside those of predictors that do not learn.
 fn errors(evaluation: &Evaluation, width: u16, theme: &Theme) -> Vec<Line<'static>> {
     let heads = ["", "1 prediction", "1 action", "after contact", "constant velocity", "rapier"];
     let row = |cells: [String; 6]| {
@@ -116,7 +116,7 @@ fn errors(evaluation: &Evaluation, width: u16, theme: &Theme) -> Vec<Line<'stati
             "" => format!("{cell:<18}"),
             _ => format!("{cell:>0$}", head.len() + 2),
         });
-        // What has no room is left out, from the right.
+        // Cells that do not fit are left out, from the right.
         let mut line = String::new();
         for cell in padded {
             if columns::width(&line) + columns::width(&cell) > usize::from(width) {
@@ -168,14 +168,14 @@ pub fn perform(lists: &mut Lists, ui: &Ui, action: Action) -> Vec<Effect> {
 
 fn evaluate(model: &ModelSummary) -> Effect {
     match model.name.as_str() {
-        "rapier" => Effect::info("its errors stand beside those of every model that is measured"),
-        "true" | "uniform" => Effect::info("there is nothing to measure: it is no model"),
-        "learned" => Effect::info("select the shipped model itself: this is the one of the task's tool set"),
+        "rapier" => Effect::info("its errors are listed beside those of every measured model"),
+        "true" | "uniform" => Effect::info("there is nothing to measure: it is not a model"),
+        "learned" => Effect::info("select the shipped model itself: `learned` stands for that of the task's tool set"),
         name => Effect::apply(command::ModelEvaluate(name.to_owned())),
     }
 }
 
-/// Asks what to train, with the task's tool set as a start: all of CREATE's tools, if it is more than the paper's types.
+/// Asks what to train. The default is the task's tool set, or all of CREATE's tools if it has types not in the paper.
 fn train(ui: &Ui) -> Effect {
     let kinds = ui.view.task.tool_set();
     let mut tools: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();

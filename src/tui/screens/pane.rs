@@ -11,10 +11,10 @@ use crate::tui::widgets::columns::{fitting, shortened};
 use crate::tui::widgets::popup;
 use crate::tui::widgets::theme::Theme;
 
-/// From this width on there is room for full tabs and panes.
+/// Width from which the wide layouts are used.
 pub const WIDE: u16 = 100;
 
-/// How a line of a level is marked and coloured; the mark says it without colour, too.
+/// Mark and colour of a message by its level; the mark shows the level without colour, too.
 pub fn level_style(level: Level, theme: &Theme) -> (&'static str, Style) {
     match level {
         Level::Info => ("", Style::new()),
@@ -35,7 +35,8 @@ pub fn pane(title: &str, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Rect
     inside
 }
 
-/// What is trained here and what it costs, in the lower edge of a pane; nothing while nothing is.
+/// Draws what is being trained here, and the use of processor and memory, in the lower border of a pane. Draws
+/// nothing while nothing is being trained.
 pub fn system_line(view: &ViewModel, area: Rect, theme: &Theme, buffer: &mut Buffer) {
     let mut parts = view.queue();
     if parts.is_empty() {
@@ -46,12 +47,12 @@ pub fn system_line(view: &ViewModel, area: Rect, theme: &Theme, buffer: &mut Buf
     buffer.set_string(area.x + 2, area.bottom() - 1, text, theme.faint());
 }
 
-/// A text in lines of at most so many columns, in a style.
+/// A text wrapped to `width` columns, in a style.
 pub fn lines(text: &str, width: u16, style: Style) -> impl Iterator<Item = Line<'static>> + use<> {
     popup::wrap(text, usize::from(width)).into_iter().map(move |line| Line::styled(line, style))
 }
 
-/// Text in the middle of an area: what to press where nothing is yet.
+/// Draws a hint in the middle of an empty area, such as which key to press.
 pub fn hint(text: &str, area: Rect, theme: &Theme, buffer: &mut Buffer) {
     let width = area.width.saturating_sub(4).min(70);
     let text = Text::from_iter(lines(text, width, theme.faint())).centered();

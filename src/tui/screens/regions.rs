@@ -1,4 +1,4 @@
-//! Where things were drawn, so that the mouse finds them.
+//! Where things were drawn, for the mouse.
 
 use ratatui::layout::Rect;
 
@@ -8,11 +8,11 @@ use crate::tui::actions::{Action, Tab};
 use crate::tui::chart::Axes;
 use crate::tui::scene::View;
 
-/// Where things were drawn. Only what is on the screen now has a place.
+/// The regions of the latest drawing.
 #[derive(Debug, Default)]
 pub struct HitRegions(Vec<(Rect, Region)>);
 
-/// Something with a place on the screen.
+/// Something that reacts to the mouse.
 #[derive(Debug, Clone, Copy)]
 pub enum Region {
     /// A tab.
@@ -43,12 +43,12 @@ impl HitRegions {
         self.0.extend(rows.into_iter().map(|(area, index)| (area, Region::Row(index))));
     }
 
-    /// All of them.
+    /// All regions, with their areas.
     pub fn all(&self) -> &[(Rect, Region)] {
         &self.0
     }
 
-    /// What is in a cell.
+    /// The region that contains a cell.
     pub fn at(&self, cell: (u16, u16)) -> Option<Region> {
         self.0.iter().find(|(area, _)| area.contains(cell.into())).map(|(_, region)| *region)
     }

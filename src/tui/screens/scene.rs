@@ -1,4 +1,4 @@
-//! What the Scene and the Edit screen remember, and what their actions do.
+//! State and actions of the Scene and Edit screens.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -17,35 +17,35 @@ use crate::tui::view::playback::{Episode, Player};
 use crate::tui::view::{AgentView, Choice, Subject, ViewModel};
 use crate::workbench::command;
 
-/// Distance in units at which an object is still hit by the mouse.
+/// Greatest distance, in units, at which the mouse hits an object.
 pub const REACH: f32 = 2.0;
 
 /// State of the scene.
 #[derive(Default)]
 pub struct Scene {
-    /// Time in the episode being shown.
+    /// Playback of the episode being shown.
     pub player: Player,
-    /// The person's hand, while they play.
+    /// The held tool, during hand play.
     pub hand: Option<Hand>,
     overlays: Overlays,
-    /// Agent and prediction are shown whatever was chosen, as beside the curves.
+    /// Whether agent and prediction are shown regardless of `overlays`, as beside the curves.
     all: bool,
     selected: Option<Object>,
-    /// The property that keys change of a selected tool that has it.
+    /// The property that keys change, if the selected tool has it.
     property: Property,
-    /// Where the selected object is dragged.
+    /// Where the selected object is being dragged to.
     dragged_to: Option<[f32; 2]>,
     agent_view: Derived<AgentView>,
     prediction: Derived<Vec<[f32; 2]>>,
 }
 
-/// A tool in a person's hand.
+/// A tool held for hand play.
 pub struct Hand {
     /// Where it is held, normalised.
     pub(super) cursor: Place,
-    /// The number of a tool of CREATE's catalogue; none for the task's own.
+    /// The number of a tool of CREATE's catalogue; None for the task's own.
     pub(super) tool: Option<usize>,
-    /// Whether it can be placed there, and what follows.
+    /// Whether it can be placed there, and the predicted path of the ball.
     pub(super) ghost: Option<Ghost>,
 }
 
@@ -56,13 +56,13 @@ impl Hand {
     }
 }
 
-/// Something derived from an action of an episode, kept until they are others.
+/// A value derived from an action of an episode, cached until its key changes.
 struct Derived<T> {
     key: Option<Key>,
     value: Option<Result<T, String>>,
 }
 
-/// The episode, the number of an action in it, and the model or the networks by their address.
+/// The episode, the index of an action in it, and the address of the model or the networks.
 type Key = (Arc<Trace>, usize, Option<*const ()>);
 
 impl<T> Default for Derived<T> {
@@ -72,7 +72,7 @@ impl<T> Default for Derived<T> {
 }
 
 impl<T> Derived<T> {
-    /// Derives it anew if it is wanted and out of date; true if it is another now.
+    /// Derives the value again if its key has changed, or drops it without a key; true if it changed.
     fn renew(&mut self, key: Option<Key>, derive: impl FnOnce(usize) -> Result<T, String>) -> bool {
         let Some((trace, action, part)) = key else {
             self.key = None;
@@ -97,14 +97,14 @@ impl<T> Derived<T> {
 }
 
 impl Scene {
-    /// What is shown over the scene.
+    /// The overlays shown over the scene.
     pub(super) fn overlays(&self) -> Overlays {
         let all = self.all;
         let Overlays { critic, actor, model, .. } = self.overlays;
         Overlays { critic: critic || all, actor: actor || all, model: model || all, ..self.overlays }
     }
 
-    /// Shows agent and prediction whatever was chosen, or no longer.
+    /// Sets whether agent and prediction are shown regardless of the chosen overlays.
     pub fn show_all(&mut self, all: bool) {
         self.all = all;
     }
@@ -120,7 +120,7 @@ impl Scene {
         self.dragged_to = None;
     }
 
-    /// The property that keys change of a tool of a type.
+    /// The property that keys change on a type of tool: the chosen one, or else the type's first.
     pub(super) fn property(&self, kind: ToolKind) -> Property {
         let own = || Property::of_kind(kind);
         own().find(|property| *property == self.property).or_else(|| own().next()).unwrap_or_default()
@@ -131,7 +131,7 @@ impl Scene {
         self.property = property;
     }
 
-    /// Takes a tool of CREATE's catalogue in hand, or the task's own.
+    /// Changes the held tool to one of CREATE's catalogue, or to the task's own.
     pub fn hold(&mut self, number: Option<usize>) {
         if let Some(hand) = &mut self.hand {
             (hand.tool, hand.ghost) = (number, None);
@@ -143,24 +143,24 @@ impl Scene {
         self.dragged_to = Some(to).filter(|_| self.selected.is_some());
     }
 
-    /// The object that is being dragged, and where.
+    /// The dragged object, and where it is.
     pub(super) fn dragged(&self) -> Option<(Object, [f32; 2])> {
         self.selected.zip(self.dragged_to)
     }
 
-    /// Ends a drag; what was dragged, and where.
+    /// Ends a drag; returns the object and where it was dropped.
     pub(super) fn drop_dragged(&mut self) -> Option<(Object, [f32; 2])> {
         let dragged = self.dragged();
         self.dragged_to = None;
         dragged
     }
 
-    /// What the agent thinks, if that is being shown.
+    /// Critic and actor at the present action, if they are shown.
     pub(super) fn agent_view(&self) -> Option<&AgentView> {
         self.agent_view.get()
     }
 
-    /// What the model predicts from the present action on, and what really happened then.
+    /// The path predicted from the present action on, and the true path.
     pub(super) fn prediction(&self, subject: &Subject) -> (&[[f32; 2]], Vec<[f32; 2]>) {
         match (self.prediction.get(), &self.prediction.key) {
             (Some(path), Some((_, action, _))) if !path.is_empty() => (path, subject.truth(*action)),
@@ -168,7 +168,7 @@ impl Scene {
         }
     }
 
-    /// What is missing of what is to be seen, and why.
+    /// What cannot be shown, and why.
     pub(super) fn missing(&self, subject: &Subject) -> Vec<String> {
         let overlays = self.overlays();
         let mut missing: Vec<String> = subject.note().map(str::to_owned).into_iter().collect();
@@ -181,15 +181,15 @@ impl Scene {
         missing
     }
 
-    /// Whether a prediction is to be shown.
+    /// Whether a prediction is shown.
     pub fn needs_model(&self, subject: &Subject) -> bool {
         self.hand.is_some() || (self.overlays().model && subject.is_of_run())
     }
 
-    /// Begins to show an episode: another one, or the same again.
+    /// Starts to play another episode, or the same one again.
     pub fn begin(&mut self, subject: &Subject, is_other: bool) {
         if matches!(subject.choice(), Choice::Hand) {
-            // The latest action is played; those before it were seen.
+            // Play only the latest action; those before it have been seen.
             let steps = &subject.episode().trace.steps;
             let before = steps.iter().take(steps.len().saturating_sub(1)).map(|step| step.path.len()).sum();
             self.player.play_from(before);
@@ -202,7 +202,7 @@ impl Scene {
         }
     }
 
-    /// Lets time pass: whether the picture changed, and what follows.
+    /// Advances playback; returns whether the picture changed, and effects.
     pub fn update(&mut self, subject: &Subject, elapsed: Duration) -> (bool, Vec<Effect>) {
         let steps = subject.episode().steps();
         let step = self.player.step();
@@ -232,7 +232,7 @@ impl Scene {
         (changed, effects)
     }
 
-    /// Begins hand play, in the middle of the scene or where the ball is.
+    /// Begins hand play, with the tool below the ball.
     fn take_tool(&mut self, view: &ViewModel) -> Effect {
         let [x, y] = view.task.ball.position;
         self.hand = Some(Hand { cursor: [x, (y - 0.4).max(-0.9)], tool: None, ghost: None });
@@ -240,7 +240,7 @@ impl Scene {
         Effect::Show(Choice::Hand)
     }
 
-    /// Leaves hand play or the past, or lets go of the selected object.
+    /// Cancels a drag, or else leaves hand play, a past episode, the selection or the screen.
     pub fn back(&mut self, subject: &Subject) -> Vec<Effect> {
         if self.drop_dragged().is_some() {
             return Vec::new();
@@ -280,13 +280,13 @@ pub fn perform(scene: &mut Scene, ui: &Ui, action: Action) -> Vec<Effect> {
     }
 }
 
-/// The objects of the edited task are to be seen for what is done with them.
+/// Leaves a past episode, to show the task that is edited.
 fn leave_past(subject: &Subject) -> Vec<Effect> {
     let is_past = matches!(subject.choice(), Choice::Past(_));
     is_past.then_some(Effect::Show(Choice::Latest)).into_iter().collect()
 }
 
-/// Playback and overlays; None if it is none of these.
+/// Handles playback and overlays; None for any other action.
 fn watch(scene: &mut Scene, ui: &Ui, action: Action) -> Option<Vec<Effect>> {
     let steps = ui.subject.episode().steps();
     match action {
@@ -322,13 +322,13 @@ fn watch(scene: &mut Scene, ui: &Ui, action: Action) -> Option<Vec<Effect>> {
     Some(explain_overlay(scene, ui, action).into_iter().collect())
 }
 
-/// Whether an action is one on the episode that is played, also where the scene is beside the curves.
+/// Whether an action controls playback; these also work where the scene is beside the curves.
 pub fn is_playback(action: Action) -> bool {
     use Action::{NextEpisode, PlayPause, PreviousEpisode, StepBack, StepOn};
     matches!(action, PlayPause | StepOn | StepBack | PreviousEpisode | NextEpisode)
 }
 
-/// Plays another episode of the watched run's past again.
+/// Replays another past episode of the watched run.
 fn replay(scene: &mut Scene, ui: &Ui, action: Action) -> Effect {
     let Some(run) = ui.subject.run().filter(|run| run.done > 0) else {
         return Effect::info("no run with episodes is being watched: the Runs screen (5) has them");
@@ -381,7 +381,7 @@ fn select_neighbour(scene: &mut Scene, view: &ViewModel, next: bool) {
     scene.select(Some(objects[index]));
 }
 
-/// Actions of hand play; None if nobody plays or it is none of these.
+/// Handles actions of hand play; None outside hand play and for any other action.
 fn play_by_hand(scene: &mut Scene, action: Action, ui: &Ui) -> Option<Vec<Effect>> {
     let hand = scene.hand.as_mut()?;
     if let Some(by) = direction(action, 0.02, 0.1) {
@@ -397,7 +397,7 @@ fn play_by_hand(scene: &mut Scene, action: Action, ui: &Ui) -> Option<Vec<Effect
     })
 }
 
-/// What a press of the mouse does in the scene: the tool in hand is placed, or an object selected.
+/// Handles a mouse press in the scene: places the held tool, or selects an object.
 pub fn press(scene: &mut Scene, ui: &Ui, position: [f32; 2], reach: f32) -> Vec<Effect> {
     if let Some(hand) = &mut scene.hand {
         hand.hold(position);
@@ -415,7 +415,7 @@ pub fn press(scene: &mut Scene, ui: &Ui, position: [f32; 2], reach: f32) -> Vec<
     effects
 }
 
-/// What an episode shows at the moment.
+/// Title of the scene: its task and episode.
 pub(super) fn title(ui: &Ui) -> String {
     let episode: &Episode = ui.subject.episode();
     format!("{} · {}", ui.subject.task().name, episode.title)

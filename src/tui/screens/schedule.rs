@@ -19,7 +19,7 @@ use crate::tui::widgets::raster::{self, Raster};
 use crate::tui::widgets::theme::Marker;
 use crate::workbench::command;
 
-/// Columns at which a point is still hit with the mouse.
+/// Greatest distance, in columns, at which the mouse hits a point.
 const NEAR: f32 = 4.0;
 
 /// State of the editor.
@@ -29,15 +29,15 @@ pub struct Schedule {
     draft: Option<EpsilonSchedule>,
     /// The selected point.
     point: usize,
-    /// What was edited before, the latest last.
+    /// Earlier drafts, the latest last.
     before: Vec<Option<EpsilonSchedule>>,
 }
 
-/// Edits that can be undone.
+/// Most edits that can be undone.
 const UNDONE: usize = 1000;
 
 impl Schedule {
-    /// Whether it is another schedule than the one in use.
+    /// Whether the schedule differs from the one in use.
     pub fn is_edited(&self) -> bool {
         self.draft.is_some()
     }
@@ -53,7 +53,7 @@ impl Schedule {
         false
     }
 
-    /// Keeps what is there now, to be gone back to.
+    /// Keeps the present draft, for undo.
     fn remember(&mut self) {
         if self.before.len() == UNDONE {
             self.before.remove(0);
@@ -165,8 +165,7 @@ pub fn drag(state: &mut Schedule, view: &ViewModel, episode: f32, value: f32) {
     state.change(moved, in_use);
 }
 
-/// Selects the point nearest to a place on the plot; where none is near, a hand-drawn
-/// schedule gets another.
+/// Selects the point nearest to a place on the plot; if none is near, adds one to a hand-drawn schedule.
 pub fn pick(state: &mut Schedule, view: &ViewModel, axes: &Axes, column: u16, row: u16) {
     state.remember();
     let in_use = &view.settings.epsilon;
@@ -234,7 +233,7 @@ mod tests {
     use crate::tui::testing::empty;
 
     #[test]
-    fn a_point_that_is_no_longer_there_is_not_dragged() {
+    fn dragging_a_removed_point_moves_the_last_one() {
         let mut view = empty();
         view.settings.epsilon = "points:0=0.8,1500=0.1".parse().unwrap();
         let mut state = Schedule { point: 5, ..Schedule::default() };

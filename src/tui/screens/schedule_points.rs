@@ -1,4 +1,4 @@
-//! An epsilon schedule as points on a plot that can be moved.
+//! An epsilon schedule as movable points on a plot.
 
 use crate::guidance::EpsilonSchedule;
 
@@ -17,8 +17,8 @@ pub fn points(schedule: &EpsilonSchedule) -> Vec<(u32, f32)> {
     }
 }
 
-/// The schedule with one point moved to an episode and a threshold; what a point cannot
-/// do is ignored.
+/// The schedule with one point moved to an episode and a threshold; a coordinate that the point cannot change is
+/// ignored.
 pub fn move_point(schedule: &EpsilonSchedule, index: usize, episode: u32, value: f32) -> EpsilonSchedule {
     let value = rounded(value);
     let mut moved = schedule.clone();
@@ -52,7 +52,7 @@ pub fn move_point(schedule: &EpsilonSchedule, index: usize, episode: u32, value:
     moved
 }
 
-/// The schedule with another point, and its index. It becomes hand-drawn.
+/// The schedule as a hand-drawn one with another point after the point `after`, and the index of the new point.
 pub fn add_point(schedule: &EpsilonSchedule, episodes: u32, after: usize) -> (EpsilonSchedule, usize) {
     let mut points = drawn(schedule, episodes);
     let after = after.min(points.len() - 1);
@@ -66,8 +66,7 @@ pub fn add_point(schedule: &EpsilonSchedule, episodes: u32, after: usize) -> (Ep
     (EpsilonSchedule::Points(points), after + 1)
 }
 
-/// A hand-drawn schedule with another point, and its index. An episode that has a point
-/// gets this one instead.
+/// The schedule as a hand-drawn one with another point, and its index. A point at the same episode is replaced.
 pub fn insert_point(schedule: &EpsilonSchedule, episode: u32, value: f32) -> (EpsilonSchedule, usize) {
     let mut points = points(schedule);
     let at = points.partition_point(|point| point.0 < episode);
@@ -78,7 +77,7 @@ pub fn insert_point(schedule: &EpsilonSchedule, episode: u32, value: f32) -> (Ep
     (EpsilonSchedule::Points(points), at)
 }
 
-/// The points of a hand-drawn schedule that looks like this one.
+/// The points of a hand-drawn schedule that approximates this one.
 fn drawn(schedule: &EpsilonSchedule, episodes: u32) -> Vec<(u32, f32)> {
     let points = match schedule {
         EpsilonSchedule::Constant(value) | EpsilonSchedule::Need { clusters: value, .. } => {
@@ -94,7 +93,7 @@ fn rounded(value: f32) -> f32 {
     (value.clamp(0.0, 1.0) * 1000.0).round() / 1000.0
 }
 
-/// The schedule without a point; the last one stays.
+/// The schedule without a point; the only remaining point is kept.
 pub fn delete_point(schedule: &EpsilonSchedule, index: usize) -> EpsilonSchedule {
     let mut schedule = schedule.clone();
     if let EpsilonSchedule::Points(points) = &mut schedule
@@ -106,7 +105,7 @@ pub fn delete_point(schedule: &EpsilonSchedule, index: usize) -> EpsilonSchedule
     schedule
 }
 
-/// The next kind of schedule, as near to this one as it can be.
+/// A schedule of the next kind, as close to this one as possible.
 pub fn next_kind(schedule: &EpsilonSchedule, episodes: u32) -> EpsilonSchedule {
     let episodes = episodes.max(2);
     let (from, to) = (schedule.threshold(0), schedule.threshold(episodes));
@@ -200,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn points_are_drawn_where_they_are_wanted() {
+    fn points_are_inserted_or_replaced_at_an_episode() {
         let drawn = schedule("points:0=0.8,1000=0");
         let check = |episode, value, spec: &str, index| {
             let (schedule, at) = insert_point(&drawn, episode, value);
@@ -212,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn every_kind_follows_another_and_can_be_written() {
+    fn every_kind_follows_another_and_can_be_parsed_again() {
         let mut now = schedule("0.8");
         let mut kinds = Vec::new();
         for _ in 0..5 {

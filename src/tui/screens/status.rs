@@ -1,4 +1,4 @@
-//! The status pane: what is set, what is known, what is going on.
+//! The status pane: settings of the next run, state of the clusters, and the watched run.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -34,7 +34,7 @@ pub fn draw(ui: &Ui, area: Rect, buffer: &mut Buffer) {
         ("clusters", clusters, colour),
         ("model", ui.view.model(), Style::new()),
     ] {
-        // What is said of a run must have its place; the Edit screen and the log have the rest.
+        // With a run, each takes one line, to leave room for it; the Edit screen and the log show the full text.
         if run.is_some() { rows.line(label, &text, style) } else { rows.add(label, &text, style) }
     }
     match run {
@@ -47,7 +47,7 @@ pub fn draw(ui: &Ui, area: Rect, buffer: &mut Buffer) {
     Text::from(rows.lines).render(inside, buffer);
 }
 
-/// How the clusters stand, and what to press.
+/// The state of the clusters, with the key that computes them, and its colour.
 pub fn clusters(ui: &Ui) -> (String, Option<Color>) {
     let view = ui.view;
     let theme = ui.theme;
@@ -71,13 +71,13 @@ pub fn clusters(ui: &Ui) -> (String, Option<Color>) {
 
 /// Columns of the labels.
 const LABEL: usize = 9;
-/// Columns from which on there is room for whole words.
+/// Width from which whole words fit.
 const ROOMY: usize = 26;
 
 /// Lines of the pane.
 struct Rows<'a> {
     lines: Vec<Line<'static>>,
-    /// Columns beside the labels.
+    /// Width beside the labels.
     room: usize,
     theme: &'a Theme,
 }
@@ -90,7 +90,7 @@ impl Rows<'_> {
         }));
     }
 
-    /// A row that is one line whatever happens; the rows below it have their place.
+    /// Adds a row, shortened to one line.
     fn line(&mut self, label: &'static str, text: &str, style: Style) {
         self.add(label, &shortened(text, self.room, false), style);
     }

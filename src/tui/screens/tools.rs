@@ -1,4 +1,4 @@
-//! The tools of a task on the Scene and the Edit screen: palettes to choose from, and their properties.
+//! The tools of a task on the Scene and Edit screens: palettes to choose from, and their properties.
 
 use std::sync::Arc;
 
@@ -25,14 +25,14 @@ pub fn selected(scene: &Scene, task: &Task) -> Option<(usize, ToolKind)> {
     }
 }
 
-/// A tool as a command names it: its size, where it is not the usual one, and its other properties.
+/// The size and the other properties of a tool as a command writes them, each only if it is not the default.
 fn written(offer: &Offer) -> (Option<f32>, Values) {
     let (size, others): (Values, Values) =
         Property::unusual(&offer.tool).into_iter().partition(|(property, _)| *property == Property::Size);
     (size.first().map(|(_, size)| *size as f32), others)
 }
 
-/// Lets a tool of the scene be chosen. It is added where no ball is, in the middle if it can be.
+/// Opens the palette to add a tool. It is added at the valid place that is nearest to the middle.
 pub(super) fn choose_tool(ui: &Ui) -> Effect {
     let draft = Draft { task: Task::clone(&ui.view.task), proposed: ui.view.proposed.clone() };
     let add = move |offer: &Offer| {
@@ -45,14 +45,14 @@ pub(super) fn choose_tool(ui: &Ui) -> Effect {
     Effect::open(Tools::new("add a tool", Offer::all(), add))
 }
 
-/// Places all over the scene, those near the middle first.
+/// A grid of places over the scene, those near the middle first.
 fn places() -> impl Iterator<Item = [f32; 2]> {
     let mut all: Vec<[f32; 2]> = (-3..=3).flat_map(|x| (-3..=3).map(move |y| [x, y].map(|n| n as f32 / 4.0))).collect();
     all.sort_by(|a, b| a[0].hypot(a[1]).total_cmp(&b[0].hypot(b[1])));
     all.into_iter()
 }
 
-/// Lets the tool be chosen that the agent places.
+/// Opens the palette to choose the tool that the agent places.
 pub(super) fn choose_placeable() -> Effect {
     let give = |offer: &Offer| {
         let (size, values) = written(offer);
@@ -61,7 +61,7 @@ pub(super) fn choose_placeable() -> Effect {
     Effect::open(Tools::new("the agent's tool", Offer::all(), give))
 }
 
-/// Lets the tool be chosen that a person places next: the task's own, or one of CREATE's.
+/// Opens the palette to choose the tool for hand play: the task's own, or one of CREATE's.
 pub(super) fn choose_in_hand(task: &Arc<Task>) -> Effect {
     let own = Offer::new(task.placeable.tool([0.0; 2]), None, "the task's own");
     let offers = [own].into_iter().chain(Offer::catalogue()).collect();
@@ -77,13 +77,13 @@ pub(super) fn ask_for_properties(scene: &Scene, ui: &Ui) -> Effect {
     let values = Property::of_kind(kind).map(|property| format!("{property}={}", property.of(&tool)));
     let number = index + 1;
     let title = format!("tool {number} ({kind})");
-    let hint = "any of these numbers after that of the tool; angles in degrees, lengths in units";
+    let hint = "the number of the tool, then any of its properties; angles in degrees, lengths in units";
     let text = format!("{number} {}", values.collect::<Vec<_>>().join(" "));
     Effect::open(Prompt::arguments("tool set", title, hint, text))
 }
 
-/// Changes a property of the selected tool by some steps, the chosen one unless another is named. None if no tool
-/// is selected.
+/// Changes a property of the selected tool by some steps: `property` if the tool has it, or else the chosen one. None
+/// if no tool is selected.
 pub fn step_property(scene: &Scene, ui: &Ui, property: Option<Property>, steps: f64) -> Option<Vec<Effect>> {
     let (index, kind) = selected(scene, &ui.view.task)?;
     let own = property.filter(|property| Property::of_kind(kind).any(|own| own == *property));
@@ -92,7 +92,7 @@ pub fn step_property(scene: &Scene, ui: &Ui, property: Option<Property>, steps: 
     Some(vec![Effect::apply(Edit::SetTool { index, values: vec![(property, value)] })])
 }
 
-/// Chooses the property of the selected tool above or below.
+/// Chooses the next property of the selected tool, below or above.
 pub(super) fn choose_property(scene: &mut Scene, kind: ToolKind, below: bool) {
     let now = scene.property(kind);
     let mut own = Property::of_kind(kind);
@@ -103,7 +103,7 @@ pub(super) fn choose_property(scene: &mut Scene, kind: ToolKind, below: bool) {
     scene.choose_property(next.unwrap_or(now));
 }
 
-/// Rows of the pane of properties.
+/// Height of the pane of properties; 0 if no tool is selected.
 pub(super) fn rows(scene: &Scene, task: &Task) -> u16 {
     selected(scene, task).map_or(0, |(_, kind)| Property::of_kind(kind).count() as u16 + 2)
 }

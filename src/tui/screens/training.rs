@@ -22,27 +22,27 @@ use crate::tui::effect::Effect;
 use crate::tui::view::{Choice, RunSummary, span};
 use crate::tui::widgets::columns::{fitting, shortened};
 
-/// Columns from which on there is room for the scene beside the curves.
+/// Width from which the scene fits beside the curves.
 const BESIDE: u16 = 80;
 
-/// What the curves show.
+/// State of the curves.
 #[derive(Debug)]
 pub struct CurvesState {
     /// The episodes shown.
     pub range: Range,
-    /// The episode whose values are read off, and which the scene shows.
+    /// The episode whose values are shown, and which the scene shows.
     pub crosshair: Option<f32>,
-    /// The episode under the mouse, whose values are read off meanwhile.
+    /// The episode under the mouse; its values are shown instead of those at the crosshair.
     pub hovered: Option<f32>,
     /// The selected curve.
     selected: usize,
-    /// Only the selected curve is shown.
+    /// Whether only the selected curve is shown.
     alone: bool,
-    /// The marked runs are shown, not only the watched one.
+    /// Whether several runs are shown, not only the watched one.
     pub comparing: bool,
-    /// Runs that differ in the seed only are one curve.
+    /// Whether runs that differ in the seed only are one curve.
     folded: bool,
-    /// Each value is the mean of so many episodes.
+    /// Number of episodes over which values are averaged.
     smoothing: usize,
     logarithmic: HashSet<Metric>,
     /// What the last charts were drawn from.
@@ -69,17 +69,17 @@ impl Default for CurvesState {
 }
 
 impl CurvesState {
-    /// Leaves what lies over the curves; false if there is nothing.
+    /// Removes the crosshair, or else shows all curves again; false if there is nothing to leave.
     pub fn leave(&mut self) -> bool {
         self.crosshair.take().is_some() || std::mem::take(&mut self.alone)
     }
 
-    /// Shows all episodes: a window of one run says nothing of another.
+    /// Shows all episodes: the window of one run does not suit another.
     pub fn forget_window(&mut self) {
         (self.range, self.crosshair, self.hovered) = (Range::Whole, None, None);
     }
 
-    /// Moves the crosshair to the episode of the past that is shown, away with it when it is left.
+    /// Moves the crosshair to the past episode that is shown, or removes it when the past is left.
     pub fn follow(&mut self, before: Option<u64>, now: Option<u64>) {
         if before != now {
             self.crosshair = now.map(|episode| episode as f32);
@@ -102,7 +102,7 @@ impl CurvesState {
         if self.logarithmic.contains(&metric) { Scale::Log } else { Scale::Linear }
     }
 
-    /// Smoothing of a metric: the success rate is a mean already, schedules are exact.
+    /// Smoothing of a metric: none for the success rate, which is a mean already, and for schedules, which are exact.
     pub(super) fn smoothing(&self, metric: Metric) -> usize {
         match metric {
             Metric::Success | Metric::Epsilon | Metric::Noise => 1,
@@ -111,7 +111,7 @@ impl CurvesState {
     }
 }
 
-/// The runs whose curves are shown: the marked ones or all of the watched run's task, or the watched one.
+/// The runs whose curves are shown: the watched one, or in a comparison the marked ones or all on its task.
 fn chosen<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Vec<&'a RunSummary> {
     let watched = ui.subject.run();
     if !curves.comparing {
@@ -123,7 +123,7 @@ fn chosen<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Vec<&'a RunSumm
     if marked.is_empty() { all().filter(of_task).collect() } else { marked }
 }
 
-/// The two runs that are compared, the watched one first, if there are only two.
+/// The two compared runs, the watched one first, if there are exactly two.
 pub fn pair<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Option<[&'a RunSummary; 2]> {
     let watched = ui.subject.run().filter(|_| curves.comparing)?;
     match chosen(curves, runs, ui).as_slice() {
@@ -133,7 +133,7 @@ pub fn pair<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Option<[&'a R
     }
 }
 
-/// What is drawn: groups in one where they are folded, and single runs. Two runs are never one.
+/// What is drawn: folded groups, each as one curve, and single runs. A pair of compared runs is never folded.
 fn shown<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Vec<Shown<'a>> {
     if let Some(pair) = pair(curves, runs, ui) {
         return pair.map(|run| Shown::run(run, ui.view)).into();
@@ -167,7 +167,7 @@ fn shown<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Vec<Shown<'a>> {
 
 /// Folders of the runs whose curves are needed.
 pub fn wanted(curves: &CurvesState, runs: &Runs, ui: &Ui) -> Vec<PathBuf> {
-    // Each group is taken once; a run without one is in no group.
+    // Each group is added once; a run without a group is added on its own.
     let mut known = HashSet::new();
     let mut wanted = Vec::new();
     for run in chosen(curves, runs, ui) {
@@ -185,7 +185,7 @@ pub fn episodes(curves: &CurvesState, runs: &Runs, ui: &Ui) -> usize {
     shown(curves, runs, ui).iter().map(|shown| shown.curves().last_episode()).max().unwrap_or(0)
 }
 
-/// Draws charts below one another, as many as there is room for.
+/// Draws charts below one another, as many as fit.
 pub fn stack(
     curves: &CurvesState,
     runs: &Runs,
@@ -275,7 +275,7 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     }
 }
 
-/// Draws the settings in which two runs differ below the charts, each in its run's colour; what is left.
+/// Draws the settings in which two runs differ below the charts, in the colours of the runs; returns the area left.
 fn differences(pair: [&RunSummary; 2], area: Rect, ui: &Ui, buffer: &mut Buffer) -> Rect {
     let all = crate::evidence::differences(&pair[0].config, &pair[1].config);
     let most = usize::from(area.height / 3);
@@ -363,9 +363,9 @@ pub fn perform(curves: &mut CurvesState, runs: &Runs, ui: &Ui, action: Action) -
     Vec::new()
 }
 
-/// Moves the crosshair to an episode; the scene follows as far as the watched run has it.
+/// Moves the crosshair to an episode; the scene follows if the watched run has episodes.
 pub fn move_crosshair(curves: &mut CurvesState, runs: &Runs, ui: &Ui, to: f32) -> Vec<Effect> {
-    // The scene shows the watched run: the crosshair goes as far as that does.
+    // The scene shows the watched run, so the crosshair stays within its episodes.
     let done = ui.subject.run().map_or(0, |run| run.curves.last_episode());
     let last = if done > 0 { done } else { episodes(curves, runs, ui) };
     if last == 0 {

@@ -1,4 +1,4 @@
-//! The Scene screen, where everything is together, and the Edit screen.
+//! The Scene screen, with curves and status beside the scene, and the Edit screen.
 
 use std::sync::Arc;
 
@@ -21,9 +21,9 @@ use crate::tui::view::{Beside, Choice};
 use crate::tui::widgets::columns::fitting;
 use crate::tui::widgets::list;
 
-/// Rows of the status pane, without that of practice.
+/// Rows of the status pane, without the row of practice.
 const STATUS: u16 = 13;
-/// Rows of the screen from which on there is room for all rows of the status.
+/// Screen height from which the row of practice fits, too.
 const ROOMY: u16 = 30;
 
 /// Draws scene, curves and status side by side.
@@ -38,10 +38,10 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     status::draw(ui, below, buffer);
 }
 
-/// Columns from which on an object's whole name has room beside its numbers.
+/// Width from which an object's whole name fits beside its numbers.
 const NAMED: u16 = 36;
 
-/// Rows that are left to the task where it has many objects.
+/// Rows reserved for the task pane when there are many objects.
 const TASK: u16 = 5;
 
 /// Draws the scene and the list of its objects.
@@ -61,7 +61,7 @@ pub(super) fn split(area: Rect) -> [Rect; 2] {
 pub(super) fn scene_pane(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let subject = ui.subject;
     let inside = pane(&scene::title(ui), area, ui.theme, buffer);
-    // The past has its own task; what is edited is the session's.
+    // A past episode has its own task; edits apply to the session's.
     let (task, proposed) = match subject.choice() {
         Choice::Past(_) => (subject.task().clone(), Vec::new()),
         _ => while_dragging(ui, scene),
@@ -91,7 +91,7 @@ pub(super) fn scene_pane(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer
     caption(ui, scene, &moment, area, buffer);
 }
 
-/// Draws the same episode of another run at the same time in it.
+/// Draws the same episode of another run, at the same step.
 pub(super) fn beside_pane(ui: &Ui, scene: &Scene, beside: &Beside, area: Rect, buffer: &mut Buffer) {
     let episode = match &beside.episode {
         Ok(episode) => episode,
@@ -121,7 +121,7 @@ pub(super) fn beside_pane(ui: &Ui, scene: &Scene, beside: &Beside, area: Rect, b
     buffer.set_stringn(area.x + 2, area.bottom() - 1, text, room, ui.theme.faint());
 }
 
-/// The task and what is proposed for it, with the dragged object where the mouse is.
+/// The task and the proposed subgoals, with the dragged object at the mouse.
 fn while_dragging(ui: &Ui, scene: &Scene) -> (Arc<Task>, Vec<Region>) {
     let view = ui.view;
     let mut proposed = view.proposed.clone();
@@ -138,7 +138,7 @@ fn while_dragging(ui: &Ui, scene: &Scene) -> (Arc<Task>, Vec<Region>) {
     (Arc::new(moved), proposed)
 }
 
-/// Action, reward and speed in the lower edge of the pane.
+/// Draws action, speed and reward in the lower border of the pane; during hand play, the held tool.
 fn caption(ui: &Ui, scene: &Scene, moment: &Moment, area: Rect, buffer: &mut Buffer) {
     let player = &scene.player;
     let state = if player.is_moving() { format!("x{}", player.speed) } else { "stopped".to_owned() };
@@ -182,7 +182,7 @@ fn objects(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mu
         let [px, py] = view.objects().position(object).unwrap_or_default();
         let size = view.objects().size(object).unwrap_or_default();
         let name = view.objects().name(object);
-        // Where there is little room, not even the tool's type has some.
+        // In a narrow pane the tool's type is left out.
         let name = if roomy { name.as_str() } else { name.split(" (").next().unwrap_or_default() };
         let number = |text: String| Text::from(text).right_aligned();
         let [px, py, size] = [format!("{px:.2}"), format!("{py:.2}"), format!("{size:.1}")].map(number);
@@ -197,13 +197,13 @@ fn objects(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mu
     }
 }
 
-/// What there is to know about the task and its edits, in lines.
+/// Lines about the task and its edits.
 fn about(ui: &Ui, width: u16) -> Vec<Line<'static>> {
     let view = ui.view;
     let theme = ui.theme;
     let mut text: Vec<Line> = Vec::new();
     let mut put = |paragraph: &str, style: Style| text.extend(lines(paragraph, width, style));
-    // What is going on comes first: a small terminal shows no more.
+    // The present state comes first: a small terminal shows nothing else.
     if view.dirty {
         put(&ui.text("edited, not saved: {save} saves"), Style::new().fg(theme.warn));
     }
@@ -223,11 +223,11 @@ fn about(ui: &Ui, width: u16) -> Vec<Line<'static>> {
     text
 }
 
-/// What is proposed, or looked for, and what to press.
+/// The proposed subgoals or the search for them, with the keys to answer.
 fn proposals(ui: &Ui) -> Option<String> {
     let view = ui.view;
     if let Some((tried, count)) = view.proposing {
-        // Before the first report the number is not known.
+        // The number is unknown before the first report.
         let number =
             if count > 0 { format!(", proposal {} of {count}", (tried + 1).min(count)) } else { String::new() };
         return Some(format!("looking for subgoals{number}"));

@@ -1,15 +1,15 @@
-//! What pictures the terminal can show.
+//! Which graphics protocol the terminal supports.
 //!
-//! The environment names the terminals with kitty's graphics protocol. Sixel is known from the
-//! answer to a request for primary device attributes, which nearly every terminal gives at once;
-//! until then, and where no answer comes, figures are shown in half blocks.
+//! Terminals with kitty's graphics protocol are recognised by environment variables. Sixel support is
+//! read from the reply to a request for primary device attributes, which nearly every terminal sends
+//! at once. Until it arrives, and without one, figures are shown in half blocks.
 
 use std::io::{self, Write};
 
 /// How pictures are shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Protocol {
-    /// Two blocks a cell, in every terminal.
+    /// Two blocks per cell; works in every terminal.
     HalfBlock,
     /// DEC's sixel graphics.
     Sixel,
@@ -20,13 +20,13 @@ pub enum Protocol {
 /// How pictures are shown, and how large a cell is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Graphics {
-    /// How.
+    /// How pictures are shown.
     pub protocol: Protocol,
     /// Width and height of a cell in pixels.
     pub cell: [u16; 2],
 }
 
-/// A cell's size if nobody says it.
+/// Default size of a cell in pixels.
 const CELL: [u16; 2] = [8, 16];
 
 impl Default for Graphics {
@@ -36,11 +36,11 @@ impl Default for Graphics {
 }
 
 impl Graphics {
-    /// What is known without an answer of the terminal, which is asked for the rest: for its
-    /// attributes, and for the size of a cell if the system does not know it.
+    /// What is known from the system and the environment. If the environment does not name the protocol,
+    /// also queries the terminal for its attributes, and for the size of a cell if the system does not report it.
     ///
     /// # Errors
-    /// When the terminal is gone.
+    /// When the terminal cannot be written to.
     pub fn find() -> io::Result<Self> {
         let cell = cell_of_window();
         let known = from_env(|name| std::env::var(name).ok());
@@ -54,15 +54,15 @@ impl Graphics {
     }
 }
 
-/// The size of a cell, as far as the system knows the size of the window in pixels.
+/// The size of a cell, if the system reports the size of the window in pixels.
 fn cell_of_window() -> Option<[u16; 2]> {
     let size = crossterm::terminal::window_size().ok()?;
     let known = size.width > 0 && size.height > 0 && size.columns > 0 && size.rows > 0;
     known.then(|| [size.width / size.columns, size.height / size.rows])
 }
 
-/// What the environment says: `MGE_GRAPHICS` (`kitty`, `sixel`, `half-block`), or the
-/// name of a terminal with kitty's protocol. None if the terminal has to be asked.
+/// The protocol according to the environment: `MGE_GRAPHICS` (`kitty`, `sixel`, `half-block`), or
+/// the name of a terminal with kitty's protocol. None if the terminal has to be queried.
 fn from_env(variable: impl Fn(&str) -> Option<String>) -> Option<Protocol> {
     let value = |name: &str| variable(name).unwrap_or_default();
     match value("MGE_GRAPHICS").as_str() {
@@ -75,7 +75,7 @@ fn from_env(variable: impl Fn(&str) -> Option<String>) -> Option<Protocol> {
     if term == "linux" || term == "dumb" {
         return Some(Protocol::HalfBlock);
     }
-    // A multiplexer keeps the variables of the terminal it was started in.
+    // A multiplexer inherits the variables of the terminal it was started in.
     let inside = term.starts_with("screen") || term.starts_with("tmux");
     let kitty = ["xterm-kitty", "xterm-ghostty"].contains(&term.as_str())
         || !value("KITTY_WINDOW_ID").is_empty()
@@ -88,7 +88,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_environment_names_terminals_and_is_overruled_by_our_variable() {
+    fn terminals_are_recognised_and_mge_graphics_takes_precedence() {
         let env = |variables: &'static [(&str, &str)]| {
             from_env(move |name| variables.iter().find(|(key, _)| *key == name).map(|(_, value)| (*value).to_owned()))
         };

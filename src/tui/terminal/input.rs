@@ -1,6 +1,6 @@
-//! The one owner of standard input: it alone waits for bytes, reads them and says what they mean.
+//! The only reader of standard input: waits for bytes and parses them.
 //!
-//! Waiting is level-triggered: bytes that are left for the next turn end its wait at once.
+//! Waiting is level-triggered: if bytes are left over, the next wait returns at once.
 
 use std::io::{self, Read};
 use std::os::unix::net::UnixStream;
@@ -11,36 +11,36 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use super::Received;
 use super::parser::Parser;
 
-/// How long a sequence may be without its rest: what takes longer is the Escape key.
+/// How long to wait for the rest of an escape sequence before it counts as the Escape key.
 const GRACE: Duration = Duration::from_millis(25);
-/// Bytes that are read in one turn; what is more waits until a picture was drawn.
+/// Bytes after which a call of [`Input::wait`] stops reading, so that a frame can be drawn.
 const TURN: usize = 1 << 18;
 
-/// Standard input, and a pipe by which signals end a wait.
+/// Standard input, and a socket through which signals end a wait.
 pub struct Input {
     parser: Parser,
-    /// When the latest byte came.
+    /// When the latest byte arrived.
     latest: Instant,
     wake: UnixStream,
 }
 
 impl Input {
-    /// Input that also wakes up when `wake` can be read.
+    /// Input that also wakes up when `wake` becomes readable.
     pub fn new(wake: UnixStream) -> Self {
         Self { parser: Parser::default(), latest: Instant::now(), wake }
     }
 
-    /// Waits until something comes, at most for `time`, and takes in what is there. False if the
-    /// terminal is gone.
+    /// Waits for input, at most for `time`, and appends the parsed events to `received`. False if
+    /// the terminal has hung up.
     ///
     /// # Errors
-    /// When the system refuses.
+    /// When polling or reading fails.
     pub fn wait(&mut self, time: Duration, received: &mut Vec<Received>) -> io::Result<bool> {
         let partial = self.parser.is_partial();
         let time = if partial { time.min(GRACE.saturating_sub(self.latest.elapsed())) } else { time };
-        let mut there = self.poll(time)?;
+        let mut ready = self.poll(time)?;
         let mut read = 0;
-        while there == Ready::Bytes && read < TURN {
+        while ready == Ready::Bytes && read < TURN {
             let mut bytes = [0; 4096];
             match rustix::io::read(rustix::stdio::stdin(), &mut bytes) {
                 Ok(0) => return Ok(false),
@@ -52,12 +52,12 @@ impl Input {
                 Err(rustix::io::Errno::INTR | rustix::io::Errno::AGAIN) => {}
                 Err(error) => return Err(error.into()),
             }
-            there = self.poll(Duration::ZERO)?;
+            ready = self.poll(Duration::ZERO)?;
         }
         if read == 0 && self.latest.elapsed() >= GRACE {
             self.parser.flush(received);
         }
-        Ok(there != Ready::Gone)
+        Ok(ready != Ready::HungUp)
     }
 
     fn poll(&mut self, time: Duration) -> io::Result<Ready> {
@@ -70,11 +70,11 @@ impl Input {
         }
         let [found, woken] = [0, 1].map(|index| wanted[index].revents());
         if woken.contains(PollFlags::IN) {
-            // It has done what it is for; it does not block.
+            // Empty the non-blocking socket; its contents do not matter.
             let _ = (&self.wake).read(&mut [0; 64]);
         }
         Ok(if found.intersects(PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL) {
-            Ready::Gone
+            Ready::HungUp
         } else if found.contains(PollFlags::IN) {
             Ready::Bytes
         } else {
@@ -83,10 +83,10 @@ impl Input {
     }
 }
 
-/// What there is to read.
+/// State of standard input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Ready {
     Nothing,
     Bytes,
-    Gone,
+    HungUp,
 }

@@ -1,7 +1,7 @@
-//! Taking over the terminal and giving it back, on every way out.
+//! Takes over the terminal and restores it on every exit path.
 //!
-//! Raw mode, alternate screen, mouse capture, bracketed paste and cursor are one state:
-//! all on or all off. [`leave`] may be called any number of times, from any thread.
+//! Raw mode, alternate screen, mouse capture, bracketed paste and hidden cursor are switched
+//! together. [`leave`] may be called any number of times, from any thread.
 
 mod graphics;
 #[cfg(unix)]
@@ -40,26 +40,26 @@ use ratatui::{Frame, Terminal};
 use super::run::Notify;
 use crate::text::printable;
 
-/// Whether the terminal is ours at the moment.
+/// Whether the workbench currently controls the terminal.
 static ACTIVE: AtomicBool = AtomicBool::new(false);
-/// Panics of other threads and final messages, held back while the screen is ours.
+/// Panics of other threads and final messages, held back while the workbench is on screen.
 static PANICS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 /// What a terminal sends.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Received {
-    /// A key, the mouse, a pasted text.
+    /// A key, a mouse event, a paste or a change of focus.
     Event(Event),
-    /// Its primary device attributes: whether it shows sixel graphics.
+    /// The primary device attributes: whether the terminal supports sixel graphics.
     Attributes { sixel: bool },
     /// Width and height of a cell in pixels.
     CellSize([u16; 2]),
 }
 
-/// The terminal cannot be used.
+/// Why the terminal cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum TerminalError {
-    /// Standard output or input goes elsewhere.
+    /// Standard input or output is not a terminal, or the terminal is dumb.
     #[error(
         "the workbench needs a terminal: without one use `mge script FILE`, `mge train TASK`, `mge reproduce --quick` or another command of `mge help`"
     )]
@@ -71,8 +71,8 @@ pub enum TerminalError {
 
 /// The terminal while it shows the workbench; dropping it restores the terminal.
 pub struct Screen {
-    /// Never dropped: [`leave`] restores the cursor, and the library's own way to do so
-    /// panics when the terminal is gone.
+    /// Never dropped: [`leave`] restores the cursor, whereas ratatui's `Drop` panics when the
+    /// terminal has hung up.
     terminal: ManuallyDrop<Terminal<CrosstermBackend<BufWriter<Stdout>>>>,
     mouse: bool,
 }
@@ -81,7 +81,7 @@ impl Screen {
     /// Takes over the terminal.
     ///
     /// # Errors
-    /// When standard input or output is no terminal, or it refuses.
+    /// When standard input or output is not a terminal, or setting it up fails.
     pub fn open(mouse: bool) -> Result<Self, TerminalError> {
         let is_dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
         if is_dumb || !io::stdout().is_terminal() || !io::stdin().is_terminal() {
@@ -89,7 +89,7 @@ impl Screen {
         }
         install_panic_hook();
         enter(mouse)?;
-        // From here on a failure must not keep the terminal.
+        // From here on, a failure must restore the terminal.
         let guard = Restore;
         let backend = CrosstermBackend::new(BufWriter::with_capacity(1 << 16, io::stdout()));
         let terminal = Terminal::new(backend)?;
@@ -100,17 +100,17 @@ impl Screen {
     /// Draws a frame in one synchronised update.
     ///
     /// # Errors
-    /// When the terminal is gone.
+    /// When the terminal cannot be written to.
     pub fn draw(&mut self, render: impl FnOnce(&mut Frame)) -> io::Result<()> {
         queue!(self.terminal.backend_mut(), BeginSynchronizedUpdate)?;
         self.terminal.draw(render)?;
         execute!(self.terminal.backend_mut(), EndSynchronizedUpdate)
     }
 
-    /// Switches mouse capture, so that the terminal's own selection works without it.
+    /// Switches mouse capture on or off; the terminal's own text selection works only without it.
     ///
     /// # Errors
-    /// When the terminal is gone.
+    /// When the terminal cannot be written to.
     pub fn set_mouse(&mut self, mouse: bool) -> io::Result<()> {
         self.mouse = mouse;
         if mouse { execute!(io::stdout(), EnableMouseCapture) } else { execute!(io::stdout(), DisableMouseCapture) }
@@ -119,23 +119,23 @@ impl Screen {
     /// Asks the terminal to put `text` on the clipboard (OSC 52).
     ///
     /// # Errors
-    /// When the terminal is gone.
+    /// When the terminal cannot be written to.
     pub fn copy(&mut self, text: &str) -> io::Result<()> {
         execute!(io::stdout(), crossterm::clipboard::CopyToClipboard::to_clipboard_from(text))
     }
 
-    /// Says that something long has ended.
+    /// Announces that long work has ended.
     ///
     /// # Errors
-    /// When the terminal is gone.
+    /// When the terminal cannot be written to.
     pub fn notify(&mut self, how: Notify, text: &str) -> io::Result<()> {
         execute!(io::stdout(), Print(notification(how, text)))
     }
 
-    /// Gives the terminal back and stops the process until the shell continues it.
+    /// Restores the terminal and stops the process until the shell continues it.
     ///
     /// # Errors
-    /// When the terminal is gone.
+    /// When the terminal cannot be written to.
     #[cfg(unix)]
     pub fn suspend(&mut self) -> io::Result<()> {
         leave();
@@ -143,22 +143,21 @@ impl Screen {
         self.reenter()
     }
 
-    /// Takes the terminal over again and draws everything anew.
+    /// Takes over the terminal again and makes the next frame draw everything.
     ///
     /// # Errors
-    /// When the terminal is gone.
+    /// When the terminal cannot be written to.
     pub fn reenter(&mut self) -> io::Result<()> {
         leave();
         enter(self.mouse)?;
         self.redraw()
     }
 
-    /// Forgets what the terminal shows: the next frame is drawn from nothing. (The
-    /// library's own `clear` asks the terminal for its cursor and fails if that is slow
-    /// to answer.)
+    /// Discards what the terminal shows, so that the next frame draws everything. (Ratatui's `clear`
+    /// queries the terminal for the cursor position and fails if the reply is slow.)
     ///
     /// # Errors
-    /// When the terminal is gone.
+    /// When the terminal cannot be written to.
     pub fn redraw(&mut self) -> io::Result<()> {
         let size = self.terminal.size()?;
         self.terminal.resize(size.into())
@@ -169,7 +168,7 @@ impl Drop for Screen {
     fn drop(&mut self) {
         leave();
         for panic in take_panics() {
-            // Nobody may be there to read it.
+            // Standard error may be closed.
             let _ = writeln!(io::stderr(), "{panic}");
         }
     }
@@ -195,10 +194,10 @@ fn enter(mouse: bool) -> io::Result<()> {
     entered
 }
 
-/// Restores the terminal if it is ours; otherwise does nothing.
+/// Restores the terminal if the workbench controls it; otherwise does nothing.
 pub fn leave() {
     if ACTIVE.swap(false, Ordering::SeqCst) {
-        // Each part is tried even if another fails; nobody is left to report it to.
+        // Try both steps even if one fails; a failure cannot be reported.
         let _ = execute!(
             io::stdout(),
             EndSynchronizedUpdate,
@@ -211,42 +210,40 @@ pub fn leave() {
     }
 }
 
-/// Says something on standard error once the terminal is given back.
+/// Prints a line to standard error once the terminal is restored.
 pub fn report_at_the_end(line: String) {
     PANICS.lock().unwrap_or_else(PoisonError::into_inner).push(line);
 }
 
-/// Panics of other threads since the last call, one line each.
+/// Takes the held-back panics and messages, one line each.
 pub fn take_panics() -> Vec<String> {
     std::mem::take(&mut *PANICS.lock().unwrap_or_else(PoisonError::into_inner))
 }
 
 thread_local! {
-    /// Whether a panic of this thread is caught, and what was said of the latest.
+    /// The report of the latest panic while [`catch`] is active on this thread; None otherwise.
     static CAUGHT: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
-/// Does some work of the screen's thread. A panic in it leaves the terminal alone and is returned:
-/// message, place and backtrace.
+/// Runs a closure on the UI thread. A panic leaves the terminal as it is and is returned as an error.
 ///
 /// # Errors
-/// When the work panicked.
+/// When the closure panics: message, location and backtrace.
 pub fn catch<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     CAUGHT.set(Some(String::new()));
-    // What the work was changing may be half done; the caller goes on with what can be shown.
+    // State may be left inconsistent; the caller copes with that.
     let outcome = panic::catch_unwind(panic::AssertUnwindSafe(work));
     let report = CAUGHT.take().unwrap_or_default();
     outcome.map_err(|payload| {
-        // A panic that another thread handed on was not said here.
+        // A panic resumed from another thread does not call this thread's hook, so it left no report.
         let text = || payload.downcast_ref::<String>().cloned();
         let said = || payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
         if report.is_empty() { text().or_else(said).unwrap_or_else(|| "a thread panicked".to_owned()) } else { report }
     })
 }
 
-/// A panic of the screen's own thread that nobody catches restores the terminal before its message is
-/// printed. One of another thread fails that thread's work only: its message waits, so that it does
-/// not tear the screen.
+/// Installs the panic hook. An uncaught panic of the UI thread restores the terminal before its message is
+/// printed. The message of a panic on another thread is held back so that it does not garble the screen.
 pub(super) fn install_panic_hook() {
     static ONCE: Once = Once::new();
     let screen_thread = thread::current().id();
@@ -275,12 +272,12 @@ pub(super) fn install_panic_hook() {
     });
 }
 
-/// What makes a terminal say so. A terminal that knew both kinds of notification would show both, so it gets one.
+/// The bytes of a notification. Only one sequence is sent: a terminal that supports both would show two notifications.
 fn notification(how: Notify, text: &str) -> String {
     match how {
         Notify::Bell => "\x07".to_owned(),
         Notify::Desktop => format!("\x1b]9;mge: {}\x07", printable(text)),
-        // Semicolons part a title from a text.
+        // Semicolons separate the title from the text.
         Notify::Osc777 => format!("\x1b]777;notify;mge;{}\x07", printable(text).to_string().replace(';', ",")),
         Notify::Off => String::new(),
     }
@@ -291,7 +288,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_notification_is_what_terminals_expect_and_ends_where_it_should() {
+    fn notifications_are_valid_sequences_with_a_single_terminator() {
         assert_eq!(notification(Notify::Bell, "done"), "\x07");
         assert_eq!(notification(Notify::Desktop, "done"), "\x1b]9;mge: done\x07");
         assert_eq!(notification(Notify::Osc777, "all; done"), "\x1b]777;notify;mge;all, done\x07");

@@ -1,4 +1,4 @@
-//! Input where there are no Unix terminals: the library's own reader.
+//! Input on platforms other than Unix: crossterm's own reader.
 
 use std::io;
 use std::time::Duration;
@@ -11,10 +11,10 @@ use super::Received;
 pub struct Input;
 
 impl Input {
-    /// Waits until something comes, at most for `time`, and takes in what is there.
+    /// Waits for input, at most for `time`, and appends the events to `received`.
     ///
     /// # Errors
-    /// When the system refuses.
+    /// When polling or reading fails.
     pub fn wait(&mut self, time: Duration, received: &mut Vec<Received>) -> io::Result<bool> {
         let mut time = time;
         while poll(time)? {

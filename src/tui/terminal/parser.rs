@@ -1,36 +1,36 @@
-//! From the bytes of a terminal to events. No byte that belongs to one is ever left behind: what is
-//! not whole yet waits for the rest, and what means nothing is skipped.
+//! Parses the bytes of a terminal into events. No byte of an event is lost: incomplete sequences wait
+//! for the rest, unknown ones are skipped.
 
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEvent, MouseEventKind};
 
 use super::Received;
 
-/// Longest paste that is one event; a longer one comes in several.
+/// Bytes of a paste after which an event is sent; a longer paste becomes several events.
 const PASTE: usize = 1 << 20;
 const PASTE_BEGINS: &[u8] = b"\x1b[200~";
 const PASTE_ENDS: &[u8] = b"\x1b[201~";
-/// Longest sequence; what is longer is none.
+/// Longest control sequence; anything longer is discarded.
 const SEQUENCE: usize = 64;
 
-/// The state between two reads.
+/// The parser's state between two reads.
 #[derive(Debug, Default)]
 pub struct Parser {
-    /// Bytes that are no event yet.
+    /// Bytes not parsed yet.
     buffer: Vec<u8>,
-    /// The text of a paste that goes on.
+    /// The text so far of an unfinished paste.
     pasted: Option<Vec<u8>>,
 }
 
-/// What stands at the beginning of some bytes.
+/// What a sequence of bytes begins with.
 enum Found {
-    /// So many bytes, and what they mean if they mean anything.
+    /// A complete sequence: its length in bytes and its meaning, if it has one.
     Whole(usize, Option<Received>),
-    /// The beginning of something.
+    /// An incomplete sequence.
     Partial,
 }
 
 impl Parser {
-    /// Takes bytes in and appends what they mean.
+    /// Parses bytes and appends the events to `received`.
     pub fn advance(&mut self, bytes: &[u8], received: &mut Vec<Received>) {
         self.buffer.extend_from_slice(bytes);
         let mut done = 0;
@@ -59,8 +59,8 @@ impl Parser {
         self.buffer.drain(..done);
     }
 
-    /// Goes on with a paste from a place in the buffer; where it has ended, if it has. Otherwise the
-    /// buffer keeps only what may be the beginning of its end.
+    /// Continues a paste at an index of the buffer. Returns the index after its end marker; if there is none
+    /// yet, the buffer keeps only the bytes that may be the beginning of one.
     fn paste(&mut self, from: usize, received: &mut Vec<Received>) -> Option<usize> {
         let rest = &self.buffer[from..];
         let end = rest.windows(PASTE_ENDS.len()).position(|window| window == PASTE_ENDS);
@@ -79,12 +79,12 @@ impl Parser {
         None
     }
 
-    /// Whether a key or a sequence has begun that may be whole as it is.
+    /// Whether the buffer holds the beginning of a key or sequence; an unfinished paste does not count.
     pub fn is_partial(&self) -> bool {
         self.pasted.is_none() && !self.buffer.is_empty()
     }
 
-    /// Takes what has begun for what it is when nothing follows: the Escape key, and the keys after it.
+    /// Interprets buffered bytes as complete: an Escape key, or Alt with a character.
     pub fn flush(&mut self, received: &mut Vec<Received>) {
         if !self.is_partial() {
             return;
@@ -93,7 +93,7 @@ impl Parser {
         received.push(match bytes[..] {
             [0x1b, b] if b.is_ascii_graphic() => key(KeyCode::Char(char::from(b)), KeyModifiers::ALT),
             [0x1b, ..] => key(KeyCode::Esc, KeyModifiers::NONE),
-            // Half of a character means nothing.
+            // An incomplete UTF-8 character is discarded.
             _ => return,
         });
     }
@@ -109,7 +109,7 @@ fn find(bytes: &[u8]) -> Found {
         [0x1b, b'[', rest @ ..] => control_sequence(rest),
         [0x1b, b'O'] => Found::Partial,
         [0x1b, b'O', last, ..] => Found::Whole(3, letter_key(*last).map(|code| key(code, KeyModifiers::NONE))),
-        // Escape was pressed twice, or before a key that sends a sequence.
+        // Escape pressed twice, or before a key that sends a sequence.
         [0x1b, 0x1b, ..] => Found::Whole(1, Some(key(KeyCode::Esc, KeyModifiers::NONE))),
         [0x1b, rest @ ..] => match character(rest) {
             Found::Whole(length, Some(Received::Event(Event::Key(pressed)))) => {
@@ -157,7 +157,7 @@ fn control_sequence(rest: &[u8]) -> Found {
             return Found::Whole(PREFIX + 2, code.map(|code| key(code, KeyModifiers::NONE)));
         }
         [b'['] => return Found::Partial,
-        // The oldest form of mouse reports.
+        // Mouse reports in the original X10 encoding.
         [b'M', button, column, row, ..] => {
             let place = [column, row].map(|at| u16::from(at.saturating_sub(32)));
             return Found::Whole(PREFIX + 4, mouse(u16::from(button.saturating_sub(32)), place, false));
@@ -169,13 +169,13 @@ fn control_sequence(rest: &[u8]) -> Found {
         return if rest.len() < SEQUENCE { Found::Partial } else { Found::Whole(PREFIX + rest.len(), None) };
     };
     if !(0x40..=0x7e).contains(&rest[end]) {
-        // Something else has begun in the middle of it.
+        // The sequence is cut off by a byte that cannot belong to it.
         return Found::Whole(PREFIX + end, None);
     }
     Found::Whole(PREFIX + end + 1, meaning(&rest[..end], rest[end]))
 }
 
-/// What a control sequence with these parameters and this end means.
+/// The meaning of a control sequence with these parameters and this final byte.
 fn meaning(parameters: &[u8], last: u8) -> Option<Received> {
     let text = std::str::from_utf8(parameters).ok()?;
     if let Some(attributes) = text.strip_prefix('?') {
@@ -196,7 +196,7 @@ fn meaning(parameters: &[u8], last: u8) -> Option<Received> {
         (b'Z', _) => Some(key(KeyCode::BackTab, KeyModifiers::SHIFT)),
         (b'~', [number, ..]) => numbered_key(*number).map(|code| key(code, modifiers)),
         (b'u', [code, ..]) => char::from_u32(u32::from(*code)).map(|typed| key(KeyCode::Char(typed), modifiers)),
-        // Where the cursor is: nobody asked.
+        // A cursor position report, which was never requested.
         (b'R', [row, _]) if *row != 1 => None,
         _ => letter_key(last).map(|code| key(code, modifiers)),
     }
@@ -241,7 +241,7 @@ fn numbered_key(number: u16) -> Option<KeyCode> {
     })
 }
 
-/// A mouse report; columns and rows are sent counted from 1.
+/// A mouse report; columns and rows are sent 1-based.
 fn mouse(sent: u16, [column, row]: [u16; 2], released: bool) -> Option<Received> {
     let button = |number| match number {
         0 => MouseButton::Left,
@@ -273,7 +273,7 @@ mod tests {
     use super::*;
     use crate::tui::input::Key;
 
-    /// What bytes mean that come in pieces of a size.
+    /// The meaning of bytes that arrive in pieces of a size.
     fn received(bytes: &[u8], piece: usize) -> Vec<Received> {
         let mut parser = Parser::default();
         let mut received = Vec::new();
@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn keys_reports_and_pastes_are_known_however_they_are_cut() {
+    fn keys_reports_and_pastes_are_parsed_however_they_are_split() {
         for (bytes, expected) in [
             (&b"aZ:"[..], &["a", "Z", ":"][..]),
             ("ä日".as_bytes(), &["ä", "日"]),
@@ -335,13 +335,13 @@ mod tests {
         assert_eq!(received.iter().map(shown).collect::<Vec<_>>(), ["esc", "alt-O"]);
         parser.advance(b"\x1b[", &mut received);
         parser.advance(&[b'1'; SEQUENCE + 1], &mut received);
-        assert!(!parser.is_partial(), "what never ends is no sequence");
+        assert!(!parser.is_partial(), "an endless sequence is discarded");
         parser.advance(b"\x1b[200~half", &mut received);
         assert!(!parser.is_partial(), "a paste may be slow");
     }
 
     #[test]
-    fn a_paste_without_an_end_is_handed_on_in_parts() {
+    fn a_long_paste_becomes_several_events() {
         let mut parser = Parser::default();
         let mut received = Vec::new();
         parser.advance(PASTE_BEGINS, &mut received);

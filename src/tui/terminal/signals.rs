@@ -14,13 +14,13 @@ use signal_hook::iterator::{Handle, Signals};
 /// What a signal asks of the workbench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Request {
-    /// Leave in good order; the number of the signal.
+    /// Shut down cleanly; the number of the signal.
     Quit(i32),
-    /// Give the terminal back and stop.
+    /// Restore the terminal and stop.
     Suspend,
-    /// The process goes on after a stop: take the terminal again.
+    /// The process continues after a stop: take over the terminal again.
     Continue,
-    /// The terminal has another size.
+    /// The size of the terminal has changed.
     Resize,
 }
 
@@ -31,15 +31,15 @@ pub struct Listener {
     handle: Handle,
 }
 
-/// How long the event loop may take to notice that the terminal is gone.
+/// How long the event loop may take to notice a hang-up.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 impl Listener {
-    /// Starts to listen; the returned pipe can be read when a request has come. A second request to
-    /// quit does not wait for the first: it restores the terminal and ends the process at once.
+    /// Starts listening; the returned socket becomes readable when a request arrives. A second request
+    /// to quit does not wait for the first: it restores the terminal and exits at once.
     ///
     /// # Errors
-    /// When the system refuses the handlers.
+    /// When the signal handlers, the socket or the thread cannot be set up.
     pub fn start() -> io::Result<(Self, UnixStream)> {
         let (mut bell, wake) = UnixStream::pair()?;
         bell.set_nonblocking(true)?;
@@ -70,14 +70,14 @@ impl Listener {
                 if sender.send(request).is_err() {
                     return;
                 }
-                // A bell that is full rings already.
+                // A full socket is readable already.
                 let _ = bell.write(&[0]);
             }
         })?;
         Ok((Self { requests, noticed, handle }, wake))
     }
 
-    /// The workbench is being left: nobody is stuck, however long its trainings take to end.
+    /// Notes that the workbench is shutting down: it is not stuck, however long its trainings take to end.
     pub fn note_leaving(&self) {
         self.noticed.store(true, Ordering::Relaxed);
     }
@@ -92,8 +92,8 @@ impl Listener {
     }
 }
 
-/// Ends the process if the event loop does not notice a hang-up: a terminal that goes
-/// away while it is being read keeps the reader reading. The run's last checkpoint is whole.
+/// Exits if the event loop does not notice a hang-up in time: a read can block on a terminal that
+/// hung up. The last checkpoint of each run remains intact.
 fn end_if_stuck(noticed: &Arc<AtomicBool>) {
     let noticed = Arc::clone(noticed);
     let watch = move || {
@@ -102,7 +102,7 @@ fn end_if_stuck(noticed: &Arc<AtomicBool>) {
             std::process::exit(128 + SIGHUP);
         }
     };
-    // Without a thread there is only the ordinary way out.
+    // If the thread cannot be started, there is only the normal shutdown.
     let _ = thread::Builder::new().name("hang-up".to_owned()).spawn(watch);
 }
 
@@ -113,11 +113,11 @@ impl Drop for Listener {
     }
 }
 
-/// Stops the whole foreground job, as the terminal's own Ctrl-Z would: a program that
-/// waits for this one stops too, and the shell gets its prompt back.
+/// Stops the whole foreground job, as Ctrl-Z in the terminal does: a program that waits for this
+/// one stops too, and the shell shows its prompt.
 ///
 /// # Errors
-/// When the system refuses.
+/// When the signal cannot be sent.
 pub fn stop_job() -> io::Result<()> {
     rustix::process::kill_current_process_group(rustix::process::Signal::TSTP).map_err(io::Error::from)
 }

@@ -1,11 +1,11 @@
-//! The curves of a run: one value an episode for every metric that is drawn.
+//! The curves of a run: one value per episode for every metric that is drawn.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::run::{EpisodeRecord, Metric};
 
-/// One value an episode for every metric; NaN where there is none. Of a long run not every episode
-/// need be here.
+/// One value per episode for every metric that is drawn; NaN where there is none. The episodes of a long run
+/// may be thinned.
 #[derive(Debug, Clone, Default)]
 pub struct Curves {
     episodes: Vec<u64>,
@@ -13,7 +13,7 @@ pub struct Curves {
     version: u64,
 }
 
-/// The latest version of any curves.
+/// The highest version number in use.
 static LATEST: AtomicU64 = AtomicU64::new(0);
 
 impl PartialEq for Curves {
@@ -23,18 +23,18 @@ impl PartialEq for Curves {
 }
 
 impl Curves {
-    /// The values of a metric, one for each of [`Curves::episodes`]; none for one without a curve.
+    /// The values of a metric, one for each of [`Curves::episodes`]; empty for a metric without a curve.
     pub fn get(&self, metric: Metric) -> &[f32] {
-        let place = Metric::CURVES.iter().position(|drawn| *drawn == metric);
-        place.map_or(&[], |place| &self.values[place])
+        let index = Metric::CURVES.iter().position(|drawn| *drawn == metric);
+        index.map_or(&[], |index| &self.values[index])
     }
 
-    /// The value of a metric at an episode, or at the next one that is here.
+    /// The value of a metric at an episode, or at the next one that is kept.
     pub fn at(&self, metric: Metric, episode: u64) -> Option<f32> {
         self.get(metric).get(self.episodes.partition_point(|known| *known < episode)).copied()
     }
 
-    /// Another number whenever the values are others; that of a copy is the same.
+    /// A number that changes whenever the values change; a clone has the same.
     pub fn version(&self) -> u64 {
         self.version
     }
@@ -62,15 +62,15 @@ impl Curves {
         self.renew();
     }
 
-    /// Whether it has all of these episodes and no other: those of a run only come, go from the end, or
-    /// are thinned.
+    /// Whether the curves cover exactly these episodes. It is enough to compare the number and the last, because
+    /// the episodes of a run are only appended, cut from the end, or thinned.
     pub fn is_of(&self, records: &[EpisodeRecord]) -> bool {
         self.episodes.len() == records.len() && self.episodes.last().copied() == records.last().map(|last| last.episode)
     }
 
-    /// Takes in what was added to the finished episodes of a run, or all of them if others went.
+    /// Appends the episodes that were added to a run; rebuilds the curves if earlier ones were removed.
     pub fn follow(&mut self, records: &[EpisodeRecord]) {
-        // The latest one may have given way to a later one.
+        // The last episode of a thinned series may have been replaced by a later one.
         let kept = self.episodes.len().min(records.len());
         let kept = (kept.saturating_sub(1)..=kept).rev().find(|&count| {
             let last = count.checked_sub(1);
@@ -99,7 +99,7 @@ mod tests {
     use crate::run::Series;
 
     #[test]
-    fn curves_follow_a_run_that_is_thinned_cut_and_begun_anew() {
+    fn curves_follow_a_run_that_is_thinned_cut_and_restarted() {
         let mut records = Series::bounded(NonZeroUsize::new(8).unwrap());
         let mut curves = Curves::default();
         let mut follow = |records: &[EpisodeRecord]| {
@@ -108,7 +108,7 @@ mod tests {
             let returns: Vec<f32> = records.iter().map(|record| record.return_).collect();
             assert_eq!((curves.episodes(), curves.get(Metric::Return)), (&episodes[..], &returns[..]));
             assert_eq!(curves.last_episode() as u64, episodes.last().copied().unwrap_or(0));
-            assert_eq!(curves.at(Metric::Return, 1), returns.first().copied(), "or that of the next one");
+            assert_eq!(curves.at(Metric::Return, 1), returns.first().copied(), "or the value of the next one");
         };
         for episode in 1..=100 {
             records.push(EpisodeRecord { episode, return_: episode as f32, ..EpisodeRecord::default() });

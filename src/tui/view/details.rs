@@ -1,4 +1,4 @@
-//! What the folder of the selected run holds, read in the background.
+//! The contents of the selected run's folder, read in the background.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -7,19 +7,19 @@ use std::time::{Duration, Instant};
 use crate::run::RunDirectory;
 use crate::workbench::Job;
 
-/// Lines of the log that are shown at most.
+/// Maximum number of log lines shown.
 const LINES: usize = 60;
-/// Time between two looks at the same run.
+/// Time between two reads of the same run.
 const LOOK: Duration = Duration::from_secs(2);
 
-/// What the folder of a run holds.
+/// The contents of a run's folder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunDetails {
     /// The folder.
     pub path: PathBuf,
-    /// Files and folders by name, with the sizes of files in bytes.
+    /// Names of files and folders, with the sizes of files in bytes.
     pub files: Vec<(String, Option<u64>)>,
-    /// The last lines of its log, or why they cannot be read.
+    /// The last lines of its log, or the reason why they cannot be read.
     pub log: Vec<String>,
 }
 
@@ -32,7 +32,7 @@ impl RunDetails {
     }
 }
 
-/// The details of the run that is looked at.
+/// Reads the details of the selected run.
 #[derive(Default)]
 pub struct Details {
     known: Option<Arc<RunDetails>>,
@@ -41,7 +41,7 @@ pub struct Details {
 }
 
 impl Details {
-    /// Asks for the details of the run in a folder.
+    /// Requests the details of the run in a folder.
     pub fn want(&mut self, run: &Path) {
         let is_known = self.known.as_ref().is_some_and(|known| known.path == run);
         let is_due = self.looked.is_none_or(|at| at.elapsed() >= LOOK);
@@ -50,16 +50,16 @@ impl Details {
         }
         self.looked = Some(Instant::now());
         let path = run.to_owned();
-        // Without a thread the next look tries again.
+        // If no thread can be started, a later request tries again.
         self.reading = Job::spawn(move |_| Ok(RunDetails::read(&path))).ok();
     }
 
-    /// The latest that is known.
+    /// The latest details.
     pub fn known(&self) -> Option<&Arc<RunDetails>> {
         self.known.as_ref()
     }
 
-    /// Takes in what was read; true if it is something new.
+    /// Takes over finished details. True if they are new.
     pub fn collect(&mut self) -> bool {
         let Some(read) = self.reading.take_if(|job| job.is_finished()).and_then(|job| job.result().ok()) else {
             return false;
@@ -75,14 +75,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn another_run_is_looked_at_at_once() {
+    fn another_run_is_read_without_delay() {
         let mut details = Details::default();
         for run in ["nowhere/a", "nowhere/b"] {
             details.want(Path::new(run));
             while details.reading.as_ref().is_some_and(|job| !job.is_finished()) {
                 std::thread::yield_now();
             }
-            assert!(details.collect(), "{run} is something new");
+            assert!(details.collect(), "{run} is new");
             assert!(details.known().unwrap().path.ends_with(run) && !details.known().unwrap().log.is_empty());
         }
     }

@@ -1,5 +1,5 @@
-//! Runs in groups: those that differ in nothing but the seed are one line of the list and one curve
-//! with its band. Grouped by the code that reports use, in the background.
+//! Groups of runs: runs that differ only in the seed are one line of the list and one curve with a
+//! band. They are grouped in the background, by the code that reports use.
 
 use std::collections::hash_map::DefaultHasher;
 use std::collections::{BTreeMap, HashMap};
@@ -16,32 +16,32 @@ use crate::stats::bootstrap::quantile;
 use crate::stats::{Bootstrap, Estimate};
 use crate::workbench::Job;
 
-/// Resamples of an interval that is shown while runs are trained.
+/// Bootstrap resamples of an interval on screen.
 const RESAMPLES: u32 = 500;
 
-/// Runs on one task that differ in nothing but the seed.
+/// Runs on one task that differ only in the seed.
 #[derive(Debug, Clone)]
 pub struct RunGroup {
     /// Name of the task.
     pub task: String,
-    /// Method, threshold and what else sets the group apart, as in reports.
+    /// Method, threshold and other distinguishing settings, as in reports.
     pub label: String,
-    /// Folders of its runs, by seed.
+    /// Folders of its runs, ordered by seed.
     pub runs: Vec<PathBuf>,
     /// Interquartile mean of the rolling success of the runs that have begun, with its interval.
     pub success: Option<Estimate>,
-    /// Probability that one of its runs is above one of the baseline on the same task.
+    /// Probability that one of its runs scores higher than one of the baseline on the same task.
     pub improvement: Option<Estimate>,
-    /// Others are compared with it.
+    /// Whether other groups are compared with it.
     pub is_baseline: bool,
-    /// The curves of its runs in one, as far as they have been read.
+    /// The aggregated curves of its runs, as far as they have been read.
     pub curves: Option<Arc<GroupCurves>>,
     /// Versions of the curves of its runs.
     versions: Vec<u64>,
 }
 
 impl RunGroup {
-    /// Whether there is anything to fold.
+    /// Whether it has more than one run.
     pub fn is_many(&self) -> bool {
         self.runs.len() > 1
     }
@@ -52,13 +52,13 @@ impl RunGroup {
         format!("{} of {} seeds finished", self.runs.iter().filter(is_finished).count(), self.runs.len())
     }
 
-    /// Its label and how many runs it has.
+    /// Its label and number of runs.
     pub fn title(&self) -> String {
         format!("{} ({} seeds)", self.label, self.runs.len())
     }
 }
 
-/// The curves of several runs in one: at every episode that at least half of them have finished.
+/// Aggregated curves of several runs, as far as at least half of them have got.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct GroupCurves {
     /// Interquartile means.
@@ -70,20 +70,20 @@ pub struct GroupCurves {
 }
 
 impl GroupCurves {
-    /// The curves of runs in one.
+    /// Aggregates the curves of runs.
     pub fn new(runs: &[&Curves]) -> Self {
         let mut group = Self::default();
         let mut values = Vec::with_capacity(runs.len());
         let longest = runs.iter().max_by_key(|run| run.last_episode());
         for episode in longest.map_or(&[][..], |run| run.episodes()) {
-            let there = runs.iter().filter(|run| run.last_episode() as u64 >= *episode).count();
-            if 2 * there < runs.len() {
+            let reached = runs.iter().filter(|run| run.last_episode() as u64 >= *episode).count();
+            if 2 * reached < runs.len() {
                 break;
             }
-            // Of long runs not every episode is here.
+            // Long runs are thinned: skip episodes that one of them lacks.
             let places: Vec<_> =
                 runs.iter().filter_map(|run| Some((run, run.episodes().binary_search(episode).ok()?))).collect();
-            if places.len() < there {
+            if places.len() < reached {
                 continue;
             }
             let found = Metric::CURVES.map(|metric| {
@@ -106,22 +106,22 @@ impl GroupCurves {
     }
 }
 
-/// The settings in which a run differs from the others on its task, by path.
+/// The settings in which a run differs from the others on its task, by path of the setting.
 type Settings = BTreeMap<String, String>;
 
-/// All runs in groups.
+/// A grouping of all runs.
 #[derive(Debug, Clone, Default)]
 pub struct Grouping {
     groups: Vec<RunGroup>,
     /// The group of each run.
     of: HashMap<PathBuf, usize>,
-    /// Of every run its episodes when it is finished, the one setting that may change, and what sets it apart.
+    /// For each run its configured episodes, the only setting that may change, and its distinguishing settings.
     settings: Arc<HashMap<PathBuf, (u64, Settings)>>,
 }
 
 impl Grouping {
-    /// Groups runs. What sets them apart is taken over from a grouping of the same runs `before`; others are
-    /// compared with the groups of the label `baseline`, or else of plain DDPG.
+    /// Groups runs. The distinguishing settings are reused if `before` is a grouping of the same runs. Groups are
+    /// compared with those labelled `baseline`, or else with plain DDPG or the first method.
     pub fn new(runs: &[Arc<RunSummary>], before: &Self, baseline: Option<&str>) -> Self {
         let row = |run: &Arc<RunSummary>| LearningRow::so_far(&run.config, run.done, run.success.map(f64::from));
         let mut rows: Vec<LearningRow> = runs.iter().map(row).collect();
@@ -141,7 +141,7 @@ impl Grouping {
             }
         };
         let all = Groups::new(&rows);
-        // A run that has not begun is no failure.
+        // A run that has not begun does not count as a failure.
         let begun = Groups::new(rows.iter().filter(|row| row.episodes > 0));
         let baseline = baseline.filter(|label| all.labels().iter().any(|known| known == label)).or(all.baseline());
         let mut grouping = Self { settings, ..Self::default() };
@@ -170,7 +170,7 @@ impl Grouping {
         grouping
     }
 
-    /// Whether it is one of exactly these runs with the settings that they have.
+    /// Whether it is a grouping of exactly these runs with their current settings.
     fn is_of(&self, runs: &[Arc<RunSummary>]) -> bool {
         self.settings.len() == runs.len()
             && runs
@@ -178,7 +178,7 @@ impl Grouping {
                 .all(|run| self.settings.get(&run.path).is_some_and(|(episodes, _)| *episodes == run.episodes))
     }
 
-    /// The group of a run, as far as it is known.
+    /// The group of a run, if it has been grouped.
     pub fn of(&self, run: &Path) -> Option<&RunGroup> {
         self.of.get(run).map(|index| &self.groups[*index])
     }
@@ -193,7 +193,7 @@ impl RunGroup {
     fn with_statistics(mut self, begun: &Groups<'_>, baseline: Option<&str>) -> Self {
         let bootstrap = Bootstrap { resamples: RESAMPLES, ..Bootstrap::default() };
         if let Some(baseline) = baseline.filter(|_| self.is_many()) {
-            // Without a run that has begun there are none.
+            // There are no statistics until a run has begun.
             let summary = begun.summary(&self.task, &self.label, baseline, FINAL, &bootstrap).ok().flatten();
             self.success = summary.as_ref().map(|summary| summary.iqm);
             self.improvement = summary.and_then(|summary| summary.improvement);
@@ -201,7 +201,7 @@ impl RunGroup {
         self
     }
 
-    /// With the curves of its runs in one; those of a group `before` are taken over if none of them is another.
+    /// Adds the aggregated curves of its runs; reuses those in `before` if no run's curves have changed.
     fn with_curves(mut self, runs: &[Arc<RunSummary>], places: &[usize], before: &Grouping) -> Self {
         let curves: Vec<&Curves> = places.iter().map(|place| &*runs[*place].curves).collect();
         self.versions = curves.iter().map(|curves| curves.version()).collect();
@@ -215,9 +215,9 @@ impl RunGroup {
     }
 }
 
-/// Share of the time that may go into grouping: what it takes must not keep trainings from their work.
-const SHARE: u32 = 20;
-/// Time between two groupings at least.
+/// Minimum pause between two groupings, as a multiple of the time one takes, so that trainings are not slowed down.
+const PAUSE_FACTOR: u32 = 20;
+/// Minimum pause between two groupings.
 const PAUSE: Duration = Duration::from_millis(500);
 
 /// Keeps a grouping up to date in the background.
@@ -229,7 +229,7 @@ pub struct Grouper {
     /// The runs may have changed since they were grouped.
     stale: bool,
     grouping: Option<(u64, Instant, Job<Grouping>)>,
-    /// Not before this.
+    /// Earliest time of the next grouping.
     next: Option<Instant>,
 }
 
@@ -239,19 +239,19 @@ impl Grouper {
         &self.known
     }
 
-    /// Lets others be compared with the groups of a label, or no longer if they are already; the label.
+    /// Makes the groups with a label the baseline, or unpins them if they are it already. Returns the pinned label.
     pub fn pin(&mut self, label: &str) -> Option<&str> {
         self.stale = true;
         self.baseline = Some(label.to_owned()).filter(|_| self.baseline.as_deref() != Some(label));
         self.baseline.as_deref()
     }
 
-    /// Says that the runs may have changed.
+    /// Notes that the runs may have changed.
     pub fn note_change(&mut self) {
         self.stale = true;
     }
 
-    /// Groups the runs anew if they have changed and it is time to.
+    /// Starts grouping the runs again if they have changed and the pause is over.
     pub fn update(&mut self, runs: &[Arc<RunSummary>]) {
         if !self.stale || self.grouping.is_some() || self.next.is_some_and(|next| Instant::now() < next) {
             return;
@@ -263,22 +263,22 @@ impl Grouper {
         }
         let (runs, before, baseline) = (runs.to_vec(), self.known.clone(), self.baseline.clone());
         let work = move |_: &_| Ok(Grouping::new(&runs, &before, baseline.as_deref()));
-        // Without a thread the next look tries again.
+        // If no thread can be started, the next change tries again.
         self.grouping = Job::spawn(work).ok().map(|job| (key, Instant::now(), job));
     }
 
-    /// Takes in what was grouped; true if there is something new.
+    /// Takes over a finished grouping. True if there was one.
     pub fn collect(&mut self) -> bool {
         let Some((key, begun, job)) = self.grouping.take_if(|(.., job)| job.is_finished()) else { return false };
         self.key = key;
-        self.next = Some(Instant::now() + PAUSE.max(begun.elapsed() * SHARE));
+        self.next = Some(Instant::now() + PAUSE.max(begun.elapsed() * PAUSE_FACTOR));
         if let Ok(grouping) = job.result() {
             self.known = Arc::new(grouping);
         }
         true
     }
 
-    /// Another number if the runs, how far they are, or the baseline are others.
+    /// A hash of the runs, their progress and the baseline.
     fn key_of(&self, runs: &[Arc<RunSummary>]) -> u64 {
         let mut hasher = DefaultHasher::new();
         self.baseline.hash(&mut hasher);
@@ -325,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_goes_on_beyond_the_others_leaves_their_group() {
+    fn a_run_extended_beyond_the_others_leaves_their_group() {
         let mut runs = runs();
         let before = Grouping::new(&runs, &Grouping::default(), None);
         let longer = RunConfig { episodes: runs[0].config.episodes + 50, ..(*runs[0].config).clone() };
@@ -343,17 +343,17 @@ mod tests {
         assert_eq!((names(of("a")), names(of("e")), names(of("f"))), (vec!["a", "b"], vec!["c", "d", "e"], vec!["f"]));
         assert!(of("f").label.contains("gamma 0.5") && !of("f").is_many(), "{}", of("f").label);
         assert_eq!(of("a").success.map(|estimate| estimate.value), Some(0.625));
-        // The run that has not begun counts for nothing.
+        // The run that has not begun does not count.
         assert_eq!(of("c").success.map(|estimate| estimate.value), Some(0.125));
         let baseline = of("c").label.clone();
         let pinned = Grouping::new(&runs, &grouping, Some(&baseline));
         let a = pinned.of(Path::new("runs/a")).unwrap();
         assert!(pinned.of(Path::new("runs/c")).unwrap().is_baseline);
-        // 1.0 is above both, 0.25 above one and as high as the other.
+        // 1.0 is above both; 0.25 is above one and equal to the other.
         assert_eq!(a.improvement.map(|estimate| estimate.value), Some(0.875));
         assert!(Arc::ptr_eq(&pinned.settings, &grouping.settings), "the same runs differ in the same settings");
         let curves = |grouping: &Grouping| grouping.of(Path::new("runs/c")).unwrap().curves.clone().unwrap();
-        assert!(Arc::ptr_eq(&curves(&pinned), &curves(&grouping)), "the same curves are not put together again");
+        assert!(Arc::ptr_eq(&curves(&pinned), &curves(&grouping)), "unchanged curves are not aggregated again");
         let mut longer = runs.clone();
         Arc::make_mut(&mut Arc::make_mut(&mut longer[3]).curves).push(2, Metric::CURVES.map(|_| 1.0));
         assert!(!Arc::ptr_eq(&curves(&Grouping::new(&longer, &grouping, None)), &curves(&grouping)));
@@ -375,7 +375,7 @@ mod tests {
     }
 
     #[test]
-    fn of_thinned_runs_the_episodes_that_all_have_are_put_together() {
+    fn thinned_runs_are_aggregated_at_their_common_episodes() {
         let of = |episodes: &[u64]| {
             let mut curves = Curves::default();
             episodes.iter().for_each(|episode| curves.push(*episode, Metric::CURVES.map(|_| 1.0)));
@@ -386,7 +386,7 @@ mod tests {
     }
 
     #[test]
-    fn a_baseline_is_pinned_taken_away_and_only_one_that_there_is() {
+    fn a_baseline_is_pinned_unpinned_and_ignored_if_it_does_not_exist() {
         let mut grouper = Grouper::default();
         assert_eq!(grouper.pin("DDPG"), Some("DDPG"));
         let pinned = grouper.key_of(&runs());
@@ -394,7 +394,7 @@ mod tests {
         assert_ne!(grouper.key_of(&runs()), pinned);
         let mut further = runs();
         Arc::make_mut(&mut further[4]).done += 1;
-        assert_ne!(grouper.key_of(&runs()), grouper.key_of(&further), "a run that is further");
+        assert_ne!(grouper.key_of(&runs()), grouper.key_of(&further), "a run that has progressed");
         let grouping = Grouping::new(&runs()[..5], &Grouping::default(), Some("nobody"));
         assert!(grouping.of(Path::new("runs/c")).unwrap().is_baseline);
     }

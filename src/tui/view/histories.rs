@@ -1,5 +1,5 @@
-//! The curves of runs that are looked at without being opened, read on a thread of their own: whole the
-//! first time, and then what is new.
+//! The curves of runs that are viewed without being opened, read on a background thread: in full the
+//! first time, then incrementally.
 
 use std::collections::HashMap;
 use std::num::NonZeroUsize;
@@ -11,41 +11,41 @@ use std::time::{Duration, Instant};
 use super::Curves;
 use crate::run::{Event, EventReader, Practised, RunDirectory, RunHistory};
 
-/// Time between two looks at the same runs.
+/// Time between two reads of the same runs.
 const LOOK: Duration = Duration::from_secs(1);
-/// Runs whose curves are kept at most.
+/// Maximum number of runs whose curves are kept.
 const KEPT: usize = 300;
 
-/// Episodes of each that are kept at most.
+/// Maximum number of episodes kept per run.
 const EPISODES: NonZeroUsize = NonZeroUsize::new(2048).unwrap();
 
-/// What is drawn of a run.
+/// The data of a run that is drawn.
 #[derive(Debug, Clone, Default)]
 pub struct History {
-    /// Its curves; of many episodes, evenly spread ones.
+    /// Its curves, thinned evenly if there are many episodes.
     pub curves: Arc<Curves>,
-    /// Greedy evaluations: episodes finished, share of successes.
+    /// Greedy evaluations: episodes finished by then, share of successes.
     pub evaluations: Vec<(u64, f32)>,
-    /// What people and processes did to it.
+    /// Interventions by people and other processes.
     pub interventions: Vec<Event>,
-    /// What came of the practice before its first episode.
+    /// Results of the practice before its first episode.
     pub practised: Option<Practised>,
 }
 
-/// The histories of the runs that are looked at, as far as they were read.
+/// The histories of viewed runs, as far as they have been read.
 pub struct Histories {
     known: HashMap<PathBuf, History>,
     wanted: Vec<PathBuf>,
     looked: Option<Instant>,
-    /// The runs to read; None if the thread could not be started.
-    wishes: Option<Sender<Vec<PathBuf>>>,
+    /// Sends the runs to read; None if the thread could not be started.
+    requests: Option<Sender<Vec<PathBuf>>>,
     reports: Receiver<(PathBuf, History)>,
 }
 
 impl Histories {
-    /// Histories of nothing yet.
+    /// An empty set of histories and its reader thread.
     pub fn new() -> Self {
-        let (wishes, wanted) = channel();
+        let (requests, wanted) = channel();
         let (sender, reports) = channel();
         let work = move || Reader::default().work(&wanted, &sender);
         let thread = std::thread::Builder::new().name("mge-histories".to_owned()).spawn(work);
@@ -53,12 +53,12 @@ impl Histories {
             known: HashMap::new(),
             wanted: Vec::new(),
             looked: None,
-            wishes: thread.is_ok().then_some(wishes),
+            requests: thread.is_ok().then_some(requests),
             reports,
         }
     }
 
-    /// Asks for the histories of runs, which are looked at from now on.
+    /// Requests the histories of the runs now in view.
     pub fn want(&mut self, mut runs: Vec<PathBuf>) {
         runs.truncate(KEPT);
         let is_due = self.looked.is_none_or(|at| at.elapsed() >= LOOK);
@@ -66,14 +66,14 @@ impl Histories {
             return;
         }
         self.looked = Some(Instant::now());
-        if let Some(wishes) = self.wishes.as_ref().filter(|_| !runs.is_empty()) {
-            // Without the thread there is nobody to read.
-            let _ = wishes.send(runs.clone());
+        if let Some(requests) = self.requests.as_ref().filter(|_| !runs.is_empty()) {
+            // Sending fails only if the thread has ended; then nothing more is read.
+            let _ = requests.send(runs.clone());
         }
         self.wanted = runs;
     }
 
-    /// Takes in what was read; true if there is something new.
+    /// Takes over the histories that were read. True if there are any.
     pub fn collect(&mut self) -> bool {
         let before = self.known.len();
         let mut news = false;
@@ -88,20 +88,20 @@ impl Histories {
         news
     }
 
-    /// The history of the run in a folder, as far as it was read.
+    /// The history of the run in a folder, as far as it has been read.
     pub fn of(&self, run: &Path) -> Option<&History> {
         self.known.get(run)
     }
 }
 
-/// A run whose log is read on.
+/// A run whose log is read incrementally.
 struct Followed {
     reader: EventReader,
     history: RunHistory,
     curves: Arc<Curves>,
 }
 
-/// Reads logs on its thread.
+/// Reads logs on the background thread.
 #[derive(Default)]
 struct Reader {
     followed: HashMap<PathBuf, Followed>,
@@ -110,7 +110,7 @@ struct Reader {
 impl Reader {
     fn work(mut self, wanted: &Receiver<Vec<PathBuf>>, reports: &Sender<(PathBuf, History)>) {
         while let Ok(mut runs) = wanted.recv() {
-            // Several wishes that came meanwhile are one.
+            // Only the latest of several pending requests counts.
             while let Ok(later) = wanted.try_recv() {
                 runs = later;
             }
@@ -125,7 +125,7 @@ impl Reader {
         }
     }
 
-    /// The history of a run if there is more of it than before.
+    /// The history of a run, if it has changed since it was last read.
     fn read(&mut self, path: &Path) -> Option<History> {
         if !self.followed.contains_key(path) {
             let reader = RunDirectory::open(path).ok()?.events();
@@ -133,7 +133,7 @@ impl Reader {
             self.followed.insert(path.to_owned(), Followed { reader, history, curves: Arc::default() });
         }
         let Followed { reader, history, curves } = self.followed.get_mut(path)?;
-        // A run that is gone, or cannot be read, has no curves; the list says what is wrong with it.
+        // A run that cannot be read has no curves; the list of runs shows the error.
         let mut is_new = false;
         loop {
             let news = reader.poll().ok()?;
@@ -164,7 +164,7 @@ mod tests {
     use crate::trainer::RunConfig;
 
     #[test]
-    fn a_log_is_read_once_and_then_what_is_new() {
+    fn a_log_is_read_in_full_once_and_then_incrementally() {
         let folder = tempfile::tempdir().unwrap();
         let config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
         let run = RunDirectory::create(folder.path().join("a"), &config).unwrap();
@@ -183,7 +183,7 @@ mod tests {
         assert_eq!(returns(), Some(vec![1.0, 2.0, 3.0]));
         assert!(reader.read(&folder.path().join("nothing")).is_none());
         let mut histories = Histories::new();
-        // Another wish is heard at once.
+        // A different request is sent without delay.
         histories.want(vec![folder.path().join("nothing")]);
         histories.want(vec![run.path().to_owned()]);
         while !histories.collect() {

@@ -1,4 +1,4 @@
-//! Where somebody interfered with a run: marks in its curves.
+//! Marks in the curves of a run: where somebody intervened.
 
 use crate::run::Event;
 use crate::trainer::RunConfig;
@@ -6,13 +6,13 @@ use crate::trainer::RunConfig;
 /// An intervention.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mark {
-    /// Episodes finished then.
+    /// Episodes finished by then.
     pub episode: u64,
-    /// What was done, in a few words.
+    /// Short description.
     pub text: String,
 }
 
-/// The marks of a run: where it was forked, and what was done to it since, in order.
+/// The marks of a run: where it was forked, and its interventions, in order.
 pub fn marks(config: &RunConfig, interventions: &[Event]) -> Vec<Mark> {
     let every = u64::from(config.refinement.every);
     let forked = config.fork.as_ref().map(|fork| Mark { episode: u64::from(fork.episode), text: fork.to_string() });
@@ -20,7 +20,7 @@ pub fn marks(config: &RunConfig, interventions: &[Event]) -> Vec<Mark> {
     let of_event = |event: &Event| {
         let text = match event {
             Event::ScheduleChanged { schedule, .. } => format!("epsilon {schedule}"),
-            // Those that are due make themselves.
+            // Scheduled refinements are not interventions.
             Event::ClustersChanged { episode, .. } if every > 0 && episode.is_multiple_of(every) => return None,
             Event::ClustersChanged { .. } => "other clusters".to_owned(),
             Event::Paused { .. } => "paused".to_owned(),
@@ -31,7 +31,7 @@ pub fn marks(config: &RunConfig, interventions: &[Event]) -> Vec<Mark> {
         Some(Mark { episode: event.episode(), text })
     };
     let mut marks: Vec<Mark> = forked.into_iter().chain(interventions.iter().filter_map(of_event)).collect();
-    // What was done to the run before it was forked comes first.
+    // A fork also has the interventions before it, which come first.
     marks.sort_by_key(|mark| mark.episode);
     marks
 }
@@ -44,7 +44,7 @@ mod tests {
     use crate::trainer::Fork;
 
     #[test]
-    fn marks_say_what_was_done_and_leave_out_what_the_run_did_by_itself() {
+    fn marks_describe_interventions_but_not_scheduled_events() {
         let mut config = RunConfig::new(Arc::new(crate::task::load("task1").unwrap()));
         config.refinement.every = 50;
         let clusters = |episode| Event::ClustersChanged { episode, clusters: vec![1] };

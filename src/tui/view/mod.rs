@@ -1,5 +1,5 @@
-//! What the screens show, as plain data: screens are functions of this and of the
-//! screen's own state, and need neither a session nor a thread to be tested.
+//! The view model: what the screens show, as plain data. Screens are functions of the view model and
+//! their own state, so they can be tested without a session or a thread.
 
 mod curves;
 mod details;
@@ -43,60 +43,60 @@ use crate::workbench::{PriorState, run_label};
 
 use playback::Episode;
 
-/// Everything there is to see.
+/// The view model: everything the screens show.
 #[derive(Debug, Clone)]
 pub struct ViewModel {
-    /// The task as it is being edited.
+    /// The edited task.
     pub task: Arc<Task>,
     /// Its file, if it is not a shipped one.
     pub file: Option<PathBuf>,
     /// The task differs from its file.
     pub dirty: bool,
-    /// Subgoals that are proposed for the task.
+    /// Subgoals proposed for the task.
     pub proposed: Vec<Region>,
-    /// Proposals tried so far and at most, while subgoals are looked for.
+    /// Proposals tried so far and their maximum number, while subgoals are being searched for.
     pub proposing: Option<(usize, usize)>,
-    /// What the next run will use.
+    /// The settings of the next run.
     pub settings: RunConfig,
-    /// Where runs go.
+    /// The folder for runs.
     pub folder: PathBuf,
-    /// The clusters computed for the task as it is being edited, or as it was.
+    /// The latest clusters computed for the edited task, possibly before its last edits.
     pub prior: Option<Arc<ActionPrior>>,
-    /// How these clusters stand to the task and the settings.
+    /// Whether these clusters match the task and the settings.
     pub prior_state: PriorState,
-    /// Why the clusters could not be computed the last time.
+    /// Why the latest computation of clusters failed.
     pub prior_failure: Option<String>,
-    /// Dynamics models one can choose.
+    /// The available dynamics models.
     pub models: Vec<ModelSummary>,
-    /// Past and running runs, the latest last.
+    /// Past and current runs, the latest last.
     pub runs: Vec<Arc<RunSummary>>,
-    /// The runs in groups, as they were a moment ago.
+    /// The latest grouping of the runs.
     pub groups: Arc<Grouping>,
-    /// The files of the run that was last asked for.
+    /// The folder contents of the run last requested.
     pub details: Option<Arc<RunDetails>>,
-    /// Runs in the folder that were not read yet; at least 1 while it is being read.
+    /// Runs in the folder that have not been read yet; at least 1 while the folder is being read.
     pub runs_unread: usize,
-    /// The run that is being watched.
+    /// The watched run.
     pub watched: Option<Watched>,
     /// The episode a person plays.
     pub hand: HandEpisode,
-    /// What is being done about a dynamics model, and how much of it is done.
+    /// The current work on a dynamics model and its progress as a share.
     pub model_work: Option<(String, Option<f32>)>,
-    /// Losses of the model that is or was trained last, one an epoch.
+    /// Losses of the model trained last, one per epoch.
     pub model_losses: Arc<Vec<f32>>,
     /// The result of the latest work on a dynamics model.
     pub model_outcome: Option<Result<String, String>>,
     /// Figures written in this session.
     pub figures: Vec<PathBuf>,
-    /// What the workbench costs.
+    /// Processor and memory use of the workbench.
     pub system: System,
-    /// What happened, oldest first, as far as it is kept.
+    /// The latest lines of the log, oldest first.
     pub log: Vec<LogLine>,
-    /// Lines of the log so far, also those no longer kept.
+    /// Number of log lines so far, including those no longer kept.
     pub log_total: usize,
 }
 
-/// The run that is being watched, with what only an open run has.
+/// The watched run, with the data that only an open run has.
 #[derive(Debug, Clone)]
 pub struct Watched {
     /// The run.
@@ -105,11 +105,11 @@ pub struct Watched {
     pub task: Arc<Task>,
     /// Its action clusters.
     pub prior: Option<Arc<ActionPrior>>,
-    /// Its latest episode that is known.
+    /// Its latest known episode.
     pub live: Option<Live>,
-    /// The agent of the past episode that was last asked for.
+    /// The agent of the past episode last requested.
     pub agent: Option<PastAgent>,
-    /// The latest episode of its greedy policy that was asked for.
+    /// The latest requested episode of its greedy policy.
     pub greedy: Option<Arc<Episode>>,
 }
 
@@ -118,7 +118,7 @@ pub struct Watched {
 pub struct Live {
     /// The episode.
     pub episode: Arc<Episode>,
-    /// Actor and critic after it, while it is trained here.
+    /// Actor and critic after the episode, while this program trains the run.
     pub networks: Option<Arc<Ddpg>>,
 }
 
@@ -134,20 +134,20 @@ pub struct HandEpisode {
 }
 
 impl HandEpisode {
-    /// Why it is over, if it is.
+    /// Why the episode has ended, if it has.
     pub fn end(&self) -> Option<EndReason> {
         self.snapshot.end()
     }
 }
 
-/// A dynamics model one can choose.
+/// An available dynamics model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelSummary {
-    /// The name to choose it by.
+    /// The name that selects it.
     pub name: String,
-    /// What it is, in a few words.
+    /// Short description.
     pub about: String,
-    /// What was found when it was measured.
+    /// Its evaluation, if there is one.
     pub evaluation: Option<Arc<Evaluation>>,
 }
 
@@ -160,15 +160,15 @@ pub struct RunSummary {
     pub path: PathBuf,
     /// Its settings.
     pub config: Arc<RunConfig>,
-    /// Words that people find it by.
+    /// Tags given by users.
     pub tags: Vec<String>,
-    /// What people wrote about it.
+    /// Note written by users.
     pub note: String,
-    /// Its log is being read; otherwise only its last state is known.
+    /// It is open in the session; otherwise only its last state is known.
     pub opened: bool,
     /// A thread of this program trains it.
     pub active: bool,
-    /// It waits until a core is free for it.
+    /// It waits for a free core.
     pub queued: bool,
     /// The task's name.
     pub task: String,
@@ -180,49 +180,49 @@ pub struct RunSummary {
     pub seed: u64,
     /// Subgoals of its task.
     pub subgoals: usize,
-    /// Episodes when it is finished.
+    /// Configured number of episodes.
     pub episodes: u64,
-    /// What it is doing.
+    /// Its state.
     pub state: RunState,
     /// What the trainer does before the first episode, in words: see [`Phase::preparation`](crate::trainer::Phase).
     pub preparing: Option<String>,
-    /// What came of the practice before the first episode, as far as it was read.
+    /// Results of the practice before the first episode, if they have been read.
     pub practised: Option<Practised>,
-    /// Episodes finished.
+    /// Number of finished episodes.
     pub done: u64,
-    /// Share of the latest episodes that reached the goal, as far as it is known.
+    /// Share of the latest episodes that reached the goal, if known.
     pub success: Option<f32>,
-    /// One value an episode for every metric, as far as they were read.
+    /// One value per episode for every metric, as far as they have been read.
     pub curves: Arc<Curves>,
-    /// Greedy evaluations: episodes finished, share of successes.
+    /// Greedy evaluations: episodes finished by then, share of successes.
     pub evaluations: Vec<(u64, f32)>,
-    /// Where somebody interfered with it, as far as it was read.
+    /// Interventions, as far as they have been read.
     pub marks: Vec<Mark>,
-    /// Episodes a second; None while it is too early to say.
+    /// Episodes per second; None until there is enough data.
     pub rate: Option<f64>,
 }
 
 /// A line of the log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LogLine {
-    /// When it happened: local time of day.
+    /// Local time of day.
     pub time: jiff::civil::Time,
-    /// How much it matters.
+    /// Severity.
     pub level: Level,
     /// What happened.
     pub text: String,
 }
 
-/// How much a line matters.
+/// The severity of a line of the log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Level {
-    /// It happened.
+    /// Information.
     Info,
-    /// It worked, as asked.
+    /// Success.
     Good,
-    /// It needs attention.
+    /// Something needs attention.
     Warning,
-    /// It failed.
+    /// A failure.
     Error,
 }
 
@@ -232,31 +232,31 @@ impl ViewModel {
         self.runs.iter().map(|run| &**run).find(|run| run.path == path)
     }
 
-    /// The run that is being watched.
+    /// The watched run.
     pub fn watched_run(&self) -> Option<&RunSummary> {
         self.watched.as_ref().map(|watched| &*watched.run)
     }
 
-    /// Name of what predicts the rollouts of guidance.
+    /// Name of the model that predicts the rollouts of guidance.
     pub fn model(&self) -> String {
         String::from(self.settings.prior.clone())
     }
 
-    /// The objects of the task as it is being edited.
+    /// The objects of the edited task.
     pub fn objects(&self) -> Objects<'_> {
         Objects { task: &self.task, proposed: &self.proposed }
     }
 
-    /// Runs that keep this program busy, now or later; one that is paused does not.
+    /// Runs that this program is training or will train, without paused ones.
     pub fn training_runs(&self) -> impl Iterator<Item = &RunSummary> {
         self.active_runs().filter(|run| run.queued || run.state != RunState::Paused)
     }
 
-    /// How it stands with what is trained here, in a few words each: runs, the groups they belong to where that
-    /// says more, speed, time left of all of them; none if nothing is.
+    /// The state of this program's trainings in short phrases: number of runs, number of groups if a group has
+    /// several runs, speed, and time left for all of them. Empty without trainings.
     pub fn queue(&self) -> Vec<String> {
         let (mut training, mut queued, mut left, mut rate) = (0, 0, 0, 0.0);
-        // A run that is not grouped yet counts alone.
+        // A run that is not grouped yet counts as a group of its own.
         let (mut groups, mut single) = (HashSet::new(), 0);
         for run in self.training_runs() {
             match self.groups.of(&run.path).filter(|group| group.is_many()) {
@@ -278,14 +278,14 @@ impl ViewModel {
         [count(training, "training"), count(queued, "queued"), of_groups, speed, time].into_iter().flatten().collect()
     }
 
-    /// Runs this program is training or going to train.
+    /// Runs that this program is training or will train.
     pub fn active_runs(&self) -> impl Iterator<Item = &RunSummary> {
         self.runs.iter().map(|run| &**run).filter(|run| run.active || run.queued)
     }
 }
 
 impl RunSummary {
-    /// What the settings of a run say of it; nothing of its log has been read.
+    /// A summary from the settings of a run, before its log is read.
     pub fn new(path: &Path, config: Arc<RunConfig>, state: RunState) -> Self {
         Self {
             name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
@@ -314,19 +314,19 @@ impl RunSummary {
         }
     }
 
-    /// One word for what it is doing.
+    /// Its state in one word.
     pub fn state_word(&self) -> &'static str {
         if self.queued { "queued" } else { self.state.name() }
     }
 
-    /// How often the practice before the first episode reached each stage, in a few words.
+    /// How often the practice before the first episode reached each stage, in a short phrase.
     pub fn practice_in_short(&self) -> Option<String> {
         let Practised { rollouts, reached, .. } = self.practised.as_ref()?;
         let stages: Vec<String> = reached.iter().zip(rollouts).map(|(hit, all)| format!("{hit}/{all}")).collect();
         Some(format!("reached {}", stages.join(", ")))
     }
 
-    /// Seconds until the run is finished at the present rate.
+    /// Seconds until the run is finished at the current rate.
     pub fn seconds_left(&self) -> Option<f64> {
         let rate = self.rate.filter(|rate| *rate > 0.0 && self.state == RunState::Running)?;
         Some(self.episodes.saturating_sub(self.done) as f64 / rate)
@@ -335,7 +335,7 @@ impl RunSummary {
     /// For each subgoal whether each episode reached it, as 1 and 0.
     pub fn subgoal_hits(&self) -> Vec<Vec<f32>> {
         let shares = self.curves.get(Metric::SubgoalShare);
-        // Subgoals count in order: so many of them are the first so many.
+        // Subgoals are reached in order, so the share tells which ones were reached.
         let reached = |subgoal: usize| {
             let least = (subgoal as f32 + 0.5) / self.subgoals as f32;
             shares.iter().map(|share| f32::from(*share > least)).collect()

@@ -1,4 +1,4 @@
-//! The dynamics models one can choose. A model is read once, and again when its file has changed.
+//! The available dynamics models. A model file is read once, and again when it has changed.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -10,15 +10,14 @@ use crate::dynamics::{Model, shipped_models};
 use crate::task::Task;
 use crate::workbench::{MODELS, kept_evaluation};
 
-/// The models in the folder as far as they were read: when the file was changed, and the model or
-/// why it cannot be read.
+/// The model files read so far, each with its modification time and the model or the reason why it cannot be read.
 #[derive(Default)]
 pub struct Models {
     files: HashMap<PathBuf, (Option<SystemTime>, Result<Model, String>)>,
 }
 
 impl Models {
-    /// All models, with what each is to a task.
+    /// All models, described in relation to a task.
     pub fn summaries(&mut self, task: &Task) -> Vec<ModelSummary> {
         let mut models = vec![
             summary("learned", "the shipped dynamics model of the task's tool set"),
@@ -43,7 +42,7 @@ impl Models {
         models
     }
 
-    /// Reads files that are new or have changed, and forgets those that are gone.
+    /// Reads new and changed files and drops those that no longer exist.
     fn read(&mut self, folder: &Path) {
         let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
         let files = entries.map(|entry| entry.path());
@@ -59,7 +58,7 @@ impl Models {
     }
 }
 
-/// Why the model does not fit the task, or what it is if it does.
+/// Why the model does not fit the task, or the description `fitting` if it does.
 fn about(model: &Model, task: &Task, fitting: impl FnOnce() -> String) -> String {
     model.check_task(task).map_or_else(|error| error.to_string(), |()| fitting())
 }
@@ -68,7 +67,7 @@ fn summary(name: &str, about: &str) -> ModelSummary {
     ModelSummary { name: name.to_owned(), about: about.to_owned(), evaluation: None }
 }
 
-/// A model with what was found when it was measured.
+/// A model with its stored evaluation.
 fn measured(name: &str, model: &Model, about: &str) -> ModelSummary {
     ModelSummary { evaluation: kept_evaluation(name, model).map(Arc::new), ..summary(name, about) }
 }
@@ -78,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_is_read_when_it_is_new_and_forgotten_when_it_is_gone() {
+    fn new_files_are_read_and_deleted_ones_dropped() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("mine.safetensors");
         std::fs::write(&path, "no model").unwrap();

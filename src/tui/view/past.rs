@@ -1,4 +1,4 @@
-//! The past of the watched run: its episodes, and the agents that played them, read in the background.
+//! Past episodes of the watched run and the agents that played them, read in the background.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use crate::task::Task;
 use crate::trainer::Trace;
 use crate::workbench::{Job, RunView, SavedAgent};
 
-/// An episode of the run in a folder.
+/// A recorded trace as an episode of the run in a folder.
 pub fn episode_of(run: &Path, task: &Arc<Task>, trace: Arc<Trace>) -> Episode {
     let name = run.file_name().unwrap_or_default().to_string_lossy();
     let title = match trace.episode {
@@ -18,7 +18,7 @@ pub fn episode_of(run: &Path, task: &Arc<Task>, trace: Arc<Trace>) -> Episode {
     Episode { title, task: task.clone(), trace, origin: Origin::Run(run.to_owned()) }
 }
 
-/// The last episode of a run that is not trained here, read in the background.
+/// The last episode of a run that this program does not train, read in the background.
 #[derive(Default)]
 pub struct LastEpisode {
     known: Option<Arc<Episode>>,
@@ -26,7 +26,7 @@ pub struct LastEpisode {
 }
 
 impl LastEpisode {
-    /// The last episode of a run as far as it is known; it is read if it is another.
+    /// The latest known episode of a run. If it is not the last one, that is read in the background.
     pub fn of(&mut self, run: &RunView) -> Option<Arc<Episode>> {
         let last = Some(run.episodes()).filter(|episodes| *episodes > 0)?;
         let origin = Origin::Run(run.directory().path().to_owned());
@@ -35,14 +35,14 @@ impl LastEpisode {
         if !run.is_active() && !is_last && self.reading.is_none() {
             let saved = run.saved();
             let (path, task) = (run.directory().path().to_owned(), run.config().task_of(last).clone());
-            // Without a thread, or a record of the episode, there is none to show.
+            // If no thread can be started or the episode was not recorded, there is none to show.
             let read = move || saved.past_episode(last).map_err(|error| error.to_string());
             self.reading = Job::spawn(move |_| Ok(episode_of(&path, &task, Arc::new(read()?)))).ok();
         }
         known
     }
 
-    /// Takes in what was read; true if there is something new.
+    /// Takes over the result of a finished read. True if it is new.
     pub fn collect(&mut self) -> bool {
         let read = self.reading.take_if(|job| job.is_finished()).and_then(|job| job.result().ok());
         let news = read.is_some();
@@ -51,24 +51,24 @@ impl LastEpisode {
     }
 }
 
-/// Who played an episode, as near as a checkpoint has it, or why nobody knows.
+/// The agent of the checkpoint nearest to a past episode, or why there is none.
 pub type PastAgent = Result<Arc<SavedAgent>, String>;
 
-/// The agent of the episode that is looked at. The one before is kept while the next is read.
+/// The agent of the episode shown. The previous agent is kept while the next is read.
 #[derive(Default)]
 pub struct Agents {
     known: Option<(Wanted, PastAgent)>,
     reading: Option<(Wanted, Job<Arc<SavedAgent>>)>,
 }
 
-/// Episodes of a running training after which there may be newer checkpoints.
+/// Number of further episodes of a running training after which checkpoints are looked up again.
 const LOOK_AGAIN: u64 = 50;
 
-/// The folder of a run, an episode of it, and how far it was when this was asked for.
+/// The folder of a run, an episode of it, and the run's progress in units of `LOOK_AGAIN` episodes.
 type Wanted = (PathBuf, u64, u64);
 
 impl Agents {
-    /// Reads the agent that played an episode of a run, unless it is known or another is being read.
+    /// Starts reading the agent that played an episode of a run, unless it is known or a read is in progress.
     pub fn want(&mut self, run: &RunView, episode: u64) {
         let wanted = (run.directory().path().to_owned(), episode, run.episodes() / LOOK_AGAIN);
         if self.reading.is_some() || self.known.as_ref().is_some_and(|(known, _)| *known == wanted) {
@@ -84,12 +84,12 @@ impl Agents {
         }
     }
 
-    /// What is known of the agents of the run in a folder.
+    /// The agent last read, if it belongs to the run in a folder.
     pub fn of(&self, run: &Path) -> Option<PastAgent> {
         self.known.as_ref().filter(|(known, _)| known.0 == run).map(|(_, agent)| agent.clone())
     }
 
-    /// Takes in what was read; true if there is something new.
+    /// Takes over the result of a finished read. True if it is new.
     pub fn collect(&mut self) -> bool {
         let Some((wanted, job)) = self.reading.take_if(|(_, job)| job.is_finished()) else { return false };
         let agent = job.result();

@@ -12,11 +12,11 @@ use crate::trainer::{Source, Trace, TracedStep};
 /// An episode to be shown.
 #[derive(Debug, Clone)]
 pub struct Episode {
-    /// What it is, in a few words.
+    /// Short description.
     pub title: String,
     /// The task it was played on.
     pub task: Arc<Task>,
-    /// What was done, and what happened.
+    /// The actions and their results.
     pub trace: Arc<Trace>,
     /// Who acts in it.
     pub origin: Origin,
@@ -33,36 +33,36 @@ pub enum Origin {
     Run(PathBuf),
 }
 
-/// What is to be seen at one moment of an episode.
+/// The state of an episode at one physics step.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Moment {
     /// The ball, normalised.
     pub ball: [f32; 2],
-    /// Where it was before, oldest first, normalised.
+    /// Its latest positions, oldest first, normalised.
     pub trail: Vec<[f32; 2]>,
-    /// Tools placed so far and who chose their place.
+    /// Tools placed so far and what chose their positions.
     pub placed: Vec<(Tool, Source)>,
-    /// The tool that was blocked in this very action, where it was to stand.
+    /// The tool blocked in the current action, at its intended position.
     pub blocked: Option<Tool>,
     /// Subgoals reached so far.
     pub reached: Vec<usize>,
     /// The goal has been reached.
     pub goal: bool,
-    /// Sum of the rewards of the actions finished or going on.
+    /// Sum of the rewards up to and including the current action.
     pub reward: f32,
-    /// The action going on, counted from 1; 0 before the first.
+    /// The current action, counted from 1; 0 before the first.
     pub action: usize,
 }
 
-/// Physics steps of the trail behind the ball.
+/// Length of the ball's trail in physics steps.
 const TRAIL: usize = 60;
 
 impl Episode {
-    /// The task left alone: no tool is placed, the ball falls.
+    /// The episode in which no tool is placed.
     pub fn untouched(task: &Arc<Task>) -> Self {
         let mut env = Environment::new(task.clone());
         let mut trace = Trace::default();
-        // An action that is no position places nothing: the ball goes its way.
+        // NaN is not a position, so the action places nothing.
         while trace.step(&mut env, [f32::NAN; 2], Source::Policy).is_ok() {}
         Self {
             title: "no tool placed".to_owned(),
@@ -72,7 +72,7 @@ impl Episode {
         }
     }
 
-    /// Physics steps of the whole episode.
+    /// Number of physics steps of the episode.
     pub fn steps(&self) -> usize {
         self.trace.steps.iter().map(|step| step.path.len()).sum()
     }
@@ -102,12 +102,12 @@ impl Episode {
 }
 
 impl Moment {
-    /// Takes over what a step that has begun, or is over, has brought.
+    /// Adds the placement of an action, and its subgoals and goal once it is `over`.
     fn notice(&mut self, step: &TracedStep, tool: Tool, over: bool) {
         if step.placement == Placement::Placed {
             self.placed.push((tool, step.source));
         }
-        // An action that is no position, or asks for no tool, was a wait, not a blocked tool.
+        // An action without a position or a tool is a wait, not a blocked tool.
         self.blocked = Some(tool).filter(|_| matches!(step.placement, Placement::Overlap | Placement::Collision));
         if over {
             self.reached.extend(&step.subgoals);
@@ -116,23 +116,23 @@ impl Moment {
     }
 }
 
-/// Where the playback of an episode is.
+/// The playback position of an episode.
 #[derive(Debug, Clone)]
 pub struct Player {
-    /// Time goes on.
+    /// Not paused.
     pub playing: bool,
-    /// It stays at the start, whether it is playing or not.
+    /// Held at the start, whether it is playing or not.
     held: bool,
-    /// Times that the same episode was over since anybody did anything.
+    /// How often the same episode has ended since the last input of the user.
     rounds: u32,
-    /// Times the speed of the physics.
+    /// Speed as a multiple of real time.
     pub speed: f32,
     step: f32,
 }
 
-/// Pause at the end of an episode before it is shown again.
+/// Pause at the end of an episode before it is shown again, in seconds.
 const REST: f32 = 1.0;
-/// Times that an episode is shown to nobody: then it stays at its end, and the processor is left alone.
+/// How often an episode is repeated without input. Then playback stops at its end to save processor time.
 const ROUNDS: u32 = 10;
 const SPEEDS: [f32; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
 
@@ -153,7 +153,7 @@ impl Player {
         (self.step, self.rounds) = (0.0, 0);
     }
 
-    /// Shows the same episode again, unless that was done often enough with nobody there.
+    /// Repeats the episode, unless it was repeated `ROUNDS` times without input.
     pub fn repeat(&mut self) {
         self.rounds = self.rounds.saturating_add(1);
         if !self.is_resting() {
@@ -161,22 +161,22 @@ impl Player {
         }
     }
 
-    /// Whether it waits for somebody to do anything.
+    /// Whether playback has stopped until the next input.
     pub fn is_resting(&self) -> bool {
         self.rounds >= ROUNDS
     }
 
-    /// Says that somebody did something.
+    /// Notes an input of the user.
     pub fn wake(&mut self) {
         self.rounds = 0;
     }
 
-    /// Goes to a physics step; time goes on there if it did before.
+    /// Goes to a physics step without starting or stopping playback.
     pub fn seek(&mut self, step: usize) {
         self.step = step as f32;
     }
 
-    /// Holds the episode at its start, as while the task is edited, or lets go of it.
+    /// Holds the episode at its start, such as while the task is edited, or releases it.
     pub fn hold(&mut self, held: bool) {
         if held != self.held {
             self.restart();
@@ -184,23 +184,23 @@ impl Player {
         self.held = held;
     }
 
-    /// Whether time goes on.
+    /// Whether playback advances.
     pub fn is_moving(&self) -> bool {
         self.playing && !self.held && !self.is_resting()
     }
 
-    /// Stops, or goes on.
+    /// Stops or continues playback.
     pub fn toggle(&mut self) {
         self.playing = !self.is_moving();
         (self.held, self.rounds) = (false, 0);
     }
 
-    /// Goes on from a physics step.
+    /// Plays from a physics step.
     pub fn play_from(&mut self, step: usize) {
         (self.step, self.playing, self.held, self.rounds) = (step as f32, true, false, 0);
     }
 
-    /// Lets time pass; true once the episode and its rest are over.
+    /// Lets time pass. True once the episode and the pause after it are over.
     pub fn advance(&mut self, elapsed: Duration, steps: usize) -> bool {
         if self.is_moving() {
             self.step += elapsed.as_secs_f32() * self.speed / PHYSICS_DT;
@@ -208,7 +208,7 @@ impl Player {
         self.is_moving() && self.step > steps as f32 + REST * self.speed / PHYSICS_DT
     }
 
-    /// Goes `by` physics steps on or back and stops there.
+    /// Stops `by` physics steps ahead, or back if negative.
     pub fn nudge(&mut self, by: i32, steps: usize) {
         (self.playing, self.held) = (false, false);
         self.step = (self.step.floor() + by as f32).clamp(0.0, steps as f32);
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn an_episode_that_nobody_looks_at_is_not_repeated_for_ever() {
+    fn an_episode_is_not_repeated_for_ever_without_input() {
         let mut player = Player::default();
         let mut repeated = 0;
         while player.advance(Duration::from_secs(20), 1000) {
@@ -288,11 +288,11 @@ mod tests {
         assert!(player.is_moving() && player.advance(Duration::ZERO, 1000), "it is repeated at once");
         (0..ROUNDS).for_each(|_| player.repeat());
         player.toggle();
-        assert!(player.is_moving(), "the key that plays lets it go on");
+        assert!(player.is_moving(), "the play key continues it");
     }
 
     #[test]
-    fn a_moment_has_all_that_was_until_then_and_a_short_trail() {
+    fn a_moment_has_everything_up_to_its_step_and_a_short_trail() {
         let mut episode = untouched();
         let trace = Arc::make_mut(&mut episode.trace);
         trace.shift = [0.1, 0.0];
@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn single_steps_stay_within_the_episode_and_the_end_of_it_is_seen() {
+    fn single_steps_stay_within_the_episode_and_playback_rests_at_its_end() {
         let mut player = Player::default();
         player.nudge(-5, 1000);
         assert_eq!(player.step(), 0);
@@ -318,6 +318,6 @@ mod tests {
         player.hold(true);
         player.nudge(1, 1000);
         player.hold(false);
-        assert_eq!(player.step(), 1, "where it was put by hand it stays");
+        assert_eq!(player.step(), 1, "releasing it keeps the position of a single step");
     }
 }

@@ -1,21 +1,21 @@
-//! How fast something goes, and when it will be done.
+//! Rates, and times in text form.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// Counts over the latest seconds.
+/// The rate of a counter over the latest seconds.
 #[derive(Debug, Default)]
 pub struct Rate {
     counts: VecDeque<(Instant, u64)>,
 }
 
-/// The part of the past that counts.
+/// The period over which the rate is measured.
 const MEMORY: Duration = Duration::from_secs(20);
-/// A rate over less time than this is not shown.
+/// Minimum period for a rate to be known.
 const WARM_UP: Duration = Duration::from_secs(2);
 
 impl Rate {
-    /// Notes a count at a time.
+    /// Records a count at a time.
     pub fn note(&mut self, now: Instant, count: u64) {
         if self.counts.back().is_some_and(|(_, last)| *last > count) {
             self.counts.clear();
@@ -29,12 +29,12 @@ impl Rate {
         }
     }
 
-    /// Forgets what was; after a pause the rate begins anew.
+    /// Starts again, as after a pause.
     pub fn forget(&mut self) {
         self.counts.clear();
     }
 
-    /// Counts a second; None while it is too early to say.
+    /// Counts per second; None until there is enough data.
     pub fn per_second(&self) -> Option<f64> {
         let ((from, first), (to, last)) = (self.counts.front()?, self.counts.back()?);
         let time = to.duration_since(*from);
@@ -69,7 +69,7 @@ mod tests {
         assert_eq!(run(0, 2, 10), None);
         assert_eq!(run(2, 10, 10), Some(10.0));
         rate.note(start + Duration::from_secs(11), 0);
-        assert_eq!(rate.per_second(), None, "a count that goes back begins anew");
+        assert_eq!(rate.per_second(), None, "a count that decreases starts the rate again");
     }
 
     #[test]
@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_long_ago_and_before_a_pause_is_forgotten() {
+    fn old_counts_and_counts_before_a_pause_are_forgotten() {
         let start = Instant::now();
         let mut rate = Rate::default();
         (0..60).for_each(|second| rate.note(start + Duration::from_secs(second), 10 * second));

@@ -1,5 +1,5 @@
-//! The runs in a folder, read on a thread of their own: a folder of thousands is read once, and
-//! then only what may have changed.
+//! The runs in a folder, read on a background thread: all of them once, then only those that may have
+//! changed, because a folder may hold thousands.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,20 +11,20 @@ use super::RunSummary;
 use crate::run::{Notes, RunDirectory, RunState, Stamp};
 use crate::trainer::RunConfig;
 
-/// Time between two reports while much is read.
+/// Minimum time between two reports while many runs are read.
 const REPORT: Duration = Duration::from_millis(200);
-/// The coarsest clock of a file system.
+/// The coarsest resolution of modification times among file systems.
 const TICK: Duration = Duration::from_secs(2);
-/// Runs at rest whose log is looked at in one look; the others have their turn in later ones.
-const LOOKED_AT: usize = 500;
+/// Number of runs at rest checked in one look; the others are checked in later ones.
+const CHECKED_PER_LOOK: usize = 500;
 
-/// The runs in a folder as far as they are known.
+/// The runs in a folder, as far as they are known.
 pub struct RunIndex {
     runs: Vec<Arc<RunSummary>>,
     unread: usize,
-    /// The folder that was looked at the last time.
+    /// The folder last looked at.
     folder: PathBuf,
-    /// The folder to look at; None if the thread could not be started.
+    /// Sends the folder to look at; None if the thread could not be started.
     looks: Option<Sender<PathBuf>>,
     reports: Receiver<Report>,
 }
@@ -35,7 +35,7 @@ struct Report {
 }
 
 impl RunIndex {
-    /// An index that knows nothing yet.
+    /// An empty index and its reader thread.
     pub fn new() -> Self {
         let (looks, folders) = channel();
         let (sender, reports) = channel();
@@ -47,17 +47,17 @@ impl RunIndex {
     /// Looks at a folder, in the background.
     pub fn look(&mut self, folder: &Path) {
         if self.folder != folder {
-            // At least what is in it has not been counted.
+            // At least 1 until its runs have been counted.
             (self.folder, self.unread) = (folder.to_owned(), 1);
             self.runs.clear();
         }
         if let Some(looks) = &self.looks {
-            // Without the thread there is nobody to look.
+            // Sending fails only if the thread has ended; then nothing more is read.
             let _ = looks.send(folder.to_owned());
         }
     }
 
-    /// Takes in what was found since; true if anything was.
+    /// Takes over the latest report. True if there is one.
     pub fn collect(&mut self) -> bool {
         let latest = self.reports.try_iter().last();
         let news = latest.is_some();
@@ -67,26 +67,26 @@ impl RunIndex {
         news
     }
 
-    /// The runs, by name.
+    /// The runs, ordered by path.
     pub fn runs(&self) -> &[Arc<RunSummary>] {
         &self.runs
     }
 
-    /// Folders that were not read yet.
+    /// Number of folders not read yet.
     pub fn unread(&self) -> usize {
         self.unread
     }
 }
 
-/// What was known of a run's folder when it was read.
+/// What is known of a folder since it was last read.
 #[derive(Default)]
 struct Known {
     stamp: Stamp,
-    /// None if it is no run.
+    /// None if it is not a run.
     run: Option<Arc<RunSummary>>,
 }
 
-/// Reads folders on its thread.
+/// Reads folders on the background thread.
 struct Reader {
     folder: PathBuf,
     modified: Option<SystemTime>,
@@ -101,10 +101,10 @@ impl Reader {
         Self { folder: PathBuf::new(), modified: None, known: BTreeMap::new(), turn: 0, reports }
     }
 
-    /// Looks at folders until nobody asks any more.
+    /// Looks at folders until the index is dropped.
     fn work(mut self, folders: &Receiver<PathBuf>) {
         while let Ok(mut folder) = folders.recv() {
-            // Several looks that were asked for meanwhile are one.
+            // Only the latest of several pending requests counts.
             while let Ok(later) = folders.try_recv() {
                 folder = later;
             }
@@ -114,7 +114,7 @@ impl Reader {
         }
     }
 
-    /// Reads what may have changed. False once nobody wants to know.
+    /// Reads what may have changed. False once the index has been dropped.
     fn look(&mut self, folder: &Path) -> bool {
         let first = self.folder != folder;
         if first {
@@ -133,45 +133,46 @@ impl Reader {
                 changed = false;
             }
         }
-        // After a partial report the last one says that nothing is left to be read.
-        !(changed || due.len() > LOOKED_AT) || self.report(0)
+        // After a partial report, a final one states that nothing is left to read.
+        !(changed || due.len() > CHECKED_PER_LOOK) || self.report(0)
     }
 
-    /// Takes in folders that are new and forgets those that are gone; true if there are any.
+    /// Lists the folder: adds new entries and drops deleted ones. True if there are any.
     fn list(&mut self) -> bool {
         let modified = std::fs::metadata(&self.folder).and_then(|data| data.modified()).ok();
         if modified.is_some() && modified == self.modified {
             return false;
         }
-        // A folder that was changed just now may change again within the same tick of its clock.
+        // A folder changed just now may change again without a change of its modification time.
         self.modified = modified.filter(|at| at.elapsed().is_ok_and(|age| age >= TICK));
         let entries = std::fs::read_dir(&self.folder).into_iter().flatten().flatten();
-        let mut there: BTreeMap<PathBuf, Known> = BTreeMap::new();
+        let mut listed: BTreeMap<PathBuf, Known> = BTreeMap::new();
         let mut changed = false;
         for path in entries.map(|entry| entry.path()) {
             let known = self.known.remove(&path);
             changed |= known.is_none();
-            there.insert(path, known.unwrap_or_default());
+            listed.insert(path, known.unwrap_or_default());
         }
         changed |= !self.known.is_empty();
-        self.known = there;
+        self.known = listed;
         changed
     }
 
-    /// Folders to look at: those never read, those somebody works on, and some of the others.
+    /// Folders to check now: those never read, runs that are running, paused or not started, and some of the
+    /// others in turn.
     fn due(&mut self) -> Vec<PathBuf> {
-        let is_lively = |known: &Known| match &known.run {
+        let is_urgent = |known: &Known| match &known.run {
             Some(run) => matches!(run.state, RunState::Running | RunState::Paused | RunState::NotStarted),
             None => known.stamp == Stamp::default(),
         };
-        let (lively, at_rest): (Vec<_>, Vec<_>) = self.known.iter().partition(|(_, known)| is_lively(known));
+        let (urgent, at_rest): (Vec<_>, Vec<_>) = self.known.iter().partition(|(_, known)| is_urgent(known));
         let start = if self.turn < at_rest.len() { self.turn } else { 0 };
-        let others = at_rest.iter().cycle().skip(start).take(LOOKED_AT.min(at_rest.len()));
-        self.turn = start + LOOKED_AT;
-        lively.iter().chain(others).map(|(path, _)| (*path).clone()).collect()
+        let others = at_rest.iter().cycle().skip(start).take(CHECKED_PER_LOOK.min(at_rest.len()));
+        self.turn = start + CHECKED_PER_LOOK;
+        urgent.iter().chain(others).map(|(path, _)| (*path).clone()).collect()
     }
 
-    /// Reads a run if it may have changed; true if it has.
+    /// Reads a run if it may have changed. True if it has.
     fn read(&mut self, path: &Path) -> bool {
         let Some(known) = self.known.get_mut(path) else { return false };
         let stamp = Stamp::of(path);
@@ -198,12 +199,12 @@ impl Reader {
     }
 }
 
-/// What can be known of a run without reading its whole log. None if the folder is no run.
+/// A summary of a run without reading its whole log. None if the folder is not a run.
 fn glance(path: &Path) -> Option<RunSummary> {
     let directory = RunDirectory::open(path).ok()?;
     let config: RunConfig = directory.config().ok()?;
     let status = directory.status().ok()?;
-    // Notes that cannot be read are none; who writes new ones is told.
+    // Unreadable notes count as none here; writing new ones reports the error.
     let Notes { tags, note, .. } = directory.notes().unwrap_or_default();
     Some(RunSummary {
         tags,
@@ -239,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn runs_that_come_go_and_change_are_noticed_and_others_are_not_read_again() {
+    fn new_deleted_and_changed_runs_are_noticed_and_others_are_not_read_again() {
         let folder = tempfile::tempdir().unwrap();
         let (sender, reports) = channel();
         let mut reader = Reader::new(sender);
@@ -263,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn one_look_reads_some_runs_at_rest_and_all_have_their_turn() {
+    fn runs_at_rest_are_checked_in_turns() {
         let (sender, _reports) = channel();
         let mut reader = Reader::new(sender);
         let at_rest = |name: usize| {
@@ -274,14 +275,14 @@ mod tests {
         let mut seen = std::collections::BTreeSet::new();
         for _ in 0..3 {
             let due = reader.due();
-            assert_eq!(due.len(), LOOKED_AT);
+            assert_eq!(due.len(), CHECKED_PER_LOOK);
             seen.extend(due);
         }
         assert_eq!(seen.len(), 1200);
     }
 
     #[test]
-    fn of_another_folder_nothing_is_known_until_it_is_read() {
+    fn another_folder_is_unknown_until_it_is_read() {
         let folder = tempfile::tempdir().unwrap();
         make(folder.path(), "a");
         let mut index = RunIndex::new();

@@ -1,6 +1,6 @@
-//! What the scene shows, as one value: a task, an episode on it, and the run, clusters, networks and
-//! model that belong to them. It is put together in one place, so that an episode is never played
-//! with the parts of another task; a part that is missing says why.
+//! The subject of the scene as one value: a task, an episode on it, and the run, clusters, networks and
+//! model that belong to them. It is assembled in one place, so that an episode is never shown with the
+//! parts of another task. A missing part gives the reason.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -17,20 +17,20 @@ use crate::trainer::{chosen_tool, seen};
 use crate::tui::scene::{Ghost, Heat};
 use crate::workbench::{PriorState, SavedAgent};
 
-/// Rows and columns of the grid of actions for the critic.
+/// Rows and columns of the grid on which the critic is evaluated.
 const HEAT_SIDE: usize = 36;
-/// Actions a prediction looks ahead.
+/// Number of actions that a prediction covers.
 const LOOK_AHEAD: usize = 3;
 
-/// What a person wants to see.
+/// What the user wants the scene to show.
 #[derive(Debug, Clone, Default)]
 pub enum Choice {
-    /// The latest training episode on the task as edited; without one, the task untouched.
+    /// The latest training episode on the edited task; if there is none, an episode without tools.
     #[default]
     Latest,
-    /// The task untouched, even if it is being trained on.
+    /// An episode without tools, even if the task is being trained on.
     Untouched,
-    /// An episode of the watched run's past, or of its greedy policy.
+    /// A past episode of the watched run, or an episode of its greedy policy.
     Past(Arc<Episode>),
     /// The episode played by hand.
     Hand,
@@ -43,20 +43,20 @@ pub struct Clusters {
     pub prior: Arc<ActionPrior>,
     /// Task or settings have changed since they were computed.
     pub stale: bool,
-    /// They are those of the run.
+    /// They belong to the run, not to the session.
     pub of_run: bool,
 }
 
-/// What an agent thinks of a situation.
+/// An agent's view of a state: its critic's values and its actor's choice.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AgentView {
     /// The critic's value of every action.
     pub heat: Heat,
-    /// The tool that the agent would place, where it would; none if it would place none.
+    /// The tool that the agent would place, at its position; None if it would place none.
     pub choice: Option<Tool>,
 }
 
-/// What the scene shows. All its parts belong to one task.
+/// The subject of the scene. All its parts belong to one task.
 #[derive(Debug, Clone)]
 pub struct Subject {
     choice: Choice,
@@ -65,20 +65,20 @@ pub struct Subject {
     run: Option<Arc<RunSummary>>,
     clusters: Option<Clusters>,
     networks: Option<Arc<Ddpg>>,
-    /// The agent of a checkpoint, where the episode is none that goes on.
+    /// The agent of a checkpoint, if the networks of the running training are not available.
     agent: Option<PastAgent>,
-    /// The threshold of epsilon in an episode of the past.
+    /// The threshold epsilon in a past episode.
     epsilon: Option<f32>,
     model: Option<Result<TaskModel, String>>,
     /// State of the episode played by hand.
     hand: Option<Arc<Snapshot>>,
-    /// What a person would look for and does not find.
+    /// Why the scene does not show what the user may expect.
     note: Option<String>,
-    /// The same episode of another run, beside one of the past.
+    /// The same episode of another run, shown beside a past one.
     beside: Option<Beside>,
 }
 
-/// The same episode of another run, to be compared.
+/// The same episode of another run, for comparison.
 #[derive(Debug, Clone)]
 pub struct Beside {
     /// Folder of the run.
@@ -90,11 +90,11 @@ pub struct Beside {
 }
 
 impl Subject {
-    /// What is to be shown of what there is. The episode shown before goes on while it can, unless
+    /// Assembles the subject from the view model. The episode shown `before` continues if it is still valid, unless
     /// the `next` one is due.
     pub fn choose(view: &ViewModel, choice: &Choice, before: Option<&Self>, next: bool) -> Self {
         let choice = match choice {
-            // The past is that of the watched run; another run has another.
+            // Past episodes belong to the watched run; another run is being watched now.
             Choice::Past(episode) if view.watched.as_ref().is_none_or(|watched| !episode.is_of(&watched.run.path)) => {
                 Choice::Latest
             }
@@ -106,7 +106,7 @@ impl Subject {
             Choice::Past(episode) => (episode.task.clone(), episode.clone()),
             Choice::Hand => (view.hand.task.clone(), by_hand(view, before)),
             Choice::Latest => match live.filter(|live| is_same_scene(&live.episode.task, &view.task)) {
-                Some(live) => (view.task.clone(), going_on(view, before, next).unwrap_or(&live.episode).clone()),
+                Some(live) => (view.task.clone(), continued(view, before, next).unwrap_or(&live.episode).clone()),
                 None => {
                     note = live.map(|live| other_task(&live.episode.task, &view.task));
                     (view.task.clone(), untouched(&view.task, before))
@@ -117,10 +117,10 @@ impl Subject {
         let of_run = view.watched.as_ref().filter(|watched| is_same_scene(&watched.task, &task));
         let own = view.watched.as_ref().filter(|watched| episode.is_of(&watched.run.path));
         let live = live.filter(|_| own.is_some() && !matches!(choice, Choice::Past(_)));
-        let going_on = live.and_then(|live| live.networks.clone());
-        let agent = own.filter(|_| going_on.is_none()).and_then(|watched| watched.agent.clone());
+        let live_networks = live.and_then(|live| live.networks.clone());
+        let agent = own.filter(|_| live_networks.is_none()).and_then(|watched| watched.agent.clone());
         let agent = agent.filter(|agent| match agent {
-            Ok(agent) => agent.is_nearest_to(asked_of(&episode)),
+            Ok(agent) => agent.is_nearest_to(number_for_agent(&episode)),
             Err(_) => true,
         });
         let of_checkpoint = agent.as_ref().and_then(|agent| agent.as_ref().ok());
@@ -133,7 +133,7 @@ impl Subject {
         let beside = before.and_then(|before| before.beside.clone());
         let subject = Self {
             clusters,
-            networks: going_on.or_else(|| of_checkpoint.and_then(|agent| agent.networks.clone())),
+            networks: live_networks.or_else(|| of_checkpoint.and_then(|agent| agent.networks.clone())),
             agent,
             epsilon: epsilon.filter(|_| matches!(choice, Choice::Past(_))),
             model: model.filter(|model| model.as_ref().is_ok_and(|model| Arc::ptr_eq(&model.task, &task))),
@@ -149,17 +149,17 @@ impl Subject {
         Self { beside: beside.filter(is_same), ..subject }
     }
 
-    /// The same episode of another run, if one is to be compared.
+    /// The same episode of another run, if one is being compared.
     pub fn beside(&self) -> Option<&Beside> {
         self.beside.as_ref()
     }
 
-    /// Shows the same episode of another run beside the one of the past, or no longer.
+    /// Sets or removes the episode of another run beside a past one. One with a different number counts as none.
     pub fn set_beside(&mut self, beside: Option<Beside>) {
         self.beside = beside.filter(|beside| self.past_episode() == Some(beside.number));
     }
 
-    /// What was asked for.
+    /// The user's choice.
     pub fn choice(&self) -> &Choice {
         &self.choice
     }
@@ -174,7 +174,7 @@ impl Subject {
         &self.episode
     }
 
-    /// The run that is being watched.
+    /// The watched run.
     pub fn run(&self) -> Option<&RunSummary> {
         self.run.as_deref()
     }
@@ -184,24 +184,24 @@ impl Subject {
         self.clusters.as_ref()
     }
 
-    /// What a person would look for and does not find.
+    /// Why the scene does not show what the user may expect.
     pub fn note(&self) -> Option<&str> {
         self.note.as_deref()
     }
 
-    /// Whether the episode is one of a run, in which an agent acts.
+    /// Whether the episode belongs to a run, so that an agent acts in it.
     pub fn is_of_run(&self) -> bool {
         matches!(self.episode.origin, Origin::Run(_))
     }
 
-    /// The number of the episode whose agent is that of a checkpoint, beyond all for the newest one; None
-    /// if the agent is known otherwise, or there is none.
+    /// The number of the episode whose agent has to be read from a checkpoint, `u64::MAX` for the newest
+    /// checkpoint. None if the networks of the running training are shown, or no agent acts.
     pub fn wants_agent(&self) -> Option<u64> {
         let is_past = self.is_of_run() && (self.networks.is_none() || self.agent.is_some());
-        is_past.then(|| asked_of(&self.episode))
+        is_past.then(|| number_for_agent(&self.episode))
     }
 
-    /// The episode of the past that is shown, counted from 1.
+    /// The number of the past episode shown, counted from 1.
     pub fn past_episode(&self) -> Option<u64> {
         match &self.choice {
             Choice::Past(episode) => Some(episode.trace.episode).filter(|number| *number > 0),
@@ -209,7 +209,7 @@ impl Subject {
         }
     }
 
-    /// What held in the episode, in a few words each: the threshold, and whose critic and actor are shown.
+    /// Short phrases about the episode: the threshold epsilon, and the checkpoint of the critic and actor shown.
     pub fn facts(&self) -> Vec<String> {
         let epsilon = self.epsilon.map(|epsilon| format!("epsilon {epsilon:.2}"));
         let of_checkpoint = match &self.agent {
@@ -219,72 +219,72 @@ impl Subject {
         epsilon.into_iter().chain(of_checkpoint).collect()
     }
 
-    /// Gives it the model of its task, or why there is none. A model of another task is refused.
+    /// Sets the model of the task, or the reason why there is none. A model of another task becomes an error.
     pub fn set_model(&mut self, model: Result<TaskModel, String>) {
         self.model = Some(match model {
-            Ok(model) if !Arc::ptr_eq(&model.task, &self.task) => Err("the model is that of another task".to_owned()),
+            Ok(model) if !Arc::ptr_eq(&model.task, &self.task) => Err("the model belongs to another task".to_owned()),
             model => model,
         });
     }
 
-    /// The model and the networks by their addresses: what is derived from them is out of date when
-    /// these change.
+    /// The addresses of the model and the networks; when they change, everything derived from them is out of
+    /// date.
     pub(in crate::tui) fn parts(&self) -> (Option<*const ()>, Option<*const ()>) {
         let model = self.model.as_ref().and_then(|model| model.as_ref().ok());
         (model.map(|model| Arc::as_ptr(&model.model).cast()), self.networks.as_ref().map(|it| Arc::as_ptr(it).cast()))
     }
 
-    /// What the watched agent, as it is now, thinks before action number `action` of the episode.
+    /// The agent's view of the state before action number `action` of the episode, counted from 0.
     ///
     /// # Errors
-    /// Why that is not known.
+    /// Why there is none.
     pub fn agent_view(&self, action: usize) -> Result<AgentView, String> {
         let networks = self.networks.as_ref().ok_or_else(|| match &self.agent {
             _ if !self.is_of_run() => "no agent acts in this episode",
             Some(Err(reason)) => reason,
-            Some(Ok(_)) => "this method learns none",
+            Some(Ok(_)) => "this method has no networks",
             None => "the checkpoint is being read",
         })?;
-        let env = self.replay(action).ok_or("the episode cannot be played again")?;
+        let env = self.replay(action).ok_or("the episode cannot be replayed")?;
         let observation = seen(&env, env.observation());
         if observation.len() != networks.observation_len() {
-            return Err("the networks are those of another task".to_owned());
+            return Err("the networks belong to another task".to_owned());
         }
         let action = networks.act(&observation);
         let choice = chosen_tool(networks, &env, &action);
         let (_, tool) = action.split_first_chunk::<2>().ok_or("the actor gives no position")?;
         let middle = |index: usize| (index as f32 + 0.5) / HEAT_SIDE as f32 * 2.0 - 1.0;
         let rows = (0..HEAT_SIDE).map(|row| -middle(row));
-        // Of the tool that the agent would take.
+        // The actions vary in position only; the rest, which chooses the tool, is the agent's.
         let at = |x, y| [&[x, y], tool].concat();
         let actions: Vec<f32> = rows.flat_map(|y| (0..HEAT_SIDE).flat_map(move |x| at(middle(x), y))).collect();
         let values = networks.q_values(&observation, &actions);
         Ok(AgentView { heat: Heat { side: HEAT_SIDE, values }, choice })
     }
 
-    /// What the model predicts for the next actions of the episode, from its action number
-    /// `action` on: normalised positions of the ball.
+    /// The model's prediction for the next actions of the episode, from action number `action` on, counted
+    /// from 0: normalised positions of the ball.
     ///
     /// # Errors
     /// Why there is no prediction.
     pub fn predict(&self, action: usize) -> Result<Vec<[f32; 2]>, String> {
         let model = self.model.as_ref().ok_or("no model is loaded")?.as_ref().map_err(String::clone)?;
         if !self.episode.trace.tools.is_empty() {
-            return Err("the model knows the task's own tool only".to_owned());
+            return Err("the model supports only the task's own tool".to_owned());
         }
-        let env = self.replay(action).ok_or("the episode cannot be played again")?;
+        let env = self.replay(action).ok_or("the episode cannot be replayed")?;
         let steps = self.episode.trace.steps.iter().skip(action).take(LOOK_AHEAD);
         Ok(model.path(env.snapshot(), steps.map(|step| step.action).collect()))
     }
 
-    /// What really happened in the time for which the model predicts.
+    /// The ball's real path during the actions that [`predict`](Self::predict) covers.
     pub fn truth(&self, action: usize) -> Vec<[f32; 2]> {
         let steps = self.episode.trace.steps.iter().skip(action).take(LOOK_AHEAD);
         steps.flat_map(|step| step.path.iter().copied()).collect()
     }
 
-    /// Whether a tool, the task's own or one of CREATE's catalogue, can be placed somewhere by hand, and what the model
-    /// predicts then, which knows the task's own. None unless the episode is played by hand.
+    /// The task's own tool, or one of CREATE's catalogue, held at a position: whether it can be placed there, and, for
+    /// the task's own tool, the model's prediction. None unless the episode is played by hand.
     pub fn ghost(&self, action: Action, number: Option<usize>) -> Option<Ghost> {
         let snapshot = self.hand.as_ref()?;
         let tool = held_tool(&self.task, number);
@@ -296,14 +296,14 @@ impl Subject {
             && number.is_none()
             && let Some(Ok(model)) = &self.model
         {
-            // After the placement the tool in hand would only overlap itself: the ball goes its way.
+            // Placing the tool again would overlap itself, so the further actions place nothing.
             ghost.predicted = model.path(snapshot, vec![action; LOOK_AHEAD]);
         }
         Some(ghost)
     }
 
-    /// The environment as it was before the episode's action number `action`. None if the
-    /// episode cannot be repeated.
+    /// The environment as it was before action number `action`, counted from 0. None if the episode cannot
+    /// be replayed.
     fn replay(&self, action: usize) -> Option<Environment> {
         let mut env = self.episode.trace.environment(&self.task);
         for step in self.episode.trace.steps.iter().take(action) {
@@ -313,29 +313,29 @@ impl Subject {
     }
 }
 
-/// The number of the episode to ask for the agent of; that of the greedy policy is the newest.
-fn asked_of(episode: &Episode) -> u64 {
+/// The episode number for which to request an agent; `u64::MAX` for an episode of the greedy policy.
+fn number_for_agent(episode: &Episode) -> u64 {
     match episode.trace.episode {
         0 => u64::MAX,
         number => number,
     }
 }
 
-/// The training episode that is being shown, while it goes on.
-fn going_on<'a>(view: &ViewModel, before: Option<&'a Subject>, next: bool) -> Option<&'a Arc<Episode>> {
+/// The training episode shown before, if it may continue.
+fn continued<'a>(view: &ViewModel, before: Option<&'a Subject>, next: bool) -> Option<&'a Arc<Episode>> {
     let run = view.watched.as_ref().map(|watched| watched.run.path.as_path())?;
     let before = before.filter(|before| matches!(before.choice, Choice::Latest) && !next)?;
     Some(&before.episode).filter(|episode| episode.is_of(run) && is_same_scene(&episode.task, &view.task))
 }
 
-/// The task left alone; the same as before if the task is.
+/// The episode without tools; the same value as before if the task has not changed.
 fn untouched(task: &Arc<Task>, before: Option<&Subject>) -> Arc<Episode> {
     let known = before.map(|before| &before.episode);
     let same = known.filter(|known| known.origin == Origin::Untouched && known.task == *task);
     same.cloned().unwrap_or_else(|| Arc::new(Episode::untouched(task)))
 }
 
-/// The episode played by hand; the same as before if nothing was placed since.
+/// The episode played by hand; the same value as before if nothing has been placed since.
 fn by_hand(view: &ViewModel, before: Option<&Subject>) -> Arc<Episode> {
     let known = before.map(|before| &before.episode);
     let same = known.filter(|known| known.origin == Origin::Hand && Arc::ptr_eq(&known.trace, &view.hand.trace));
@@ -345,7 +345,7 @@ fn by_hand(view: &ViewModel, before: Option<&Subject>) -> Arc<Episode> {
     })
 }
 
-/// The session's clusters, if they are of this task, or those of the run on it.
+/// The session's clusters, if they belong to this task, or else the clusters of the run on it.
 fn clusters(view: &ViewModel, task: &Task, of_run: Option<&Watched>) -> Option<Clusters> {
     let stale = view.prior_state != PriorState::Fresh;
     let own = view.prior.clone().filter(|_| is_same_scene(&view.task, task));
@@ -353,13 +353,13 @@ fn clusters(view: &ViewModel, task: &Task, of_run: Option<&Watched>) -> Option<C
     own.or_else(|| Some(Clusters { prior: of_run?.prior.clone()?, stale: false, of_run: true }))
 }
 
-/// The clusters of an episode of the past: those of its checkpoint, or the latest of the run.
+/// The clusters for a past episode: those of its checkpoint, or else the latest of the run.
 fn past_clusters(agent: Option<&Arc<SavedAgent>>, of_run: Option<&Watched>) -> Option<Clusters> {
     let prior = agent.and_then(|agent| agent.prior.clone()).or_else(|| of_run?.prior.clone())?;
     Some(Clusters { prior, stale: false, of_run: true })
 }
 
-/// Whether two tasks differ in nothing but what they are called.
+/// Whether two tasks are equal except for name and description.
 fn is_same_scene(a: &Task, b: &Task) -> bool {
     std::ptr::eq(a, b) || Task { name: b.name.clone(), description: b.description.clone(), ..a.clone() } == *b
 }
@@ -373,7 +373,7 @@ fn other_task(trained: &Task, edited: &Task) -> String {
 }
 
 impl Episode {
-    /// Whether it is of the run in a folder.
+    /// Whether it belongs to the run in a folder.
     pub fn is_of(&self, run: &Path) -> bool {
         matches!(&self.origin, Origin::Run(path) if path == run)
     }
@@ -419,26 +419,26 @@ mod tests {
     }
 
     #[test]
-    fn an_episode_of_another_task_is_shown_with_nothing_of_the_edited_one() {
+    fn an_episode_of_another_task_is_shown_without_parts_of_the_edited_task() {
         let other = task("task4");
         let mut view = typical();
         view.watched = Some(watched("other", &other, false));
         let past = episode("other", &other);
         let mut subject = choose(&view, Choice::Past(past), None);
         assert_eq!(subject.task().name, "task4");
-        assert!(subject.clusters().is_none(), "those of the session are of the edited task");
+        assert!(subject.clusters().is_none(), "the session's clusters belong to the edited task");
         subject.set_model(Ok(model(&view.task)));
         assert!(subject.predict(0).unwrap_err().contains("another task"));
         subject.set_model(Ok(model(&subject.task().clone())));
         assert!(!subject.predict(0).unwrap().is_empty());
         let edited = choose(&view, Choice::Latest, Some(&subject));
         assert_eq!(edited.task().name, "task1");
-        assert!(edited.predict(0).is_err(), "the model did not come along");
+        assert!(edited.predict(0).is_err(), "the model is not carried over");
         assert!(edited.clusters().is_some());
     }
 
     #[test]
-    fn the_past_ends_when_another_run_is_watched() {
+    fn a_past_episode_is_left_when_another_run_is_watched() {
         let mut view = empty();
         let edited = view.task.clone();
         view.watched = Some(watched("a", &edited, false));
@@ -469,7 +469,7 @@ mod tests {
         assert_eq!(subject.note(), Some("the run trains task1 as it was before the edits"));
         let renamed = Task { name: "mine".to_owned(), ..task("task1").as_ref().clone() };
         view.task = Arc::new(renamed);
-        assert!(choose(&view, Choice::Latest, None).is_of_run(), "another name is no other scene");
+        assert!(choose(&view, Choice::Latest, None).is_of_run(), "another name does not make another scene");
     }
 
     #[test]
@@ -485,7 +485,7 @@ mod tests {
     }
 
     #[test]
-    fn the_critic_values_the_actions_from_the_upper_left_on() {
+    fn the_heat_map_starts_at_the_upper_left() {
         let mut view = empty();
         let watched = watched("a", &view.task.clone(), true);
         let networks = watched.live.as_ref().unwrap().networks.clone().unwrap();
@@ -500,7 +500,7 @@ mod tests {
     }
 
     #[test]
-    fn a_prediction_begins_at_its_action_and_is_of_the_tasks_own_tool() {
+    fn a_prediction_starts_at_its_action_and_needs_the_tasks_own_tool() {
         let mut view = empty();
         view.watched = Some(watched("a", &view.task.clone(), false));
         let past = episode("a", &view.task);
@@ -514,18 +514,18 @@ mod tests {
         Arc::make_mut(&mut held.trace).tools = vec![371];
         let mut subject = choose(&view, Choice::Past(Arc::new(held)), None);
         subject.set_model(Ok(model(&view.task)));
-        assert!(subject.predict(0).unwrap_err().contains("own tool only"));
+        assert!(subject.predict(0).unwrap_err().contains("only the task's own tool"));
         let mut by_hand = choose(&view, Choice::Hand, None);
         by_hand.set_model(Ok(model(&view.task)));
         let predicted = |number| by_hand.ghost([0.9, -0.9], number).unwrap().predicted;
         assert!(!predicted(None).is_empty() && predicted(Some(371)).is_empty());
         view.hand.trace = Arc::new(Trace::clone(&past.trace));
         let next = choose(&view, Choice::Hand, Some(&by_hand));
-        assert!(Arc::ptr_eq(&next.episode().trace, &view.hand.trace), "the episode is another");
+        assert!(Arc::ptr_eq(&next.episode().trace, &view.hand.trace), "the episode has changed");
     }
 
     #[test]
-    fn the_threshold_is_said_of_the_past_alone() {
+    fn the_threshold_is_stated_only_for_past_episodes() {
         let mut view = typical();
         let past = episode("task1-ddpg-mge-seed0", &view.task);
         view.watched.as_mut().unwrap().live = Some(Live { episode: past.clone(), networks: None });

@@ -1,36 +1,36 @@
-//! What the workbench costs: processor time and memory of its process, where the system says it.
+//! Processor time and memory of the process, where the system reports them.
 
 use std::time::{Duration, Instant};
 
-/// Time between two looks.
+/// Minimum time between two measurements.
 const LOOK: Duration = Duration::from_secs(2);
-/// Ticks of a second in `/proc`: the same on every architecture that Linux still has.
+/// Clock ticks per second in `/proc`: the same on every architecture that Linux supports.
 const TICKS: f64 = 100.0;
 
-/// What the process takes.
+/// Processor and memory use of the process.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct System {
-    /// Cores that it kept busy since the look before.
+    /// Cores kept busy, on average, since the previous measurement.
     pub cores: Option<f64>,
-    /// Bytes of memory.
+    /// Resident memory in bytes.
     pub memory: Option<u64>,
 }
 
-/// Looks at the process now and then.
+/// Measures the process now and then.
 #[derive(Debug, Default)]
 pub struct Meter {
     known: System,
-    /// When it was looked at, and the processor time then in seconds.
+    /// Time of the previous measurement, and the processor time then, in seconds.
     before: Option<(Instant, Option<f64>)>,
 }
 
 impl Meter {
-    /// What the process takes, as it was at the latest look.
+    /// The latest measurement.
     pub fn known(&self) -> System {
         self.known
     }
 
-    /// Looks if it is time to; true if anything is to be shown anew.
+    /// Measures if it is time to. True if the text to show has changed.
     pub fn look(&mut self) -> bool {
         if self.before.is_some_and(|(at, _)| at.elapsed() < LOOK) {
             return false;
@@ -52,7 +52,7 @@ impl Meter {
 }
 
 impl System {
-    /// In a few words each: processor and memory, as far as they are known.
+    /// Processor and memory as text, as far as they are known.
     pub fn words(&self) -> Vec<String> {
         let cores = self.cores.map(|cores| format!("cpu {} %", 10 * tenths(cores)));
         let memory = self.memory.map(|bytes| format!("{} MB", megabytes(bytes)));
@@ -70,13 +70,13 @@ fn megabytes(bytes: u64) -> u64 {
 
 /// Seconds of processor time of all threads, from `/proc/self/stat`.
 fn processor_time(stat: &str) -> Option<f64> {
-    // The name of the program, in parentheses, may hold anything.
+    // The name of the program, in parentheses, may contain spaces and parentheses.
     let mut fields = stat.rsplit_once(')')?.1.split_whitespace().skip(11);
     let mut ticks = || fields.next()?.parse::<f64>().ok();
     Some((ticks()? + ticks()?) / TICKS)
 }
 
-/// Bytes in memory, from `/proc/self/status`.
+/// Resident memory in bytes, from `/proc/self/status`.
 fn memory(status: &str) -> Option<u64> {
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
     Some(line.split_whitespace().next()?.parse::<u64>().ok()? * 1024)
@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_linux_says_is_read_and_anything_else_is_unknown() {
+    fn the_format_of_linux_is_parsed_and_anything_else_is_unknown() {
         let stat = "12 (a) b) S 1 2 3 4 5 6 7 8 9 10 250 50 0 0 20 0 4 0";
         assert_eq!(processor_time(stat), Some(3.0));
         assert_eq!(memory("VmPeak:\t 9 kB\nVmRSS:\t  2000 kB\n"), Some(2_048_000));
@@ -99,9 +99,9 @@ mod tests {
 
     #[test]
     #[cfg(target_os = "linux")]
-    fn the_process_itself_is_seen() {
+    fn the_process_measures_itself() {
         let mut meter = Meter::default();
-        assert!(meter.look() && !meter.look(), "not twice within a moment");
+        assert!(meter.look() && !meter.look(), "not twice in quick succession");
         assert!(meter.known().memory.unwrap() > 1_000_000 && meter.known().cores.is_none());
     }
 }

@@ -1,4 +1,4 @@
-//! A model of the ball's motion, for the task that it fits.
+//! A model of the ball's motion together with the task it fits.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use crate::guidance::RolloutModel;
 use crate::task::Task;
 use crate::trainer::{PriorSource, rollout_model};
 
-/// A model together with the task it was found to fit: it predicts nothing else.
+/// A model together with the one task it was checked against.
 #[derive(Debug, Clone)]
 pub struct TaskModel {
     pub(super) task: Arc<Task>,
@@ -15,10 +15,10 @@ pub struct TaskModel {
 }
 
 impl TaskModel {
-    /// The model of a source for a task.
+    /// Loads the model of a source for a task.
     ///
     /// # Errors
-    /// When the source predicts nothing, cannot be loaded or does not fit the task.
+    /// When the source has no model, or the model cannot be loaded or does not fit the task.
     pub fn new(source: &PriorSource, task: &Arc<Task>) -> Result<Self, String> {
         let model = rollout_model(source, task).map_err(|error| error.to_string())?;
         let (model, _) = model.ok_or("`uniform` predicts nothing: choose another model")?;

@@ -1,4 +1,4 @@
-//! The session as the screens see it: what there is to see comes out, commands go in.
+//! The session behind the screens: view models out, commands in.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -22,66 +22,66 @@ use crate::trainer::{Phase, PriorSource};
 use crate::tui::widgets::preview::Drawing;
 use crate::workbench::{Command, FigureKind, Notice, RunView, SavedRun, Session, command};
 
-/// What the screens need of a session.
+/// What the screens need from a session.
 pub trait Workspace {
-    /// Everything there is to see.
+    /// The view model.
     fn view(&self) -> &ViewModel;
-    /// Takes in what happened in the background; true if anything did.
+    /// Takes over results of background work. True if the view model has changed.
     fn poll(&mut self) -> bool;
-    /// Carries out a command; what to report.
+    /// Carries out a command and returns a message.
     ///
     /// # Errors
     /// What is wrong, in one line.
     fn apply(&mut self, command: Command) -> Result<String, String>;
-    /// Asks for the next finished training episode.
+    /// Requests the next finished training episode.
     fn request_live(&self);
-    /// The model of the present settings for a task.
+    /// The model of the current settings for a task.
     ///
     /// # Errors
     /// Why there is none, in one line.
     fn model_for(&mut self, task: &Arc<Task>) -> Result<TaskModel, String>;
-    /// An episode of the past of the run in a folder, played again.
+    /// Replays a past episode of the run in a folder.
     ///
     /// # Errors
     /// Why there is none, in one line.
     fn past_episode(&self, run: &Path, episode: u64) -> Result<Arc<Episode>, String>;
-    /// Asks for the curves of runs in these folders, opened or not.
+    /// Requests the curves of the runs in these folders, opened or not.
     fn want_curves(&mut self, runs: Vec<PathBuf>);
-    /// Asks for what the folder of a run holds.
+    /// Requests the contents of a run's folder.
     fn want_details(&mut self, run: &Path);
-    /// Lets groups be compared with those of a label, or no longer; what to report.
+    /// Makes the groups with a label the baseline, or unpins them if they are it already; returns a message.
     fn pin_baseline(&mut self, label: &str) -> String;
-    /// Asks for the agent of the watched run that played an episode, counted from 1, as near as a
-    /// checkpoint has it. The view has it once it is read.
+    /// Requests the agent of the watched run from the checkpoint nearest to an episode, counted from 1. It
+    /// appears in the view model once it has been read.
     fn want_agent(&mut self, episode: u64);
-    /// A figure of what there is now.
+    /// A figure of the current state.
     ///
     /// # Errors
     /// Why there is none, in one line.
     fn figure(&self, kind: FigureKind, composition: &Composition) -> Result<Drawing, String>;
-    /// Looks for what is new in the folder of runs, in the background.
+    /// Looks for new and changed runs in the folder of runs, in the background.
     fn look_for_runs(&mut self);
     /// Adds a line to the log.
     fn log(&mut self, level: Level, text: String);
 }
 
-/// Time after an edit before the clusters are computed anew.
+/// Time after the latest command before outdated clusters are recomputed.
 const SETTLED: Duration = Duration::from_millis(700);
-/// Time between two views of a session in which nothing happens but episodes.
+/// Minimum time between two refreshes for frequent events such as episodes.
 const REFRESH: Duration = Duration::from_millis(200);
-/// Lines of the log that are kept.
+/// Number of log lines kept.
 const LOG: usize = 2000;
 
-/// A session and what there is to see of it.
+/// A session and its view model.
 pub struct SessionWorkspace {
     session: Session,
     view: ViewModel,
     rates: HashMap<PathBuf, Rate>,
     models: Models,
-    /// The latest model that was asked for, by what it depends on.
+    /// The model last requested, with the source and task it depends on.
     model: Option<(PriorSource, Arc<Task>, Result<TaskModel, String>)>,
     index: RunIndex,
-    /// Runs that were in the session before they were found in the folder.
+    /// Runs that were in the session before they were found in the folder; they are listed last.
     begun: HashSet<PathBuf>,
     last: LastEpisode,
     agents: Agents,
@@ -89,13 +89,13 @@ pub struct SessionWorkspace {
     grouper: Grouper,
     details: Details,
     meter: Meter,
-    /// What other processes train was said.
+    /// Runs trained by other processes have been reported.
     others_reported: bool,
     /// When the latest command was carried out.
     touched: Instant,
-    /// When the view was last made anew.
+    /// When the view was last refreshed.
     refreshed: Instant,
-    /// There is something new that the view does not have.
+    /// The view lacks some changes.
     is_stale: bool,
 }
 
@@ -154,7 +154,7 @@ impl SessionWorkspace {
         workspace
     }
 
-    /// Takes the session's state over into the view.
+    /// Updates the view from the session.
     fn refresh(&mut self) {
         (self.refreshed, self.is_stale) = (Instant::now(), false);
         let session = &self.session;
@@ -186,22 +186,21 @@ impl SessionWorkspace {
             Arc::make_mut(&mut view.model_losses).extend(losses);
         }
         view.model_work = work;
-        // Whoever holds a summary too would have its curves copied.
+        // Drop the watched run's summary first: while it shares the curves, extending them would copy them.
         let greedy = self.view.watched.take().and_then(|watched| watched.greedy);
         self.refresh_runs();
         self.refresh_watched(greedy);
     }
 
-    /// Computes clusters anew once an edit has made them out of date and the person has
-    /// stopped to edit for a moment.
+    /// Recomputes clusters that an edit has made out of date, after a moment without commands.
     fn renew_clusters(&mut self) {
         if self.touched.elapsed() > SETTLED && self.session.clusters_are_outdated() {
-            // The result is in the log, and on the screen.
+            // The result appears in the log and on screen.
             let _ = self.apply(command::Clusters(None).into());
         }
     }
 
-    /// The runs of the session, after those that are only on disk.
+    /// Updates the list of runs from the folder and the session.
     fn refresh_runs(&mut self) {
         let old = std::mem::take(&mut self.view.runs).into_iter().filter(|run| run.opened);
         let mut old: HashMap<PathBuf, Arc<RunSummary>> = old.map(|run| (run.path.clone(), run)).collect();
@@ -216,7 +215,7 @@ impl SessionWorkspace {
             }
             let on_disk = self.index.runs().iter().find(|known| run.is_unread() && known.path == path);
             if let Some(known) = on_disk {
-                // Until its log is read, what is known of it without.
+                // Until its log is read, use the summary from the index.
                 return (path.to_owned(), Arc::new(RunSummary { opened: true, ..RunSummary::clone(known) }));
             }
             let known = old.remove(path).map(|run| run.curves.clone()).unwrap_or_default();
@@ -226,7 +225,7 @@ impl SessionWorkspace {
             (path.to_owned(), Arc::new(RunSummary { tags, note, ..summary }))
         });
         let opened: HashMap<PathBuf, Arc<RunSummary>> = opened.collect();
-        // A run keeps its place in the list whatever is done with it.
+        // A run keeps its place in the list.
         let is_on_disk = |path: &Path| self.index.runs().iter().any(|run| run.path == path);
         self.begun.extend(opened.keys().filter(|path| !is_on_disk(path)).cloned());
         let on_disk = self.index.runs().iter().filter(|run| !self.begun.contains(&run.path));
@@ -250,7 +249,7 @@ impl SessionWorkspace {
         self.view.system = self.meter.known();
     }
 
-    /// The watched run. Its `known` greedy episode stays the same value as long as it is shown.
+    /// Updates the watched run. The `known` greedy episode is reused if it is still the same.
     fn refresh_watched(&mut self, known: Option<Arc<Episode>>) {
         let watched = self.session.run().and_then(|run| {
             let path = run.directory().path();
@@ -260,7 +259,7 @@ impl SessionWorkspace {
                 episode: Arc::new(episode_of(path, &task, live.trace.clone())),
                 networks: Some(live.ddpg.clone()),
             });
-            // What a training that is over has last shown need not be its last episode.
+            // The live episode of a training that has ended need not be its last one.
             let last = self.last.of(run).map(|episode| Live { episode, networks: None });
             let live = if run.is_active() { live } else { last.or(live) };
             let greedy = run.greedy().map(|trace| match known.filter(|known| Arc::ptr_eq(&known.trace, trace)) {
@@ -273,7 +272,7 @@ impl SessionWorkspace {
         self.view.watched = watched;
     }
 
-    /// Says once which runs other processes are training.
+    /// Reports, once, which runs other processes are training.
     fn report_others(&mut self) {
         if self.others_reported || self.index.unread() > 0 {
             return;
@@ -285,11 +284,12 @@ impl SessionWorkspace {
         };
         let names: Vec<&str> = self.index.runs().iter().filter(is_elsewhere).map(|run| &*run.name).collect();
         if !names.is_empty() {
-            let text = format!("trained by other processes: {}; the Runs screen (5) steers them", names.join(", "));
+            let text = format!("trained by other processes: {}; the Runs screen (5) controls them", names.join(", "));
             self.log(Level::Good, text);
         }
     }
 
+    /// Logs a notice of the session.
     fn note(&mut self, notice: &Notice) {
         match notice {
             Notice::Finished { command, outcome } => self.note_outcome(command, outcome),
@@ -307,7 +307,7 @@ impl SessionWorkspace {
         }
     }
 
-    /// Notes how a computation ended.
+    /// Logs the outcome of a background command and updates the view for it.
     fn note_outcome(&mut self, command: &Command, outcome: &Result<String, String>) {
         match command {
             Command::Clusters(_) => self.view.prior_failure = outcome.as_ref().err().cloned(),
@@ -324,7 +324,7 @@ impl SessionWorkspace {
         }
         let training = self.session.run().is_some_and(RunView::is_active);
         let (level, text) = match (command, outcome) {
-            // The screen shows it.
+            // Visible on screen.
             (Command::Open(_) | Command::Continue(_), Ok(_)) => return,
             (Command::Clusters(_), Ok(report)) if training => {
                 (Level::Good, format!("{report}; `guide` gives them to the running training"))
@@ -361,10 +361,10 @@ impl Workspace for SessionWorkspace {
         if news {
             self.report_others();
         }
-        // While nothing is trained it is of no interest, and would keep an idle screen busy.
+        // Measured only while training: redrawing would keep an idle screen busy.
         let is_training = self.session.runs().iter().any(|run| run.is_active() || run.is_queued());
         let news = news | (is_training && self.meter.look());
-        // Episodes come faster than they can be looked at.
+        // Frequent notices wait for the next refresh.
         let is_urgent = news || notices.iter().any(|notice| !is_frequent(notice));
         self.is_stale |= preparing || !notices.is_empty() || building != self.session.prior_state();
         let changed = is_urgent || (self.is_stale && self.refreshed.elapsed() >= REFRESH);
@@ -408,7 +408,7 @@ impl Workspace for SessionWorkspace {
     }
 
     fn past_episode(&self, run: &Path, episode: u64) -> Result<Arc<Episode>, String> {
-        let summary = self.view.run(run).ok_or("the run is gone")?;
+        let summary = self.view.run(run).ok_or("the run no longer exists")?;
         let saved = SavedRun::open(run, summary.config.clone()).map_err(|error| error.to_string())?;
         let trace = saved.past_episode(episode).map_err(|error| error.to_string())?;
         Ok(Arc::new(episode_of(run, summary.config.task_of(episode), Arc::new(trace))))
@@ -455,8 +455,8 @@ impl Workspace for SessionWorkspace {
     }
 }
 
-/// The episode played by hand, on `task` itself if that is the same; an episode that was `known`
-/// stays the same.
+/// The episode played by hand. It shares `task` if the tasks are equal, and the trace of `known` if that is
+/// unchanged.
 fn hand_episode(session: &Session, task: &Arc<Task>, known: Option<&HandEpisode>) -> HandEpisode {
     let hand = session.hand_play();
     let known = known.filter(|known| *known.trace == *hand.trace() && *known.task == **hand.task());
@@ -467,7 +467,7 @@ fn hand_episode(session: &Session, task: &Arc<Task>, known: Option<&HandEpisode>
     }
 }
 
-/// Whether something happens many times a second while a run is trained or something is computed.
+/// Whether a notice arrives many times a second during trainings and computations.
 fn is_frequent(notice: &Notice) -> bool {
     matches!(notice, Notice::Progress { .. } | Notice::Changed | Notice::Run { event: Event::EpisodeFinished(_), .. })
 }

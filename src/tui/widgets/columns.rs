@@ -1,13 +1,13 @@
-//! Text measured in the columns it takes on screen: a wide character takes two.
+//! Text measured in screen columns: a wide character takes two.
 
 use unicode_width::{UnicodeWidthChar, UnicodeWidthStr};
 
-/// Columns of a text.
+/// Width of a text in columns.
 pub fn width(text: &str) -> usize {
     text.width()
 }
 
-/// As much of a text, from its beginning, as fits into `columns`, and the rest.
+/// Splits a text after the longest prefix that fits into `columns`.
 pub fn split(text: &str, columns: usize) -> (&str, &str) {
     let mut taken = 0;
     let too_far = |(_, character): &(usize, char)| {
@@ -17,7 +17,7 @@ pub fn split(text: &str, columns: usize) -> (&str, &str) {
     text.split_at(text.char_indices().find(too_far).map_or(text.len(), |(at, _)| at))
 }
 
-/// As much of a text, up to its end, as fits into `columns`.
+/// The longest suffix of a text that fits into `columns`.
 pub fn end(text: &str, columns: usize) -> &str {
     let mut taken = 0;
     let fits = |(_, character): &(usize, char)| {
@@ -27,12 +27,12 @@ pub fn end(text: &str, columns: usize) -> &str {
     text.char_indices().rev().take_while(fits).last().map_or("", |(at, _)| &text[at..])
 }
 
-/// A text with spaces after it, up to `columns`.
+/// A text padded with spaces to `columns`.
 pub fn padded(text: &str, columns: usize) -> String {
     format!("{text}{}", " ".repeat(columns.saturating_sub(width(text))))
 }
 
-/// As many of the parts, the first ones, as fit into `columns`.
+/// As many of the first parts as fit into `columns`, joined; empty parts are skipped.
 pub fn fitting(parts: &[String], columns: usize) -> String {
     let mut text = String::new();
     for part in parts.iter().filter(|part| !part.is_empty()) {
@@ -45,8 +45,7 @@ pub fn fitting(parts: &[String], columns: usize) -> String {
     text
 }
 
-/// A text that fits into `columns`; what is left out at its end, or at its beginning if
-/// the end matters more, is marked.
+/// Shortens a text to `columns` at its end, or at its beginning with `keep_end`; `..` marks the omission.
 pub fn shortened(text: &str, columns: usize, keep_end: bool) -> String {
     if width(text) <= columns {
         return text.to_owned();
@@ -70,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn titles_lose_whole_parts_and_names_say_what_is_missing() {
+    fn titles_lose_whole_parts_and_names_mark_what_is_missing() {
         let parts = ["training", "", "a run", "12.5/s"].map(str::to_owned);
         assert_eq!(fitting(&parts, 30), "training · a run · 12.5/s");
         assert_eq!(fitting(&parts, 24), "training · a run");

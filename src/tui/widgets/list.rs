@@ -1,4 +1,4 @@
-//! Rows of which one is selected.
+//! A list of rows with a selection.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Rect};
@@ -7,8 +7,8 @@ use ratatui::widgets::{Row, StatefulWidget, Table, TableState};
 
 use super::theme::Theme;
 
-/// Draws as many of `count` rows as there is room for, the selected one among them. Only these are
-/// made. Where each of them is, and its index.
+/// Draws as many of `count` rows as fit, including the selected one; only these are built with `row`. Returns
+/// the area and index of each.
 pub fn draw<'a>(
     count: usize,
     selected: Option<usize>,

@@ -1,4 +1,4 @@
-//! Parts of pictures that know nothing of the workbench: colours, dots, text, popups.
+//! General drawing components: colours, dots, text, popups.
 
 pub mod columns;
 pub mod list;

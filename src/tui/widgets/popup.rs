@@ -1,4 +1,4 @@
-//! The frame of a layer.
+//! Frames and wrapped text of popups.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -7,8 +7,8 @@ use ratatui::widgets::{Block, BorderType, Clear, Widget};
 use crate::tui::widgets::columns;
 use crate::tui::widgets::theme::{Marker, Theme};
 
-/// Clears and frames a box of the wanted inner size in the middle of `area`, as far as
-/// there is room, and returns its inside.
+/// Clears and frames a box of the wanted inner size in the middle of `area`, limited to `area`, and
+/// returns its inside.
 pub fn frame(title: &str, wanted: (u16, u16), area: Rect, theme: &Theme, buffer: &mut Buffer) -> Rect {
     let width = (wanted.0 + 4).min(area.width);
     let height = (wanted.1 + 2).min(area.height);
@@ -20,7 +20,7 @@ pub fn frame(title: &str, wanted: (u16, u16), area: Rect, theme: &Theme, buffer:
     Rect { x: inside.x + 1, width: inside.width.saturating_sub(2), ..inside }
 }
 
-/// A frame the terminal can show.
+/// A block with a border that the terminal can show.
 pub fn block(theme: &Theme) -> Block<'static> {
     if theme.marker == Marker::Ascii {
         Block::bordered().border_set(ratatui::symbols::border::Set {
@@ -38,8 +38,8 @@ pub fn block(theme: &Theme) -> Block<'static> {
     }
 }
 
-/// A text in lines of at most `width` columns, broken at spaces; only a word that is
-/// longer than a line is broken itself.
+/// Wraps a text at spaces into lines of at most `width` columns; only words longer than a line are
+/// broken.
 pub fn wrap(text: &str, width: usize) -> Vec<String> {
     let mut lines = Vec::new();
     for paragraph in text.lines() {
@@ -58,7 +58,7 @@ pub fn wrap(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// A word in pieces of at most `width` columns, each at least one character.
+/// Splits a word into pieces of at most `width` columns and at least one character.
 fn pieces(word: &str, width: usize) -> impl Iterator<Item = &str> {
     let mut rest = Some(word);
     std::iter::from_fn(move || {
@@ -75,7 +75,7 @@ mod tests {
     use super::wrap;
 
     #[test]
-    fn text_is_broken_at_spaces_and_at_its_own_lines() {
+    fn text_is_broken_at_spaces_and_line_ends() {
         assert_eq!(wrap("one two three\n\nfour", 8), ["one two", "three", "", "four"]);
         assert_eq!(wrap("a linear:0.8:0.05", 10), ["a", "linear:0.8", ":0.05"]);
         assert_eq!(wrap("日本語 日本", 5), ["日本", "語", "日本"]);

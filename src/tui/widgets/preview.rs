@@ -1,5 +1,5 @@
-//! The figure that is shown on the Figures screen: drawn in the size it is shown in, and
-//! encoded for the terminal, on a thread of its own.
+//! The preview on the Figures screen: a figure drawn at display size and encoded for the terminal, in
+//! the background.
 
 use std::time::{Duration, Instant};
 
@@ -19,62 +19,62 @@ use crate::tui::terminal::{Graphics, Protocol};
 use crate::tui::widgets::theme::{Depth, Marker, Theme};
 use crate::workbench::Job;
 
-/// A figure that is yet to be drawn, on another thread.
+/// A closure that computes a figure on another thread.
 pub type Drawing = Box<dyn FnOnce() -> Result<Box<dyn Figure + Send>, String> + Send>;
 
-/// Which picture is wanted.
+/// The picture to show.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wanted {
     /// The kind of figure.
     pub kind: &'static str,
-    /// What is said of it.
+    /// Options of the figure.
     pub options: Vec<(&'static str, String)>,
-    /// Another number for other contents.
+    /// A number that changes with the contents.
     pub stamp: u64,
-    /// Columns and rows there are.
+    /// Available columns and rows.
     pub room: [u16; 2],
     /// Without colours.
     pub grey: bool,
 }
 
-/// The picture of a figure, and the one being made.
+/// The picture of a figure, and the next one being drawn.
 #[derive(Default)]
 pub struct Preview {
-    /// What the terminal can show.
+    /// How the terminal shows pictures.
     graphics: Graphics,
     shown: Option<(Wanted, Result<Encoded, String>)>,
     job: Option<(Wanted, Job<Encoded>)>,
     begun: Option<Instant>,
-    /// How long the latest picture took.
+    /// How long the latest picture took to draw.
     took: Duration,
 }
 
-/// Time between two pictures of a figure whose contents change, at least.
+/// Minimum time between two pictures of a figure whose contents change.
 const PAUSE: Duration = Duration::from_secs(2);
-/// The same as a multiple of the time that a picture takes: it must not keep trainings from their work.
-const PAUSES: u32 = 40;
-/// Pixels a cell of half blocks, before they are averaged.
+/// The same as a multiple of the time a picture takes to draw, so that trainings are not slowed down.
+const PAUSE_FACTOR: u32 = 40;
+/// Pixels per half-block cell, before averaging.
 const FINE: [u16; 2] = [6, 12];
 
 impl Preview {
-    /// What the terminal can show.
+    /// Sets how the terminal shows pictures and drops the current one.
     pub fn set_graphics(&mut self, graphics: Graphics) {
         *self = Self { graphics, ..Self::default() };
     }
 
-    /// What the terminal is thought to show.
+    /// How the terminal shows pictures, as far as known.
     pub fn graphics(&self) -> Graphics {
         self.graphics
     }
 
-    /// Takes in a picture that is finished, and begins the one that is wanted if it is
-    /// another; true if there is something new to see.
+    /// Takes over a finished picture, and starts drawing the wanted one if it is a different one. True if
+    /// there is something new to show.
     pub fn update(&mut self, wanted: &Wanted, figure: impl FnOnce() -> Result<Drawing, String>) -> bool {
         let news = self.collect();
         let known = self.shown.as_ref().map(|(wanted, _)| wanted).into_iter().chain(self.job.as_ref().map(|(w, _)| w));
         let what = |wanted: &Wanted| (wanted.kind, wanted.options.clone(), wanted.room, wanted.grey);
         let mut same_kind = known.filter(|known| what(known) == what(wanted));
-        let recently = self.begun.is_some_and(|begun| begun.elapsed() < PAUSE.max(self.took * PAUSES));
+        let recently = self.begun.is_some_and(|begun| begun.elapsed() < PAUSE.max(self.took * PAUSE_FACTOR));
         if same_kind.any(|known| known == wanted || recently) {
             return news;
         }
@@ -103,18 +103,21 @@ impl Preview {
         true
     }
 
-    /// Whether a picture is being made.
+    /// Whether a picture is being drawn.
     pub fn is_drawing(&self) -> bool {
         self.job.is_some()
     }
 
-    /// Forgets the picture: a terminal that was left has forgotten it, too.
+    /// Drops the picture, because a terminal that was left no longer has it.
     pub fn forget(&mut self) {
         *self = Self { graphics: self.graphics, ..Self::default() };
     }
 
-    /// Draws the picture of a kind in the middle of `area`; what to say if there is none.
-    /// Under a layer (`covered`) only what layers can cover is drawn.
+    /// Draws the picture of a kind of figure in the middle of `area`. Sixel pictures, which would show
+    /// through layers, are not drawn while `covered` by one.
+    ///
+    /// # Errors
+    /// The text to show if there is no picture.
     pub fn draw(
         &self,
         kind: &str,
@@ -146,7 +149,7 @@ impl Preview {
     }
 }
 
-/// The figure in its own proportions, as large as there is room.
+/// Draws the figure as large as fits, keeping its proportions.
 fn picture(figure: &dyn Figure, graphics: Graphics, room: [u16; 2], grey: bool) -> Result<Encoded, String> {
     let cell = if graphics.protocol == Protocol::HalfBlock { FINE } else { graphics.cell };
     let pixels: [f64; 2] = std::array::from_fn(|axis| f64::from(room[axis]) * f64::from(cell[axis]));
@@ -157,7 +160,7 @@ fn picture(figure: &dyn Figure, graphics: Graphics, room: [u16; 2], grey: bool) 
     });
     let [width, height] = [0, 1].map(|axis| u32::from(cells[axis]) * u32::from(cell[axis]));
     let bytes = figure.to_rgb(width, height).map_err(|error| error.to_string())?;
-    let image = RgbImage::from_raw(width, height, bytes).ok_or("the picture has another size")?;
+    let image = RgbImage::from_raw(width, height, bytes).ok_or("the picture has the wrong size")?;
     let (image, size) = (DynamicImage::from(image), Size::new(cells[0], cells[1]));
     let image = if grey { DynamicImage::from(image.grayscale().to_rgb8()) } else { image };
     let failed = |error: ratatui_image::errors::Errors| error.to_string();
@@ -165,14 +168,14 @@ fn picture(figure: &dyn Figure, graphics: Graphics, room: [u16; 2], grey: bool) 
         Protocol::HalfBlock => Encoded::Halfblocks(Halfblocks::new(image, size).map_err(failed)?),
         Protocol::Sixel => Encoded::Sixel(Sixel::new(image, size, false).map_err(failed)?),
         Protocol::Kitty => {
-            // Any number that differs from those of earlier pictures.
+            // Any number that differs from earlier ones.
             let id = std::time::UNIX_EPOCH.elapsed().map_or(1, |now| now.subsec_nanos() | 1);
             Encoded::Kitty(Kitty::new(image, size, id, false, false).map_err(failed)?)
         }
     })
 }
 
-/// Gives half blocks colours, or characters, that the terminal can show.
+/// Converts half blocks to colours or characters that the terminal can show.
 fn fit_colours(area: Rect, theme: &Theme, buffer: &mut Buffer) {
     let plain = theme.depth == Depth::None || theme.marker == Marker::Ascii;
     for position in area.positions() {
@@ -227,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn each_protocol_puts_its_own_sequences_into_the_picture() {
+    fn each_protocol_uses_its_own_sequences() {
         let text = |protocol, covered| {
             let buffer = drawn(&shown(protocol), covered, &theme(Depth::True));
             buffer.content.iter().map(|cell| cell.symbol()).collect::<String>()
@@ -239,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn half_blocks_have_the_terminals_colours() {
+    fn half_blocks_use_colours_of_the_terminal() {
         let preview = shown(Protocol::HalfBlock);
         let buffer = drawn(&preview, false, &theme(Depth::Ansi256));
         assert!(buffer.content.iter().all(|cell| !matches!(cell.bg, Color::Rgb(..))));
@@ -249,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn why_there_is_no_picture_is_said() {
+    fn the_reason_for_a_missing_picture_is_shown() {
         let mut preview = Preview::default();
         let wanted = Wanted { kind: "clusters", options: Vec::new(), stamp: 0, room: [40, 20], grey: false };
         assert!(preview.update(&wanted, || Err("no clusters".into())));

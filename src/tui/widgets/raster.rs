@@ -1,4 +1,4 @@
-//! Dots over terminal cells: what scene, curves and schedules are drawn with.
+//! A raster of dots over terminal cells, used to draw scenes, curves and schedules.
 
 use ratatui::buffer::{Buffer, Cell};
 use ratatui::layout::Rect;
@@ -6,27 +6,27 @@ use ratatui::style::Color;
 
 use crate::tui::widgets::theme::Marker;
 
-/// Dots over an area of cells. Later dots win the colour of their cell.
+/// Dots over an area of cells. The latest dot determines the colour of its cell.
 pub struct Raster<'a> {
     marker: Marker,
     area: Rect,
     buffer: &'a mut Buffer,
     /// Dots across and down.
     dots: [usize; 2],
-    /// The dots of every cell since the latest layer, row by row.
+    /// The dots painted in each cell since the latest layer, row by row.
     cells: Vec<Dots>,
 }
 
 /// The dots of a cell.
 #[derive(Debug, Clone, Copy, Default)]
 struct Dots {
-    /// A bit for each that is set: of braille those of its block in Unicode, otherwise from the top.
+    /// A bit for each dot that is set: for braille as in its Unicode block, otherwise from the top.
     set: u8,
-    /// The colour of the latest one; of half blocks that of each.
+    /// The colour of the latest dot; for half blocks the colour of each half.
     colours: [Color; 2],
 }
 
-/// A point in dots, from the upper left corner of the area.
+/// A point in units of dots, from the upper left corner of the area.
 pub type Dot = [f32; 2];
 
 /// Paints dots over `area`; cells without a dot stay as they are.
@@ -49,7 +49,7 @@ impl Raster<'_> {
         self.dots.map(|dots| dots as f32)
     }
 
-    /// What is painted from now on has its cells for itself: dots before are gone from them.
+    /// Begins a layer: dots painted from now on replace earlier dots in their cells.
     pub fn layer(&mut self) {
         for (dots, position) in self.cells.iter_mut().zip(self.area.positions()) {
             if dots.set > 0 {
@@ -59,7 +59,7 @@ impl Raster<'_> {
         }
     }
 
-    /// The numbers of the dot that contains `at`. None if it is outside of the area, or nowhere.
+    /// The indices of the dot that contains `at`. None if it is outside the area or not finite.
     fn place(&self, at: Dot) -> Option<[usize; 2]> {
         let size = self.size();
         let is_inside = (0..2).all(|axis| (0.0..size[axis]).contains(&at[axis]));
@@ -73,7 +73,7 @@ impl Raster<'_> {
         }
     }
 
-    /// Sets the dots that contain these points; outside of the area nothing happens.
+    /// Sets the dots that contain these points; points outside the area are ignored.
     pub fn points(&mut self, points: impl IntoIterator<Item = Dot>, colour: Color) {
         for point in points {
             if let Some(place) = self.place(point) {
@@ -100,14 +100,14 @@ impl Raster<'_> {
         }
     }
 
-    /// The rows of dots between two heights that are in the area.
+    /// The rows of dots between two heights, clipped to the area.
     fn rows(&self, top: f32, bottom: f32) -> std::ops::Range<usize> {
-        // A height that is no number is that of no row.
+        // If `bottom` is NaN, the range is empty.
         let end = (bottom.ceil().max(0.0) as usize).min(self.dots[1]);
         (top.floor().max(0.0) as usize).min(end)..end
     }
 
-    /// The inside of a convex or concave polygon, by scan lines, and its outline.
+    /// A filled convex or concave polygon, drawn by scan lines, with its outline.
     pub fn fill(&mut self, corners: &[Dot], colour: Color) {
         let heights = || corners.iter().map(|corner| corner[1]);
         let mut crossings: Vec<f32> = Vec::with_capacity(4);
@@ -128,16 +128,16 @@ impl Raster<'_> {
         self.outline(corners, colour);
     }
 
-    /// The dots of a row whose middles lie between two places.
+    /// The dots of a row whose centres lie between two x values.
     fn span(&mut self, from: f32, to: f32, y: usize, colour: Color) {
-        // What is no number is the left edge.
+        // NaN becomes the left edge.
         let [first, end] = [from.round(), to.round()].map(|x| (x.max(0.0) as usize).min(self.dots[0]));
         (first..end).for_each(|x| self.set([x, y], colour));
     }
 
     /// The outline of an axis-aligned ellipse.
     pub fn ellipse(&mut self, centre: Dot, radii: [f32; 2], colour: Color) {
-        // So many corners that no line is a twentieth of a dot away from the curve.
+        // Enough corners to keep each line within a twentieth of a dot of the curve.
         let corners = (10.0 * radii[0].max(radii[1]).sqrt()).clamp(12.0, 400.0) as usize;
         let corners: Vec<Dot> = around(centre, radii, corners).collect();
         self.outline(&corners, colour);
@@ -150,7 +150,7 @@ impl Raster<'_> {
         self.points(dots.map(|(_, dot)| dot), colour);
     }
 
-    /// An axis-aligned ellipse, filled; at least one dot.
+    /// A filled axis-aligned ellipse of at least one dot.
     pub fn disc(&mut self, centre: Dot, radii: [f32; 2], colour: Color) {
         if !radii.iter().chain(&centre).all(|value| value.is_finite()) {
             return;
@@ -196,14 +196,14 @@ impl Dots {
     }
 }
 
-/// The dots at the ends of the part of a line that is within so many dots. None if there is no such part.
+/// Clips a line to a raster of `dots`: the dots at the ends of its visible part. None if nothing is visible.
 fn clipped(from: Dot, to: Dot, dots: [usize; 2]) -> Option<[[usize; 2]; 2]> {
-    // The middles of the dots.
+    // Move the ends to the centres of their dots.
     let [from, to] = [from, to].map(|end| end.map(|value| f64::from(value.floor()) + 0.5));
     if ![from, to].as_flattened().iter().all(|value| value.is_finite()) {
         return None;
     }
-    // The part between these shares of the way.
+    // The visible part lies between these fractions of the line.
     let (mut begin, mut end) = (0.0f64, 1.0f64);
     for axis in 0..2 {
         let way = to[axis] - from[axis];
@@ -229,7 +229,7 @@ fn clipped(from: Dot, to: Dot, dots: [usize; 2]) -> Option<[[usize; 2]; 2]> {
     Some([at(begin), at(end)])
 }
 
-/// Visits the dots on a straight line: one in every column, or in every row of a steep line.
+/// Visits the dots on a straight line: one per column, or one per row of a steep line.
 fn along(from: [usize; 2], to: [usize; 2], mut visit: impl FnMut([usize; 2])) {
     let [dx, dy] = [0, 1].map(|axis| from[axis].abs_diff(to[axis]) as isize);
     let long = usize::from(dy >= dx);
@@ -250,7 +250,7 @@ fn along(from: [usize; 2], to: [usize; 2], mut visit: impl FnMut([usize; 2])) {
     }
 }
 
-/// Points on an axis-aligned ellipse, evenly spread.
+/// Points on an axis-aligned ellipse at equal angles.
 fn around(centre: Dot, radii: [f32; 2], steps: usize) -> impl Iterator<Item = Dot> {
     (0..steps).map(move |step| {
         let (sin, cos) = (step as f32 / steps as f32 * std::f32::consts::TAU).sin_cos();
@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_is_not_drawn() {
+    fn values_that_are_not_finite_are_not_drawn() {
         let lines = drawn(Marker::Braille, |raster| {
             raster.line([f32::NAN, 0.0], [3.0, 3.0], Color::Red);
             raster.points([[f32::INFINITY, 0.0]], Color::Red);
@@ -315,9 +315,8 @@ mod tests {
         assert_eq!(lines, ["    ", "    "]);
     }
 
-    /// ratatui's canvas is what the lines have always been drawn with.
     #[test]
-    fn lines_are_those_of_ratatuis_canvas() {
+    fn lines_equal_those_of_ratatuis_canvas() {
         use ratatui::symbols;
         use ratatui::widgets::Widget;
         use ratatui::widgets::canvas::{Canvas, Line};

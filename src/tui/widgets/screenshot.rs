@@ -1,4 +1,4 @@
-//! A screen as a picture: the cells of a ratatui buffer, drawn as the figures are.
+//! Screenshots: the cells of a ratatui buffer as SVG, drawn with the canvas of the figures.
 
 use ratatui::buffer::{Buffer, Cell};
 use ratatui::style::{Color, Modifier};
@@ -7,15 +7,15 @@ use crate::figures::{self, Canvas, Family, Pen, Rect, Type};
 
 /// Width and height of a cell in points: whole pixels at 144 dots per inch.
 const CELL: [f64; 2] = [6.0, 11.5];
-/// Size of type whose characters are as wide as a cell: DejaVu Sans Mono is 0.602 em wide.
+/// Type size at which characters are as wide as a cell: DejaVu Sans Mono is 0.602 em wide.
 const SIZE: f64 = CELL[0] / 0.602_050_78;
-/// Where the middle of small letters lies, from the top of a cell, so that lines of neighbouring
+/// Distance of the middle of small letters from the top of a cell, chosen so that lines of neighbouring
 /// rows join.
 const MIDDLE: f64 = 0.588 * CELL[1];
-/// What the terminal's own colours are in the picture: text and background.
+/// Default text and background colours of the picture.
 const OWN: [Color; 2] = [Color::Rgb(0xc8, 0xcc, 0xd8), Color::Rgb(0x16, 0x18, 0x21)];
 
-/// The screen as SVG; `head` is put behind the opening tag.
+/// The screen as SVG; `head` is inserted after the opening tag.
 pub fn svg(screen: &Buffer, head: &str) -> String {
     let size = [f64::from(screen.area.width) * CELL[0], f64::from(screen.area.height) * CELL[1]];
     figures::svg(size, 1.0, head, |canvas| {
@@ -28,7 +28,7 @@ pub fn svg(screen: &Buffer, head: &str) -> String {
     })
 }
 
-/// Backgrounds first: a character may reach into the next cell.
+/// Draws a row, backgrounds first, because a character may extend into the next cell.
 fn draw_row(canvas: &Canvas<'_>, row: &[&Cell], top: f64) {
     let colours: Vec<[Color; 2]> = row.iter().map(|cell| colours(cell)).collect();
     for run in runs(row.len(), |n| colours[n][1]) {
@@ -59,7 +59,7 @@ fn draw_row(canvas: &Canvas<'_>, row: &[&Cell], top: f64) {
     }
 }
 
-/// Ranges of equal neighbours.
+/// Ranges of consecutive indices with equal values.
 fn runs<T: PartialEq>(count: usize, of: impl Fn(usize) -> T) -> Vec<std::ops::Range<usize>> {
     let mut runs: Vec<std::ops::Range<usize>> = Vec::new();
     for n in 0..count {
@@ -71,18 +71,18 @@ fn runs<T: PartialEq>(count: usize, of: impl Fn(usize) -> T) -> Vec<std::ops::Ra
     runs
 }
 
-/// The area of cells of a row, between these shares of its height.
+/// The area of consecutive cells of a row, between two fractions of its height.
 fn cells(run: std::ops::Range<usize>, top: f64, [from, to]: [f64; 2]) -> Rect {
     let x = |n: usize| n as f64 * CELL[0];
     Rect::new(x(run.start), top + from * CELL[1], x(run.end), top + to * CELL[1])
 }
 
-/// Whether a symbol is written; blanks, blocks and braille are drawn.
+/// Whether a symbol is drawn as text; blanks, blocks and braille are not.
 fn is_text(symbol: &str) -> bool {
     !matches!(symbol.chars().next(), None | Some(' ' | '▀' | '▄' | '█' | '░' | '\u{2800}'..='\u{28ff}'))
 }
 
-/// Blocks and braille, which the typeface lacks or leaves seams between.
+/// Draws blocks and braille as shapes, because the typeface lacks them or leaves gaps between them.
 fn draw_block(canvas: &Canvas<'_>, symbol: &str, n: usize, top: f64, ink: figures::Color) {
     let part = |from: f64, to: f64| cells(n..n + 1, top, [from, to]).corners();
     match symbol.chars().next() {
@@ -91,7 +91,7 @@ fn draw_block(canvas: &Canvas<'_>, symbol: &str, n: usize, top: f64, ink: figure
         Some('█') => canvas.fill(&part(0.0, 1.0), ink),
         Some('░') => canvas.fill(&part(0.0, 1.0), figures::Color { 3: 0.25, ..ink }),
         Some(braille @ '\u{2801}'..='\u{28ff}') => {
-            // Bit by bit: three rows of the left column, three of the right, then the lowest row.
+            // By bit: three rows of the left column, three of the right, then the lowest row.
             const DOTS: [[f64; 2]; 8] =
                 [[0.0, 0.0], [0.0, 1.0], [0.0, 2.0], [1.0, 0.0], [1.0, 1.0], [1.0, 2.0], [0.0, 3.0], [1.0, 3.0]];
             let area = cells(n..n + 1, top, [0.0, 1.0]);
@@ -112,8 +112,8 @@ fn colours(cell: &Cell) -> [Color; 2] {
     if cell.modifier.contains(Modifier::REVERSED) { [colours[1], colours[0]] } else { colours }
 }
 
-/// A colour on paper; those that terminals choose themselves, which a [`Still`](crate::tui::Still)
-/// never shows, become `other`.
+/// Converts a colour. A named or indexed colour, which a [`Still`](crate::tui::Still) never shows, becomes
+/// `other`.
 fn colour(colour: Color, other: Color) -> figures::Color {
     match (colour, other) {
         (Color::Rgb(r, g, b), _) | (_, Color::Rgb(r, g, b)) => figures::Color { 0: r, 1: g, 2: b, 3: 1.0 },
@@ -128,7 +128,7 @@ mod tests {
 
     use super::*;
 
-    /// Pixels of a picture, four a cell across and eight down, by cell and place in it.
+    /// The colour of a picture at a cell and a fractional position in it.
     fn drawn(paint: impl Fn(&mut Buffer)) -> impl Fn(u16, f64, f64) -> [u8; 3] {
         let mut buffer = Buffer::empty(Rect::new(0, 0, 3, 1));
         paint(&mut buffer);
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cell_has_its_background_also_reversed() {
+    fn backgrounds_are_drawn_for_reversed_cells_too() {
         let pixel = drawn(|buffer| {
             buffer.set_string(0, 0, " ", Style::new().bg(RED));
             buffer.set_string(1, 0, " ", Style::new().fg(RED).add_modifier(Modifier::REVERSED));

@@ -12,18 +12,18 @@ pub struct TextInput {
 }
 
 impl TextInput {
-    /// A line that starts as `text`, with the cursor at its end.
+    /// A line with an initial text and the cursor at its end.
     pub fn new(text: impl Into<String>) -> Self {
         let text = text.into();
         Self { cursor: text.len(), text }
     }
 
-    /// What stands there.
+    /// The text.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// Columns before the cursor.
+    /// Number of columns before the cursor.
     pub fn cursor_column(&self) -> u16 {
         self.text[..self.cursor].width() as u16
     }
@@ -37,7 +37,7 @@ impl TextInput {
         }
     }
 
-    /// Applies a key; false if it is none of the line's keys.
+    /// Handles a key; false if it is not an editing key.
     pub fn key(&mut self, key: KeyEvent) -> bool {
         let control = key.modifiers.contains(KeyModifiers::CONTROL);
         match key.code {

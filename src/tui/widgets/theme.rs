@@ -1,25 +1,25 @@
-//! Colours and markers, fitted to what the terminal can show.
+//! Colours and markers, adapted to what the terminal can show.
 
 use ratatui::buffer::Buffer;
 use ratatui::style::{Color, Modifier, Style};
 
 use crate::figures;
 
-/// What dots are made of.
+/// The characters that represent dots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Marker {
-    /// Two by four dots a cell, one colour a cell.
+    /// Two by four dots and one colour per cell.
     Braille,
-    /// One by two blocks a cell, each with its colour; for fonts without braille.
+    /// One by two blocks per cell, each with its own colour; for fonts without braille.
     HalfBlock,
-    /// One character a cell; for terminals without Unicode.
+    /// One character per cell; for terminals without Unicode.
     Ascii,
 }
 
 impl Marker {
     const ALL: [Self; 3] = [Self::Braille, Self::HalfBlock, Self::Ascii];
 
-    /// Dots a cell, across and down.
+    /// Dots per cell, across and down.
     pub fn dots(self) -> [u16; 2] {
         match self {
             Self::Braille => [2, 4],
@@ -41,9 +41,9 @@ pub enum Depth {
     None,
     /// The sixteen named colours.
     Ansi16,
-    /// The colour cube of 256.
+    /// 256 indexed colours.
     Ansi256,
-    /// 24 bits.
+    /// 24-bit colours.
     True,
 }
 
@@ -70,11 +70,11 @@ impl Palette {
 /// The meaning of each colour on screen.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Theme {
-    /// The colours it was made from.
+    /// The palette.
     pub palette: Palette,
-    /// How many of them the terminal shows.
+    /// The colour depth of the terminal.
     pub depth: Depth,
-    /// What dots are made of.
+    /// The characters that represent dots.
     pub marker: Marker,
     /// Secondary text, grids.
     pub dim: Color,
@@ -84,7 +84,7 @@ pub struct Theme {
     pub border: Color,
     /// The ball.
     pub ball: Color,
-    /// Where the ball was.
+    /// The trail of the ball.
     pub trail: Color,
     /// Tools of the scene.
     pub tool: Color,
@@ -98,11 +98,11 @@ pub struct Theme {
     pub warn: Color,
     /// Something failed.
     pub bad: Color,
-    /// One colour for each stage of guidance, repeated; also overlaid curves.
+    /// One colour per stage of guidance, repeated; also for overlaid curves.
     pub stages: [Color; 6],
 }
 
-/// (dim, accent, border, ball, trail, tool, placed, goal, good, warn, bad, stages), 24 bits.
+/// 24-bit colours: dim, accent, border, ball, trail, tool, placed, goal, good, warn and bad; then the stages.
 type Swatch = ([u32; 11], [u32; 6]);
 
 const DARK: Swatch = (
@@ -119,7 +119,7 @@ const COLOUR_BLIND: Swatch = (
 );
 
 impl Theme {
-    /// Puts signs that every terminal has in the place of our own, where it needs that; names stay
+    /// Replaces the workbench's own symbols by ASCII where the terminal needs it; names of tasks and runs stay
     /// as they are.
     pub fn make_plain(&self, buffer: &mut Buffer) {
         if self.marker != Marker::Ascii {
@@ -147,8 +147,8 @@ impl Theme {
         Self { palette, depth, marker, dim, accent, border, ball, trail, tool, placed, goal, good, warn, bad, stages }
     }
 
-    /// The theme that fits the terminal, from the environment: `NO_COLOR`, `COLORTERM`,
-    /// `TERM`, `COLORFGBG`, the locale, and `MGE_THEME`, a list of words such as
+    /// The theme for the terminal, from the environment: `NO_COLOR`, `COLORTERM`, `TERM`,
+    /// `COLORFGBG`, the locale, and `MGE_THEME`, a list of words such as
     /// `light,16,ascii` (`dark`, `light`, `colour-blind`; `none`, `16`, `256`, `true`;
     /// `braille`, `half-block`, `ascii`).
     pub fn from_env(variable: impl Fn(&str) -> Option<String>) -> Self {
@@ -188,12 +188,12 @@ impl Theme {
         Self::new(palette, depth, marker)
     }
 
-    /// The same with the next palette.
+    /// This theme with the next palette.
     pub fn next_palette(&self) -> Self {
         Self::new(Palette::ALL[(self.palette as usize + 1) % 3], self.depth, self.marker)
     }
 
-    /// The same with the next marker set.
+    /// This theme with the next marker.
     pub fn next_marker(&self) -> Self {
         Self::new(self.palette, self.depth, Marker::ALL[(self.marker as usize + 1) % 3])
     }
@@ -203,18 +203,18 @@ impl Theme {
         self.stages[stage % self.stages.len()]
     }
 
-    /// The colours of runs with these labels: those of the figures, as far as they can be seen on
-    /// the terminal's background.
+    /// The colours of runs with these labels: as in the figures, but lightened where they would be too dark
+    /// for the terminal's background.
     pub fn runs(&self, labels: &[&str]) -> Vec<Color> {
-        let seen = |colour: figures::Color| {
+        let visible = |colour: figures::Color| {
             let channels = [colour.0, colour.1, colour.2];
             let luminance = channels.iter().zip([0.21, 0.72, 0.07]).map(|(channel, share)| f32::from(*channel) * share);
-            // Half way to white.
+            // Dark colours are moved halfway to white.
             let is_dark = self.palette != Palette::Light && luminance.sum::<f32>() < 64.0;
             let [r, g, b] = if is_dark { channels.map(|channel| channel / 2 + 127) } else { channels };
             self.fit(Color::Rgb(r, g, b))
         };
-        figures::series(labels).into_iter().map(|series| seen(series.color)).collect()
+        figures::series(labels).into_iter().map(|series| visible(series.color)).collect()
     }
 
     /// Secondary text.
@@ -237,7 +237,7 @@ impl Theme {
         Style::new().fg(if focused { self.accent } else { self.border })
     }
 
-    /// The nearest colour the terminal can show to one of 24 bits.
+    /// The nearest colour that the terminal can show; named and indexed colours stay as they are.
     pub fn fit(&self, colour: Color) -> Color {
         match colour {
             Color::Rgb(r, g, b) => fit(u32::from_be_bytes([0, r, g, b]), self.depth),
@@ -245,7 +245,7 @@ impl Theme {
         }
     }
 
-    /// A colour of the heat map for a share from 0 to 1.
+    /// The colour of the heat map for a value from 0 to 1.
     pub fn heat(&self, share: f32) -> Color {
         let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 };
         let [low, high] = match self.palette {
@@ -257,7 +257,7 @@ impl Theme {
     }
 }
 
-/// The nearest colour the terminal can show.
+/// The nearest colour at a depth.
 fn fit(rgb: u32, depth: Depth) -> Color {
     let [_, r, g, b] = rgb.to_be_bytes();
     match depth {
@@ -286,7 +286,7 @@ fn nearest_256(rgb: [u8; 3]) -> u8 {
     }
 }
 
-/// The nearest named colour; nothing becomes black, which would vanish on black.
+/// The nearest named colour, never black, which would be invisible on a black background.
 fn nearest_16(rgb: [u8; 3]) -> Color {
     const NAMED: [(Color, [u8; 3]); 14] = [
         (Color::Red, [170, 30, 40]),
@@ -322,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn the_environment_decides_depth_palette_and_marker() {
+    fn the_environment_determines_depth_palette_and_marker() {
         type Case = (&'static [(&'static str, &'static str)], Depth, Palette, Marker);
         let cases: [Case; 7] = [
             (&[("COLORTERM", "truecolor")], Depth::True, Palette::Dark, Marker::Braille),
@@ -340,14 +340,14 @@ mod tests {
     }
 
     #[test]
-    fn without_colour_every_colour_is_the_terminals_own() {
+    fn without_colour_the_terminals_defaults_are_used() {
         let theme = Theme::new(Palette::Dark, Depth::None, Marker::Braille);
         assert!([theme.ball, theme.goal, theme.bad, theme.heat(0.5)].iter().all(|colour| *colour == Color::Reset));
         assert!(theme.faint().add_modifier.contains(Modifier::DIM));
     }
 
     #[test]
-    fn each_depth_uses_only_its_colours_and_keeps_meanings_apart() {
+    fn each_depth_uses_only_its_colours_and_keeps_meanings_distinct() {
         for palette in [Palette::Dark, Palette::Light, Palette::ColourBlind] {
             for depth in [Depth::Ansi16, Depth::Ansi256, Depth::True] {
                 let theme = Theme::new(palette, depth, Marker::Braille);

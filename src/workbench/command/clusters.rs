@@ -1,4 +1,4 @@
-//! The action clusters.
+//! Commands for the action clusters.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use super::{Awaits, Execute, InScripts, Recording, Verb, syntax};
 use crate::trainer::Control;
 use crate::workbench::{Session, SessionError};
 
-/// Computes the action clusters of the task anew, and saves them to a file if one is named.
+/// Recomputes the action clusters of the task, and saves them to a file if one is given.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Clusters(pub Option<PathBuf>);
 
@@ -21,7 +21,7 @@ impl Execute for Clusters {
         session.compute_clusters(self)
     }
 
-    /// A file that is named is there when the next line is carried out.
+    /// A script waits until the file is written.
     fn in_scripts(&self) -> InScripts {
         let awaits = if self.0.is_some() { Awaits::Everything } else { Awaits::Nothing };
         InScripts { begins_work: self.0.is_none(), awaits, ..InScripts::default() }
@@ -32,7 +32,7 @@ impl Execute for Clusters {
     }
 }
 
-/// Gives the action clusters to the running training.
+/// Hands the action clusters to the running training.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Guide;
 

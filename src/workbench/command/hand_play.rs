@@ -1,4 +1,4 @@
-//! Hand play: the person places the tools.
+//! Commands for hand play: the user places the tools.
 
 use super::words::{Maybe, Position, Within, Word};
 use super::{Execute, Verb, syntax};
@@ -6,7 +6,7 @@ use crate::env::{Action, held_tool};
 use crate::physics::NO_OP;
 use crate::workbench::{Session, SessionError};
 
-/// Places the task's tool, or one of CREATE's catalogue by its number, and lets the world run for one action.
+/// Places the task's tool, or the tool with this number in CREATE's catalogue, and simulates one action interval.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Place(pub Action, pub Option<usize>);
 
@@ -27,7 +27,7 @@ impl Execute for Place {
     }
 }
 
-/// Starts the episode of hand play again.
+/// Restarts the episode of hand play.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reset;
 

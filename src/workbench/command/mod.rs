@@ -1,8 +1,8 @@
-//! The command language: one command, one line.
+//! The command language: one command per line.
 //!
-//! A command is a type with its verb, its arguments, its line of help, how it is read and
-//! written, and what it does to the session, all in one place. A new one is such a type, in
-//! the file of its kind, and its name in the list below.
+//! Each command is a type that defines its verb, arguments, help line, parser, printer and effect
+//! on the session. To add a command, define its type in the matching file and add its name to the
+//! list below.
 
 mod clusters;
 mod hand_play;
@@ -35,34 +35,34 @@ pub use task::{Propose, Redo, SUBGOAL_RADIUS, Save, Task, Undo};
 /// A verb of the command language.
 #[derive(Debug, Clone, Copy)]
 pub struct Verb {
-    /// The words it begins with.
+    /// The words a command line begins with.
     pub name: &'static str,
-    /// What follows them.
+    /// The arguments, as shown in usage and help.
     pub arguments: &'static str,
-    /// What it does, in one line.
+    /// One line of help.
     pub help: &'static str,
-    /// Reads what follows them.
+    /// Parses the arguments.
     read: fn(&mut Words<'_>) -> Result<Command, String>,
 }
 
 impl Verb {
-    /// How it is written: its words and what follows them.
+    /// The usage line: name and arguments.
     pub fn usage(&self) -> String {
         format!("{} {}", self.name, self.arguments).trim_end().to_owned()
     }
 }
 
-/// When the recorded script does what a command did.
+/// Where a recorded script repeats a command.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) enum Recording {
-    /// Where it was carried out.
+    /// Where it was executed.
     #[default]
     Now,
-    /// At the episode at which the running training was.
+    /// At the episode that the running training had reached.
     AtEpisode,
-    /// At the episode at which it took effect in the running training, as its log says.
+    /// At the episode where it took effect in the running training, according to the event log.
     WhenEffective,
-    /// Where something else says so, or not at all: what follows does not depend on it.
+    /// Not recorded when executed: either the journal gets it in another way, or later commands do not depend on it.
     Never,
 }
 
@@ -72,20 +72,20 @@ pub(super) enum Awaits {
     /// Nothing.
     #[default]
     Nothing,
-    /// The result of the computation that the command began, if it did.
+    /// The result of the job that the command started, if it started one.
     Result,
-    /// The end of all that is under way.
+    /// The end of all jobs and unpaused runs.
     Everything,
 }
 
-/// What a command is in scripts: those that are played, and the recorded one.
+/// How a command behaves in scripts, both played and recorded.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct InScripts {
-    /// When the recorded script does it.
+    /// Where a recorded script repeats it.
     pub recording: Recording,
-    /// Whether what it does depends on which run is acted on.
+    /// Whether its effect depends on the current run.
     pub acts_on_run: bool,
-    /// Whether it only begins something, for whose end the recorded script waits.
+    /// Whether it only starts work, so that a recorded script has to wait for its end.
     pub begins_work: bool,
     /// What a script waits for after it.
     pub awaits: Awaits,
@@ -98,46 +98,46 @@ pub(super) trait Execute {
     where
         Self: Sized;
 
-    /// The line that is read back as this command.
+    /// The line that parses to this command.
     fn line(&self) -> String;
 
-    /// Changes the task or the settings of the next run, and returns what to report.
+    /// Changes the task or the settings of the next run, and returns the report.
     ///
     /// # Errors
-    /// When that cannot be; nothing has changed then.
+    /// When the change is invalid; nothing has changed then.
     fn prepare(&self, _setup: &mut Setup) -> Result<String, SessionError> {
         Ok(String::new())
     }
 
-    /// Carries it out, without waiting for anything, and returns what to report.
+    /// Executes the command without blocking, and returns the report.
     ///
     /// # Errors
-    /// When it cannot be carried out; nothing has changed then.
+    /// When it cannot be executed; nothing has changed then.
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         session.change(|setup| self.prepare(setup))
     }
 
-    /// Checks what can be known of it before the commands before it have done their work.
+    /// Checks the command as far as possible before the work of the preceding commands is done.
     ///
     /// # Errors
-    /// When it cannot be carried out whatever happens before it.
+    /// When it would fail whatever the results of that work.
     fn check(&self, dry_run: &mut DryRun) -> Result<(), SessionError> {
         self.prepare(&mut dry_run.setup).map(drop)
     }
 
-    /// What it is in scripts.
+    /// How it behaves in scripts.
     fn in_scripts(&self) -> InScripts {
         InScripts::default()
     }
 
-    /// The file it replaces if there is one by that name.
+    /// The file that it overwrites if it exists.
     fn overwrites(&self) -> Option<&Path> {
         None
     }
 }
 
-/// The verbs of a command, within its `Execute`: the name, what follows in usage and help, the
-/// help, and the value with the kind of word that reads and writes each of its fields.
+/// Implements `verbs` and `line` of `Execute`: takes for each verb the name, the arguments as shown in usage and
+/// help, the help line, and the constructor with the kind of argument (see `words`) of each field.
 macro_rules! syntax {
     ($($name:literal $arguments:literal $help:literal
         => $form:ident { $($field:tt: $word:expr),* $(,)? };)+) => {
@@ -146,12 +146,12 @@ macro_rules! syntax {
                 name: $name,
                 arguments: $arguments,
                 help: $help,
-                #[allow(unused_variables, reason = "some verbs stand alone")]
+                #[allow(unused_variables, reason = "some verbs take no arguments")]
                 read: |words| Ok($form { $($field: $word.read(words)?),* }.into()),
             }),+]
         }
 
-        #[allow(irrefutable_let_patterns, unused_mut, reason = "some commands have one verb, or nothing follows it")]
+        #[allow(irrefutable_let_patterns, unused_mut, reason = "some commands have one verb, or no arguments")]
         fn line(&self) -> String {
             match self {
                 $($form { .. } => {
@@ -169,7 +169,7 @@ use syntax;
 
 macro_rules! commands {
     ($($name:ident),* $(,)?) => {
-        /// Something a person can do.
+        /// Something a user can do.
         #[derive(Debug, Clone, PartialEq)]
         #[expect(missing_docs, reason = "each is documented where it is defined")]
         pub enum Command {
@@ -183,7 +183,7 @@ macro_rules! commands {
         })*
 
         impl Command {
-            /// What it does.
+            /// Its implementation.
             pub(super) fn behaviour(&self) -> &dyn Execute {
                 match self {
                     $(Self::$name(command) => command),*
@@ -211,10 +211,10 @@ commands! {
 }
 
 impl Command {
-    /// Reads one line. None if it is empty or a comment (`#`).
+    /// Parses one line. None if it is empty or a comment (`#`).
     ///
     /// # Errors
-    /// When the verb is unknown or its arguments are not what it takes.
+    /// When the verb is unknown or the arguments are invalid.
     pub fn parse(line: &str) -> Result<Option<Self>, CommandError> {
         let line = line.trim();
         if line.is_empty() || line.starts_with('#') {
@@ -228,14 +228,14 @@ impl Command {
         command.map(Some).map_err(|problem| CommandError::Usage { problem, usage: verb.usage() })
     }
 
-    /// The file it replaces if there is one by that name. Not a figure: it is drawn again.
+    /// The file that it overwrites if it exists. Not that of a figure, which can be drawn again.
     pub fn overwrites(&self) -> Option<&Path> {
         self.behaviour().overwrites()
     }
 }
 
 impl fmt::Display for Command {
-    /// The line that is read back as this command.
+    /// The line that parses to this command.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.behaviour().line())
     }
@@ -261,13 +261,13 @@ fn find_verb(words: &[String]) -> Result<(&'static Verb, &[String]), CommandErro
     Err(CommandError::Unknown { word: typed, nearest: nearest.map(|verb| verb.name.to_owned()) })
 }
 
-/// A line that is no command.
+/// A line that is not a valid command.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum CommandError {
-    /// No verb of the language.
+    /// An unknown verb.
     #[error("unknown command `{word}`{}", suggestion(nearest))]
     Unknown { word: String, nearest: Option<String> },
-    /// The verb takes other arguments.
+    /// Invalid arguments.
     #[error("{problem}; usage: {usage}")]
     Usage { problem: String, usage: String },
 }
@@ -351,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn comments_and_empty_lines_are_nothing() {
+    fn comments_and_empty_lines_are_ignored() {
         assert_eq!(Command::parse("  # a comment"), Ok(None));
         assert_eq!(Command::parse(""), Ok(None));
     }
@@ -394,7 +394,7 @@ mod tests {
     }
 
     #[test]
-    fn a_word_longer_than_any_verb_is_compared_with_none() {
+    fn a_word_longer_than_any_verb_gets_no_suggestion() {
         let error = Command::parse(&"train".repeat(20)).unwrap_err();
         assert!(matches!(error, CommandError::Unknown { nearest: None, .. }), "{error}");
     }

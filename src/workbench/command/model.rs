@@ -1,4 +1,4 @@
-//! Dynamics models, trained and measured in the background.
+//! Commands that train and evaluate dynamics models in the background.
 
 use std::path::{Path, PathBuf};
 
@@ -8,14 +8,14 @@ use crate::dynamics::ToolSet;
 use crate::workbench::dry_run::DryRun;
 use crate::workbench::{Session, SessionError};
 
-/// Trains a dynamics model of a tool set into a file.
+/// Trains a dynamics model for a tool set and writes it to a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelTrain {
-    /// The tools it learns.
+    /// The tools that the model covers.
     pub tools: ToolSet,
     /// The file.
     pub path: PathBuf,
-    /// Epochs, if not the usual number.
+    /// Number of epochs; None for the default.
     pub epochs: Option<u32>,
 }
 
@@ -43,7 +43,7 @@ impl Execute for ModelTrain {
     }
 }
 
-/// Measures a shipped dynamics model or one in a file.
+/// Evaluates a dynamics model, shipped or from a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelEvaluate(pub String);
 
@@ -62,7 +62,7 @@ impl Execute for ModelEvaluate {
     }
 }
 
-/// Ends the training or evaluation of a dynamics model.
+/// Cancels the training or evaluation of a dynamics model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelStop;
 

@@ -1,4 +1,4 @@
-//! What comes out of a session: figures, checks, its recording, and its end.
+//! Commands for output and control: figures, expectations, recording, waiting and quitting.
 
 use std::path::{Path, PathBuf};
 
@@ -13,9 +13,9 @@ use crate::workbench::{Session, SessionError, write_file};
 pub struct Figure {
     /// What it shows.
     pub kind: FigureKind,
-    /// The file; its ending says the format.
+    /// The file; its extension selects the format.
     pub path: PathBuf,
-    /// Its resolution, if not the usual one.
+    /// Its resolution; None for the default.
     pub dpi: Option<u32>,
     /// What the figure of learning curves shows, and how.
     pub composition: Composition,
@@ -47,7 +47,7 @@ impl Execute for Figure {
 }
 
 impl Figure {
-    /// A figure as it usually is.
+    /// A figure with default options.
     pub fn usual(kind: FigureKind, path: PathBuf) -> Self {
         Self { kind, path, dpi: None, composition: Composition::default() }
     }
@@ -60,9 +60,9 @@ pub enum FigureKind {
     Scene,
     /// The action clusters over the scene.
     Clusters,
-    /// Success of the runs in the folder, or of those that are named, as in reports.
+    /// Success of the runs in the session's folder, or of those given, as in reports.
     Learning,
-    /// Everything logged of the current run.
+    /// All logged metrics of the current run.
     Dashboard,
     /// The latest episode, animated.
     Episode,
@@ -84,14 +84,14 @@ impl FigureKind {
     }
 }
 
-/// A comparison that must hold; otherwise the script fails.
+/// An assertion; the script fails if it does not hold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Expect {
     /// The quantity.
     pub quantity: Quantity,
-    /// How it is compared.
+    /// The comparison operator.
     pub comparison: Comparison,
-    /// With what.
+    /// The value it is compared with.
     pub value: f64,
 }
 
@@ -115,7 +115,7 @@ impl Execute for Expect {
     }
 }
 
-/// What `expect` can look at.
+/// A quantity that `expect` can check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// Episodes the current run has finished.
@@ -124,11 +124,11 @@ pub enum Quantity {
     Success,
     /// Success of the latest greedy evaluation, 0 to 1.
     Greedy,
-    /// Action clusters over all stages.
+    /// Number of action clusters over all stages.
     Clusters,
-    /// Subgoals of the task.
+    /// Number of subgoals of the task.
     Subgoals,
-    /// Proposed subgoals that were neither accepted nor rejected.
+    /// Number of proposed subgoals neither accepted nor rejected.
     Proposals,
 }
 
@@ -149,7 +149,7 @@ impl Quantity {
     }
 }
 
-/// How two numbers are compared.
+/// A comparison operator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Comparison {
     /// `=`
@@ -203,7 +203,7 @@ impl Execute for Record {
     }
 }
 
-/// Lets a script wait for what is under way. Elsewhere it says what that is.
+/// In a script, waits for runs and jobs. Elsewhere, reports what is running.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wait;
 

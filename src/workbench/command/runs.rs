@@ -1,4 +1,4 @@
-//! Runs: begun, steered, opened, deleted.
+//! Commands that start, control, open and delete runs.
 
 use std::path::{Path, PathBuf};
 
@@ -9,18 +9,18 @@ use crate::trainer::Control;
 use crate::workbench::dry_run::DryRun;
 use crate::workbench::{Session, SessionError};
 
-/// What steers the current run, and is recorded where it took effect.
+/// Commands that control the current run. The journal derives them from the run's state or event log.
 const STEERS: InScripts =
     InScripts { recording: Recording::Never, acts_on_run: true, begins_work: false, awaits: Awaits::Nothing };
 
-/// Starts a run with the settings of the next run, or queues it.
+/// Starts or queues a run with the current settings.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Train {
-    /// Its folder; without one, a new one in the folder for runs. The folder of several has one for each.
+    /// Its folder; None for a new one in the folder for runs. With several seeds, each run has a subfolder.
     pub folder: Option<PathBuf>,
-    /// Runs with the seed set and those that follow, if it is not that one alone.
+    /// Number of runs, with consecutive seeds starting at the seed set; None for a single run.
     pub seeds: Option<u32>,
-    /// Pause after so many episodes.
+    /// Pause after this many episodes.
     pub until: Option<u32>,
 }
 
@@ -38,7 +38,7 @@ impl Execute for Train {
     }
 
     fn in_scripts(&self) -> InScripts {
-        // Of several, each is recorded.
+        // With several seeds, each run is recorded on its own.
         let recording = if self.seeds.is_some() { Recording::Never } else { Recording::Now };
         InScripts { recording, ..InScripts::default() }
     }
@@ -64,10 +64,10 @@ impl Execute for Pause {
     }
 }
 
-/// Goes on with the paused run.
+/// Resumes the paused run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Resume {
-    /// Pause again after so many episodes in all.
+    /// Pause again after this many episodes in total.
     pub until: Option<u32>,
 }
 
@@ -77,7 +77,7 @@ impl Execute for Resume {
     fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
         let done = session.run().ok_or(SessionError::NoRun)?.episodes();
         let control = match self.until {
-            // What is left of a number of 32 bits has as many.
+            // The difference from a 32-bit number fits in 32 bits.
             Some(episode) => Control::Advance(u64::from(episode).saturating_sub(done) as u32),
             None => Control::Resume,
         };
@@ -89,7 +89,7 @@ impl Execute for Resume {
     }
 }
 
-/// Ends the current run; a checkpoint is kept.
+/// Stops the current run, keeping a checkpoint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stop;
 
@@ -105,7 +105,7 @@ impl Execute for Stop {
     }
 }
 
-/// Opens a run that is on disk.
+/// Opens a run on disk.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Open(pub PathBuf);
 
@@ -121,7 +121,7 @@ impl Execute for Open {
     }
 }
 
-/// Acts on another run of the session, numbered from 0.
+/// Makes another run of the session, numbered from 0, the current one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Watch(pub usize);
 
@@ -135,7 +135,7 @@ impl Execute for Watch {
     }
 }
 
-/// Goes on with a run from its checkpoint: the one in a folder, or the current one.
+/// Continues a run from its checkpoint: the one in a folder, or the current one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Continue(pub Option<PathBuf>);
 
@@ -152,16 +152,16 @@ impl Execute for Continue {
     }
 }
 
-/// Makes a run that goes on from an episode of the current one with other settings, and trains it.
+/// Creates and trains a run that branches off the current one at an episode, with other settings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fork {
-    /// Episodes of the current run that are the new one's, too.
+    /// Number of episodes of the current run that the new one shares.
     pub episode: u32,
     /// Settings to change, and their values.
     pub changes: Vec<(String, String)>,
-    /// The new run's folder; without one, a new one in the folder for runs.
+    /// The new run's folder; None for a new one in the folder for runs.
     pub folder: Option<PathBuf>,
-    /// Pause after so many episodes.
+    /// Pause after this many episodes.
     pub until: Option<u32>,
 }
 
@@ -176,7 +176,7 @@ impl Execute for Fork {
     }
 
     fn check(&self, _: &mut DryRun) -> Result<(), SessionError> {
-        // The run that is forked is not known yet.
+        // The run to fork is not known yet.
         Ok(())
     }
 
@@ -226,7 +226,7 @@ impl Execute for Evaluate {
 pub struct Note {
     /// The run's folder.
     pub folder: PathBuf,
-    /// What to write; nothing takes the note away.
+    /// The note; empty removes it.
     pub text: String,
 }
 
@@ -246,7 +246,7 @@ impl Execute for Note {
 pub struct Tag {
     /// The run's folder.
     pub folder: PathBuf,
-    /// Words to find it by; none takes all away.
+    /// The tags; empty removes all.
     pub tags: Vec<String>,
 }
 

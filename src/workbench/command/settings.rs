@@ -1,4 +1,4 @@
-//! The settings of the next run.
+//! Commands for the settings of the next run.
 
 use std::path::PathBuf;
 
@@ -52,7 +52,7 @@ impl Execute for Episodes {
     }
 }
 
-/// Sets the epsilon schedule, of the next run and of the one that is being trained.
+/// Sets the epsilon schedule of the next run and of the current training.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Epsilon(pub EpsilonSchedule);
 
@@ -89,7 +89,7 @@ impl Execute for Epsilon {
 pub struct Set {
     /// The JSON path.
     pub key: String,
-    /// JSON, or a text without quotes.
+    /// JSON, or a string without quotes.
     pub value: String,
 }
 
@@ -104,7 +104,7 @@ impl Execute for Set {
     }
 }
 
-/// Chooses what predicts the rollouts.
+/// Chooses the model that predicts the rollouts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model(pub PriorSource);
 

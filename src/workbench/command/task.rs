@@ -1,4 +1,4 @@
-//! The task: opened, edited, saved, and subgoals proposed for it.
+//! Commands that open, edit and save the task, and propose subgoals for it.
 
 use std::path::{Path, PathBuf};
 
@@ -10,9 +10,9 @@ use crate::workbench::dry_run::DryRun;
 use crate::workbench::setup::Setup;
 use crate::workbench::{Session, SessionError};
 
-/// Most subgoals that are looked for at once.
+/// Maximum number of subgoals in one proposal.
 const MOST_PROPOSALS: usize = 9;
-/// Radius of a subgoal that is added without one, in units.
+/// Default radius of a new subgoal, in units.
 pub const SUBGOAL_RADIUS: f32 = 4.0;
 
 /// Opens a shipped task or a task file.
@@ -38,7 +38,7 @@ impl Execute for Task {
     }
 }
 
-/// Saves the edited task, in the file it came from unless another is named.
+/// Saves the edited task to the given file, by default the one it was loaded from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Save(pub Option<PathBuf>);
 
@@ -59,7 +59,7 @@ impl Execute for Save {
     }
 }
 
-/// Takes the latest edit back.
+/// Undoes the latest edit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Undo;
 
@@ -75,7 +75,7 @@ impl Execute for Undo {
     }
 }
 
-/// Makes the undone edit again.
+/// Redoes the undone edit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Redo;
 
@@ -141,7 +141,7 @@ impl Execute for Edit {
     }
 }
 
-/// Lets the model propose subgoals, so many or as many as the task has.
+/// Proposes subgoals by model rollouts: the given number, by default as many as the task has.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Propose(pub Option<usize>);
 
@@ -160,7 +160,7 @@ impl Execute for Propose {
         Ok(())
     }
 
-    /// The proposals belong where they arrived: what was done before cannot refer to them.
+    /// Recorded when the proposals arrive: only later commands can refer to them.
     fn in_scripts(&self) -> InScripts {
         InScripts { recording: Recording::Never, begins_work: true, ..InScripts::default() }
     }

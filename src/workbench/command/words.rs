@@ -1,4 +1,4 @@
-//! The words after a verb: each kind of word reads itself and writes what it reads.
+//! Arguments of verbs: each kind of argument has a parser and a printer.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
@@ -9,7 +9,7 @@ use crate::evidence::Composition;
 use crate::spelling::did_you_mean;
 use crate::task::Values;
 
-/// The words after a verb, taken one by one.
+/// The words after a verb, consumed one by one.
 pub(super) struct Words<'a>(pub &'a [String]);
 
 impl<'a> Words<'a> {
@@ -23,7 +23,7 @@ impl<'a> Words<'a> {
         Ok(word)
     }
 
-    /// Nothing follows.
+    /// Fails if a word is left.
     pub fn end(&self) -> Result<(), String> {
         self.peek().map_or(Ok(()), |extra| Err(unexpected(extra)))
     }
@@ -33,12 +33,12 @@ fn unexpected(word: &str) -> String {
     format!("`{word}` was not expected")
 }
 
-/// A kind of word, for values of type `T`.
+/// A kind of argument, with values of type `T`.
 pub(super) trait Word<T> {
-    /// The value of the next words.
+    /// Parses the next words.
     fn read(&self, words: &mut Words<'_>) -> Result<T, String>;
 
-    /// The words that are read as the value, each after a space.
+    /// The words that parse to the value, each preceded by a space.
     fn write(&self, value: &T) -> String;
 }
 
@@ -46,7 +46,7 @@ fn quoted(text: &str) -> String {
     format!(" {}", shell_words::quote(text))
 }
 
-/// Any text, or what is made of one.
+/// Any text, or a type converted from and to one.
 pub(super) struct Text(pub &'static str);
 
 impl<T: From<String> + Clone> Word<T> for Text
@@ -105,7 +105,7 @@ impl Word<usize> for Within {
     }
 }
 
-/// A number that counts from 1 in the language and from 0 inside.
+/// An index, counted from 1 in the language and from 0 in the program.
 pub(super) struct Index;
 
 impl Word<usize> for Index {
@@ -132,7 +132,7 @@ impl Word<[f32; 2]> for Position {
     }
 }
 
-/// A value whose type explains what is wrong with a text.
+/// A value parsed by its type, whose error message is shown.
 pub(super) struct Parsed(pub &'static str);
 
 impl<T: FromStr<Err: Display> + Display> Word<T> for Parsed {
@@ -145,7 +145,7 @@ impl<T: FromStr<Err: Display> + Display> Word<T> for Parsed {
     }
 }
 
-/// Several such values, with commas between them.
+/// Several such values, separated by commas.
 pub(super) struct List(pub &'static str);
 
 impl<T: FromStr<Err: Display> + Display> Word<Vec<T>> for List {
@@ -159,7 +159,7 @@ impl<T: FromStr<Err: Display> + Display> Word<Vec<T>> for List {
     }
 }
 
-/// One of several values by its name.
+/// One of several values, by name.
 pub(super) struct OneOf<T: 'static>(pub &'static str, pub &'static [T], pub fn(T) -> &'static str);
 
 impl<T: Copy> Word<T> for OneOf<T> {
@@ -177,7 +177,7 @@ impl<T: Copy> Word<T> for OneOf<T> {
     }
 }
 
-/// A word that may be left out.
+/// An optional argument.
 pub(super) struct Maybe<W>(pub W);
 
 impl<T, W: Word<T>> Word<Option<T>> for Maybe<W> {
@@ -190,7 +190,7 @@ impl<T, W: Word<T>> Word<Option<T>> for Maybe<W> {
     }
 }
 
-/// Before options as KEY=VALUE: a word that may be left out.
+/// An optional argument before KEY=VALUE options.
 pub(super) struct BeforeOptions<W>(pub W);
 
 impl<T, W: Word<T>> Word<Option<T>> for BeforeOptions<W> {
@@ -203,7 +203,7 @@ impl<T, W: Word<T>> Word<Option<T>> for BeforeOptions<W> {
     }
 }
 
-/// What a figure of learning curves shows, as KEY=VALUE.
+/// The composition of a figure of learning curves, as KEY=VALUE options.
 pub(super) struct Composed;
 
 impl Word<Composition> for Composed {
@@ -221,7 +221,7 @@ impl Word<Composition> for Composed {
     }
 }
 
-/// Properties of a tool as `KEY=VALUE`: at least so many of them.
+/// Properties of a tool as `KEY=VALUE`: at least this many.
 pub(super) struct Properties(pub usize);
 
 impl Word<Values> for Properties {
@@ -244,7 +244,7 @@ fn key_value(word: &str) -> Result<(&str, &str), String> {
     word.split_once('=').ok_or_else(|| format!("`{word}` is not KEY=VALUE"))
 }
 
-/// A word that has a value if it is left out.
+/// An optional argument with a default value.
 pub(super) struct Or<W, T>(pub W, pub T);
 
 impl<T: Clone, W: Word<T>> Word<T> for Or<W, T> {
@@ -257,7 +257,7 @@ impl<T: Clone, W: Word<T>> Word<T> for Or<W, T> {
     }
 }
 
-/// Before [`Seeds`] and [`Until`]: a word that may be left out.
+/// An optional argument before [`Seeds`] and [`Until`].
 pub(super) struct BeforeUntil<W>(pub W);
 
 impl<T, W: Word<T>> Word<Option<T>> for BeforeUntil<W> {
@@ -280,7 +280,7 @@ impl Word<Option<u32>> for Seeds {
         }
         words.next("`seeds`")?;
         let seeds = Within("number of seeds", 1..=1000).read(words)?;
-        // It is at most 1000.
+        // At most 1000.
         Ok(Some(seeds as u32))
     }
 
@@ -325,7 +325,7 @@ impl Word<Vec<(String, String)>> for Changes {
     }
 }
 
-/// `until N`, if anything follows.
+/// `until N`, if any word follows.
 pub(super) struct Until;
 
 impl Word<Option<u32>> for Until {

@@ -1,7 +1,7 @@
-//! The session's runs: beginning, queueing, steering, ending and deleting them.
+//! The session's runs: starting, queueing, controlling, stopping and deleting them.
 //!
-//! As many are trained at the same time as there are cores; the others wait for their
-//! turn in the order they were asked for. A paused run leaves its core to the next.
+//! As many runs are trained at the same time as there are cores; the others are queued in the
+//! order of their requests. A paused run frees its core.
 
 #[cfg(test)]
 mod tests;
@@ -25,7 +25,7 @@ impl Session {
         self.begin(number, until, "training in")
     }
 
-    /// Goes on with a run of the session or in a folder.
+    /// Continues a run: the current one, or the one in a folder.
     pub(super) fn continue_run(&mut self, command: &Continue) -> Result<String, SessionError> {
         let folder = match &command.0 {
             Some(folder) => folder.clone(),
@@ -37,7 +37,8 @@ impl Session {
         self.begin(number, None, "going on with")
     }
 
-    /// Gives a finished run that is continued as many episodes as were asked for, if these are more.
+    /// Raises the number of episodes of a finished run to the number set in the session, if that was set
+    /// explicitly and is larger.
     fn extend(&mut self, directory: &RunDirectory) -> Result<(), SessionError> {
         directory.check_free()?;
         let config: RunConfig = directory.config()?;
@@ -54,8 +55,8 @@ impl Session {
         Ok(())
     }
 
-    /// The number of the run in a folder. One that the session does not know is added, and
-    /// what its log says so far is read in the background.
+    /// The number of the run in a folder. A run new to the session is added, and its log is read in
+    /// the background.
     fn known_or_read(&mut self, folder: &Path, command: Command) -> Result<usize, SessionError> {
         if let Some(number) = self.number_of(folder) {
             return Ok(number);
@@ -66,14 +67,14 @@ impl Session {
         let report = format!("opened {}", folder.display());
         let work = move |reporter: &Reporter| Past::read(&directory, &task, reporter.stop());
         self.begin_job(command, work, move |session, past| {
-            // It may have been deleted meanwhile.
+            // The run may have been deleted meanwhile.
             let Some(run) = session.runs.iter_mut().find(|run| run.number() == number) else { return Ok(report) };
             run.take_past(past).map(|()| report)
         });
         Ok(number)
     }
 
-    /// Queues a run, and starts it if there is a core for it.
+    /// Queues a run, and starts it if a core is free.
     pub(super) fn begin(&mut self, number: usize, until: Option<u32>, report: &str) -> Result<String, SessionError> {
         self.current = Some(number);
         self.turns += 1;
@@ -90,8 +91,7 @@ impl Session {
         }
     }
 
-    /// Adds a run to the session, or puts it in the place of the one in its folder, and
-    /// returns its number.
+    /// Adds a run to the session, or replaces the one with the same folder, and returns its number.
     pub(super) fn add(&mut self, run: RunView) -> usize {
         let path = run.directory().path();
         if let Some(known) = self.runs.iter_mut().find(|known| known.directory().path() == path) {
@@ -105,26 +105,26 @@ impl Session {
         number
     }
 
-    /// Adds a run that was opened, and acts on it.
+    /// Adds an opened run and makes it the current one.
     pub(super) fn show(&mut self, run: RunView) {
         let folder = run.directory().path().to_owned();
         self.current = Some(self.add(run));
         self.journal.note(Open(folder).into(), self.current);
     }
 
-    /// Starts what waits for a core, as long as there is one; true if anything began.
+    /// Starts queued runs while cores are free; true if any was started.
     pub(super) fn start_queued(&mut self) -> bool {
         let mut began = false;
         loop {
             let working = self.runs.iter().filter(|run| run.is_working()).count();
             let next = self.runs.iter_mut().filter(|run| run.turn().is_some()).min_by_key(|run| run.turn());
             let Some(run) = next.filter(|_| working < self.cores) else { return began };
-            // Why it could not begin is kept in the run, where it is shown.
+            // The run keeps the error, where it is shown.
             began |= run.start().is_ok();
         }
     }
 
-    /// Another number of runs that may be trained at the same time; at least one.
+    /// Sets the number of runs trained at the same time, at least one.
     pub fn set_cores(&mut self, cores: usize) {
         self.cores = cores.max(1);
     }
@@ -136,17 +136,17 @@ impl Session {
         }
     }
 
-    /// A folder for a new run that does not exist yet.
+    /// An unused folder for a new run.
     fn free_folder(&self) -> PathBuf {
         let RunConfig { task, method, seed, .. } = &self.setup.config;
         self.free_folder_named(&format!("{}-{method}-seed{seed}", task.name))
     }
 
-    /// A folder for a new run of this name, or with a number behind it, that does not exist yet.
+    /// An unused folder of this name, with a number appended if needed.
     pub(super) fn free_folder_named(&self, base: &str) -> PathBuf {
         let candidates = std::iter::once(base.to_owned()).chain((2..).map(|n| format!("{base}-{n}")));
         let mut paths = candidates.map(|name| self.folder.join(name));
-        // The second iterator does not end.
+        // The fallback is unreachable: the candidates do not end.
         paths.find(|path| !path.exists()).unwrap_or_else(|| self.folder.join(base))
     }
 
@@ -162,12 +162,12 @@ impl Session {
         Ok(report.to_owned())
     }
 
-    /// The number of the run in a folder, if the session knows it.
+    /// The number of the run in a folder, if it is in the session.
     pub(super) fn number_of(&self, folder: &Path) -> Option<usize> {
         self.runs.iter().find(|run| run.directory().path() == folder).map(RunView::number)
     }
 
-    /// Opens the run in a folder and acts on it.
+    /// Opens the run in a folder and makes it the current one.
     pub(super) fn open(&mut self, command: &Open) -> Result<String, SessionError> {
         let number = self.known_or_read(&command.0, command.clone().into())?;
         self.current = Some(number);
@@ -181,13 +181,13 @@ impl Session {
         Ok(report)
     }
 
-    /// Begins to delete a run's folder, unless somebody, here or in another process, works on it.
+    /// Starts deleting a run's folder, unless this or another process is training the run.
     pub(super) fn delete(&mut self, command: &Delete) -> Result<String, SessionError> {
         let folder = command.0.clone();
         self.refuse_if_busy(&folder)?;
         let directory = RunDirectory::open(&folder)?;
         let lock = directory.lock()?;
-        // The run is not looked at while its files go away.
+        // Removed from the session, so that the run is not polled while its files are deleted.
         let index = self.runs.iter().position(|run| run.directory().path() == folder);
         let removed = index.map(|index| self.runs.remove(index));
         let current_is_gone = self.run().is_none();
@@ -211,7 +211,7 @@ impl Session {
         Ok(report)
     }
 
-    /// Begins to play the greedy policy of the current run.
+    /// Starts playing an episode of the greedy policy of the current run.
     pub(super) fn evaluate(&mut self) -> Result<String, SessionError> {
         let run = self.run().ok_or(SessionError::NoRun)?;
         let (saved, seed, name, number) = (run.saved(), self.setup.config.seed, run.name(), run.number());

@@ -1,4 +1,4 @@
-//! Runs of a session: queued, steered, deleted, recorded and repeated.
+//! Runs of a session: queueing, control, deletion, recording and replay.
 
 use super::*;
 use crate::run::Event;
@@ -12,7 +12,7 @@ fn session(folder: &Path, lines: &[&str]) -> Session {
     session
 }
 
-/// As a script does it: what is asked for is done when this returns.
+/// Runs the lines as a script, which waits for the results.
 fn apply(session: &mut Session, lines: &[&str]) {
     play(session, lines).unwrap_or_else(|error| panic!("{lines:?}: {error}"));
 }
@@ -31,7 +31,7 @@ fn try_line(session: &mut Session, line: &str) -> Result<String, String> {
 }
 
 #[test]
-fn runs_beyond_the_cores_wait_for_their_turn_and_are_all_trained() {
+fn runs_beyond_the_number_of_cores_are_queued_and_all_trained() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path(), &["train", "seed 1", "train", "seed 2", "train"]);
     assert_eq!(session.runs().iter().filter(|run| run.is_queued()).count(), 2);
@@ -45,7 +45,7 @@ fn runs_beyond_the_cores_wait_for_their_turn_and_are_all_trained() {
 }
 
 #[test]
-fn a_paused_run_leaves_its_core_and_can_be_acted_on_later() {
+fn a_paused_run_frees_its_core_and_can_be_resumed_later() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path(), &["train until 1", "train", "wait", "expect episodes = 3"]);
     apply(&mut session, &["watch 1", "expect episodes = 1", "resume", "wait", "expect episodes = 3"]);
@@ -53,7 +53,7 @@ fn a_paused_run_leaves_its_core_and_can_be_acted_on_later() {
 }
 
 #[test]
-fn a_run_is_deleted_only_when_nobody_works_on_it() {
+fn a_run_is_deleted_only_when_no_process_trains_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run");
     let shown = quoted(&path);
@@ -72,7 +72,7 @@ fn a_run_is_deleted_only_when_nobody_works_on_it() {
 }
 
 #[test]
-fn a_threshold_without_clusters_says_what_is_missing() {
+fn a_threshold_without_clusters_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path(), &["train until 1"]);
     let report = try_line(&mut session, "epsilon 0.5").unwrap();
@@ -81,7 +81,7 @@ fn a_threshold_without_clusters_says_what_is_missing() {
 }
 
 #[test]
-fn a_figure_carries_the_seeds_of_all_it_shows() {
+fn a_figure_records_the_seeds_of_all_runs_shown() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path(), &["train", "wait", "seed 7", "train", "wait", "seed 9"]);
     let mut seeds = |kind: &str| {
@@ -104,7 +104,7 @@ fn planning_has_no_policy_to_play() {
 }
 
 #[test]
-fn no_command_waits_for_the_work_it_begins() {
+fn no_command_waits_for_the_work_it_starts() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| quoted(&folder.path().join(name));
     let mut first = session(folder.path(), &[]);
@@ -140,13 +140,13 @@ fn no_command_waits_for_the_work_it_begins() {
     session.wait(|_| {}).unwrap();
     assert!(written.iter().all(|name| folder.path().join(name).exists()));
     assert!(!folder.path().join("d").exists());
-    assert_eq!(session.proposed().len(), 1, "what was proposed meanwhile");
+    assert_eq!(session.proposed().len(), 1, "proposed in the background");
     let states: Vec<(String, usize)> = session.runs().iter().map(|run| (run.name(), run.records().len())).collect();
     assert_eq!(states, [("a".to_owned(), 3), ("b".to_owned(), 3), ("c".to_owned(), 3)]);
 }
 
 #[test]
-fn clusters_for_a_file_are_written_though_the_task_has_changed_since() {
+fn clusters_for_a_file_are_written_even_if_the_task_changes() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("clusters.json");
     let mut session = session(folder.path(), &["model true"]);
@@ -170,7 +170,7 @@ fn a_wait_fails_with_the_computation_it_waits_for() {
     let mut session = session(folder.path(), &[]);
     let error = play(&mut session, &["model true", "clusters", "wait", "model uniform", "propose", "wait"]);
     assert!(error.as_ref().is_err_and(|error| error.starts_with("s:6: ")), "{error:?}");
-    // A look at the session in between does not lose the failure.
+    // Commands in between do not lose the failure.
     try_line(&mut session, "propose").unwrap();
     while session.jobs.iter().any(|_| true) {
         try_line(&mut session, "expect subgoals >= 0").unwrap();
@@ -180,7 +180,7 @@ fn a_wait_fails_with_the_computation_it_waits_for() {
 }
 
 #[test]
-fn queued_runs_are_trained_in_the_order_they_were_asked_for() {
+fn queued_runs_are_trained_in_order() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path(), &["train until 1", "wait", "stop", "wait"]);
     apply(&mut session, &["seed 1", "train", "seed 2", "train", "watch 1", "continue", "seed 3", "train"]);
@@ -195,7 +195,7 @@ fn queued_runs_are_trained_in_the_order_they_were_asked_for() {
 }
 
 #[test]
-fn only_the_deleted_run_is_no_longer_the_current_one() {
+fn only_deleting_the_current_run_clears_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| quoted(&folder.path().join(name));
     let trains = ["a", "b", "c"].map(|name| format!("train {} until 1", path(name)));
@@ -216,7 +216,7 @@ fn metrics(folder: &Path, run: &str) -> Vec<u8> {
     std::fs::read(folder.join(run).join("metrics.csv")).unwrap()
 }
 
-/// Plays the recorded session elsewhere; the folder in which it was played.
+/// Replays the recorded session in another folder, which is returned.
 fn replay(session: &Session, folder: &Path) -> tempfile::TempDir {
     let elsewhere = tempfile::tempdir().unwrap();
     let script = session.to_script().replace(&quoted(folder), &quoted(elsewhere.path()));
@@ -238,7 +238,7 @@ fn a_recorded_stop_ends_the_run_at_the_same_episode() {
 }
 
 #[test]
-fn runs_that_were_trained_side_by_side_are_recorded_each_with_its_own_changes() {
+fn concurrent_runs_are_recorded_each_with_its_own_changes() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| quoted(&folder.path().join(name));
     let mut session = session(folder.path(), &["episodes 5"]);
@@ -256,7 +256,7 @@ fn runs_that_were_trained_side_by_side_are_recorded_each_with_its_own_changes() 
 }
 
 #[test]
-fn a_recorded_session_leaves_a_paused_run_where_it_is_and_makes_the_folders_of_its_figures() {
+fn a_recorded_session_keeps_a_run_paused_and_creates_the_folders_of_its_figures() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| quoted(&folder.path().join(name));
     let train = format!("train {} until 2", path("a"));

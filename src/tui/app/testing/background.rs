@@ -1,4 +1,4 @@
-//! What the workspace is asked to do in the background, and what that brings.
+//! Background requests to the workspace, and their results.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -9,7 +9,7 @@ use crate::tui::app::{App, TerminalRequest};
 use crate::tui::view::playback::Episode;
 use crate::tui::view::{Level, Live, ViewModel};
 
-/// Episode 0, that of the greedy policy, or another of the watched run.
+/// An episode of the watched run; number 0 is that of the greedy policy.
 fn episode(app: &App, number: u64) -> Arc<Episode> {
     app.workspace.past_episode(&app.subject.run().unwrap().path, number).unwrap()
 }
@@ -21,24 +21,24 @@ fn with_live(episode: Arc<Episode>) -> ViewModel {
 }
 
 #[test]
-fn what_the_list_of_runs_shows_is_asked_for() {
+fn the_runs_screen_requests_what_it_shows() {
     let (mut app, _) = app(typical());
     wanted();
     press(&mut app, "5");
     let first = "task1-ddpg-mge-seed0";
     assert_eq!(wanted(), ["runs", &format!("curves of {first} old"), &format!("files of {first}")]);
     press(&mut app, "down");
-    assert_eq!(wanted(), [format!("curves of old {first}"), "files of old".to_owned()], "the selected one first");
+    assert_eq!(wanted(), [format!("curves of old {first}"), "files of old".to_owned()], "the selected run first");
     shot(&mut app, 120, 40);
     let mut looks = |time: u64| {
         app.tick(Duration::from_millis(time));
         wanted().iter().filter(|what| *what == "runs").count()
     };
-    assert_eq!([1999, 1, 1, 1998, 1].map(&mut looks), [0, 1, 0, 0, 1], "every other second");
+    assert_eq!([1999, 1, 1, 1998, 1].map(&mut looks), [0, 1, 0, 0, 1], "every two seconds");
 }
 
 #[test]
-fn the_latest_line_of_the_log_that_matters_is_said() {
+fn the_latest_important_line_of_the_log_is_shown() {
     let (mut app, _) = app(empty());
     let mut view = empty();
     for (level, text) in [(Level::Warning, "first"), (Level::Good, "second"), (Level::Info, "third")] {
@@ -50,7 +50,7 @@ fn the_latest_line_of_the_log_that_matters_is_said() {
 }
 
 #[test]
-fn whoever_waits_for_the_runs_is_asked_once_all_are_paused() {
+fn leaving_when_idle_asks_once_all_runs_are_paused() {
     let mut view = typical();
     view.dirty = false;
     let (mut app, _) = app(view.clone());
@@ -82,7 +82,7 @@ fn the_greedy_episode_is_shown_once_and_may_be_left() {
 }
 
 #[test]
-fn an_episode_that_was_repeated_for_nobody_gives_way_to_the_latest() {
+fn a_player_that_stopped_repeating_moves_on_to_the_latest_episode() {
     let (mut app, _) = app(typical());
     let [first, second, third] = [1, 2, 3].map(|number| episode(&app, number));
     bring(&mut app, with_live(first.clone()));
@@ -94,7 +94,7 @@ fn an_episode_that_was_repeated_for_nobody_gives_way_to_the_latest() {
 }
 
 #[test]
-fn an_untouched_scene_is_played_again_until_nobody_is_there() {
+fn an_untouched_scene_repeats_until_there_is_no_input_for_long() {
     let (mut app, _) = app(empty());
     let is_moving = |app: &App| app.screens.scene.player.is_moving();
     app.screens.scene.player.playing = true;
@@ -105,27 +105,27 @@ fn an_untouched_scene_is_played_again_until_nobody_is_there() {
     app.tick(Duration::from_secs(20));
     assert!(!is_moving(&app));
     app.receive(crate::tui::terminal::Received::Event(crossterm::event::Event::FocusGained));
-    assert!(is_moving(&app), "somebody is there");
+    assert!(is_moving(&app), "input resumes playback");
 }
 
 #[test]
-fn the_key_for_another_epsilon_begins_at_the_present_one_of_a_run_that_goes_on() {
+fn epsilon_keys_start_from_the_current_threshold_of_an_active_run() {
     let asked = |view: ViewModel| {
         let (mut app, asked) = app(view);
         press(&mut app, "+");
         asked.borrow().concat()
     };
     let mut view = typical();
-    // The threshold is 0.4345 there.
+    // The threshold of that episode is 0.4345.
     change_run(&mut view, 1, |run| run.done = 731);
     assert_eq!(asked(view), "epsilon 0.48");
     let mut over = typical();
     watch(&mut over, 0);
-    assert_eq!(asked(over), "epsilon 0.85", "that of the next run");
+    assert_eq!(asked(over), "epsilon 0.85", "the threshold of the next run");
 }
 
 #[test]
-fn the_training_episode_and_the_scene_untouched_take_turns() {
+fn one_key_switches_between_training_episode_and_untouched_scene() {
     let (mut app, _) = app(typical());
     let view = with_live(episode(&app, 1));
     bring(&mut app, view);

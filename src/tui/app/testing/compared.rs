@@ -11,18 +11,18 @@ fn names(app: &mut crate::tui::app::App) -> Vec<String> {
 }
 
 #[test]
-fn forks_stand_below_the_run_that_they_come_from_in_every_order() {
+fn forks_are_listed_below_their_origin_in_every_order() {
     let (mut app, _) = app(forked());
     press(&mut app, "5");
     assert_eq!(names(&mut app), ["other", "first", "first-at500", "first-at500-at700"]);
     press(&mut app, "s S");
     assert_eq!(names(&mut app), ["other", "first", "first-at500", "first-at500-at700"], "by name, reversed");
-    // A fork whose origin is not listed stands for itself.
+    // A fork whose origin is not listed is not indented below another run.
     press(&mut app, "/ a t 5 0 0 enter");
     assert_eq!(names(&mut app), ["first-at500", "first-at500-at700"]);
     let (mut app, _) = app_of_a_ring();
     press(&mut app, "5");
-    assert_eq!(names(&mut app).len(), 4, "runs that name one another are listed once");
+    assert_eq!(names(&mut app).len(), 4, "runs that name each other as origin are listed once");
 }
 
 fn app_of_a_ring() -> (crate::tui::app::App, std::rc::Rc<std::cell::RefCell<Vec<String>>>) {
@@ -73,13 +73,13 @@ fn two_marked_runs_are_shown_with_their_differences_and_the_same_episode_of_both
         assert!(screen.contains(&format!("episode {number} of {name}")), "{name}\n{screen}");
     }
     press(&mut app, "esc esc");
-    assert!(app.subject.beside().is_none(), "the present has nothing beside it");
+    assert!(app.subject.beside().is_none(), "only past episodes have one beside them");
     press(&mut app, "left v");
     assert!(app.subject.beside().is_none(), "one run alone");
 }
 
 #[test]
-fn an_episode_that_the_other_run_does_not_have_is_said_so() {
+fn an_episode_missing_from_the_other_run_is_reported() {
     let mut view = forked();
     watch(&mut view, 1);
     let (mut app, _) = app(view);
@@ -90,7 +90,7 @@ fn an_episode_that_the_other_run_does_not_have_is_said_so() {
 }
 
 #[test]
-fn another_run_to_compare_with_takes_the_place_of_the_one_before() {
+fn a_new_comparison_replaces_the_previous_one() {
     let (mut app, _) = app(forked());
     let beside = |app: &crate::tui::app::App| app.subject.beside().map(|beside| beside.run.clone());
     press(&mut app, "5 down space down space V left");
@@ -100,7 +100,7 @@ fn another_run_to_compare_with_takes_the_place_of_the_one_before() {
 }
 
 #[test]
-fn of_two_marked_runs_the_first_is_watched_if_neither_is() {
+fn comparing_two_runs_watches_the_first_if_neither_is_watched() {
     let (mut app, asked) = app(forked());
     press(&mut app, "5 space down space V");
     assert_eq!(*asked.borrow(), ["open runs/first"]);

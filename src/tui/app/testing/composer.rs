@@ -1,10 +1,10 @@
-//! The composer of the figure of learning curves.
+//! The composer of the learning-curve figure.
 
 use super::{app, grouped, press, shot, text};
 
 const GUIDED: &str = "DDPG-MGE, epsilon 0.8 to 0.05";
 
-/// What is exported after keys.
+/// The latest export after these keys.
 fn exported(keys: &str) -> String {
     let (mut app, asked) = app(grouped());
     press(&mut app, keys);
@@ -13,7 +13,7 @@ fn exported(keys: &str) -> String {
 }
 
 #[test]
-fn a_figure_is_composed_and_the_screen_says_the_line_that_makes_it() {
+fn a_figure_is_composed_and_its_script_line_is_shown() {
     assert_eq!(exported("7 tab enter"), "figure learning figures/task1-learning.png");
     assert_eq!(exported("7 tab right down left down right s"), {
         "figure learning figures/task1-learning.svg width=single font=7 axis=log"
@@ -57,19 +57,19 @@ fn the_marked_runs_are_composed() {
     assert!(screen.contains("learning"), "{screen}");
     press(&mut app, "enter");
     let expected = format!("figure learning figures/task1-learning.png {runs}");
-    assert_eq!(asked.borrow().last(), Some(&expected), "what was said of other runs is forgotten");
+    assert_eq!(asked.borrow().last(), Some(&expected), "edits of other runs' curves are discarded");
 }
 
 #[test]
-fn options_exclude_one_another_and_curves_keep_what_was_said_of_them() {
+fn some_options_exclude_each_other_and_curves_keep_their_edits() {
     let figure = "figure learning figures/task1-learning.png";
     let greedy = exported("7 tab down down down down right up right enter");
     assert_eq!(greedy, format!("{figure} success=greedy"), "evaluations have no steps");
     assert_eq!(exported(&format!("7 tab down {} enter", "left ".repeat(40))), format!("{figure} font=4"));
     assert_eq!(exported("7 tab down down down down down left enter"), format!("{figure} reference=DDPG"));
     let renamed = exported("7 tab end i ctrl-u x enter i ctrl-u enter enter");
-    assert_eq!(renamed, format!("{figure} curve='{GUIDED}' curve=DDPG"), "no name is its own");
+    assert_eq!(renamed, format!("{figure} curve='{GUIDED}' curve=DDPG"), "an empty name restores the label");
     assert_eq!(exported("7 tab end { space enter"), format!("{figure} curve='{GUIDED}'"), "the moved one is selected");
     let marked = exported("7 tab end { tab 5 space 7 tab enter");
-    assert!(!marked.contains("curve="), "{marked}: of other runs nothing was said");
+    assert!(!marked.contains("curve="), "{marked}: the curves of other runs are not edited");
 }

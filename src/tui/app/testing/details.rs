@@ -1,4 +1,4 @@
-//! What the sequences of keys pass by: time, notices, the mouse's wheel, rows, what the terminal tells.
+//! What the key sequences do not cover: time, notices, the mouse wheel, list rows, other terminal events.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use crate::tui::screens::Region;
 use crate::tui::terminal::Received;
 use crate::tui::view::{Curves, RunSummary};
 
-/// A cell of a row of the list on the screen.
+/// A cell of a row of the list, if the row is shown.
 fn row(app: &App, wanted: usize) -> Option<(u16, u16)> {
     let place = |(area, region): &(Rect, Region)| match region {
         Region::Row(row) if *row == wanted => Some((area.x, area.y)),
@@ -35,18 +35,18 @@ fn screen(app: &mut App) -> String {
     text(&shot(app, 120, 40))
 }
 
-/// Whether there was something new to draw; it is taken as drawn.
+/// Whether there was something to draw; marks it as drawn.
 fn take_changed(app: &mut App) -> bool {
     std::mem::take(&mut app.changed) | std::mem::take(&mut app.moved)
 }
 
 #[test]
-fn a_notice_goes_after_its_time_and_an_error_stays() {
+fn a_notice_expires_and_an_error_stays() {
     let notice = |app: &App| app.notice.as_ref().map(|(notice, _)| notice.text.clone());
     let (mut app, _) = app(empty());
     press(&mut app, "right");
     assert!(notice(&app).unwrap().contains("nothing is selected"));
-    // A long wait is no time in which it could be read.
+    // One long tick does not use up the time to read it.
     app.tick(Duration::from_secs(60));
     assert!(notice(&app).is_some());
     for _ in 0..59 {
@@ -64,7 +64,7 @@ fn a_notice_goes_after_its_time_and_an_error_stays() {
 }
 
 #[test]
-fn what_a_session_has_new_is_drawn_soon_but_not_every_time() {
+fn changes_of_the_session_are_drawn_soon_but_not_every_time() {
     let (mut app, _) = app(empty());
     let mut frames = |times: usize, is_new: bool| {
         let mut frame = |_: &usize| {
@@ -74,13 +74,13 @@ fn what_a_session_has_new_is_drawn_soon_but_not_every_time() {
         (0..times).filter(|time| frame(time)).count()
     };
     assert_eq!(frames(100, false), 1, "the first picture");
-    assert_eq!(frames(1, true), 1, "after a rest at once");
+    assert_eq!(frames(1, true), 1, "at once after a pause");
     assert_eq!(frames(75, true), 12, "then four a second");
-    assert_eq!((frames(1, true), frames(5, false)), (0, 1), "the last is not forgotten");
+    assert_eq!((frames(1, true), frames(5, false)), (0, 1), "the last change is drawn, too");
 }
 
 #[test]
-fn only_what_changes_the_picture_asks_for_another() {
+fn only_visible_changes_request_a_redraw() {
     let (mut app, asked) = app(empty());
     assert!(take_changed(&mut app) && !app.is_changed() && !take_changed(&mut app));
     app.event(Event::FocusGained);
@@ -95,7 +95,7 @@ fn only_what_changes_the_picture_asks_for_another() {
     assert!(take_changed(&mut app));
     assert_eq!(app.screens.preview.graphics().cell, [7, 15]);
     shot(&mut app, 120, 40);
-    // The mouse over nothing in particular changes nothing.
+    // Moving the mouse over an empty place changes nothing.
     mouse(&mut app, MouseEventKind::Moved, (0, 39));
     assert!(!take_changed(&mut app));
     mouse(&mut app, MouseEventKind::Down(MouseButton::Left), (0, 39));
@@ -103,7 +103,7 @@ fn only_what_changes_the_picture_asks_for_another() {
 }
 
 #[test]
-fn the_ball_stays_in_sight_under_the_tour() {
+fn the_tour_does_not_cover_the_ball() {
     for (width, height) in [(60, 20), (80, 24), (120, 40), (200, 60)] {
         let (mut app, _) = app(empty());
         let before = shot(&mut app, width, height);
@@ -121,7 +121,7 @@ fn the_ball_stays_in_sight_under_the_tour() {
 }
 
 #[test]
-fn what_goes_on_in_the_background_is_known() {
+fn background_work_is_reported() {
     let (app, _) = app(empty());
     assert!(!app.is_reading_runs() && !app.is_drawing_figure());
     let mut view = empty();
@@ -182,7 +182,7 @@ fn the_wheel_changes_speed_on_the_scene_and_the_selection_on_lists() {
 }
 
 #[test]
-fn a_click_selects_a_row_and_a_second_one_takes_it() {
+fn a_click_selects_a_row_and_a_second_one_opens_it() {
     let click = |app: &mut App, row: usize| {
         shot(app, 120, 40);
         let at = self::row(app, row).unwrap_or((60, 38));
@@ -226,7 +226,7 @@ fn escape_leaves_the_large_curve_and_the_filter_before_the_screen() {
 }
 
 #[test]
-fn a_choice_begins_at_what_is_in_use() {
+fn selection_lists_start_at_the_current_value() {
     let chosen = |change: fn(&mut crate::trainer::RunConfig), keys: &str| {
         let mut view = empty();
         change(&mut view.settings);
@@ -248,10 +248,10 @@ fn the_tool_in_hand_follows_the_mouse_and_the_crosshair_leaves_the_chart_with_it
     mouse(&mut app, MouseEventKind::Moved, inside);
     assert!(app.screens.curves.hovered.is_some() && take_changed(&mut app));
     mouse(&mut app, MouseEventKind::Moved, inside);
-    assert!(!take_changed(&mut app), "it is where it was");
+    assert!(!take_changed(&mut app), "the mouse has not moved");
     mouse(&mut app, MouseEventKind::Moved, (0, 39));
     assert!(app.screens.curves.hovered.is_none() && take_changed(&mut app));
-    // On the screen of the curves the keys have one too, which stays.
+    // On the Training screen, the crosshair placed with keys stays.
     press(&mut app, "4 left");
     shot(&mut app, 120, 40);
     mouse(&mut app, MouseEventKind::Moved, (0, 39));
@@ -267,7 +267,7 @@ fn the_tool_in_hand_follows_the_mouse_and_the_crosshair_leaves_the_chart_with_it
 }
 
 #[test]
-fn what_is_near_enough_to_a_click_is_selected() {
+fn a_click_selects_an_object_within_reach() {
     let (mut app, _) = app(empty());
     shot(&mut app, 60, 20);
     let at = scene(&app).cell([0.0, 0.2]).unwrap();
@@ -281,7 +281,7 @@ fn what_is_near_enough_to_a_click_is_selected() {
 }
 
 #[test]
-fn guarded_work_without_a_panic_is_just_done() {
+fn guarded_work_without_a_panic_runs_normally() {
     let (mut app, _) = app(failed());
     assert!(screen(&mut app).contains("failed"));
     take_changed(&mut app);
@@ -290,7 +290,7 @@ fn guarded_work_without_a_panic_is_just_done() {
 }
 
 #[test]
-fn a_run_says_how_long_it_takes_and_which_subgoals_its_episodes_reached() {
+fn a_run_knows_its_time_left_and_the_subgoals_its_episodes_reached() {
     let mut run = RunSummary { state: RunState::Running, rate: Some(2.0), done: 40, episodes: 100, ..run_summary("a") };
     assert_eq!(run.seconds_left(), Some(30.0));
     run.done = 120;
@@ -310,10 +310,10 @@ fn a_run_says_how_long_it_takes_and_which_subgoals_its_episodes_reached() {
 }
 
 #[test]
-fn while_nothing_happens_curves_are_asked_for_every_other_second() {
+fn idle_curves_are_requested_every_two_seconds() {
     let (mut app, _) = app(empty());
     screen(&mut app);
-    app.unasked = Duration::ZERO;
+    app.since_request = Duration::ZERO;
     let ticks = |app: &mut App| (0..300).filter(|_| app.is_time_to_ask(Duration::from_millis(20))).count();
     assert_eq!(ticks(&mut app), 3);
     press(&mut app, "5");
@@ -321,7 +321,7 @@ fn while_nothing_happens_curves_are_asked_for_every_other_second() {
 }
 
 #[test]
-fn a_click_takes_the_message_away_and_so_does_a_key() {
+fn a_click_or_a_key_clears_the_message() {
     let (mut app, _) = app(empty());
     press(&mut app, "right");
     assert!(app.message().contains("nothing is selected"));
@@ -332,7 +332,7 @@ fn a_click_takes_the_message_away_and_so_does_a_key() {
 }
 
 #[test]
-fn a_cell_is_coarser_than_the_reach_of_a_click() {
+fn a_click_reaches_at_least_half_a_cell() {
     let (mut app, _) = app(empty());
     shot(&mut app, 60, 20);
     let view = scene(&app);
@@ -348,7 +348,7 @@ fn a_cell_is_coarser_than_the_reach_of_a_click() {
 }
 
 #[test]
-fn what_cannot_be_drawn_gives_way_to_the_log() {
+fn a_screen_that_cannot_be_drawn_gives_way_to_the_log() {
     let (mut app, _) = app(typical());
     press(&mut app, "4 ?");
     app.show_what_can_be_drawn();
@@ -356,7 +356,7 @@ fn what_cannot_be_drawn_gives_way_to_the_log() {
 }
 
 #[test]
-fn a_command_that_is_typed_again_is_the_latest_once() {
+fn a_command_typed_again_is_kept_once_as_the_latest() {
     let (mut app, asked) = app(empty());
     press(&mut app, ": s e e d space 7 enter : s e e d space 8 enter : s e e d space 7 enter : up up up enter");
     assert_eq!(asked.borrow().last().unwrap(), "seed 8");

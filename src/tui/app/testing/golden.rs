@@ -1,5 +1,5 @@
-//! Every screen in its empty, typical and failed state at four sizes, against files.
-//! `MGE_UPDATE_GOLDEN=1 cargo test tui` writes them anew; look at the difference.
+//! Compares every screen in its empty, typical and failed state at four sizes with golden files.
+//! `MGE_UPDATE_GOLDEN=1 cargo test tui` rewrites the files; review the difference.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use crate::workbench::HandPlay;
 
 const SIZES: [(u16, u16); 4] = [(60, 20), (80, 24), (120, 40), (200, 60)];
 
-/// Compares what `draw` gives at every size with the file of that name and size.
+/// Compares the output of `draw` at every size with the file of that name and size.
 fn check(name: &str, draw: impl Fn(u16, u16) -> String) {
     for (width, height) in SIZES {
         let screens = draw(width, height);
@@ -29,14 +29,14 @@ fn check(name: &str, draw: impl Fn(u16, u16) -> String) {
     }
 }
 
-/// All screens of the workbench in a state, the given figure selected.
+/// All screens of a view, with the given figure selected.
 fn screens(view: fn() -> ViewModel, figure: usize) -> impl Fn(u16, u16) -> String {
     move |width, height| {
         let (mut app, _) = app(view());
         app.screens.lists.figure = figure;
         let all = Tab::ALL.map(|tab| {
             app.tab = tab;
-            // What depends on where things are drawn is there in the second picture.
+            // The preview of a figure needs the regions of a first drawing.
             shot(&mut app, width, height);
             app.tick(Duration::ZERO);
             while app.screens.preview.is_drawing() {
@@ -91,7 +91,7 @@ fn screens_of_forks_and_of_two_runs_side_by_side() {
 }
 
 #[test]
-fn screens_of_practice_while_it_goes_on_and_after_it() {
+fn screens_during_and_after_practice() {
     check("practice", |width, height| {
         let during = |run: &mut RunSummary| {
             let phase = Phase::Practising { stage: 1, stages: 2, rollouts: 50, reached: 12 };
@@ -166,7 +166,7 @@ fn screens_of_levels_and_palettes_of_tools() {
     check("tools", |width, height| {
         let shots = KEYS.map(|(name, keys)| {
             let (mut app, _) = app(level(name));
-            // The palette goes by the rows that it was drawn with.
+            // The palette moves by the rows and columns of its latest drawing.
             for key in keys.split_whitespace() {
                 press(&mut app, key);
                 shot(&mut app, width, height);

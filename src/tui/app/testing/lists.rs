@@ -1,11 +1,11 @@
-//! Columns of the list of runs, the queue in groups, and what the workbench costs.
+//! Columns of the list of runs, the queue in groups, the workbench's use of processor and memory, and the palette.
 
 use super::{app, change_run, grouped, press, shot, text, typical};
 use crate::run::RunState;
 use crate::tui::view::System;
 
 #[test]
-fn columns_are_chosen_settings_among_them_and_the_usual_ones_come_back() {
+fn columns_can_be_chosen_including_settings_and_reset() {
     let (mut app, _) = app(grouped());
     let heading = |app: &mut crate::tui::app::App| {
         let screen = text(&shot(app, 120, 40));
@@ -30,7 +30,7 @@ fn columns_are_chosen_settings_among_them_and_the_usual_ones_come_back() {
 }
 
 #[test]
-fn the_queue_is_counted_in_its_group_and_in_the_edge_of_the_list() {
+fn queued_runs_are_counted_in_their_group_and_in_the_border_of_the_list() {
     let mut view = grouped();
     for place in 3..6 {
         change_run(&mut view, place, |run| {
@@ -60,7 +60,7 @@ fn the_queue_is_counted_in_its_group_and_in_the_edge_of_the_list() {
 }
 
 #[test]
-fn commands_of_the_palette_come_back_and_their_arguments_are_completed() {
+fn the_palette_recalls_commands_and_completes_arguments() {
     let (mut app, asked) = app(typical());
     press(&mut app, ": s e e d space 7 enter : up enter");
     assert_eq!(*asked.borrow(), ["seed 7", "seed 7"]);

@@ -1,4 +1,4 @@
-//! A workspace without a session, sessions' states as view, and the tests of whole screens.
+//! Tests of whole screens, on a workspace without a session and view models of typical states.
 
 mod background;
 mod compared;
@@ -8,7 +8,7 @@ mod golden;
 mod lists;
 #[cfg(unix)]
 #[path = "../../../../tests/terminal/mod.rs"]
-#[allow(dead_code, reason = "shared: each test file needs a part of it")]
+#[allow(dead_code, reason = "shared: each test file uses a part of it")]
 mod pseudo_terminal;
 mod real_sessions;
 mod sequences;
@@ -44,20 +44,20 @@ use crate::tui::widgets::preview::Drawing;
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
 use crate::workbench::{Command, FigureKind, HandPlay, PriorState};
 
-/// A workspace that writes down what it is asked.
+/// A workspace that records what it is asked to do.
 pub struct RecordingWorkspace {
     view: ViewModel,
     asked: Rc<RefCell<Vec<String>>>,
 }
 
 thread_local! {
-    /// What the workspace of this test was asked to do in the background, the latest last.
+    /// Background requests to the workspace of this test, the latest last.
     static WANTED: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
-    /// What the next look at the session brings.
+    /// The view that the next poll brings.
     static NEWS: RefCell<Option<ViewModel>> = const { RefCell::new(None) };
 }
 
-/// What the workspace was asked to do in the background since the last call.
+/// Background requests to the workspace since the last call.
 fn wanted() -> Vec<String> {
     WANTED.take()
 }
@@ -66,13 +66,13 @@ fn want(what: String) {
     WANTED.with_borrow_mut(|wanted| wanted.push(what));
 }
 
-/// The names of the folders of runs.
+/// The folder names of runs.
 fn names(runs: &[PathBuf]) -> String {
     let names: Vec<_> = runs.iter().filter_map(|run| run.file_name()?.to_str()).collect();
     names.join(" ")
 }
 
-/// Lets the session be in another state at the next look.
+/// Brings the session into another state and ticks the app.
 fn bring(app: &mut App, view: ViewModel) {
     NEWS.set(Some(view));
     app.tick(std::time::Duration::ZERO);
@@ -149,7 +149,7 @@ impl Workspace for RecordingWorkspace {
     }
 }
 
-/// The first start: nothing has happened.
+/// The first start, before anything has happened.
 pub fn empty() -> ViewModel {
     let task = Arc::new(crate::task::load("task1").unwrap());
     let play = HandPlay::new(task.clone(), 0);
@@ -226,7 +226,7 @@ pub fn grouped() -> ViewModel {
     view
 }
 
-/// A run, a fork of it in which somebody interfered, and a fork of that one.
+/// A run, a fork of it whose schedule was changed during the training, and a fork of that fork.
 pub fn forked() -> ViewModel {
     let mut view = empty();
     let first = run("first", RunState::Finished, 2000);
@@ -248,7 +248,7 @@ pub fn forked() -> ViewModel {
     view
 }
 
-/// A run, the clusters, and the training of a model have failed.
+/// A run, the clusters and the training of a model have failed.
 pub fn failed() -> ViewModel {
     let mut view = empty();
     let reason = "the critic's loss is not finite after 1203 updates: try a smaller learning rate";
@@ -260,13 +260,13 @@ pub fn failed() -> ViewModel {
     view
 }
 
-/// Watches a run of the list, on the task as it is.
+/// Watches a run of the list, on the current task.
 pub fn watch(view: &mut ViewModel, index: usize) {
     let run = view.runs[index].clone();
     view.watched = Some(Watched { run, task: view.task.clone(), prior: None, live: None, agent: None, greedy: None });
 }
 
-/// Changes a run of the list, also where it is being watched.
+/// Changes a run of the list; if it is watched, the watched run, too.
 pub fn change_run(view: &mut ViewModel, index: usize, change: impl FnOnce(&mut RunSummary)) {
     let watched = view.watched.as_ref().is_some_and(|watched| watched.run.path == view.runs[index].path);
     change(Arc::make_mut(&mut view.runs[index]));
@@ -275,7 +275,7 @@ pub fn change_run(view: &mut ViewModel, index: usize, change: impl FnOnce(&mut R
     }
 }
 
-/// A finished run by name.
+/// A finished run with a name and no episodes.
 pub fn run_summary(name: &str) -> RunSummary {
     run(name, RunState::Finished, 0)
 }
@@ -285,7 +285,7 @@ fn at_noon(level: Level, text: &str) -> LogLine {
     LogLine { time: jiff::civil::time(12, 0, 0, 0), level, text: text.to_owned() }
 }
 
-/// What was found of a model of two tools.
+/// The evaluation of a model of two tools.
 fn evaluation() -> Evaluation {
     let errors = |mean: f64| Errors { count: 300, mean, median: mean };
     let of = |mean: f64| OneTool {
@@ -363,7 +363,7 @@ fn run(name: &str, state: RunState, done: u64) -> RunSummary {
     }
 }
 
-/// The workbench with these view, not moving, and what it asks its workspace.
+/// The workbench with a view and playback stopped, and the commands that it gives its workspace.
 pub fn app(view: ViewModel) -> (App, Rc<RefCell<Vec<String>>>) {
     let asked = Rc::default();
     let workspace = RecordingWorkspace { view, asked: Rc::clone(&asked) };
@@ -374,7 +374,7 @@ pub fn app(view: ViewModel) -> (App, Rc<RefCell<Vec<String>>>) {
     (app, asked)
 }
 
-/// Presses keys as people write them, separated by spaces.
+/// Presses keys, written as in a key file and separated by spaces.
 pub fn press(app: &mut App, keys: &str) {
     for key in keys.split_whitespace() {
         let key: Key = key.parse().unwrap();

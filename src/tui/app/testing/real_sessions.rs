@@ -1,4 +1,4 @@
-//! The workbench over real sessions: what is shown of runs and tasks belongs together.
+//! The workbench over real sessions: the runs and tasks it shows are consistent.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use crate::tui::view::{Level, SessionWorkspace, Workspace};
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
 use crate::workbench::{Command, Session, command};
 
-/// A workbench on a task, after these commands and what they begin.
+/// A workbench on a task, after these commands and the jobs they start.
 fn workbench(task: &str, folder: &Path, lines: &[&str]) -> App {
     let mut session = Session::on_task(task, folder.to_owned()).unwrap();
     for line in lines {
@@ -25,10 +25,10 @@ fn workbench(task: &str, folder: &Path, lines: &[&str]) -> App {
     App::new(Box::new(SessionWorkspace::new(session)), theme, Keymap::default())
 }
 
-/// Settings with which a run takes no time.
+/// Commands that train a very short run.
 const SHORT: [&str; 4] = ["method ddpg", "episodes 3", "set ddpg.hidden 8", "train"];
 
-/// Lets time pass and returns what is seen then.
+/// Lets time pass and returns the screen.
 fn seen(app: &mut App) -> String {
     app.tick(Duration::from_millis(300));
     text(&shot(app, 200, 50))
@@ -66,7 +66,7 @@ fn another_task_is_opened_while_a_past_episode_is_predicted() {
     assert!(screen.contains("task5 · episode 3"), "the episode has its own task\n{screen}");
     assert!(!screen.contains("no prediction"), "{screen}");
     press(&mut app, "tab right");
-    assert!(seen(&mut app).contains("task1 · no tool placed"), "what is edited is seen");
+    assert!(seen(&mut app).contains("task1 · no tool placed"), "the edited task is shown");
     app.carry_out(vec![Effect::apply(command::Undo)]);
 }
 
@@ -104,7 +104,7 @@ fn a_run_keeps_its_place_in_the_list_when_it_is_opened() {
 }
 
 #[test]
-fn the_past_has_the_agent_of_the_nearest_checkpoint_and_the_greedy_episode_is_shown() {
+fn past_episodes_have_the_nearest_agent_and_a_greedy_episode_is_shown_once() {
     let folder = tempfile::tempdir().unwrap();
     let lines = [&["set checkpoints.periodic_every 1"][..], &SHORT].concat();
     let mut app = workbench("task1", folder.path(), &lines);
@@ -114,7 +114,7 @@ fn the_past_has_the_agent_of_the_nearest_checkpoint_and_the_greedy_episode_is_sh
         }
         assert!(app.subject.agent_view(0).is_ok());
     };
-    // A run that is over has the agent of its last checkpoint.
+    // The last episode was played by the agent of the checkpoint before it.
     wait_for(&mut app, "agent of episode 2");
     press(&mut app, "4 left left");
     assert_eq!(app.subject.past_episode(), Some(2));
@@ -134,7 +134,7 @@ fn the_past_has_the_agent_of_the_nearest_checkpoint_and_the_greedy_episode_is_sh
 }
 
 #[test]
-fn what_a_command_changes_is_seen_at_once_and_a_tool_that_is_not_placed_is_an_error() {
+fn a_command_shows_at_once_and_a_refused_placement_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = workbench("task1", folder.path(), &[]);
     press(&mut app, "P enter enter");
@@ -145,20 +145,20 @@ fn what_a_command_changes_is_seen_at_once_and_a_tool_that_is_not_placed_is_an_er
     assert!(app.message().starts_with("clusters: "), "{}", app.message());
 }
 
-/// Lets time pass until something is so.
-fn wait_until(app: &mut App, is_so: impl Fn(&App) -> bool) {
+/// Lets time pass until a condition holds.
+fn wait_until(app: &mut App, condition: impl Fn(&App) -> bool) {
     for _ in 0..2000 {
-        if is_so(app) {
+        if condition(app) {
             return;
         }
         seen(app);
         std::thread::sleep(Duration::from_millis(5));
     }
-    panic!("it is not so\n{}", seen(app));
+    panic!("the condition does not hold\n{}", seen(app));
 }
 
 #[test]
-fn what_fails_in_the_background_is_said_kept_and_seen() {
+fn a_failure_in_the_background_is_reported_logged_and_shown() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = workbench("task1", folder.path(), &["set prior nowhere.safetensors"]);
     press(&mut app, "c");
@@ -172,7 +172,7 @@ fn what_fails_in_the_background_is_said_kept_and_seen() {
 }
 
 #[test]
-fn figures_tags_and_models_are_those_there_are() {
+fn figures_tags_and_models_are_up_to_date() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = workbench("task1", folder.path(), &SHORT);
     let apply = |app: &mut App, line: &str| _ = app.workspace.apply(Command::parse(line).unwrap().unwrap()).unwrap();
@@ -189,5 +189,5 @@ fn figures_tags_and_models_are_those_there_are() {
     let about = |app: &App| app.workspace.view().models.iter().map(|model| model.about.clone()).collect::<Vec<_>>();
     let before = about(&app);
     apply(&mut app, "task create/Push");
-    assert_ne!(about(&app), before, "what fits another task");
+    assert_ne!(about(&app), before, "models for another task");
 }

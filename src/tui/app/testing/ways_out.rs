@@ -1,5 +1,5 @@
-//! What a panic leaves of the terminal, and what arrives from it, in a real one: the test starts
-//! itself again, in a pseudo-terminal, as a program that takes the terminal.
+//! The state of the terminal after a panic, and bursts of input, in a pseudo-terminal: each test starts the test
+//! executable again as a program that takes over the terminal.
 
 use std::io::Read;
 use std::os::unix::net::UnixStream;
@@ -28,7 +28,7 @@ fn wait_for_a_key() {
 }
 
 #[test]
-#[ignore = "the program of the test below"]
+#[ignore = "run as a program by the test below"]
 fn program_whose_screen_panics() {
     let mut screen = Screen::open(true).unwrap();
     show(&mut screen, "before the panic");
@@ -48,7 +48,7 @@ fn a_panic_of_the_screen_restores_the_terminal_and_is_then_reported() {
 }
 
 #[test]
-#[ignore = "the program of the test below"]
+#[ignore = "run as a program by the test below"]
 fn program_with_a_thread_that_panics() {
     let mut screen = Screen::open(true).unwrap();
     show(&mut screen, "before the panic");
@@ -72,7 +72,7 @@ fn a_panic_of_another_thread_leaves_the_screen_alive() {
 }
 
 #[test]
-#[ignore = "the program of the test below"]
+#[ignore = "run as a program by the test below"]
 fn program_that_counts_what_arrives() {
     let mut screen = Screen::open(true).unwrap();
     let (_bell, wake) = UnixStream::pair().unwrap();

@@ -1,4 +1,4 @@
-//! What can follow the verb of a command: names that are known, settings with their ranges, files.
+//! Completions for the arguments of a command: known names, settings with their ranges, files.
 
 use std::path::Path;
 
@@ -10,12 +10,12 @@ use crate::trainer::{Method, RunConfig, config_keys, settings};
 use crate::tui::view::ViewModel;
 use crate::workbench::{FigureKind, Verb};
 
-/// An argument, and what it is in a few words.
+/// A completion with a short description.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Value {
-    /// As it is written.
+    /// The argument as typed.
     pub text: String,
-    /// What it is.
+    /// The description.
     pub about: String,
 }
 
@@ -23,22 +23,22 @@ fn value(text: impl Into<String>, about: impl Into<String>) -> Value {
     Value { text: text.into(), about: about.into() }
 }
 
-/// What there is to name.
+/// Everything that can be completed.
 #[derive(Debug, Clone, Default)]
 pub struct Arguments {
     tasks: Vec<Value>,
     runs: Vec<Value>,
     models: Vec<Value>,
     settings: Vec<Value>,
-    /// Values of the settings of the next run, by path.
-    present: Vec<(String, String)>,
+    /// Current values of the settings of the next run, by path.
+    current: Vec<(String, String)>,
 }
 
-/// Files of a folder that are looked at.
+/// Maximum number of entries of a folder that are considered.
 const FILES: usize = 500;
 
 impl Arguments {
-    /// What can be named now.
+    /// The completions for the current view.
     pub fn new(view: &ViewModel) -> Self {
         let run = |run: &crate::tui::view::RunSummary| value(run.path.display().to_string(), run.label.clone());
         let shipped = task::shipped().into_iter().map(|task| value(task.name, task.description));
@@ -48,11 +48,11 @@ impl Arguments {
             runs: view.runs.iter().rev().map(|known| run(known)).collect(),
             models: view.models.iter().map(|model| value(model.name.clone(), model.about.clone())).collect(),
             settings: described(&view.settings),
-            present: present(&view.settings),
+            current: current(&view.settings),
         }
     }
 
-    /// What may follow a verb and the words after it, of which the last is begun; the likeliest first.
+    /// Completions of the last of the words after a verb; those that begin with it come first.
     pub fn of(&self, verb: &Verb, words: &[&str]) -> Vec<Value> {
         let (typed, before) = match words.split_last() {
             Some((typed, before)) => (*typed, before),
@@ -67,7 +67,7 @@ impl Arguments {
             ("method", []) => Method::ALL.map(|method| value(method.name(), method.label())).into(),
             ("model" | "model evaluate", []) => self.models.clone(),
             ("set", []) => self.settings.clone(),
-            ("set", [key]) => self.present_value(key),
+            ("set", [key]) => self.current_value(key),
             ("fork", [_, ..]) => {
                 let edited = value("task=edited", "the task as it is edited");
                 let key = |known: &Value| value(format!("{}=", known.text), known.about.clone());
@@ -88,7 +88,7 @@ impl Arguments {
         for candidate in candidates {
             let text = candidate.text.to_lowercase();
             match text.find(&lower) {
-                // What is written already needs no completion.
+                // Complete already.
                 _ if candidate.text == typed => {}
                 Some(0) => first.push(candidate),
                 Some(_) => others.push(candidate),
@@ -99,9 +99,10 @@ impl Arguments {
         first
     }
 
-    fn present_value(&self, key: &str) -> Vec<Value> {
+    /// The current value of a setting.
+    fn current_value(&self, key: &str) -> Vec<Value> {
         let about = self.settings.iter().find(|known| known.text == key).map(|known| known.about.clone());
-        let known = self.present.iter().filter(|(path, _)| path == key);
+        let known = self.current.iter().filter(|(path, _)| path == key);
         known.map(|(_, now)| value(now.clone(), about.clone().unwrap_or_default())).collect()
     }
 }
@@ -119,10 +120,10 @@ fn schedules() -> Vec<Value> {
     .into()
 }
 
-/// The settings of a run with their ranges and their values for the next one.
+/// The settings of a run with their ranges and their values in the next run.
 fn described(config: &RunConfig) -> Vec<Value> {
     let known: Vec<_> = settings().collect();
-    let now = present(config);
+    let now = current(config);
     let about = |path: &str| {
         let setting = known.iter().find(|(known, _)| known == path);
         let now = now.iter().find(|(known, _)| known == path).map_or("", |(_, now)| now);
@@ -140,9 +141,9 @@ fn described(config: &RunConfig) -> Vec<Value> {
         .collect()
 }
 
-/// The settings of the next run as `set` takes them.
-fn present(config: &RunConfig) -> Vec<(String, String)> {
-    // A configuration is plain data, which always serialises.
+/// The settings of the next run with their values, in the form `set` takes.
+fn current(config: &RunConfig) -> Vec<(String, String)> {
+    // A configuration is plain data, so serialising it never fails.
     let text = serde_json::to_string(config).unwrap_or_default();
     let whole: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
     let of = |path: &String| path.split('.').try_fold(&whole, |place, name| place.get(name));
@@ -156,7 +157,7 @@ fn present(config: &RunConfig) -> Vec<(String, String)> {
         .collect()
 }
 
-/// Files with an ending in the folder that is being written, and its folders.
+/// Files with an extension, and folders, in the folder of a partly typed path.
 fn files(typed: &str, ending: &str) -> Vec<Value> {
     let folder = match typed.rsplit_once('/') {
         Some(("", _)) => "/",
@@ -189,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn names_settings_and_runs_are_offered_the_begun_ones_first() {
+    fn completions_that_begin_with_the_typed_text_come_first() {
         assert_eq!(offered(&["ddpg.gam"], "set"), ["ddpg.gamma"]);
         assert_eq!(offered(&["DDPG.gam"], "set"), ["ddpg.gamma"]);
         let with_an_e = offered(&["e"], "set");
@@ -199,7 +200,7 @@ mod tests {
         assert_eq!(offered(&["12", "ddpg.gam"], "fork"), ["ddpg.gamma="]);
         assert_eq!(offered(&["12", "seed"], "fork"), Vec::<String>::new(), "a fork keeps its seed");
         assert_eq!(offered(&["old"], "open"), ["runs/old"]);
-        assert_eq!(offered(&["task4"], "task"), Vec::<String>::new(), "it is whole");
+        assert_eq!(offered(&["task4"], "task"), Vec::<String>::new(), "it is complete");
         assert!(offered(&["ddpg-u"], "method").iter().all(|name| name.starts_with("ddpg-uniform")));
         assert_eq!(offered(&["dash"], "figure"), ["dashboard"]);
         assert_eq!(offered(&["see"], "tool add"), ["see_saw"]);
@@ -209,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn files_of_the_folder_that_is_written_are_offered() {
+    fn files_and_folders_of_the_typed_path_are_offered() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("mine.json"), "").unwrap();
         std::fs::write(folder.path().join("mine.txt"), "").unwrap();

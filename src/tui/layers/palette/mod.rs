@@ -1,4 +1,4 @@
-//! Actions and commands by name: a fuzzy list and a command line in one.
+//! The command palette: fuzzy search over actions and commands, and a command line.
 
 mod arguments;
 
@@ -25,16 +25,16 @@ use crate::workbench::{Command, Verb, verbs};
 pub use arguments::Arguments;
 use arguments::Value;
 
-/// What can be found.
+/// A searchable action or command.
 #[derive(Clone, Copy)]
 struct Item {
     entry: &'static Entry,
-    /// It can be asked for as it stands; otherwise its command is to be typed.
+    /// The action applies in the current contexts.
     applies: bool,
 }
 
 impl Item {
-    /// Its command with what follows, or its name, and an explanation, in one line.
+    /// The usage of its command, or its name, with a description, in one line.
     fn line(self) -> String {
         let usage = self.entry.verb().map_or_else(|| self.entry.name.to_owned(), Verb::usage);
         format!("{usage:<28} {}", self.entry.about)
@@ -46,15 +46,16 @@ pub struct Palette {
     input: TextInput,
     items: Vec<Item>,
     found: Vec<Item>,
-    /// What can be named in a command.
+    /// Everything that can be completed.
     arguments: Arguments,
-    /// What may come next in the command that is being written; below what was found.
+    /// Completions of the command being typed; listed below `found`.
     values: Vec<Value>,
-    /// Commands that were given, the oldest first, and which of them is shown.
+    /// Commands entered so far, oldest first, and the index of the recalled one.
     history: Vec<String>,
     recalled: Option<usize>,
+    /// Index into `found` followed by `values`.
     selected: usize,
-    /// Where what was found is.
+    /// Where each visible row was last drawn.
     rows: Vec<(Rect, usize)>,
     /// Why the latest command was refused.
     error: Option<String>,
@@ -85,15 +86,14 @@ impl Palette {
         }
     }
 
-    /// A palette in which a command is begun.
+    /// The palette with the beginning of a command typed in.
     #[must_use]
     pub fn begun(mut self, words: &str) -> Self {
         self.paste(&format!("{words} "));
         self
     }
 
-    /// A line that begins with a command and has an argument is that command; otherwise
-    /// the selected item counts.
+    /// Carries out the typed line if it is a command; otherwise chooses the selected item.
     fn choose(&mut self) -> Response {
         let text = self.input.text().trim();
         if is_command(text) {
@@ -112,7 +112,7 @@ impl Palette {
         }
     }
 
-    /// What is written, as a command.
+    /// Parses the typed line and carries it out.
     fn command(&mut self) -> Response {
         match Command::parse(self.input.text()) {
             Ok(Some(command)) => {
@@ -125,12 +125,12 @@ impl Palette {
         Response::Stay
     }
 
-    /// Takes over what is selected, or the likeliest.
+    /// Completes the line with the selected completion or the first one, or else with the selected command.
     fn complete(&mut self) {
         if !self.values.is_empty() {
             let chosen = self.selected.saturating_sub(self.found.len()).min(self.values.len() - 1);
             let text = self.values[chosen].text.clone();
-            // A folder and `KEY=` are only a beginning.
+            // More text follows a folder or `KEY=`.
             let end = if text.ends_with(['/', '=']) { "" } else { " " };
             let begun = self.input.text().rfind(' ').map_or(0, |space| space + 1);
             let before = self.input.text()[..begun].to_owned();
@@ -143,7 +143,7 @@ impl Palette {
         }
     }
 
-    /// Shows a command that was given before, an older or a newer one; false if there is none.
+    /// Recalls an older or newer command of the history; false if there is none.
     fn recall(&mut self, older: bool) -> bool {
         let begins = self.input.text().is_empty() || self.recalled.is_some();
         let next = match (self.recalled, older) {
@@ -243,7 +243,7 @@ impl Layer for Palette {
             Text::from_iter(lines).style(Style::new().fg(theme.bad)).render(below, buffer);
             return Some(cursor);
         }
-        // What is selected is explained at the bottom if its line has no room for that.
+        // If the line has little room for the description, show it at the bottom.
         if let Some(item) = self.found.get(self.selected).filter(|item| columns::width(&item.line()) + 12 > width) {
             let lines = wrap(item.entry.about, width);
             below.height = below.height.saturating_sub(lines.len() as u16);
@@ -275,7 +275,7 @@ fn begins_with(text: &str, name: &str) -> bool {
     text.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(' '))
 }
 
-/// Whether a text is more than the beginning of a name: a command with its arguments.
+/// Whether a text is a command: a verb followed by arguments, or one that takes none.
 fn is_command(text: &str) -> bool {
     let complete = |verb: &Verb| match text.strip_prefix(verb.name) {
         Some("") => verb.arguments.is_empty(),
@@ -295,8 +295,8 @@ mod tests {
         Palette::new(contexts, arguments, history.iter().map(|line| (*line).to_owned()).collect())
     }
 
-    /// What is asked for after a text was typed and given.
-    fn given(typed: &str) -> String {
+    /// The response after typing a text and pressing enter.
+    fn entered(typed: &str) -> String {
         let mut palette = palette(&[Context::Scene, Context::Everywhere], &[]);
         palette.paste(typed);
         match palette.key(KeyEvent::new(KeyCode::Enter, KeyModifiers::NONE)) {
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn typed_commands_are_commands_and_everything_else_is_searched() {
+    fn typed_commands_are_carried_out_and_other_text_is_searched() {
         for (typed, expected) in [
             ("epsilon 0.3", "command epsilon 0.3"),
             ("undo", "command undo"),
@@ -325,8 +325,8 @@ mod tests {
             ("whole-range", "perform on Training WholeRange"),
             ("quarrel 7", "unknown command `quarrel 7`"),
         ] {
-            let given = given(typed);
-            assert!(given.contains(expected), "{typed}: {given}");
+            let response = entered(typed);
+            assert!(response.contains(expected), "{typed}: {response}");
         }
     }
 
@@ -339,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn arguments_are_completed_and_given_commands_come_back() {
+    fn arguments_are_completed_and_entered_commands_are_recalled() {
         let press = |palette: &mut Palette, code: KeyCode| drop(palette.key(KeyEvent::new(code, KeyModifiers::NONE)));
         let mut written = palette(&[Context::Everywhere], &[]);
         written.paste("set ddpg.ga");
@@ -365,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_completed_is_what_is_selected_and_can_be_read_again() {
+    fn the_selected_completion_is_inserted_and_quoted() {
         let mut view = crate::tui::testing::typical();
         view.runs.push(std::sync::Arc::new(crate::tui::testing::run_summary("my run")));
         let completed = |typed: &str, downs: usize| {

@@ -1,5 +1,5 @@
-//! What a person says of the figure of learning curves: its look, and the names and order of its curves. The runs
-//! are those that are marked on the Runs screen, or all in the folder.
+//! The composer of the learning-curve figure: its look, and the names and order of its curves. The figure shows the
+//! runs marked on the Runs screen, or all in the folder.
 
 use std::path::PathBuf;
 
@@ -21,22 +21,22 @@ use crate::tui::view::RunSummary;
 use crate::tui::widgets::columns::shortened;
 use crate::tui::widgets::list;
 
-/// The composition as it is being made.
+/// State of the composer.
 #[derive(Debug, Default)]
 pub struct Composer {
-    /// It has the keys.
+    /// Whether it has the keyboard focus.
     open: bool,
     row: usize,
-    /// All but runs and curves.
+    /// The composition without runs and curves.
     composition: Composition,
-    /// The marked runs, and what was made of their curves.
+    /// The marked runs to which `curves` belong.
     marked: Vec<PathBuf>,
     curves: Vec<Curve>,
-    /// Something was said of the curves.
+    /// Whether the curves were edited.
     touched: bool,
 }
 
-/// A curve that there is.
+/// A curve of the figure.
 #[derive(Debug, Clone, PartialEq)]
 struct Curve {
     label: String,
@@ -44,23 +44,23 @@ struct Curve {
     hidden: bool,
 }
 
-/// Rows of options, before those of curves.
+/// Number of rows of options, above those of curves.
 const OPTIONS: usize = 6;
 /// A step of the font's size, in points.
 const STEP: f64 = 0.5;
 
 impl Composer {
-    /// Whether it has the keys.
+    /// Whether it has the keyboard focus.
     pub fn is_open(&self) -> bool {
         self.open
     }
 
-    /// Gives the keys back; false if it did not have them.
+    /// Gives up the keyboard focus; false if it did not have it.
     pub fn leave(&mut self) -> bool {
         std::mem::take(&mut self.open)
     }
 
-    /// Takes the keys. What was made of the curves of other runs is forgotten.
+    /// Takes the keyboard focus. If other runs are marked than before, edits of curves are discarded.
     pub(super) fn open(&mut self, runs: &Runs, ui: &Ui) {
         self.open = true;
         let marked = marked(runs, ui);
@@ -85,12 +85,12 @@ impl Composer {
         OPTIONS + self.curves.len() - 1
     }
 
-    /// The row that is selected.
+    /// Selects a row.
     pub fn select(&mut self, row: usize) {
         self.row = row.min(self.last());
     }
 
-    /// Gives a curve another name; none for its own.
+    /// Renames a curve; an empty name restores its label.
     pub fn name(&mut self, label: &str, name: &str) {
         if let Some(curve) = self.curves.iter_mut().find(|curve| curve.label == label) {
             curve.name = Some(name.to_owned()).filter(|name| !name.is_empty() && name != label);
@@ -98,19 +98,19 @@ impl Composer {
         }
     }
 
-    /// What is composed of the marked runs, or of all.
+    /// The composition of the marked runs, or of all.
     pub fn composition(&self, runs: &Runs, ui: &Ui) -> Composition {
         let marked: Vec<PathBuf> = marked(runs, ui).into_iter().map(|run| run.path.clone()).collect();
         if marked != self.marked {
             return Composition { runs: marked, reference: None, ..self.composition.clone() };
         }
-        // As long as nothing is said of the curves, those that come later are shown, too.
+        // Until curves are edited, none is listed, so that curves of later runs are shown, too.
         let shown = self.curves.iter().filter(|curve| self.touched && !curve.hidden);
         let curves = shown.map(|curve| (curve.label.clone(), curve.name.clone())).collect();
         Composition { runs: marked, curves, ..self.composition.clone() }
     }
 
-    /// What an action does while it has the keys; None if it is not for it.
+    /// Handles an action while it has the focus; None if the action is not for it.
     pub(super) fn perform(&mut self, action: Action) -> Option<Vec<Effect>> {
         if let Some(row) = select(action, self.row, self.last()) {
             self.row = row;
@@ -125,7 +125,7 @@ impl Composer {
         Some(Vec::new())
     }
 
-    /// The next value of the selected option, or the one before.
+    /// Sets the selected option to its next or previous value.
     fn change(&mut self, forward: bool) {
         let Composition { reference, success, against, look, .. } = &mut self.composition;
         match self.row {
@@ -137,7 +137,7 @@ impl Composer {
             2 => look.logarithmic = !look.logarithmic,
             3 => {
                 *success = if *success == Success::Training { Success::Greedy } else { Success::Training };
-                // Nobody counted the steps to an evaluation.
+                // Evaluations have no number of environment steps.
                 *against = Against::Episodes;
             }
             4 => {
@@ -146,7 +146,7 @@ impl Composer {
             }
             5 => {
                 let labels: Vec<&String> = self.curves.iter().map(|curve| &curve.label).collect();
-                // None stands before the first and behind the last.
+                // None comes before the first label and after the last.
                 let now = reference.as_ref().and_then(|now| labels.iter().position(|label| *label == now));
                 let next = match (now, forward) {
                     (None, true) => Some(0),
@@ -176,7 +176,7 @@ impl Composer {
                 let Curve { label, name, .. } = self.curves[place].clone();
                 let of = label.clone();
                 let read = move |name: &str| Ok(Effect::NameCurve { label: of.clone(), name: name.to_owned() });
-                let hint = format!("what the legend says of {label}; nothing for that");
+                let hint = format!("name of {label} in the legend; empty for the default");
                 return vec![Effect::open(Prompt::new("name of the curve", hint, name.unwrap_or(label), read))];
             }
             Action::Earlier | Action::Later => {
@@ -191,7 +191,7 @@ impl Composer {
         Vec::new()
     }
 
-    /// Rows that it needs.
+    /// Rows that it needs inside its pane.
     pub(super) fn height(&self) -> u16 {
         (OPTIONS + self.curves.len()) as u16
     }
@@ -236,7 +236,7 @@ impl Composer {
     }
 }
 
-/// Columns of the name of an option.
+/// Width of the column of option names.
 const OPTION: u16 = 10;
 
 /// The marked runs.
@@ -244,7 +244,7 @@ fn marked<'a>(runs: &Runs, ui: &Ui<'a>) -> Vec<&'a RunSummary> {
     ui.view.runs.iter().map(|run| &**run).filter(|run| runs.is_marked(run)).collect()
 }
 
-/// The labels of the curves of these runs, or of all if there are none, as reports have them.
+/// The labels of the curves of these runs, or of all runs if none is marked, as in reports.
 fn labels(marked: &[&RunSummary], ui: &Ui) -> Vec<String> {
     let all: Vec<&RunSummary> =
         if marked.is_empty() { ui.view.runs.iter().map(|run| &**run).collect() } else { marked.to_vec() };

@@ -34,7 +34,7 @@ fn about(kind: FigureKind) -> &'static str {
     }
 }
 
-/// Columns of the list where there is room beside it.
+/// Width of the list in the wide layout.
 const LIST: u16 = 56;
 
 /// Draws the screen: the list at the left or above, the selected figure beside or below.
@@ -44,7 +44,7 @@ pub fn draw(screens: &Screens, ui: &Ui, covered: bool, area: Rect, buffer: &mut 
     let [mut list, picture] = if area.width >= WIDE {
         Layout::horizontal([Constraint::Length(LIST), Constraint::Fill(1)]).areas(area)
     } else {
-        // Where there is little room, what is composed takes the place of the list.
+        // In the narrow layout the composer replaces the list.
         let rows = composer.map_or(rows, |composer| (composer.height() + 2).min(area.height / 2));
         Layout::vertical([Constraint::Length(rows), Constraint::Fill(1)]).areas(area)
     };
@@ -71,7 +71,7 @@ pub fn draw(screens: &Screens, ui: &Ui, covered: bool, area: Rect, buffer: &mut 
     }
 }
 
-/// The line of a script that makes the figure.
+/// Draws the script line that makes the figure.
 fn line(screens: &Screens, ui: &Ui, area: Rect, buffer: &mut Buffer) {
     let inside = pane("in a script", area, ui.theme, buffer);
     let command = export(FigureKind::Learning, "pdf", &screens.lists, &screens.runs, ui);
@@ -86,7 +86,7 @@ fn line(screens: &Screens, ui: &Ui, area: Rect, buffer: &mut Buffer) {
 /// The command that exports a figure in a format.
 pub fn export(kind: FigureKind, format: &str, lists: &Lists, runs: &Runs, ui: &Ui) -> Command {
     let view = ui.view;
-    // What is of a run has its name: those of several runs on one task do not replace one another.
+    // A figure of one run is named after it: figures of several runs on one task do not overwrite each other.
     let of_run = match kind {
         FigureKind::Dashboard => true,
         FigureKind::Episode => view.hand.trace.steps.is_empty(),
@@ -127,8 +127,7 @@ fn selected(lists: &Lists) -> FigureKind {
     FigureKind::ALL[lists.figure.min(FigureKind::ALL.len() - 1)]
 }
 
-/// What is to be drawn: the selected figure, what is composed of it, and the picture of it that is wanted. None while
-/// it has no room.
+/// The selected figure, its composition, and the preview to draw. None while there is no room for a preview.
 pub fn wanted(lists: &Lists, runs: &Runs, ui: &Ui, regions: &HitRegions) -> Option<(FigureKind, Composition, Wanted)> {
     let (area, _) =
         regions.all().iter().find(|(area, region)| matches!(region, Region::Preview) && !area.is_empty())?;
@@ -143,7 +142,7 @@ pub fn wanted(lists: &Lists, runs: &Runs, ui: &Ui, regions: &HitRegions) -> Opti
     Some((kind, composition, wanted))
 }
 
-/// A number that changes with everything a figure shows.
+/// A hash of what a figure shows: the preview is drawn again when it changes.
 fn stamp(kind: FigureKind, composition: &Composition, ui: &Ui) -> u64 {
     let view = ui.view;
     let mut hasher = DefaultHasher::new();
@@ -184,7 +183,7 @@ pub fn perform(lists: &mut Lists, runs: &Runs, ui: &Ui, action: Action) -> Vec<E
     vec![Effect::Export(vec![(kind, format)])]
 }
 
-/// Gives the keys to the composer, or takes them away.
+/// Gives the keyboard focus to the composer, or takes it away.
 fn compose(lists: &mut Lists, runs: &Runs, ui: &Ui) -> Vec<Effect> {
     if !lists.composer.leave() {
         lists.figure = FigureKind::ALL.iter().position(|kind| *kind == FigureKind::Learning).unwrap_or(0);

@@ -1,4 +1,4 @@
-//! The columns of the list of runs: which there are, and which are shown.
+//! The columns of the list of runs.
 
 use ratatui::layout::Alignment;
 
@@ -12,16 +12,16 @@ use crate::text::printable;
 use crate::tui::view::{Curves, RunGroup, span};
 use crate::tui::widgets::theme::{Marker, Theme};
 
-/// A column beside mark, name and state.
+/// A column after mark, name and state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
     /// Its name, and its heading.
     pub heading: String,
-    /// Columns of the terminal.
+    /// Its width.
     pub width: u16,
-    /// Columns of the list from which on there is room for it, if nobody chose the columns.
+    /// Width of the list from which it is one of the default columns.
     pub from: u16,
-    /// Where its text stands.
+    /// The alignment of its text.
     pub alignment: Alignment,
     kind: Kind,
 }
@@ -44,7 +44,8 @@ enum Kind {
     Setting,
 }
 
-/// Every column that is no setting: name, width, from where on it is shown, and whether numbers are in it.
+/// Every column that is not a setting: name, width, width of the list from which it is a default column, whether it is
+/// numeric, and kind.
 const ALL: [(&str, u16, u16, bool, Kind); 12] = [
     ("episodes", 18, 60, false, Kind::Episodes),
     ("success", 7, 0, true, Kind::Success),
@@ -60,7 +61,7 @@ const ALL: [(&str, u16, u16, bool, Kind); 12] = [
     ("note", 24, u16::MAX, false, Kind::Note),
 ];
 
-/// The columns that are shown if nobody chooses, where there is room.
+/// The default columns, for a list that is wide enough.
 pub fn usual() -> Vec<Column> {
     ALL.iter().filter(|(_, _, from, ..)| *from < u16::MAX).map(column).collect()
 }
@@ -70,16 +71,16 @@ fn column((heading, width, from, is_number, kind): &(&str, u16, u16, bool, Kind)
     Column { heading: (*heading).to_owned(), width: *width, from: *from, alignment, kind: *kind }
 }
 
-/// The names of all columns that are no settings.
+/// The names of all columns that are not settings.
 pub fn names() -> String {
     ALL.map(|(name, ..)| name).join(" ")
 }
 
-/// Reads the columns that a person wants: names, and JSON paths of settings, with spaces between them. Without
-/// any, the usual ones.
+/// Reads the names of columns and the JSON paths of settings, separated by spaces or commas. None if there are none,
+/// for the default columns.
 ///
 /// # Errors
-/// The word that is neither.
+/// The first word that is neither.
 pub fn parse(text: &str) -> Result<Option<Vec<Column>>, String> {
     let read = |word: &str| {
         if let Some(known) = ALL.iter().find(|(name, ..)| *name == word) {
@@ -99,10 +100,10 @@ pub fn parse(text: &str) -> Result<Option<Vec<Column>>, String> {
 }
 
 impl Column {
-    /// What stands in it for a line of the list.
+    /// Its text for a line of the list.
     pub fn cell(&self, line: &Line, ui: &Ui) -> String {
         let runs = line.runs();
-        // A group has one value of everything but the seed.
+        // The runs of a group differ only in the seed: all other settings are those of the first.
         let Some(first) = runs.first() else { return String::new() };
         match self.kind {
             Kind::Episodes => {
@@ -123,7 +124,7 @@ impl Column {
             Kind::Left => line.seconds_left().map_or_else(String::new, span),
             Kind::Curve => sparkline(line.curves(), usize::from(self.width), ui.theme),
             Kind::Seed => match runs.as_slice() {
-                // Those of a group are in the order of their seeds.
+                // The runs of a group are sorted by seed.
                 [least, .., greatest] => format!("{}-{}", least.seed, greatest.seed),
                 _ => first.seed.to_string(),
             },
@@ -133,7 +134,7 @@ impl Column {
             Kind::Epsilon => String::new(),
             Kind::Tags => printable(&first.tags.join(" ")).to_string(),
             Kind::Note => printable(&first.note).to_string(),
-            // A setting in which no two runs differ needs no column.
+            // Empty for a setting in which no two runs differ.
             Kind::Setting => {
                 let found = ui.view.groups.settings(&first.path).and_then(|settings| settings.get(&self.heading));
                 found.map_or_else(String::new, |value| printable(value).to_string())
@@ -146,7 +147,7 @@ fn percent(share: Option<f64>) -> String {
     share.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share))
 }
 
-/// The success rate over the episodes so far in a few characters.
+/// The success rate over the episodes so far, as a sparkline.
 fn sparkline(curves: Option<&Curves>, width: usize, theme: &Theme) -> String {
     let heights: &[&str] = match theme.marker {
         Marker::Ascii => &["_", ".", "-", "=", "#"],

@@ -1,4 +1,4 @@
-//! What is typed to see some of the runs: words, and conditions such as `task:4` and `epsilon<0.2`.
+//! The filter of the list of runs: words, and conditions such as `task:4` and `epsilon<0.2`.
 
 use super::super::Ui;
 use crate::spelling::did_you_mean;
@@ -13,11 +13,11 @@ pub struct Filter {
 
 #[derive(Debug, Clone, PartialEq)]
 enum Term {
-    /// A part of the line of a run.
+    /// Part of the text of a run.
     Word(String),
-    /// A part of one of its columns.
+    /// Part of the text in one of its columns.
     Part(String, String),
-    /// A number compared with one of its columns.
+    /// A comparison of one of its columns with a number.
     Compared(String, Comparison, f64),
 }
 
@@ -30,7 +30,7 @@ enum Comparison {
     More,
 }
 
-/// Signs of comparisons, the longer ones first.
+/// Comparison signs, the longer ones first.
 const SIGNS: [(&str, Comparison); 5] = [
     ("<=", Comparison::AtMost),
     (">=", Comparison::AtLeast),
@@ -39,9 +39,9 @@ const SIGNS: [(&str, Comparison); 5] = [
     ("=", Comparison::Equal),
 ];
 
-/// Columns of words.
+/// Columns of text.
 const WORDS: [&str; 7] = ["task", "method", "state", "name", "label", "tag", "note"];
-/// Columns of numbers. Success is a share from 0 to 1, epsilon the threshold of the first episode.
+/// Columns of numbers. Success is a fraction from 0 to 1, epsilon the threshold of the first episode.
 const NUMBERS: [&str; 5] = ["seed", "episodes", "done", "success", "epsilon"];
 
 impl Filter {
@@ -81,7 +81,7 @@ impl Comparison {
         match self {
             Self::Less => found < wanted,
             Self::AtMost => found <= wanted,
-            // Numbers of single precision are written in short.
+            // Allow for values in single precision.
             Self::Equal => (found - wanted).abs() < 1e-6 * wanted.abs().max(1.0),
             Self::AtLeast => found >= wanted,
             Self::More => found > wanted,
@@ -96,7 +96,7 @@ fn term(word: &str) -> Result<Term, String> {
         Some((column.to_owned(), *comparison, value.to_owned()))
     });
     if let Some((column, comparison, value)) = compared {
-        // Other settings have their JSON path, such as `ddpg.gamma`.
+        // Other settings are named by their JSON path, such as `ddpg.gamma`.
         if !NUMBERS.contains(&&*column) && !column.contains('.') {
             let known = did_you_mean(NUMBERS, &column);
             return Err(format!("`{column}` is not one of {} or a setting{known}", NUMBERS.join(", ")));
@@ -116,7 +116,7 @@ fn term(word: &str) -> Result<Term, String> {
     }
 }
 
-/// The text in which a word is looked for.
+/// The text in which words are searched.
 fn line(run: &RunSummary) -> String {
     let tags = run.tags.join(" ");
     format!("{} {} {} seed {} {} {tags}", run.name, run.task, run.method, run.seed, run.state_word()).to_lowercase()

@@ -23,14 +23,14 @@ use crate::tui::widgets::theme::Theme;
 /// A line of the list.
 #[derive(Clone)]
 pub enum Line<'a> {
-    /// A run, and how deep it is below another line: one of an unfolded group, or a fork.
+    /// A run, and its depth below another line, as one of an unfolded group or as a fork.
     Run(&'a RunSummary, usize),
     /// A group, and those of its runs that are listed.
     Group(&'a RunGroup, Vec<&'a RunSummary>),
 }
 
 impl<'a> Line<'a> {
-    /// What the selection remembers of it.
+    /// Its identity, for the selection.
     pub fn key(&self) -> Key {
         match self {
             Self::Run(run, _) => Key::Run(run.path.clone()),
@@ -54,11 +54,11 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// The run of it whose state most needs to be known.
+    /// Its run in the most urgent state.
     fn foremost(&self) -> &'a RunSummary {
         match self {
             Self::Run(run, _) => run,
-            // A group on the list has runs on it.
+            // A listed group has at least one listed run.
             Self::Group(_, runs) => runs.iter().min_by_key(|run| urgency(run)).unwrap_or(&runs[0]),
         }
     }
@@ -70,8 +70,7 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// Its name in so many columns; a group's with its task where there are several, and the number of its
-    /// runs.
+    /// Its name, shortened to `columns`; a group's with its task if there are several, and the number of its runs.
     fn named(&self, columns: usize, several_tasks: bool) -> String {
         match self {
             Self::Run(run, 0) => shortened(&run.name, columns, true),
@@ -87,7 +86,7 @@ impl<'a> Line<'a> {
                 if width(&whole) <= columns {
                     return whole;
                 }
-                // What sets groups apart needs the room of the word.
+                // Without the word there is more room for the label.
                 let count = format!(" ({})", runs.len());
                 shortened(&label, columns.saturating_sub(count.len()), false) + &count
             }
@@ -99,7 +98,7 @@ impl<'a> Line<'a> {
         self.runs().iter().fold([0, 0], |[done, all], run| [done + run.done, all + run.episodes])
     }
 
-    /// Share of successes: a group's is the interquartile mean.
+    /// Success rate; a group's is the interquartile mean.
     pub fn success(&self) -> Option<f64> {
         match self {
             Self::Run(run, _) => run.success.map(f64::from),
@@ -112,12 +111,12 @@ impl<'a> Line<'a> {
         if let Self::Group(group, _) = self { group.improvement } else { None }
     }
 
-    /// Seconds until all its runs are finished at the present rate, if they are trained side by side.
+    /// Seconds until all its runs are finished at their present rates, if they are trained in parallel.
     pub fn seconds_left(&self) -> Option<f64> {
         self.runs().iter().filter_map(|run| run.seconds_left()).reduce(f64::max)
     }
 
-    /// Its curves, a group's in one.
+    /// Its curves; those of a group are the interquartile means.
     pub fn curves(&self) -> Option<&'a Curves> {
         match self {
             Self::Run(run, _) => Some(&run.curves),
@@ -125,7 +124,7 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// What most needs to be known of the states of its runs, and how many there are in it.
+    /// The most urgent state of its runs with the number of runs in it, and its style.
     fn state(&self, theme: &Theme) -> (String, Style) {
         let runs = self.runs();
         let style = |run: &RunSummary| Style::new().fg(state_colour(&run.state, theme));
@@ -135,7 +134,7 @@ impl<'a> Line<'a> {
         let first = self.foremost();
         let count = runs.iter().filter(|run| run.state_word() == first.state_word()).count();
         let queued = runs.iter().filter(|run| run.queued).count();
-        // What is trained and what waits are both of interest.
+        // Show both the runs being trained and those in the queue.
         match queued {
             1.. if !first.queued => (format!("{count} {}, {queued} q", short(first.state_word())), style(first)),
             _ => (format!("{count} {}", first.state_word()), style(first)),
@@ -143,7 +142,7 @@ impl<'a> Line<'a> {
     }
 }
 
-/// How soon the state of a run is to be known, from 0.
+/// Rank of the state of a run, 0 for the most urgent.
 fn urgency(run: &RunSummary) -> usize {
     match run.state {
         RunState::Failed(_) => 0,
@@ -156,7 +155,7 @@ fn urgency(run: &RunSummary) -> usize {
     }
 }
 
-/// The beginning of a word of a state.
+/// The abbreviation of the word for a state.
 fn short(word: &str) -> &str {
     word.get(..3).unwrap_or(word)
 }
@@ -169,7 +168,7 @@ pub enum Sort {
     Latest,
     /// By name or label.
     Name,
-    /// What failed first, then what goes on, what waits, and what is over.
+    /// The most urgent first: failed, running, queued, and finished last.
     State,
     /// The most episodes first.
     Episodes,
@@ -206,7 +205,7 @@ impl Sort {
 /// The lines of the list.
 pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
     let mut lines: Vec<Line<'a>> = Vec::new();
-    // Places of groups among the lines, by their addresses.
+    // The index of each group's line, by the address of the group.
     let mut places: HashMap<*const RunGroup, usize> = HashMap::new();
     for run in ui.view.runs.iter().rev().map(|run| &**run).filter(|run| state.filter.accepts(run, ui)) {
         let Some(group) = ui.view.groups.of(&run.path).filter(|group| group.is_many()) else {
@@ -221,7 +220,7 @@ pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
     }
     for line in &mut lines {
         match line {
-            // Nothing is folded of which only one is listed.
+            // A group of which only one run is listed is not folded.
             Line::Group(_, runs) if runs.len() == 1 => *line = Line::Run(runs[0], 0),
             Line::Group(_, runs) => runs.sort_by_key(|run| run.seed),
             Line::Run(..) => {}
@@ -243,13 +242,13 @@ pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
     tree(lines.into_iter().flat_map(unfolded).collect())
 }
 
-/// Puts forks below the line of the run that they come from, if that is listed, each as deep as it is.
+/// Puts forks below the line of their origin, if that is listed, each one level deeper.
 fn tree(lines: Vec<Line>) -> Vec<Line> {
     let is_fork = |line: &Line| matches!(line, Line::Run(run, 0) if run.config.fork.is_some());
     if !lines.iter().any(is_fork) {
         return lines;
     }
-    // Of a run in an unfolded group, its own line.
+    // A run of an unfolded group is at its own line, which overwrites that of the group.
     let mut places: HashMap<&str, usize> = HashMap::new();
     for (place, line) in lines.iter().enumerate() {
         line.runs().iter().for_each(|run| _ = places.insert(&run.name, place));
@@ -267,7 +266,7 @@ fn tree(lines: Vec<Line>) -> Vec<Line> {
     let mut ordered = Vec::with_capacity(lines.len());
     let mut next: Vec<(usize, usize)> = roots.into_iter().rev().map(|place| (place, depth(&lines[place]))).collect();
     let mut seen = vec![false; lines.len()];
-    // Runs that name one another as their origin come from nowhere: they come last.
+    // Runs that name each other as origin cannot be reached from a root: they come last.
     let others: Vec<(usize, usize)> = (0..lines.len()).rev().map(|place| (place, 0)).collect();
     next.splice(0..0, others);
     while let Some((place, at)) = next.pop() {
@@ -283,15 +282,15 @@ fn tree(lines: Vec<Line>) -> Vec<Line> {
     ordered
 }
 
-/// Levels of forks that are told apart by how far they are to the right.
+/// Most levels by which a line is indented.
 const DEEPEST: usize = 6;
-/// Columns of the mark and of the state.
+/// Widths of the mark and of the state.
 const MARK: u16 = 2;
 const STATE: u16 = 11;
-/// Columns of a name at least, if there is room for nothing else, and at most.
+/// Least width of a name beside chosen columns, and greatest width of a name.
 const NAME: [u16; 2] = [16, 70];
 
-/// The columns there is room for: those that were chosen, as many as fit, or the usual ones.
+/// The columns that fit: the chosen ones, or the default ones.
 fn shown_columns(state: &Runs, width: u16) -> Vec<Column> {
     let Some(chosen) = &state.columns else {
         return columns::usual().into_iter().filter(|column| width >= column.from).collect();
@@ -305,7 +304,7 @@ fn shown_columns(state: &Runs, width: u16) -> Vec<Column> {
     chosen.iter().take_while(fits).cloned().collect()
 }
 
-/// Draws headings and lines, the selected one among them.
+/// Draws headings and lines, with the selected one highlighted.
 pub fn draw(
     state: &Runs,
     lines: &[Line],

@@ -1,5 +1,5 @@
-//! The Runs screen: past and running runs, in groups of those that differ in the seed only. What is
-//! done with a run is done with all that are marked, or with the selected run or group.
+//! The Runs screen: past and running runs, in groups of those that differ in the seed only. Actions apply to all
+//! marked runs, or else to the selected run or group.
 
 mod columns;
 mod filter;
@@ -32,7 +32,7 @@ use list::{Line, Sort};
 /// State of the list of runs.
 #[derive(Debug, Default)]
 pub struct Runs {
-    /// The selected line, and where it was in the list; another may have come before it since.
+    /// The selected line, and its row when it was selected; lines may have been inserted above it since.
     selected: Option<Key>,
     row: usize,
     filter: Filter,
@@ -41,12 +41,12 @@ pub struct Runs {
     /// Groups whose runs are shown one by one.
     unfolded: HashSet<Key>,
     marked: HashSet<PathBuf>,
-    /// The columns that were chosen; none for the usual ones.
+    /// The chosen columns; None for the default ones.
     columns: Option<Vec<Column>>,
     since_look: Duration,
 }
 
-/// What a line is of, whatever happens to the others.
+/// The identity of a line; it does not depend on other lines.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub enum Key {
     /// The run in a folder.
@@ -55,15 +55,15 @@ pub enum Key {
     Group(String, String),
 }
 
-/// Time between two looks at the folder of runs, where others may be at work, too.
+/// Interval between scans of the folder of runs, which other processes may change, too.
 const LOOK: Duration = Duration::from_secs(2);
-/// Columns from which on there is room for a preview beside the list.
+/// Width from which a preview fits beside the list.
 const BESIDE: u16 = 110;
-/// Lines of the list around the selected one whose curves are read.
+/// Lines above and below the selected one whose curves are read.
 const AROUND: usize = 60;
 
 impl Runs {
-    /// Lets time pass; true when the folder should be looked at again.
+    /// Advances time; true when the folder should be scanned again.
     pub fn is_time_to_look(&mut self, elapsed: Duration) -> bool {
         self.since_look += elapsed;
         let due = self.since_look >= LOOK;
@@ -73,10 +73,10 @@ impl Runs {
         due
     }
 
-    /// Shows only some runs.
+    /// Lists only the runs that a filter accepts.
     ///
     /// # Errors
-    /// What is wrong with the text that says which.
+    /// What is wrong with the filter.
     pub fn filter(&mut self, text: &str) -> Result<(), String> {
         self.filter = Filter::parse(text)?;
         (self.selected, self.row) = (None, 0);
@@ -86,13 +86,13 @@ impl Runs {
     /// Shows these columns.
     ///
     /// # Errors
-    /// What is no column.
+    /// The first word that is not a column.
     pub fn show_columns(&mut self, text: &str) -> Result<(), String> {
         self.columns = columns::parse(text)?;
         Ok(())
     }
 
-    /// The row of the selected line; near where it was if it is gone.
+    /// The row of the selected line; if it no longer exists, the row where it was or the last one.
     fn selected_row(&self, lines: &[Line]) -> usize {
         let known = self.selected.as_ref().and_then(|key| lines.iter().position(|line| line.key() == *key));
         known.unwrap_or(self.row.min(lines.len().saturating_sub(1)))
@@ -103,7 +103,7 @@ impl Runs {
         self.marked.contains(&run.path)
     }
 
-    /// Ends the filter, or takes all marks away; false if there is neither.
+    /// Ends the filter, or else removes all marks; false if there is neither.
     pub fn leave(&mut self) -> bool {
         if !self.filter.is_empty() {
             self.filter = Filter::default();
@@ -126,7 +126,7 @@ impl Runs {
         self.selected_row(&list::lines(self, ui)) == row
     }
 
-    /// The runs that something is done with: the marked ones, or those of the selected line.
+    /// The runs that actions apply to: the marked ones, or else those of the selected line.
     fn acted_on<'a>(&self, ui: &Ui<'a>) -> Vec<&'a RunSummary> {
         let marked = ui.view.runs.iter().map(|run| &**run).filter(|run| self.is_marked(run));
         let marked: Vec<&RunSummary> = marked.collect();
@@ -138,8 +138,8 @@ impl Runs {
     }
 }
 
-/// Folders of the runs whose curves are to be seen, those of the selected line first, and of the run whose
-/// files are to be seen, if a single one is selected.
+/// Folders of the runs whose curves are needed, those of the selected line first; and the folder whose files are
+/// needed, if a single run is selected.
 pub fn wanted(state: &Runs, ui: &Ui) -> (Vec<PathBuf>, Option<PathBuf>) {
     let lines = list::lines(state, ui);
     let selected = state.selected_row(&lines);
@@ -160,7 +160,7 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     let lines = list::lines(state, ui);
     let selected = state.selected_row(&lines);
     let mut area = area;
-    // What is beside the list need not be said below it.
+    // Details in the preview beside the list are not repeated below it.
     let mut details = lines.get(selected).map_or_else(String::new, about);
     if let Some(line) = lines.get(selected).filter(|_| area.width >= BESIDE) {
         let share = Constraint::Percentage(58);
@@ -181,13 +181,13 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     };
     let height = (details.height() as u16).min(inside.height / 3);
     let room = inside.height - height;
-    // A curve has what the list leaves, and half of the room at most.
+    // The curve gets the rows that the list does not need, at most half of all.
     let curve = room.saturating_sub(lines.len() as u16 + 1).min(room / 2);
     let curve = if curve >= preview::CHART { curve } else { 0 };
     let heights = [Constraint::Fill(1), Constraint::Length(curve), Constraint::Length(height)];
     let [rows, middle, below] = Layout::vertical(heights).areas(inside);
     if let Some(line) = lines.get(selected).filter(|_| curve > 0) {
-        // The preview has the curve of the line, if it is there.
+        // The preview, if it is shown, already has the curve of the line.
         match height > 0 {
             true => preview::chart(ui, screens, line, middle, buffer),
             false => preview::comparison(ui, screens, &lines, line, middle, buffer),
@@ -221,11 +221,11 @@ fn nothing(state: &Runs, view: &ViewModel) -> &'static str {
     } else if state.filter.is_empty() {
         "There are no runs in this folder yet. {train} trains one; {open-run} opens one from elsewhere."
     } else {
-        "No run has this text. Escape shows all."
+        "No run matches this filter. Escape shows all."
     }
 }
 
-/// What there is to know of the selected line.
+/// A summary of a line.
 fn about(line: &Line) -> String {
     match line {
         Line::Run(run, _) => about_run(run),
@@ -325,7 +325,7 @@ pub fn perform(state: &mut Runs, ui: &Ui, action: Action) -> Vec<Effect> {
         }
         Action::Fork => match line.runs().as_slice() {
             [run] => vec![Effect::apply(command::Open(run.path.clone())), ask_to_fork(run, run.done)],
-            _ => vec![Effect::info(ui.text("one run is forked: {fold-group} shows those of the group"))],
+            _ => vec![Effect::info(ui.text("only a single run can be forked: {fold-group} shows those of the group"))],
         },
         Action::EditNote => edit_note(line.runs()[0]),
         Action::EditTags => edit_tags(&state.acted_on(ui)),
@@ -333,7 +333,7 @@ pub fn perform(state: &mut Runs, ui: &Ui, action: Action) -> Vec<Effect> {
     }
 }
 
-/// Shows the marked runs together. Of two, one is watched: its episodes are shown beside the other's.
+/// Shows the marked runs together. If there are two, one is watched, to show its episodes beside the other's.
 fn compare_marked(state: &Runs, ui: &Ui) -> Vec<Effect> {
     let marked = state.acted_on(ui);
     let is_watched = |run: &&RunSummary| ui.subject.run().is_some_and(|watched| watched.path == run.path);
@@ -344,7 +344,7 @@ fn compare_marked(state: &Runs, ui: &Ui) -> Vec<Effect> {
     watch.map(|path| Effect::apply(command::Open(path))).into_iter().chain([Effect::Compare]).collect()
 }
 
-/// Does something with runs, after one question where something would be lost.
+/// Applies an action to runs, after one question if something would be lost.
 fn act_on_all(runs: &[&RunSummary], ui: &Ui, action: Action) -> Vec<Effect> {
     let count = runs.len();
     let what = match runs {
@@ -354,7 +354,7 @@ fn act_on_all(runs: &[&RunSummary], ui: &Ui, action: Action) -> Vec<Effect> {
     match action {
         Action::Pause => {
             let is_paused = |run: &&&RunSummary| run.state == RunState::Paused;
-            // Of several, those that are paused wait for the others.
+            // Of several runs, paused ones stay paused unless all are paused.
             let all_paused = runs.iter().all(|run| is_paused(&run));
             let resume = || Command::from(command::Resume { until: None });
             let wanted = runs.iter().filter(|run| count == 1 || all_paused || run.state == RunState::Running);
@@ -373,14 +373,14 @@ fn act_on_all(runs: &[&RunSummary], ui: &Ui, action: Action) -> Vec<Effect> {
             if !stopped.iter().any(|run| going(run)) {
                 return on_each(stopped.into_iter().map(|run| (run, command::Stop.into())), ui);
             }
-            let text = format!("{what}: the present episode ends. A checkpoint is kept: training can be continued.");
+            let text = format!("{what}: training stops after this episode. A checkpoint is kept to continue from.");
             let stop = on_each(stopped.into_iter().map(|run| (run, command::Stop.into())), ui);
             vec![Effect::open(Question::warning("stop the training?", text, vec![('y', "stop", Effect::All(stop))]))]
         }
         Action::Continue => runs.iter().map(|run| Effect::apply(command::Continue(Some(run.path.clone())))).collect(),
         Action::DeleteRun => {
             let name = if let [run] = runs { run.path.display().to_string() } else { what };
-            let text = format!("{name} and everything in it is deleted from the disk. This cannot be undone.");
+            let text = format!("Everything in {name} is deleted from the disk. This cannot be undone.");
             let delete = runs.iter().map(|run| Effect::apply(command::Delete(run.path.clone()))).collect();
             let title = if count == 1 { "delete the run?" } else { "delete the runs?" };
             vec![Effect::open(Question::warning(title, text, vec![('y', "delete", Effect::All(delete))]))]
@@ -400,7 +400,7 @@ fn act_on_all(runs: &[&RunSummary], ui: &Ui, action: Action) -> Vec<Effect> {
     }
 }
 
-/// Commands that act on the watched run, each on its own; the watched run stays.
+/// Opens each run and applies its command. After several runs, the watched run is opened again.
 fn on_each<'a>(runs: impl Iterator<Item = (&'a RunSummary, Command)>, ui: &Ui) -> Vec<Effect> {
     let is_watched = |run: &RunSummary| ui.subject.run().is_some_and(|watched| watched.path == run.path);
     let mut effects = Vec::new();
@@ -414,19 +414,19 @@ fn on_each<'a>(runs: impl Iterator<Item = (&'a RunSummary, Command)>, ui: &Ui) -
         effects.push(Effect::Apply(command));
         count += 1;
     }
-    // One that was chosen alone is looked at from now on.
+    // A single run stays open.
     if count > 1 && !last_is_watched {
         effects.extend(back(ui));
     }
     effects
 }
 
-/// Watches the watched run again.
+/// Opens the watched run again.
 fn back(ui: &Ui) -> Option<Effect> {
     ui.subject.run().map(|watched| Effect::apply(command::Open(watched.path.clone())))
 }
 
-/// Watches a run, or the first of a group, and says where it is seen.
+/// Watches a run, or the first of a group, and reports where it is shown.
 fn watch(line: &Line, ui: &Ui) -> Vec<Effect> {
     let run = line.runs()[0];
     let places = ui.text(
@@ -436,7 +436,7 @@ fn watch(line: &Line, ui: &Ui) -> Vec<Effect> {
     vec![Effect::apply(command::Open(run.path.clone())), Effect::Say(Level::Good, text)]
 }
 
-/// Shows the runs of a group one by one, or no longer.
+/// Unfolds or folds a group.
 fn fold(state: &mut Runs, line: &Line) -> Vec<Effect> {
     let Line::Group(..) = line else {
         return vec![Effect::info("a group of runs that differ in the seed only can be folded")];
@@ -448,7 +448,7 @@ fn fold(state: &mut Runs, line: &Line) -> Vec<Effect> {
     Vec::new()
 }
 
-/// Marks the runs of a line, or takes the marks away.
+/// Marks or unmarks the runs of a line.
 fn mark(state: &mut Runs, line: &Line, ui: &Ui) -> Vec<Effect> {
     let runs = line.runs();
     if runs.iter().all(|run| state.is_marked(run)) {
@@ -456,7 +456,7 @@ fn mark(state: &mut Runs, line: &Line, ui: &Ui) -> Vec<Effect> {
         return Vec::new();
     }
     state.marked.extend(runs.iter().map(|run| run.path.clone()));
-    let together = ui.text("what is done next is done with all; {compare-runs} shows their curves together");
+    let together = ui.text("actions apply to all of them; {compare-runs} shows their curves together");
     vec![Effect::info(format!("{} marked: {together}", state.marked.len()))]
 }
 

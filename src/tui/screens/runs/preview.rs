@@ -1,4 +1,4 @@
-//! What the selected run or group is: curves, the settings in which it differs, notes, files, log.
+//! The preview of the selected run or group: curves, the settings in which it differs, notes, files, log.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -14,9 +14,9 @@ use crate::run::{Metric, Practised};
 use crate::text::printable;
 use crate::tui::view::{RunGroup, RunSummary};
 
-/// Rows of a chart at least.
+/// Least height of a chart.
 pub const CHART: u16 = 6;
-/// Columns from which on files and log stand beside the settings.
+/// Width from which files and log are beside the settings.
 const WIDE: u16 = 70;
 
 /// Draws the preview.
@@ -32,7 +32,7 @@ pub fn draw(ui: &Ui, screens: &Screens, line: &Line, about: &str, area: Rect, bu
     let [head, first, second, rest] =
         Layout::vertical([heights[0], heights[1], heights[2], Constraint::Fill(1)]).areas(inside);
     about.render(head, buffer);
-    // The window and the crosshair are those of the Training screen; here is no place for the mouse.
+    // Window and crosshair are those of the Training screen; these charts do not react to the mouse.
     for (metric, place) in [(Metric::Success, first), (Metric::Return, second)] {
         charts(ui, screens, line).draw(metric, place, buffer, &mut HitRegions::default());
     }
@@ -48,13 +48,12 @@ pub fn draw(ui: &Ui, screens: &Screens, line: &Line, about: &str, area: Rect, bu
     Text::from(others).render(right, buffer);
 }
 
-/// Draws the success alone, where there is no room for more.
+/// Draws only the success, where there is no room for the preview.
 pub fn chart(ui: &Ui, screens: &Screens, line: &Line, area: Rect, buffer: &mut Buffer) {
     charts(ui, screens, line).draw(Metric::Success, area, buffer, &mut HitRegions::default());
 }
 
-/// Draws the success of all groups and single runs of a list that are of the selected line's task, if there are
-/// several.
+/// Draws the success of all listed groups and single runs on the selected line's task, if there are several.
 pub fn comparison(ui: &Ui, screens: &Screens, list: &[Line], selected: &Line, area: Rect, buffer: &mut Buffer) {
     let task = selected.task();
     let is_in_group = |run: &RunSummary| ui.view.groups.of(&run.path).is_some_and(RunGroup::is_many);
@@ -75,7 +74,7 @@ fn charts<'a>(ui: &'a Ui, screens: &'a Screens, line: &Line<'a>) -> Charts<'a> {
     Charts::new(&screens.curves, shown(ui, line), ui)
 }
 
-/// The curves of a line: a group's in one as soon as they are known.
+/// The curves of a line: one for a group as soon as it is known, before that one for each of its runs.
 fn shown<'a>(ui: &Ui<'a>, line: &Line<'a>) -> Vec<Shown<'a>> {
     match line {
         Line::Run(run, _) => vec![Shown::run(run, ui.view)],
@@ -86,7 +85,7 @@ fn shown<'a>(ui: &Ui<'a>, line: &Line<'a>) -> Vec<Shown<'a>> {
     }
 }
 
-/// Lines with a heading; none without a line.
+/// Lines below a heading; nothing if there are no lines.
 fn section(ui: &Ui, heading: &str, text: Vec<TextLine<'static>>) -> Vec<TextLine<'static>> {
     if text.is_empty() {
         return text;
@@ -95,7 +94,7 @@ fn section(ui: &Ui, heading: &str, text: Vec<TextLine<'static>>) -> Vec<TextLine
     std::iter::once(heading).chain(text).chain([TextLine::default()]).collect()
 }
 
-/// The settings in which runs differ from the others of their task.
+/// The main settings of a run, and those in which it differs from the others on its task.
 fn settings(ui: &Ui, run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
     let config = &run.config;
     let mut all = vec![("method".to_owned(), config.method.label().to_owned())];
@@ -131,7 +130,7 @@ fn of_run(ui: &Ui, run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
     text
 }
 
-/// What came of the practice before the first episode, stage by stage.
+/// The results of the practice before the first episode, by stage.
 fn practice(run: &RunSummary, width: u16) -> Vec<TextLine<'static>> {
     let Some(Practised { rollouts, reached, actions }) = &run.practised else {
         return run.preparing.iter().flat_map(|work| lines(work, width, Style::new())).collect();
@@ -154,7 +153,7 @@ fn of_group(ui: &Ui, runs: &[&RunSummary], width: u16) -> Vec<TextLine<'static>>
     section(ui, "settings that differ, and the main ones", shared)
 }
 
-/// The runs of a group, a line each.
+/// The runs of a group, one per line.
 fn seeds(ui: &Ui, runs: &[&RunSummary]) -> Vec<TextLine<'static>> {
     let line = |run: &&RunSummary| {
         let success = run.success.map_or_else(|| "-".to_owned(), |success| format!("{:.0} %", 100.0 * success));

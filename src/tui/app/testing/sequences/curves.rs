@@ -1,4 +1,4 @@
-//! The curves, the crosshair and the past, by keys and mouse.
+//! The curves, the crosshair and past episodes, by keys and mouse.
 
 use super::*;
 use crate::run::Metric;
@@ -43,7 +43,7 @@ fn the_crosshair_follows_the_mouse_and_the_wheel_zooms() {
 }
 
 #[test]
-fn the_crosshair_moves_the_scene_and_the_scene_the_crosshair() {
+fn the_crosshair_and_the_scene_follow_each_other() {
     let (mut app, _) = app(typical());
     press(&mut app, "4 left left");
     assert_eq!((app.subject.past_episode(), app.screens.curves.crosshair), (Some(693), Some(693.0)));
@@ -54,13 +54,13 @@ fn the_crosshair_moves_the_scene_and_the_scene_the_crosshair() {
     );
     app.screens.scene.player.seek(50);
     press(&mut app, "left");
-    assert_eq!((app.subject.past_episode(), app.screens.scene.player.step()), (Some(686), 50), "the time stays");
+    assert_eq!((app.subject.past_episode(), app.screens.scene.player.step()), (Some(686), 50), "the step is kept");
     press(&mut app, "pageup");
     assert_eq!(app.screens.curves.crosshair, Some(685.0));
     press(&mut app, "1 pagedown");
     assert_eq!(app.screens.curves.crosshair, Some(686.0));
     press(&mut app, "4 esc");
-    assert_eq!((app.subject.past_episode(), app.screens.curves.crosshair), (Some(686), None), "the curves first");
+    assert_eq!((app.subject.past_episode(), app.screens.curves.crosshair), (Some(686), None), "the crosshair first");
     press(&mut app, "esc");
     assert_eq!(app.subject.past_episode(), None);
 }
@@ -77,7 +77,7 @@ fn the_past_of_a_run_is_played_episode_by_episode() {
 }
 
 #[test]
-fn a_window_of_one_run_is_not_that_of_another() {
+fn watching_another_run_resets_the_window() {
     let (mut app, _) = app(typical());
     press(&mut app, "4 z left");
     assert!(matches!(app.screens.curves.range, Range::Part(_)));
@@ -118,7 +118,7 @@ fn the_window_of_episodes_is_moved_and_kept_around_the_crosshair() {
 }
 
 #[test]
-fn the_curves_are_gone_through_round_and_page_by_page() {
+fn the_selection_of_curves_wraps_and_pages() {
     let [first, .., last] = Metric::CURVES.map(Metric::title);
     check(typical(), "4 up enter", &[], last);
     check(typical(), "4 up down enter", &[], first);
@@ -126,11 +126,11 @@ fn the_curves_are_gone_through_round_and_page_by_page() {
     press(&mut app, "4 up");
     assert!(text(&shot(&mut app, 80, 24)).contains(last));
     press(&mut app, "s s s");
-    assert!(!text(&shot(&mut app, 120, 40)).contains("mean of"), "10, 50, 200 and each alone");
+    assert!(!text(&shot(&mut app, 120, 40)).contains("mean of"), "smoothing over 10, 50, 200 and then 1");
 }
 
 #[test]
-fn the_mouse_reads_off_before_the_crosshair_until_a_key_moves_it() {
+fn the_mouse_takes_precedence_until_a_key_moves_the_crosshair() {
     let (mut app, _) = app(typical());
     press(&mut app, "4 left");
     app.screens.curves.hovered = Some(300.0);
@@ -142,26 +142,26 @@ fn the_mouse_reads_off_before_the_crosshair_until_a_key_moves_it() {
     let screen = text(&shot(&mut app, 120, 40));
     assert!(
         app.screens.curves.crosshair.is_none() && !screen.contains(Metric::Return.title()),
-        "still alone\n{screen}"
+        "the curve is still alone\n{screen}"
     );
 }
 
 #[test]
-fn the_episode_beside_the_curves_goes_by_steps_and_is_left_for_the_scene() {
+fn the_episode_beside_the_curves_can_be_stepped_and_a_click_leaves_it() {
     let (mut app, _) = app(typical());
     press(&mut app, "4 left . . ,");
     assert_eq!(app.screens.scene.player.step(), 1);
     press(&mut app, "1");
     let at = cell(&mut app, [0.9, 0.9]);
     mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
-    assert_eq!(app.subject.past_episode(), None, "what is edited is seen");
+    assert_eq!(app.subject.past_episode(), None, "the edited task is shown");
     check(typical(), "pagedown", &[], "episode 1 of 700");
     check(typical(), "end pagedown", &[], "episode 700 of 700");
     check(typical(), "home pageup", &[], "episode 1 of 700");
 }
 
 #[test]
-fn without_a_watched_run_the_crosshair_is_that_of_the_compared_ones() {
+fn without_a_watched_run_the_crosshair_moves_over_the_compared_ones() {
     let unwatched = || ViewModel { watched: None, ..grouped() };
     let (mut app, _) = app(unwatched());
     press(&mut app, "5 space 4 v left");
@@ -171,7 +171,7 @@ fn without_a_watched_run_the_crosshair_is_that_of_the_compared_ones() {
     super::super::wanted();
     press(&mut app, "5 tab 4");
     let curves = super::super::wanted().pop().unwrap();
-    assert_eq!(curves, "curves of plain-0 plain-1 plain-2", "each once");
+    assert_eq!(curves, "curves of plain-0 plain-1 plain-2", "each run once");
 }
 
 #[test]

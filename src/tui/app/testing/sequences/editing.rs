@@ -59,7 +59,7 @@ fn a_subgoal_is_dragged_with_the_mouse() {
 }
 
 #[test]
-fn only_what_was_taken_hold_of_is_dragged() {
+fn only_a_grabbed_object_is_dragged() {
     let (down, drag, up) = (
         MouseEventKind::Down(MouseButton::Left),
         MouseEventKind::Drag(MouseButton::Left),
@@ -131,7 +131,7 @@ fn another_task_is_not_opened_over_unsaved_edits_without_a_question() {
 }
 
 #[test]
-fn the_selection_goes_to_the_neighbour_and_round() {
+fn the_selection_moves_to_the_neighbour_and_wraps() {
     check(empty(), "tab tab tab backtab right", &["goal move -0.59 -0.2"], "");
     check(empty(), "tab backtab backtab tab tab right", &["subgoal move 1 0.01 0.2"], "");
     let last = empty().task.tools.len();
@@ -155,7 +155,7 @@ fn the_selection_goes_to_the_neighbour_and_round() {
 }
 
 #[test]
-fn a_subgoal_that_changes_places_stays_selected() {
+fn a_reordered_subgoal_stays_selected() {
     let mut view = empty();
     let mut task = crate::task::Task::clone(&view.task);
     task.subgoals.push(task::Region { position: [0.4, 0.4], radius: 4.0 });
@@ -166,7 +166,7 @@ fn a_subgoal_that_changes_places_stays_selected() {
 }
 
 #[test]
-fn while_an_episode_is_played_only_the_scene_is_drawn_anew() {
+fn playback_redraws_only_the_scene() {
     let (mut app, _) = app(typical());
     app.screens.scene.player.playing = true;
     let first = shot(&mut app, 120, 40);
@@ -193,7 +193,7 @@ fn the_scene_is_held_at_its_start_while_it_is_edited() {
     assert_eq!(app.screens.scene.player.step(), 0);
     press(&mut app, "space");
     app.tick(std::time::Duration::from_millis(400));
-    assert!(app.screens.scene.player.step() > 0, "unless one lets it go");
+    assert!(app.screens.scene.player.step() > 0, "until playback is resumed");
 }
 
 #[test]
@@ -212,7 +212,7 @@ fn a_tool_in_hand_says_why_it_cannot_be_placed() {
 }
 
 #[test]
-fn a_drag_ends_when_the_button_is_let_go() {
+fn a_drag_ends_when_the_button_is_released() {
     let (mut app, asked) = app(empty());
     let (at, to) = (cell(&mut app, [0.0, 0.2]), cell(&mut app, [0.5, -0.5]));
     mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
@@ -224,7 +224,7 @@ fn a_drag_ends_when_the_button_is_let_go() {
     mouse(&mut app, MouseEventKind::Drag(MouseButton::Left), to);
     press(&mut app, "esc");
     mouse(&mut app, MouseEventKind::Up(MouseButton::Left), to);
-    assert!(asked.borrow().is_empty() && app.screens.scene.selected().is_some(), "escape lets go of it");
+    assert!(asked.borrow().is_empty() && app.screens.scene.selected().is_some(), "escape cancels the drag");
 }
 
 #[test]
@@ -238,7 +238,7 @@ fn the_wheel_moves_no_object() {
 }
 
 #[test]
-fn a_file_of_ones_own_is_saved_over_and_under_another_name() {
+fn saving_as_overwrites_the_own_file_and_suggests_one_for_a_shipped_task() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("mine.json");
     std::fs::write(&file, "").unwrap();
@@ -254,7 +254,7 @@ fn the_list_of_tasks_begins_at_the_one_that_is_open() {
     check(view, "o enter", &["task task3"], "");
 }
 
-/// The first start with subgoals at these places.
+/// The first start, with subgoals at these places.
 fn with_subgoals(places: &[[f32; 2]], radius: f32) -> ViewModel {
     let mut view = empty();
     let mut task = task::Task::clone(&view.task);
@@ -264,7 +264,7 @@ fn with_subgoals(places: &[[f32; 2]], radius: f32) -> ViewModel {
 }
 
 #[test]
-fn edits_stay_within_what_a_task_can_be() {
+fn edits_stay_within_the_limits_of_a_task() {
     check(with_subgoals(&[[0.95, 0.2]], 4.0), "tab L", &["subgoal move 1 1 0.2"], "");
     check(with_subgoals(&[[0.0, 0.2]], 0.6), "tab (", &["subgoal size 1 0.5"], "");
     check(with_subgoals(&[[0.0, 0.2], [0.4, 0.4]], 4.0), "A", &["subgoal add -0.1 0.1 4"], "");
@@ -272,7 +272,7 @@ fn edits_stay_within_what_a_task_can_be() {
 }
 
 #[test]
-fn what_is_added_or_accepted_is_selected() {
+fn added_and_accepted_objects_are_selected() {
     let selected = |keys: &str| {
         let (mut app, _) = app(typical());
         shot(&mut app, 120, 40);
@@ -282,14 +282,14 @@ fn what_is_added_or_accepted_is_selected() {
     assert_eq!(selected("A"), Some(Object::Subgoal(1)));
     assert_eq!(selected("2 tab tab Y"), Some(Object::Subgoal(1)));
     assert_eq!(selected("2 tab tab D"), None);
-    assert_eq!(selected("2 Y"), None, "all of them");
+    assert_eq!(selected("2 Y"), None, "all were accepted");
     assert_eq!(selected("2 T b o x enter"), Some(Object::Tool(typical().task.tools.len())));
     assert_eq!(selected("2 tab P"), None, "the tool is in hand");
-    assert_eq!(selected("tab home"), None, "the past is no task to edit");
+    assert_eq!(selected("tab home"), None, "a past episode is not edited");
 }
 
 #[test]
-fn escape_lets_go_of_what_is_selected_before_the_screen_is_left() {
+fn escape_deselects_before_it_leaves_the_screen() {
     let (mut app, _) = app(empty());
     press(&mut app, "2 tab esc");
     assert!(app.tab == Tab::Edit && app.screens.scene.selected().is_none());
@@ -308,7 +308,7 @@ fn a_ball_is_shown_where_it_is_dragged() {
 }
 
 #[test]
-fn hand_play_begins_on_the_screen_and_ends_with_the_scene_played() {
+fn hand_play_begins_within_the_scene_and_resumes_playback_at_its_end() {
     let mut view = empty();
     let mut task = task::Task::clone(&view.task);
     task.ball.position = [0.25, -0.8];
@@ -326,7 +326,7 @@ fn hand_play_begins_on_the_screen_and_ends_with_the_scene_played() {
 }
 
 #[test]
-fn the_tool_in_hand_is_drawn_as_it_is_with_what_the_model_predicts() {
+fn the_held_tool_is_drawn_with_the_predicted_path() {
     let screen = |keys: &str| {
         let (mut app, _) = app(empty());
         shot(&mut app, 120, 40);
@@ -339,11 +339,11 @@ fn the_tool_in_hand_is_drawn_as_it_is_with_what_the_model_predicts() {
     press(&mut app, "P");
     let drawn = shot(&mut app, 120, 40);
     let area = scene(&app).area;
-    assert!(area.positions().any(|at| drawn[at].fg == app.theme.accent), "the way of the ball");
+    assert!(area.positions().any(|at| drawn[at].fg == app.theme.accent), "the predicted path of the ball");
 }
 
 #[test]
-fn the_latest_action_of_hand_play_is_played_and_its_end_is_said() {
+fn hand_play_shows_its_latest_action_and_reports_its_end() {
     let mut view = empty();
     let mut play = crate::workbench::HandPlay::new(view.task.clone(), 0);
     let mut played = |places: usize| {

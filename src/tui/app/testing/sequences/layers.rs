@@ -1,4 +1,4 @@
-//! Screens, palette, help, questions and the terminal around them.
+//! Changing screens, palette, help, questions, and requests to the terminal.
 
 use super::*;
 use crate::tui::effect::Effect;
@@ -25,7 +25,7 @@ fn screens_are_changed_by_number_bracket_and_mouse() {
 }
 
 #[test]
-fn the_palette_finds_actions_and_layers_are_left_one_by_one() {
+fn the_palette_finds_actions_and_layers_close_one_by_one() {
     check(empty(), ": c l u s t e r s enter", &["clusters"], "");
     check(empty(), ": ? esc", &[], "status");
     check(empty(), "?", &[], "SCENE");
@@ -36,16 +36,16 @@ fn the_palette_finds_actions_and_layers_are_left_one_by_one() {
 }
 
 #[test]
-fn the_terminal_is_asked_for_what_only_it_can_do() {
+fn copying_mouse_capture_and_suspending_are_requests_to_the_terminal() {
     let (mut app, _) = app(empty());
     press(&mut app, "y");
-    let Some(TerminalRequest::Copy(text)) = app.take_request() else { panic!("nothing is asked for") };
+    let Some(TerminalRequest::Copy(text)) = app.take_request() else { panic!("there is no request") };
     assert_eq!(text, "mge train task1 --method ddpg-mge --epsilon linear:0.8:0.05:1500 --set 'ddpg.gamma=0.9'");
     press(&mut app, "f4");
     assert_eq!(app.take_request(), Some(TerminalRequest::Mouse(false)));
     press(&mut app, "ctrl-z");
     assert_eq!(app.take_request(), Some(TerminalRequest::Suspend));
-    // A command would train the task without its edits.
+    // The command would train the task without its edits.
     let mut view = typical();
     let mut edited = crate::task::Task::clone(&view.task);
     edited.goal.position[0] += 0.1;
@@ -57,7 +57,7 @@ fn the_terminal_is_asked_for_what_only_it_can_do() {
 }
 
 #[test]
-fn without_colour_and_braille_everything_is_still_there() {
+fn without_colour_and_braille_screens_are_plain_ascii() {
     let (mut app, _) = app(typical());
     app.theme = Theme::new(Palette::Dark, Depth::None, Marker::Ascii);
     for tab in Tab::ALL {
@@ -71,7 +71,7 @@ fn without_colour_and_braille_everything_is_still_there() {
 }
 
 #[test]
-fn layers_and_hints_take_the_mouse() {
+fn layers_and_hints_accept_clicks() {
     let click = MouseEventKind::Down(MouseButton::Left);
     let (mut app, asked) = app(empty());
     press(&mut app, "o");
@@ -103,7 +103,7 @@ fn a_question_is_answered_with_the_mouse() {
     let screen = text(&shot(&mut app, 120, 40));
     let row = screen.lines().position(|line| line.contains("stop it")).unwrap() as u16;
     mouse(&mut app, click, (60, row + 1));
-    assert!(asked.borrow().is_empty() && app.layers.is_empty(), "the way back");
+    assert!(asked.borrow().is_empty() && app.layers.is_empty(), "the answer that cancels");
     press(&mut app, "x");
     shot(&mut app, 120, 40);
     mouse(&mut app, click, (60, row));
@@ -111,7 +111,7 @@ fn a_question_is_answered_with_the_mouse() {
 }
 
 #[test]
-fn a_long_message_is_whole_and_leaves_the_keys_in_sight() {
+fn a_long_message_is_shown_in_full_above_the_keys() {
     let (mut app, _) = app(typical());
     app.say(Level::Error, format!("{}conclusion", "a long reason ".repeat(10)));
     let screen = text(&shot(&mut app, 80, 24));
@@ -122,7 +122,7 @@ fn a_long_message_is_whole_and_leaves_the_keys_in_sight() {
 }
 
 #[test]
-fn names_of_screens_are_whole_from_eighty_columns_on_and_stay_where_they_are() {
+fn tab_names_are_complete_from_eighty_columns_on_and_do_not_move() {
     let (mut app, _) = app(typical());
     let first = text(&shot(&mut app, 80, 24));
     press(&mut app, "7");
@@ -133,7 +133,7 @@ fn names_of_screens_are_whole_from_eighty_columns_on_and_stay_where_they_are() {
 }
 
 #[test]
-fn the_help_finds_what_one_types() {
+fn the_help_is_searched_by_typing() {
     check(empty(), "? z o o m", &[], "show fewer episodes, larger");
     let (mut app, _) = app(empty());
     press(&mut app, "? z o o m");
@@ -145,7 +145,7 @@ fn the_help_finds_what_one_types() {
 }
 
 #[test]
-fn the_tour_goes_back_and_a_key_for_something_else_leaves_it_and_does_that() {
+fn the_tour_goes_back_and_another_key_closes_it() {
     check(empty(), "f5 right right left", &[], "welcome, 2/4");
     check(empty(), "f5 t", &["train"], "status");
     check(empty(), "f5 x", &[], "status");
@@ -153,7 +153,7 @@ fn the_tour_goes_back_and_a_key_for_something_else_leaves_it_and_does_that() {
 }
 
 #[test]
-fn what_lies_over_the_screen_stays_while_an_episode_is_played_and_goes_where_there_is_no_room() {
+fn layers_stay_during_playback_and_disappear_without_room() {
     let (mut app, _) = app(typical());
     app.screens.scene.player.playing = true;
     press(&mut app, "e");
@@ -163,18 +163,18 @@ fn what_lies_over_the_screen_stays_while_an_episode_is_played_and_goes_where_the
     }
     assert!(!text(&shot(&mut app, 40, 5)).contains("epsilon schedule"));
     app.event(Event::Paste("0".to_owned()));
-    assert!(app.changed, "what is pasted is to be seen");
+    assert!(app.changed, "pasted text must be drawn");
 }
 
 #[test]
-fn of_several_effects_one_that_fails_ends_the_rest() {
+fn an_effect_that_fails_skips_the_rest() {
     let (mut app, asked) = app(typical());
     app.carry_out(vec![Effect::Filter("epsilo<1".to_owned()), Effect::apply(command::Stop)]);
     assert!(asked.borrow().is_empty() && app.message().contains("did you mean `epsilon`?"));
 }
 
 #[test]
-fn the_help_is_gone_through_by_line_page_and_wheel() {
+fn the_help_scrolls_by_line_page_and_wheel() {
     let (down, up) = (MouseEventKind::ScrollDown, MouseEventKind::ScrollUp);
     let screen = |keys: &str, wheel: &[MouseEventKind]| {
         let (mut app, _) = app(empty());
@@ -192,7 +192,7 @@ fn the_help_is_gone_through_by_line_page_and_wheel() {
 }
 
 #[test]
-fn a_line_is_typed_with_its_end_in_sight_and_what_was_wrong_is_said_until_it_changes() {
+fn a_prompt_shows_the_end_of_its_line_and_an_error_until_the_line_changes() {
     check(empty(), "e ctrl-u 7 enter", &[], "7 is not within 0 and 1");
     check(empty(), "e ctrl-u 7 enter backspace", &[], "linear:0.8:0.05:2000");
     check(empty(), "W ctrl-u space x . j s o n space enter", &["save x.json"], "");
@@ -203,7 +203,7 @@ fn a_line_is_typed_with_its_end_in_sight_and_what_was_wrong_is_said_until_it_cha
 }
 
 #[test]
-fn lists_and_questions_have_letters_too() {
+fn lists_and_questions_accept_letters_too() {
     check(empty(), "o j j k enter", &["task task2"], "");
     check(empty(), "o end home enter", &["task task1"], "");
     for no in ["n", "q"] {
@@ -214,7 +214,7 @@ fn lists_and_questions_have_letters_too() {
 }
 
 #[test]
-fn what_may_follow_is_taken_over_with_a_click_and_a_mistake_covers_it() {
+fn a_click_accepts_a_completion_and_an_error_covers_completions() {
     let (mut app, _) = app(typical());
     let place = |app: &mut App, what: &str| {
         let screen = text(&shot(app, 120, 40));

@@ -38,11 +38,11 @@ fn leaving_can_wait_until_all_runs_are_done() {
     press(&mut edited, "3 up");
     edited.leaving = Leaving::WhenIdle;
     edited.tick(std::time::Duration::ZERO);
-    assert!(!edited.is_leaving() && !edited.layers.is_empty(), "what is not saved is asked about");
+    assert!(!edited.is_leaving() && !edited.layers.is_empty(), "unsaved edits are asked about");
 }
 
 #[test]
-fn a_queued_run_says_so_and_leaving_tells_of_all_runs() {
+fn a_queued_run_is_shown_as_queued_and_leaving_lists_all_runs() {
     let mut view = typical();
     change_run(&mut view, 0, |run| run.queued = true);
     check(view.clone(), "5 / s t a t e : q u e u e d enter enter", &["open runs/old"], "old");
@@ -51,7 +51,7 @@ fn a_queued_run_says_so_and_leaving_tells_of_all_runs() {
 }
 
 #[test]
-fn what_is_trained_can_go_on_in_the_background() {
+fn trainings_can_go_on_in_the_background() {
     let (mut app, _) = app(typical());
     press(&mut app, "q");
     assert!(text(&shot(&mut app, 120, 40)).contains("leave it training in the background"));
@@ -64,7 +64,7 @@ fn what_is_trained_can_go_on_in_the_background() {
 }
 
 #[test]
-fn typed_leaving_asks_too_and_asking_twice_asks_once() {
+fn the_quit_command_asks_too_and_repeated_keys_ask_once() {
     check(typical(), ": q u i t enter", &[], "leave the workbench?");
     let (mut app, _) = app(typical());
     press(&mut app, "q ctrl-c ctrl-c");

@@ -1,4 +1,4 @@
-//! The Log, the Models and the Figures screen, by keys and mouse.
+//! The Log, Models and Figures screens, by keys and mouse.
 
 use super::*;
 use crate::tui::testing::at_noon;
@@ -9,7 +9,7 @@ fn with_log(lines: usize) -> ViewModel {
 }
 
 #[test]
-fn the_log_goes_back_by_line_and_page() {
+fn the_log_scrolls_by_line_and_page() {
     for (keys, seen) in [("", 60), ("up", 59), ("up up down", 59), ("pageup", 50), ("pageup pageup pagedown", 50)] {
         let (mut app, _) = app(with_log(60));
         press(&mut app, &format!("8 {keys}"));
@@ -22,7 +22,7 @@ fn the_log_goes_back_by_line_and_page() {
 }
 
 #[test]
-fn a_model_that_is_gone_is_no_longer_selected() {
+fn a_removed_model_is_no_longer_selected() {
     let mut view = empty();
     let model = |number: u32| ModelSummary { name: format!("models/{number}"), about: "".into(), evaluation: None };
     view.models.extend((0..5).map(model));

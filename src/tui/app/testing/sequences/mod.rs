@@ -1,4 +1,4 @@
-//! This state, these keys, that state.
+//! Key sequences: from a state, after these keys, what was asked for and what is shown.
 
 mod curves;
 mod editing;
@@ -25,13 +25,13 @@ use crate::tui::screens::Region;
 use crate::tui::view::{Level, ViewModel};
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
 
-/// From a state, after these keys, the workspace was asked this and the screen shows that.
+/// Checks that after `keys` from a state the workspace was `asked` this and the screen contains `shown`.
 fn check(view: ViewModel, keys: &str, asked: &[&str], shown: &str) {
     let (mut app, log) = app(view);
     shot(&mut app, 120, 40);
     press(&mut app, keys);
     assert_eq!(*log.borrow(), asked, "after {keys}");
-    // What depends on where things are drawn is known after the first picture.
+    // Some content needs the regions of a first drawing.
     shot(&mut app, 120, 40);
     app.tick(std::time::Duration::ZERO);
     let screen = text(&shot(&mut app, 120, 40));
@@ -42,7 +42,7 @@ pub(super) fn mouse(app: &mut App, kind: MouseEventKind, (column, row): (u16, u1
     app.event(Event::Mouse(MouseEvent { kind, column, row, modifiers: KeyModifiers::NONE }));
 }
 
-/// The first region for which there is something.
+/// The first result of `find` on the regions.
 pub(super) fn region<T>(app: &App, find: impl Fn(Rect, Region) -> Option<T>) -> T {
     app.regions.all().iter().find_map(|(area, region)| find(*area, *region)).unwrap()
 }

@@ -4,7 +4,7 @@ use super::*;
 use crate::tui::view::RunSummary;
 
 #[test]
-fn the_selected_run_stays_selected_when_others_come() {
+fn the_selected_run_stays_selected_when_others_are_added() {
     let (mut app, _) = app(typical());
     press(&mut app, "5 down");
     let (mut other, asked) = super::app({
@@ -24,27 +24,27 @@ fn runs_are_watched_filtered_continued_and_evaluated() {
     check(typical(), "5 down C", &["continue runs/old"], "");
     check(typical(), "5 v", &["open runs/task1-ddpg-mge-seed0", "evaluate"], "");
     check(typical(), "5 / o l d enter", &[], "with `old`");
-    check(typical(), "5 / n o p e enter", &[], "No run has this text");
+    check(typical(), "5 / n o p e enter", &[], "No run matches this filter");
     check(typical(), "5 / n o p e enter esc", &[], "running");
     check(empty(), "5", &[], "There are no runs in this folder yet");
 }
 
 #[test]
 fn a_run_is_deleted_after_a_question() {
-    check(typical(), "5 down X", &[], "runs/old and everything in it is deleted");
+    check(typical(), "5 down X", &[], "Everything in runs/old is deleted");
     check(typical(), "5 down X esc", &[], "running");
     check(typical(), "5 down delete y", &["delete runs/old"], "");
 }
 
 #[test]
-fn what_is_done_is_done_with_all_that_are_marked_after_one_question() {
+fn actions_apply_to_all_marked_runs_after_one_question() {
     check(typical(), "5 down space", &[], "1 marked");
     check(typical(), "5 down space up space", &[], "2 marked");
     check(typical(), "5 down space space", &[], "runs in runs");
     check(typical(), "5 down space space 4 v", &[], "training · 2 runs");
     check(typical(), "5 down space up space 4 v", &[], "training · 2 runs");
     let both = ["task1-ddpg-mge-seed0", "old"];
-    check(typical(), "5 space down space X", &[], "2 runs and everything in it is deleted");
+    check(typical(), "5 space down space X", &[], "Everything in 2 runs is deleted");
     let delete = ["delete runs/old", "delete runs/task1-ddpg-mge-seed0"];
     check(typical(), "5 space down space X y", &delete, "");
     let go_on = ["continue runs/old", "continue runs/task1-ddpg-mge-seed0"];
@@ -73,7 +73,7 @@ fn runs_that_differ_in_the_seed_only_are_one_line_that_unfolds() {
     check(grouped(), "5", &[], "listed, on task1");
     check(grouped(), "5", &[], "3 finished");
     check(grouped(), "5 down tab", &[], "guided-1");
-    check(grouped(), "5 tab tab / n o p e enter", &[], "No run has this text");
+    check(grouped(), "5 tab tab / n o p e enter", &[], "No run matches this filter");
     check(grouped(), "5 enter", &["open runs/plain-0"], "");
     check(grouped(), "5 down enter", &["open runs/guided-0"], "");
     check(grouped(), "5 down B", &["pin DDPG-MGE, epsilon 0.8 to 0.05"], "");
@@ -91,7 +91,7 @@ fn runs_that_differ_in_the_seed_only_are_one_line_that_unfolds() {
 }
 
 #[test]
-fn notes_and_tags_are_written_where_the_run_is() {
+fn notes_and_tags_are_written_to_the_run() {
     check(grouped(), "5 tab down i f i n e enter", &["note runs/plain-0 fine"], "");
     let tag = ["tag runs/plain-0 a,b", "tag runs/plain-1 a,b", "tag runs/plain-2 a,b"];
     check(grouped(), "5 I a , b enter", &tag, "");
@@ -101,7 +101,7 @@ fn notes_and_tags_are_written_where_the_run_is() {
 }
 
 #[test]
-fn a_list_of_ten_thousand_runs_is_drawn_where_it_is_looked_at() {
+fn a_list_of_ten_thousand_runs_is_drawn_around_the_selection() {
     let mut view = empty();
     let names = (0..10_000).map(|number| format!("run-{number:05}"));
     view.runs = names.map(|name| std::sync::Arc::new(crate::tui::testing::run_summary(&name))).collect();
@@ -120,7 +120,7 @@ fn on_the_runs_screen_the_selected_run_is_paused_and_stopped() {
     check(typical(), "5 p", &["pause"], "");
 }
 
-/// Three runs, the latest last: one that is finished, one that goes on, and one that failed at once.
+/// Three runs, the latest last: finished, running and failed.
 fn three() -> ViewModel {
     let run = |name: &str, state: RunState, done: u64, success: Option<f32>| {
         std::sync::Arc::new(RunSummary { state, done, success, ..crate::tui::testing::run_summary(name) })
@@ -142,7 +142,7 @@ fn runs_are_sorted_in_both_directions() {
     sorted("s s s s", "b Finished c");
 }
 
-/// After these keys the runs stand in this order, and after another the other way round.
+/// Checks the order of the runs after these keys, and that `S` reverses it.
 fn sorted(keys: &str, order: &str) {
     let order: Vec<&str> = order.split(' ').collect();
     let opened = |keys: String| {
@@ -159,7 +159,7 @@ fn sorted(keys: &str, order: &str) {
 }
 
 #[test]
-fn conditions_hold_at_their_bounds_and_for_what_is_known() {
+fn conditions_include_their_bounds_and_exclude_unknown_values() {
     let first = |filter: &str| {
         let (mut app, asked) = app(three());
         press(&mut app, "5 /");
@@ -169,7 +169,7 @@ fn conditions_hold_at_their_bounds_and_for_what_is_known() {
     };
     assert_eq!(first("done>=50"), "open runs/b");
     assert_eq!(first("done<=50"), "open runs/c");
-    assert_eq!(first("success<1"), "open runs/b", "of the others it is not known");
+    assert_eq!(first("success<1"), "open runs/b", "the success of c is unknown");
     assert_eq!(first("name:finished"), "open runs/Finished");
     let mut view = three();
     change_run(&mut view, 0, |run| (run.tags, run.note) = (vec!["paper".into()], "holds".into()));
@@ -179,7 +179,7 @@ fn conditions_hold_at_their_bounds_and_for_what_is_known() {
 }
 
 #[test]
-fn the_selection_begins_anew_with_a_filter_and_stays_where_a_run_was_deleted() {
+fn a_filter_resets_the_selection_and_a_deletion_keeps_its_row() {
     check(three(), "5 end / t a s k enter enter", &["open runs/c"], "");
     let (mut app, asked) = app(three());
     press(&mut app, "5 down");
@@ -192,9 +192,9 @@ fn the_selection_begins_anew_with_a_filter_and_stays_where_a_run_was_deleted() {
 }
 
 #[test]
-fn what_cannot_be_done_with_a_line_is_said() {
+fn what_cannot_be_done_with_a_line_is_explained() {
     check(typical(), "5 tab", &[], "a group of runs that differ in the seed only");
-    check(grouped(), "5 F", &[], "one run is forked");
+    check(grouped(), "5 F", &[], "only a single run can be forked");
     check(grouped(), "5 tab down B", &["pin DDPG"], "");
     check(grouped(), "5 space down V", &[], "training · DDPG (3 seeds)");
     let mut view = typical();
@@ -205,7 +205,7 @@ fn what_cannot_be_done_with_a_line_is_said() {
 }
 
 #[test]
-fn a_group_says_what_most_needs_to_be_known_of_its_runs() {
+fn a_group_shows_the_most_urgent_state_of_its_runs() {
     let mut view = grouped();
     change_run(&mut view, 1, |run| run.state = RunState::Failed("no reason".into()));
     for (place, rate) in [(3, 10.0), (4, 20.0)] {

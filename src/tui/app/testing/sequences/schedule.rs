@@ -34,7 +34,7 @@ fn a_schedule_is_drawn_with_the_mouse() {
 }
 
 #[test]
-fn points_of_the_schedule_are_gone_through_in_both_directions() {
+fn points_of_the_schedule_are_selected_in_both_directions() {
     check(empty(), "3 backtab K enter", &["epsilon linear:0.8:0.15:1500"], "");
     check(empty(), "3 tab backtab J enter", &["epsilon linear:0.7:0.05:1500"], "");
     check(empty(), "3 tab tab J enter", &["epsilon linear:0.7:0.05:1500"], "");
@@ -46,7 +46,7 @@ fn points_of_the_schedule_are_gone_through_in_both_directions() {
 }
 
 #[test]
-fn a_schedule_that_is_in_use_is_no_draft() {
+fn an_applied_schedule_is_no_draft() {
     let (mut app, asked) = app(empty());
     press(&mut app, "3 up enter");
     assert_eq!(*asked.borrow(), ["epsilon linear:0.81:0.05:1500"]);
@@ -56,16 +56,16 @@ fn a_schedule_that_is_in_use_is_no_draft() {
 }
 
 #[test]
-fn undo_takes_back_what_was_drawn_of_a_schedule_and_no_edit_of_the_task() {
+fn undo_reverts_edits_of_the_schedule_and_not_of_the_task() {
     check(empty(), "3 up up u", &[], "linear:0.81:0.05:1500");
     check(empty(), "3 up u", &[], "This schedule is in use.");
-    check(empty(), "3 up u u", &[], "nothing is drawn that could be undone");
-    check(empty(), "3 up backspace u", &[], "nothing is drawn that could be undone");
+    check(empty(), "3 up u u", &[], "there is no schedule edit to undo");
+    check(empty(), "3 up backspace u", &[], "there is no schedule edit to undo");
     check(empty(), "3 tab up tab u", &[], "This schedule is in use.");
     check(empty(), "2 u", &["undo"], "");
 }
 
-/// The Schedule screen with these points, and its axes.
+/// The Schedule screen with these points, the commands it gives, and its axes.
 fn drawn(points: &str) -> (App, std::rc::Rc<std::cell::RefCell<Vec<String>>>, crate::tui::chart::Axes) {
     let mut view = empty();
     view.settings.epsilon = points.parse().unwrap();
@@ -77,11 +77,11 @@ fn drawn(points: &str) -> (App, std::rc::Rc<std::cell::RefCell<Vec<String>>>, cr
 }
 
 #[test]
-fn a_point_is_taken_hold_of_where_it_is_and_another_is_drawn_where_none_is() {
+fn a_press_selects_a_near_point_and_adds_one_elsewhere() {
     let points = "points:0=0.8,1000=0.4,3000=0.1";
     let pressed = |episode: f32, above: u16, keys: &str| {
         let (mut app, asked, axes) = drawn(points);
-        assert!(axes.x.to > 3000.0, "every point is to be seen");
+        assert!(axes.x.to > 3000.0, "every point is visible");
         let at = (axes.column(episode).unwrap(), axes.row(0.4).unwrap() - above);
         mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
         mouse(&mut app, MouseEventKind::Up(MouseButton::Left), at);
@@ -90,14 +90,14 @@ fn a_point_is_taken_hold_of_where_it_is_and_another_is_drawn_where_none_is() {
     };
     assert_eq!(pressed(1000.0, 0, "K enter"), "epsilon points:0=0.8,1000=0.5,3000=0.1");
     assert_eq!(pressed(2000.0, 5, "enter").matches(',').count(), 3, "a fourth point");
-    assert_eq!(pressed(1020.0, 9, "enter").matches(',').count(), 3, "a point that is far above another");
+    assert_eq!(pressed(1020.0, 9, "enter").matches(',').count(), 3, "a point far above another");
     let deleted = pressed(2000.0, 5, "delete enter");
-    assert_eq!(deleted, format!("epsilon {points}"), "the one that was drawn is selected");
+    assert_eq!(deleted, format!("epsilon {points}"), "the added point is selected");
     assert_eq!(pressed(2000.0, 5, "u enter"), format!("epsilon {points}"), "it is undone");
 }
 
 #[test]
-fn a_schedule_that_is_what_it_was_is_no_draft_and_stays_in_range() {
+fn an_unchanged_schedule_is_no_draft_and_values_stay_in_range() {
     check(empty(), "3 up down", &[], "This schedule is in use.");
     check(empty(), "3 a K enter", &["epsilon points:0=0.8,750=0.525,1500=0.05"], "");
     let mut view = empty();

@@ -3,7 +3,7 @@
 use super::*;
 use crate::task::Property;
 
-/// A task with its last tool, a ramp, selected by `backtab`.
+/// A task with one tool, a ramp, that `backtab` selects.
 fn with_ramp() -> ViewModel {
     let mut view = empty();
     let mut task = task::Task::clone(&view.task);
@@ -14,7 +14,7 @@ fn with_ramp() -> ViewModel {
 }
 
 #[test]
-fn a_tool_is_found_and_added_where_no_ball_is() {
+fn a_tool_is_found_and_added_clear_of_the_ball() {
     check(empty(), "2 T s e e _ s a w enter", &["tool add see_saw 0 0"], "");
     check(empty(), "2 T s e e s a w enter", &["tool add see_saw 0 0"], "");
     check(empty(), "2 T f a n space 3 4 5 space 6 0 enter", &["tool add fan 0 0 angle=345 force=60"], "");
@@ -32,11 +32,11 @@ fn a_tool_is_found_and_added_where_no_ball_is() {
 }
 
 #[test]
-fn the_palette_is_gone_through_by_keys_and_mouse() {
+fn the_tool_palette_is_navigated_by_keys_and_mouse() {
     let (mut app, asked) = app(empty());
     press(&mut app, "2 T");
     shot(&mut app, 120, 40);
-    // Six in a row: from the first type to the eighth, which is a circle, and a page on and back.
+    // A row has six tools: down and right lead from the first to the eighth, a circle.
     press(&mut app, "down right pagedown pageup end home down right enter");
     assert_eq!(*asked.borrow(), ["tool add circle 0 0"]);
     press(&mut app, "T");
@@ -102,7 +102,7 @@ fn a_tool_of_create_is_taken_in_hand_and_placed() {
 }
 
 #[test]
-fn what_else_is_in_a_level_is_selected_and_moved() {
+fn other_parts_of_a_level_are_selected_and_moved() {
     let mut view = empty();
     view.task = std::sync::Arc::new(task::load("create/Obstacle").unwrap());
     let [x, y] = view.task.marker.as_ref().unwrap().ball.position;
@@ -130,8 +130,8 @@ fn the_wheel_turns_no_tool_while_another_is_in_hand() {
 }
 
 #[test]
-fn the_palette_of_tools_has_pages_and_begins_anew_with_other_words() {
-    // Six in a row and five rows.
+fn the_tool_palette_has_pages_and_typing_resets_its_selection() {
+    // A page has five rows of six tools.
     check(empty(), "2 T", &[], "1 of ");
     for (keys, place) in [("pagedown", "31 of "), ("pagedown pagedown pageup", "31 of "), ("right right left", "2 of ")]
     {
@@ -146,7 +146,7 @@ fn the_palette_of_tools_has_pages_and_begins_anew_with_other_words() {
 }
 
 #[test]
-fn the_wheel_changes_the_chosen_property_of_what_cannot_be_turned() {
+fn the_wheel_changes_the_chosen_property_of_a_tool_without_an_angle() {
     let mut view = with_ramp();
     let mut task = task::Task::clone(&view.task);
     task.tools[0].kind = crate::physics::ToolKind::Circle;

@@ -1,4 +1,4 @@
-//! Trainings, their settings, clusters and models, by keys.
+//! Trainings and their settings, clusters, models and figures, by keys.
 
 use super::*;
 
@@ -28,7 +28,7 @@ fn epsilon_is_changed_by_key_prompt_and_palette() {
 }
 
 #[test]
-fn clusters_are_computed_shown_and_given_to_the_training() {
+fn clusters_are_computed_shown_and_passed_to_the_training() {
     check(empty(), "c", &["clusters"], "");
     check(typical(), "G", &["guide"], "");
     check(typical(), "v", &[], "clusters of subgoal 1");
@@ -77,7 +77,7 @@ fn models_are_chosen_measured_and_trained() {
 }
 
 #[test]
-fn figures_are_looked_at_and_exported() {
+fn figures_are_previewed_and_exported() {
     check(empty(), "7 down", &[], "there is nothing for the clusters figure in tests");
     check(empty(), "7 enter", &["figure scene figures/task1-scene.png"], "");
     check(empty(), "7 s", &["figure scene figures/task1-scene.svg"], "");
@@ -130,7 +130,7 @@ fn the_end_of_the_last_training_is_announced() {
     bring(&mut app, view.clone());
     assert!(matches!(app.take_request(), Some(TerminalRequest::Notify(_))));
     bring(&mut app, view);
-    assert_eq!(app.take_request(), None, "once");
+    assert_eq!(app.take_request(), None, "only once");
 }
 
 #[test]
@@ -141,7 +141,7 @@ fn a_paused_run_is_stopped_after_a_question() {
 }
 
 #[test]
-fn the_copied_command_names_folder_and_model_and_no_file_that_holds_another_task() {
+fn the_copied_command_names_folder_and_model_and_no_outdated_file() {
     let copied = |change: fn(&mut ViewModel)| {
         let mut view = empty();
         change(&mut view);
@@ -165,7 +165,7 @@ fn the_copied_command_names_folder_and_model_and_no_file_that_holds_another_task
         task.goal.position = [0.1, 0.1];
         (view.task, view.file, view.dirty) = (std::sync::Arc::new(task), Some("mine.json".into()), true);
     };
-    assert!(copied(unsaved).starts_with("no command can name the task as it is: w saves it"));
+    assert!(copied(unsaved).starts_with("no command for an unsaved task: w saves it"));
 }
 
 #[test]
@@ -175,7 +175,7 @@ fn the_clusters_of_each_stage_are_shown_in_turn() {
 }
 
 #[test]
-fn how_it_stands_with_the_clusters_is_said() {
+fn the_state_of_the_clusters_is_shown() {
     let mut view = typical();
     view.prior_state = crate::workbench::PriorState::Building { stage: 0, stages: 2 };
     check(view, "", &[], "computing stage 1 of 2");

@@ -1,13 +1,13 @@
-//! A random walk through the screens: what is shown belongs together after every event.
+//! A random walk through the screens: what is shown is consistent after every event.
 
 use super::*;
 
-/// Keys that move between screens, episodes, curves, runs, and what is laid over them.
+/// Keys that move between screens, episodes, curves, runs and layers.
 const WALK: &str = "1 2 3 4 5 6 7 8 left right up down pageup pagedown home end space enter esc tab s v b i g a P r u \
                     z Z 0 9 p x y n V B C X { } f / o : ? . , I";
 
 #[test]
-fn what_is_shown_belongs_together_on_any_walk_through_the_screens() {
+fn the_screen_stays_consistent_on_random_walks() {
     use rand::seq::SliceRandom;
     use rand::{Rng, SeedableRng};
 
